@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// Observers with random weights, of any size, as constants: what a step costs does not depend on what was learned.
+// Built like a generated header builds one. Benchmarks time them, the audits of the runtime look into them.
+#pragma once
+
+#include <nlo/kkl_observer.h>
+
+#include <cstdint>
+#include <utility>
+
+namespace nlo::bench {
+
+/// Uniform in [-1, 1), the same on every platform (a linear congruential generator, its upper bits).
+struct RandomUniform {
+  std::uint32_t state;
+
+  constexpr float operator()() {
+    state = state * 1664525U + 1013904223U;
+    return static_cast<float>(static_cast<std::int32_t>(state >> 8) - 0x800000) / 8388608.0F;
+  }
+};
+
+/// Weights uniform in +-sqrt(3 / n_in): activations neither vanish nor saturate.
+template <int kIn, int kOut>
+constexpr Dense<float, kIn, kOut> random_dense(std::uint32_t seed) {
+  float scale = 1.0F;  // sqrt(3 / kIn) by Newton's method: std::sqrt is no constant expression
+  for (int i = 0; i < 20; ++i) scale = 0.5F * (scale + 3.0F / static_cast<float>(kIn) / scale);
+  RandomUniform random{seed};
+  Dense<float, kIn, kOut> layer{};
+  for (auto& row : layer.weights) {
+    for (float& weight : row) weight = scale * random();
+  }
+  for (float& bias : layer.bias) bias = 0.1F * random();
+  return layer;
+}
+
+/// kIn - kWidth x kDepth - kOut.
+template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut>
+constexpr auto random_mlp() {
+  return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+    return make_mlp<kKind>(random_dense<kIn, kWidth>(1), random_dense<kWidth, kWidth>(kIndex + 2)...,
+                           random_dense<kWidth, kOut>(1000));
+  }
+  (std::make_index_sequence<kDepth - 1>{});
+}
+
+/// Observer for two states from one output at 50 Hz, n_z = 3 (a complex pair and a real eigenvalue), with an inverse
+/// map of kDepth hidden layers of kWidth. random_kkl_model<kTanh, 50, 4> has the size of the paper's examples.
+template <Activation kKind, int kWidth, int kDepth>
+constexpr auto random_kkl_model() {
+  using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());
+  using Model = KklModel<float, 2, 1, 3, 1, InverseMap<Network>>;
+  Model model{};
+  model.sample_period_s = 0.02F;
+  model.stale_after = 10;
+  constexpr float kRe = -0.8F, kIm = 0.9F, kReal = -2.0F;
+  model.latent.hold = Hold::kFirstOrder;
+  model.latent.eigenvalues[0] = kRe;
+  model.latent.eigenvalues[1] = kIm;
+  model.latent.eigenvalues[2] = kReal;
+  model.latent.output_injection[0][0] = 1.0F;
+  model.latent.output_injection[2][0] = 1.0F;
+  model.latent.step =
+      discretise<1>(model.latent.hold, model.latent.eigenvalues, model.latent.output_injection, model.sample_period_s);
+  model.latent.steady_gain[0][0] = -kRe / (kRe * kRe + kIm * kIm);  // -1 / lambda
+  model.latent.steady_gain[1][0] = kIm / (kRe * kRe + kIm * kIm);
+  model.latent.steady_gain[2][0] = -1.0F / kReal;
+  model.outputs.min[0] = -10.0F;
+  model.outputs.max[0] = 10.0F;
+  for (int r = 0; r < 3; ++r) {
+    model.domain.latent_min[r] = -5.0F;
+    model.domain.latent_max[r] = 5.0F;
+  }
+  model.inverse_map.mlp = random_mlp<kKind, 3, kWidth, kDepth, 2>();
+  return model;
+}
+
+}  // namespace nlo::bench

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+# Sourced by demo.sh and test.sh: readable steps, and the Debian packages that a step needs.
+# Nothing is installed that is there already; what a step prints goes to build/logs and is shown only when it fails.
+
+logs=build/logs
+mkdir -p "$logs"
+if [[ -t 1 ]]; then bold=$'\e[1m' red=$'\e[31m' green=$'\e[32m' plain=$'\e[0m'; else bold='' red='' green='' plain=''; fi
+
+step() { printf '\n%s== %s%s\n' "$bold" "$*" "$plain"; }
+note() { printf '   %s\n' "$*"; }
+
+# quietly LOG COMMAND...: run it; on failure show the end of what it said.
+quietly() {
+  local log=$logs/$1.log
+  shift
+  if ! "$@" >"$log" 2>&1; then
+    tail -n 40 "$log" >&2
+    printf '%sfailed:%s %s\n   all of its output: %s\n' "$red" "$plain" "$*" "$log" >&2
+    return 1
+  fi
+}
+
+# build DIR [TARGET...]: one line that moves on a terminal, a line per fifth of the work in a log, errors always.
+build() {
+  local dir=$1 shown=0 line
+  shift
+  if [[ -t 1 ]]; then
+    cmake --build "$dir" ${1:+--target "$@"}
+    return
+  fi
+  NINJA_STATUS='[%f/%t] ' cmake --build "$dir" ${1:+--target "$@"} 2>&1 | while IFS= read -r line; do
+    if [[ $line =~ ^\[([0-9]+)/([0-9]+)\]\  ]]; then
+      local fifth=$((5 * BASH_REMATCH[1] / BASH_REMATCH[2]))
+      if ((fifth > shown)); then note "built ${BASH_REMATCH[1]} of ${BASH_REMATCH[2]}"; fi
+      shown=$fifth
+    elif [[ $line != 'ninja: Entering'* && $line != 'ninja: no work'* ]]; then
+      printf '%s\n' "$line"
+    fi
+  done
+  return "${PIPESTATUS[0]}"
+}
+
+# Programs are looked for by name, so that another source of them (a newer compiler, a gnuplot with windows) is welcome.
+declare -A package_of=([g++]=g++ [cmake]=cmake [ninja]=ninja-build [gnuplot]=gnuplot-nox
+  [clang++]=clang [clang-format]=clang-format [clang-tidy]=clang-tidy)
+
+# need PROGRAM|PACKAGE...: install what is missing, as root or through sudo; otherwise name it and stop with exit 2.
+need() {
+  [[ -n ${NLO_SKIP_SETUP:-} ]] && return
+  local missing=() name
+  for name in "$@"; do
+    if [[ -n ${package_of[$name]:-} ]]; then
+      command -v "$name" >/dev/null || missing+=("${package_of[$name]}")
+    elif command -v dpkg-query >/dev/null; then
+      [[ $(dpkg-query -W -f='${Status}' "$name" 2>/dev/null) == *' installed' ]] || missing+=("$name")
+    else
+      missing+=("$name")
+    fi
+  done
+  ((${#missing[@]})) || return 0
+
+  local as_root=()
+  if ((EUID != 0)); then as_root=(sudo); fi
+  if ! command -v apt-get >/dev/null || { ((EUID != 0)) && ! can_sudo; }; then
+    {
+      printf 'Missing: %s\n' "${missing[*]}"
+      printf 'These are their names in Debian 12. Install them (as root: apt-get install --no-install-recommends %s)\n' \
+        "${missing[*]}"
+      printf 'and run this again; with NLO_SKIP_SETUP=1 it does not look for packages at all.\n'
+    } >&2
+    exit 2
+  fi
+  step "Installing ${#missing[@]} Debian packages: ${missing[*]}"
+  local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0)
+  quietly apt-update "${apt[@]}" update || note 'package lists are not up to date; trying with what is there'
+  quietly apt-install "${apt[@]}" install --no-install-recommends "${missing[@]}"
+}
+
+# sudo counts when it needs no password, or when there is someone to ask.
+can_sudo() { command -v sudo >/dev/null && { sudo -n true 2>/dev/null || { [[ -t 0 ]] && sudo -v; }; }; }
+
+build_packages=(g++ cmake ninja libeigen3-dev libtoml11-dev libcli11-dev libfmt-dev nlohmann-json3-dev libmuparser-dev
+  gnuplot)
+test_packages=(libgtest-dev libgmock-dev libbenchmark-dev clang++ libclang-rt-dev clang-format clang-tidy)

@@ -1,0 +1,53 @@
+# nlo_add_model(TARGET MODEL file.json [NAME identifier] [SCALAR float|double])
+#
+# Generates NAME.h from a model file at build time, and again whenever the file (or the program `nlo`) changes.
+#   TARGET  an executable or library that exists: its sources may include "NAME.h". Any other name becomes an
+#           INTERFACE library to link, for a model that several targets share.
+#   NAME    the observer is nlo::NAME::Observer; the file's name without its ending unless given
+#   SCALAR  float unless given
+function(nlo_add_model target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "MODEL;NAME;SCALAR" "")
+  if(arg_UNPARSED_ARGUMENTS OR NOT arg_MODEL)
+    message(FATAL_ERROR "nlo_add_model(${target}): wants MODEL file.json, does not know \"${arg_UNPARSED_ARGUMENTS}\"")
+  endif()
+  cmake_path(ABSOLUTE_PATH arg_MODEL NORMALIZE OUTPUT_VARIABLE model)
+  if(NOT EXISTS ${model})
+    message(FATAL_ERROR "nlo_add_model(${target}): there is no ${model}")
+  endif()
+  if(NOT arg_NAME)
+    cmake_path(GET model STEM LAST_ONLY arg_NAME)
+  endif()
+  if(NOT arg_SCALAR)
+    set(arg_SCALAR float)
+  endif()
+
+  set(program nlo) # inside nlo's own tree
+  if(TARGET nlo::nlo)
+    set(program nlo::nlo)
+  endif()
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/nlo_models/${target})
+  set(header ${folder}/${arg_NAME}.h)
+  file(MAKE_DIRECTORY ${folder})
+  add_custom_command(OUTPUT ${header}
+    COMMAND ${program} export ${model} --target cpp --scalar ${arg_SCALAR} --name ${arg_NAME} -o ${header}
+    DEPENDS ${model} ${program}
+    COMMENT "Exporting ${arg_NAME}.h"
+    VERBATIM)
+  add_custom_target(${target}_${arg_NAME}_header DEPENDS ${header})
+
+  if(TARGET ${target})
+    set(visibility PUBLIC)
+    get_target_property(type ${target} TYPE)
+    if(type STREQUAL EXECUTABLE)
+      set(visibility PRIVATE)
+    elseif(type STREQUAL INTERFACE_LIBRARY)
+      set(visibility INTERFACE)
+    endif()
+  else()
+    add_library(${target} INTERFACE)
+    set(visibility INTERFACE)
+  endif()
+  add_dependencies(${target} ${target}_${arg_NAME}_header)
+  target_include_directories(${target} ${visibility} $<BUILD_INTERFACE:${folder}>)
+  target_link_libraries(${target} ${visibility} nlo::runtime)
+endfunction()

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Whole files as text. Writing is atomic: a reader, a crash or a full disk sees the old file or the new one, never half
+// of either. Errors name the path and the system's reason.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace nlo::codegen {
+
+/// The bytes of `path`. Throws Error when it cannot be read, is a directory, or holds more than `max_bytes`.
+std::string read_file(const std::string& path, std::size_t max_bytes = std::size_t{1} << 30);
+
+/// Replaces `path` by `text`: a temporary file beside it, fsync, rename. Links are followed; what is no regular file
+/// (/dev/stdout, a pipe) is written to directly. Throws Error, and then `path` is what it was before.
+void write_file_atomically(const std::string& path, std::string_view text);
+
+}  // namespace nlo::codegen

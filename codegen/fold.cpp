@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/fold.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codegen/validate.h"
+
+namespace nlo::codegen {
+namespace {
+
+/// a b with one order of summation, whatever the machine's vector width is.
+Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  Eigen::MatrixXd c = Eigen::MatrixXd::Zero(a.rows(), b.cols());
+  for (Eigen::Index i = 0; i < a.rows(); ++i)
+    for (Eigen::Index j = 0; j < b.cols(); ++j)
+      for (Eigen::Index k = 0; k < a.cols(); ++k) c(i, j) += a(i, k) * b(k, j);
+  return c;
+}
+
+int stale_after(const Model& m) {
+  double fastest = 0.0;  // 1/s
+  for (int r = 0; r < m.nz(); ++r) {
+    const bool paired = r < 2 * m.pairs;
+    if (m.output_injection.middleRows(r, paired ? 2 : 1).isZero(0.0)) continue;  // a clock
+    fastest = std::max(fastest, -m.eigenvalues(r));
+    if (paired) ++r;
+  }
+  constexpr double kFewest = 5.0, kMost = 65535.0;  // what the runtime can count
+  return static_cast<int>(std::clamp(std::round(1.0 / (fastest * m.sample_period_s)), kFewest, kMost));
+}
+
+}  // namespace
+
+FoldedModel fold(const Model& m) {
+  // u = G [z; y] + g
+  Eigen::MatrixXd gain = m.features;
+  Eigen::MatrixXd offset(m.features.rows(), 1);
+  for (Eigen::Index i = 0; i < gain.rows(); ++i) {
+    gain.row(i) /= m.feature_scale(i);
+    offset(i, 0) = -m.feature_mean(i) / m.feature_scale(i);
+  }
+  const bool reads_output = !gain.rightCols(m.ny()).isZero(0.0);
+  if (!reads_output) gain = gain.leftCols(m.nz()).eval();
+
+  FoldedModel folded{latent_step(m, m.sample_period_s), steady_gain(m), reads_output, m.layers, {}, stale_after(m)};
+  DenseLayer& first = folded.layers.front();
+  first.bias += product(first.weights, offset);
+  first.weights = product(first.weights, gain);
+
+  DenseLayer& last = folded.layers.back();
+  if (m.skip.size() != 0) {
+    last.bias += product(m.skip, offset);
+    Eigen::MatrixXd linear_path = product(m.skip, gain);
+    if (folded.layers.size() == 1) {
+      last.weights += linear_path;
+    } else {
+      folded.linear_path = std::move(linear_path);
+    }
+  }
+  for (Eigen::Index i = 0; i < m.nx(); ++i) {
+    last.weights.row(i) *= m.state_scale(i);
+    last.bias(i) = last.bias(i) * m.state_scale(i) + m.state_mean(i);
+    if (folded.linear_path.size() != 0) folded.linear_path.row(i) *= m.state_scale(i);
+  }
+  return folded;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// The latent recurrence of a model in double, z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}: the runtime's own
+// discretisation, with sizes known only when it runs.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "codegen/model.h"
+
+namespace nlo::codegen {
+
+struct LatentStep {
+  Eigen::VectorXd a_minus_1;  ///< n_z, laid out as the eigenvalues are: (re, im) of each pair, then real modes
+  Eigen::MatrixXd b0, b1;     ///< n_z x n_y
+};
+
+/// Discretises (D, F) over a step of `dt_s`. An rk4 model is stepped by the first-order hold when `dt_s` is not its
+/// sample period: its coefficients approximate that hold, and are stable only near the period.
+LatentStep latent_step(const Model& model, double dt_s);
+
+/// A - I as a block-diagonal matrix, n_z x n_z.
+Eigen::MatrixXd a_minus_identity(const Model& model, const LatentStep& step);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/targets/generated_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "codegen/error.h"
+#include "codegen/number.h"
+#include "codegen/validate.h"
+
+namespace nlo::codegen {
+namespace {
+
+// A model is a namespace inside nlo, where the runtime has these names. generated_text_test.cpp reads the runtime's
+// headers and says when one is missing.
+constexpr std::array kRuntimeNames = {
+    "Activate",      "Activation",       "Complex",     "Dense",       "Domain",       "Hold",       "Identity",
+    "InverseMap",    "KklModel",         "KklObserver", "LatentModel", "LatentStep",   "LinearPath", "Mlp",
+    "ModeStep",      "NoLinearPath",     "OutputRange", "PackedDense", "Phi",          "StepStatus", "Vector",
+    "activate",      "activation_slope", "advance",     "as_eigen",    "discretise",   "from_eigen", "is_finite",
+    "kTanhMaxError", "make_mlp",         "pack",        "simd",        "tanh_rational"};
+
+}  // namespace
+
+std::string Initialiser::operator()(double value, std::string_view field) const {
+  if (scalar_ == ScalarType::kDouble) {
+    if (!std::isfinite(value)) throw Error(fmt::format("{} overflows when it is folded; train again", field));
+    return literal(value);
+  }
+  const float rounded = static_cast<float>(value);
+  if (!std::isfinite(rounded))
+    throw Error(fmt::format(
+        "{} is {} when folded: beyond the range of float; export with scalar double, or train again", field, value));
+  return literal(rounded);
+}
+
+std::string Initialiser::vector(const Eigen::VectorXd& values, std::string_view field) const {
+  std::string text = "{";
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (i > 0) text += ", ";
+    text += (*this)(values(i), field);
+  }
+  return text + "}";
+}
+
+std::string Initialiser::matrix(const Eigen::MatrixXd& values, std::string_view field) const {
+  std::string text = "{";
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    if (i > 0) text += ", ";
+    text += vector(values.row(i), field);
+  }
+  return text + "}";
+}
+
+std::string Initialiser::rows(const Eigen::MatrixXd& values, int indent, std::string_view field) const {
+  std::string text = "{\n";
+  for (Eigen::Index i = 0; i < values.rows(); ++i)
+    text += std::string(static_cast<std::size_t>(indent), ' ') + vector(values.row(i), field) + ",\n";
+  return text + std::string(static_cast<std::size_t>(indent - 2), ' ') + "}";
+}
+
+std::string safe_comment(std::string_view text, std::size_t longest) {
+  constexpr std::string_view kSafe = " .,:;()[]+-=_/%<>^*|'#@&~";  // no backslash, no question mark (trigraphs)
+  std::string safe(text.substr(0, longest));
+  for (char& c : safe) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+    if (!plain && kSafe.find(c) == std::string_view::npos) c = '_';
+  }
+  return safe;
+}
+
+std::string grouped(Eigen::Index number) {
+  std::string text = std::to_string(number);
+  for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3)
+    text.insert(static_cast<std::size_t>(i), 1, ',');
+  return text;
+}
+
+std::string export_name(const Model& model, const ExportOptions& options) {
+  const std::string& name = options.name.empty() ? model.name : options.name;
+  if (!is_identifier(name))
+    throw Error(
+        fmt::format("\"{}\" cannot name an export; use a letter, then letters, digits and underscores (63 at "
+                    "most), no C++ keyword",
+                    safe_comment(name, 80)));
+  if (std::find(kRuntimeNames.begin(), kRuntimeNames.end(), name) != kRuntimeNames.end())
+    throw Error(fmt::format("\"{}\" is a name of the runtime; export under another one", name));
+  return name;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/targets/registry.h"
+
+#include "codegen/error.h"
+#include "codegen/targets/cpp_header.h"
+#include "codegen/targets/replay.h"
+
+namespace nlo::codegen {
+
+const std::vector<ExportTarget>& export_targets() {
+  static const std::vector<ExportTarget> targets = {
+      {"cpp", "C++20 header with the observer as a constant", cpp_header},
+      {"replay", "C++20 header with inputs and the answers that the cpp header must give", replay},
+  };
+  return targets;
+}
+
+const ExportTarget& export_target(const std::string& name) {
+  std::string known;
+  for (const ExportTarget& target : export_targets()) {
+    if (target.name == name) return target;
+    known += (known.empty() ? "" : ", ") + target.name;
+  }
+  throw Error("unknown export target \"" + name + "\"; there are " + known);
+}
+
+ScalarType scalar_type(const std::string& name) {
+  if (name == "float") return ScalarType::kFloat;
+  if (name == "double") return ScalarType::kDouble;
+  throw Error("unknown scalar type \"" + name + "\"; there are float, double");
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// What a model can be exported to. A new target is one file beside this one and one line in registry.cpp.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+
+namespace nlo::codegen {
+
+enum class ScalarType { kFloat, kDouble };
+
+struct ExportOptions {
+  std::string name;  ///< namespace and file name of what is generated; empty: the model's own
+  ScalarType scalar = ScalarType::kFloat;
+  std::uint64_t seed = 1;  ///< replay: of the golden inputs
+  int samples = 400;       ///< replay: how many
+};
+
+struct ExportTarget {
+  std::string name;                                                         ///< on the command line
+  std::string description;                                                  ///< one line of help
+  std::function<std::string(const Model&, const ExportOptions&)> generate;  ///< the file's text; throws Error
+};
+
+const std::vector<ExportTarget>& export_targets();
+
+/// The target of that name. Throws Error that lists the names there are.
+const ExportTarget& export_target(const std::string& name);
+
+/// "float" or "double". Throws Error.
+ScalarType scalar_type(const std::string& name);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// Golden inputs and answers for an exported header, to replay on any target: what a board computes is held against the
+// model's equations in double.
+#pragma once
+
+#include <string>
+
+#include "codegen/targets/registry.h"
+
+namespace nlo::codegen {
+
+/// A header with `options.samples` measurements (smooth, with missed and out-of-range ones, a stretch of irregular
+/// steps, angles that turn), the latent states, estimates and statuses that must follow, and the tolerances, measured
+/// by the machine that exports. Throws Error when the model is not valid.
+std::string replay(const Model& model, const ExportOptions& options);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// Measurements that try an observer: what `replay` feeds it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "codegen/model.h"
+
+namespace nlo::codegen {
+
+struct ReplayInputs {
+  Eigen::VectorXd dt_s;     ///< N; 0: the sample period
+  Eigen::MatrixXd outputs;  ///< n_y x N, as measured: angles wrapped, NaN where missed
+};
+
+/// Sums of tones inside the declared ranges, slow against the sample period; angles that may turn do so two times and
+/// a half. From the tenth sample on, some are missed or out of range, and `stale_after` are missed in a row.
+ReplayInputs replay_inputs(const Model& model, int stale_after, std::uint64_t seed, int samples);
+
+}  // namespace nlo::codegen

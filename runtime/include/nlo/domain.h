@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Is this latent state inside what training has seen? A learned T* says nothing outside: an estimate from there is an
+// extrapolation, and the loop should know.
+#pragma once
+
+namespace nlo {
+
+/// The box that the latent states of the training set filled, per coordinate. For angle outputs the latent is taken
+/// relative to its steady state S y, which does not change when the angle turns.
+template <class Scalar, int kNz>
+struct Domain {
+  Scalar latent_min[kNz];
+  Scalar latent_max[kNz];
+
+  constexpr bool contains(const Scalar (&z)[kNz]) const {
+    bool inside = true;
+    for (int r = 0; r < kNz; ++r) inside = inside && z[r] >= latent_min[r] && z[r] <= latent_max[r];
+    return inside;
+  }
+};
+
+}  // namespace nlo

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// The two small types that every other header speaks in: a fixed-size vector that can live in flash or in `constinit`
+// storage, and the status of a step. Neither allocates, throws or emits start-up code.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+namespace nlo {
+
+/// Column vector of kN scalars; an aggregate, so that it can be a constant. `nlo/eigen.h` maps it as an Eigen vector.
+template <class Scalar, int kN>
+struct Vector {
+  static_assert(kN > 0);
+  Scalar values[kN];
+
+  constexpr Scalar& operator[](int i) { return values[i]; }
+  constexpr const Scalar& operator[](int i) const { return values[i]; }
+  constexpr Scalar* data() { return values; }
+  constexpr const Scalar* data() const { return values; }
+  constexpr Scalar* begin() { return values; }
+  constexpr Scalar* end() { return values + kN; }
+  constexpr const Scalar* begin() const { return values; }
+  constexpr const Scalar* end() const { return values + kN; }
+  static constexpr int size() { return kN; }
+};
+
+/// What became of a measurement. The latent state is finite after every one of them.
+enum class StepStatus : std::uint8_t {
+  kOk,        ///< used as it came
+  kClamped,   ///< an output outside its declared range was clamped to it
+  kHeld,      ///< an output was not finite (or an angle out of range): its last good value was used
+  kStale,     ///< held for more steps in a row than the model allows: estimates are no longer to be trusted
+  kRejected,  ///< the time step was not in (0, 1000 sample periods]: nothing was done
+};
+
+/// Finite, told from the bits: no compiler flag can reason it away.
+template <class Scalar>
+constexpr bool is_finite(Scalar value) {
+  static_assert(std::numeric_limits<Scalar>::is_iec559);
+  if constexpr (sizeof(Scalar) == 4) {
+    return (std::bit_cast<std::uint32_t>(value) & 0x7f800000U) != 0x7f800000U;
+  } else {
+    return (std::bit_cast<std::uint64_t>(value) & 0x7ff0000000000000U) != 0x7ff0000000000000U;
+  }
+}
+
+}  // namespace nlo

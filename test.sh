@@ -1,0 +1,88 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Everything a change has to pass, on a machine that may have nothing but git. Quick the second time.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+usage() {
+  cat <<'USAGE'
+usage: ./test.sh [--quick | --full]
+
+  (none)    release build and all tests; formatting; clang++ build with sanitizers
+  --quick   release build and all tests only
+  --full    the exhaustive tests (every float, many seeds) and clang-tidy too
+
+Installs missing Debian packages as root or through sudo; elsewhere names them and stops with exit 2.
+USAGE
+}
+
+mode=default
+case "${1:-}" in
+  '') ;;
+  --quick) mode=quick ;;
+  --full) mode=full ;;
+  -h | --help) usage && exit 0 ;;
+  *) usage >&2 && exit 2 ;;
+esac
+(($# <= 1)) || { usage >&2 && exit 2; }
+
+source cmake/setup.sh
+jobs=$(nproc)
+failed=() summary=()
+
+# phase TITLE COMMAND...: a failure is remembered, the phases after it still run.
+phase() {
+  local title=$1 start=$SECONDS verdict=passed
+  shift
+  step "$title"
+  "$@" || { verdict=FAILED && failed+=("$title"); }
+  summary+=("$(printf '%-6s %4d s  %s' "$verdict" $((SECONDS - start)) "$title")")
+}
+
+# ctest names what failed or was skipped, and its closing lines; what passed is in build/logs.
+run_ctest() {
+  local preset=$1
+  shift
+  ctest --preset "$preset" -j "$jobs" --no-tests=error "$@" 2>&1 | tee "$logs/ctest-$preset.log" |
+    grep --line-buffered -vE '^ +Start +[0-9]+:|^ *[0-9]+/[0-9]+ Test.* Passed |^Test project|^$'
+}
+
+release() {
+  quietly configure-release cmake --preset release -DNLO_TESTS=ON -DNLO_BENCH=ON -DNLO_EXAMPLES=ON \
+    "-DNLO_SLOW_TESTS=$([[ $mode == full ]] && echo ON || echo OFF)" &&
+    build build/release &&
+    run_ctest release
+}
+
+# clang++ here: the second opinion on warnings comes with it.
+sanitizers() {
+  quietly configure-asan cmake --preset asan -DCMAKE_CXX_COMPILER=clang++ -DNLO_WARNINGS_AS_ERRORS=ON \
+    -DNLO_EXAMPLES=ON -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON &&
+    build build/asan &&
+    run_ctest asan -L quick -LE 'audit|install'
+}
+
+# sources FOLDER...: not by git, which refuses to look into a checkout that belongs to someone else.
+# Goldens are left as the generator writes them.
+sources() { find "$@" -path tests/golden -prune -o \( -name '*.h' -o -name '*.cpp' -o -name '*.c' \) -print; }
+
+formatting() { sources runtime codegen trainer tests bench examples | xargs clang-format --dry-run --Werror; }
+
+tidy() {
+  sources codegen trainer examples | grep '\.cpp$' |
+    xargs -P "$jobs" -n 1 clang-tidy -p build/asan --quiet --warnings-as-errors='*' 2>"$logs/clang-tidy.log"
+}
+
+need "${build_packages[@]}" "${test_packages[@]}"
+phase 'Release build by g++, all tests' release
+if [[ $mode != quick ]]; then
+  phase 'Formatting' formatting
+  phase 'Build by clang++ with address and undefined-behaviour sanitizers, quick tests' sanitizers
+fi
+if [[ $mode == full ]]; then phase 'clang-tidy' tidy; fi
+
+step "Summary ($SECONDS s)"
+printf '   %s\n' "${summary[@]}"
+# Last, so that whoever reads only the end sees what the tests said.
+grep -h 'tests passed' "$logs/ctest-release.log" || true
+((${#failed[@]} == 0))

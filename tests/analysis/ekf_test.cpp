@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/baselines/ekf.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/analysis/van_der_pol_set.h"
+
+namespace nlo::trainer {
+namespace {
+
+double ekf_norm(const Dataset& set, const NoiseConfig& noise) {
+  const EkfConfig config = ekf_config(Eigen::Vector2d(-1.0, -1.0), Eigen::Vector2d(1.0, 1.0), noise);
+  return evaluate("ekf", ekf_estimator(test::van_der_pol_for_ekf, config), set, noise, 11, 0).metrics.norm;
+}
+
+// What an independent prototype measured with the exact model, Q = 1e-6, 200 runs of 50 s: the reference values of the
+// protocol. The band covers another draw of the initial states and of the noise, which the first second dominates.
+struct Reference {
+  NoiseConfig noise;
+  double norm, tolerance;
+};
+
+class EkfReference : public testing::TestWithParam<Reference> {};
+
+TEST_P(EkfReference, MeetsTheProtocolsTable) {
+  const auto& [noise, norm, tolerance] = GetParam();
+  EXPECT_NEAR(ekf_norm(test::van_der_pol_set(200, 50.0, 5), noise), norm, tolerance * norm);
+}
+
+INSTANTIATE_TEST_SUITE_P(VanDerPol, EkfReference,
+                         testing::Values(Reference{{}, 0.0148, 0.10},
+                                         Reference{{NoiseKind::kGaussian, 0.5}, 0.0944, 0.10},
+                                         Reference{{NoiseKind::kUniform, 3.0}, 0.2222, 0.10}));
+
+TEST(Ekf, LinearPlantMeetsTheScalarKalmanRecursion) {
+  // dx/dt = -x, y = x: phi = RK4's polynomial in -h; the scalar recursion in closed form beside the filter.
+  constexpr double kStep = 0.1, kP0 = 2.0, kQ = 1e-6, kR = 0.3;
+  const double phi = 1.0 - kStep + kStep * kStep / 2 - std::pow(kStep, 3) / 6 + std::pow(kStep, 4) / 24;
+  const EkfPlant plant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(-x); },
+                       [](const Eigen::MatrixXd& x) { return x; }};
+  const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, kP0), kQ, kR};
+  const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 4.9);
+  const Eigen::MatrixXd y = Eigen::MatrixXd::Random(1, 50);
+  const Eigen::MatrixXd estimate = ekf_estimator([&] { return plant; }, config)()(y, time_s);
+  double x = 0.0, p = kP0;
+  for (Eigen::Index k = 0; k < 50; ++k) {
+    if (k > 0) {
+      x *= phi;
+      p = phi * phi * p + kQ;
+    }
+    const double gain = p / (p + kR);
+    x += gain * (y(0, k) - x);
+    p *= 1.0 - gain;
+    // Central differences of a linear map are exact but for rounding over their step of 6e-6.
+    ASSERT_NEAR(estimate(0, k), x, 1e-9) << k;
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer

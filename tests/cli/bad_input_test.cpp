@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+// Wrong input, one row each: the exit code, the words that the message must have, and no file made or changed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "tests/cli/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+struct BadInput {
+  std::string name;
+  std::vector<std::string> arguments;
+  int exit_code;
+  std::string message;
+  std::string file = {}, text = {};  ///< what is written before, over the fixture's file of that name
+
+  friend void PrintTo(const BadInput& row, std::ostream* out) { *out << row.name; }
+};
+
+BadInput experiment(std::string name, const std::string& old, const std::string& replacement, std::string message,
+                    int exit_code = 2) {
+  return {std::move(name), {"train", "bad.toml", "-o", "out"},     exit_code, std::move(message),
+          "bad.toml",      with(kTinyExperiment, old, replacement)};
+}
+
+BadInput log_experiment(std::string name, const std::string& old, const std::string& replacement, std::string message) {
+  return {std::move(name),
+          {"train", "bad.toml", "--data", "logs", "-o", "out"},
+          2,
+          std::move(message),
+          "bad.toml",
+          with(kTinyLogExperiment, old, replacement)};
+}
+
+BadInput csv(std::string name, std::string text, std::string message) {
+  return {std::move(name), {"train", "log.toml", "--data", "logs", "-o", "out"}, 2, std::move(message), "logs/a.csv",
+          std::move(text)};
+}
+
+BadInput model(std::string name, std::string text, std::string message) {
+  return {std::move(name), {"export", "bad.json", "-o", "out.h"}, 2, std::move(message), "bad.json", std::move(text)};
+}
+
+BadInput usage(std::string name, std::vector<std::string> arguments, std::string message, int exit_code = 2) {
+  return {std::move(name), std::move(arguments), exit_code, std::move(message)};
+}
+
+std::string lines(const std::string& head, const std::string& line, int count) {
+  std::string text = head;
+  for (int i = 0; i < count; ++i) text += line;
+  return text;
+}
+
+const std::vector<BadInput>& bad_inputs() {
+  static const std::vector<BadInput> kRows = {
+      // The command line
+      usage("NoCommand", {}, "subcommand is required"),
+      usage("UnknownCommand", {"trian", "tiny.toml"}, "unknown command \"trian\"; did you mean \"train\"?"),
+      usage("UnknownOption", {"train", "tiny.toml", "--thread", "2"}, "did you mean \"--threads\"?"),
+      usage("NoExperiment", {"train"}, "EXPERIMENT is missing"),
+      usage("MissingExperiment", {"train", "nowhere.toml"}, "nowhere.toml: no such file"),
+      usage("MisspeltShippedExperiment", {"train", "van_der_pole"}, "did you mean \"van_der_pol\"?"),
+      usage("ExperimentIsADirectory", {"train", "logs"}, "logs: "),
+      usage("SeedIsNoNumber", {"train", "tiny.toml", "--seed", "one"}, "--seed"),
+      usage("SeedIsNegative", {"train", "tiny.toml", "--seed=-1"}, "--seed"),
+      usage("ThreadsAreNegative", {"train", "tiny.toml", "--threads=-1"}, "threads is -1"),
+      usage("DataForAPlant", {"train", "tiny.toml", "--data", "logs"}, "--data is for experiments with a [log]"),
+      usage("NoModelToEvaluate", {"evaluate"}, "MODEL is required"),
+      usage("NoOutputToExport", {"export", "model.json"}, "--output is required"),
+      usage("ZeroTrajectoriesToEvaluate", {"evaluate", "model.json", "--trajectories", "0"}, "--trajectories"),
+      usage("ZeroTrajectoriesToSimulate", {"simulate", "tiny.toml", "--trajectories", "0", "-o", "x.csv"},
+            "--trajectories"),
+      usage("BoxScaleIsZero", {"evaluate", "model.json", "--box-scale", "0"}, "--box-scale"),
+      usage("BoxScaleIsNan", {"evaluate", "model.json", "--box-scale", "nan"}, "--box-scale"),
+      usage("UnknownNoise", {"evaluate", "model.json", "--noise", "gausian:1"},
+            "noise \"gausian:1\" is of no known kind"),
+      usage("NoiseWithoutScale", {"evaluate", "model.json", "--noise", "uniform"}, "has no scale"),
+      usage("NoiseIsNan", {"simulate", "tiny.toml", "-o", "x.csv", "--noise", "gaussian:nan"}, "no number"),
+      usage("UnknownAlternative", {"evaluate", "model.json", "--against", "oracle"}, "--against"),
+      usage("DataForAPlantModel", {"evaluate", "model.json", "--data", "logs/a.csv"}, "was trained on a plant"),
+      usage("NoDataForALogModel", {"evaluate", "log_model.json"}, "--data FILE..."),
+      usage("BoxScaleForLogs", {"evaluate", "log_model.json", "--data", "logs/a.csv", "--box-scale", "2"},
+            "are for plants"),
+      usage("MissingLogToEvaluate", {"evaluate", "log_model.json", "--data", "logs/z.csv"}, "no file matches"),
+      usage("UnknownTarget", {"export", "model.json", "--target", "rust", "-o", "x"}, "unknown export target \"rust\""),
+      usage("UnknownScalar", {"export", "model.json", "--scalar", "half", "-o", "x"}, "unknown scalar type \"half\""),
+      usage("NameIsAKeyword", {"export", "model.json", "--name", "class", "-o", "x"}, "no identifier"),
+      usage("NameIsAPath", {"export", "model.json", "--name", "../x", "-o", "x"}, "no identifier"),
+      usage("SimulateLogs", {"simulate", "log.toml", "-o", "x.csv"}, "has no [plant] to simulate"),
+
+      // Where to write
+      usage("OutputDirectoryIsAFile", {"train", "tiny.toml", "-o", "tiny.toml"}, "tiny.toml is a file"),
+      usage("OutputBelowAFile", {"train", "tiny.toml", "-o", "tiny.toml/x"}, "tiny.toml is a file"),
+      usage("OutputDirectoryCannotBeMade", {"train", "tiny.toml", "-o", std::string(300, 'x')},
+            "cannot make the directory", 1),
+      usage("AnotherExperimentsModel", {"train", "tiny.toml", "-o", "taken"}, "holds the model of another experiment"),
+      usage("NotAModelInTheWay", {"train", "tiny.toml", "-o", "strange"}, "--force"),
+      usage("NothingToResume", {"train", "tiny.toml", "-o", "out", "--resume"}, "no such file to resume from"),
+      {"DamagedCheckpoint",
+       {"train", "tiny.toml", "-o", "half", "--resume"},
+       1,
+       "checkpoint.bin",
+       "half/checkpoint.bin",
+       "not a checkpoint"},
+      usage("ReportOfNothing", {"report", "logs"}, "logs/model.json: "),
+      usage("ReportOfLogsThatAreElsewhere", {"report", "log_run"}, "--data DIR"),
+      usage("ExportIntoNowhere", {"export", "model.json", "-o", "no/such/x.h"}, "there is no directory no/such"),
+      usage("ExportOntoADirectory", {"export", "model.json", "-o", "logs"}, "logs: is a directory"),
+      usage("SimulateIntoNowhere", {"simulate", "tiny.toml", "-o", "no/x.csv"}, "there is no directory no"),
+
+      // Experiments
+      experiment("EmptyExperiment", kTinyExperiment, "", "bad.toml: the experiment has no name"),
+      experiment("UnknownKey", "eigenvalues", "eigen_values",
+                 "bad.toml:14: unknown key \"eigen_values\" in [observer]; did you mean \"eigenvalues\"?"),
+      experiment("UnknownSection", "[observer]", "[observr]", "did you mean \"observer\"?"),
+      experiment("BrokenToml", "steps = 20", "steps = = 20", "bad.toml:20: "),
+      experiment("KeyTwice", "steps = 20", "steps = 20\nsteps = 21", "bad.toml:21: "),
+      experiment("DeepNesting", "steps = 20", "steps = " + std::string(50000, '['), "nested more than"),
+      experiment("DeepDots", "steps = 20", "a" + lines("", ".a", 50000) + " = 1", "dots"),
+      experiment("TooBig", "steps = 20", "steps = 20 #" + std::string(2000000, 'x'), "bytes"),
+      experiment("NotText", "steps = 20", std::string("steps = 2\0", 10), "byte 0x00 is no text"),
+      experiment("ZeroTrajectories", "trajectories = 4", "trajectories = 0",
+                 "bad.toml:9: [simulation] trajectories is 0"),
+      experiment("ZeroSteps", "steps = 20", "steps = 0", "[training] steps is 0"),
+      experiment("NegativeRate", "steps = 20", "learning_rate = -1e-3", "learning_rate is -0.001"),
+      experiment("UnstableEigenvalue", "-3.0]", "3.0]", "eigenvalues[2] is 3; it must be a finite number < 0"),
+      experiment("UnstableStep", "eigenvalues = [-1.0, -2.0, -3.0]", "eigenvalues = [-60.0]\nhold = \"rk4\"",
+                 "unstable step: hold = \"rk4\" multiplies the latent state of eigenvalue -60"),
+      experiment("UnknownPlant", "van_der_pol", "vanderpol", "did you mean \"van_der_pol\"?"),
+      experiment("WrongBox", "initial_low = [-1, -1]", "initial_low = [-1]", "the plant has 2 states"),
+      experiment("WidthZero", "hidden = [8]", "hidden = [0]", "hidden[0] is 0; it must be an integer from 1 to 1024"),
+      experiment("ExperimentNameIsAPath", "\"tiny\"", "\"../tiny\"", "it must be an identifier"),
+      experiment("Expression", "model = \"van_der_pol\"",
+                 "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a +\"]\noutputs = [\"a\"]",
+                 "[plant] derivative[1] \"-a +\""),
+      experiment("PlantEscapes", "model = \"van_der_pol\"",
+                 "states = [\"a\", \"b\"]\nderivative = [\"100*a\", \"b\"]\noutputs = [\"a\"]",
+                 "plant expressions: the trajectory from x(0) = (", 1),
+      experiment("BothSources", "[plant]", "[log]\n[plant]", "both [plant] and [log]"),
+      usage("OverrideOfAnUnknownKey", {"train", "tiny.toml", "--set", "training.stepz=3", "-o", "out"},
+            "--set training.stepz=3: unknown key \"stepz\" in [training]; did you mean \"steps\"?"),
+      usage("OverrideWithoutValue", {"train", "tiny.toml", "--set", "training.steps", "-o", "out"}, "no KEY=VALUE"),
+      usage("OverrideOutOfRange", {"train", "tiny.toml", "--set", "training.ema=2", "-o", "out"}, "ema is 2"),
+      usage("OverrideIsBroken", {"train", "tiny.toml", "--set", "observer.eigenvalues=[-1", "-o", "out"},
+            "--set observer.eigenvalues=[-1: "),
+
+      // Logs
+      usage("MissingDataDirectory", {"train", "log.toml", "--data", "nowhere", "-o", "out"},
+            "nowhere: no such directory"),
+      log_experiment("MissingLog", "a.csv", "z.csv", "no file matches \"z.csv\""),
+      log_experiment("SameLogTwice", "b.csv", "a.csv", "a log belongs to one split"),
+      log_experiment("WrongColumnName", "name = \"y\"", "name = \"y\"\ncolumn = \"Y\"", "no column \"Y\""),
+      log_experiment("UnknownRole", "role = \"output\"", "role = \"outputs\"",
+                     "bad.toml:13: [[log.columns]] role is \"outputs\""),
+      log_experiment("NoOutput", "role = \"output\"", "role = \"ignored\"", "no column has role \"output\""),
+      log_experiment("DerivativeOfNothing", "derivative_of = \"y\"", "derivative_of = \"q\"", "is no listed column"),
+      log_experiment("AngleThatCannotTurn", "unit = \"m\"\n", "unit = \"rad\"\nwrap = \"2pi\"\n",
+                     "[observer] features is \"latent_and_output\""),
+      log_experiment("CutoffAboveNyquist", "[[log.columns]]",
+                     "[log.velocity_filter]\ncutoff_hz = 80.0\n\n[[log.columns]]", "cutoff_hz"),
+      csv("EmptyLog", "", "logs/a.csv: the file is empty"),
+      csv("HeaderOnly", "time,y\n", "a header and no data"),
+      csv("OneRow", "time,y\n0,1\n", "one data row"),
+      csv("RaggedRow", tiny_log() + "3.0\n", "a.csv:302: expected 2 cells as in the header, found 1"),
+      csv("NanCell", with(tiny_log(), "0.5,", "0.5,nan\n0.505,"), "a.csv:52:y: \"nan\""),
+      csv("WordInACell", with(tiny_log(), "0.5,", "0.5,high\n0.505,"), "a.csv:52:y: \"high\""),
+      csv("EmptyCell", with(tiny_log(), "0.5,", "0.5,\n0.505,"), "a.csv:52:y: "),
+      csv("Semicolons", lines("time;y\n", "0;1\n", 9), "semicolons"),
+      csv("HeadingTwice", lines("time,y,y\n", "0,1,1\n", 9), "occurs twice"),
+      csv("NoSuchHeading", with(tiny_log(), "time,y", "time,Y"), "no column \"y\""),
+      csv("TimeStandsStill", lines("time,y\n", "1,1\n", 99), "time does not increase"),
+      csv("TimeRunsBack", tiny_log() + "0.5,1\n", "time does not increase"),
+      csv("TooShortForTheFilter", tiny_log(0.0, 5), "a.csv"),
+
+      // Models
+      usage("MissingModel", {"export", "nowhere.json", "-o", "x.h"}, "nowhere.json: "),
+      model("EmptyModel", "", "bad.json:1:1: the file is empty"),
+      model("NotJson", "{\"format\": \"nlo-model\",", "bad.json:1:"),
+      model("NotAModel", "{}", "no nlo model"),
+      model("FutureModel", "{\"format\": \"nlo-model\", \"version\": 99}", "version"),
+      model("DeepModel", std::string(100000, '['), "nests deeper"),
+  };
+  return kRows;
+}
+
+/// Everything that rows refer to, made once: training takes most of the time.
+class BadInputs : public testing::TestWithParam<BadInput> {
+ protected:
+  static void SetUpTestSuite() {
+    made_ = new Scratch;
+    made_->write("tiny.toml", kTinyExperiment);
+    made_->write("log.toml", kTinyLogExperiment);
+    made_->write("logs/a.csv", tiny_log(0.0));
+    made_->write("logs/b.csv", tiny_log(1.0));
+    made_->write("strange/model.json", "my notes");
+    const auto plant = made_->run({"train", "tiny.toml", "-o", "plant_run", "-q"});
+    ASSERT_EQ(plant.exit_code, 0) << plant.err;
+    const auto logs = made_->run({"train", "log.toml", "--data", "logs", "-o", "log_run", "-q"});
+    ASSERT_EQ(logs.exit_code, 0) << logs.err;
+    made_->write("model.json", made_->read("plant_run/model.json"));
+    made_->write("log_model.json", made_->read("log_run/model.json"));
+    made_->write("taken/model.json", made_->read("log_run/model.json"));
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
+  static Scratch* made_;
+};
+Scratch* BadInputs::made_ = nullptr;
+
+TEST_P(BadInputs, IsRefusedWithTheMendAndLeavesNoTrace) {
+  const BadInput& row = GetParam();
+  const Scratch scratch;
+  for (const auto& [file, text] : made_->contents())
+    if (!file.ends_with('/')) scratch.write(file, text);
+  if (!row.file.empty()) scratch.write(row.file, row.text);
+  const auto before = scratch.contents();
+  const ProgramResult result = scratch.run(row.arguments);
+  EXPECT_EQ(result.exit_code, row.exit_code) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("nlo: error: "));
+  EXPECT_THAT(result.err, HasSubstr(row.message));
+  EXPECT_LE(result.err.size(), 2000u) << "a message is read by a person";
+  EXPECT_EQ(result.out, "");
+  EXPECT_TRUE(scratch.contents() == before) << "a file was made or changed";
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, BadInputs, testing::ValuesIn(bad_inputs()),
+                         [](const auto& row) { return row.param.name; });
+
+TEST(BadInputTable, HasAsManyRowsAsPromised) {
+  EXPECT_GE(bad_inputs().size(), 45u);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

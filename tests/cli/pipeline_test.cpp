@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// The commands one after the other, as a user would give them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "codegen/model_file.h"
+#include "tests/cli/program.h"
+#include "trainer/config.h"
+#include "trainer/data/log_dataset.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+TEST(Program, SaysItsVersionAndHelpsWithExamples) {
+  const Scratch scratch;
+  EXPECT_THAT(scratch.run({"--version"}).out, StartsWith("nlo "));
+  for (const char* command : {"train", "evaluate", "export", "report", "simulate"}) {
+    const auto help = scratch.run({command, "--help"});
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.out, HasSubstr("Example")) << command;
+  }
+  const auto keys = scratch.run({"train", "--help-config"});
+  EXPECT_EQ(keys.exit_code, 0);
+  EXPECT_THAT(keys.out, HasSubstr("[observer]"));
+}
+
+TEST(Program, TrainsEvaluatesAndExports) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  const auto train = scratch.run({"train", "tiny.toml", "--set", "training.steps=30", "--seed", "3"});
+  ASSERT_EQ(train.exit_code, 0) << train.err;
+  EXPECT_THAT(train.out, HasSubstr("runs/tiny/model.json"));
+  EXPECT_NE(train.err, "");
+  for (const char* file :
+       {"runs/tiny/model.json", "runs/tiny/metrics.csv", "runs/tiny/checkpoint.bin", "runs/tiny/report.html"})
+    EXPECT_TRUE(scratch.has(file)) << file;
+
+  const auto json = scratch.run({"evaluate", "runs/tiny/model.json", "--noise", "gaussian:0.5", "--seed", "5",
+                                 "--box-scale", "2", "--trajectories", "7", "--json"});
+  ASSERT_EQ(json.exit_code, 0) << json.err;
+  const auto result = nlohmann::json::parse(json.out);
+  for (const char* key : {"norm", "nrmse", "settled", "per_component", "settling_time_s", "seed", "noise"})
+    EXPECT_TRUE(result.contains(key)) << key;
+  EXPECT_EQ(result["seed"], 5);
+  EXPECT_EQ(result["noise"], "gaussian:0.5");
+  EXPECT_EQ(result["trajectories"], 7);
+
+  const auto table = scratch.run({"evaluate", "runs/tiny/model.json", "--noise", "none", "--noise", "uniform:1",
+                                  "--trajectories", "3", "--against", "ekf,constant"});
+  ASSERT_EQ(table.exit_code, 0) << table.err;
+  for (const char* word : {"uniform:1", "observer", "ekf", "constant"}) EXPECT_THAT(table.out, HasSubstr(word));
+
+  const auto report = scratch.run({"report", "runs/tiny", "--noise", "uniform:1", "--against", "ekf"});
+  EXPECT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_THAT(scratch.read("runs/tiny/report.html"), HasSubstr("ekf"));
+
+  for (const char* target : {"cpp", "replay"}) {
+    const auto exported = scratch.run({"export", "runs/tiny/model.json", "--target", target, "-o", "tiny.h"});
+    EXPECT_EQ(exported.exit_code, 0) << exported.err;
+    EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("tiny"));
+  }
+  EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "-o", "-"}).out.empty(), false);
+}
+
+TEST(Program, RecordsWhatTheModelWasTrainedBy) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q", "--set", "training.steps=3"}).exit_code, 0);
+  const auto model = codegen::read_model(scratch.path() + "/a/model.json");
+  std::string config;
+  for (const auto& [key, text] : model.provenance)
+    if (key == "config") config = text;
+  EXPECT_EQ(parse_experiment(config, "provenance").training.steps, 3);
+}
+
+TEST(Program, TheSameSeedGivesTheSameModelForAnyNumberOfThreads) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q", "--threads", "1"}).exit_code, 0);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "b", "-q", "--threads", "3"}).exit_code, 0);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "c", "-q", "--seed", "2"}).exit_code, 0);
+  EXPECT_TRUE(scratch.read("a/model.json") == scratch.read("b/model.json"));
+  EXPECT_FALSE(scratch.read("a/model.json") == scratch.read("c/model.json"));
+}
+
+TEST(Program, ReplacesItsOwnModelAndWithForceAnothers) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  scratch.write("other.toml", with(kTinyExperiment, "\"tiny\"", "\"other\""));
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q"}).exit_code, 0);
+  EXPECT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q"}).exit_code, 0);
+  EXPECT_EQ(scratch.run({"train", "other.toml", "-o", "a", "-q"}).exit_code, 2);
+  EXPECT_EQ(scratch.run({"train", "other.toml", "-o", "a", "-q", "--force"}).exit_code, 0);
+}
+
+TEST(Program, AnInterruptedRunGoesOnToTheSameModel) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 6000"));
+  const auto interrupted = scratch.run({"train", "tiny.toml", "-o", "a"}, "step 600 of");
+  ASSERT_EQ(interrupted.exit_code, 1) << interrupted.err;
+  EXPECT_THAT(interrupted.err, HasSubstr("interrupted after"));
+  EXPECT_THAT(interrupted.err, HasSubstr("nlo train tiny.toml -o a --resume"));
+  EXPECT_FALSE(scratch.has("a/model.json"));
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q", "--resume"}).exit_code, 0);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "b", "-q"}).exit_code, 0);
+  EXPECT_TRUE(scratch.read("a/model.json") == scratch.read("b/model.json"));
+}
+
+TEST(Program, ADivergingRunSaysWhatToTryAndKeepsTheLastGoodModel) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  const auto result = scratch.run({"train", "tiny.toml", "-o", "a", "-q", "--set", "training.learning_rate=1e30"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("Try a lower learning_rate"));
+  EXPECT_NO_THROW(codegen::read_model(scratch.path() + "/a/model.json"));
+}
+
+TEST(Program, SimulatedLogsCanBeTrainedOn) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  scratch.write("logs/.keep", "");
+  const auto simulate = scratch.run({"simulate", "tiny.toml", "--trajectories", "2", "--noise", "gaussian:0.05",
+                                     "--seed", "4", "-o", "logs/run.csv"});
+  ASSERT_EQ(simulate.exit_code, 0) << simulate.err;
+  EXPECT_THAT(scratch.read("logs/run_2.csv"), StartsWith("trajectory,time,y,y_measured,x1,x2\n2,0,"));
+
+  std::string log = with(kTinyLogExperiment, "a.csv", "run_1.csv");
+  log = with(with(log, "b.csv", "run_2.csv"), "name = \"y\"", "name = \"y\"\ncolumn = \"y_measured\"");
+  log = with(with(log, "name = \"v\"", "name = \"x2\""), "derivative_of = \"y\"\n", "");
+  log = with(log, "role = \"time\"", "role = \"time\"\n[[log.columns]]\nname = \"x1\"\nrole = \"state\"");
+  scratch.write("log.toml", log);
+  const Dataset read = load_logs(*parse_experiment(log, "log.toml").log, scratch.path() + "/logs", {"run_1.csv"});
+  EXPECT_EQ(read.trajectories[0].samples(), 241);
+  EXPECT_NEAR(read.sample_period_s, 0.05, 1e-12);
+  const auto train = scratch.run({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
+  ASSERT_EQ(train.exit_code, 0) << train.err;
+  const auto evaluate = scratch.run({"evaluate", "out/model.json", "--data", "logs/run_2.csv", "--json"});
+  ASSERT_EQ(evaluate.exit_code, 0) << evaluate.err;
+  EXPECT_TRUE(nlohmann::json::parse(evaluate.out).contains("per_component"));
+}
+
+TEST(Program, ShippedExperimentsAreKnownByName) {
+  const Scratch scratch;
+  const auto simulate = scratch.run({"simulate", "van_der_pol", "-o", "x.csv"});
+  EXPECT_EQ(simulate.exit_code, 0) << simulate.err;
+  EXPECT_TRUE(scratch.has("x.csv"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

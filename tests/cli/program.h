@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// Runs `nlo` in a scratch directory and looks at what it said and left behind.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace nlo::trainer {
+
+struct ProgramResult {
+  int exit_code = -1;  ///< -1: killed by a signal
+  std::string out, err;
+};
+
+/// A new directory below the system's temporary one, removed at the end.
+class Scratch {
+ public:
+  Scratch();
+  ~Scratch();
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  const std::string& path() const { return path_; }
+  void write(const std::string& file, const std::string& text) const;  ///< makes its folders too
+  std::string read(const std::string& file) const;
+  bool has(const std::string& file) const;
+
+  /// Every file below it with its bytes, and every folder (with a trailing slash).
+  std::map<std::string, std::string> contents() const;
+
+  /// Runs the program here. It is killed after a minute. `interrupt_at`: Ctrl-C once its stderr has these words.
+  ProgramResult run(const std::vector<std::string>& arguments, const std::string& interrupt_at = "") const;
+
+ private:
+  std::string path_;
+};
+
+/// A plant experiment that trains in a moment, and one on logs.
+extern const std::string kTinyExperiment;
+extern const std::string kTinyLogExperiment;
+
+/// A log for it: y = sin t at 100 Hz with its velocity's column left out.
+std::string tiny_log(double phase = 0.0, int samples = 300);
+
+/// `text` with its one occurrence of `old` replaced; fails the test when there is none.
+std::string with(std::string text, const std::string& old, const std::string& replacement);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# Compiles the exports of all example models the way a stranger would, alone and together, under strict warnings, runs
+# the golden samples through them, and sees that a wrong weight does not pass.
+#   compile_exports.sh EXPORT_MODEL INCLUDE EIGEN COMPILER
+set -euo pipefail
+export_model=$1 include=$2 eigen=$3 compiler=$4
+command -v "$compiler" >/dev/null || { echo "SKIPPED: no $compiler here"; exit 77; }
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror
+        -I "$include" -isystem "$eigen" -I "$work")
+
+# name:example:scalar
+exports=(rig_double:rig:double van_der_pol_double:van_der_pol:double)
+for name in $("$export_model"); do exports+=("$name:$name:float"); done
+
+{
+  for entry in "${exports[@]}"; do
+    IFS=: read -r name example scalar <<<"$entry"
+    "$export_model" "$example" cpp "$scalar" "$name" "$work/$name.h"
+    "$export_model" "$example" replay "$scalar" "$name" "$work/${name}_replay.h"
+    echo "#include \"$name.h\""
+    echo "#include \"${name}_replay.h\""
+  done
+  echo "#include <cstdio>"
+  for entry in "${exports[@]}"; do
+    name=${entry%%:*}
+    echo "constinit static nlo::$name::Observer observer_of_$name{nlo::$name::kModel};"
+  done
+  echo "int main() {"
+  for entry in "${exports[@]}"; do
+    name=${entry%%:*}
+    echo "  std::printf(\"$name %d %zu\\n\", nlo::$name::replay::first_mismatch(observer_of_$name),"
+    echo "              sizeof(nlo::$name::Model));"
+  done
+  echo "}"
+} >"$work/main.cpp"
+
+for name in van_der_pol rig rig_double; do # alone: a header needs nothing before it
+  "$compiler" "${strict[@]}" -fsyntax-only -include "$work/$name.h" -x c++ /dev/null
+done
+
+"$compiler" "${strict[@]}" -O1 "$work/main.cpp" -o "$work/main"
+failed=0
+while read -r name mismatch bytes; do
+  [ "$mismatch" -eq -1 ] || { echo "$name: sample $mismatch is answered otherwise than by the equations"; failed=1; }
+  stated=$(sed -n 's|^//   kModel  *\([0-9,]*\) bytes.*|\1|p' "$work/$name.h" | tr -d ,)
+  [ "$stated" = "$bytes" ] || { echo "$name: kModel has $bytes bytes, its header states $stated"; failed=1; }
+done < <("$work/main")
+[ "$failed" -eq 0 ] || exit 1
+
+# The control: half a percent on one weight of the last layer.
+"$export_model" rig cpp float rig "$work/rig.h" spoilt
+cat >"$work/control.cpp" <<'EOF'
+#include "rig.h"
+#include "rig_replay.h"
+int main() {
+  nlo::rig::Observer observer{nlo::rig::kModel};
+  return nlo::rig::replay::first_mismatch(observer) == -1 ? 0 : 3;
+}
+EOF
+"$compiler" "${strict[@]}" -O1 "$work/control.cpp" -o "$work/control"
+status=0
+"$work/control" || status=$?
+[ "$status" -eq 3 ] || { echo "a wrong weight went unseen (exit $status)"; exit 1; }
+echo "${#exports[@]} headers by $compiler agree with their models; a spoilt one does not"

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Literals mean to the compiler the bits they were written from, without a warning; a wrong bit is seen.
+#   compile_literals.sh WRITE_LITERALS COMPILER
+set -euo pipefail
+write_literals=$1 compiler=$2
+command -v "$compiler" >/dev/null || { echo "SKIPPED: no $compiler here"; exit 77; }
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+passes() {
+  "$compiler" -std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Werror "$work/$1.cpp" -o "$work/$1"
+  "$work/$1"
+}
+"$write_literals" >"$work/literals.cpp"
+passes literals || { echo "a literal reads as other bits than it was written from"; exit 1; }
+"$write_literals" spoilt >"$work/control.cpp"
+! passes control || { echo "a wrong bit went unseen"; exit 1; }

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/targets/cpp_header.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "codegen/error.h"
+#include "codegen/file.h"
+#include "codegen/fold.h"
+#include "codegen/reference_observer.h"
+#include "codegen/targets/generated_text.h"
+#include "tests/codegen/example_models.h"
+
+namespace nlo::codegen {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+std::string error_of(const Model& model, const ExportOptions& options = {}) {
+  try {
+    cpp_header(model, options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Export, GivesTheSameBytesTwiceAndInAnyLocale) {
+  for (const ExportTarget& target : export_targets()) {
+    const std::string first = target.generate(rig_model(), {});
+    EXPECT_EQ(target.generate(rig_model(), {}), first);
+    if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr && std::setlocale(LC_ALL, "C.UTF-8") == nullptr) continue;
+    EXPECT_EQ(target.generate(rig_model(), {}), first);
+    std::setlocale(LC_ALL, "C");
+  }
+}
+
+TEST(Export, UnknownTargetsAndScalarsNameTheKnown) {
+  EXPECT_THROW(
+      try { export_target("fortran"); } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("cpp, replay"));
+        throw;
+      },
+      Error);
+  EXPECT_THROW(scalar_type("half"), Error);
+}
+
+TEST(Fold, ChangesNoEstimate) {
+  constexpr double kTolerance = 1e-11;  // rounding of double, over feature scales and state scales up to 20
+  for (const Model& m : example_models()) {
+    ReferenceObserver<double> observer(m);
+    const FoldedModel folded = fold(m);
+    for (int k = 0; k < 20; ++k) {
+      observer.step(Eigen::VectorXd::Constant(m.ny(), 0.1 * k));
+      Eigen::VectorXd in = observer.latent();
+      if (folded.reads_output) {
+        in.conservativeResize(m.nz() + m.ny());
+        in.tail(m.ny()) = observer.output();
+      }
+      Eigen::VectorXd a = in;
+      for (std::size_t l = 0; l < folded.layers.size(); ++l) {
+        a = (folded.layers[l].weights * a + folded.layers[l].bias).eval();
+        if (l + 1 == folded.layers.size()) continue;
+        if (m.activation == "tanh") a = a.array().tanh();
+        if (m.activation == "relu") a = a.cwiseMax(0.0);
+        if (m.activation == "silu") a = a.array() / (1.0 + (-a.array()).exp());
+      }
+      if (folded.linear_path.size() != 0) a += folded.linear_path * in;
+      ASSERT_LT((a - observer.estimate()).cwiseAbs().maxCoeff(), kTolerance) << m.name;
+    }
+  }
+}
+
+TEST(Fold, ReadsTheOutputOnlyWhenAFeatureDoes) {
+  EXPECT_FALSE(fold(tiny_model()).reads_output);
+  EXPECT_TRUE(fold(rig_model()).reads_output);
+}
+
+TEST(Fold, OneLayerTakesUpTheLinearPath) {
+  Model m = linear_model();
+  m.skip = Eigen::MatrixXd::Constant(2, 2, 0.3);
+  EXPECT_EQ(fold(m).linear_path.size(), 0);
+  EXPECT_NE(fold(m).layers[0].weights, fold(linear_model()).layers[0].weights);
+}
+
+TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
+  Model m = tiny_model();
+  m.outputs[0].unit = "m\n#error unit\\";
+  m.provenance = {{"a\n#error key", "1"},          {"escape", "ends with \\"}, {"trigraph", "ends with ?\?/"},
+                  {"return", "a\r#error"},         {"block", "*/ #error /*"},  {"unicode", "\xe2\x80\xa8#error"},
+                  {"long", std::string(5000, 'x')}};
+  const std::string header = cpp_header(m, {});
+  std::istringstream lines(header);
+  std::size_t comment_lines = 0;
+  for (std::string line; std::getline(lines, line) && line != "#pragma once"; ++comment_lines) {
+    EXPECT_EQ(line.substr(0, 2), "//") << line;
+    EXPECT_LT(line.size(), 130U);
+    for (const char c : line) EXPECT_TRUE(c >= ' ' && c <= '~' && c != '\\') << line;
+  }
+  EXPECT_GT(comment_lines, 15U);
+  EXPECT_THAT(header, Not(HasSubstr("\n#error")));
+}
+
+TEST(CppHeader, RefusesWhatFloatCannotHold) {
+  Model m = tiny_model();
+  m.layers[0].weights(2, 1) = 1e39;
+  EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));
+  EXPECT_EQ(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), "no error");
+  m = tiny_model();
+  m.state_scale(0) = 1e300;
+  m.layers[1].weights(0, 0) = 1e300;
+  EXPECT_THAT(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), HasSubstr("overflows"));
+  m = tiny_model();
+  m.sample_period_s = 1e-60;
+  EXPECT_THAT(error_of(m), HasSubstr("|A| = 1"));
+}
+
+TEST(CppHeader, RefusesModelsThatAreNotValid) {
+  Model m = tiny_model();
+  m.eigenvalues(1) = 0.5;
+  EXPECT_THAT(error_of(m), HasSubstr("eigenvalues[1] is 0.5; its real part must be negative"));
+}
+
+TEST(CppHeader, RefusesNamesThatAreTaken) {
+  for (const char* name : {"class", "std", "9lives", "a-b", "a b", "", "../x", "a__b", "Vector", "make_mlp", "x\n"})
+    EXPECT_EQ(error_of(tiny_model(), {.name = name}) == "no error", *name == '\0') << name;
+}
+
+TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
+  // Everything at the left margin of a runtime header is in the namespace that was opened last.
+  const std::regex opened("^namespace nlo(?:::(\\w+))?[\\w:]* \\{");
+  const std::regex named("^(?:struct|class|enum class|using|concept) (\\w+)");
+  const std::regex function("^(?:[A-Za-z_][\\w:<>*&, ]* )(\\w+)\\(");
+  const std::regex constant("^inline constexpr [\\w:]+ (\\w+) =");
+  std::set<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(NLO_SOURCE_DIR "/runtime/include/nlo")) {
+    if (file.path().extension() != ".h") continue;
+    std::istringstream lines(read_file(file.path().string()));
+    std::string inner;  // the namespace inside nlo that is open
+    for (std::string line; std::getline(lines, line);) {
+      std::smatch match;
+      if (std::regex_search(line, match, opened)) {
+        inner = match[1];
+        if (!inner.empty()) names.insert(inner);
+      }
+      for (const std::regex& pattern : {named, function, constant})
+        if (inner.empty() && std::regex_search(line, match, pattern)) names.insert(match[1]);
+    }
+  }
+  EXPECT_TRUE(names.contains("KklObserver") && names.contains("make_mlp") && names.contains("kTanhMaxError"));
+  for (const std::string& name : names)
+    EXPECT_NE(error_of(tiny_model(), {.name = name}), "no error") << name << " is missing in generated_text.cpp";
+}
+
+/// Goldens make a change of what is generated visible in review. NLO_REFRESH_GOLDENS=1 writes them anew.
+void expect_golden(const std::string& text, const std::string& file) {
+  const std::string path = std::string(NLO_SOURCE_DIR "/tests/golden/") + file;
+  if (const char* refresh = std::getenv("NLO_REFRESH_GOLDENS"); refresh != nullptr && *refresh == '1')
+    write_file_atomically(path, text);
+  std::istringstream want(std::filesystem::exists(path) ? read_file(path) : ""), got(text);
+  int line = 1, shown = 0;
+  for (std::string w, g; shown < 10; ++line) {
+    const bool more_wanted = static_cast<bool>(std::getline(want, w)),
+               more_got = static_cast<bool>(std::getline(got, g));
+    if (!more_wanted && !more_got) break;
+    if (more_wanted == more_got && w == g) continue;
+    ++shown;
+    ADD_FAILURE() << file << ":" << line << "\n- " << (more_wanted ? w : "(ends)") << "\n+ "
+                  << (more_got ? g : "(ends)") << "\nmeant? NLO_REFRESH_GOLDENS=1 writes the new text";
+  }
+}
+
+TEST(CppHeader, IsTheCommittedOne) {
+  expect_golden(cpp_header(tiny_model(), {}), "tiny.h");
+}
+
+TEST(Replay, IsTheCommittedOne) {
+  ExportOptions options;
+  options.samples = 40;
+  // Tolerances are measured by the machine that exports: its vector width decides the order of sums.
+  const std::string text = export_target("replay").generate(tiny_model(), options);
+  expect_golden(std::regex_replace(text, std::regex("(Tolerance\\[\\d+\\] = )\\{[^}]*\\}"), "$1{}"), "tiny_replay.h");
+}
+
+TEST(Replay, TriesEveryStatusAndEveryKindOfStep) {
+  const std::string text = export_target("replay").generate(rig_model(), {});
+  for (const char* tried : {"kOk", "kHeld", "kStale", "kClamped", "kMissed}"}) EXPECT_THAT(text, HasSubstr(tried));
+  ExportOptions other;
+  other.seed = 2;
+  EXPECT_NE(export_target("replay").generate(rig_model(), other), text);
+  other.samples = 3;
+  EXPECT_THROW(export_target("replay").generate(rig_model(), other), Error);
+}
+
+}  // namespace
+}  // namespace nlo::codegen

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Small valid models with deterministic pseudo-random weights, one for each thing a model can have. They estimate
+// nothing; they are shapes to write, fold, export and step.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+
+namespace nlo::codegen {
+
+/// The paper's network: one output, three real eigenvalues, T* 3-50x4-2, tanh, no feed-through.
+Model paper_model();
+
+/// What a real rig asks for: an angle and a plain output, complex pairs, real eigenvalues, a clock, a linear path, the
+/// plain output fed through to T*, the angle only as z - y; starts at the steady state of the first output.
+Model rig_model();
+
+/// One output, one state, two real eigenvalues, T* 2-4-1: small enough to read when exported.
+Model tiny_model();
+
+/// `tiny_model` with a wider T* and this activation ("relu", "silu", "tanh").
+Model activation_model(const std::string& activation);
+
+/// T* is one layer: a linear observer.
+Model linear_model();
+
+/// `tiny_model` with this hold ("zero_order", "first_order", "rk4").
+Model hold_model(const std::string& hold);
+
+/// All of the above; names are distinct.
+std::vector<Model> example_models();
+
+}  // namespace nlo::codegen

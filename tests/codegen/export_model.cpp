@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// Writes the exports of an example model, for tests that compile them:
+//   export_model                                           lists the examples
+//   export_model EXAMPLE TARGET SCALAR NAME FILE [spoilt]  spoilt: half a percent on one weight of the last layer
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "codegen/file.h"
+#include "codegen/targets/registry.h"
+#include "tests/codegen/example_models.h"
+
+int main(int argc, char** argv) {
+  using namespace nlo::codegen;
+  try {
+    for (Model& model : example_models()) {
+      if (argc == 1) std::printf("%s\n", model.name.c_str());
+      if (argc < 6 || model.name != argv[1]) continue;
+      if (argc == 7) model.layers.back().weights(0, 0) *= 1.005;
+      ExportOptions options;
+      options.scalar = scalar_type(argv[3]);
+      options.name = argv[4];
+      write_file_atomically(argv[5], export_target(argv[2]).generate(model, options));
+      return 0;
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return argc == 1 ? 0 : 2;
+}

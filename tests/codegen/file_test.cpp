@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "codegen/error.h"
+
+namespace nlo::codegen {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class File : public testing::Test {
+ protected:
+  File() : folder_(fs::temp_directory_path() / ("nlo_file_test_" + std::to_string(::getpid()))) {
+    fs::create_directory(folder_);
+  }
+  ~File() override { fs::remove_all(folder_); }
+  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::ptrdiff_t files() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
+  static std::string message_of(const std::function<void()>& action) {
+    try {
+      action();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(File, ReadsWhatWasWritten) {
+  const std::string bytes("a\0b\r\n", 5);
+  write_file_atomically(path("x"), bytes);
+  EXPECT_EQ(read_file(path("x")), bytes);
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(File, NewFilesObeyTheUmaskAndOldOnesKeepTheirMode) {
+  write_file_atomically(path("x"), "1");
+  struct stat found {};
+  ASSERT_EQ(::stat(path("x").c_str(), &found), 0);
+  EXPECT_NE(found.st_mode & S_IRUSR, 0U);
+  EXPECT_NE(found.st_mode & 0777U, 0600U) << "the mode of mkstemp has stayed";
+  ASSERT_EQ(::chmod(path("x").c_str(), 0640), 0);
+  write_file_atomically(path("x"), "2");
+  ASSERT_EQ(::stat(path("x").c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777U, 0640U);
+}
+
+TEST_F(File, WritesThroughALink) {
+  write_file_atomically(path("x"), "old");
+  fs::create_symlink(path("x"), path("link"));
+  write_file_atomically(path("link"), "new");
+  EXPECT_TRUE(fs::is_symlink(path("link")));
+  EXPECT_EQ(read_file(path("x")), "new");
+}
+
+TEST_F(File, LeavesDevicesInPlace) {
+  write_file_atomically("/dev/null", "text");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(File, ErrorsNameThePathAndTheReason) {
+  EXPECT_THAT(message_of([&] { read_file(path("none")); }),
+              testing::AllOf(HasSubstr(path("none")), HasSubstr("No such file")));
+  EXPECT_THAT(message_of([&] { read_file(folder_.string()); }), HasSubstr("Is a directory"));
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder_.string(), "x"); }), HasSubstr("Is a directory"));
+  EXPECT_THAT(message_of([&] { write_file_atomically(path("no/x"), "x"); }), HasSubstr("No such file"));
+  EXPECT_THAT(message_of([&] { read_file("/dev/zero", 1000); }), HasSubstr("larger than the 1000 bytes"));
+  EXPECT_EQ(files(), 0);
+}
+
+}  // namespace
+}  // namespace nlo::codegen

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/model_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "codegen/error.h"
+#include "codegen/file.h"
+#include "codegen/validate.h"
+#include "tests/codegen/example_models.h"
+
+namespace nlo::codegen {
+namespace {
+
+TEST(ModelFile, RoundTripGivesTheSameBytes) {
+  for (const Model& m : example_models()) {
+    const std::string json = to_json(m);
+    EXPECT_EQ(to_json(parse_model(json, "text")), json) << m.name;
+  }
+}
+
+TEST(ModelFile, RoundTripKeepsEveryBit) {
+  Model m = rig_model();
+  m.layers[0].weights(0, 0) = std::numeric_limits<double>::denorm_min();
+  m.layers[0].weights(0, 1) = -0.0;
+  m.layers[0].weights(0, 2) = std::nextafter(1.0, 2.0);
+  m.layers[0].weights(0, 3) = std::numeric_limits<double>::max();
+  const Model read = parse_model(to_json(m), "text");
+  EXPECT_EQ(read.layers[0].weights, m.layers[0].weights);
+  EXPECT_TRUE(std::signbit(read.layers[0].weights(0, 1)));
+  EXPECT_EQ(read.eigenvalues, m.eigenvalues);
+  EXPECT_EQ(read.features, m.features);
+  EXPECT_EQ(read.skip, m.skip);
+  EXPECT_EQ(read.provenance, m.provenance);
+  EXPECT_EQ(read.outputs[0].wrap, m.outputs[0].wrap);
+}
+
+TEST(ModelFile, TextsWithQuotesAndLinesSurvive) {
+  Model m = tiny_model();
+  m.provenance = {{"config", "a = \"b\"\n\\ \t \xc3\xa9"}, {"zeta", "1"}, {"alpha", "2"}};
+  EXPECT_EQ(parse_model(to_json(m), "text").provenance, m.provenance);
+}
+
+TEST(ModelFile, IsWrittenOnlyWhenItCanBeReadAgain) {
+  const auto path = std::filesystem::temp_directory_path() / ("nlo_model_" + std::to_string(::getpid()) + ".json");
+  Model m = tiny_model();
+  write_model(m, path.string());
+  EXPECT_EQ(to_json(read_model(path.string())), to_json(m));
+  m.layers[1].weights(0, 2) = std::numeric_limits<double>::quiet_NaN();
+  try {
+    write_model(m, path.string());
+    ADD_FAILURE() << "a NaN was written";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("layers[1].weights[0][2] is not finite"));
+  }
+  EXPECT_EQ(to_json(read_model(path.string())), to_json(tiny_model()));
+  std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace nlo::codegen

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/reference_observer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "codegen/error.h"
+#include "tests/codegen/example_models.h"
+
+namespace nlo::codegen {
+namespace {
+
+/// Smooth outputs inside the declared range; angles may leave it, they are unwrapped.
+Eigen::MatrixXd smooth_outputs(const Model& m, const Eigen::VectorXd& time_s) {
+  Eigen::MatrixXd y(m.ny(), time_s.size());
+  for (int j = 0; j < m.ny(); ++j) {
+    const double centre = (m.output_min(j) + m.output_max(j)) / 2, half = (m.output_max(j) - m.output_min(j)) / 2;
+    y.row(j) = centre + 0.6 * half * ((3.0 + j) * time_s.array()).sin() + 0.3 * half * (7.3 * time_s.array() + j).cos();
+  }
+  return y;
+}
+
+Eigen::VectorXd times(const Model& m, Eigen::Index samples) {
+  return Eigen::VectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) * m.sample_period_s);
+}
+
+/// D as a matrix.
+Eigen::MatrixXd latent_matrix(const Model& m) {
+  return a_minus_identity(m, {m.eigenvalues, {}, {}});
+}
+
+TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
+  constexpr int kSubsteps = 64;        // classical Runge-Kutta inside each sample:
+  constexpr double kTolerance = 1e-9;  // (60/s * 4 ms / 64)^4 / 120 of |z| ~ 5 per time constant is 1e-12
+  for (const Model& m : {paper_model(), rig_model()}) {
+    const Eigen::VectorXd t = times(m, 200);
+    const Eigen::MatrixXd y = smooth_outputs(m, t);
+    const auto run = ReferenceObserver<double>(m).run(y, t, true);
+    const Eigen::MatrixXd d = latent_matrix(m);
+    Eigen::VectorXd z = run.z.col(0);
+    for (Eigen::Index k = 0; k + 1 < t.size(); ++k) {
+      const double h = (t(k + 1) - t(k)) / kSubsteps;
+      for (int i = 0; i < kSubsteps; ++i) {
+        const auto slope = [&](const Eigen::VectorXd& at, double part) -> Eigen::VectorXd {
+          const double s = (i + part) / kSubsteps;
+          return d * at + m.output_injection * ((1 - s) * y.col(k) + s * y.col(k + 1));
+        };
+        const Eigen::VectorXd k1 = slope(z, 0), k2 = slope(z + h / 2 * k1, 0.5), k3 = slope(z + h / 2 * k2, 0.5),
+                              k4 = slope(z + h * k3, 1);
+        z += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+      }
+      ASSERT_LT((z - run.z.col(k + 1)).cwiseAbs().maxCoeff(), kTolerance) << m.name << " at sample " << k + 1;
+    }
+  }
+}
+
+TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
+  constexpr double kTolerance = 1e-12;  // products of other shapes add in another order
+  for (const Model& m : example_models()) {
+    Eigen::VectorXd t = times(m, 700);  // more than one block
+    t += 0.3 * m.sample_period_s * (t.array() * 91.0 / m.sample_period_s).sin().matrix();
+    const Eigen::MatrixXd y =
+        smooth_outputs(m, t).array().min(3.0).max(-3.0);  // within +-pi: angles need no unwrapping
+    ReferenceObserver<double> observer(m);
+    const auto run = observer.run(y, t, false);
+    observer.reset();
+    for (Eigen::Index k = 0; k < t.size(); ++k) {
+      if (k == 0) {
+        observer.step(y.col(k));
+      } else {
+        observer.step(y.col(k), t(k) - t(k - 1));
+      }
+      ASSERT_LT((observer.latent() - run.z.col(k)).cwiseAbs().maxCoeff(), kTolerance) << m.name;
+      ASSERT_LT((observer.estimate() - run.x_hat.col(k)).cwiseAbs().maxCoeff(), kTolerance) << m.name;
+    }
+  }
+}
+
+TEST(ReferenceObserver, FloatFollowsDouble) {
+  constexpr double kTolerance = 2e-4;  // some hundred roundings of 6e-8, times weights' gains and state scales up to 20
+  for (const Model& m : example_models()) {
+    const Eigen::VectorXd t = times(m, 600);
+    const Eigen::MatrixXd y = smooth_outputs(m, t);
+    const auto single = ReferenceObserver<float>(m).run(y, t, true);
+    const auto twice = ReferenceObserver<double>(m).run(y, t, true);
+    EXPECT_LT((single.x_hat - twice.x_hat).cwiseAbs().maxCoeff(), kTolerance) << m.name;
+  }
+}
+
+TEST(ReferenceObserver, ConstantOutputIsASteadyStateWhenItStartsThere) {
+  const Model m = rig_model();
+  ReferenceObserver<double> observer(m);
+  const Eigen::Vector2d y(1.3, -2.0);
+  observer.step(y);
+  const Eigen::VectorXd z0 = observer.latent();
+  for (int k = 0; k < 1000; ++k) observer.step(y);
+  EXPECT_LT((observer.latent() - z0).head(6).cwiseAbs().maxCoeff(), 1e-12);  // all but the clock
+  EXPECT_LT((z0 - m.initial_latent - steady_gain(m) * y).cwiseAbs().maxCoeff(), 1e-15);
+}
+
+TEST(ReferenceObserver, AFullTurnOfAnAngleIsNotSeen) {
+  const Model m = rig_model();
+  constexpr double kTurn = 6.283185307179586;
+  constexpr double kTolerance = 1e-11;  // z is about 6 larger: its rounding, over feature and state scales
+  const Eigen::VectorXd t = times(m, 400);
+  Eigen::MatrixXd y = smooth_outputs(m, t);
+  const auto here = ReferenceObserver<double>(m).run(y, t, true);
+  y.row(0).array() += kTurn;
+  const auto turned = ReferenceObserver<double>(m).run(y, t, true);
+  EXPECT_LT((here.x_hat - turned.x_hat).cwiseAbs().maxCoeff(), kTolerance);
+  EXPECT_GT((here.z - turned.z).cwiseAbs().maxCoeff(), 1.0);
+}
+
+TEST(ReferenceObserver, StepsUnwrapAnglesThatPassTheEndOfTheirRange) {
+  const Model m = rig_model();
+  ReferenceObserver<double> observer(m);
+  for (int k = 0; k < 2000; ++k) {
+    const double angle = 0.01 * k;  // three turns
+    observer.step(Eigen::Vector2d(std::remainder(angle, 2 * std::acos(-1.0)), 0.5));
+    ASSERT_NEAR(observer.output()(0), angle, 1e-9);
+  }
+}
+
+TEST(ReferenceObserver, HoldsTheLastGoodOutputAndClampsToTheRange) {
+  const Model m = tiny_model();
+  ReferenceObserver<double> faulty(m), mended(m);
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  faulty.step(Eigen::VectorXd::Constant(1, nan));  // nothing to hold yet: still waiting for the first
+  EXPECT_EQ(faulty.latent(), m.initial_latent);
+  const double arriving[] = {0.5, 0.7, nan, inf, 9.0, -0.2}, meant[] = {0.5, 0.7, 0.7, 0.7, 3.0, -0.2};
+  for (int k = 0; k < 6; ++k) {
+    faulty.step(Eigen::VectorXd::Constant(1, arriving[k]));
+    mended.step(Eigen::VectorXd::Constant(1, meant[k]));
+  }
+  EXPECT_EQ(faulty.latent(), mended.latent());
+  EXPECT_EQ(faulty.estimate(), mended.estimate());
+}
+
+TEST(ReferenceObserver, RefusesAModelThatIsNotValid) {
+  Model m = tiny_model();
+  m.eigenvalues(0) = 0.1;
+  EXPECT_THROW(ReferenceObserver<double>{m}, Error);
+}
+
+}  // namespace
+}  // namespace nlo::codegen

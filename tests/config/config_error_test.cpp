@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// Each row breaks the small experiment in one place; the message must name the line, what is wrong and the mend.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/config/experiment_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+struct Row {
+  std::string old, replacement, place, message;
+};
+
+void expect_rows(const std::string& text, const std::vector<Row>& rows) {
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.replacement);
+    const std::string message = error_of(with(text, row.old, row.replacement));
+    EXPECT_THAT(message, StartsWith(row.place + ": "));
+    EXPECT_THAT(message, HasSubstr(row.message));
+  }
+}
+
+TEST(ConfigErrors, UnknownNames) {
+  expect_rows(
+      kPlantExperiment,
+      {
+          {"eigenvalues =", "eigen_values =", "e.toml:14",
+           "unknown key \"eigen_values\" in [observer]; did you mean \"eigenvalues\"?"},
+          {"steps = 10", "hold = \"rk4\"", "e.toml:19", "unknown key \"hold\" in [training]; it belongs in [observer]"},
+          {"[observer]", "[observr]", "e.toml:13",
+           "unknown key \"observr\" in the experiment; did you mean \"observer\"?"},
+          {"steps = 10", "zzz = 10", "e.toml:19", "there are: mode, steps"},
+          {"\"first_order\"", "\"firstorder\"", "e.toml:16", "use \"first_order\"? There are \"zero_order\""},
+          {"\"van_der_pol\"", "\"vanderpol\"", "e.toml:4", "did you mean \"van_der_pol\"?"},
+          {"mu = 1.5", "nu = 1.5", "e.toml:5", "has no parameter \"nu\"; did you mean \"mu\"?"},
+          {"gaussian:0.5", "gausian:0.5", "e.toml:20", "noise \"gausian:0.5\" is of no known kind; write none"},
+      });
+}
+
+TEST(ConfigErrors, Types) {
+  expect_rows(
+      kPlantExperiment,
+      {
+          {"steps = 10", "steps = 10.5", "e.toml:19", "[training] steps is 10.5; it must be an integer"},
+          {"steps = 10", "steps = \"many\"", "e.toml:19", "[training] steps is \"many\"; it must be an integer"},
+          {"horizon_s = 10.0", "horizon_s = true", "e.toml:8", "horizon_s is true; it must be a number"},
+          {"[-1.0, -2.0]", "-1.0", "e.toml:14", "eigenvalues is -1; it must be a list"},
+          {"[-1.0, -2.0]", "[-1.0, \"x\"]", "e.toml:14", "eigenvalues[1] is \"x\"; it must be a number < 0"},
+          {"[[-0.5, 1.0]]", "[[-0.5]]", "e.toml:15", "pairs[0] is a list; it must be [re, im]"},
+          {"\"first_order\"", "1", "e.toml:16", "hold is 1; it must be a text"},
+          {"{ mu = 1.5 }", "[1.5]", "e.toml:5", "parameters is a list; it must be a table"},
+          {"\"gaussian:0.5\"", "0.5", "e.toml:20", "noise is 0.5; it must be \"none\""},
+          {"[plant]", "observer.hold.x = 1\n[plant]", "e.toml:14", "already exists"},
+          {"name = \"small\"", "name = \"small\"\nseed = 1979-05-27", "e.toml:2", "seed is a date or time"},
+      });
+}
+
+TEST(ConfigErrors, Ranges) {
+  expect_rows(
+      kPlantExperiment,
+      {
+          {"trajectories = 4", "trajectories = 0", "e.toml:9", "trajectories is 0; it must be an integer from 1"},
+          {"steps = 10", "learning_rate = 0", "e.toml:19", "learning_rate is 0; it must be a finite number > 0"},
+          {"steps = 10", "learning_rate = nan", "e.toml:19", "learning_rate is nan"},
+          {"steps = 10", "learning_rate = 1e999", "e.toml:19", "learning_rate"},
+          {"steps = 10", "steps = 99999999999999999999", "e.toml:19", "too many digits"},
+          {"steps = 10", "ema = 1.0", "e.toml:19", "ema is 1; it must be a finite number from 0 to 1 (excluded)"},
+          {"steps = 10", "early_share = 0.3", "e.toml:19", "early_share needs early_s"},
+          {"steps = 10", "segment_s = 20.0", "e.toml:19", "segment_s is 20; it must be at most horizon_s, 10"},
+          {"-2.0]", "2.0]", "e.toml:14", "eigenvalues[1] is 2; it must be a finite number < 0"},
+          {"[-0.5, 1.0]", "[0.5, 1.0]", "e.toml:15", "pairs[0] has the real part 0.5; it must be < 0"},
+          {"[-0.5, 1.0]", "[-0.5, 0.0]", "e.toml:15", "pairs[0] has the imaginary part 0; it must be > 0"},
+          {"[-1, -1]", "[-1, 1]", "e.toml:11", "initial_high[1] is 1; it must be above initial_low[1], 1"},
+          {"[-1, -1]", "[-1]", "e.toml:10", "initial_low has 1 numbers; the plant has 2 states"},
+          {"initial_low = [-1, -1]\n", "", "e.toml:7", "initial_low is missing"},
+          {"horizon_s = 10.0", "horizon_s = 0.01", "e.toml:8", "the horizon must be the longer one"},
+          {"horizon_s = 10.0", "horizon_s = 1e9", "e.toml:8", "does not fit into memory"},
+          {"gaussian:0.5", "gaussian:-1", "e.toml:20", "negative scale"},
+          {"gaussian:0.5", "none\"\nnoise_level_max = 2 #", "e.toml:21", "noise_level_max scales the noise"},
+          {"name = \"small\"", "name = \"two words\"", "e.toml:1", "it must be an identifier"},
+          {"name = \"small\"", "name = \"class\"", "e.toml:1", "no C++ word"},
+          {"name = \"small\"\n", "", "e.toml", "no name"},
+          {"name = \"small\"", "name = \"small\"\nseed = -1", "e.toml:2", "seed is -1; it must be an integer >= 0"},
+      });
+}
+
+TEST(ConfigErrors, UnstableStep) {
+  const std::string rk4 = with(kPlantExperiment, "\"first_order\"", "\"rk4\"");
+  EXPECT_EQ(error_of(rk4), "no error");
+  EXPECT_EQ(error_of(with(rk4, "-2.0]", "-139.0]")), "no error");  // |lambda| h = 2.78 at 0.02 s
+  const std::string message = error_of(with(rk4, "-2.0]", "-145.0]"));
+  EXPECT_THAT(message, StartsWith("e.toml:16: unstable step"));
+  EXPECT_THAT(message, HasSubstr("eigenvalue -145"));
+  EXPECT_THAT(message, HasSubstr("smaller sample period"));
+  EXPECT_THAT(message, HasSubstr("hold = \"first_order\""));
+  EXPECT_THAT(error_of(with(rk4, "[-0.5, 1.0]", "[-0.5, 200.0]")), HasSubstr("eigenvalue -0.5 +- 200i"));
+  EXPECT_EQ(error_of(with(kPlantExperiment, "-2.0]", "-145.0]")), "no error");  // the exact holds are always stable
+}
+
+TEST(ConfigErrors, Sources) {
+  EXPECT_THAT(error_of("name = \"x\"\n[observer]\neigenvalues = [-1]"), HasSubstr("neither [plant] nor [log]"));
+  EXPECT_THAT(error_of(kLogExperiment + "[plant]\nmodel = \"van_der_pol\""), HasSubstr("both [plant] and [log]"));
+  EXPECT_THAT(error_of(kLogExperiment + "[simulation]\nhorizon_s = 3"),
+              StartsWith("e.toml:26: [simulation] has no use for [log]"));
+  EXPECT_THAT(error_of(with(kPlantExperiment, "eigenvalues = [-1.0, -2.0]\npairs = [[-0.5, 1.0]]\n", "")),
+              StartsWith("e.toml:13: [observer] has no latent state"));
+  EXPECT_THAT(error_of(with(kPlantExperiment, "[training]", "[[training]]")),
+              HasSubstr("must be a section: [training]"));
+}
+
+TEST(ConfigErrors, Expressions) {
+  const std::string text = with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
+                                "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a\"]\noutputs = [\"a\"]");
+  EXPECT_EQ(error_of(text), "no error");
+  expect_rows(text, {
+                        {"\"-a\"", "\"-c\"", "e.toml:5", "[plant] derivative[1] \"-c\""},
+                        {"\"-a\"", "\"-a*\"", "e.toml:5", "derivative[1]"},
+                        {"\"-a\"", "\"a=1\"", "e.toml:5", "\"=\" has no place"},
+                        {"outputs = [\"a\"]", "outputs = []", "e.toml:3", "has no outputs"},
+                        {"\"-a\"]", "\"-a\", \"0\"]", "e.toml:3", "2 states but 3 derivative expressions"},
+                        {"\"a\", \"b\"]", "\"a\", \"a\"]", "e.toml:3", "\"a\" twice"},
+                        {"outputs", "model = \"van_der_pol\"\noutputs", "e.toml:3", "both a model and equations"},
+                    });
+}
+
+TEST(ConfigErrors, Columns) {
+  expect_rows(kLogExperiment,
+              {
+                  {"role = \"output\"", "role = \"outptu\"", "e.toml:12", "use \"output\"? There are \"time\""},
+                  {"derivative_of = \"angle\"", "derivative_of = \"angel\"", "e.toml:16", "did you mean \"angle\"?"},
+                  {"wrap = \"2pi\"", "wrap = \"pi\"", "e.toml:14", "\"2pi\" or \"360deg\""},
+                  {"wrap = \"2pi\"", "wrap = -1", "e.toml:14", "wrap is -1"},
+                  {"role = \"state\"", "role = \"input\"", "e.toml:16", "derivative_of"},
+                  {"name = \"rate\"", "name = \"angle\"", "e.toml:16", "the name is taken"},
+                  {"name = \"rate\"\n", "", "e.toml:16", "has no name"},
+                  {"train_files = [\"a.csv\"]", "", "e.toml:3", "has no train_files"},
+                  {"\"latent_minus_output\"", "\"latent\"", "e.toml:25", "the output angle is an unwrapped angle"},
+                  {"\"unit_gain\"", "\"ones\"", "e.toml:23", "set output_injection = \"unit_gain\""},
+                  {"\"steady\"", "\"zero\"", "e.toml:24", "set start = \"steady\""},
+              });
+  EXPECT_EQ(error_of(with(with(kLogExperiment, "\"latent_minus_output\"", "\"latent\""), "wrap = \"2pi\"",
+                          "wrap = \"2pi\"\nencoding = \"sincos\"")),
+            "no error");
+}
+
+}  // namespace
+}  // namespace nlo::trainer

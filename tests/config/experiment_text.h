@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// A small valid experiment to break in one place, and what its reader says then.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "codegen/error.h"
+#include "trainer/config.h"
+
+namespace nlo::trainer {
+
+inline const std::string kPlantExperiment = R"(name = "small"
+
+[plant]
+model = "van_der_pol"
+parameters = { mu = 1.5 }
+
+[simulation]
+horizon_s = 10.0
+trajectories = 4
+initial_low = [-1, -1]
+initial_high = [1, 1]
+
+[observer]
+eigenvalues = [-1.0, -2.0]
+pairs = [[-0.5, 1.0]]
+hold = "first_order"
+
+[training]
+steps = 10
+noise = "gaussian:0.5"
+)";
+
+inline const std::string kLogExperiment = R"(name = "rig"
+
+[log]
+train_files = ["a.csv"]
+
+[[log.columns]]
+name = "t"
+role = "time"
+
+[[log.columns]]
+name = "angle"
+role = "output"
+unit = "rad"
+wrap = "2pi"
+
+[[log.columns]]
+name = "rate"
+role = "state"
+derivative_of = "angle"
+
+[observer]
+eigenvalues = [-10.0]
+output_injection = "unit_gain"
+start = "steady"
+features = "latent_minus_output"
+)";
+
+/// `text` with its one occurrence of `old` replaced; a test that replaces nothing would test nothing.
+inline std::string with(std::string text, const std::string& old, const std::string& replacement) {
+  const auto at = text.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  if (at != std::string::npos) text.replace(at, old.size(), replacement);
+  return text;
+}
+
+inline std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  try {
+    parse_experiment(text, "e.toml", overrides);
+  } catch (const codegen::Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/log_dataset.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/data/testing.h"
+
+namespace nlo::trainer {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr double kPrinted = 1e-10;  // the synthetic log is written with 12 digits
+
+class LogDataset : public ::testing::Test {
+ protected:
+  Dataset load(const LogConfig& config, const std::string& csv) {
+    scratch_.write("log.csv", csv);
+    return load_logs(config, scratch_.path(), {"log.csv"}, &report_);
+  }
+  std::string error_in(const LogConfig& config, const std::string& csv) {
+    return error_of([&] { load(config, csv); });
+  }
+
+  ScratchDirectory scratch_;
+  LogReport report_;
+  SyntheticLog log_;
+};
+
+TEST_F(LogDataset, UnwrapsOutputsAndStartsTimeAtZero) {
+  const Dataset data = load(SyntheticLog::config(), log_.csv());
+  ASSERT_EQ(data.trajectories.size(), 1u);
+  const Trajectory& run = data.trajectories[0];
+  EXPECT_EQ(run.source, "log.csv");
+  ASSERT_EQ(run.samples(), log_.samples);
+  EXPECT_FALSE(data.uniform);
+  EXPECT_EQ(data.sample_period_s, 0.005);
+  EXPECT_EQ(data.outputs[0].unit, "rad");
+  for (int k = 0; k < log_.samples; ++k) {
+    ASSERT_NEAR(run.time_s[k], log_.time_s(k) - log_.time_s(0), kPrinted);
+    ASSERT_NEAR(run.outputs(0, k), SyntheticLog::angle(log_.time_s(k)), kPrinted);
+  }
+  EXPECT_GT(run.outputs.maxCoeff(), 0.5 * kTurn);  // control: the angle does wrap in this log
+}
+
+TEST_F(LogDataset, TakesVelocitiesWithoutDelayAndMasksTheEdges) {
+  const Dataset data = load(SyntheticLog::config(), log_.csv());
+  const Trajectory& run = data.trajectories[0];
+  const double end_s = run.time_s[run.samples() - 1];
+  for (int k = 0; k < log_.samples; ++k) {
+    const bool edge = run.time_s[k] < 0.2 || run.time_s[k] > end_s - 0.2;
+    ASSERT_EQ(run.weight[k], edge ? 0.0 : 1.0);
+    if (edge) continue;
+    ASSERT_NEAR(run.states(0, k), SyntheticLog::velocity(log_.time_s(k)), 1e-3);  // as ZeroPhaseVelocity
+  }
+}
+
+TEST_F(LogDataset, CountsEverySampleWhereNoFilterRan) {
+  LogConfig config = SyntheticLog::config();
+  config.columns[2] = column("angle", ColumnRole::kState, {.column = "phi", .wrap = kTurn});
+  const Dataset data = load(config, log_.csv());
+  EXPECT_EQ(data.trajectories[0].weight.sum(), log_.samples);
+  EXPECT_EQ(data.trajectories[0].states, data.trajectories[0].outputs);  // one column, both output and state
+}
+
+TEST_F(LogDataset, EncodesAnglesAsSineAndCosine) {
+  LogConfig config = SyntheticLog::config();
+  config.columns[1].encoding = "sincos";
+  const Dataset data = load(config, log_.csv());
+  const Trajectory& run = data.trajectories[0];
+  ASSERT_EQ(run.outputs.rows(), 2);
+  for (int k = 0; k < log_.samples; ++k) {
+    ASSERT_NEAR(run.outputs(0, k), std::sin(SyntheticLog::angle(log_.time_s(k))), kPrinted);
+    ASSERT_NEAR(run.outputs(1, k), std::cos(SyntheticLog::angle(log_.time_s(k))), kPrinted);
+  }
+  EXPECT_NEAR(run.states(0, 300), SyntheticLog::velocity(log_.time_s(300)), 1e-3);  // of the angle, not of its sine
+}
+
+TEST_F(LogDataset, TakesTheMedianStepWhenNoPeriodIsGiven) {
+  LogConfig config = SyntheticLog::config();
+  config.sample_period_s = 0.0;
+  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 0.005, 0.1 * 0.005);
+  EXPECT_EQ(report_.sample_period_s, load(config, log_.csv()).sample_period_s);
+}
+
+TEST_F(LogDataset, IsUniformWithoutTimeStamps) {
+  LogConfig config = SyntheticLog::config();
+  config.columns.erase(config.columns.begin());
+  const Dataset data = load(config, log_.csv());
+  EXPECT_TRUE(data.uniform);
+  EXPECT_NEAR(data.trajectories[0].time_s[100], 0.5, kPrinted);
+}
+
+TEST_F(LogDataset, ReadsTimeInMilliseconds) {
+  LogConfig config = SyntheticLog::config();
+  config.columns[0].unit = "ms";
+  EXPECT_THAT(error_in(config, log_.csv()),
+              AllOf(HasSubstr("the median step is"), HasSubstr("unit of the time column")));
+  config.sample_period_s = 0.0;
+  config.velocity_filter.cutoff_hz = 2e4;
+  config.velocity_filter.mask_edges_s = 2e-4;
+  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 5e-6, 0.1 * 5e-6);
+}
+
+TEST_F(LogDataset, NotesInputsThatItChecksAndDoesNotUse) {
+  LogConfig config = SyntheticLog::config();
+  config.columns.push_back(column("torque", ColumnRole::kInput));
+  load(config, log_.csv());
+  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("input \"torque\" is read and not used")));
+  config.columns.back().column = "comment";
+  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv:2:comment: \"row, 0\" is no number"));
+}
+
+TEST_F(LogDataset, NotesAnAngleThatWasNotDeclared) {
+  LogConfig config = SyntheticLog::config();
+  load(config, log_.csv());
+  EXPECT_TRUE(report_.notes.empty());  // control
+  config.columns[1].wrap = 0.0;
+  load(config, log_.csv());
+  EXPECT_THAT(report_.notes,
+              ElementsAre(AllOf(HasSubstr("\"phi\" jumps by more than half a turn"), HasSubstr("give its wrap"))));
+}
+
+TEST_F(LogDataset, ReportsTheClockOfEachFile) {
+  load(SyntheticLog::config(), log_.csv());
+  ASSERT_EQ(report_.files.size(), 1u);
+  EXPECT_EQ(report_.files[0].samples, log_.samples);
+  EXPECT_EQ(report_.data_hash.size(), 16u);
+  EXPECT_THAT(to_text(report_), AllOf(HasSubstr("nominal sample period 5 ms"), HasSubstr("log.csv")));
+}
+
+TEST_F(LogDataset, NamesTheLineWhereTimeStandsStill) {
+  EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n1,0\n2,0\n2,0\n"),
+              HasSubstr("log.csv:4:time: time does not increase: 2 follows 2"));
+  EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n2,0\n1,0\n"),
+              HasSubstr("log.csv:3:time: time does not increase"));
+}
+
+TEST_F(LogDataset, RefusesLogsThatAreTooShort) {
+  const LogConfig config = SyntheticLog::config();
+  EXPECT_THAT(error_in(config, "time,phi\n1,0\n"), HasSubstr("at least two samples"));
+  EXPECT_THAT(error_in(config, "time,phi\n1,0\n1.005,0\n1.01,0\n"),
+              AllOf(HasSubstr("log.csv: "), HasSubstr("samples are too few")));
+  log_.samples = 60;  // 0.3 s
+  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("within mask_edges_s = 0.2 s of its ends"));
+  EXPECT_THAT(error_of([&] { load_logs(config, scratch_.path(), {}); }), HasSubstr("no logs are named"));
+}
+
+TEST_F(LogDataset, NamesAFileWithoutTheColumn) {
+  LogConfig config = SyntheticLog::config();
+  config.columns[1].column = "psi";
+  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv:1: no column \"psi\" among comment, phi, torque, time"));
+}
+
+TEST_F(LogDataset, LoadsSplitsOnTheClockOfTheTrainingLogs) {
+  LogConfig config = SyntheticLog::config();
+  config.sample_period_s = 0.0;
+  scratch_.write("a.csv", log_.csv());
+  log_.samples = 500;
+  scratch_.write("b.csv", log_.csv());
+  log_.samples = 400;
+  log_.period_s = 0.006;
+  scratch_.write("c.csv", log_.csv());
+  config.train_files = {"[ab].csv"};
+  config.test_files = {"c.csv"};
+  const LogSplits splits = load_log_splits(config, scratch_.path());
+  EXPECT_EQ(splits.train.trajectories.size(), 2u);
+  EXPECT_TRUE(splits.validation.trajectories.empty());
+  EXPECT_EQ(splits.validation.states.size(), 1u);
+  ASSERT_EQ(splits.test.trajectories.size(), 1u);
+  EXPECT_EQ(splits.test.trajectories[0].source, "c.csv");
+  EXPECT_EQ(splits.test.sample_period_s, splits.train.sample_period_s);
+  EXPECT_EQ(splits.report.sample_period_s, splits.train.sample_period_s);
+  EXPECT_EQ(splits.report.files.size(), 3u);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/log_metrics.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/data/testing.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::MatrixXd;
+using ::testing::HasSubstr;
+
+constexpr double kRounding = 1e-12;
+
+/// Ten seconds at 10 Hz, all states zero, every sample counts.
+Dataset at_rest(std::vector<Channel> states) {
+  Dataset data;
+  data.states = std::move(states);
+  Trajectory run;
+  run.source = "rest.csv";
+  run.time_s = Eigen::VectorXd::LinSpaced(101, 0.0, 10.0);
+  run.states = MatrixXd::Zero(static_cast<Eigen::Index>(data.states.size()), 101);
+  run.weight = Eigen::VectorXd::Ones(101);
+  data.trajectories = {run};
+  return data;
+}
+
+TEST(LogMetrics, SeparatesItsWindows) {
+  const Dataset data = at_rest({{"v", "rad/s", 0.0}});
+  MatrixXd estimate = MatrixXd::Zero(1, 101);
+  estimate.leftCols(5).setConstant(6.0);          // before 0.5 s
+  estimate.block(0, 5, 1, 15).setConstant(2.0);   // 0.5 to 2 s
+  estimate.block(0, 50, 1, 51).setConstant(1.0);  // from 5 s on
+  const StateError error = log_metrics(data, {estimate}).pooled[0];
+  EXPECT_EQ(error.unit, "rad/s");
+  EXPECT_NEAR(error.rmse[0], std::sqrt((5 * 36.0 + 15 * 4.0 + 51 * 1.0) / 101.0), kRounding);
+  EXPECT_NEAR(error.rmse[1], std::sqrt(51.0 / 81.0), kRounding);
+  EXPECT_NEAR(error.rmse[2], std::sqrt(15 * 4.0 / 45.0), kRounding);
+}
+
+TEST(LogMetrics, DoesNotCountMaskedSamples) {
+  Dataset data = at_rest({{"v", "", 0.0}});
+  MatrixXd estimate = MatrixXd::Constant(1, 101, 3.0);
+  estimate(0, 40) = 1e6;
+  EXPECT_GT(log_metrics(data, {estimate}).pooled[0].rmse[0], 1e4);  // control
+  data.trajectories[0].weight[40] = 0.0;
+  data.trajectories[0].states(0, 40) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NEAR(log_metrics(data, {estimate}).pooled[0].rmse[0], 3.0, kRounding);
+}
+
+TEST(LogMetrics, ComparesAnglesTheShortWayRound) {
+  const Dataset data = at_rest({{"phi", "deg", 360.0}, {"x", "m", 0.0}});
+  const StateError phi = log_metrics(data, {MatrixXd::Constant(2, 101, 359.0)}).pooled[0];
+  const StateError x = log_metrics(data, {MatrixXd::Constant(2, 101, 359.0)}).pooled[1];
+  EXPECT_NEAR(phi.rmse[0], 1.0, kRounding);
+  EXPECT_NEAR(x.rmse[0], 359.0, kRounding * 359.0);  // control: this one is no angle
+}
+
+TEST(LogMetrics, ReadsAnAngleFromItsSineAndCosine) {
+  Dataset data = at_rest({{"phi_sin", "", 0.0}, {"phi_cos", "", 0.0}});
+  data.trajectories[0].states.row(0).setConstant(std::sin(3.1));
+  data.trajectories[0].states.row(1).setConstant(std::cos(3.1));
+  MatrixXd estimate(2, 101);
+  estimate.row(0).setConstant(0.7 * std::sin(-3.1));  // off the unit circle, and across the wrap
+  estimate.row(1).setConstant(0.7 * std::cos(-3.1));
+  const LogMetrics metrics = log_metrics(data, {estimate}, {{"phi", "rad", kTurn, 0}});
+  ASSERT_EQ(metrics.pooled.size(), 3u);
+  EXPECT_EQ(metrics.pooled[2].name, "phi");
+  EXPECT_EQ(metrics.pooled[2].unit, "rad");
+  EXPECT_NEAR(metrics.pooled[2].rmse[0], kTurn - 6.2, kRounding);
+}
+
+TEST(LogMetrics, PoolsSamplesNotFiles) {
+  Dataset data = at_rest({{"v", "", 0.0}});
+  data.trajectories.push_back(data.trajectories[0]);
+  data.trajectories[1].source = "half.csv";
+  data.trajectories[1].weight.tail(51).setZero();
+  const LogMetrics metrics = log_metrics(data, {MatrixXd::Constant(1, 101, 1.0), MatrixXd::Constant(1, 101, 2.0)});
+  EXPECT_EQ(metrics.files[1].source, "half.csv");
+  EXPECT_NEAR(metrics.files[0].states[0].rmse[0], 1.0, kRounding);
+  EXPECT_NEAR(metrics.files[1].states[0].rmse[0], 2.0, kRounding);
+  EXPECT_NEAR(metrics.pooled[0].rmse[0], std::sqrt((101 * 1.0 + 50 * 4.0) / 151.0), kRounding);
+}
+
+TEST(LogMetrics, SaysNothingWhereNothingCounts) {
+  Dataset data = at_rest({{"v", "", 0.0}});
+  data.trajectories[0].time_s *= 0.1;  // one second: no sample after 2 s
+  const StateError error = log_metrics(data, {MatrixXd::Zero(1, 101)}).pooled[0];
+  EXPECT_EQ(error.rmse[0], 0.0);
+  EXPECT_TRUE(std::isnan(error.rmse[1]));
+  EXPECT_TRUE(std::isnan(log_metrics(data, {MatrixXd::Constant(1, 101, std::nan(""))}).pooled[0].rmse[0]));
+}
+
+TEST(LogMetrics, RefusesEstimatesThatDoNotFit) {
+  const Dataset data = at_rest({{"v", "", 0.0}});
+  EXPECT_THAT(error_of([&] { log_metrics(data, {}); }), HasSubstr("estimates of 0 logs for 1 logs"));
+  EXPECT_THAT(error_of([&] { log_metrics(data, {MatrixXd::Zero(1, 99)}); }),
+              HasSubstr("rest.csv: an estimate of 1 x 99 for states of 1 x 101"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// The loader on logs of two real rigs, which stay outside this project. Figures are those of the written protocol for
+// these rigs, or measured once with this code.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "tests/data/testing.h"
+#include "trainer/data/csv.h"
+#include "trainer/data/log_baselines.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/data/log_metrics.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr std::size_t kAll = 0, kAfter2s = 1;  // of kErrorWindows
+
+class RealLogs : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::is_directory(NLO_SHARED_DATA_DIR))
+      GTEST_SKIP() << "the logs of the real rigs are not at " << NLO_SHARED_DATA_DIR;
+  }
+
+  static std::string directory(const std::string& rig) { return std::string(NLO_SHARED_DATA_DIR) + "/" + rig; }
+
+  static LogConfig qube() {
+    LogConfig log;
+    log.columns = {column("time", ColumnRole::kTime, {.unit = "s"}),
+                   column("theta", ColumnRole::kOutput, {.unit = "rad", .wrap = kTurn}),
+                   column("alpha", ColumnRole::kOutput, {.unit = "rad", .wrap = kTurn}),
+                   column("theta_velocity", ColumnRole::kState, {.unit = "rad/s", .derivative_of = "theta"}),
+                   column("alpha_velocity", ColumnRole::kState, {.unit = "rad/s", .derivative_of = "alpha"})};
+    log.train_files = {"example_csv_fin[1-6].csv"};
+    log.validation_files = {"example_csv_fin7.csv"};
+    log.test_files = {"example_csv_fin8.csv"};
+    return log;
+  }
+
+  static LogConfig double_pendulum() {
+    LogConfig log;
+    log.columns = {column("time", ColumnRole::kTime, {.unit = "s"}),
+                   column("pos1", ColumnRole::kOutput, {.column = "pos_meas1", .unit = "rad"}),
+                   column("pos2", ColumnRole::kOutput, {.column = "pos_meas2", .unit = "rad"}),
+                   column("vel1", ColumnRole::kState, {.unit = "rad/s", .derivative_of = "pos1"}),
+                   column("vel2", ColumnRole::kState, {.unit = "rad/s", .derivative_of = "pos2"})};
+    log.velocity_filter.cutoff_hz = 20.0;
+    log.train_files = {"trajectory_0[0-2].csv"};
+    log.test_files = {"trajectory_03.csv"};
+    return log;
+  }
+};
+
+TEST_F(RealLogs, QubeAnglesHaveNoJumpsAndAClockOfFourMilliseconds) {
+  const LogSplits splits = load_log_splits(qube(), directory("qube"));
+  EXPECT_EQ(splits.train.trajectories.size(), 6u);
+  EXPECT_NEAR(splits.train.sample_period_s, 0.004, 1e-6);
+  EXPECT_TRUE(splits.report.notes.empty());
+  for (const TimeStampReport& file : splits.report.files) {
+    EXPECT_EQ(file.gaps, 0) << file.file;
+    EXPECT_LT(file.max_s, 1.1 * 0.004) << file.file;
+  }
+  for (const Trajectory& run : splits.train.trajectories) {
+    const Eigen::Index n = run.samples();
+    // 30 rad/s over 4 ms: the pendulum is no faster.
+    EXPECT_LT((run.outputs.rightCols(n - 1) - run.outputs.leftCols(n - 1)).cwiseAbs().maxCoeff(), 0.12) << run.source;
+  }
+}
+
+TEST_F(RealLogs, QubeLoggedVelocitiesLagBehindTheTruth) {
+  const Dataset data = load_logs(qube(), directory("qube"), {"*.csv"});
+  std::vector<Eigen::MatrixXd> logged;
+  for (const Trajectory& run : data.trajectories) {
+    const CsvTable table = CsvTable::read(directory("qube") + "/" + run.source);
+    Eigen::MatrixXd velocity(2, run.samples());
+    velocity << table.column("theta_dot").transpose(), table.column("alpha_dot").transpose();
+    logged.push_back(velocity);
+  }
+  // The protocol's 0.54 and 0.99 rad/s; reasonable smoothers and edge masks differ by some 5 %.
+  const LogMetrics metrics = log_metrics(data, logged);
+  EXPECT_NEAR(metrics.pooled[0].rmse[kAll], 0.54, 0.05 * 0.54);
+  EXPECT_NEAR(metrics.pooled[1].rmse[kAll], 0.99, 0.05 * 0.99);
+}
+
+TEST_F(RealLogs, QubeBaselinesAreRanked) {
+  const LogConfig config = qube();
+  const LogSplits splits = load_log_splits(config, directory("qube"));
+  const auto rmse = [&](const char* name) {
+    const LogBaseline baseline = LogBaseline::fit(name, splits.train, resolve_columns(config).state_sources);
+    return log_metrics(splits.test, {baseline.estimate(splits.test.trajectories[0])}).pooled;
+  };
+  const auto constant = rmse("constant"), difference = rmse("difference"), polynomial = rmse("polynomial");
+  for (std::size_t i = 0; i < 2; ++i)
+    for (const std::size_t window : {kAll, kAfter2s}) {
+      EXPECT_LT(polynomial[i].rmse[window], 0.6 * difference[i].rmse[window]);
+      EXPECT_LT(difference[i].rmse[window], 0.3 * constant[i].rmse[window]);
+    }
+}
+
+TEST_F(RealLogs, DoublePendulumLoadsWithItsGaps) {
+  const LogSplits splits = load_log_splits(double_pendulum(), directory("double_pendulum"));
+  EXPECT_NEAR(splits.train.sample_period_s, 0.002, 1e-5);
+  int gaps = 0;
+  for (const TimeStampReport& file : splits.report.files) gaps += file.gaps;
+  EXPECT_EQ(gaps, 8 + 17 + 15 + 7);
+  // Free of delay: better than the logged backward differences, so both agree to the noise of the latter.
+  const CsvTable table = CsvTable::read(directory("double_pendulum") + "/trajectory_03.csv");
+  Eigen::MatrixXd logged(2, table.rows());
+  logged << table.column("vel_meas1").transpose(), table.column("vel_meas2").transpose();
+  const LogMetrics metrics = log_metrics(splits.test, {logged});
+  EXPECT_LT(metrics.pooled[0].rmse[kAll], 0.3);
+  EXPECT_LT(metrics.pooled[1].rmse[kAll], 0.3);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,28 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# A user's project, outside of this tree, finds the installed package, generates a header from a model file and runs.
+#   usage: install_test.sh SOURCE_DIR BUILD_DIR WORK_DIR
+set -eu
+source=$1 build=$2 work=$3
+rm -rf "$work"
+mkdir -p "$work"
+cp -r "$source/examples" "$work/examples" # nothing of the tree is in reach by a relative path
+
+cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
+if grep -rlF "$source" "$work/prefix/lib" --include='*.cmake'; then
+  echo "FAILED: the installed package names the source tree"
+  exit 1
+fi
+
+configure() { cmake -G Ninja -S "$work/examples/minimal" -B "$work/$1" "$2" -DCMAKE_BUILD_TYPE=Release >"$work/$1.log" 2>&1; }
+if configure control -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF; then
+  echo "FAILED: the example configures without the installed package, so this test proves nothing"
+  exit 1
+fi
+configure minimal "-DCMAKE_PREFIX_PATH=$work/prefix" || { cat "$work/minimal.log"; exit 1; }
+cmake --build "$work/minimal"
+
+estimates=$(printf '0.5\n0.51\n0.52\n' | "$work/minimal/minimal")
+echo "$estimates"
+[ "$(echo "$estimates" | wc -l)" -eq 3 ] || { echo "FAILED: three measurements should give three estimates"; exit 1; }
+"$work/prefix/bin/nlo" --help | head -n 3

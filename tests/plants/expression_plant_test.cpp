@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/plants/expression_plant.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "codegen/error.h"
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+
+// Two orders of evaluation of the same five operations.
+constexpr double kRounding = 1e-14;
+
+PlantConfig van_der_pol_by_expressions() {
+  PlantConfig config;
+  config.states = {"x1", "x2"};
+  config.derivative = {"x2", "mu*(1 - x1^2)*x2 - x1"};
+  config.outputs = {"x1"};
+  config.parameters = {{"mu", 1.7}};
+  return config;
+}
+
+std::string error_of(const PlantConfig& config) {
+  try {
+    make_plant(config);
+  } catch (const codegen::Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ExpressionPlant, EqualsTheBuiltInToRounding) {
+  PlantConfig builtin;
+  builtin.model = "van_der_pol";
+  builtin.parameters = {{"mu", 1.7}};
+  const auto a = make_plant(builtin), b = make_plant(van_der_pol_by_expressions());
+  const Eigen::MatrixXd x = 3.0 * Eigen::MatrixXd::Random(2, 50);
+  EXPECT_LE((a->derivative(x) - b->derivative(x)).cwiseAbs().maxCoeff(), kRounding * 30.0);  // terms up to 30
+  EXPECT_EQ(a->output(x), b->output(x));
+}
+
+TEST(ExpressionPlant, NamesItsChannels) {
+  PlantConfig config = van_der_pol_by_expressions();
+  EXPECT_EQ(make_plant(config)->outputs()[0].name, "y");
+  config.outputs = {"x1", "x2"};
+  EXPECT_EQ(make_plant(config)->outputs()[1].name, "y2");
+  config.output_names = {"position", "velocity"};
+  config.output_units = {"m", "m/s"};
+  EXPECT_EQ(make_plant(config)->outputs()[1].name, "velocity");
+  EXPECT_EQ(make_plant(config)->outputs()[1].unit, "m/s");
+}
+
+TEST(ExpressionPlant, LeavesItsDomainAsNan) {
+  PlantConfig config;
+  config.states = {"x1"};
+  config.derivative = {"sqrt(x1)"};
+  config.outputs = {"1/x1"};
+  const auto plant = make_plant(config);
+  EXPECT_TRUE(std::isnan(plant->derivative(Eigen::MatrixXd::Constant(1, 1, -1.0))(0, 0)));
+  EXPECT_TRUE(std::isinf(plant->output(Eigen::MatrixXd::Zero(1, 1))(0, 0)));
+}
+
+TEST(ExpressionPlant, KnowsPiAndComparisons) {
+  PlantConfig config;
+  config.states = {"x1"};
+  config.derivative = {"x1 >= 0 ? cos(pi) : 1"};
+  config.outputs = {"x1"};
+  const auto plant = make_plant(config);
+  EXPECT_EQ(plant->derivative(Eigen::MatrixXd::Constant(1, 1, 2.0))(0, 0), -1.0);
+  EXPECT_EQ(plant->derivative(Eigen::MatrixXd::Constant(1, 1, -2.0))(0, 0), 1.0);
+}
+
+TEST(ExpressionPlant, ErrorsNameTheExpressionAndThePosition) {
+  PlantConfig config = van_der_pol_by_expressions();
+  config.derivative[1] = "mu*(1 - x1^2)*x3 - x1";
+  EXPECT_THAT(error_of(config), AllOf(HasSubstr("derivative[1]"), HasSubstr("x3"), HasSubstr("position 15")));
+  config.derivative[1] = "mu*(1 - x1^2";
+  EXPECT_THAT(error_of(config), HasSubstr("derivative[1] \"mu*(1 - x1^2\""));
+  config.derivative[1] = "x1 = 2";
+  EXPECT_THAT(error_of(config), HasSubstr("\"=\" has no place"));
+  config.derivative[1] = "x1, x2";
+  EXPECT_THAT(error_of(config), HasSubstr("2 values"));
+  config.derivative[1] = " ";
+  EXPECT_THAT(error_of(config), HasSubstr("empty"));
+  config.derivative[1] = std::string(5000, '(');
+  EXPECT_THAT(error_of(config), HasSubstr("4000 are the most"));
+}
+
+TEST(ExpressionPlant, RefusesCountsAndNamesThatDoNotFit) {
+  const auto broken = [](auto&& change) {
+    PlantConfig config = van_der_pol_by_expressions();
+    change(config);
+    return error_of(config);
+  };
+  EXPECT_THAT(broken([](auto& c) { c.derivative.pop_back(); }), HasSubstr("2 states but 1 derivative"));
+  EXPECT_THAT(broken([](auto& c) { c.outputs.clear(); }), HasSubstr("no outputs"));
+  EXPECT_THAT(broken([](auto& c) { c.output_names = {"a", "b"}; }), HasSubstr("1 outputs but 2 output_names"));
+  EXPECT_THAT(broken([](auto& c) { c.states[1] = "x1"; }), HasSubstr("\"x1\" twice"));
+  EXPECT_THAT(broken([](auto& c) { c.parameters[0].first = "x2"; }), HasSubstr("\"x2\" twice"));
+  EXPECT_THAT(broken([](auto& c) { c.states[1] = "2x"; }), HasSubstr("no identifier"));
+  EXPECT_THAT(broken([](auto& c) { c.states.clear(); }), HasSubstr("neither a model nor states"));
+  EXPECT_THAT(broken([](auto& c) { c.state_units = {"m"}; }), HasSubstr("2 states but 1 units"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

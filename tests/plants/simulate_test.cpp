@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/plants/simulate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "codegen/error.h"
+#include "trainer/plants/linear.h"
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+
+SimulationConfig box(double half_width, double horizon_s) {
+  SimulationConfig config;
+  config.initial_low = {-half_width, -half_width};
+  config.initial_high = {half_width, half_width};
+  config.horizon_s = horizon_s;
+  return config;
+}
+
+std::unique_ptr<Plant> named(const std::string& model) {
+  PlantConfig config;
+  config.model = model;
+  return make_plant(config);
+}
+
+TEST(Simulate, HasBothEndsOfTheHorizon) {
+  SimulationConfig config = box(1.0, 50.0);
+  EXPECT_EQ(sample_count(config), 2501);
+  config.sample_period_s = 0.3;  // no whole number of periods: the last sample lies inside
+  config.horizon_s = 1.0;
+  EXPECT_EQ(sample_count(config), 4);
+}
+
+TEST(Simulate, DescribesItsSamples) {
+  const auto plant = named("van_der_pol");
+  const Dataset d = simulate(*plant, box(1.0, 2.0), 1, 3);
+  ASSERT_EQ(d.trajectories.size(), 3u);
+  EXPECT_TRUE(d.uniform);
+  EXPECT_EQ(d.sample_period_s, 0.02);
+  for (const Trajectory& run : d.trajectories) {
+    ASSERT_EQ(run.samples(), 101);
+    EXPECT_EQ(run.time_s(100), 100 * 0.02);
+    EXPECT_EQ(run.outputs, run.states.topRows(1));
+    EXPECT_TRUE((run.weight.array() == 1.0).all());
+  }
+}
+
+TEST(Simulate, SettlesOnTheVanDerPolLimitCycle) {
+  // Amplitude and period for mu = 1: Andersen & Geer, "Power series expansions for the frequency and period of the
+  // limit cycle of the van der Pol equation" (1982): 2.00862, 6.66329.
+  const auto plant = named("van_der_pol");
+  SimulationConfig config = box(1.0, 100.0);
+  config.sample_period_s = 0.005;
+  const Dataset d = simulate_from(*plant, config, Eigen::Vector2d(0.1, 0.0));
+  const Eigen::VectorXd x1 = d.trajectories[0].states.row(0).tail(10000);  // the last 50 s: the transient is over
+  EXPECT_NEAR(x1.maxCoeff(), 2.00862, 3e-5);  // a crest missed by half a sample: curvature 2 x (h / 2)^2 / 2 = 6e-6
+  std::vector<double> crossings;
+  for (Eigen::Index k = 1; k < x1.size(); ++k)
+    if (x1(k - 1) < 0.0 && x1(k) >= 0.0)
+      crossings.push_back(config.sample_period_s * (static_cast<double>(k) - x1(k) / (x1(k) - x1(k - 1))));
+  ASSERT_GT(crossings.size(), 4u);
+  const double period = (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
+  EXPECT_NEAR(period, 6.66329, 2e-5);
+}
+
+TEST(Simulate, KeepsTheInvariantOfTheReverseDuffing) {
+  const auto plant = named("reverse_duffing");
+  const Dataset d = simulate(*plant, box(1.0, 50.0), 5, 20);
+  for (const Trajectory& run : d.trajectories) {
+    const Eigen::ArrayXd energy = 2.0 * run.states.row(0).array().square() + run.states.row(1).array().pow(4);
+    EXPECT_LE((energy - energy(0)).abs().maxCoeff(), 1e-6 * (1.0 + energy(0)));  // RK4's drift over 50 s at 0.02 s
+  }
+}
+
+TEST(Simulate, FollowsTheExactSolutionOfALinearPlant) {
+  const auto plant = named("harmonic_oscillator");
+  const Dataset d = simulate_from(*plant, box(1.0, 10.0), Eigen::Vector2d(1.0, 0.0));
+  const Trajectory& run = d.trajectories[0];
+  // Phase error of RK4 per unit time: omega (omega h)^4 / 120 = 1.3e-9.
+  EXPECT_LE((run.states.row(0).transpose().array() - run.time_s.array().cos()).abs().maxCoeff(), 1.5e-8);
+}
+
+TEST(Simulate, SameSeedSameBytes) {
+  const auto plant = named("sine_cosine");
+  const Dataset a = simulate(*plant, box(5.0, 5.0), 9, 4), b = simulate(*plant, box(5.0, 5.0), 9, 4);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(a.trajectories[i].states, b.trajectories[i].states);
+}
+
+TEST(Simulate, NamesThePlantAndTheInitialStateOfAnEscape) {
+  PlantConfig config;
+  config.states = {"x1", "x2"};
+  config.derivative = {"x1^2", "0"};  // leaves in finite time: 1/x1(0)
+  config.outputs = {"x1"};
+  const auto plant = make_plant(config);
+  try {
+    Eigen::MatrixXd initial(2, 2);
+    initial << -1.0, 1.5, 0.25, 0.25;
+    simulate_from(*plant, box(2.0, 5.0), initial);
+    FAIL();
+  } catch (const codegen::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("x(0) = (1.5, 0.25)"));
+    EXPECT_THAT(error.what(), HasSubstr("t = 0.7 s"));  // it leaves at 2/3 s; RK4 needs a step or two more
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer

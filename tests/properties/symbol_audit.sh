@@ -1,0 +1,40 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# What an observer in flight calls: nothing but memcpy, memset and memmove, whatever the compiler and the optimisation
+# level; and nothing of it runs before main.
+#   usage: symbol_audit.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
+set -eu
+compiler=$1 source=$2 eigen=$3 work=$4
+mkdir -p "$work"
+flags="-std=c++20 -fno-exceptions -fno-rtti -I$source -I$source/runtime/include -isystem $eigen"
+
+# audit OBJECT: says what is wrong with it; silent and true when nothing is.
+audit() {
+  bad=$(nm -u "$1" | awk '{print $NF}' | grep -vxE 'memcpy|memset|memmove|_GLOBAL_OFFSET_TABLE_' || true)
+  if readelf -S -W "$1" | grep -qE '\.(init_array|ctors|preinit_array)'; then bad="$bad start-up-code"; fi
+  nm "$1" | grep -q audited_loop || bad="$bad no-audited-loop"
+  [ -z "$bad" ] || { echo "$bad"; return 1; }
+}
+
+failures=0
+for level in -O0 -Os -O2 -O3; do
+  # shellcheck disable=SC2086
+  "$compiler" $flags $level -c "$source/tests/properties/audit/flies.cpp" -o "$work/flies.o"
+  if found=$(audit "$work/flies.o"); then
+    echo "ok       flies $level: $(nm -u "$work/flies.o" | awk '{print $NF}' | tr '\n' ' ')"
+  else
+    echo "FAILED   flies $level: it needs $found"
+    failures=$((failures + 1))
+  fi
+  for control in 1 2 3 4 5; do
+    # shellcheck disable=SC2086
+    "$compiler" $flags $level -DCONTROL=$control -c "$source/tests/properties/audit/controls.cpp" -o "$work/control.o"
+    if found=$(audit "$work/control.o"); then
+      echo "FAILED   control $control $level was not caught"
+      failures=$((failures + 1))
+    else
+      echo "caught   control $control $level:" $found
+    fi
+  done
+done
+exit $((failures > 0))

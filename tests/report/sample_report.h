@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+// A report with every section, from made-up but plausible data: what the tests render.
+#pragma once
+
+#include <cmath>
+#include <random>
+
+#include "tests/analysis/van_der_pol_set.h"
+#include "trainer/report/report.h"
+
+namespace nlo::trainer::test {
+
+/// Truth plus a decaying and a lasting error: looks like an observer without training one.
+inline EstimatorFactory pretended_observer(double lasting) {
+  return [lasting]() -> Estimator {
+    return [lasting](const Eigen::MatrixXd& outputs, const Eigen::VectorXd& time_s) {
+      Eigen::MatrixXd estimate(2, outputs.cols());
+      for (Eigen::Index k = 0; k < outputs.cols(); ++k) {
+        const double fading = std::exp(-1.2 * time_s[k]);
+        const Eigen::Index from = std::max<Eigen::Index>(0, k - 20);
+        const double noise = outputs.row(0).segment(from, k - from + 1).mean();
+        estimate(0, k) = (1.0 - fading) * noise + lasting * std::sin(3.0 * time_s[k]);
+        estimate(1, k) = (1.0 - fading) * 1.5 * std::sin(0.94 * time_s[k]) + lasting;
+      }
+      return estimate;
+    };
+  };
+}
+
+inline TrainingCurves sample_curves() {
+  std::string csv =
+      "step,elapsed_s,loss,train_rmse,validation_rmse,learning_rate,lambda_1_re,lambda_1_im,lambda_2_re,lambda_2_im\n";
+  for (int i = 0; i <= 1000; i += 20) {
+    const double t = i / 1000.0, loss = 0.02 + 2.0 * std::exp(-8.0 * t) + 0.004 * std::sin(0.9 * i);
+    csv += std::to_string(i) + "," + std::to_string(10.0 * t) + "," + std::to_string(loss) + "," +
+           std::to_string(std::sqrt(loss)) + "," + std::to_string(1.03 * std::sqrt(loss)) + ",0.003," +
+           std::to_string(-0.5 + 0.2 * t) + "," + std::to_string(1.1 - 0.2 * t) + "," + std::to_string(-3.0 - 2.0 * t) +
+           ",0\n";
+  }
+  return parse_training_curves(csv, "metrics.csv");
+}
+
+inline ControlLoopResult sample_loop() {
+  ControlLoopResult loop;
+  loop.rate_hz = 1000;
+  loop.ticks = 10'000;
+  loop.noise_std = 0.5;
+  loop.rms_error = 0.172;
+  loop.settled_rms_error = 0.081;
+  loop.step_and_estimate = {231, 412, 1500, 23'400};
+  loop.wake_up_lateness = {52'000, 91'000, 130'000, 900'000};
+  for (double below = 190.0, count = 40.0; below < 30'000.0; below *= 1.25) {
+    loop.histogram.push_back({below, count});
+    count = below < 240.0 ? 6000.0 : std::floor(count / 3.1);
+    if (count < 1.0) count = below > 20'000.0 ? 1.0 : 0.0;
+  }
+  return loop;
+}
+
+inline ReportData sample_report(int trajectories = 40) {
+  ReportData data;
+  data.title = "van_der_pol";
+  data.facts = {{"nlo", "0.1.0"},
+                {"seed", "1"},
+                {"data", "50 simulated trajectories of 50 s"},
+                {"config", "name = \"van_der_pol\"\n[training]\nsteps = 1000"}};
+  data.training = sample_curves();
+  const Dataset set = van_der_pol_set(trajectories, 50.0, 4);
+  for (const NoiseConfig& noise : {NoiseConfig{}, {NoiseKind::kGaussian, 0.5}, {NoiseKind::kUniform, 3.0}}) {
+    const EkfConfig config = ekf_config(Eigen::Vector2d(-1.0, -1.0), Eigen::Vector2d(1.0, 1.0), noise);
+    data.evaluations.push_back({evaluate("observer", pretended_observer(0.05), set, noise, 1, 1),
+                                evaluate("ekf", ekf_estimator(van_der_pol_for_ekf, config), set, noise, 1, 1),
+                                evaluate("constant", constant_estimator(set), set, noise, 1, 1)});
+  }
+  data.control_loop = sample_loop();
+  return data;
+}
+
+}  // namespace nlo::trainer::test

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// Whatever arrives as a measurement, in any channel: what becomes of it, and that z stays finite.
+#include <nlo/kkl_observer.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/runtime/testing.h"
+
+namespace nlo {
+namespace {
+
+using testing::angle_model;
+using testing::pair_model;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr auto kModel = pair_model<float>(Hold::kFirstOrder);  // stale after 3
+using Observer = KklObserver<testing::PairModel<float>>;
+using AngleObserver = KklObserver<testing::AngleModel<float>>;
+
+template <class Observer>
+bool latent_is_finite(const Observer& observer) {
+  for (const auto z : observer.latent()) {
+    if (!is_finite(z)) return false;
+  }
+  return true;
+}
+
+TEST(IsFinite, AgreesWithTheExponentOfEveryFloat) {
+  for (std::uint32_t exponent = 0; exponent < 512; ++exponent) {
+    for (const std::uint32_t mantissa : {0U, 1U, 0x400000U, 0x7fffffU}) {
+      const auto value = std::bit_cast<float>(exponent << 23 | mantissa);
+      EXPECT_EQ(is_finite(value), exponent % 256 != 255) << exponent << ' ' << mantissa;
+    }
+  }
+  EXPECT_FALSE(is_finite(std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_FALSE(is_finite(-std::numeric_limits<double>::infinity()));
+  EXPECT_TRUE(is_finite(std::numeric_limits<double>::max()));
+}
+
+TEST(Measurement, ThatIsNotFiniteIsReplacedByTheLastGoodOne) {
+  for (const float bad :
+       {kNan, -kNan, kInf, -kInf, std::bit_cast<float>(0x7f800001U), std::bit_cast<float>(0xffffffffU)}) {
+    Observer observer(kModel), repeated(kModel);
+    for (const float y : {1.0F, 2.0F}) {
+      ASSERT_EQ(observer.step(y), StepStatus::kOk);
+      ASSERT_EQ(repeated.step(y), StepStatus::kOk);
+    }
+    EXPECT_EQ(observer.step(bad), StepStatus::kHeld);
+    EXPECT_EQ(repeated.step(2.0F), StepStatus::kOk);
+    EXPECT_TRUE(testing::same_latent(observer.save(), repeated.save()));
+    EXPECT_EQ(observer.status(), StepStatus::kHeld);
+  }
+}
+
+TEST(Measurement, MissedCountsAsNotFinite) {
+  Observer missed(kModel), not_finite(kModel);
+  for (Observer* observer : {&missed, &not_finite}) ASSERT_EQ(observer->step(1.0F), StepStatus::kOk);
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_EQ(missed.step_missed(), not_finite.step(kNan));
+    EXPECT_TRUE(testing::same_bits(missed.save(), not_finite.save()));
+  }
+}
+
+TEST(Measurement, HeldTooOftenInARowIsStaleAndOneGoodOneEndsIt) {
+  Observer observer(kModel);
+  ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
+  for (int round = 0; round < 3; ++round) {
+    EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
+    EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
+    for (int k = 0; k < 4; ++k) EXPECT_EQ(observer.step(kNan), StepStatus::kStale);
+    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+    EXPECT_EQ(observer.save().held, 0);
+  }
+}
+
+TEST(Measurement, HeldForEverStaysStale) {
+  Observer observer(kModel);
+  ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
+  for (int k = 0; k < 2; ++k) ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
+  for (int k = 0; k < 70000; ++k) ASSERT_EQ(observer.step(kNan), StepStatus::kStale) << k;  // past what 16 bits count
+}
+
+TEST(Measurement, HeldBeforeAnyGoodOneLeavesTheObserverUnstarted) {
+  Observer observer(kModel);
+  const auto fresh = observer.save();
+  EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
+  EXPECT_EQ(observer.step(kInf), StepStatus::kHeld);
+  EXPECT_EQ(observer.step_missed(), StepStatus::kStale);
+  EXPECT_TRUE(testing::same_latent(observer.save(), fresh));
+  EXPECT_EQ(observer.save().started, 0);
+  EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+  EXPECT_EQ(observer.save().started, 1);
+}
+
+TEST(Measurement, OutOfRangeIsClampedToTheRange) {
+  for (const float sign : {1.0F, -1.0F}) {
+    for (const float size : {10.0000010F, 11.0F, 1e30F, std::numeric_limits<float>::max()}) {
+      Observer observer(kModel), at_limit(kModel);
+      ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
+      ASSERT_EQ(at_limit.step(1.0F), StepStatus::kOk);
+      EXPECT_EQ(observer.step(sign * size), StepStatus::kClamped);
+      EXPECT_EQ(at_limit.step(sign * 10.0F), StepStatus::kOk);
+      EXPECT_TRUE(testing::same_latent(observer.save(), at_limit.save()));
+    }
+  }
+}
+
+TEST(Measurement, ClampedEndsARowOfHeldOnes) {
+  Observer observer(kModel);
+  for (const float y : {1.0F, kNan, kNan, 99.0F}) (void)observer.step(y);
+  EXPECT_EQ(observer.status(), StepStatus::kClamped);
+  EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
+}
+
+TEST(Measurement, SubnormalIsUsedAsItCame) {
+  Observer observer(kModel);
+  for (const float y : {1e-45F, -1e-45F, 1e-39F, std::numeric_limits<float>::denorm_min(), -0.0F}) {
+    EXPECT_EQ(observer.step(y), StepStatus::kOk);
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(observer.save().y[0]), std::bit_cast<std::uint32_t>(y));
+    EXPECT_TRUE(latent_is_finite(observer));
+  }
+}
+
+TEST(Measurement, BadInOneChannelLeavesTheOtherChannelInUse) {
+  const auto model = angle_model<float>();
+  AngleObserver observer(model);
+  ASSERT_EQ(observer.step({{0.5F, 0.25F}}), StepStatus::kOk);
+  EXPECT_EQ(observer.step({{kNan, 0.5F}}), StepStatus::kHeld);
+  EXPECT_EQ(observer.save().y[0], 0.5F);
+  EXPECT_EQ(observer.save().y[1], 0.5F);
+  EXPECT_EQ(observer.step({{0.75F, kInf}}), StepStatus::kHeld);
+  EXPECT_EQ(observer.save().y[0], 0.75F);
+  EXPECT_EQ(observer.save().y[1], 0.5F);
+  EXPECT_EQ(observer.step({{kNan, 2.0F}}), StepStatus::kStale);  // held outranks clamped
+  EXPECT_EQ(observer.save().y[1], 1.0F);
+  EXPECT_EQ(observer.step({{0.75F, 2.0F}}), StepStatus::kClamped);
+}
+
+TEST(Measurement, OutOfRangeOfAnAngleIsHeldNotClamped) {
+  const auto model = angle_model<float>();
+  AngleObserver observer(model);
+  ASSERT_EQ(observer.step({{0.5F, 0.0F}}), StepStatus::kOk);
+  for (const float bad : {3.2F, -3.2F, 1e30F}) {
+    (void)observer.step({{0.5F, 0.0F}});
+    EXPECT_EQ(observer.step({{bad, 0.0F}}), StepStatus::kHeld);
+    EXPECT_FLOAT_EQ(observer.save().y[0], 0.5F);
+  }
+}
+
+/// A million steps of random bits, a good measurement now and then so that z moves.
+template <class Observer>
+void fuzz(const typename Observer::Model& model, std::uint32_t seed) {
+  using Scalar = typename Observer::Scalar;
+  constexpr int kSteps = 1'000'000;
+  Observer observer(model);
+  std::mt19937 random(seed);
+  int seen[5] = {};
+  std::uint32_t missing = 0;  // measurements yet to miss
+  for (int k = 0; k < kSteps; ++k) {
+    typename Observer::Output y{};
+    if (random() % 16 == 0) missing = random() % 8;
+    for (Scalar& value : y) {
+      const auto kind = random() % 4;
+      value = kind == 0 ? testing::any_bits<Scalar>(random) : testing::uniform<Scalar>(random, -3.2, 3.2);
+      if (kind == 1) value *= Scalar(10);
+      if (missing > 0) value = std::numeric_limits<Scalar>::quiet_NaN();
+    }
+    if (missing > 0) --missing;
+    const auto way = random() % 64;
+    StepStatus status;
+    if (way == 0) {
+      status = observer.warm_start(y);
+    } else if (way < 32) {
+      status = observer.step(y);
+    } else if (way < 48) {
+      status = observer.step(y, testing::any_bits<Scalar>(random));
+    } else {
+      status = observer.step(y, testing::uniform<Scalar>(random, 0, 1001) * model.sample_period_s);
+    }
+    ++seen[static_cast<int>(status)];
+    ASSERT_TRUE(latent_is_finite(observer)) << "step " << k << ", seed " << seed;
+    if (k % 1000 == 0) {
+      ASSERT_TRUE(observer.restore(observer.save())) << "step " << k << ", seed " << seed;
+    }
+  }
+  for (int status = 0; status < 5; ++status) EXPECT_GT(seen[status], 1000) << status;
+}
+
+TEST(Fuzz, LeavesTheLatentStateFinite) {
+  fuzz<Observer>(kModel, 1);
+  fuzz<Observer>(pair_model<float>(Hold::kZeroOrder, true), 2);
+  fuzz<KklObserver<testing::PairModel<double>>>(pair_model<double>(Hold::kFirstOrder), 3);
+}
+
+TEST(Fuzz, LeavesTheLatentStateOfAnRk4ModelFinite) {
+  fuzz<Observer>(pair_model<float>(Hold::kRk4), 4);
+}
+
+TEST(Fuzz, LeavesTheLatentStateBehindAnAngleFinite) {
+  fuzz<AngleObserver>(angle_model<float>(), 5);
+  fuzz<AngleObserver>(angle_model<float>(0.0, 2 * testing::kPi), 6);
+  fuzz<AngleObserver>(angle_model<float>(-400.0, 400.0, false), 7);
+  fuzz<KklObserver<testing::AngleModel<double>>>(angle_model<double>(), 8);
+}
+
+}  // namespace
+}  // namespace nlo

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/baselines/ekf.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "trainer/analysis/measurement_noise.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kLeastOutputVariance = 1e-4;
+
+MatrixXd rk4(const EkfPlant& plant, const MatrixXd& x, double h) {
+  const MatrixXd k1 = plant.f(x);
+  const MatrixXd k2 = plant.f(x + 0.5 * h * k1);
+  const MatrixXd k3 = plant.f(x + 0.5 * h * k2);
+  const MatrixXd k4 = plant.f(x + h * k3);
+  return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+}
+
+/// x, then x + step e_i and x - step e_i of each state i: one batch gives a value and its Jacobian.
+struct Stencil {
+  explicit Stencil(const VectorXd& x)
+      : step(cbrt_epsilon() * x.cwiseAbs().cwiseMax(1.0)), points(x.rowwise().replicate(2 * x.size() + 1)) {
+    for (Index i = 0; i < x.size(); ++i) {
+      points(i, 1 + 2 * i) += step[i];
+      points(i, 2 + 2 * i) -= step[i];
+    }
+  }
+
+  /// The Jacobian at x from the values of a function at the points.
+  MatrixXd jacobian(const MatrixXd& values) const {
+    MatrixXd result(values.rows(), step.size());
+    for (Index i = 0; i < step.size(); ++i)
+      result.col(i) = (values.col(1 + 2 * i) - values.col(2 + 2 * i)) / (2.0 * step[i]);
+    return result;
+  }
+
+  /// Balances truncation (step^2) against rounding (epsilon / step).
+  static double cbrt_epsilon() { return std::cbrt(std::numeric_limits<double>::epsilon()); }
+
+  VectorXd step;
+  MatrixXd points;
+};
+
+MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd& outputs, const VectorXd& time_s) {
+  const Index nx = config.initial_state.size(), ny = outputs.rows();
+  const MatrixXd identity = MatrixXd::Identity(nx, nx);
+  const MatrixXd q = config.process_variance * identity;
+  const MatrixXd r = std::max(config.output_variance, kLeastOutputVariance) * MatrixXd::Identity(ny, ny);
+
+  VectorXd x = config.initial_state;
+  MatrixXd p = config.initial_covariance, estimates(nx, outputs.cols());
+  for (Index k = 0; k < outputs.cols(); ++k) {
+    if (k > 0) {
+      const Stencil stencil(x);
+      const MatrixXd next = rk4(plant, stencil.points, time_s[k] - time_s[k - 1]);
+      const MatrixXd j = stencil.jacobian(next);
+      x = next.col(0);
+      p = j * p * j.transpose() + q;
+    }
+    const Stencil stencil(x);
+    const MatrixXd predicted = plant.h(stencil.points);
+    const MatrixXd h = stencil.jacobian(predicted);
+    const MatrixXd gain = (h * p * h.transpose() + r).ldlt().solve(h * p).transpose();  // P H' S^-1, S and P symmetric
+    x += gain * (outputs.col(k) - predicted.col(0));
+    const MatrixXd kept = identity - gain * h;
+    p = kept * p * kept.transpose() + gain * r * gain.transpose();
+    estimates.col(k) = x;
+  }
+  return estimates;
+}
+
+}  // namespace
+
+EkfConfig ekf_config(const VectorXd& low, const VectorXd& high, const NoiseConfig& noise) {
+  const VectorXd variance = (high - low).cwiseAbs2() / 12.0;
+  return {0.5 * (low + high), MatrixXd(variance.asDiagonal()), 1e-6, noise_variance(noise)};
+}
+
+EstimatorFactory ekf_estimator(std::function<EkfPlant()> make_plant, const EkfConfig& config) {
+  return [make_plant = std::move(make_plant), config]() -> Estimator {
+    return [plant = make_plant(), config](const MatrixXd& outputs, const VectorXd& time_s) {
+      return run_ekf(plant, config, outputs, time_s);
+    };
+  };
+}
+
+}  // namespace nlo::trainer

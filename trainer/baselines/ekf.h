@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Extended Kalman filter: what a user with an exact plant model would pick instead of a learned observer.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+#include "trainer/analysis/evaluate.h"
+
+namespace nlo::trainer {
+
+/// dx/dt = f(x), y = h(x); each maps a batch, one column per point.
+struct EkfPlant {
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&x)> f, h;
+};
+
+/// Discrete EKF between samples,
+///   x- = Phi(x+),  P- = J P+ J' + Q            Phi: one RK4 step of f, J = dPhi/dx
+///   K = P- H' (H P- H' + R)^-1,  x+ = x- + K (y - h(x-)),  P+ = (I - K H) P- (I - K H)' + K R K'   (Joseph form)
+/// with Jacobians by central differences. The first sample corrects the initial guess at once.
+struct EkfConfig {
+  Eigen::VectorXd initial_state;       ///< n_x
+  Eigen::MatrixXd initial_covariance;  ///< P0, n_x x n_x
+  double process_variance = 1e-6;      ///< Q = this times I, per step
+  double output_variance =
+      0.0;  ///< R = this times I; at least 1e-4: a noise-free output is no reason to trust a linearisation
+};
+
+/// Guess at the centre of the box [low, high] (n_x each), P0 the variance of a uniform draw from it, R that of the
+/// noise.
+EkfConfig ekf_config(const Eigen::VectorXd& low, const Eigen::VectorXd& high, const NoiseConfig& noise);
+
+/// `make_plant` is called once per thread: plants need not be safe for two threads at once.
+EstimatorFactory ekf_estimator(std::function<EkfPlant()> make_plant, const EkfConfig& config);
+
+}  // namespace nlo::trainer

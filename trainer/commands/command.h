@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// What the commands of `nlo` share: how a command joins the program, and which exit code its errors get.
+//   0  done
+//   1  RunFailure: the run itself failed (diverged, interrupted, disk full)
+//   2  any other codegen::Error, before anything was written: wrong usage, config or input
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "codegen/error.h"
+
+namespace nlo::trainer {
+
+struct RunFailure : codegen::Error {
+  using Error::Error;
+};
+
+/// Runs `work`, from where on an error is a failure of the run and no longer one of the input.
+template <class Work>
+auto run_phase(Work&& work) {
+  try {
+    return std::forward<Work>(work)();
+  } catch (const codegen::Error& error) {
+    throw RunFailure(error.what());
+  }
+}
+
+/// Checks of options, for CLI11: empty when the text is fine, else what it must be. CLI11's own let -1 wrap round to a
+/// big unsigned number, and NaN through every range.
+std::string check_seed(const std::string& text);
+std::string check_scale(const std::string& text);
+
+/// Each adds a subcommand; when it was chosen, parsing sets `action` to what it does.
+using Action = std::function<void()>;
+void add_train(CLI::App& app, Action& action);
+void add_evaluate(CLI::App& app, Action& action);
+void add_export(CLI::App& app, Action& action);
+void add_report(CLI::App& app, Action& action);
+void add_simulate(CLI::App& app, Action& action);
+
+}  // namespace nlo::trainer

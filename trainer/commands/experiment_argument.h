@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// EXPERIMENT on the command line: a file, or the name of one that the program carries.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trainer/config.h"
+
+namespace nlo::trainer {
+
+struct ShippedExperiment {
+  std::string_view name, text;
+};
+
+/// trainer/experiments/*.toml, compiled in.
+std::span<const ShippedExperiment> shipped_experiments();
+
+struct ExperimentArgument {
+  std::string experiment;              ///< path or name
+  std::vector<std::string> overrides;  ///< --set
+  std::optional<unsigned long long> seed;
+  std::optional<int> threads;
+};
+
+/// Throws codegen::Error as read_experiment does, or listing the shipped names when there is no such file.
+Experiment read_experiment(const ExperimentArgument& argument);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// nlo export: model file -> what a target includes.
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "codegen/file.h"
+#include "codegen/model_file.h"
+#include "codegen/targets/registry.h"
+#include "codegen/validate.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/output_directory.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct Arguments {
+  std::string model, target = "cpp", scalar = "float", name, output;
+};
+
+void run(const Arguments& arguments) {
+  const codegen::ExportTarget& target = codegen::export_target(arguments.target);
+  codegen::ExportOptions options;
+  options.scalar = codegen::scalar_type(arguments.scalar);
+  options.name = arguments.name;
+  if (!options.name.empty() && !codegen::is_identifier(options.name))
+    throw codegen::Error(
+        fmt::format("--name \"{}\" is no identifier; use a letter, then letters, digits and single "
+                    "underscores (63 at most), no C++ word",
+                    options.name));
+  const bool to_stdout = arguments.output == "-";
+  if (!to_stdout) check_output_file(arguments.output);
+  const std::string text = target.generate(codegen::read_model(arguments.model), options);
+  if (to_stdout) {
+    fmt::print("{}", text);
+    return;
+  }
+  run_phase([&] { codegen::write_file_atomically(arguments.output, text); });
+  fmt::print("{}: {} bytes\n", arguments.output, text.size());
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("export", "Turn a model into a header of constants for firmware");
+  command->add_option("MODEL", arguments->model, "model.json of nlo train")->required();
+  std::string targets;
+  for (const codegen::ExportTarget& target : codegen::export_targets())
+    targets += fmt::format("{}{}: {}", targets.empty() ? "" : "; ", target.name, target.description);
+  command->add_option("--target", arguments->target, targets)->capture_default_str();
+  command->add_option("--scalar", arguments->scalar, "arithmetic on the target: float or double")
+      ->capture_default_str();
+  command->add_option("--name", arguments->name, "namespace of what is generated, an identifier (the model's name)");
+  command->add_option("-o,--output", arguments->output, "file to write; - for stdout")->required();
+  command->footer(
+      "Examples:\n"
+      "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"
+      "  nlo export model.json --target replay -o van_der_pol_replay.h");
+  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// What a run came to: the strict test on its plant, or its test logs; printed, and as report.html.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+#include "trainer/analysis/evaluate.h"
+#include "trainer/analysis/evaluate_logs.h"
+#include "trainer/commands/strict_test.h"
+#include "trainer/config.h"
+#include "trainer/data/log_dataset.h"
+
+namespace nlo::trainer {
+
+struct Judgement {
+  std::vector<std::vector<Evaluation>> evaluations;  ///< of a plant; per noise, the observer first
+  std::optional<LogEvaluation> logs;                 ///< of the test logs
+  std::optional<LogReport> log_clock;
+};
+
+/// A plant: `test`; without noises in it, none and the noise of the training.
+Judgement judge_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test);
+
+/// Logs: the test split, beside baselines that learn from the training split. Empty without test files.
+Judgement judge_on_logs(const codegen::Model& model, const Experiment& experiment, const Dataset& training,
+                        const Dataset& test, const LogReport& clock);
+
+/// Tables for a terminal.
+std::string judgement_text(const codegen::Model& model, const Judgement& judgement);
+
+/// Replaces DIR/report.html.
+void write_run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "trainer/commands/command.h"
+#include "trainer/number_text.h"
+
+namespace nlo::trainer {
+
+std::string check_seed(const std::string& text) {
+  constexpr std::size_t kMostDigits = 18;  // TOML's integers end at 2^63
+  const bool is_whole = std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!text.empty() && is_whole && text.size() <= kMostDigits) return "";
+  return fmt::format("{} is no seed; write an integer from 0 on, of at most {} digits", text, kMostDigits);
+}
+
+std::string check_scale(const std::string& text) {
+  constexpr double kSmallest = 1e-6, kLargest = 1e6;
+  const auto number = finite_number(text);
+  if (number && *number >= kSmallest && *number <= kLargest) return "";
+  return fmt::format("{} is no scale; write a number from {} to {}", text, kSmallest, kLargest);
+}
+
+}  // namespace nlo::trainer

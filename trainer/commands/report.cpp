@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// nlo report: report.html of a run anew, with more tests than training did, or with the control loop that ran since.
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "codegen/model_file.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/judgement.h"
+#include "trainer/commands/output_directory.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct Arguments {
+  std::string directory, data;
+  std::vector<std::string> noises;
+  StrictTest test;
+};
+
+void run(Arguments arguments) {
+  for (const std::string& noise : arguments.noises) arguments.test.noises.push_back(parse_noise(noise));
+  const std::string file = arguments.directory + "/model.json";
+  const codegen::Model model = codegen::read_model(file);
+  const Experiment experiment = experiment_of(model, file);
+  check_output_file(arguments.directory + "/report.html");
+  Judgement judgement;
+  if (experiment.plant) {
+    if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
+    judgement = run_phase([&] { return judge_on_plant(model, experiment, arguments.test); });
+  } else {
+    if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");
+    const LogSplits splits = load_log_splits(*experiment.log, arguments.data);
+    judgement = run_phase([&] { return judge_on_logs(model, experiment, splits.train, splits.test, splits.report); });
+  }
+  run_phase([&] { write_run_report(model, judgement, arguments.directory); });
+  fmt::print("report   {}/report.html\n", arguments.directory);
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("report", "Write the report.html of a run anew");
+  command->add_option("DIR", arguments->directory, "directory that nlo train wrote")->required();
+  command->add_option("--noise", arguments->noises, "as of nlo evaluate; may be repeated (none, and the training's)")
+      ->allow_extra_args(false);
+  command->add_option("--against", arguments->test.against, "alternatives: ekf (knows the plant exactly), constant")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"ekf", "constant"}));
+  command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
+      ->check(check_seed)
+      ->capture_default_str();
+  command->add_option("--data", arguments->data, "directory of the logs, for a model trained on logs")
+      ->type_name("DIR");
+  command->footer(
+      "Example:\n"
+      "  nlo report runs/van_der_pol --noise none --noise gaussian:0.5 --noise uniform:3 --against ekf");
+  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+}
+
+}  // namespace nlo::trainer

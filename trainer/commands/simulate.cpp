@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// nlo simulate: trajectories of a plant as CSV logs, to look at, or to try the route from logs on.
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "codegen/file.h"
+#include "trainer/analysis/measurement_noise.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/output_directory.h"
+#include "trainer/number_text.h"
+#include "trainer/plants/registry.h"
+#include "trainer/plants/simulate.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct Arguments {
+  ExperimentArgument experiment;
+  std::string output, noise = "none";
+  int trajectories = 1;
+  unsigned long long seed = 1;
+};
+
+constexpr int kMostTrajectories = 10000;
+
+/// run.csv, or run_1.csv ... run_N.csv: time restarts with each trajectory, and a log has one.
+std::string file_of(const std::string& output, int index, int count) {
+  if (count == 1) return output;
+  const auto slash = output.rfind('/'), dot = output.rfind('.');
+  const bool has_extension = dot != std::string::npos && (slash == std::string::npos || dot > slash + 1) && dot > 0;
+  const std::string stem = has_extension ? output.substr(0, dot) : output;
+  return fmt::format("{}_{}{}", stem, index + 1, has_extension ? output.substr(dot) : "");
+}
+
+/// A state and an output may share their name (y = x1 called "x1"); columns may not.
+std::string output_heading(const Dataset& data, std::size_t output) {
+  const std::string& name = data.outputs[output].name;
+  const bool taken =
+      std::any_of(data.states.begin(), data.states.end(), [&](const Channel& s) { return s.name == name; });
+  return taken ? name + "_clean" : name;
+}
+
+std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured) {
+  const Trajectory& run = data.trajectories[static_cast<std::size_t>(index)];
+  std::string text = "trajectory,time";
+  for (std::size_t i = 0; i < data.outputs.size(); ++i) text += "," + output_heading(data, i);
+  for (const Channel& output : data.outputs) text += "," + output.name + "_measured";
+  for (const Channel& state : data.states) text += "," + state.name;
+  text += "\n";
+  for (Eigen::Index k = 0; k < run.samples(); ++k) {
+    text += fmt::format("{},{}", index + 1, shortest_text(run.time_s(k)));
+    const auto append = [&](const Eigen::MatrixXd& values) {
+      for (Eigen::Index i = 0; i < values.rows(); ++i) text += "," + shortest_text(values(i, k));
+    };
+    append(run.outputs);
+    append(measured);
+    append(run.states);
+    text += "\n";
+  }
+  return text;
+}
+
+void run(const Arguments& arguments) {
+  const NoiseConfig noise = parse_noise(arguments.noise);
+  const Experiment experiment = read_experiment(arguments.experiment);
+  if (!experiment.plant)
+    throw codegen::Error(
+        fmt::format("{}: has no [plant] to simulate; its data are logs", arguments.experiment.experiment));
+  for (int i = 0; i < arguments.trajectories; ++i)
+    check_output_file(file_of(arguments.output, i, arguments.trajectories));
+  run_phase([&] {
+    const auto plant = make_plant(*experiment.plant);
+    const Dataset data = simulate(*plant, experiment.simulation, initial_state_seed(arguments.seed, SeedStream::kTest),
+                                  arguments.trajectories);
+    for (int i = 0; i < arguments.trajectories; ++i) {
+      MeasurementNoise sensor(noise, arguments.seed, static_cast<std::uint64_t>(i));
+      const std::string file = file_of(arguments.output, i, arguments.trajectories);
+      codegen::write_file_atomically(file,
+                                     csv(data, i, sensor.on(data.trajectories[static_cast<std::size_t>(i)].outputs)));
+      fmt::print("{}: {} samples\n", file, data.trajectories[static_cast<std::size_t>(i)].samples());
+    }
+  });
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("simulate", "Write trajectories of a plant as CSV logs");
+  command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one")
+      ->required();
+  command->add_option("-o,--output", arguments->output, "CSV file; FILE_1.csv, FILE_2.csv... for several trajectories")
+      ->required();
+  command->add_option("--trajectories", arguments->trajectories, "how many, each in a file of its own")
+      ->check(CLI::Range(1, kMostTrajectories))
+      ->capture_default_str();
+  command
+      ->add_option("--noise", arguments->noise, "on the column NAME_measured: none, gaussian:SIGMA, uniform:HALF_WIDTH")
+      ->capture_default_str();
+  command->add_option("--seed", arguments->seed, "of the initial states and the noise")
+      ->check(check_seed)
+      ->capture_default_str();
+  command->add_option("--set", arguments->experiment.overrides, "SECTION.KEY=VALUE instead of what the file says")
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
+  command->footer(
+      "Columns: trajectory, time [s], each output, each output as measured, each state.\n"
+      "Example:\n"
+      "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv");
+  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+// nlo train: experiment -> model.json, metrics.csv, report.html.
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <memory>
+#include <optional>
+
+#include "codegen/file.h"
+#include "codegen/model_file.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/judgement.h"
+#include "trainer/commands/output_directory.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/plants/registry.h"
+#include "trainer/plants/simulate.h"
+#include "trainer/progress.h"
+#include "trainer/train.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct Arguments {
+  ExperimentArgument experiment;
+  std::string data, output;
+  bool resume = false, force = false, quiet = false, help_config = false;
+};
+
+/// What an experiment trains on, is chosen by and is judged by.
+struct Data {
+  Dataset training, validation;
+  Dataset test;     ///< of logs; a plant is tested on new trajectories
+  LogReport clock;  ///< of logs
+};
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch what is lock-free");
+
+/// The first Ctrl-C saves and stops; a second one kills, as everywhere.
+extern "C" void request_stop(int signal) {
+  stop_requested.store(true);
+  std::signal(signal, SIG_DFL);
+}
+
+Data simulated(const Experiment& experiment) {
+  const auto plant = make_plant(*experiment.plant);
+  const SimulationConfig& config = experiment.simulation;
+  const auto set = [&](SeedStream stream, Eigen::Index count) {
+    return simulate(*plant, config, initial_state_seed(experiment.seed, stream), count);
+  };
+  const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
+  return {set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation), {}, {}};
+}
+
+Data logged(const Experiment& experiment, const Arguments& arguments) {
+  LogSplits splits = load_log_splits(*experiment.log, arguments.data);
+  if (!arguments.quiet) fmt::print(stderr, "{}", to_text(splits.report));
+  check_latent_step(experiment.observer, splits.train.sample_period_s);
+  if (splits.validation.trajectories.empty()) {
+    if (!arguments.quiet)
+      fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs\n");
+    splits.validation = splits.train;
+  }
+  return {std::move(splits.train), std::move(splits.validation), std::move(splits.test), std::move(splits.report)};
+}
+
+TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const Arguments& arguments) {
+  std::optional<ProgressDisplay> display;
+  if (!arguments.quiet) display.emplace(stderr);
+  TrainOptions options;
+  options.directory = arguments.output;
+  options.resume = arguments.resume;
+  options.stop = &stop_requested;
+  if (display) options.progress = [&](const TrainProgress& progress) { display->update(progress); };
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  TrainingResult result = train(experiment, data.training, data.validation, options);
+  if (display) display->finish();
+  return result;
+}
+
+Judgement judge(const Experiment& experiment, const Data& data, const codegen::Model& model) {
+  if (experiment.log) return judge_on_logs(model, experiment, data.training, data.test, data.clock);
+  StrictTest test;
+  test.seed = experiment.seed;
+  test.threads = experiment.threads;
+  return judge_on_plant(model, experiment, test);
+}
+
+std::string resume_command(const Arguments& arguments) {
+  std::string command = fmt::format("nlo train {}", arguments.experiment.experiment);
+  if (!arguments.data.empty()) command += " --data " + arguments.data;
+  for (const std::string& assignment : arguments.experiment.overrides)
+    command += fmt::format(" --set '{}'", assignment);
+  if (arguments.experiment.seed) command += fmt::format(" --seed {}", *arguments.experiment.seed);
+  return command + fmt::format(" -o {} --resume", arguments.output);
+}
+
+void run(Arguments arguments) {
+  if (arguments.help_config) {
+    fmt::print("{}", describe_experiment_keys());
+    return;
+  }
+  if (arguments.experiment.experiment.empty())
+    throw codegen::Error("EXPERIMENT is missing; write nlo train FILE.toml, or a shipped name such as van_der_pol");
+  const Experiment experiment = read_experiment(arguments.experiment);
+  if (experiment.plant && !arguments.data.empty())
+    throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
+  if (arguments.output.empty()) arguments.output = "runs/" + experiment.name;
+  check_output_directory({arguments.output, arguments.resume, arguments.force}, experiment.name);
+  const Data data = experiment.plant ? run_phase([&] { return simulated(experiment); }) : logged(experiment, arguments);
+
+  run_phase([&] {
+    make_output_directory(arguments.output);
+    const TrainingResult result = train_with_progress(experiment, data, arguments);
+    if (result.outcome == TrainOutcome::kInterrupted)
+      throw RunFailure(
+          fmt::format("interrupted after {} of {} steps; all is saved, and this goes on to the same bytes: {}",
+                      result.steps_done, experiment.training.steps, resume_command(arguments)));
+    codegen::write_model(result.model, arguments.output + "/model.json");
+    if (result.outcome == TrainOutcome::kDiverged) throw RunFailure(result.message);
+    const Judgement judgement = judge(experiment, data, result.model);
+    fmt::print("{}", judgement_text(result.model, judgement));
+    write_run_report(result.model, judgement, arguments.output);
+    fmt::print("model    {0}/model.json\nmetrics  {0}/metrics.csv\nreport   {0}/report.html\n", arguments.output);
+  });
+}
+
+}  // namespace
+
+void add_train(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("train", "Learn an observer from a plant or from logs");
+  command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one");
+  command->add_option("--data", arguments->data, "directory of the logs that [log] names")->type_name("DIR");
+  command->add_option("-o,--output", arguments->output, "where model.json, metrics.csv, report.html go (runs/NAME)")
+      ->type_name("DIR");
+  command->add_flag("--resume", arguments->resume, "go on from the directory's checkpoint, to the same bytes");
+  command->add_flag("--force", arguments->force, "replace another experiment's model");
+  command
+      ->add_option("--set", arguments->experiment.overrides,
+                   "SECTION.KEY=VALUE instead of what the file says; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
+  command->add_option("--seed", arguments->experiment.seed, "instead of the file's")->check(check_seed);
+  command->add_option("--threads", arguments->experiment.threads, "0: all cores; does not change the result");
+  command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");
+  command->add_flag("--help-config", arguments->help_config, "list every key of an experiment file");
+  std::string shipped;
+  for (const ShippedExperiment& experiment : shipped_experiments())
+    shipped += fmt::format("{}{}", shipped.empty() ? "" : ", ", experiment.name);
+  command->footer(
+      fmt::format("Shipped experiments: {}\n"
+                  "Examples:\n"
+                  "  nlo train van_der_pol -o runs/first\n"
+                  "  nlo train my_rig.toml --data logs/ --set training.steps=2000 --seed 3\n"
+                  "  nlo train van_der_pol -o runs/first --resume",
+                  shipped));
+  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/config/check.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <complex>
+
+#include "codegen/error.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/number_text.h"
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+class Check {
+ public:
+  Check(const Experiment& experiment, const Places& places) : e_(experiment), places_(places) {}
+
+  void run() const {
+    sources();
+    if (e_.plant) plant_and_simulation();
+    if (e_.log) log();
+    observer();
+    if (e_.log) angles();
+    training();
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& path, const std::string& what) const {
+    throw codegen::Error(fmt::format("{}: {}", places_.of(path), what));
+  }
+
+  void sources() const {
+    if (e_.name.empty()) fail("", "the experiment has no name; begin the file with name = \"my_observer\"");
+    if (!e_.plant && !e_.log)
+      fail("", "neither [plant] nor [log]; say what to learn from: a plant to simulate, or logs");
+    if (e_.plant && e_.log) fail("log", "both [plant] and [log]; keep one: a plant to simulate, or logs");
+    if (e_.log && places_.has("simulation")) fail("simulation", "[simulation] has no use for [log]; remove it");
+  }
+
+  void plant_and_simulation() const {
+    std::size_t nx = 0;
+    try {
+      nx = make_plant(*e_.plant)->states().size();
+    } catch (const codegen::Error& error) {
+      fail(plant_key_named_by(error.what()), error.what());
+    }
+    const SimulationConfig& s = e_.simulation;
+    for (const auto& [key, size] :
+         {std::pair{"initial_low", s.initial_low.size()}, std::pair{"initial_high", s.initial_high.size()}}) {
+      if (size == nx) continue;
+      const std::string path = std::string("simulation.") + key;
+      if (size == 0)
+        fail("simulation", fmt::format("[simulation] {} is missing; give the corner of the training box, "
+                                       "{} numbers, one for each state",
+                                       key, nx));
+      fail(path, fmt::format("[simulation] {} has {} numbers; the plant has {} states", key, size, nx));
+    }
+    for (std::size_t i = 0; i < nx; ++i)
+      if (!(s.initial_low[i] < s.initial_high[i]))
+        fail("simulation.initial_high",
+             fmt::format("[simulation] initial_high[{0}] is {1}; it must be above initial_low[{0}], {2}", i,
+                         shortest_text(s.initial_high[i]), shortest_text(s.initial_low[i])));
+    constexpr double kMostSamples = 1e7, kMostNumbers = 1e9;  // 8 GB of doubles
+    const double samples = s.horizon_s / s.sample_period_s;
+    if (!(samples >= 1.0))
+      fail("simulation.horizon_s", fmt::format("[simulation] horizon_s is {} and sample_period_s {}; the horizon must "
+                                               "be the longer one",
+                                               shortest_text(s.horizon_s), shortest_text(s.sample_period_s)));
+    if (samples > kMostSamples || samples * s.trajectories * static_cast<double>(nx) > kMostNumbers)
+      fail("simulation.horizon_s",
+           fmt::format("[simulation] asks for {} trajectories of {:.3g} samples; that does not fit into memory: take a "
+                       "shorter horizon, a longer sample period or fewer trajectories",
+                       s.trajectories, samples));
+    if (e_.training.segment_s > s.horizon_s)
+      fail("training.segment_s", fmt::format("[training] segment_s is {}; it must be at most horizon_s, {}",
+                                             shortest_text(e_.training.segment_s), shortest_text(s.horizon_s)));
+  }
+
+  /// make_plant says "[plant] derivative[1] ..." or "plant NAME has no parameter ...": find the line of that key.
+  std::string plant_key_named_by(std::string_view message) const {
+    for (const char* key : {"derivative", "output_names", "outputs", "states", "parameters", "model"})
+      if (message.starts_with(fmt::format("[plant] {}", key))) return fmt::format("plant.{}", key);
+    return message.find("parameter") != std::string_view::npos ? "plant.parameters" : "plant";
+  }
+
+  void log() const {
+    const LogConfig& log = *e_.log;
+    if (log.columns.empty())
+      fail("log", "[log] has no columns; name them: [[log.columns]] with name = \"...\" and role = \"...\"");
+    for (std::size_t i = 0; i < log.columns.size(); ++i)
+      if (log.columns[i].name.empty())
+        fail(fmt::format("log.columns[{}]", i), "[[log.columns]] has no name; give one: name = \"...\"");
+    if (log.train_files.empty())
+      fail("log", "[log] has no train_files; list the logs to train on: train_files = [\"run1.csv\", \"day2/*.csv\"]");
+    try {
+      resolve_columns(log);
+    } catch (const codegen::Error& error) {
+      fail(column_named_by(error.what()), error.what());
+    }
+  }
+
+  std::string column_named_by(std::string_view message) const {
+    // A name can stand on two columns: the message is about the later one.
+    for (std::size_t i = e_.log->columns.size(); i-- > 0;)
+      if (message.starts_with(fmt::format("[[log.columns]] \"{}\"", e_.log->columns[i].name)))
+        return fmt::format("log.columns[{}]", i);
+    return "log";
+  }
+
+  void observer() const {
+    const ObserverConfig& o = e_.observer;
+    if (o.eigenvalues.empty() && o.pairs.empty())
+      fail("observer", "[observer] has no latent state; give eigenvalues = [-1.0, ...] or pairs = [[-1.0, 2.0], ...]");
+    for (std::size_t i = 0; i < o.pairs.size(); ++i) {
+      if (!(o.pairs[i][0] < 0.0))
+        fail("observer.pairs",
+             fmt::format("[observer] pairs[{}] has the real part {}; it must be < 0", i, shortest_text(o.pairs[i][0])));
+      if (!(o.pairs[i][1] > 0.0))
+        fail("observer.pairs", fmt::format("[observer] pairs[{}] has the imaginary part {}; it must be > 0 (its "
+                                           "conjugate is meant too); a real eigenvalue belongs in eigenvalues",
+                                           i, shortest_text(o.pairs[i][1])));
+    }
+    const double period = e_.plant ? e_.simulation.sample_period_s : e_.log->sample_period_s;
+    if (!(period > 0.0)) return;
+    try {
+      check_latent_step(o, period);
+    } catch (const codegen::Error& error) {
+      fail("observer.hold", error.what());
+    }
+  }
+
+  /// When y turns by 2 pi, so does z, if its DC gain is one; then z - y never sees the turn.
+  void angles() const {
+    const ObserverConfig& o = e_.observer;
+    for (const ColumnConfig& column : e_.log->columns) {
+      if (column.role != ColumnRole::kOutput || column.wrap == 0.0 || column.encoding != "unwrap") continue;
+      const auto want = [&](const char* key, const std::string& is, const char* needed) {
+        if (is != needed)
+          fail(fmt::format("observer.{}", key),
+               fmt::format("[observer] {} is \"{}\", but the output {} is an unwrapped angle; set {} = \"{}\", or its "
+                           "encoding = \"sincos\"",
+                           key, is, column.name, key, needed));
+      };
+      want("features", o.features, "latent_minus_output");
+      want("output_injection", o.output_injection, "unit_gain");
+      want("start", o.start, "steady");
+    }
+  }
+
+  void training() const {
+    const TrainingConfig& t = e_.training;
+    if (t.early_share > 0.0 && t.early_s == 0.0)
+      fail("training.early_share", "[training] early_share needs early_s, the time it speaks of; set both or none");
+    if (t.noise_level_max > 0.0 && t.noise.kind == NoiseKind::kNone)
+      fail("training.noise_level_max",
+           "[training] noise_level_max scales the noise, and there is none; set noise = \"gaussian:1\" or remove it");
+    if (t.mirror && e_.log)
+      for (const ColumnConfig& column : e_.log->columns)
+        if (column.role == ColumnRole::kOutput && column.wrap > 0.0 && column.encoding == "sincos")
+          fail("training.mirror", fmt::format("[training] mirror turns every output's sign, and cos({}) has none to "
+                                              "turn; set mirror = false, or the angle's encoding = \"unwrap\"",
+                                              column.name));
+  }
+
+  const Experiment& e_;
+  const Places& places_;
+};
+
+}  // namespace
+
+std::string Places::of(const std::string& path) const {
+  for (std::string at = path; !at.empty();) {
+    if (const auto found = places_.find(at); found != places_.end()) return found->second;
+    const auto dot = at.rfind('.');
+    at = dot == std::string::npos ? "" : at.substr(0, dot);
+  }
+  return filename_;
+}
+
+void check_latent_step(const ObserverConfig& observer, double sample_period_s) {
+  if (observer.hold != "rk4") return;
+  const auto check = [&](std::complex<double> lambda, const std::string& shown) {
+    const auto x = lambda * sample_period_s;
+    const auto factor = 1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0)));
+    if (std::abs(factor) < 1.0) return;
+    throw codegen::Error(
+        fmt::format("unstable step: hold = \"rk4\" multiplies the latent state of eigenvalue {} by {:.3g} in every "
+                    "sample of {} s; take a smaller sample period (|lambda| h < 2.78), or hold = \"first_order\"",
+                    shown, std::abs(factor), shortest_text(sample_period_s)));
+  };
+  for (const double lambda : observer.eigenvalues) check(lambda, shortest_text(lambda));
+  for (const auto& [re, im] : observer.pairs)
+    check({re, im}, fmt::format("{} +- {}i", shortest_text(re), shortest_text(im)));
+}
+
+void check_experiment(const Experiment& experiment, const Places& places) {
+  Check(experiment, places).run();
+}
+
+}  // namespace nlo::trainer

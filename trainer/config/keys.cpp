@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/config/keys.h"
+
+#include "trainer/config/value.h"
+#include "trainer/optim/optimiser.h"
+
+namespace nlo::trainer {
+namespace {
+
+template <class Section, class Field>
+Key<Section> key(std::string name, Field Section::*field, const Rule& rule, std::string meaning) {
+  std::string type = type_of(Field{});
+  if (const std::string words = rule.in_words(); !words.empty()) type += " " + words;
+  return {std::move(name), std::move(type), std::move(meaning),
+          [=](Section& section, const Toml& value, const std::string& where) {
+            read_value(value, where, rule, section.*field);
+          },
+          [=](const Section& section) { return show_value(section.*field); }};
+}
+
+}  // namespace
+
+template <>
+const std::vector<Key<Experiment>>& keys() {
+  using E = Experiment;
+  static const std::vector<Key<E>> kKeys = {
+      key("name", &E::name, identifiers(), "names the model and what is exported"),
+      key("seed", &E::seed, at_least(0), "of the initial states, the weights, the noise and the samples"),
+      key("threads", &E::threads, between(0, 1024), "0: all cores; the bytes of a run do not depend on it"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<PlantConfig>>& keys() {
+  using P = PlantConfig;
+  static const std::vector<Key<P>> kKeys = {
+      key("model", &P::model, any(), "a built-in plant; or leave it out and give equations"),
+      key("states", &P::states, identifiers(), "names of the states"),
+      key("state_units", &P::state_units, any(), "one for each state, if they have any"),
+      key("derivative", &P::derivative, any(), "dx/dt, an expression for each state over states and parameters"),
+      key("output_names", &P::output_names, identifiers(), "y, or y1, y2, ... unless given"),
+      key("output_units", &P::output_units, any(), "one for each output, if they have any"),
+      key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
+      key("parameters", &P::parameters, any(), "constants of the expressions or of the built-in plant"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<SimulationConfig>>& keys() {
+  using S = SimulationConfig;
+  static const std::vector<Key<S>> kKeys = {
+      key("horizon_s", &S::horizon_s, positive(), "length of a trajectory [s]"),
+      key("sample_period_s", &S::sample_period_s, positive(), "of the observer and of the simulation (RK4) [s]"),
+      key("trajectories", &S::trajectories, between(1, 1e6), "how many are simulated to train on"),
+      key("initial_distribution", &S::initial_distribution, one_of({"uniform", "gaussian"}),
+          "over the box; gaussian: its centre, half widths = 1 sigma"),
+      key("initial_low", &S::initial_low, any(), "lower corner of the training box, one number for each state"),
+      key("initial_high", &S::initial_high, any(), "its upper corner"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<LogConfig>>& keys() {
+  using L = LogConfig;
+  static const std::vector<Key<L>> kKeys = {
+      key("sample_period_s", &L::sample_period_s, at_least(0), "nominal [s]; 0: the median of the time stamps"),
+      key("train_files", &L::train_files, any(), "CSV files or globs (*, ?) under --data DIR"),
+      key("validation_files", &L::validation_files, any(), "the same, for the errors shown while training"),
+      key("test_files", &L::test_files, any(), "the same, for the report; never seen by training"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<ColumnConfig>>& keys() {
+  using C = ColumnConfig;
+  static const std::vector<Key<C>> kKeys = {
+      key("name", &C::name, identifiers(), "in reports and in the exported header"),
+      key("column", &C::column, any(), "its heading in the file; the same as name unless given"),
+      key("role", &C::role, any(), "what the column is"),
+      key("unit", &C::unit, any(), "in reports: \"rad/s\""),
+      {"wrap", "number >= 0, \"2pi\" or \"360deg\"", "full turn of an angle in its unit; 0: not an angle",
+       [](C& c, const Toml& value, const std::string& where) { read_wrap(value, where, c.wrap); },
+       [](const C& c) { return show_value(c.wrap); }},
+      key("encoding", &C::encoding, one_of({"unwrap", "sincos"}),
+          "of an angle; sincos: two channels NAME_sin and NAME_cos"),
+      key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<VelocityFilterConfig>>& keys() {
+  using V = VelocityFilterConfig;
+  static const std::vector<Key<V>> kKeys = {
+      key("order", &V::order, between(1, 8), "of the Butterworth low-pass, run forwards and backwards"),
+      key("cutoff_hz", &V::cutoff_hz, positive(), "its cut-off [Hz]"),
+      key("mask_edges_s", &V::mask_edges_s, at_least(0), "truth this near to either end of a log does not count [s]"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<ObserverConfig>>& keys() {
+  using O = ObserverConfig;
+  static const std::vector<Key<O>> kKeys = {
+      key("structure", &O::structure, one_of({"kkl"}), "equations of the observer"),
+      key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output"),
+      key("pairs", &O::pairs, any(), "complex ones [re, im] of D [1/s], re < 0 < im, repeated for each output"),
+      key("learn_eigenvalues", &O::learn_eigenvalues, any(), "else they stay as given"),
+      key("output_injection", &O::output_injection, one_of({"ones", "unit_gain"}),
+          "F; unit_gain: F = -lambda, so that z settles at y"),
+      key("hold", &O::hold, one_of({"zero_order", "first_order", "rk4"}), "what y does between samples"),
+      key("start", &O::start, one_of({"zero", "steady"}), "z(0); steady: where z would settle at the first output"),
+      key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
+      key("features", &O::features, one_of({"latent", "latent_and_output", "latent_minus_output"}),
+          "what T* reads: z; z and y; z - y and y (angles need it)"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<InverseMapConfig>>& keys() {
+  using I = InverseMapConfig;
+  static const std::vector<Key<I>> kKeys = {
+      key("hidden", &I::hidden, Rule{.low = 1, .high = 1024, .at_most = 16}, "widths of the hidden layers of T*"),
+      key("activation", &I::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
+      key("linear_path", &I::linear_path, any(), "a linear map beside the network, started from ridge regression"),
+      key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the features' mean power"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<TrainingConfig>>& keys() {
+  using T = TrainingConfig;
+  static const std::vector<Key<T>> kKeys = {
+      key("mode", &T::mode, one_of({"random_samples", "full_batch"}), "what one step sees of the trajectories"),
+      key("steps", &T::steps, between(1, 1e8), "optimiser steps (full_batch: epochs)"),
+      key("trajectories_per_step", &T::trajectories_per_step, between(1, 1e6), "random_samples: segments in a step"),
+      key("samples_per_step", &T::samples_per_step, between(1, 1e8), "random_samples: samples T* is evaluated at"),
+      key("segment_s", &T::segment_s, at_least(0), "random segments of this length [s]; 0: whole trajectories"),
+      key("early_s", &T::early_s, at_least(0), "the time that early_share speaks of [s]"),
+      key("early_share", &T::early_share, share_below_one(), "this share of the samples has t < early_s"),
+      key("optimiser", &T::optimiser, one_of(optimiser_names()), "gradient method"),
+      key("learning_rate", &T::learning_rate, positive(), "of the weights"),
+      key("eigenvalue_learning_rate", &T::eigenvalue_learning_rate, at_least(0), "0: the same as learning_rate"),
+      key("schedule", &T::schedule, one_of(schedule_names()), "of the learning rates"),
+      key("decay", &T::decay, Rule{.low = 0, .high = 1, .low_is_open = true}, "of the exponential schedule, per step"),
+      key("weight_decay", &T::weight_decay, at_least(0), "of T*'s weights, decoupled as in AdamW"),
+      key("ema", &T::ema, share_below_one(), "weight averaging: the model is the exponential average; 0: off"),
+      key("noise", &T::noise, any(), "added to the outputs, drawn afresh in each step"),
+      key("noise_level_max", &T::noise_level_max, at_least(0),
+          "> 0: each trajectory's noise is scaled by a number in [0, max]"),
+      key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it"),
+      key("loss_scale", &T::loss_scale, one_of({"physical", "normalised"}),
+          "squared error in the states' units, or by their deviation"),
+      key("eigenvalue_penalty", &T::eigenvalue_penalty, at_least(0), "gamma of gamma |lambda|^2 (20)"),
+      key("validate_every", &T::validate_every, between(1, 1e8), "steps between validation errors"),
+      key("checkpoint_every_s", &T::checkpoint_every_s, positive(), "of the run's own time [s]"),
+  };
+  return kKeys;
+}
+
+// clang-format off
+template <> std::string_view section_title<Experiment>() { return "the experiment"; }
+template <> std::string_view section_title<PlantConfig>() { return "[plant]"; }
+template <> std::string_view section_title<SimulationConfig>() { return "[simulation]"; }
+template <> std::string_view section_title<LogConfig>() { return "[log]"; }
+template <> std::string_view section_title<ColumnConfig>() { return "[[log.columns]]"; }
+template <> std::string_view section_title<VelocityFilterConfig>() { return "[log.velocity_filter]"; }
+template <> std::string_view section_title<ObserverConfig>() { return "[observer]"; }
+template <> std::string_view section_title<InverseMapConfig>() { return "[inverse_map]"; }
+template <> std::string_view section_title<TrainingConfig>() { return "[training]"; }
+// clang-format on
+
+}  // namespace nlo::trainer

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/config/value.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "codegen/error.h"
+#include "codegen/validate.h"
+#include "trainer/nearest_name.h"
+#include "trainer/number_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, ColumnRole>, 5> kRoles = {{{"time", ColumnRole::kTime},
+                                                                            {"output", ColumnRole::kOutput},
+                                                                            {"state", ColumnRole::kState},
+                                                                            {"input", ColumnRole::kInput},
+                                                                            {"ignored", ColumnRole::kIgnored}}};
+
+std::vector<std::string> role_names() {
+  std::vector<std::string> names;
+  for (const auto& role : kRoles) names.emplace_back(role.first);
+  return names;
+}
+
+std::string shown(const Toml& value) {
+  constexpr std::size_t kLongest = 60;
+  switch (value.type()) {
+    case toml::value_t::boolean:
+      return value.as_boolean() ? "true" : "false";
+    case toml::value_t::integer:
+      return std::to_string(value.as_integer());
+    case toml::value_t::floating:
+      return shortest_text(value.as_floating());
+    case toml::value_t::string: {
+      const std::string& text = value.as_string().str;
+      return text.size() <= kLongest ? toml_text(text) : "a text of " + std::to_string(text.size()) + " bytes";
+    }
+    default:
+      return std::string(type_in_words(value));
+  }
+}
+
+[[noreturn]] void fail(const Toml& value, const std::string& where, const std::string& must) {
+  throw codegen::Error(fmt::format("{}: {} is {}; {}", place_of(value), where, shown(value), must));
+}
+
+bool within(double x, const Rule& rule) {
+  return (rule.low_is_open ? x > rule.low : x >= rule.low) && (rule.high_is_open ? x < rule.high : x <= rule.high);
+}
+
+std::string must_be(std::string_view type, const Rule& rule) {
+  const std::string words = rule.in_words();
+  return words.empty() ? fmt::format("it must be {}", type) : fmt::format("it must be {} {}", type, words);
+}
+
+/// toml11 reads an integer that is too big as the biggest one.
+std::int64_t whole_number(const Toml& value, const std::string& where) {
+  const std::int64_t number = value.as_integer();
+  if (number == std::numeric_limits<std::int64_t>::max() || number == std::numeric_limits<std::int64_t>::min())
+    throw codegen::Error(
+        fmt::format("{}: {} has too many digits for an integer; write a smaller one", place_of(value), where));
+  return number;
+}
+
+std::int64_t integer(const Toml& value, const std::string& where, const Rule& rule) {
+  if (!value.is_integer()) fail(value, where, must_be("an integer", rule));
+  const std::int64_t number = whole_number(value, where);
+  if (!within(static_cast<double>(number), rule)) fail(value, where, must_be("an integer", rule));
+  return number;
+}
+
+}  // namespace
+
+std::string Rule::in_words() const {
+  if (identifier) return "that is an identifier";
+  if (!one_of.empty()) return fmt::format("out of \"{}\"", fmt::join(one_of, "\", \""));
+  const bool has_low = std::isfinite(low), has_high = std::isfinite(high);
+  if (has_low && has_high)
+    return fmt::format("from {}{} to {}{}", shortest_text(low), low_is_open ? " (excluded)" : "", shortest_text(high),
+                       high_is_open ? " (excluded)" : "");
+  if (has_low) return fmt::format("{} {}", low_is_open ? ">" : ">=", shortest_text(low));
+  if (has_high) return fmt::format("{} {}", high_is_open ? "<" : "<=", shortest_text(high));
+  return "";
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule&, bool& field) {
+  if (!value.is_boolean()) fail(value, where, "it must be true or false");
+  field = value.as_boolean();
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule& rule, int& field) {
+  const std::int64_t number = integer(value, where, rule);
+  if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max())
+    fail(value, where, must_be("an integer of at most 9 digits", rule));
+  field = static_cast<int>(number);
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule& rule, unsigned long long& field) {
+  const std::int64_t number = integer(value, where, rule);
+  if (number < 0) fail(value, where, "it must be an integer >= 0");
+  field = static_cast<unsigned long long>(number);
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule& rule, double& field) {
+  if (!value.is_integer() && !value.is_floating()) fail(value, where, must_be("a number", rule));
+  const double number = value.is_integer() ? static_cast<double>(whole_number(value, where)) : value.as_floating();
+  // toml11 reads 1e999 as the biggest double.
+  const bool is_finite = std::abs(number) < std::numeric_limits<double>::max();
+  if (!is_finite || !within(number, rule)) fail(value, where, must_be("a finite number", rule));
+  field = number;
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule& rule, std::string& field) {
+  if (!value.is_string()) fail(value, where, must_be("a text in quotes", rule));
+  const std::string& text = value.as_string().str;
+  const bool has_control =
+      std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
+  if (has_control) fail(value, where, "it must be one line without control characters");
+  if (!rule.one_of.empty() && std::find(rule.one_of.begin(), rule.one_of.end(), text) == rule.one_of.end()) {
+    const std::string nearest = nearest_name(text, rule.one_of);
+    fail(value, where,
+         fmt::format("use {}\"{}\"", nearest.empty() ? "" : fmt::format("\"{}\"? There are ", nearest),
+                     fmt::join(rule.one_of, "\", \"")));
+  }
+  if (rule.identifier && !codegen::is_identifier(text))
+    fail(value, where,
+         "it must be an identifier: a letter, then letters, digits and single underscores (63 at most), no C++ word");
+  field = text;
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule&, NoiseConfig& field) {
+  if (!value.is_string()) fail(value, where, "it must be \"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\"");
+  try {
+    field = parse_noise(value.as_string().str);
+  } catch (const codegen::Error& error) {
+    throw codegen::Error(fmt::format("{}: {}: {}", place_of(value), where, error.what()));
+  }
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule&, ColumnRole& field) {
+  std::string name;
+  read_value(value, where, one_of(role_names()), name);
+  for (const auto& role : kRoles)
+    if (role.first == name) field = role.second;
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule& rule, std::array<double, 2>& field) {
+  const Toml::array_type& list = list_of(value, where, rule);
+  if (list.size() != 2) fail(value, where, "it must be [re, im]");
+  for (std::size_t i = 0; i < 2; ++i) read_value(list[i], where + (i == 0 ? "[re]" : "[im]"), rule, field[i]);
+}
+
+void read_value(const Toml& value, const std::string& where, const Rule& rule,
+                std::vector<std::pair<std::string, double>>& field) {
+  if (!value.is_table()) fail(value, where, "it must be a table { NAME = number, ... }");
+  std::vector<std::pair<std::string, double>> result;
+  for (const auto& [name, member] : members_in_order(value)) {
+    if (!codegen::is_identifier(name))
+      throw codegen::Error(
+          fmt::format("{}: {} has the name {}; it must be an identifier", place_of(*member), where, toml_text(name)));
+    double number = 0.0;
+    read_value(*member, where + "." + name, rule, number);
+    result.emplace_back(name, number);
+  }
+  field = std::move(result);
+}
+
+void read_wrap(const Toml& value, const std::string& where, double& field) {
+  if (value.is_string() && value.as_string().str == "2pi") {
+    field = 6.283185307179586;
+  } else if (value.is_string() && value.as_string().str == "360deg") {
+    field = 360.0;
+  } else if (value.is_string()) {
+    fail(value, where, "it must be a number (a full turn in the column's unit), \"2pi\" or \"360deg\"");
+  } else {
+    read_value(value, where, at_least(0.0), field);
+  }
+}
+
+const Toml::array_type& list_of(const Toml& value, const std::string& where, const Rule& rule) {
+  if (!value.is_array()) fail(value, where, "it must be a list [...]");
+  const Toml::array_type& list = value.as_array();
+  if (list.size() > rule.at_most)
+    throw codegen::Error(
+        fmt::format("{}: {} has {} elements; {} are the most", place_of(value), where, list.size(), rule.at_most));
+  return list;
+}
+
+std::string show_value(bool field) {
+  return field ? "true" : "false";
+}
+std::string show_value(int field) {
+  return std::to_string(field);
+}
+std::string show_value(unsigned long long field) {
+  return std::to_string(field);
+}
+
+std::string show_value(double field) {
+  // TOML wants a digit on both sides of the point: "1e-06" is a number, "1." is none.
+  const std::string text = shortest_text(field);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+std::string show_value(const std::string& field) {
+  return toml_text(field);
+}
+std::string show_value(const NoiseConfig& field) {
+  return toml_text(format_noise(field));
+}
+
+std::string show_value(ColumnRole field) {
+  for (const auto& role : kRoles)
+    if (role.second == field) return toml_text(role.first);
+  return toml_text("ignored");
+}
+
+std::string show_value(const std::array<double, 2>& field) {
+  return fmt::format("[{}, {}]", show_value(field[0]), show_value(field[1]));
+}
+
+std::string show_value(const std::vector<std::pair<std::string, double>>& field) {
+  std::vector<std::string> members;
+  for (const auto& [name, value] : field) members.push_back(fmt::format("{} = {}", name, show_value(value)));
+  return members.empty() ? "{}" : fmt::format("{{ {} }}", fmt::join(members, ", "));
+}
+
+std::string type_of(const ColumnRole&) {
+  return fmt::format("text out of \"{}\"", fmt::join(role_names(), "\", \""));
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// One key's value: from TOML with its rule checked, back to TOML, and in words. Overloads by the type of the field.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "trainer/config.h"
+#include "trainer/config/toml.h"
+
+namespace nlo::trainer {
+
+/// What a value must satisfy beside its type; of a list, each element.
+struct Rule {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_is_open = false, high_is_open = false;
+  std::vector<std::string> one_of = {};  ///< for strings
+  bool identifier = false;               ///< for strings
+  std::size_t at_most = 1000;            ///< elements of a list
+
+  std::string in_words() const;  ///< "> 0", "0 .. 1", "one of ..."; empty when everything goes
+};
+
+inline Rule any() {
+  return {};
+}
+inline Rule positive() {
+  return {.low = 0.0, .low_is_open = true};
+}
+inline Rule negative() {
+  return {.high = 0.0, .high_is_open = true};
+}
+inline Rule at_least(double low) {
+  return {.low = low};
+}
+inline Rule between(double low, double high) {
+  return {.low = low, .high = high};
+}
+inline Rule share_below_one() {
+  return {.low = 0.0, .high = 1.0, .high_is_open = true};
+}
+inline Rule one_of(std::vector<std::string> names) {
+  return {.one_of = std::move(names)};
+}
+inline Rule identifiers() {
+  return {.identifier = true};
+}
+
+/// read_value(value, where, rule, field): `where` is "[training] steps". Throws codegen::Error `FILE:LINE: ...`.
+void read_value(const Toml& value, const std::string& where, const Rule& rule, bool& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, int& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, unsigned long long& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, double& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, std::string& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, NoiseConfig& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, ColumnRole& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, std::array<double, 2>& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule,
+                std::vector<std::pair<std::string, double>>& field);
+
+/// An angle's full turn: a number, "2pi" or "360deg".
+void read_wrap(const Toml& value, const std::string& where, double& field);
+
+/// Throws unless it is a list of at most rule.at_most elements.
+const Toml::array_type& list_of(const Toml& value, const std::string& where, const Rule& rule);
+
+template <class T>
+void read_value(const Toml& value, const std::string& where, const Rule& rule, std::vector<T>& field) {
+  std::vector<T> result;
+  for (const Toml& element : list_of(value, where, rule)) {
+    const std::string index = std::to_string(result.size());
+    read_value(element, where + "[" + index + "]", rule, result.emplace_back());
+  }
+  field = std::move(result);
+}
+
+std::string show_value(bool field);
+std::string show_value(int field);
+std::string show_value(unsigned long long field);
+std::string show_value(double field);
+std::string show_value(const std::string& field);
+std::string show_value(const NoiseConfig& field);
+std::string show_value(ColumnRole field);
+std::string show_value(const std::array<double, 2>& field);
+std::string show_value(const std::vector<std::pair<std::string, double>>& field);
+
+template <class T>
+std::string show_value(const std::vector<T>& field) {
+  std::string result;
+  for (const T& element : field) result += (result.empty() ? "" : ", ") + show_value(element);
+  return "[" + result + "]";
+}
+
+inline std::string type_of(const bool&) {
+  return "true or false";
+}
+inline std::string type_of(const int&) {
+  return "integer";
+}
+inline std::string type_of(const unsigned long long&) {
+  return "integer";
+}
+inline std::string type_of(const double&) {
+  return "number";
+}
+inline std::string type_of(const std::string&) {
+  return "text";
+}
+inline std::string type_of(const NoiseConfig&) {
+  return "\"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\"";
+}
+inline std::string type_of(const std::array<double, 2>&) {
+  return "[re, im]";
+}
+inline std::string type_of(const std::vector<std::pair<std::string, double>>&) {
+  return "{ NAME = number, ... }";
+}
+std::string type_of(const ColumnRole&);
+
+template <class T>
+std::string type_of(const std::vector<T>&) {
+  return std::string("[").append(type_of(T{})).append(", ...]");
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// Angles in any unit: `wrap` is a full turn (2 pi for rad, 360 for degrees) and positive.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace nlo::trainer {
+
+/// The same angle difference, turned into (-wrap/2, wrap/2].
+double wrap_difference(double difference, double wrap);
+
+/// Takes the jumps out of an angle: each sample moves by whole turns to within half a turn of the one before. The
+/// first sample stays. Right as long as the true angle moves less than half a turn between samples.
+Eigen::VectorXd unwrap(const Eigen::VectorXd& angle, double wrap);
+
+/// Sine and cosine of an angle, and the angle (in (-wrap/2, wrap/2]) of a point that need not lie on the unit circle.
+Eigen::VectorXd sine_of(const Eigen::VectorXd& angle, double wrap);
+Eigen::VectorXd cosine_of(const Eigen::VectorXd& angle, double wrap);
+Eigen::VectorXd angle_of(const Eigen::VectorXd& sine, const Eigen::VectorXd& cosine, double wrap);
+
+}  // namespace nlo::trainer

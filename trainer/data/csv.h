@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Strict reader of comma-separated logs: one header row, then rows of as many cells (RFC 4180 quoting; LF or CRLF; a
+// byte order mark and blank lines at the end are let pass). Whatever is doubtful is an error that names file and line.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace nlo::trainer {
+
+class CsvTable {
+ public:
+  /// Splits `text` into cells. `file` is the name that errors show. Throws codegen::Error on an empty file, a file
+  /// without data rows, a ragged row, an unclosed quote, or a heading that occurs twice.
+  static CsvTable parse(std::string text, std::string file);
+  static CsvTable read(const std::string& path);
+
+  const std::string& file() const { return file_; }
+  const std::vector<std::string>& headings() const { return headings_; }
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(lines_.size()); }
+
+  /// Line of the file (from 1) on which data row `row` (from 0) starts.
+  int line(Eigen::Index row) const { return lines_[static_cast<std::size_t>(row)]; }
+
+  /// The cells under `heading` as numbers. Throws codegen::Error when there is no such heading (names those there are),
+  /// or when a cell is empty, no decimal number, or not finite (names file, line, column and the cell).
+  Eigen::VectorXd column(std::string_view heading) const;
+
+ private:
+  CsvTable() = default;
+
+  std::string file_;
+  std::shared_ptr<const std::string> text_;  ///< what the cells look into
+  std::vector<std::string> headings_;
+  std::vector<std::string_view> cells_;  ///< rows x headings, row by row, unquoted
+  std::vector<int> lines_;
+};
+
+}  // namespace nlo::trainer

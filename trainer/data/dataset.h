@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// Sampled trajectories of a plant, simulated or logged: what training and evaluation read. No other part of the
+// trainer knows where samples came from.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+
+namespace nlo::trainer {
+
+using codegen::Channel;
+
+/// One run of a plant, N samples. Angles (channels with a wrap) are unwrapped along the run: no jumps.
+struct Trajectory {
+  std::string source;       ///< a file name, or "simulation 17"
+  Eigen::VectorXd time_s;   ///< N, strictly increasing, from the first sample
+  Eigen::MatrixXd outputs;  ///< n_y x N, noise-free when simulated, as measured when logged
+  Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
+  Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)
+
+  Eigen::Index samples() const { return time_s.size(); }
+};
+
+struct Dataset {
+  std::vector<Channel> outputs;
+  std::vector<Channel> states;
+  double sample_period_s = 0.0;  ///< nominal
+  bool uniform = true;           ///< every step is sample_period_s (simulations); else steps come from time_s (logs)
+  std::vector<Trajectory> trajectories;
+};
+
+}  // namespace nlo::trainer

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/log_baselines.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "codegen/error.h"
+#include "trainer/data/angle.h"
+#include "trainer/data/scaling.h"
+#include "trainer/nearest_name.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNotApplicable = std::numeric_limits<double>::quiet_NaN();
+constexpr int kHighestDegree = 3;
+constexpr std::array kWindows = {2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48};
+
+/// The measured quantity that a state comes from, as one unwrapped signal.
+VectorXd measured_signal(const StateSource& source, const Trajectory& run) {
+  const VectorXd output = run.outputs.row(source.output);
+  if (source.cosine < 0) return source.wrap > 0.0 ? unwrap(output, source.wrap) : output;
+  return unwrap(angle_of(output, run.outputs.row(source.cosine), source.wrap), source.wrap);
+}
+
+VectorXd estimate_state(const StateSource& source, const EndPointPolynomial& polynomial, const Trajectory& run) {
+  const int derivative = source.kind == StateKind::kDerivativeOfMeasured ? 1 : 0;
+  const VectorXd estimate = end_point_estimate(polynomial, derivative, run.time_s, measured_signal(source, run));
+  if (source.kind == StateKind::kSineOfMeasured) return sine_of(estimate, source.wrap);
+  if (source.kind == StateKind::kCosineOfMeasured) return cosine_of(estimate, source.wrap);
+  return estimate;
+}
+
+double squared_error(const Dataset& training, int state, const StateSource& source,
+                     const EndPointPolynomial& polynomial) {
+  const double wrap = training.states[static_cast<std::size_t>(state)].wrap;
+  double sum = 0.0;
+  for (const Trajectory& run : training.trajectories) {
+    const VectorXd estimate = estimate_state(source, polynomial, run);
+    for (Index k = 0; k < run.samples(); ++k) {
+      const double error = estimate[k] - run.states(state, k);
+      sum += run.weight[k] * std::pow(wrap > 0.0 ? wrap_difference(error, wrap) : error, 2);
+    }
+  }
+  return sum;
+}
+
+EndPointPolynomial best_polynomial(const Dataset& training, int state, const StateSource& source) {
+  EndPointPolynomial best;
+  double least = std::numeric_limits<double>::infinity();
+  for (int degree = 1; degree <= kHighestDegree; ++degree)
+    for (const int samples : kWindows) {
+      if (samples <= degree) continue;
+      const EndPointPolynomial candidate{samples, degree};
+      const double error = squared_error(training, state, source, candidate);
+      if (error < least) least = error, best = candidate;
+    }
+  return best;
+}
+
+/// The mean of an angle is the direction of its mean sine and cosine: -pi and pi average to pi, not to 0.
+VectorXd constant_predictor(const Dataset& training) {
+  VectorXd mean = state_scaling(training).mean;
+  for (Index i = 0; i < mean.size(); ++i) {
+    const double wrap = training.states[static_cast<std::size_t>(i)].wrap;
+    if (wrap == 0.0) continue;
+    VectorXd sine = VectorXd::Zero(1), cosine = VectorXd::Zero(1);
+    for (const Trajectory& run : training.trajectories) {
+      const VectorXd angle = run.states.row(i);
+      sine[0] += sine_of(angle, wrap).dot(run.weight);
+      cosine[0] += cosine_of(angle, wrap).dot(run.weight);
+    }
+    mean[i] = angle_of(sine, cosine, wrap)[0];
+  }
+  return mean;
+}
+
+}  // namespace
+
+VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int derivative, const VectorXd& time_s,
+                            const VectorXd& measured) {
+  using Powers = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 64, kHighestDegree + 1>;
+  VectorXd estimate(measured.size());
+  for (Index k = 0; k < measured.size(); ++k) {
+    const Index n = std::min<Index>(k + 1, polynomial.samples);
+    const Index terms = std::min<Index>(polynomial.degree + 1, n);
+    if (terms <= derivative) {
+      estimate[k] = 0.0;
+      continue;
+    }
+    // Time runs from -1 to 0 over the window and the newest measurement is zero: the normal equations stay well
+    // conditioned at these degrees.
+    const double span_s = n > 1 ? time_s[k] - time_s[k - n + 1] : 1.0;
+    const auto t = (time_s.segment(k - n + 1, n).array() - time_s[k]) / span_s;
+    Powers powers(n, terms);
+    powers.col(0).setOnes();
+    for (Index i = 1; i < terms; ++i) powers.col(i) = powers.col(i - 1).array() * t;
+    const auto y = measured.segment(k - n + 1, n).array() - measured[k];
+    const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kHighestDegree + 1, 1> coefficients =
+        (powers.transpose() * powers).ldlt().solve(powers.transpose() * y.matrix());
+    estimate[k] = derivative == 0 ? measured[k] + coefficients[0] : coefficients[1] / span_s;
+  }
+  return estimate;
+}
+
+const std::vector<std::string>& LogBaseline::names() {
+  static const std::vector<std::string> names = {"constant", "difference", "polynomial"};
+  return names;
+}
+
+LogBaseline LogBaseline::fit(std::string_view name, const Dataset& training, const std::vector<StateSource>& sources) {
+  if (std::find(names().begin(), names().end(), name) == names().end())
+    throw codegen::Error(fmt::format("no baseline \"{}\": expected one of {}", name, fmt::join(names(), ", ")));
+  LogBaseline baseline;
+  baseline.name_ = name;
+  baseline.sources_ = sources;
+  baseline.mean_ = constant_predictor(training);
+  if (name == "constant") return baseline;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const bool choose = name == "polynomial" && sources[i].kind != StateKind::kHidden;
+    const int state = static_cast<int>(i);
+    baseline.polynomials_.push_back(choose ? best_polynomial(training, state, sources[i]) : EndPointPolynomial{});
+  }
+  return baseline;
+}
+
+bool LogBaseline::applies(int state) const {
+  return polynomials_.empty() || sources_[static_cast<std::size_t>(state)].kind != StateKind::kHidden;
+}
+
+std::string LogBaseline::describe(int state) const {
+  if (name_ != "polynomial" || !applies(state)) return name_;
+  const EndPointPolynomial& chosen = polynomials_[static_cast<std::size_t>(state)];
+  return fmt::format("polynomial (degree {}, {} samples)", chosen.degree, chosen.samples);
+}
+
+MatrixXd LogBaseline::estimate(const Trajectory& run) const {
+  MatrixXd estimates = mean_.replicate(1, run.samples());
+  if (polynomials_.empty()) return estimates;
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    if (applies(static_cast<int>(i)))
+      estimates.row(row) = estimate_state(sources_[i], polynomials_[i], run).transpose();
+    else
+      estimates.row(row).setConstant(kNotApplicable);
+  }
+  return estimates;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/log_metrics.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "codegen/error.h"
+#include "trainer/data/angle.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
+
+struct Sums {
+  std::array<double, kErrorWindows.size()> squares{}, weights{};
+
+  void add(const Trajectory& run, const RowVectorXd& error) {
+    for (Index k = 0; k < run.samples(); ++k) {
+      if (run.weight[k] == 0.0) continue;  // masked truth may be anything
+      for (std::size_t w = 0; w < kErrorWindows.size(); ++w) {
+        if (run.time_s[k] < kErrorWindows[w].from_s || run.time_s[k] >= kErrorWindows[w].to_s) continue;
+        squares[w] += run.weight[k] * error[k] * error[k];
+        weights[w] += run.weight[k];
+      }
+    }
+  }
+
+  void add(const Sums& other) {
+    for (std::size_t w = 0; w < kErrorWindows.size(); ++w) {
+      squares[w] += other.squares[w];
+      weights[w] += other.weights[w];
+    }
+  }
+
+  /// No weight gives 0/0, NaN: nothing was measured.
+  StateError finish(const std::string& name, const std::string& unit) const {
+    StateError result{name, unit, {}};
+    for (std::size_t w = 0; w < kErrorWindows.size(); ++w) result.rmse[w] = std::sqrt(squares[w] / weights[w]);
+    return result;
+  }
+};
+
+RowVectorXd wrapped(RowVectorXd error, double wrap) {
+  if (wrap > 0.0)
+    for (double& e : error) e = std::isfinite(e) ? wrap_difference(e, wrap) : e;
+  return error;
+}
+
+RowVectorXd angle_row(const MatrixXd& states, const AnglePair& pair) {
+  return angle_of(states.row(pair.sine).transpose(), states.row(pair.sine + 1).transpose(), pair.wrap).transpose();
+}
+
+std::vector<Sums> sums_of(const Dataset& data, const Trajectory& run, const MatrixXd& estimate,
+                          const std::vector<AnglePair>& angle_pairs) {
+  std::vector<Sums> sums(data.states.size() + angle_pairs.size());
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < data.states.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    sums[next++].add(run, wrapped(estimate.row(row) - run.states.row(row), data.states[i].wrap));
+  }
+  for (const AnglePair& pair : angle_pairs)
+    sums[next++].add(run, wrapped(angle_row(estimate, pair) - angle_row(run.states, pair), pair.wrap));
+  return sums;
+}
+
+std::vector<StateError> finish(const Dataset& data, const std::vector<AnglePair>& angle_pairs,
+                               const std::vector<Sums>& sums) {
+  std::vector<StateError> errors;
+  std::size_t next = 0;
+  for (const Channel& state : data.states) errors.push_back(sums[next++].finish(state.name, state.unit));
+  for (const AnglePair& pair : angle_pairs) errors.push_back(sums[next++].finish(pair.name, pair.unit));
+  return errors;
+}
+
+}  // namespace
+
+LogMetrics log_metrics(const Dataset& data, const std::vector<MatrixXd>& estimates,
+                       const std::vector<AnglePair>& angle_pairs) {
+  if (estimates.size() != data.trajectories.size())
+    throw codegen::Error(
+        fmt::format("log metrics: estimates of {} logs for {} logs", estimates.size(), data.trajectories.size()));
+  LogMetrics metrics;
+  std::vector<Sums> pooled(data.states.size() + angle_pairs.size());
+  for (std::size_t file = 0; file < estimates.size(); ++file) {
+    const Trajectory& run = data.trajectories[file];
+    if (estimates[file].rows() != run.states.rows() || estimates[file].cols() != run.samples())
+      throw codegen::Error(fmt::format("log metrics: {}: an estimate of {} x {} for states of {} x {}", run.source,
+                                       estimates[file].rows(), estimates[file].cols(), run.states.rows(),
+                                       run.samples()));
+    const std::vector<Sums> sums = sums_of(data, run, estimates[file], angle_pairs);
+    for (std::size_t i = 0; i < sums.size(); ++i) pooled[i].add(sums[i]);
+    metrics.files.push_back({run.source, finish(data, angle_pairs, sums)});
+  }
+  metrics.pooled = finish(data, angle_pairs, pooled);
+  return metrics;
+}
+
+}  // namespace nlo::trainer

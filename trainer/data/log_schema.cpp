@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/log_schema.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include "codegen/error.h"
+#include "trainer/nearest_name.h"
+
+namespace nlo::trainer {
+namespace {
+
+using codegen::Channel;
+
+[[noreturn]] void fail(const ColumnConfig& column, std::string_view what) {
+  throw codegen::Error(fmt::format("[[log.columns]] \"{}\": {}", column.name, what));
+}
+
+std::string heading_of(const ColumnConfig& column) {
+  return column.column.empty() ? column.name : column.column;
+}
+
+double seconds_per_unit(const ColumnConfig& column) {
+  if (column.unit.empty() || column.unit == "s") return 1.0;
+  if (column.unit == "ms") return 1e-3;
+  if (column.unit == "us") return 1e-6;
+  if (column.unit == "ns") return 1e-9;
+  fail(column, fmt::format("unit \"{}\" of the time column: expected s, ms, us or ns", column.unit));
+}
+
+/// The listed column that `name` means: by its name here, else by its heading.
+const ColumnConfig& derived_from(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
+  const std::string& wanted = column.derivative_of;
+  std::vector<std::string> names;
+  for (const ColumnConfig& other : all) {
+    if (other.name == wanted && other.derivative_of.empty()) return other;
+    if (other.derivative_of.empty()) names.push_back(other.name);
+  }
+  for (const ColumnConfig& other : all)
+    if (heading_of(other) == wanted && other.derivative_of.empty()) return other;
+  const std::string nearest = nearest_name(wanted, names);
+  fail(column,
+       fmt::format("derivative_of = \"{}\" is no listed column{} (list it, with role \"ignored\" if nothing else "
+                   "reads it: its wrap must be known)",
+                   wanted, nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
+}
+
+LogColumn resolve(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
+  LogColumn resolved{column.name, heading_of(column), column.unit, column.wrap, false, column.encoding == "sincos"};
+  if (!(column.wrap >= 0.0))
+    fail(column, fmt::format("wrap = {}: expected a full turn in the column's unit", column.wrap));
+  if (column.encoding != "unwrap" && column.encoding != "sincos")
+    fail(column, fmt::format("encoding = \"{}\": expected \"unwrap\" or \"sincos\"", column.encoding));
+  if (resolved.sincos && column.wrap == 0.0)
+    fail(column,
+         "encoding = \"sincos\" needs the angle's wrap, its full turn: 6.283185307179586 for rad, 360 for degrees");
+  if (column.derivative_of.empty()) return resolved;
+
+  if (column.role != ColumnRole::kState) fail(column, "derivative_of is for columns with role \"state\"");
+  if (column.wrap > 0.0)
+    fail(column, "a derivative does not wrap: give the wrap to the column that it is derived from");
+  const ColumnConfig& source = derived_from(column, all);
+  resolved.heading = heading_of(source);
+  resolved.wrap = source.wrap;
+  resolved.derivative = true;
+  return resolved;
+}
+
+void append_channels(const LogColumn& column, std::vector<Channel>& channels) {
+  if (column.sincos) {
+    channels.push_back({column.name + "_sin", "", 0.0});
+    channels.push_back({column.name + "_cos", "", 0.0});
+  } else {
+    channels.push_back({column.name, column.unit, column.derivative ? 0.0 : column.wrap});
+  }
+}
+
+/// The outputs' channels that measure the quantity under `heading`, if any do.
+StateSource measured_by(const std::string& heading, const std::vector<LogColumn>& outputs) {
+  int channel = 0;
+  for (const LogColumn& output : outputs) {
+    if (output.heading == heading)
+      return {StateKind::kMeasured, channel, output.sincos ? channel + 1 : -1, output.wrap};
+    channel += output.sincos ? 2 : 1;
+  }
+  return {};
+}
+
+void append_sources(const LogColumn& state, const std::vector<LogColumn>& outputs, std::vector<StateSource>& sources) {
+  StateSource source = measured_by(state.heading, outputs);
+  const auto append = [&](StateKind kind) {
+    if (source.kind != StateKind::kHidden) source.kind = kind;
+    sources.push_back(source);
+  };
+  if (state.sincos) append(StateKind::kSineOfMeasured);
+  append(state.sincos       ? StateKind::kCosineOfMeasured
+         : state.derivative ? StateKind::kDerivativeOfMeasured
+                            : StateKind::kMeasured);
+}
+
+void check_names(const LogSchema& schema) {
+  std::set<std::string> taken;
+  for (const auto* channels : {&schema.output_channels, &schema.state_channels})
+    for (const Channel& channel : *channels)
+      if (!taken.insert(channel.name).second)
+        throw codegen::Error(
+            fmt::format("[[log.columns]] \"{}\": the name is taken: what is both an output and a state is "
+                        "listed twice, under two names and with the same `column`",
+                        channel.name));
+}
+
+}  // namespace
+
+LogSchema resolve_columns(const LogConfig& config) {
+  LogSchema schema;
+  for (const ColumnConfig& column : config.columns) {
+    const LogColumn resolved = resolve(column, config.columns);
+    switch (column.role) {
+      case ColumnRole::kTime:
+        if (!schema.time_heading.empty()) fail(column, "a second column with role \"time\": expected one");
+        schema.time_heading = resolved.heading;
+        schema.time_unit_s = seconds_per_unit(column);
+        break;
+      case ColumnRole::kOutput:
+        schema.outputs.push_back(resolved);
+        append_channels(resolved, schema.output_channels);
+        break;
+      case ColumnRole::kState:
+        schema.states.push_back(resolved);
+        append_channels(resolved, schema.state_channels);
+        if (resolved.sincos)
+          schema.angle_pairs.push_back(
+              {resolved.name, resolved.unit, resolved.wrap, static_cast<int>(schema.state_channels.size()) - 2});
+        break;
+      case ColumnRole::kInput:
+        schema.inputs.push_back(resolved);
+        break;
+      case ColumnRole::kIgnored:
+        break;
+    }
+  }
+  if (schema.outputs.empty())
+    throw codegen::Error("[[log.columns]]: no column has role \"output\": expected what the observer measures");
+  if (schema.states.empty())
+    throw codegen::Error("[[log.columns]]: no column has role \"state\": expected what the observer estimates");
+  if (schema.time_heading.empty() && !(config.sample_period_s > 0.0))
+    throw codegen::Error("[log]: no column has role \"time\" and sample_period_s is not given: expected one of them");
+  for (const LogColumn& state : schema.states) append_sources(state, schema.outputs, schema.state_sources);
+  check_names(schema);
+  return schema;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// How the channels of a Dataset come from the columns of a log: the [[log.columns]] of an experiment, checked and
+// resolved once; what the loader, the baselines and the metrics read.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+#include "trainer/config.h"
+
+namespace nlo::trainer {
+
+/// One entry of [[log.columns]] and where its numbers come from.
+struct LogColumn {
+  std::string name, heading, unit;
+  double wrap = 0.0;        ///< full turn of what stands in the file; 0: not an angle
+  bool derivative = false;  ///< the zero-phase velocity of what stands in the file
+  bool sincos = false;      ///< two channels, NAME_sin and NAME_cos
+};
+
+/// What a state is to the measured outputs: where a causal differentiator can start from.
+enum class StateKind { kHidden, kMeasured, kSineOfMeasured, kCosineOfMeasured, kDerivativeOfMeasured };
+
+struct StateSource {
+  StateKind kind = StateKind::kHidden;
+  int output = -1;    ///< channel that measures it (its sine when `cosine` is set); -1: hidden
+  int cosine = -1;    ///< channel that measures the cosine; -1: `output` is the quantity itself
+  double wrap = 0.0;  ///< full turn of the measured quantity; 0: not an angle
+};
+
+/// Two neighbouring states, sine and cosine, that are one angle.
+struct AnglePair {
+  std::string name, unit;
+  double wrap = 0.0;
+  int sine = 0;  ///< index of the state NAME_sin; NAME_cos is the next
+};
+
+struct LogSchema {
+  std::string time_heading;  ///< empty: no time stamps, rows are sample_period_s apart
+  double time_unit_s = 1.0;  ///< seconds per unit of the time column
+  std::vector<LogColumn> outputs, states, inputs;
+  std::vector<codegen::Channel> output_channels, state_channels;
+  std::vector<StateSource> state_sources;  ///< one per state channel
+  std::vector<AnglePair> angle_pairs;      ///< among the states
+};
+
+/// Throws codegen::Error naming the column and the mend: no output, no state, two time columns, a name that is taken,
+/// an encoding without a wrap, a derivative of what is not listed.
+LogSchema resolve_columns(const LogConfig& config);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Velocities without delay, for use as truth: a Butterworth low-pass run forwards and backwards over a whole log, then
+// a central difference. It sees the future, so no observer can; the logged velocities of rigs are causal and lag.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "trainer/config.h"
+
+namespace nlo::trainer {
+
+/// One second-order section, y_k = b0 x_k + b1 x_{k-1} + b2 x_{k-2} - a1 y_{k-1} - a2 y_{k-2}; of first order when
+/// b2 = a2 = 0.
+struct FilterSection {
+  double b0, b1, b2, a1, a2;
+};
+
+/// Butterworth low-pass of `order` 1..8 by the bilinear transform, prewarped: |H| = 1 at DC and 1/sqrt(2) at the
+/// cut-off. Throws codegen::Error for another order or a cut-off outside (0, sample_rate / 2).
+std::vector<FilterSection> butterworth_lowpass(int order, double cutoff_hz, double sample_rate_hz);
+
+/// Runs the sections forwards, then backwards: zero phase, |H|^2. The ends are extended by odd reflection over
+/// 3 (order + 1) samples and each pass starts in the steady state of its first sample, as scipy.signal.sosfiltfilt
+/// does. Throws codegen::Error when `x` is no longer than the extension.
+Eigen::VectorXd filter_zero_phase(const std::vector<FilterSection>& sections, const Eigen::VectorXd& x);
+
+/// (x_{k+1} - x_{k-1}) / 2h inside, one-sided at the ends. At least two samples.
+Eigen::VectorXd central_difference(const Eigen::VectorXd& x, double h);
+
+/// Straight lines between the samples (time increasing); the end values beyond the ends.
+Eigen::VectorXd interpolate(const Eigen::VectorXd& time, const Eigen::VectorXd& x, const Eigen::VectorXd& at);
+
+/// Velocity of a logged, unwrapped position at its own, jittering time stamps: interpolated to a uniform grid of about
+/// `sample_period_s`, filtered, differentiated, interpolated back.
+Eigen::VectorXd zero_phase_velocity(const VelocityFilterConfig& config, const Eigen::VectorXd& time_s,
+                                    const Eigen::VectorXd& position, double sample_period_s);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// Initial states of simulated trajectories: the same on every platform, and different for training, validation and test
+// under one seed.
+//
+// A stream is std::mt19937_64 (its numbers are fixed by the C++ standard) seeded with
+//   splitmix64(seed + 0x9E3779B97F4A7C15 * (stream + 1))
+// and read as follows; the standard library's distributions differ between platforms, so none is used:
+//   u       = (r >> 11) * 2^-53 of the next 64 bits r, in [0, 1)
+//   uniform = centre + half width (2u - 1) of the box
+//   normal  = Marsaglia's polar method: v = 2u - 1 twice until 0 < q = v1^2 + v2^2 < 1, then v1 sqrt(-2 ln q / q); the
+//             second of the two draws is dropped
+// State by state within a trajectory, trajectory after trajectory: the first n do not depend on how many follow.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "trainer/config.h"
+
+namespace nlo::trainer {
+
+/// What a set of trajectories is for. Evaluation by PROTOCOL's definitions uses kTest.
+enum class SeedStream : std::uint64_t { kTraining = 0, kValidation = 1, kTest = 2 };
+
+/// The engine's seed for a stream.
+std::uint64_t initial_state_seed(std::uint64_t seed, SeedStream stream);
+
+/// n_x x count. Uniform over the box of `config` scaled by box_scale about its centre, or Gaussian about the centre
+/// with the (scaled) half widths as standard deviations.
+Eigen::MatrixXd draw_initial_states(const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
+                                    double box_scale = 1.0);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Linear plant dx/dt = A x, y = C x: the free oracle. Its KKL map T solves a Sylvester equation and its trajectories
+// are a matrix exponential, so tests know the right answer.
+#pragma once
+
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+class LinearPlant : public Plant {
+ public:
+  /// A n_x x n_x, C n_y x n_x.
+  LinearPlant(std::string name, std::vector<codegen::Channel> states, std::vector<codegen::Channel> outputs,
+              Eigen::MatrixXd a, Eigen::MatrixXd c)
+      : Plant(std::move(name), std::move(states), std::move(outputs)), a_(std::move(a)), c_(std::move(c)) {}
+
+  const Eigen::MatrixXd& a() const { return a_; }
+  const Eigen::MatrixXd& c() const { return c_; }
+
+  Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const override { return a_ * x; }
+  Eigen::MatrixXd output(const Eigen::MatrixXd& x) const override { return c_ * x; }
+
+ private:
+  Eigen::MatrixXd a_, c_;
+};
+
+}  // namespace nlo::trainer

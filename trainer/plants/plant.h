@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// A plant to simulate: dx/dt = f(x), y = h(x)   (1). Only the simulator, the baselines that know the model and the PDE
+// residual see one; training needs data alone.
+//
+// To add one: a file of this folder with a function that makes it, and a line in registry.cpp. Tests run over the
+// registry.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codegen/model.h"
+
+namespace nlo::trainer {
+
+using PlantParameters = std::vector<std::pair<std::string, double>>;
+
+class Plant {
+ public:
+  Plant(std::string name, std::vector<codegen::Channel> states, std::vector<codegen::Channel> outputs)
+      : name_(std::move(name)), states_(std::move(states)), outputs_(std::move(outputs)) {}
+  virtual ~Plant() = default;
+  Plant(const Plant&) = delete;
+  Plant& operator=(const Plant&) = delete;
+
+  const std::string& name() const { return name_; }
+  const std::vector<codegen::Channel>& states() const { return states_; }
+  const std::vector<codegen::Channel>& outputs() const { return outputs_; }
+  Eigen::Index nx() const { return static_cast<Eigen::Index>(states_.size()); }
+  Eigen::Index ny() const { return static_cast<Eigen::Index>(outputs_.size()); }
+
+  /// f(x): n_x x B for n_x x B, one column per trajectory. A state outside of f's domain gives NaN, never an exception.
+  /// Not for two threads at once: an expression plant evaluates in place. Let each thread make a plant of its own.
+  virtual Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const = 0;
+
+  /// h(x): n_y x B for n_x x B.
+  virtual Eigen::MatrixXd output(const Eigen::MatrixXd& x) const = 0;
+
+ private:
+  std::string name_;
+  std::vector<codegen::Channel> states_, outputs_;
+};
+
+/// Dimensionless channels by their names.
+inline std::vector<codegen::Channel> channels(std::initializer_list<const char*> names) {
+  std::vector<codegen::Channel> result;
+  for (const char* name : names) result.push_back({name, "", 0.0});
+  return result;
+}
+
+}  // namespace nlo::trainer

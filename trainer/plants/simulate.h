@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Trajectories of a plant: classical Runge-Kutta of order 4 at the sample period, in double.
+#pragma once
+
+#include <cstdint>
+
+#include "trainer/config.h"
+#include "trainer/data/dataset.h"
+#include "trainer/plants/initial_states.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+/// One RK4 step of length h for each column of x (n_x x B).
+Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h);
+
+/// Samples of [0, horizon_s] at the sample period, both ends included: 2,501 for 50 s at 0.02 s.
+Eigen::Index sample_count(const SimulationConfig& config);
+
+/// Noise-free trajectories from the columns of `initial` (n_x x count). Throws codegen::Error naming the plant, the
+/// initial state and the time when a trajectory leaves the numbers (|x| > 1e9 or NaN).
+Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial);
+
+/// The same from drawn initial states (see initial_states.h). The engine's seed decides them: initial_state_seed(seed,
+/// stream).
+Dataset simulate(const Plant& plant, const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
+                 double box_scale = 1.0);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Random numbers for training: many streams, eight at a time, the same on every platform. A stream is named by
+// (seed, purpose, step, index) and carries no state from step to step, so a resumed run draws what an uninterrupted
+// one would have drawn, on any number of threads.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace nlo::trainer {
+
+/// SplitMix64 (Steele, Lea, Flood 2014): one step of the sequence from `state`; also a good 64-bit hash.
+constexpr std::uint64_t splitmix64(std::uint64_t& state) {
+  state += 0x9e3779b97f4a7c15ULL;
+  std::uint64_t z = state;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+/// What a stream is drawn for: streams of different purposes never meet.
+enum class Purpose : std::uint64_t { kWeights = 1, kSegments, kTicks, kNoise, kValidationNoise };
+
+constexpr std::uint64_t stream_seed(std::uint64_t seed, Purpose purpose, std::uint64_t step, std::uint64_t index) {
+  std::uint64_t state = seed;
+  for (const std::uint64_t part : {static_cast<std::uint64_t>(purpose), step, index}) {
+    state = splitmix64(state) ^ part * 0xd1342543de82ef95ULL;
+  }
+  return splitmix64(state);
+}
+
+/// Eight xoshiro128++ generators (Blackman, Vigna 2019) side by side; loops over the lanes vectorise.
+class RandomLanes {
+ public:
+  static constexpr int kLanes = 8;
+  using Floats = std::array<float, kLanes>;
+
+  explicit RandomLanes(std::uint64_t seed) {
+    for (auto& word : state_) {
+      for (std::size_t l = 0; l < kLanes; l += 2) {
+        const std::uint64_t bits = splitmix64(seed);
+        word[l] = static_cast<std::uint32_t>(bits);
+        word[l + 1] = static_cast<std::uint32_t>(bits >> 32);
+      }
+    }
+  }
+
+  /// Uniform on [0, 1), 24 bits.
+  void uniform(float* out) {
+    std::uint32_t bits[kLanes];
+    next(bits);
+    for (int l = 0; l < kLanes; ++l) out[l] = static_cast<float>(static_cast<std::int32_t>(bits[l] >> 8)) * 0x1p-24F;
+  }
+
+  /// Two independent standard normal numbers per lane, by Box and Muller's transform.
+  void normal_pair(float* first, float* second) {
+    float u[kLanes];
+    float v[kLanes];
+    uniform(u);
+    uniform(v);
+    for (int l = 0; l < kLanes; ++l) {
+      const float radius = std::sqrt(-2.0F * log_positive(1.0F - u[l]));  // 1 - u in (0, 1]
+      // cos and sin of 2 pi v: v = (q + f) / 4 with q whole and |f| <= 1/2.
+      const float quarter = 4.0F * v[l];
+      const auto q = static_cast<std::int32_t>(quarter + 0.5F);
+      const float angle = (quarter - static_cast<float>(q)) * 1.57079633F;
+      const float s2 = angle * angle;
+      const float sine = angle * (1.0F + s2 * (-1.0F / 6 + s2 * (1.0F / 120 - s2 * (1.0F / 5040))));
+      const float cosine = 1.0F + s2 * (-0.5F + s2 * (1.0F / 24 + s2 * (-1.0F / 720 + s2 * (1.0F / 40320))));
+      const float a = (q & 1) != 0 ? -sine : cosine;
+      const float b = (q & 1) != 0 ? cosine : sine;
+      const float sign = (q & 2) != 0 ? -radius : radius;
+      first[l] = sign * a;
+      second[l] = sign * b;
+    }
+  }
+
+ private:
+  void next(std::uint32_t* out) {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      auto& [s0, s1, s2, s3] = state_;
+      out[l] = std::rotl(s0[l] + s3[l], 7) + s0[l];
+      const std::uint32_t t = s1[l] << 9;
+      s2[l] ^= s0[l];
+      s3[l] ^= s1[l];
+      s1[l] ^= s2[l];
+      s0[l] ^= s3[l];
+      s2[l] ^= t;
+      s3[l] = std::rotl(s3[l], 11);
+    }
+  }
+
+  /// ln(x) for normal x > 0, relative error about 1e-7: exponent and mantissa, then 2 atanh((m - 1) / (m + 1)).
+  static float log_positive(float x) {
+    const std::int32_t bits = std::bit_cast<std::int32_t>(x);
+    const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;  // mantissa in [sqrt(1/2), sqrt(2))
+    const float m = std::bit_cast<float>(bits - exponent * (1 << 23));
+    const float s = (m - 1.0F) / (m + 1.0F);
+    const float s2 = s * s;
+    const float series = 2.0F * s * (1.0F + s2 * (1.0F / 3 + s2 * (1.0F / 5 + s2 * (1.0F / 7 + s2 * (1.0F / 9)))));
+    return static_cast<float>(exponent) * 0.693147181F + series;
+  }
+
+  std::array<std::array<std::uint32_t, kLanes>, 4> state_;
+};
+
+}  // namespace nlo::trainer

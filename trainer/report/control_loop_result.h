@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// What examples/control_loop wrote with --json: a run of the exported observer in a periodic thread.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace nlo::trainer {
+
+struct ControlLoopResult {
+  struct Quantiles {
+    double p50 = 0.0, p99 = 0.0, p99_9 = 0.0, max = 0.0;  ///< [ns]
+  };
+  struct Bucket {
+    double below_ns = 0.0;  ///< upper limit
+    double count = 0.0;
+  };
+
+  double rate_hz = 0.0, noise_std = 0.0;
+  long ticks = 0, missed_deadlines = 0, faults = 0, outside_domain = 0;
+  double rms_error = 0.0, settled_rms_error = 0.0;
+  bool real_time_priority = false, memory_locked = false;
+  Quantiles step_and_estimate, wake_up_lateness;
+  std::vector<Bucket> histogram;  ///< of step + estimate, rising
+};
+
+/// Throws codegen::Error naming `name` and the field that is missing or of the wrong kind.
+ControlLoopResult parse_control_loop(std::string_view json, const std::string& name);
+
+ControlLoopResult read_control_loop(const std::string& path);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/report/figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "trainer/analysis/measurement_noise.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Style = Series::Style;
+
+std::string labelled(const Channel& channel) {
+  return channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
+}
+
+std::string subscript(std::size_t number) {
+  std::string text;
+  for (const char digit : std::to_string(number))
+    text += fmt::format("\xe2\x82{}", static_cast<char>(0x80 + digit - '0'));
+  return text;
+}
+
+bool any_finite(const Eigen::VectorXd& values) {
+  return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+Eigen::VectorXd first(const Eigen::VectorXd& values, Eigen::Index samples) {
+  return thinned(values.head(samples));
+}
+
+/// An angle as the sensor shows it; jumps become gaps in the line.
+Eigen::VectorXd wrapped(Eigen::VectorXd values, double wrap) {
+  if (wrap <= 0.0) return values;
+  for (double& value : values) value = wrapped_difference(value, 0.0, wrap);
+  for (Eigen::Index i = values.size() - 1; i > 0; --i)
+    if (std::abs(values[i] - values[i - 1]) > 0.5 * wrap) values[i] = std::nan("");
+  return values;
+}
+
+}  // namespace
+
+Figure training_figure(const TrainingCurves& curves) {
+  Figure figure{
+      "Left: the training loss. Right: root mean square error of the estimate on training and on validation "
+      "data, with the training noise.",
+      960,
+      260,
+      true,
+      {}};
+  Panel loss{"step", "training loss", false, true, false, false, 0, 0, 0, 0, {}};
+  loss.series.push_back({"", Style::kLine, 0, thinned(curves.step), thinned(curves.loss), {}});
+  Panel rmse{"step", "RMSE", false, true, false, false, 0, 0, 0, 0, {}};
+  if (any_finite(curves.train_rmse))
+    rmse.series.push_back({"training", Style::kThinLine, 5, thinned(curves.step), thinned(curves.train_rmse), {}});
+  rmse.series.push_back({"validation", Style::kLine, 1, thinned(curves.step), thinned(curves.validation_rmse), {}});
+  figure.panels = {std::move(loss), std::move(rmse)};
+  return figure;
+}
+
+Figure eigenvalue_figure(const TrainingCurves& curves) {
+  Figure figure{
+      "Eigenvalues of the latent system D over the training: how fast the observer forgets, and at which "
+      "frequency it listens. A complex pair is drawn once.",
+      960,
+      260,
+      true,
+      {}};
+  Panel re{"step", "real part [1/s]", false, false, false, false, 0, 0, 0, 0, {}};
+  Panel im{"step", "imaginary part [rad/s]", false, false, false, false, 0, 0, 0, 0, {}};
+  for (std::size_t i = 0; i < curves.eigenvalues.size(); ++i) {
+    const Eigen::VectorXd imaginary = curves.eigenvalues[i].imag();
+    const std::string name = fmt::format("λ{}", subscript(i + 1));
+    const auto colour = static_cast<int>(i);
+    re.series.push_back({name, Style::kLine, colour, thinned(curves.step), thinned(curves.eigenvalues[i].real()), {}});
+    if (imaginary.cwiseAbs().maxCoeff() > 0.0)
+      im.series.push_back({name, Style::kLine, colour, thinned(curves.step), thinned(imaginary), {}});
+  }
+  figure.panels = {std::move(re)};
+  if (!im.series.empty()) figure.panels.push_back(std::move(im));
+  return figure;
+}
+
+Figure eigenvalue_map(const TrainingCurves& curves) {
+  Figure figure{"Eigenvalues in the complex plane, from where they started (crosses) to where they ended (dots).",
+                620,
+                380,
+                false,
+                {}};
+  Panel map{"real part [1/s]", "imaginary part [rad/s]", false, false, true, true, 0, 0, 0, 0, {}};
+  double reach = 0.0, height = 0.0;
+  for (std::size_t i = 0; i < curves.eigenvalues.size(); ++i) {
+    const Eigen::VectorXd re = curves.eigenvalues[i].real(), im = curves.eigenvalues[i].imag();
+    const auto colour = static_cast<int>(i);
+    reach = std::max(reach, -re.minCoeff());
+    height = std::max(height, im.cwiseAbs().maxCoeff());
+    for (const double sign : {1.0, -1.0}) {
+      if (sign < 0.0 && im.cwiseAbs().maxCoeff() == 0.0) continue;
+      const std::string name = sign > 0.0 ? fmt::format("λ{}", subscript(i + 1)) : "";
+      map.series.push_back({"", Style::kThinLine, colour, thinned(re), thinned(sign * im), {}});
+      map.series.push_back({"", Style::kCrosses, colour, re.head(1), sign * im.head(1), {}});
+      map.series.push_back({name, Style::kPoints, colour, re.tail(1), sign * im.tail(1), {}});
+    }
+  }
+  // Room to the right of the imaginary axis, so that the stability border is seen.
+  map.x_low = -1.1 * std::max(reach, 1e-6);
+  map.x_high = 0.08 * std::max(reach, 1e-6);
+  const double half_height = height > 0.0 ? 1.2 * height : 1.0;
+  map.y_low = -half_height;
+  map.y_high = half_height;
+  figure.panels = {std::move(map)};
+  return figure;
+}
+
+Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
+                  double seconds) {
+  Figure figure{"", 960, 230, false, {}};
+  const Eigen::VectorXd& time_s = run.truth.time_s;
+  const auto shown =
+      static_cast<Eigen::Index>(std::upper_bound(time_s.begin(), time_s.end(), time_s[0] + seconds) - time_s.begin());
+  const Eigen::VectorXd t = first(time_s, shown);
+  const double end_s = time_s[shown - 1];
+  const auto measured = [&](std::size_t j) {
+    const auto row = static_cast<Eigen::Index>(j);
+    Eigen::VectorXd y = run.measured.row(row).transpose();
+    const double wrap = outputs[j].wrap;
+    if (wrap > 0.0)
+      for (double& value : y) value = wrapped_difference(value, 0.0, wrap);
+    return Series{"measured", Style::kDots, 5, t, first(y, shown), {}};
+  };
+
+  std::vector<bool> drawn(outputs.size(), false);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    Panel panel{"time [s]", labelled(states[i]), false, false, true, false, time_s[0], end_s, 0, 0, {}};
+    for (std::size_t j = 0; j < outputs.size(); ++j) {
+      if (run.truth.outputs.row(static_cast<Eigen::Index>(j)) != run.truth.states.row(row)) continue;
+      panel.series.push_back(measured(j));
+      drawn[j] = true;
+    }
+    const double wrap = states[i].wrap;
+    panel.series.push_back({"truth", Style::kLine, 0, t, first(wrapped(run.truth.states.row(row), wrap), shown), {}});
+    panel.series.push_back({"estimate", Style::kLine, 1, t, first(wrapped(run.estimate.row(row), wrap), shown), {}});
+    figure.panels.push_back(std::move(panel));
+  }
+  for (std::size_t j = 0; j < outputs.size(); ++j) {
+    if (drawn[j]) continue;
+    Panel panel{"time [s]", labelled(outputs[j]), false, false, true, false, time_s[0], end_s, 0, 0, {}};
+    panel.series.push_back(measured(j));
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
+  Figure figure{
+      "Error over time, root mean square over the test set. Dashed: the extended Kalman filter, which knows "
+      "the plant and the noise exactly.",
+      960,
+      330,
+      false,
+      {}};
+  Panel panel{"time [s]", "error norm", false, true, false, false, 0, 0, 0, 0, {}};
+  double low = 1e300, high = 0.0;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    for (const Evaluation& evaluation : groups[g]) {
+      if (evaluation.estimator == "constant") continue;  // a straight line far above
+      const bool ours = &evaluation == &groups[g].front();
+      const ErrorMetrics& m = evaluation.metrics;
+      panel.series.push_back({fmt::format("{}, {}", evaluation.estimator, noise_title(evaluation.noise)),
+                              ours ? Style::kLine : Style::kDashes,
+                              static_cast<int>(g),
+                              thinned(m.curve_time_s),
+                              thinned(m.curve),
+                              {}});
+      high = std::max(high, m.curve.maxCoeff());
+      low = std::min(low, m.curve.minCoeff());
+    }
+  }
+  // An exact model without noise falls to 1e-8: that would press all that matters into a stripe.
+  if (high > 0.0 && low < high) {
+    panel.y_low = 0.7 * std::max(low, 2e-3 * high);
+    panel.y_high = 1.5 * high;
+  }
+  figure.panels = {std::move(panel)};
+  return figure;
+}
+
+Figure latency_figure(const ControlLoopResult& result) {
+  Figure figure{
+      "How long one step and estimate took in the control loop; both axes are logarithmic.", 960, 280, false, {}};
+  Panel panel{"step + estimate [ns]", "ticks", true, true, false, false, 0, 0, 0, 0, {}};
+  const auto n = static_cast<Eigen::Index>(result.histogram.size());
+  Eigen::VectorXd x(n), y(n), width(n);
+  double highest = 1.0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& bucket = result.histogram[static_cast<std::size_t>(i)];
+    constexpr double kGrowth = 1.25;  // of the buckets' limits
+    const double lower = bucket.below_ns / kGrowth;
+    x[i] = 0.5 * (lower + bucket.below_ns);
+    width[i] = 0.96 * (bucket.below_ns - lower);
+    y[i] = bucket.count;
+    highest = std::max(highest, bucket.count);
+  }
+  if (n > 0) {
+    panel.x_low = result.histogram.front().below_ns / 2.0;
+    panel.x_high = result.histogram.back().below_ns * 1.5;
+  }
+  panel.y_low = 0.5;
+  panel.y_high = 2.0 * highest;
+  panel.series.push_back({"", Style::kBars, 0, x, y, width});
+  figure.panels = {std::move(panel)};
+  return figure;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/report/gnuplot.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+extern char** environ;
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr auto kPatience = std::chrono::seconds(60);
+
+// Blue, orange, green, purple, red: told apart with common colour blindness, on light and on dark ground; then grey.
+constexpr const char* kColours[] = {"#2f7de1", "#e07b1f", "#1f9e77", "#9b59d0", "#d1495b", "#8f949b"};
+constexpr int kColourCount = static_cast<int>(std::size(kColours));
+
+/// A directory of our own that goes away with this object.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::error_code error;
+    std::string name = (fs::temp_directory_path(error) / "nlo-plots-XXXXXX").string();
+    if (!error && mkdtemp(name.data()) != nullptr) path_ = name;
+  }
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+std::string file_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+bool write_text(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  return static_cast<bool>(file.flush());
+}
+
+std::string data_text(const Series& series) {
+  std::string text;
+  for (Eigen::Index i = 0; i < series.x.size(); ++i) {
+    const double x = series.x[i], y = series.y[i];
+    if (!std::isfinite(x) || !std::isfinite(y)) {
+      text += '\n';  // an empty line ends a piece of the line
+      continue;
+    }
+    text += fmt::format("{:.6g} {:.5g}", x, y);  // finer than a pixel; more digits would only swell the page
+    if (series.style == Series::Style::kBars) text += fmt::format(" {:.6g}", series.bar_width[i]);
+    text += '\n';
+  }
+  return text;
+}
+
+std::string style_text(const Series& series) {
+  const char* style = "";
+  switch (series.style) {
+    case Series::Style::kLine:
+      style = "lines lw 1.8";
+      break;
+    case Series::Style::kThinLine:
+      style = "lines lw 1";
+      break;
+    case Series::Style::kDashes:
+      style = "lines lw 1.8 dt (6,4)";
+      break;
+    case Series::Style::kDots:
+      style = "points pt 7 ps 0.3";
+      break;
+    case Series::Style::kPoints:
+      style = "points pt 7 ps 0.7";
+      break;
+    case Series::Style::kCrosses:
+      style = "points pt 2 ps 1 lw 1.6";
+      break;
+    case Series::Style::kBars:
+      style = "boxes fs solid 0.75 noborder";
+      break;
+  }
+  return fmt::format("with {} lc rgb '{}'", style, kColours[std::abs(series.colour) % kColourCount]);
+}
+
+bool drawable(const Series& series) {
+  for (Eigen::Index i = 0; i < series.x.size(); ++i)
+    if (std::isfinite(series.x[i]) && std::isfinite(series.y[i])) return true;
+  return false;
+}
+
+std::string range_text(const char* axis, double low, double high) {
+  return low == high ? fmt::format("set {}range [*:*]\n", axis)
+                     : fmt::format("set {}range [{:.6g}:{:.6g}]\n", axis, low, high);
+}
+
+/// The commands of one panel; its data go to files beside. `written` turns false when one of them cannot be written.
+std::string panel_script(const Panel& panel, std::size_t figure, std::size_t index, const fs::path& directory,
+                         bool& written) {
+  constexpr const char* kZero = "nohead lw 0.8 lc rgb '#8f949b'";
+  std::string script = "unset logscale\nunset arrow\nset format x '%g'\nset format y '%g'\n";
+  if (panel.log_x) script += "set logscale x\n";
+  if (panel.log_y) script += "set logscale y\n";
+  script += range_text("x", panel.x_low, panel.x_high) + range_text("y", panel.y_low, panel.y_high);
+  script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
+  if (panel.zero_line) script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
+  if (panel.zero_column) script += fmt::format("set arrow from first 0, graph 0 to first 0, graph 1 {}\n", kZero);
+  std::string plots;
+  for (std::size_t s = 0; s < panel.series.size(); ++s) {
+    const Series& series = panel.series[s];
+    if (!drawable(series)) continue;
+    const std::string name = fmt::format("{}-{}-{}.dat", figure, index, s);
+    written = write_text(directory / name, data_text(series)) && written;
+    plots += fmt::format("{}'{}' using {} {} {}", plots.empty() ? "plot " : ", ", name,
+                         series.style == Series::Style::kBars ? "1:2:3" : "1:2", style_text(series),
+                         series.title.empty() ? "notitle" : fmt::format("title {}", gnuplot_quoted(series.title)));
+  }
+  return script + (plots.empty() ? "set multiplot next\n" : plots + "\n");
+}
+
+std::string figure_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
+  const std::size_t rows = figure.side_by_side ? 1 : figure.panels.size();
+  const std::size_t columns = figure.side_by_side ? figure.panels.size() : 1;
+  std::string script = fmt::format(
+      "reset\nset encoding utf8\nset terminal svg size {},{} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
+      "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
+      "set key outside top right horizontal samplen 2 height 0.2\nset lmargin 9\nset rmargin 2\n"
+      "set multiplot layout {},{}\n",
+      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, rows, columns);
+  for (std::size_t i = 0; i < figure.panels.size(); ++i)
+    script += panel_script(figure.panels[i], number, i, directory, written);
+  return script + "unset multiplot\nunset output\n";
+}
+
+/// Runs `program -d plot.gp` in `directory`; empty when it ended well, else the reason.
+std::string run(const std::string& program, const fs::path& directory) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "log.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  std::string name = program, no_user_settings = "-d", script = "plot.gp";
+  char* const arguments[] = {name.data(), no_user_settings.data(), script.data(), nullptr};
+  pid_t child = 0;
+  const int error = posix_spawnp(&child, program.c_str(), &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) return fmt::format("{} could not be started: {}", program, std::strerror(error));
+
+  int status = 0;
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (true) {
+    const pid_t done = waitpid(child, &status, WNOHANG);
+    if (done > 0) break;
+    if (done < 0 && errno != EINTR) return fmt::format("{} was lost: {}", program, std::strerror(errno));
+    if (std::chrono::steady_clock::now() > deadline) {
+      kill(child, SIGKILL);
+      waitpid(child, &status, 0);
+      return fmt::format("{} did not finish within {} s", program, kPatience.count());
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
+  const std::string log = file_text(directory / "log.txt").substr(0, 400);
+  return fmt::format("{} failed{}{}", program, log.empty() ? "" : ": ", log);
+}
+
+/// The <svg> element alone, scaling with the page, black following the page's text colour.
+std::string inline_svg(std::string svg) {
+  const auto start = svg.find("<svg");
+  if (start == std::string::npos) return "";
+  svg.erase(0, start);
+  const auto replace_all = [&svg](std::string_view from, std::string_view to) {
+    for (auto at = svg.find(from); at != std::string::npos; at = svg.find(from, at + to.size()))
+      svg.replace(at, from.size(), to);
+  };
+  const auto cut = [&svg](std::string_view from, std::string_view to) {
+    const auto first = svg.find(from);
+    const auto last = first == std::string::npos ? first : svg.find(to, first);
+    if (last != std::string::npos) svg.erase(first, last + to.size() - first);
+  };
+  cut("<title>", "</title>");
+  cut("<desc>", "</desc>");
+  replace_all("stroke='black'", "stroke='currentColor'");
+  replace_all(" color=\"black\"", "");
+  replace_all("fill=\"black\"", "fill=\"currentColor\"");
+  return svg;
+}
+
+}  // namespace
+
+std::string gnuplot_quoted(const std::string& text) {
+  std::string quoted = "'";  // between single quotes only the quote itself has a meaning
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) continue;
+    if (c == '\'') quoted += '\'';
+    quoted += c;
+  }
+  quoted += '\'';
+  return quoted;
+}
+
+Eigen::VectorXd thinned(const Eigen::VectorXd& values, Eigen::Index points) {
+  const Eigen::Index step = std::max<Eigen::Index>(1, (values.size() + points - 1) / points);
+  return values(Eigen::seqN(0, (values.size() + step - 1) / step, step));
+}
+
+Drawing draw(const std::vector<Figure>& figures, const std::string& program) {
+  Drawing drawing;
+  if (figures.empty()) return drawing;
+  const TemporaryDirectory directory;
+  if (directory.path().empty()) {
+    drawing.failure = "no temporary directory could be made";
+    return drawing;
+  }
+  std::string script;
+  bool written = true;
+  for (std::size_t i = 0; i < figures.size(); ++i) script += figure_script(figures[i], i, directory.path(), written);
+  written = write_text(directory.path() / "plot.gp", script) && written;
+  drawing.failure = written ? run(program, directory.path()) : "the plots' data could not be written";
+  if (!drawing.failure.empty()) return drawing;
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    drawing.svgs.push_back(inline_svg(file_text(directory.path() / fmt::format("{}.svg", i))));
+    if (drawing.svgs.back().empty()) drawing.failure = fmt::format("{} drew nothing", program);
+  }
+  if (!drawing.failure.empty()) drawing.svgs.clear();
+  return drawing;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// Figures as inline SVG, drawn by gnuplot in a child process. Text from outside reaches gnuplot only as data files with
+// fixed names and as quoted, cleaned titles in a terminal without markup.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace nlo::trainer {
+
+struct Series {
+  enum class Style { kLine, kThinLine, kDashes, kDots, kPoints, kCrosses, kBars };
+  std::string title;  ///< in the legend; empty: not listed
+  Style style = Style::kLine;
+  int colour = 0;             ///< index into the palette, see kColours in gnuplot.cpp
+  Eigen::VectorXd x, y;       ///< points that are not finite are left out, and break a line
+  Eigen::VectorXd bar_width;  ///< kBars: one per point
+};
+
+struct Panel {
+  std::string x_label, y_label;  ///< with units
+  bool log_x = false, log_y = false;
+  bool zero_line = false;            ///< a thin line at y = 0
+  bool zero_column = false;          ///< a thin line at x = 0
+  double x_low = 0.0, x_high = 0.0;  ///< both 0: by the data
+  double y_low = 0.0, y_high = 0.0;
+  std::vector<Series> series;
+};
+
+/// Panels below each other.
+struct Figure {
+  std::string caption;  ///< below the figure in the page; not seen by gnuplot
+  int width = 860, panel_height = 230;
+  bool side_by_side = false;  ///< panels beside each other instead
+  std::vector<Panel> panels;
+};
+
+struct Drawing {
+  std::vector<std::string> svgs;  ///< one per figure, to be pasted into HTML; black follows the page's text colour
+  std::string failure;            ///< why there are none; empty on success
+};
+
+/// Draws all figures with one run of `program` in a temporary directory that is removed afterwards. Never throws for
+/// what gnuplot does: a missing program, a crash, 60 s without an end are a `failure`.
+Drawing draw(const std::vector<Figure>& figures, const std::string& program = "gnuplot");
+
+/// `text` as a gnuplot string literal that can hold no command, substitution or line break.
+std::string gnuplot_quoted(const std::string& text);
+
+/// At most about `points` of the values, each step-th.
+Eigen::VectorXd thinned(const Eigen::VectorXd& values, Eigen::Index points = 800);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// The few pieces of HTML that a report is made of.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace nlo::trainer {
+
+/// Text that stands for itself in HTML, in an element or an attribute.
+std::string escaped(std::string_view text);
+
+/// Headings and rows of plain text; the first column is text, the others numbers. A row of one cell is a group heading.
+std::string html_table(const std::vector<std::string>& headings, const std::vector<std::vector<std::string>>& rows);
+
+/// A whole document around `body`, with its style sheet: light and dark, screen and paper.
+std::string html_page(std::string_view title, std::string_view body);
+
+}  // namespace nlo::trainer

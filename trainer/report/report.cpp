@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/report/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "codegen/file.h"
+#include "trainer/analysis/measurement_noise.h"
+#include "trainer/analysis/text.h"
+#include "trainer/number_text.h"
+#include "trainer/report/figures.h"
+#include "trainer/report/html.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
+}
+
+std::string rmse(double value) {
+  return std::isfinite(value) ? significant(value) : "-";
+}
+
+std::string percent(double share) {
+  return fmt::format("{} %", significant(100.0 * share, 2));
+}
+
+std::string nanoseconds(double ns) {
+  if (ns < 1e3) return fmt::format("{} ns", fixed(ns, 0));
+  return ns < 1e6 ? fmt::format("{} µs", significant(ns / 1e3)) : fmt::format("{} ms", significant(ns / 1e6));
+}
+
+std::string tile(const std::string& value, const std::string& meaning) {
+  return fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>\n", escaped(value), escaped(meaning));
+}
+
+std::string note(const std::string& text) {
+  return fmt::format("<div class=\"note\">{}</div>\n", escaped(text));
+}
+
+/// The group that speaks for the whole: the first with Gaussian noise, else with any, else the first.
+const std::vector<Evaluation>* main_group(const std::vector<std::vector<Evaluation>>& groups) {
+  for (const NoiseKind kind : {NoiseKind::kGaussian, NoiseKind::kUniform, NoiseKind::kNone})
+    for (const auto& group : groups)
+      if (!group.empty() && group.front().noise.kind == kind) return &group;
+  return nullptr;
+}
+
+const Evaluation* named(const std::vector<Evaluation>& group, std::string_view name) {
+  for (const Evaluation& evaluation : group)
+    if (evaluation.estimator == name) return &evaluation;
+  return nullptr;
+}
+
+std::string plant_verdict(const std::vector<Evaluation>& group) {
+  const ErrorMetrics& own = group.front().metrics;
+  std::string text = fmt::format(
+      "With {} on its measurements the observer errs by {} (root mean square over {} runs of {} s, "
+      "transient included)",
+      noise_title(group.front().noise), significant(own.norm), group.front().trajectories,
+      significant(group.front().horizon_s, 2));
+  if (own.nrmse) text += fmt::format(", {} of the state's own size", percent(*own.nrmse));
+  text += ".";
+  if (own.settled)
+    text +=
+        own.settling_time_s
+            ? fmt::format(" It settles within {} s to {}.", fixed(*own.settling_time_s, 1), significant(*own.settled))
+            : fmt::format(" After 10 s it errs by {}, but does not stay settled.", significant(*own.settled));
+  if (const Evaluation* ekf = named(group, "ekf"))
+    text += fmt::format(" An extended Kalman filter that is given the exact plant and noise reaches {}.",
+                        significant(ekf->metrics.norm));
+  if (const Evaluation* constant = named(group, "constant"))
+    text += fmt::format(" Always guessing the average would err by {}{}.", significant(constant->metrics.norm),
+                        own.norm >= constant->metrics.norm ? ", which is no worse: this observer is of no use" : "");
+  return text;
+}
+
+std::string log_verdict(const LogEvaluation& logs) {
+  constexpr std::size_t kAfter2s = 1;
+  const LogMetrics& own = logs.entries.front().metrics;
+  std::string text = fmt::format("On {} that {} not used for training: ",
+                                 own.files.size() == 1 ? "a log" : fmt::format("{} logs", own.files.size()),
+                                 own.files.size() == 1 ? "was" : "were");
+  for (std::size_t i = 0; i < own.pooled.size(); ++i) {
+    const StateError& state = own.pooled[i];
+    const LogEvaluation::Entry* best = nullptr;
+    for (std::size_t e = 1; e < logs.entries.size(); ++e) {
+      const double error = logs.entries[e].metrics.pooled[i].rmse[kAfter2s];
+      if (std::isfinite(error) && (best == nullptr || error < best->metrics.pooled[i].rmse[kAfter2s]))
+        best = &logs.entries[e];
+    }
+    text += fmt::format("{}{} is off by {}{}{} after the first 2 s", i > 0 ? "; " : "", state.name,
+                        rmse(state.rmse[kAfter2s]), state.unit.empty() ? "" : " ", state.unit);
+    if (best != nullptr)
+      text += fmt::format(" (best alternative: {}, {})", best->estimator, rmse(best->metrics.pooled[i].rmse[kAfter2s]));
+  }
+  return text + ".";
+}
+
+std::string tiles(const ReportData& data) {
+  std::string html;
+  if (const auto* group = main_group(data.evaluations)) {
+    const ErrorMetrics& own = group->front().metrics;
+    html += tile(significant(own.norm), fmt::format("error norm, {}", noise_title(group->front().noise)));
+    if (own.settled) html += tile(significant(*own.settled), "settled (t ≥ 10 s)");
+    if (own.settling_time_s) html += tile(fmt::format("{} s", fixed(*own.settling_time_s, 1)), "settling time");
+  }
+  if (data.logs) {
+    for (const StateError& state : data.logs->entries.front().metrics.pooled)
+      html += tile(fmt::format("{} {}", rmse(state.rmse[1]), state.unit),
+                   fmt::format("{} after 2 s, unseen logs", state.name));
+  }
+  if (data.control_loop) {
+    html += tile(nanoseconds(data.control_loop->step_and_estimate.p50), "step + estimate, median");
+    html += tile(fmt::format("{} of {}", data.control_loop->missed_deadlines, data.control_loop->ticks),
+                 "deadlines missed");
+  }
+  return html.empty() ? "" : fmt::format("<div class=\"tiles\">\n{}</div>\n", html);
+}
+
+std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
+  std::vector<std::string> headings = {"", "norm", "nrmse", "settled", "settling time [s]"};
+  for (const Channel& state : groups.front().front().states)
+    headings.push_back(fmt::format("RMSE {}", with_unit(state.name, state.unit)));
+  Rows rows;
+  for (const auto& group : groups) {
+    rows.push_back(
+        {fmt::format("{}: {} runs of {} s, seed {}", noise_title(group.front().noise), group.front().trajectories,
+                     significant(group.front().horizon_s, 2), group.front().seed)});
+    for (const Evaluation& evaluation : group) {
+      const ErrorMetrics& m = evaluation.metrics;
+      std::vector<std::string> row = {evaluation.estimator, significant(m.norm), significant(m.nrmse),
+                                      significant(m.settled),
+                                      m.settling_time_s ? fixed(*m.settling_time_s, 1) : (m.settled ? "never" : "-")};
+      for (const double component : m.per_component) row.push_back(significant(component));
+      rows.push_back(std::move(row));
+    }
+  }
+  return html_table(headings, rows) +
+         "<p class=\"soft\">norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm "
+         "over "
+         "the root mean square of |x|. settled: norm over t ≥ 10 s. Settling time: from when on the error, averaged "
+         "over "
+         "the runs and one second, stays within 1.5 times its settled value. One independent draw of noise per sample; "
+         "initial states are new to the observer. ekf: extended Kalman filter that knows plant and noise exactly. "
+         "constant: the average state, always.</p>\n";
+}
+
+std::string log_tables(const LogEvaluation& logs) {
+  const LogMetrics& own = logs.entries.front().metrics;
+  Rows rows;
+  for (std::size_t i = 0; i < own.pooled.size(); ++i) {
+    rows.push_back({with_unit(own.pooled[i].name, own.pooled[i].unit)});
+    for (std::size_t e = 0; e < logs.entries.size(); ++e) {
+      const LogEvaluation::Entry& entry = logs.entries[e];
+      const StateError& state = entry.metrics.pooled[i];
+      if (e > 0 && !std::isfinite(state.rmse[0])) continue;
+      const bool described = i < entry.describe.size() && !entry.describe[i].empty();
+      rows.push_back({described ? entry.describe[i] : entry.estimator, rmse(state.rmse[0]), rmse(state.rmse[1]),
+                      rmse(state.rmse[2])});
+    }
+  }
+  std::string html = html_table({"RMSE", kErrorWindows[0].name, kErrorWindows[1].name, kErrorWindows[2].name}, rows);
+  html += fmt::format(
+      "<p class=\"soft\">Alternatives are fitted on {}. Truth for velocities: the logged angle, smoothed "
+      "forwards and backwards; its edges do not count. A rig at rest dilutes the whole, hence the windows.</p>\n",
+      escaped(logs.baselines_fitted_on));
+  for (const std::string& text : logs.notes) html += note(text);
+  if (own.files.size() < 2) return html;
+  std::vector<std::string> headings = {"observer, file by file"};
+  for (const StateError& state : own.pooled)
+    for (const std::size_t window : {0U, 1U})
+      headings.push_back(fmt::format("{}, {}", with_unit(state.name, state.unit), kErrorWindows[window].name));
+  rows.clear();
+  for (const LogMetrics::File& file : own.files) {
+    rows.push_back({file.source});
+    rows.back().reserve(headings.size());
+    for (const StateError& state : file.states)
+      for (const std::size_t window : {0U, 1U}) rows.back().push_back(rmse(state.rmse[window]));
+  }
+  return html + html_table(headings, rows);
+}
+
+std::string clock_table(const LogReport& report) {
+  Rows rows;
+  for (const TimeStampReport& file : report.files)
+    rows.push_back({file.file, std::to_string(file.samples), fixed(file.duration_s, 1),
+                    significant(1e3 * file.median_s, 4), significant(1e3 * file.p01_s, 4),
+                    significant(1e3 * file.p99_s, 4), significant(1e3 * file.max_s, 4), std::to_string(file.gaps)});
+  std::string html = html_table(
+      {"log", "samples", "duration [s]", "step, median [ms]", "1 % [ms]", "99 % [ms]", "longest [ms]", "gaps"}, rows);
+  for (const std::string& text : report.notes) html += note(text);
+  return html;
+}
+
+std::string loop_table(const ControlLoopResult& r) {
+  const auto quantiles = [](const ControlLoopResult::Quantiles& q) {
+    return std::vector<std::string>{nanoseconds(q.p50), nanoseconds(q.p99), nanoseconds(q.p99_9), nanoseconds(q.max)};
+  };
+  Rows rows;
+  for (const auto& [name, values] :
+       {std::pair{"step + estimate", r.step_and_estimate}, {"woken after its deadline", r.wake_up_lateness}}) {
+    std::vector<std::string> row = quantiles(values);
+    row.insert(row.begin(), name);
+    rows.push_back(std::move(row));
+  }
+  return fmt::format(
+             "<p>The exported header in a periodic thread at {} Hz, with measurement noise N(0, {}): {} ticks, {} "
+             "missed "
+             "deadlines, estimation error {} ({} once settled). {} measurements were clamped or held, {} estimates lay "
+             "outside the training domain. {}; {}.</p>\n",
+             shortest_text(r.rate_hz), shortest_text(r.noise_std), r.ticks, r.missed_deadlines,
+             significant(r.rms_error), significant(r.settled_rms_error), r.faults, r.outside_domain,
+             r.real_time_priority ? "Real-time priority" : "Ordinary scheduling (real-time priority was not permitted)",
+             r.memory_locked ? "memory locked" : "memory not locked") +
+         html_table({"", "p50", "p99", "p99.9", "max"}, rows);
+}
+
+std::string facts_list(const std::vector<std::pair<std::string, std::string>>& facts) {
+  std::string list, blocks;
+  for (const auto& [name, value] : facts) {
+    if (value.find('\n') == value.npos)
+      list += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(name), escaped(value));
+    else
+      blocks += fmt::format("<p class=\"soft\">{}</p>\n<pre>{}</pre>\n", escaped(name), escaped(value));
+  }
+  return fmt::format("<dl>\n{}</dl>\n{}", list, blocks);
+}
+
+/// Sections in order of reading. Figures are collected while the text is laid out, drawn together, then put in place.
+class Page {
+ public:
+  void text(const std::string& html) { parts_.push_back({html, -1}); }
+  void heading(const std::string& title) { text(fmt::format("<h2>{}</h2>\n", escaped(title))); }
+  void figure(Figure figure) {
+    if (figure.panels.empty()) return;
+    parts_.push_back({"", static_cast<int>(figures_.size())});
+    figures_.push_back(std::move(figure));
+  }
+
+  std::string html(const std::string& gnuplot) const {
+    const Drawing drawing = draw(figures_, gnuplot);
+    std::string html;
+    bool told = false;
+    for (const Part& part : parts_) {
+      if (part.figure < 0) {
+        html += part.html;
+      } else if (drawing.failure.empty()) {
+        const auto index = static_cast<std::size_t>(part.figure);
+        html += fmt::format("<figure{}>\n{}<figcaption>{}</figcaption>\n</figure>\n",
+                            figures_[index].width < 800 ? " class=\"narrow\"" : "", drawing.svgs[index],
+                            escaped(figures_[index].caption));
+      } else if (!told) {
+        html += note(
+            fmt::format("The plots are missing: {}. Install gnuplot (Debian: gnuplot-nox) and write the report again.",
+                        drawing.failure));
+        told = true;
+      }
+    }
+    return html;
+  }
+
+ private:
+  struct Part {
+    std::string html;
+    int figure;  ///< index into figures_; -1: this part is text
+  };
+  std::vector<Part> parts_;
+  std::vector<Figure> figures_;
+};
+
+void add_plant_sections(Page& page, const ReportData& data) {
+  constexpr double kShownS = 20.0;
+  const std::vector<Evaluation>& group = *main_group(data.evaluations);
+  page.heading("Errors");
+  page.text(plant_table(data.evaluations));
+  page.figure(error_figure(data.evaluations));
+  page.heading("One run of the test set");
+  Figure run = run_figure(group.front().example, group.front().states, group.front().outputs, kShownS);
+  run.caption = fmt::format("The first run of the test set with {}: the observer starts without knowing the state.",
+                            noise_title(group.front().noise));
+  page.figure(std::move(run));
+}
+
+void add_log_sections(Page& page, const ReportData& data) {
+  constexpr double kShownS = 10.0;
+  page.heading("Errors on logs that were not trained on");
+  page.text(log_tables(*data.logs));
+  page.heading("One of these logs");
+  Figure run = run_figure(data.logs->example, data.logs->states, data.logs->outputs, kShownS);
+  run.caption = fmt::format("The first {} s of {}.", significant(kShownS, 2), data.logs->example.truth.source);
+  page.figure(std::move(run));
+}
+
+}  // namespace
+
+ReportData report_of(const codegen::Model& model, const std::string& directory) {
+  namespace fs = std::filesystem;
+  ReportData data;
+  data.title = model.name;
+  data.facts = model.provenance;
+  const fs::path run = directory.empty() ? "." : directory;
+  std::error_code ignored;
+  if (fs::exists(run / "metrics.csv", ignored)) data.training = read_training_curves((run / "metrics.csv").string());
+  if (fs::exists(run / "control_loop.json", ignored)) {
+    const auto model_time = fs::last_write_time(run / "model.json", ignored);
+    if (ignored || fs::last_write_time(run / "control_loop.json", ignored) >= model_time)
+      data.control_loop = read_control_loop((run / "control_loop.json").string());
+  }
+  return data;
+}
+
+std::string render_report(const ReportData& data, const std::string& gnuplot) {
+  Page page;
+  page.text(fmt::format(
+      "<h1>{}</h1>\n<p class=\"soft\">A learned Luenberger observer: what it was trained on and how well it "
+      "estimates the state.</p>\n",
+      escaped(data.title)));
+  const auto* group = main_group(data.evaluations);
+  if (group != nullptr) page.text(fmt::format("<p class=\"verdict\">{}</p>\n", escaped(plant_verdict(*group))));
+  if (data.logs) page.text(fmt::format("<p class=\"verdict\">{}</p>\n", escaped(log_verdict(*data.logs))));
+  page.text(tiles(data));
+  if (group != nullptr) add_plant_sections(page, data);
+  if (data.logs) add_log_sections(page, data);
+  if (data.control_loop) {
+    page.heading("In a control loop");
+    page.text(loop_table(*data.control_loop));
+    page.figure(latency_figure(*data.control_loop));
+  }
+  if (data.training && data.training->step.size() > 0) {
+    page.heading("Training");
+    page.figure(training_figure(*data.training));
+    if (!data.training->eigenvalues.empty()) {
+      page.figure(eigenvalue_figure(*data.training));
+      page.figure(eigenvalue_map(*data.training));
+    }
+  }
+  if (data.log_clock) {
+    page.heading("The logs' clock");
+    page.text(clock_table(*data.log_clock));
+  }
+  if (!data.facts.empty()) {
+    page.heading("How this came about");
+    page.text(facts_list(data.facts));
+  }
+  return html_page(fmt::format("{} - observer report", data.title), page.html(gnuplot));
+}
+
+void write_report(const ReportData& data, const std::string& path) {
+  codegen::write_file_atomically(path, render_report(data));
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// Segments of recorded trajectories, disturbed by noise and run through the latent filter: what a training step, a
+// validation and the normalisation all start from.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "trainer/data/dataset.h"
+#include "trainer/noise.h"
+#include "trainer/parallel.h"
+#include "trainer/random.h"
+#include "trainer/sensitivity/linear_latent.h"
+
+namespace nlo::trainer {
+
+/// A dataset as training reads it: float32, one row per channel, steps numbered through all trajectories.
+struct TrainingData {
+  struct Run {
+    int samples = 0;
+    int first_step = 0;          ///< number of the step that leaves sample 0
+    std::vector<float> outputs;  ///< n_y x samples
+    std::vector<float> states;   ///< n_x x samples
+    std::vector<float> weight;   ///< samples
+  };
+  std::vector<Run> runs;
+  std::vector<double> steps_s;   ///< one entry when uniform; else the step after each sample (the last: nominal)
+  double sample_period_s = 0.0;  ///< nominal
+  bool uniform = true;
+  int nx = 0, ny = 0;
+
+  explicit TrainingData(const Dataset& dataset);
+};
+
+struct Segment {
+  int run = 0;
+  int start = 0;
+  int length = 0;
+  float sign = 1.0F;         ///< -1: the mirrored trajectory (-x, -y)
+  float noise_level = 1.0F;  ///< times the configured noise
+};
+
+/// All runs from their start, at full length.
+std::vector<Segment> whole_runs(const TrainingData& data);
+
+class Rollout {
+ public:
+  Rollout(const LatentShape& shape, const TrainingData& data) : shape_(&shape), data_(&data) {}
+
+  /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and filters.
+  void run(const std::vector<Segment>& segments, const Coefficients& coefficients, const NoiseConfig& noise,
+           std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool);
+
+  std::vector<SegmentGroup>& groups() { return groups_; }
+  const std::vector<Segment>& segments() const { return segments_; }
+  const Segment& segment(int group, int lane) const {
+    return segments_[static_cast<std::size_t>(group * kGroup + lane)];
+  }
+  const TrainingData& data() const { return *data_; }
+
+ private:
+  void gather(int index, const NoiseConfig& noise, std::uint64_t stream);
+
+  const LatentShape* shape_;
+  const TrainingData* data_;
+  std::vector<Segment> segments_;
+  std::vector<SegmentGroup> groups_;
+};
+
+}  // namespace nlo::trainer

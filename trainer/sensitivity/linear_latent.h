@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// The latent system of a KKL observer over whole trajectories, and its adjoint. With linear dynamics and a y that does
+// not depend on z, the forward pass is a filter, and the gradient with respect to the eigenvalues is the same filter
+// run backwards: (13)-(14) with F linear in z, for the discrete recurrence and therefore exact.
+//   forward   z_{k+1} = a z_k + b0 y_k + b1 y_{k+1}
+//   adjoint   p_k = conj(a) p_{k+1} + dl/dz_k
+//   gradient  dl/dlambda = sum_k conj(p_{k+1}) (a' z_k + b0' y_k + b1' y_{k+1}) + conj(p_0) s' y_0
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+#include "nlo/latent.h"
+
+namespace nlo::trainer {
+
+/// Trajectories are filtered eight side by side.
+inline constexpr int kGroup = 8;
+
+enum class Injection { kOnes, kUnitGain };
+
+/// One mode of D: a real eigenvalue (one latent row) or a complex pair (two rows), driven by one output; or a clock.
+struct Mode {
+  bool pair = false;
+  int row = 0;      ///< its first latent row
+  int output = -1;  ///< index of the output that drives it; -1: a clock, exp(lambda t) from 1
+};
+
+struct LatentShape {
+  std::vector<Mode> modes;  ///< pairs, then real ones, then clocks
+  int rows = 0;             ///< n_z
+  int learned = 0;          ///< rows whose eigenvalue is a parameter: all but the clocks
+  Hold hold = Hold::kFirstOrder;
+  Injection injection = Injection::kOnes;
+  bool starts_steady = false;
+};
+
+/// Eigenvalues from unconstrained parameters, row by row: re = -exp(p), im = exp(p): never leaves the stable half
+/// plane.
+void eigenvalues_from_parameters(const LatentShape& shape, const float* parameters, double* eigenvalues);
+std::vector<float> parameters_from_eigenvalues(const LatentShape& shape, const double* eigenvalues);
+
+/// F's entry for a mode, f, and the steady gain s = -f / lambda, as complex numbers.
+std::complex<double> injection_of(Injection injection, const Mode& mode, std::complex<double> lambda);
+
+/// A step's coefficients and their derivatives with respect to lambda; F included.
+struct ModeCoefficients {
+  std::complex<float> a_minus_1, b0, b1;
+  std::complex<float> da, db0, db1;
+};
+
+/// Coefficients of all modes for a set of steps: one for uniform sampling, or one per sample of a jittered log.
+class Coefficients {
+ public:
+  /// steps_s: the distinct steps [s].
+  void compute(const LatentShape& shape, const double* eigenvalues, const std::vector<double>& steps_s);
+  const ModeCoefficients* mode(std::size_t m) const { return table_.data() + m * steps_; }
+  std::complex<float> start(std::size_t m) const { return start_[m]; }              ///< s
+  std::complex<float> start_slope(std::size_t m) const { return start_slope_[m]; }  ///< ds/dlambda
+
+ private:
+  std::size_t steps_ = 0;
+  std::vector<ModeCoefficients> table_;
+  std::vector<std::complex<float>> start_, start_slope_;
+};
+
+/// Up to eight segments of equal length, side by side. Arrays are [row][time][lane].
+struct SegmentGroup {
+  int length = 0;                ///< samples
+  int lanes = 0;                 ///< segments in use; the others repeat the last
+  std::vector<float> outputs;    ///< n_y x length x 8, noise included
+  std::vector<float> latent;     ///< n_z x length x 8
+  std::vector<float> cotangent;  ///< dl/dz, n_z x length x 8
+  std::vector<int> step_of;      ///< length x 8: index into the coefficients' steps, of the step that leaves a sample;
+                                 ///< empty when sampling is uniform (all 0)
+  std::vector<double> gradient;  ///< dl/d(parameters), n learned rows
+
+  std::size_t at(int row, int time) const {
+    return (static_cast<std::size_t>(row) * static_cast<std::size_t>(length) + static_cast<std::size_t>(time)) * kGroup;
+  }
+};
+
+/// Fills group.latent from group.outputs.
+void filter(const LatentShape& shape, const Coefficients& coefficients, SegmentGroup& group);
+
+/// Fills group.gradient from group.cotangent.
+void adjoint_filter(const LatentShape& shape, const Coefficients& coefficients, const double* eigenvalues,
+                    SegmentGroup& group);
+
+}  // namespace nlo::trainer
