@@ -3,8 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "codegen/validate.h"
+#include <utility>
 
 namespace nlo::codegen {
 namespace {
@@ -32,38 +31,43 @@ int stale_after(const Model& m) {
 
 }  // namespace
 
-FoldedModel fold(const Model& m) {
-  // u = G [z; y] + g
-  Eigen::MatrixXd gain = m.features;
-  Eigen::MatrixXd offset(m.features.rows(), 1);
+FoldedNetwork fold(const Network& n, Eigen::Index inputs) {
+  // u = G in + g
+  Eigen::MatrixXd gain = n.features.leftCols(inputs);
+  Eigen::MatrixXd offset(gain.rows(), 1);
   for (Eigen::Index i = 0; i < gain.rows(); ++i) {
-    gain.row(i) /= m.feature_scale(i);
-    offset(i, 0) = -m.feature_mean(i) / m.feature_scale(i);
+    gain.row(i) /= n.feature_scale(i);
+    offset(i, 0) = -n.feature_mean(i) / n.feature_scale(i);
   }
-  const bool reads_output = !gain.rightCols(m.ny()).isZero(0.0);
-  if (!reads_output) gain = gain.leftCols(m.nz()).eval();
 
-  FoldedModel folded{latent_step(m, m.sample_period_s), steady_gain(m), reads_output, m.layers, {}, stale_after(m)};
+  FoldedNetwork folded{n.activation, n.layers, {}};
   DenseLayer& first = folded.layers.front();
   first.bias += product(first.weights, offset);
   first.weights = product(first.weights, gain);
 
   DenseLayer& last = folded.layers.back();
-  if (m.skip.size() != 0) {
-    last.bias += product(m.skip, offset);
-    Eigen::MatrixXd linear_path = product(m.skip, gain);
+  if (n.skip.size() != 0) {
+    last.bias += product(n.skip, offset);
+    Eigen::MatrixXd linear_path = product(n.skip, gain);
     if (folded.layers.size() == 1) {
       last.weights += linear_path;
     } else {
       folded.linear_path = std::move(linear_path);
     }
   }
-  for (Eigen::Index i = 0; i < m.nx(); ++i) {
-    last.weights.row(i) *= m.state_scale(i);
-    last.bias(i) = last.bias(i) * m.state_scale(i) + m.state_mean(i);
-    if (folded.linear_path.size() != 0) folded.linear_path.row(i) *= m.state_scale(i);
+  for (Eigen::Index i = 0; i < last.bias.size(); ++i) {
+    last.weights.row(i) *= n.output_scale(i);
+    last.bias(i) = last.bias(i) * n.output_scale(i) + n.output_mean(i);
+    if (folded.linear_path.size() != 0) folded.linear_path.row(i) *= n.output_scale(i);
   }
   return folded;
+}
+
+FoldedModel fold(const Model& m) {
+  const Network& map = m.inverse_map;
+  const bool reads_output = !map.features.rightCols(m.ny()).isZero(0.0);
+  return {latent_step(m, m.sample_period_s), steady_gain(m), reads_output,
+          fold(map, reads_output ? map.features.cols() : m.nz()), stale_after(m)};
 }
 
 }  // namespace nlo::codegen

@@ -4,6 +4,7 @@
 // bits on every machine.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "codegen/latent_step.h"
@@ -11,16 +12,26 @@
 
 namespace nlo::codegen {
 
-/// x_hat = mlp(in) + linear_path in, with in = [z; y], or z when no feature reads y.
+/// out = mlp(in) + linear_path in: normalisation and features are in the layers.
+struct FoldedNetwork {
+  std::string activation;
+  std::vector<DenseLayer> layers;
+  Eigen::MatrixXd linear_path;  ///< n_out x n_in; 0 x 0: none (one layer takes it up)
+
+  Eigen::Index inputs() const { return layers.front().weights.cols(); }
+};
+
 struct FoldedModel {
   LatentStep step;              ///< over one sample period
   Eigen::MatrixXd steady_gain;  ///< S, n_z x n_y
-  bool reads_output = false;    ///< in is [z; y]
-  std::vector<DenseLayer> layers;
-  Eigen::MatrixXd linear_path;  ///< n_x x n_in; 0 x 0: none (one layer takes it up)
-  int stale_after = 0;          ///< measurements held in a row until the status says stale: one time constant of the
-                                ///< fastest mode that reads an output, 5 at least
+  bool reads_output = false;    ///< the inverse map reads [z; y] rather than z
+  FoldedNetwork inverse_map;
+  int stale_after = 0;  ///< measurements held in a row until the status says stale: one time constant of the fastest
+                        ///< mode that reads an output, 5 at least
 };
+
+/// `network` folded. Reads the first `inputs` entries of what the network reads: the others must not matter to it.
+FoldedNetwork fold(const Network& network, Eigen::Index inputs);
 
 FoldedModel fold(const Model& model);
 

@@ -44,4 +44,17 @@ Eigen::MatrixXd a_minus_identity(const Model& m, const LatentStep& step) {
   return matrix;
 }
 
+Eigen::MatrixXd steady_gain(const Model& m) {
+  Eigen::MatrixXd gain(m.output_injection.rows(), m.output_injection.cols());
+  for (int p = 0; p < m.pairs; ++p) {
+    const double re = m.eigenvalues(2 * p), im = m.eigenvalues(2 * p + 1), square = re * re + im * im;
+    const auto f_re = m.output_injection.row(2 * p), f_im = m.output_injection.row(2 * p + 1);
+    gain.row(2 * p) = -(re * f_re + im * f_im) / square;
+    gain.row(2 * p + 1) = -(re * f_im - im * f_re) / square;
+  }
+  for (Eigen::Index i = 2 * m.pairs; i < m.eigenvalues.size(); ++i)
+    gain.row(i) = -m.output_injection.row(i) / m.eigenvalues(i);
+  return gain.array() + 0.0;  // -0 becomes 0
+}
+
 }  // namespace nlo::codegen

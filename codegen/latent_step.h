@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The latent recurrence of a model in double, z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}: the runtime's own
+// The latent recurrence of a KKL observer in double, z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}: the runtime's own
 // discretisation, with sizes known only when it runs.
 #pragma once
 
@@ -20,5 +20,8 @@ LatentStep latent_step(const Model& model, double dt_s);
 
 /// A - I as a block-diagonal matrix, n_z x n_z.
 Eigen::MatrixXd a_minus_identity(const Model& model, const LatentStep& step);
+
+/// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still.
+Eigen::MatrixXd steady_gain(const Model& model);
 
 }  // namespace nlo::codegen

@@ -35,20 +35,12 @@ std::string rows(const Eigen::MatrixXd& matrix, const std::string& indent) {
   return text + "\n" + indent + "]";
 }
 
-std::string channels(const std::vector<Channel>& list) {
+std::string channels(const std::vector<Channel>& list, const std::string& indent) {
   std::string text = "[";
   for (std::size_t i = 0; i < list.size(); ++i)
-    text += (i == 0 ? "\n    " : ",\n    ") + ("{\"name\": " + quoted(list[i].name)) +
+    text += (i == 0 ? "\n" : ",\n") + indent + "  {\"name\": " + quoted(list[i].name) +
             ", \"unit\": " + quoted(list[i].unit) + ", \"wrap\": " + literal(list[i].wrap) + "}";
-  return text + "\n  ]";
-}
-
-std::string layers(const std::vector<DenseLayer>& list) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < list.size(); ++i)
-    text += std::string(i == 0 ? "\n" : ",\n") + "    {\n      \"weights\": " + rows(list[i].weights, "      ") +
-            ",\n      \"bias\": " + array(list[i].bias) + "\n    }";
-  return text + "\n  ]";
+  return text + "\n" + indent + "]";
 }
 
 std::string facts(const std::vector<std::pair<std::string, std::string>>& list) {
@@ -58,39 +50,96 @@ std::string facts(const std::vector<std::pair<std::string, std::string>>& list) 
   return text + (list.empty() ? "}" : "\n  }");
 }
 
+/// A JSON object, one field per line.
+class Object {
+ public:
+  explicit Object(std::string indent) : indent_(std::move(indent)) {}
+
+  const std::string& inner() const { return inner_; }
+  void field(const char* name, const std::string& value) {
+    text_ += std::string(text_.empty() ? "{\n" : ",\n") + inner_ + "\"" + name + "\": " + value;
+  }
+  void matrix(const char* name, const Eigen::MatrixXd& value) { field(name, rows(value, inner_)); }
+  std::string text() const { return text_ + "\n" + indent_ + "}"; }
+
+ private:
+  std::string indent_, inner_ = indent_ + "  ", text_;
+};
+
+std::string dense(const DenseLayer& layer, const std::string& indent) {
+  Object object(indent);
+  object.matrix("weights", layer.weights);
+  object.field("bias", array(layer.bias));
+  return object.text();
+}
+
+std::string layers(const std::vector<DenseLayer>& list, const std::string& indent) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < list.size(); ++i)
+    text += (i == 0 ? "\n" : ",\n") + indent + "  " + dense(list[i], indent + "  ");
+  return text + "\n" + indent + "]";
+}
+
+std::string network(const Network& n, const std::string& indent) {
+  Object object(indent);
+  object.matrix("features", n.features);
+  object.field("feature_mean", array(n.feature_mean));
+  object.field("feature_scale", array(n.feature_scale));
+  object.field("activation", quoted(n.activation));
+  object.field("layers", layers(n.layers, object.inner()));
+  object.matrix("skip", n.skip);
+  object.field("output_mean", array(n.output_mean));
+  object.field("output_scale", array(n.output_scale));
+  return object.text();
+}
+
+std::string luenberger(const LuenbergerDynamics& l, const std::string& indent) {
+  Object object(indent);
+  object.matrix("state_matrix", l.state_matrix);
+  object.matrix("output_matrix", l.output_matrix);
+  object.matrix("gain", l.gain);
+  object.field("nonlinearity", network(l.nonlinearity, object.inner()));
+  return object.text();
+}
+
+std::string drive(const Drive& d, const std::string& indent) {
+  Object object(indent);
+  object.field("inputs", channels(d.inputs, object.inner()));
+  object.field("input_hold", quoted(d.input_hold));
+  object.field("input_field", dense(d.input_field, object.inner()));
+  object.field("forward_map", network(d.forward_map, object.inner()));
+  return object.text();
+}
+
 }  // namespace
 
 std::string to_json(const Model& m) {
-  std::string text = "{\n";
-  const auto field = [&text](const char* name, const std::string& value) {
-    text += std::string(text.size() > 2 ? ",\n" : "") + "  \"" + name + "\": " + value;
-  };
-  field("format", "\"nlo-model\"");
-  field("version", "1");
-  field("name", quoted(m.name));
-  field("outputs", channels(m.outputs));
-  field("states", channels(m.states));
-  field("provenance", facts(m.provenance));
-  field("sample_period_s", literal(m.sample_period_s));
-  field("hold", quoted(m.hold));
-  field("pairs", std::to_string(m.pairs));
-  field("eigenvalues", array(m.eigenvalues));
-  field("output_injection", rows(m.output_injection, "  "));
-  field("initial_latent", array(m.initial_latent));
-  field("starts_steady", m.starts_steady ? "true" : "false");
-  field("output_min", array(m.output_min));
-  field("output_max", array(m.output_max));
-  field("latent_min", array(m.latent_min));
-  field("latent_max", array(m.latent_max));
-  field("features", rows(m.features, "  "));
-  field("feature_mean", array(m.feature_mean));
-  field("feature_scale", array(m.feature_scale));
-  field("activation", quoted(m.activation));
-  field("layers", layers(m.layers));
-  field("skip", rows(m.skip, "  "));
-  field("state_mean", array(m.state_mean));
-  field("state_scale", array(m.state_scale));
-  return text + "\n}\n";
+  Object object("");
+  object.field("format", "\"nlo-model\"");
+  object.field("version", "2");
+  object.field("structure", quoted(std::string(structure(m))));
+  object.field("name", quoted(m.name));
+  object.field("outputs", channels(m.outputs, object.inner()));
+  object.field("states", channels(m.states, object.inner()));
+  object.field("provenance", facts(m.provenance));
+  object.field("sample_period_s", literal(m.sample_period_s));
+  object.field("hold", quoted(m.hold));
+  object.field("initial_latent", array(m.initial_latent));
+  object.field("output_min", array(m.output_min));
+  object.field("output_max", array(m.output_max));
+  object.field("latent_min", array(m.latent_min));
+  object.field("latent_max", array(m.latent_max));
+  if (has_linear_latent(m)) {
+    object.field("starts_steady", m.starts_steady ? "true" : "false");
+    object.field("pairs", std::to_string(m.pairs));
+    object.field("eigenvalues", array(m.eigenvalues));
+    object.matrix("output_injection", m.output_injection);
+  }
+  if (m.luenberger) object.field("luenberger", luenberger(*m.luenberger, object.inner()));
+  if (m.dynamics) object.field("dynamics", network(*m.dynamics, object.inner()));
+  if (m.drive) object.field("drive", drive(*m.drive, object.inner()));
+  if (!m.luenberger) object.field("inverse_map", network(m.inverse_map, object.inner()));
+  return object.text() + "\n";
 }
 
 void write_model(const Model& model, const std::string& path) {

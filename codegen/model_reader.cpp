@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "codegen/error.h"
 #include "codegen/model_file.h"
@@ -17,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;  // provenance keeps its order
 
-constexpr int kDeepest = 8;  // a model nests 4 levels: { layers [ { weights [ [
+constexpr int kDeepest = 8;  // a model nests 7 levels: { drive { forward_map { layers [ { weights [ [
 
 /// A value and its place in the file, for messages.
 struct Field {
@@ -49,7 +51,7 @@ struct Field {
     return value.size();
   }
 
-  void allow_only(std::initializer_list<const char*> keys) const {
+  void allow_only(const std::vector<const char*>& keys) const {
     expect(value.is_object(), "an object");
     for (const auto& [key, unused] : value.items())
       if (std::none_of(keys.begin(), keys.end(), [&k = key](const char* known) { return k == known; }))
@@ -113,15 +115,41 @@ std::vector<Channel> channels(const Field& field) {
   return list;
 }
 
+DenseLayer dense(const Field& field) {
+  field.allow_only({"weights", "bias"});
+  return {matrix(field["weights"]), vector(field["bias"])};
+}
+
 std::vector<DenseLayer> layers(const Field& field) {
   std::vector<DenseLayer> list;
   const std::size_t size = field.array_size();
-  for (std::size_t i = 0; i < size; ++i) {
-    const Field layer = field[i];
-    layer.allow_only({"weights", "bias"});
-    list.push_back({matrix(layer["weights"]), vector(layer["bias"])});
-  }
+  for (std::size_t i = 0; i < size; ++i) list.push_back(dense(field[i]));
   return list;
+}
+
+Network network(const Field& field) {
+  field.allow_only(
+      {"features", "feature_mean", "feature_scale", "activation", "layers", "skip", "output_mean", "output_scale"});
+  return {.features = matrix(field["features"]),
+          .feature_mean = vector(field["feature_mean"]),
+          .feature_scale = vector(field["feature_scale"]),
+          .activation = text(field["activation"]),
+          .layers = layers(field["layers"]),
+          .skip = matrix(field["skip"]),
+          .output_mean = vector(field["output_mean"]),
+          .output_scale = vector(field["output_scale"])};
+}
+
+LuenbergerDynamics luenberger(const Field& field) {
+  field.allow_only({"state_matrix", "output_matrix", "gain", "nonlinearity"});
+  return {matrix(field["state_matrix"]), matrix(field["output_matrix"]), matrix(field["gain"]),
+          network(field["nonlinearity"])};
+}
+
+Drive drive(const Field& field) {
+  field.allow_only({"inputs", "input_hold", "input_field", "forward_map"});
+  return {channels(field["inputs"]), text(field["input_hold"]), dense(field["input_field"]),
+          network(field["forward_map"])};
 }
 
 std::vector<std::pair<std::string, std::string>> facts(const Field& field) {
@@ -131,22 +159,49 @@ std::vector<std::pair<std::string, std::string>> facts(const Field& field) {
   return list;
 }
 
+constexpr int kVersion = 2;
+
 void check_format(const Field& file) {
   if (!file.value.is_object() || !file.value.contains("format") || file.value["format"] != "nlo-model")
     throw Error("is JSON but no nlo model (no \"format\": \"nlo-model\"); give the model.json that nlo train wrote");
   const Field version = file["version"];
-  if (version.value == 1) return;
-  version.fail(fmt::format("is {}; this nlo reads version 1: use the nlo that wrote the file, or train again",
-                           version.value.is_number() ? version.value.dump() : "no number"));
+  if (version.value == kVersion) return;
+  if (!version.value.is_number()) version.fail(fmt::format("is no number; this nlo reads version {}", kVersion));
+  version.fail(fmt::format("is {}; this nlo reads version {}: use the nlo that wrote the file, or train again",
+                           version.value.dump(), kVersion));
+}
+
+/// The fields of a structure, beside those that all have.
+struct Fields {
+  std::string structure;
+  std::vector<const char*> own;
+};
+
+const Fields& fields_of(const Field& file) {
+  static const std::vector<Fields> known = {
+      {"kkl", {"starts_steady", "pairs", "eigenvalues", "output_injection", "inverse_map"}},
+      {"driven_kkl", {"starts_steady", "pairs", "eigenvalues", "output_injection", "inverse_map", "drive"}},
+      {"luenberger", {"luenberger"}},
+      {"general", {"dynamics", "inverse_map"}}};
+  const Field field = file["structure"];
+  const std::string name = text(field);
+  for (const Fields& fields : known)
+    if (fields.structure == name) return fields;
+  field.fail("is unknown; there are kkl, driven_kkl, luenberger, general");
 }
 
 Model model_of(const Field& file) {
   check_format(file);
-  file.allow_only({"format",           "version",         "name",          "outputs",      "states",
-                   "provenance",       "sample_period_s", "hold",          "pairs",        "eigenvalues",
-                   "output_injection", "initial_latent",  "starts_steady", "output_min",   "output_max",
-                   "latent_min",       "latent_max",      "features",      "feature_mean", "feature_scale",
-                   "activation",       "layers",          "skip",          "state_mean",   "state_scale"});
+  const Fields& fields = fields_of(file);
+  std::vector<const char*> keys = {
+      "format", "version",        "structure",  "name",       "outputs",    "states",          "provenance",
+      "hold",   "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max"};
+  keys.insert(keys.end(), fields.own.begin(), fields.own.end());
+  file.allow_only(keys);
+  const auto has = [&](std::string_view key) {
+    return std::find(fields.own.begin(), fields.own.end(), key) != fields.own.end();
+  };
+
   Model m;
   m.name = text(file["name"]);
   m.outputs = channels(file["outputs"]);
@@ -154,23 +209,21 @@ Model model_of(const Field& file) {
   m.provenance = facts(file["provenance"]);
   m.sample_period_s = number(file["sample_period_s"]);
   m.hold = text(file["hold"]);
-  m.pairs = small_integer(file["pairs"]);
-  m.eigenvalues = vector(file["eigenvalues"]);
-  m.output_injection = matrix(file["output_injection"]);
   m.initial_latent = vector(file["initial_latent"]);
-  m.starts_steady = boolean(file["starts_steady"]);
   m.output_min = vector(file["output_min"]);
   m.output_max = vector(file["output_max"]);
   m.latent_min = vector(file["latent_min"]);
   m.latent_max = vector(file["latent_max"]);
-  m.features = matrix(file["features"]);
-  m.feature_mean = vector(file["feature_mean"]);
-  m.feature_scale = vector(file["feature_scale"]);
-  m.activation = text(file["activation"]);
-  m.layers = layers(file["layers"]);
-  m.skip = matrix(file["skip"]);
-  m.state_mean = vector(file["state_mean"]);
-  m.state_scale = vector(file["state_scale"]);
+  if (has("eigenvalues")) {
+    m.starts_steady = boolean(file["starts_steady"]);
+    m.pairs = small_integer(file["pairs"]);
+    m.eigenvalues = vector(file["eigenvalues"]);
+    m.output_injection = matrix(file["output_injection"]);
+  }
+  if (has("luenberger")) m.luenberger = luenberger(file["luenberger"]);
+  if (has("dynamics")) m.dynamics = network(file["dynamics"]);
+  if (has("drive")) m.drive = drive(file["drive"]);
+  if (has("inverse_map")) m.inverse_map = network(file["inverse_map"]);
   validate(m);
   return m;
 }

@@ -6,11 +6,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
 
 #include "codegen/latent_step.h"
 #include "codegen/model.h"
+#include "codegen/reference_network.h"
 #include "codegen/validate.h"
 
 namespace nlo::codegen {
@@ -31,15 +30,8 @@ class ReferenceObserver {
   explicit ReferenceObserver(const Model& model)
       : model_(validated(model)),
         nominal_(coefficients(model.sample_period_s)),
-        steady_gain_(codegen::steady_gain(model).cast<Scalar>()) {
-    for (const DenseLayer& layer : model.layers)
-      layers_.push_back({layer.weights.cast<Scalar>(), layer.bias.cast<Scalar>()});
-    features_ = model.features.cast<Scalar>();
-    skip_ = model.skip.cast<Scalar>();
-    feature_mean_ = model.feature_mean.cast<Scalar>();
-    feature_scale_ = model.feature_scale.cast<Scalar>();
-    state_mean_ = model.state_mean.cast<Scalar>();
-    state_scale_ = model.state_scale.cast<Scalar>();
+        steady_gain_(codegen::steady_gain(model).cast<Scalar>()),
+        inverse_map_(model.inverse_map) {
     reset();
   }
 
@@ -101,10 +93,6 @@ class ReferenceObserver {
   struct Coefficients {
     Matrix a_minus_identity, b0, b1;
   };
-  struct Layer {
-    Matrix weights;
-    Vector bias;
-  };
 
   Coefficients coefficients(double dt_s) const {
     const LatentStep step = latent_step(model_, dt_s);
@@ -149,33 +137,13 @@ class ReferenceObserver {
   Matrix estimates(const Matrix& z, const Matrix& y) const {
     Matrix inputs(z.rows() + y.rows(), z.cols());
     inputs << z, y;
-    Matrix u = features_ * inputs;
-    u = (u.colwise() - feature_mean_).array().colwise() / feature_scale_.array();
-    Matrix a = u;
-    for (std::size_t l = 0; l < layers_.size(); ++l) {
-      a = ((layers_[l].weights * a).colwise() + layers_[l].bias).eval();
-      if (l + 1 < layers_.size()) activate(a);
-    }
-    if (skip_.size() != 0) a += skip_ * u;
-    return (a.array().colwise() * state_scale_.array()).matrix().colwise() + state_mean_;
-  }
-
-  void activate(Matrix& v) const {
-    if (model_.activation == "tanh") {
-      v = v.array().tanh();
-    } else if (model_.activation == "relu") {
-      v = v.cwiseMax(Scalar(0));
-    } else {  // silu
-      v = v.array() / (Scalar(1) + (-v.array()).exp());
-    }
+    return inverse_map_(inputs);
   }
 
   Model model_;
   Coefficients nominal_;
   Matrix steady_gain_;
-  std::vector<Layer> layers_;
-  Matrix features_, skip_;
-  Vector feature_mean_, feature_scale_, state_mean_, state_scale_;
+  ReferenceNetwork<Scalar> inverse_map_;
 
   Vector z_;
   Eigen::VectorXd y_;

@@ -19,8 +19,8 @@ struct Source {
   std::string name;
   Initialiser init;
 
-  Eigen::Index inputs() const { return folded.layers.front().weights.cols(); }
-  bool has_linear_path() const { return folded.linear_path.size() != 0; }
+  const FoldedNetwork& map() const { return folded.inverse_map; }
+  bool has_linear_path() const { return map().linear_path.size() != 0; }
 };
 
 std::string joined(const std::vector<Channel>& channels, bool with_units) {
@@ -35,14 +35,14 @@ std::string joined(const std::vector<Channel>& channels, bool with_units) {
 
 std::string layer_names(const Source& s) {
   std::string text;
-  for (std::size_t l = 1; l <= s.folded.layers.size(); ++l)
+  for (std::size_t l = 1; l <= s.map().layers.size(); ++l)
     text += fmt::format("{}weights::kLayer{}", l > 1 ? ", " : "", l);
   return text;
 }
 
-std::string activation_of(const Model& m) {
-  return m.activation == "tanh"   ? "Activation::kTanh"
-         : m.activation == "relu" ? "Activation::kRelu"
+std::string activation_of(const FoldedNetwork& n) {
+  return n.activation == "tanh"   ? "Activation::kTanh"
+         : n.activation == "relu" ? "Activation::kRelu"
                                   : "Activation::kSilu";
 }
 
@@ -52,17 +52,17 @@ std::string hold_of(const Model& m) {
 
 /// "3-50-50-2 tanh"
 std::string network(const Source& s) {
-  std::string text = std::to_string(s.inputs());
-  for (const DenseLayer& layer : s.folded.layers) text += fmt::format("-{}", layer.weights.rows());
-  text += s.folded.layers.size() == 1 ? ", linear" : " " + s.model.activation;
+  std::string text = std::to_string(s.map().inputs());
+  for (const DenseLayer& layer : s.map().layers) text += fmt::format("-{}", layer.weights.rows());
+  text += s.map().layers.size() == 1 ? ", linear" : " " + s.map().activation;
   return text + (s.has_linear_path() ? " and a linear path" : "");
 }
 
 std::string costs(const Source& s) {
   const Eigen::Index nz = s.model.nz(), ny = s.model.ny(), nx = s.model.nx();
   const Eigen::Index step = nz + 2 * s.model.pairs + 2 * nz * ny;
-  Eigen::Index estimate = s.folded.linear_path.size(), biases = 0;
-  for (const DenseLayer& layer : s.folded.layers) {
+  Eigen::Index estimate = s.map().linear_path.size(), biases = 0;
+  for (const DenseLayer& layer : s.map().layers) {
     estimate += layer.weights.size();
     biases += layer.bias.size();
   }
@@ -131,7 +131,7 @@ std::string top_comment(const Source& s) {
 }
 
 std::string layer(const Source& s, std::size_t l) {
-  const DenseLayer& dense = s.folded.layers[l];
+  const DenseLayer& dense = s.map().layers[l];
   const std::string reads = l == 0 ? (s.folded.reads_output ? "[z; y]" : "z") : fmt::format("layer {}", l);
   return fmt::format(
       "\n// {0} x {1}: one neuron per line, reads {2}.\n"
@@ -140,19 +140,19 @@ std::string layer(const Source& s, std::size_t l) {
       "    .bias = {6},\n"
       "}};\n",
       dense.weights.rows(), dense.weights.cols(), reads, s.init.scalar_name(), l + 1,
-      s.init.rows(dense.weights, 6, fmt::format("layers[{}].weights", l)),
-      s.init.vector(dense.bias, fmt::format("layers[{}].bias", l)));
+      s.init.rows(dense.weights, 6, fmt::format("inverse_map.layers[{}].weights", l)),
+      s.init.vector(dense.bias, fmt::format("inverse_map.layers[{}].bias", l)));
 }
 
 std::string types(const Source& s) {
-  const std::string linear_path =
-      s.has_linear_path() ? fmt::format(", LinearPath<{}, {}, {}>", s.init.scalar_name(), s.inputs(), s.model.nx())
-                          : "";
+  const std::string linear_path = s.has_linear_path() ? fmt::format(", LinearPath<{}, {}, {}>", s.init.scalar_name(),
+                                                                    s.map().inputs(), s.model.nx())
+                                                      : "";
   return fmt::format(
       "using Network = decltype(make_mlp<{}>({}));\n"
       "using Model = KklModel<{}, {}, {}, {}, {}, InverseMap<Network{}>>;  // n_x, n_y, n_z, complex pairs\n"
       "using Observer = KklObserver<Model>;\n",
-      activation_of(s.model), layer_names(s), s.init.scalar_name(), s.model.nx(), s.model.ny(), s.model.nz(),
+      activation_of(s.map()), layer_names(s), s.init.scalar_name(), s.model.nx(), s.model.ny(), s.model.nz(),
       s.model.pairs, linear_path);
 }
 
@@ -182,9 +182,11 @@ std::string model_constant(const Source& s) {
                   s.init.vector(m.output_max, "output_max"), s.init.vector(wrap, "wrap"));
   text += fmt::format("    .domain = {{.latent_min = {},\n", s.init.vector(m.latent_min, "latent_min"));
   text += fmt::format("               .latent_max = {}}},\n", s.init.vector(m.latent_max, "latent_max"));
-  text += fmt::format("    .inverse_map = {{\n        .mlp = make_mlp<{}>({}),\n", activation_of(m), layer_names(s));
+  text +=
+      fmt::format("    .inverse_map = {{\n        .mlp = make_mlp<{}>({}),\n", activation_of(s.map()), layer_names(s));
   if (s.has_linear_path())
-    text += fmt::format("        .linear_path = {{.weights = {}}},\n", s.init.rows(f.linear_path, 12, "skip"));
+    text += fmt::format("        .linear_path = {{.weights = {}}},\n",
+                        s.init.rows(s.map().linear_path, 12, "inverse_map.skip"));
   return text + "    },\n};\n";
 }
 
@@ -202,6 +204,8 @@ void check_rounding(const Model& m, ScalarType scalar) {
 
 std::string cpp_header(const Model& model, const ExportOptions& options) {
   validate(model);
+  if (structure(model) != "kkl")
+    throw Error(fmt::format("the target cpp does not know {} observers yet; it exports kkl", structure(model)));
   check_rounding(model, options.scalar);
   const Source s{model, fold(model), export_name(model, options), Initialiser(options.scalar)};
 
@@ -212,7 +216,7 @@ std::string cpp_header(const Model& model, const ExportOptions& options) {
   text += fmt::format("struct Output {{\n  enum : int {{ {} }};\n}};\n", joined(model.outputs, false));
   text += fmt::format("struct State {{\n  enum : int {{ {} }};\n}};\n\n", joined(model.states, false));
   text += "namespace weights {\n";
-  for (std::size_t l = 0; l < s.folded.layers.size(); ++l) text += layer(s, l);
+  for (std::size_t l = 0; l < s.map().layers.size(); ++l) text += layer(s, l);
   text += "\n}  // namespace weights\n\n";
   text += types(s) + "\n" + model_constant(s);
   text += fmt::format("\n}}  // namespace nlo::{}\n", s.name);

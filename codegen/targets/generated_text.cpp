@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "codegen/error.h"
+#include "codegen/identifier.h"
 #include "codegen/number.h"
-#include "codegen/validate.h"
 
 namespace nlo::codegen {
 namespace {

@@ -38,11 +38,11 @@ Scalar activated(const std::string& activation, Scalar v) {
 
 /// T* as exported: folded, rounded to Scalar, with the runtime's activation.
 template <class Scalar>
-Eigen::VectorXd exported_map(const FoldedModel& folded, const std::string& activation, const Eigen::VectorXd& z,
-                             const Eigen::VectorXd& y) {
+Eigen::VectorXd exported_map(const FoldedModel& model, const Eigen::VectorXd& z, const Eigen::VectorXd& y) {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  Vector in(folded.layers.front().weights.cols());
-  if (folded.reads_output) {
+  const FoldedNetwork& folded = model.inverse_map;
+  Vector in(folded.inputs());
+  if (model.reads_output) {
     in << z.cast<Scalar>(), y.cast<Scalar>();
   } else {
     in = z.cast<Scalar>();
@@ -50,7 +50,7 @@ Eigen::VectorXd exported_map(const FoldedModel& folded, const std::string& activ
   Vector a = in;
   for (std::size_t l = 0; l < folded.layers.size(); ++l) {
     a = (folded.layers[l].weights.cast<Scalar>() * a + folded.layers[l].bias.cast<Scalar>()).eval();
-    if (l + 1 < folded.layers.size()) a = a.unaryExpr([&](Scalar v) { return activated(activation, v); }).eval();
+    if (l + 1 < folded.layers.size()) a = a.unaryExpr([&](Scalar v) { return activated(folded.activation, v); }).eval();
   }
   if (folded.linear_path.size() != 0) a += folded.linear_path.cast<Scalar>() * in;
   return a.template cast<double>();
@@ -105,7 +105,7 @@ Answers answers_to(const ReplayInputs& inputs, const Model& m, const FoldedModel
     a.x_hat.col(k) = exact.estimate();
     a.status.emplace_back(screen.status(y));
     z_rounded.col(k) = rounded.latent().template cast<double>() - folded.steady_gain * turned;
-    x_hat_rounded.col(k) = exported_map<Scalar>(folded, m.activation, z_rounded.col(k), exact.output() - turned);
+    x_hat_rounded.col(k) = exported_map<Scalar>(folded, z_rounded.col(k), exact.output() - turned);
   }
   constexpr double kRounding = kTimesRounding * static_cast<double>(std::numeric_limits<Scalar>::epsilon());
   // Rounding relative to the largest entry of any row: pairs mix theirs.
@@ -205,6 +205,8 @@ std::string replay(const Model& m, const ExportOptions& options) {
   if (options.samples < kFewest || options.samples > kMost)
     throw Error(fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewest, kMost));
   validate(m);
+  if (structure(m) != "kkl")
+    throw Error(fmt::format("the target replay does not know {} observers yet; it exports kkl", structure(m)));
   const std::string name = export_name(m, options);
   const Initialiser init(options.scalar);
   const bool single = options.scalar == ScalarType::kFloat;

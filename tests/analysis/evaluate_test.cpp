@@ -31,12 +31,12 @@ codegen::Model low_pass_model() {
   model.output_max = Eigen::VectorXd::Constant(1, 100.0);
   model.latent_min = Eigen::VectorXd::Constant(1, -100.0);
   model.latent_max = Eigen::VectorXd::Constant(1, 100.0);
-  model.features = Eigen::MatrixXd::Identity(2, 2);
-  model.feature_mean = Eigen::VectorXd::Zero(2);
-  model.feature_scale = Eigen::VectorXd::Ones(2);
-  model.layers = {{Eigen::MatrixXd::Identity(2, 2), Eigen::VectorXd::Zero(2)}};
-  model.state_mean = Eigen::VectorXd::Zero(2);
-  model.state_scale = Eigen::VectorXd::Ones(2);
+  model.inverse_map.features = Eigen::MatrixXd::Identity(2, 2);
+  model.inverse_map.feature_mean = Eigen::VectorXd::Zero(2);
+  model.inverse_map.feature_scale = Eigen::VectorXd::Ones(2);
+  model.inverse_map.layers = {{Eigen::MatrixXd::Identity(2, 2), Eigen::VectorXd::Zero(2)}};
+  model.inverse_map.output_mean = Eigen::VectorXd::Zero(2);
+  model.inverse_map.output_scale = Eigen::VectorXd::Ones(2);
   return model;
 }
 

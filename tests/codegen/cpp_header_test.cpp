@@ -65,15 +65,16 @@ TEST(Fold, ChangesNoEstimate) {
         in.conservativeResize(m.nz() + m.ny());
         in.tail(m.ny()) = observer.output();
       }
+      const FoldedNetwork& map = folded.inverse_map;
       Eigen::VectorXd a = in;
-      for (std::size_t l = 0; l < folded.layers.size(); ++l) {
-        a = (folded.layers[l].weights * a + folded.layers[l].bias).eval();
-        if (l + 1 == folded.layers.size()) continue;
-        if (m.activation == "tanh") a = a.array().tanh();
-        if (m.activation == "relu") a = a.cwiseMax(0.0);
-        if (m.activation == "silu") a = a.array() / (1.0 + (-a.array()).exp());
+      for (std::size_t l = 0; l < map.layers.size(); ++l) {
+        a = (map.layers[l].weights * a + map.layers[l].bias).eval();
+        if (l + 1 == map.layers.size()) continue;
+        if (map.activation == "tanh") a = a.array().tanh();
+        if (map.activation == "relu") a = a.cwiseMax(0.0);
+        if (map.activation == "silu") a = a.array() / (1.0 + (-a.array()).exp());
       }
-      if (folded.linear_path.size() != 0) a += folded.linear_path * in;
+      if (map.linear_path.size() != 0) a += map.linear_path * in;
       ASSERT_LT((a - observer.estimate()).cwiseAbs().maxCoeff(), kTolerance) << m.name;
     }
   }
@@ -86,9 +87,9 @@ TEST(Fold, ReadsTheOutputOnlyWhenAFeatureDoes) {
 
 TEST(Fold, OneLayerTakesUpTheLinearPath) {
   Model m = linear_model();
-  m.skip = Eigen::MatrixXd::Constant(2, 2, 0.3);
-  EXPECT_EQ(fold(m).linear_path.size(), 0);
-  EXPECT_NE(fold(m).layers[0].weights, fold(linear_model()).layers[0].weights);
+  m.inverse_map.skip = Eigen::MatrixXd::Constant(2, 2, 0.3);
+  EXPECT_EQ(fold(m).inverse_map.linear_path.size(), 0);
+  EXPECT_NE(fold(m).inverse_map.layers[0].weights, fold(linear_model()).inverse_map.layers[0].weights);
 }
 
 TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
@@ -111,12 +112,12 @@ TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
 
 TEST(CppHeader, RefusesWhatFloatCannotHold) {
   Model m = tiny_model();
-  m.layers[0].weights(2, 1) = 1e39;
+  m.inverse_map.layers[0].weights(2, 1) = 1e39;
   EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));
   EXPECT_EQ(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), "no error");
   m = tiny_model();
-  m.state_scale(0) = 1e300;
-  m.layers[1].weights(0, 0) = 1e300;
+  m.inverse_map.output_scale(0) = 1e300;
+  m.inverse_map.layers[1].weights(0, 0) = 1e300;
   EXPECT_THAT(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), HasSubstr("overflows"));
   m = tiny_model();
   m.sample_period_s = 1e-60;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <string>
 
 namespace nlo::codegen {
 namespace {
@@ -46,6 +47,38 @@ std::vector<DenseLayer> random_layers(const std::vector<int>& widths, std::uint6
   return layers;
 }
 
+/// A network of the given widths with no normalisation that is zero or one; `scale` of its outputs.
+Network random_network(const std::vector<int>& widths, std::uint64_t seed, double scale) {
+  Network n;
+  n.layers = random_layers(widths, seed);
+  n.features = Eigen::MatrixXd::Identity(widths.front(), widths.front());
+  n.feature_mean = Eigen::VectorXd::LinSpaced(widths.front(), -0.1, 0.1);
+  n.feature_scale = Eigen::VectorXd::LinSpaced(widths.front(), 0.8, 1.3);
+  n.output_mean = Eigen::VectorXd::LinSpaced(widths.back(), -0.05, 0.1);
+  n.output_scale = Eigen::VectorXd::Constant(widths.back(), scale);
+  return n;
+}
+
+/// Channels and sampling.
+Model blank(const std::string& name, int ny, int nx) {
+  Model m;
+  m.name = name;
+  for (int j = 0; j < ny; ++j) m.outputs.push_back({"y" + std::to_string(j + 1), "rad", 0.0});
+  for (int i = 0; i < nx; ++i) m.states.push_back({"x" + std::to_string(i + 1), "", 0.0});
+  m.sample_period_s = 0.02;
+  m.output_min = Eigen::VectorXd::Constant(ny, -3.0);
+  m.output_max = Eigen::VectorXd::Constant(ny, 3.0);
+  m.provenance = {{"plant", name}, {"seed", "3"}};
+  return m;
+}
+
+/// Latent ranges, to match the size of initial_latent.
+Model with_domain(Model m) {
+  m.latent_min = Eigen::VectorXd::Constant(m.nz(), -8.0);
+  m.latent_max = Eigen::VectorXd::Constant(m.nz(), 8.0);
+  return m;
+}
+
 /// One output "y", real eigenvalues, F = ones, T* reads z alone.
 Model model_with(const std::string& name, const Eigen::VectorXd& eigenvalues, const std::vector<Channel>& states,
                  const std::vector<int>& hidden) {
@@ -62,16 +95,17 @@ Model model_with(const std::string& name, const Eigen::VectorXd& eigenvalues, co
   m.output_max = Eigen::VectorXd::Constant(1, 3.0);
   m.latent_max = -4.0 * eigenvalues.cwiseInverse();
   m.latent_min = -m.latent_max;
-  m.features = Eigen::MatrixXd::Identity(nz, nz + 1);
-  m.feature_mean = Eigen::VectorXd::LinSpaced(nz, -0.1, 0.1);
-  m.feature_scale = -0.7 * eigenvalues.cwiseInverse();
+  Network& map = m.inverse_map;
+  map.features = Eigen::MatrixXd::Identity(nz, nz + 1);
+  map.feature_mean = Eigen::VectorXd::LinSpaced(nz, -0.1, 0.1);
+  map.feature_scale = -0.7 * eigenvalues.cwiseInverse();
 
   std::vector<int> widths = {static_cast<int>(nz)};
   widths.insert(widths.end(), hidden.begin(), hidden.end());
   widths.push_back(m.nx());
-  m.layers = random_layers(widths, 1);
-  m.state_mean = Eigen::VectorXd::LinSpaced(m.nx(), 0.05, 0.25);
-  m.state_scale = Eigen::VectorXd::LinSpaced(m.nx(), 1.4, 1.9);
+  map.layers = random_layers(widths, 1);
+  map.output_mean = Eigen::VectorXd::LinSpaced(m.nx(), 0.05, 0.25);
+  map.output_scale = Eigen::VectorXd::LinSpaced(m.nx(), 1.4, 1.9);
   m.provenance = {{"plant", "Van der Pol"}, {"seed", "1"}, {"norm N(0, 0.5)", "0.17"}};
   return m;
 }
@@ -93,7 +127,7 @@ Model linear_model() {
 
 Model activation_model(const std::string& activation) {
   Model m = model_with("tiny_" + activation, Eigen::Vector2d(-2.0, -9.0), {{"x1", "", 0.0}, {"x2", "", 0.0}}, {16, 16});
-  m.activation = activation;
+  m.inverse_map.activation = activation;
   return m;
 }
 
@@ -126,17 +160,18 @@ Model rig_model() {
   m.latent_min = Eigen::VectorXd::Constant(7, -6.0);
 
   // z - y for the rows that settle at an output, z for the others, and the load itself.
-  m.features = Eigen::MatrixXd::Zero(8, 9);
-  m.features.leftCols(7).topRows(7).setIdentity();
-  for (const int row : {0, 4}) m.features(row, 7) = -1.0;
-  for (const int row : {2, 5}) m.features(row, 8) = -1.0;
-  m.features(7, 8) = 1.0;
-  m.feature_mean = Eigen::VectorXd::LinSpaced(8, -0.05, 0.05);
-  m.feature_scale = Eigen::VectorXd::LinSpaced(8, 0.2, 1.1);
-  m.layers = random_layers({8, 32, 24, 3}, 7);
-  m.skip = Uniform(8).matrix(3, 8, 0.4);
-  m.state_mean = Eigen::Vector3d(0.0, 0.3, -0.1);
-  m.state_scale = Eigen::Vector3d(8.0, 20.0, 1.0);
+  Network& map = m.inverse_map;
+  map.features = Eigen::MatrixXd::Zero(8, 9);
+  map.features.leftCols(7).topRows(7).setIdentity();
+  for (const int row : {0, 4}) map.features(row, 7) = -1.0;
+  for (const int row : {2, 5}) map.features(row, 8) = -1.0;
+  map.features(7, 8) = 1.0;
+  map.feature_mean = Eigen::VectorXd::LinSpaced(8, -0.05, 0.05);
+  map.feature_scale = Eigen::VectorXd::LinSpaced(8, 0.2, 1.1);
+  map.layers = random_layers({8, 32, 24, 3}, 7);
+  map.skip = Uniform(8).matrix(3, 8, 0.4);
+  map.output_mean = Eigen::Vector3d(0.0, 0.3, -0.1);
+  map.output_scale = Eigen::Vector3d(8.0, 20.0, 1.0);
   m.provenance = {{"plant", "logs of a rig"}, {"seed", "2"}};
   return m;
 }
@@ -151,6 +186,56 @@ std::vector<Model> example_models() {
           linear_model(),
           hold_model("zero_order"),
           hold_model("rk4")};
+}
+
+Model luenberger_model() {
+  Model m = blank("pendulum", 1, 2);
+  m.initial_latent = Eigen::Vector2d(0.1, -0.2);
+  LuenbergerDynamics l;
+  l.state_matrix = (Eigen::Matrix2d() << 0.0, 1.0, -4.0, -0.3).finished();
+  l.output_matrix = Eigen::RowVector2d(1.0, 0.0);
+  l.gain = Eigen::Vector2d(3.0, 2.0);
+  l.nonlinearity = random_network({2, 8, 2}, 11, 0.4);
+  m.luenberger = l;
+  return with_domain(m);
+}
+
+Model general_model() {
+  Model m = blank("general", 2, 2);
+  m.initial_latent = Eigen::Vector3d(0.1, 0.0, -0.1);
+  Network f = random_network({5, 12, 3}, 21, 0.3);
+  f.skip = Eigen::MatrixXd::Zero(3, 5);
+  f.skip.leftCols(3) << -2.0, 3.0, 0.0, -3.0, -2.0, 0.0, 0.0, 0.4, -5.0;
+  f.skip.rightCols(2) = Uniform(22).matrix(3, 2, 2.0);
+  f.output_scale.setOnes();
+  f.feature_scale.setOnes();
+  m.dynamics = f;
+  m.inverse_map = random_network({3, 8, 2}, 23, 1.2);
+  return with_domain(m);
+}
+
+Model driven_model() {
+  Model m = blank("driven", 1, 2);
+  m.initial_latent = Eigen::Vector3d::Zero();
+  m.pairs = 1;
+  m.eigenvalues = Eigen::Vector3d(-2.0, 3.0, -6.0);
+  m.output_injection = Eigen::Vector3d(2.0, -3.0, 6.0);
+  m.starts_steady = true;
+  m.inverse_map = random_network({4, 12, 2}, 31, 0.8);
+  m.inverse_map.features = Eigen::MatrixXd::Identity(4, 4);
+  m.inverse_map.skip = Uniform(32).matrix(2, 4, 0.5);
+  Drive drive;
+  drive.inputs = {{"torque", "N m", 0.0}, {"wind", "", 0.0}};
+  drive.input_hold = "first_order";
+  drive.input_field = {Uniform(33).matrix(4, 2, 0.4), Uniform(34).matrix(4, 1, 1.0)};
+  drive.forward_map = random_network({2, 12, 3}, 35, 0.7);
+  drive.forward_map.skip = Uniform(36).matrix(3, 2, 0.5);
+  m.drive = drive;
+  return with_domain(m);
+}
+
+std::vector<Model> structure_models() {
+  return {luenberger_model(), general_model(), driven_model()};
 }
 
 }  // namespace nlo::codegen

@@ -32,4 +32,17 @@ Model hold_model(const std::string& hold);
 /// All of the above; names are distinct.
 std::vector<Model> example_models();
 
+/// (15): a pendulum with its linear part known, g_hat 2-8-2.
+Model luenberger_model();
+
+/// (11): two outputs, three latent states; F = a stable linear path and a small 5-12-3 beside it, G 3-8-2.
+Model general_model();
+
+/// (24)-(25): a complex pair and a real eigenvalue, one output, two inputs, g(x) affine, T 2-12-3, T* 3-12-2 with a
+/// linear path each.
+Model driven_model();
+
+/// One model of every structure but the plain KKL of example_models().
+std::vector<Model> structure_models();
+
 }  // namespace nlo::codegen

@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
     for (Model& model : example_models()) {
       if (argc == 1) std::printf("%s\n", model.name.c_str());
       if (argc < 6 || model.name != argv[1]) continue;
-      if (argc == 7) model.layers.back().weights(0, 0) *= 1.005;
+      if (argc == 7) model.inverse_map.layers.back().weights(0, 0) *= 1.005;
       ExportOptions options;
       options.scalar = scalar_type(argv[3]);
       options.name = argv[4];

@@ -50,11 +50,18 @@ TEST_P(HostileModel, IsRefusedWithItsFileFieldAndMend) {
 }
 
 const Row kRows[] = {
-    {"NewerVersion", "\"version\": 1", "\"version\": 2", "version: is 2; this nlo reads version 1"},
-    {"VersionAsText", "\"version\": 1", "\"version\": \"1\"", "version: is no number"},
-    {"VersionMissing", "\"version\": 1,", "", "version: is missing"},
+    {"OlderVersion", "\"version\": 2", "\"version\": 1",
+     "version: is 1; this nlo reads version 2: use the nlo that wrote"},
+    {"NewerVersion", "\"version\": 2", "\"version\": 3", "version: is 3; this nlo reads version 2"},
+    {"VersionAsText", "\"version\": 2", "\"version\": \"2\"", "version: is no number"},
+    {"VersionMissing", "\"version\": 2,", "", "version: is missing"},
     {"OtherFormat", "nlo-model", "onnx", "is JSON but no nlo model"},
     {"FormatMissing", "\"format\": \"nlo-model\",", "", "is JSON but no nlo model"},
+    {"StructureMissing", "\"structure\": \"kkl\",", "", "structure: is missing"},
+    {"StructureUnknown", "\"structure\": \"kkl\"", "\"structure\": \"kalman\"",
+     "structure: is unknown; there are kkl, driven_kkl, luenberger, general"},
+    {"StructureOther", "\"structure\": \"kkl\"", "\"structure\": \"general\"", "\"starts_steady\": unknown field"},
+    {"DriveMissing", "\"structure\": \"kkl\"", "\"structure\": \"driven_kkl\"", "drive: is missing"},
     {"FieldMissing", "\"hold\": \"first_order\",", "", "hold: is missing"},
     {"FieldUnknown", "\"hold\"", "\"holt\": 1, \"hold\"", "\"holt\": unknown field"},
     {"FieldTwice", "\"hold\"", "\"pairs\": 2, \"hold\"", "\"pairs\": is given twice"},
@@ -70,20 +77,22 @@ const Row kRows[] = {
     {"ActivationUnknown", "\"tanh\"", "\"sigmoid\"", "activation is unknown; use tanh, relu or silu"},
     {"PairsNegative", "\"pairs\": 2", "\"pairs\": -1", "pairs: is -1; expected 0 to"},
     {"PairsFraction", "\"pairs\": 2", "\"pairs\": 1.5", "pairs: is a JSON number; expected an integer"},
-    {"PairsTooMany", "\"pairs\": 2", "\"pairs\": 4", "pairs is 4; with 7 eigenvalues it must be 0 to 3"},
+    {"PairsTooMany", "\"pairs\": 2", "\"pairs\": 4", "pairs is 4; with 7 latent states it must be 0 to 3"},
     {"NotHurwitz", "[-40.0, 30.0", "[40.0, 30.0", "eigenvalues[0] is 40; its real part must be negative"},
     {"RealPartZero", "-25.0, 35.0", "0.0, 35.0", "eigenvalues[2] is 0; its real part must be negative"},
     {"ClockGrows", "-15.0, -2.0]", "-15.0, 2.0]", "eigenvalues[6] is 2; its real part must be negative"},
     {"TooSlow", "-15.0, -2.0]", "-15.0, -1e-9]", "too slow to be told from an integrator"},
-    {"EigenvaluesEmpty", "[-40.0, 30.0, -25.0, 35.0, -60.0, -15.0, -2.0]", "[]", "eigenvalues is empty"},
-    {"EigenvalueMissing", "-15.0, -2.0]", "-15.0]", "output_injection is 7 x 2; it must be 6 x 2"},
+    {"EigenvaluesEmpty", "[-40.0, 30.0, -25.0, 35.0, -60.0, -15.0, -2.0]", "[]",
+     "eigenvalues has 0 entries; it must have 7 (n_z, the size of initial_latent)"},
+    {"EigenvalueMissing", "-15.0, -2.0]", "-15.0]", "eigenvalues has 6 entries; it must have 7"},
     {"RaggedMatrix", "[40.0, 0.0]", "[40.0]", "output_injection[1]: has 2 numbers and the rows above have 1"},
     {"MatrixOfTexts", "[40.0, 0.0]", "[\"40\", 0.0]", "output_injection[0][0]: is a JSON string; expected a number"},
-    {"VectorForMatrix", "\"skip\": [", "\"skip\": [1, ", "skip[0]: is a JSON number; expected an array"},
+    {"VectorForMatrix", "\"skip\": [", "\"skip\": [1, ", "inverse_map.skip[0]: is a JSON number; expected an array"},
     {"StartsSteadyAsNumber", "\"starts_steady\": true", "\"starts_steady\": 1", "starts_steady: is a JSON number"},
     {"RangeReversed", "\"output_min\": [-3.141592653589793, -5.0]", "\"output_min\": [-3.1, 6]",
      "output_min[1] is 6 and output_max[1] is 5; the minimum must be smaller"},
-    {"ScaleZero", "\"state_scale\": [8.0", "\"state_scale\": [0.0", "state_scale[0] is 0; a scale must be positive"},
+    {"ScaleZero", "\"output_scale\": [8.0", "\"output_scale\": [0.0",
+     "inverse_map.output_scale[0] is 0; a scale must be positive"},
     {"ScaleNegative", "\"feature_scale\": [0.2", "\"feature_scale\": [-0.2", "feature_scale[0] is -0.2"},
     {"WrapNegative", "\"wrap\": 0.0", "\"wrap\": -1", "outputs[1].wrap is -1"},
     {"NameIsKeyword", "\"name\": \"rig\"", "\"name\": \"namespace\"", "name is no identifier"},
@@ -92,9 +101,9 @@ const Row kRows[] = {
     {"NameTooLong", "\"name\": \"rig\"", "\"name\": \"" + std::string(64, 'x') + "\"", "name is no identifier"},
     {"NameTwice", "\"load_dot\"", "\"alpha_dot\"", "states[0].name and states[1].name are both \"alpha_dot\""},
     {"OutputsEmpty", "\"states\": [", "\"states\": [], \"x\": [", "\"x\": unknown field"},
-    {"LayersEmpty", "\"layers\": [", "\"layers\": [], \"layer\": [", "\"layer\": unknown field"},
+    {"LayersEmpty", "\"layers\": [", "\"layers\": [], \"layer\": [", "inverse_map.\"layer\": unknown field"},
     {"AngleReadRaw", "[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0]", "[1.0, 0, 0, 0, 0, 0, 0, 0.0, 0.0]",
-     "features[0] changes by 1 per unit of the angle outputs[0] (\"alpha\")"},
+     "inverse_map.features[0] changes by 1 per unit of the angle outputs[0] (\"alpha\")"},
     {"ProvenanceNumber", "\"seed\": \"2\"", "\"seed\": 2", "provenance.seed: is a JSON number; expected a text"},
     {"ProvenanceTwice", "\"seed\": \"2\"", "\"seed\": \"2\", \"seed\": \"3\"", "\"seed\": is given twice"},
     {"NotUtf8", "\"plant\"", "\"pl\xff\"", "is not JSON"},
@@ -134,17 +143,17 @@ TEST(HostileModelFile, ShapesThatDisagreeNameTheFieldAndBothShapes) {
     spoil(m);
     return message_of(to_json(m));
   };
-  EXPECT_THAT(message([](Model& m) { m.layers[1].weights.conservativeResize(24, 31); }),
+  EXPECT_THAT(message([](Model& m) { m.inverse_map.layers[1].weights.conservativeResize(24, 31); }),
               testing::HasSubstr("layers[1].weights is 24 x 31; it must be 24 x 32"));
-  EXPECT_THAT(message([](Model& m) { m.layers[2].bias.conservativeResize(2); }),
+  EXPECT_THAT(message([](Model& m) { m.inverse_map.layers[2].bias.conservativeResize(2); }),
               testing::HasSubstr("layers[2].bias has 2 entries; it must have 3"));
-  EXPECT_THAT(message([](Model& m) { m.layers.pop_back(); }),
+  EXPECT_THAT(message([](Model& m) { m.inverse_map.layers.pop_back(); }),
               testing::HasSubstr("layers[1].weights is 24 x 32; it must be 3 x 32"));
-  EXPECT_THAT(message([](Model& m) { m.features.conservativeResize(8, 8); }),
+  EXPECT_THAT(message([](Model& m) { m.inverse_map.features.conservativeResize(8, 8); }),
               testing::HasSubstr("features is 8 x 8; it must be 8 x 9"));
-  EXPECT_THAT(message([](Model& m) { m.layers.clear(); }), testing::HasSubstr("layers is empty"));
+  EXPECT_THAT(message([](Model& m) { m.inverse_map.layers.clear(); }), testing::HasSubstr("layers is empty"));
   EXPECT_THAT(message([](Model& m) { m.states.clear(); }), testing::HasSubstr("states is empty"));
-  EXPECT_THAT(message([](Model& m) { m.skip.conservativeResize(3, 2); }),
+  EXPECT_THAT(message([](Model& m) { m.inverse_map.skip.conservativeResize(3, 2); }),
               testing::HasSubstr("skip is 3 x 2; it must be 3 x 8"));
 }
 

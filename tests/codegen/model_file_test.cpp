@@ -8,6 +8,8 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <set>
+#include <string>
 
 #include "codegen/error.h"
 #include "codegen/file.h"
@@ -24,18 +26,40 @@ TEST(ModelFile, RoundTripGivesTheSameBytes) {
   }
 }
 
+TEST(ModelFile, EveryStructureIsNamedAndComesBack) {
+  std::set<std::string> seen;
+  for (const Model& m : structure_models()) {
+    const std::string name(structure(m));
+    EXPECT_TRUE(seen.insert(name).second);
+    const std::string json = to_json(m);
+    EXPECT_THAT(json, testing::HasSubstr("\"structure\": \"" + name + "\""));
+    const Model read = parse_model(json, "text");
+    EXPECT_EQ(structure(read), name);
+    EXPECT_EQ(to_json(read), json) << name;
+  }
+  EXPECT_EQ(seen.size(), 3U);
+}
+
+TEST(ModelFile, CommittedModelsStandAsTheyWouldBeWritten) {
+  for (const auto& file : std::filesystem::directory_iterator(NLO_SOURCE_DIR "/examples/models")) {
+    if (file.path().extension() != ".json") continue;
+    const std::string path = file.path().string();
+    EXPECT_TRUE(to_json(read_model(path)) == read_file(path)) << path;
+  }
+}
+
 TEST(ModelFile, RoundTripKeepsEveryBit) {
   Model m = rig_model();
-  m.layers[0].weights(0, 0) = std::numeric_limits<double>::denorm_min();
-  m.layers[0].weights(0, 1) = -0.0;
-  m.layers[0].weights(0, 2) = std::nextafter(1.0, 2.0);
-  m.layers[0].weights(0, 3) = std::numeric_limits<double>::max();
+  m.inverse_map.layers[0].weights(0, 0) = std::numeric_limits<double>::denorm_min();
+  m.inverse_map.layers[0].weights(0, 1) = -0.0;
+  m.inverse_map.layers[0].weights(0, 2) = std::nextafter(1.0, 2.0);
+  m.inverse_map.layers[0].weights(0, 3) = std::numeric_limits<double>::max();
   const Model read = parse_model(to_json(m), "text");
-  EXPECT_EQ(read.layers[0].weights, m.layers[0].weights);
-  EXPECT_TRUE(std::signbit(read.layers[0].weights(0, 1)));
+  EXPECT_EQ(read.inverse_map.layers[0].weights, m.inverse_map.layers[0].weights);
+  EXPECT_TRUE(std::signbit(read.inverse_map.layers[0].weights(0, 1)));
   EXPECT_EQ(read.eigenvalues, m.eigenvalues);
-  EXPECT_EQ(read.features, m.features);
-  EXPECT_EQ(read.skip, m.skip);
+  EXPECT_EQ(read.inverse_map.features, m.inverse_map.features);
+  EXPECT_EQ(read.inverse_map.skip, m.inverse_map.skip);
   EXPECT_EQ(read.provenance, m.provenance);
   EXPECT_EQ(read.outputs[0].wrap, m.outputs[0].wrap);
 }
@@ -51,7 +75,7 @@ TEST(ModelFile, IsWrittenOnlyWhenItCanBeReadAgain) {
   Model m = tiny_model();
   write_model(m, path.string());
   EXPECT_EQ(to_json(read_model(path.string())), to_json(m));
-  m.layers[1].weights(0, 2) = std::numeric_limits<double>::quiet_NaN();
+  m.inverse_map.layers[1].weights(0, 2) = std::numeric_limits<double>::quiet_NaN();
   try {
     write_model(m, path.string());
     ADD_FAILURE() << "a NaN was written";

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "codegen/error.h"
-#include "codegen/validate.h"
+#include "codegen/identifier.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

@@ -63,9 +63,9 @@ Eigen::MatrixXd sylvester(const codegen::Model& model) {
 
 /// The linear map of z that the trained model is: last layer and linear path together, scales and features undone.
 Eigen::MatrixXd inverse_map(const codegen::Model& model) {
-  const Eigen::MatrixXd whole = model.layers.back().weights + model.skip;
-  return model.state_scale.asDiagonal() * whole * model.feature_scale.cwiseInverse().asDiagonal() *
-         model.features.leftCols(model.nz());
+  const Eigen::MatrixXd whole = model.inverse_map.layers.back().weights + model.inverse_map.skip;
+  return model.inverse_map.output_scale.asDiagonal() * whole *
+         model.inverse_map.feature_scale.cwiseInverse().asDiagonal() * model.inverse_map.features.leftCols(model.nz());
 }
 
 codegen::Model train_linear(const std::vector<double>& eigenvalues) {

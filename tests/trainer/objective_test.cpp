@@ -201,7 +201,7 @@ TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
   double total = 0.0;
   for (const Trajectory& run : normalised.dataset.trajectories) {
     const Eigen::MatrixXd error = testing::plain_estimates(model, run).states - run.states;
-    expected += (model.state_scale.cwiseInverse().asDiagonal() * error).squaredNorm();
+    expected += (model.inverse_map.output_scale.cwiseInverse().asDiagonal() * error).squaredNorm();
     total += static_cast<double>(run.samples());
   }
   const ObjectiveValue scaled = normalised.objective.evaluate(normalised.parameters.data(), 0, nullptr);

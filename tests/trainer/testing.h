@@ -156,18 +156,19 @@ inline PlainEstimates plain_estimates(const codegen::Model& model, const Traject
   for (Eigen::Index k = 0; k < samples; ++k) {
     Eigen::VectorXd zy(model.nz() + model.ny());
     zy << result.latent.col(k), run.outputs.col(k);
-    const Eigen::VectorXd u = (model.features * zy - model.feature_mean).cwiseQuotient(model.feature_scale);
+    const Eigen::VectorXd u = (model.inverse_map.features * zy - model.inverse_map.feature_mean)
+                                  .cwiseQuotient(model.inverse_map.feature_scale);
     Eigen::VectorXd a = u;
-    for (std::size_t l = 0; l < model.layers.size(); ++l) {
-      a = model.layers[l].weights * a + model.layers[l].bias;
-      if (l + 1 == model.layers.size()) break;
-      const Activation kind = model.activation == "relu"   ? Activation::kRelu
-                              : model.activation == "silu" ? Activation::kSilu
-                                                           : Activation::kTanh;
+    for (std::size_t l = 0; l < model.inverse_map.layers.size(); ++l) {
+      a = model.inverse_map.layers[l].weights * a + model.inverse_map.layers[l].bias;
+      if (l + 1 == model.inverse_map.layers.size()) break;
+      const Activation kind = model.inverse_map.activation == "relu"   ? Activation::kRelu
+                              : model.inverse_map.activation == "silu" ? Activation::kSilu
+                                                                       : Activation::kTanh;
       for (double& v : a) v = plain_activation(kind, v);
     }
-    if (model.skip.size() > 0) a += model.skip * u;
-    result.states.col(k) = model.state_mean + model.state_scale.cwiseProduct(a);
+    if (model.inverse_map.skip.size() > 0) a += model.inverse_map.skip * u;
+    result.states.col(k) = model.inverse_map.output_mean + model.inverse_map.output_scale.cwiseProduct(a);
   }
   return result;
 }

@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "codegen/file.h"
+#include "codegen/identifier.h"
 #include "codegen/model_file.h"
 #include "codegen/targets/registry.h"
-#include "codegen/validate.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/output_directory.h"
 

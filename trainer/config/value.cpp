@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "codegen/error.h"
-#include "codegen/validate.h"
+#include "codegen/identifier.h"
 #include "trainer/nearest_name.h"
 #include "trainer/number_text.h"
 

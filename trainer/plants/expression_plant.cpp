@@ -7,7 +7,7 @@
 #include <set>
 
 #include "codegen/error.h"
-#include "codegen/validate.h"
+#include "codegen/identifier.h"
 
 namespace nlo::trainer {
 namespace {

@@ -279,29 +279,30 @@ codegen::Model to_model(const KklStructure& structure, const float* parameters, 
     model.output_min(j) = -model.output_max(j);
   }
 
-  model.features = Eigen::MatrixXd::Zero(nf, nz + ny);
-  model.feature_mean.resize(nf);
-  model.feature_scale.resize(nf);
+  codegen::Network& map = model.inverse_map;
+  map.features = Eigen::MatrixXd::Zero(nf, nz + ny);
+  map.feature_mean.resize(nf);
+  map.feature_scale.resize(nf);
   for (Eigen::Index f = 0; f < nf; ++f) {
     const Feature& feature = structure.features[static_cast<std::size_t>(f)];
-    if (feature.latent >= 0) model.features(f, feature.latent) = 1.0;
-    if (feature.output >= 0) model.features(f, nz + feature.output) = static_cast<double>(feature.output_gain);
-    model.feature_mean(f) = static_cast<double>(feature.mean);
-    model.feature_scale(f) = static_cast<double>(feature.scale);
+    if (feature.latent >= 0) map.features(f, feature.latent) = 1.0;
+    if (feature.output >= 0) map.features(f, nz + feature.output) = static_cast<double>(feature.output_gain);
+    map.feature_mean(f) = static_cast<double>(feature.mean);
+    map.feature_scale(f) = static_cast<double>(feature.scale);
   }
-  model.activation = experiment.inverse_map.activation;
+  map.activation = experiment.inverse_map.activation;
   const float* network = parameters + latent.learned;
   using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   for (const LayerView& layer : structure.network.layers) {
-    model.layers.push_back({Eigen::Map<const RowMajor>(network + layer.weights, layer.out, layer.in).cast<double>(),
-                            Eigen::Map<const Eigen::VectorXf>(network + layer.bias, layer.out).cast<double>()});
+    map.layers.push_back({Eigen::Map<const RowMajor>(network + layer.weights, layer.out, layer.in).cast<double>(),
+                          Eigen::Map<const Eigen::VectorXf>(network + layer.bias, layer.out).cast<double>()});
   }
   const auto nx = static_cast<Eigen::Index>(dataset.states.size());
   if (structure.network.linear_path >= 0) {
-    model.skip = Eigen::Map<const RowMajor>(network + structure.network.linear_path, nx, nf).cast<double>();
+    map.skip = Eigen::Map<const RowMajor>(network + structure.network.linear_path, nx, nf).cast<double>();
   }
-  model.state_mean = Eigen::Map<const Eigen::VectorXf>(structure.state_mean.data(), nx).cast<double>();
-  model.state_scale = Eigen::Map<const Eigen::VectorXf>(structure.state_scale.data(), nx).cast<double>();
+  map.output_mean = Eigen::Map<const Eigen::VectorXf>(structure.state_mean.data(), nx).cast<double>();
+  map.output_scale = Eigen::Map<const Eigen::VectorXf>(structure.state_scale.data(), nx).cast<double>();
   return model;
 }
 

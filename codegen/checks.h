@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Checks that validation is made of. Each throws Error that names the field, what is wrong and what to do.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codegen/error.h"
+#include "codegen/model.h"
+
+namespace nlo::codegen {
+
+template <class... Args>
+[[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) {
+  throw Error(fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// `m` is rows x cols and finite; `meaning` says what the sizes are.
+void check_shape(const Eigen::MatrixXd& m, Eigen::Index rows, Eigen::Index cols, const std::string& field,
+                 const char* meaning);
+void check_shape(const Eigen::VectorXd& v, Eigen::Index size, const std::string& field, const char* meaning);
+
+/// Every entry of a scale is positive.
+void check_positive(const Eigen::VectorXd& v, const std::string& field);
+
+/// FIELD_min is below FIELD_max, entry by entry.
+void check_range(const Eigen::VectorXd& low, const Eigen::VectorXd& high, const char* field);
+
+/// Channels that can be named in code, each by another name.
+void check_channels(const std::vector<Channel>& channels, const std::string& field);
+
+/// A network from `inputs` (described by `meaning`) to `outputs` that is whole and finite.
+void check_network(const Network& network, int inputs, int outputs, const std::string& field, const char* meaning);
+
+}  // namespace nlo::codegen

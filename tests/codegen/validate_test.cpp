@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// What validation says about each field of each structure. A row spoils one thing in a good model.
+#include "codegen/validate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <ostream>
+#include <string>
+
+#include "codegen/error.h"
+#include "tests/codegen/example_models.h"
+
+namespace nlo::codegen {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::string message_of(const Model& model) {
+  try {
+    validate(model);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+struct Row {
+  const char* what;
+  Model (*model)();
+  std::function<void(Model&)> spoil;
+  const char* message;  ///< must be part of what is said
+};
+
+std::ostream& operator<<(std::ostream& out, const Row& row) {
+  return out << row.what;
+}
+
+class BadModel : public testing::TestWithParam<Row> {};
+
+TEST_P(BadModel, IsRefusedWithItsFieldAndTheMend) {
+  Model m = GetParam().model();
+  ASSERT_EQ(message_of(m), "no error");
+  GetParam().spoil(m);
+  EXPECT_THAT(message_of(m), testing::HasSubstr(GetParam().message));
+}
+
+const Row kRows[] = {
+    {"TwoStructures", luenberger_model, [](Model& m) { m.dynamics = general_model().dynamics; },
+     "luenberger, dynamics and drive are set beside each other"},
+    {"LuenbergerWithEigenvalues", luenberger_model, [](Model& m) { m.eigenvalues = Eigen::Vector2d(-1.0, -2.0); },
+     "eigenvalues is set; a luenberger observer has no linear latent system"},
+    {"LuenbergerStartsSteady", luenberger_model, [](Model& m) { m.starts_steady = true; }, "starts_steady is set"},
+    {"LuenbergerOfAnAngle", luenberger_model, [](Model& m) { m.outputs[0].wrap = 6.283185307179586; },
+     "outputs[0].wrap is 6.283185307179586; only a KKL observer turns"},
+    {"LuenbergerWithInverseMap", luenberger_model, [](Model& m) { m.inverse_map = general_model().inverse_map; },
+     "inverse_map is set"},
+    {"LuenbergerStart", luenberger_model,
+     [](Model& m) {
+       m.initial_latent = m.latent_max = Eigen::Vector3d::Ones();
+       m.latent_min = -m.latent_max;
+     },
+     "initial_latent has 3 entries; it must have 2 (n_x"},
+    {"StateMatrixShape", luenberger_model, [](Model& m) { m.luenberger->state_matrix.conservativeResize(2, 1); },
+     "luenberger.state_matrix is 2 x 1; it must be 2 x 2"},
+    {"OutputMatrixShape", luenberger_model, [](Model& m) { m.luenberger->output_matrix = Eigen::Matrix2d::Identity(); },
+     "luenberger.output_matrix is 2 x 2; it must be 1 x 2 (n_y x n_x)"},
+    {"GainNotFinite", luenberger_model, [](Model& m) { m.luenberger->gain(1, 0) = kNaN; },
+     "luenberger.gain[1][0] is not finite"},
+    {"NotHurwitzReal", luenberger_model, [](Model& m) { m.luenberger->gain = Eigen::Vector2d(0.0, -5.0); },
+     "luenberger.gain leaves A - G C with the eigenvalue 0.8612"},
+    {"NotHurwitzPair", luenberger_model, [](Model& m) { m.luenberger->gain = Eigen::Vector2d(-1.0, 2.0); },
+     "with the eigenvalue 0.35 + 2.362i; its real part must be negative"},
+    {"GainTooFast", luenberger_model, [](Model& m) { m.luenberger->gain = Eigen::Vector2d(200.0, 2.0); },
+     "the eigenvalue -200, too fast for a Runge-Kutta step of 0.03 s"},
+    {"NonlinearityShape", luenberger_model,
+     [](Model& m) { m.luenberger->nonlinearity.layers[0].weights.conservativeResize(8, 3); },
+     "luenberger.nonlinearity.layers[0].weights is 8 x 3; it must be 8 x 2"},
+    {"DynamicsShape", general_model, [](Model& m) { m.dynamics->features = Eigen::MatrixXd::Identity(5, 3); },
+     "dynamics.features is 5 x 3; it must be 5 x 5 (n_u x (n_z + n_y))"},
+    {"DynamicsOutputs", general_model, [](Model& m) { m.dynamics->layers[1].weights.conservativeResize(2, 12); },
+     "dynamics.layers[1].weights is 2 x 12; it must be 3 x 12"},
+    {"DynamicsPathNotFinite", general_model, [](Model& m) { m.dynamics->skip(2, 1) = kNaN; },
+     "dynamics.skip[2][1] is not finite"},
+    {"GeneralMapReadsOutput", general_model, [](Model& m) { m.inverse_map.features = Eigen::MatrixXd::Identity(3, 5); },
+     "inverse_map.features is 3 x 5; it must be 3 x 3 (n_u x n_z)"},
+    {"GeneralStart", general_model, [](Model& m) { m.initial_latent.resize(0); }, "initial_latent is empty"},
+    {"InputsEmpty", driven_model, [](Model& m) { m.drive->inputs.clear(); }, "drive.inputs is empty"},
+    {"InputName", driven_model, [](Model& m) { m.drive->inputs[1].name = "u-1"; },
+     "drive.inputs[1].name is no identifier"},
+    {"InputTwice", driven_model, [](Model& m) { m.drive->inputs[1].name = "torque"; },
+     "drive.inputs[0].name and drive.inputs[1].name are both \"torque\""},
+    {"InputAngle", driven_model, [](Model& m) { m.drive->inputs[1].wrap = 1.0; }, "drive.inputs[1].wrap is 1"},
+    {"InputHold", driven_model, [](Model& m) { m.drive->input_hold = "rk4"; }, "drive.input_hold is unknown"},
+    {"InputFieldShape", driven_model, [](Model& m) { m.drive->input_field.weights.conservativeResize(2, 2); },
+     "drive.input_field.weights is 2 x 2; it must be 4 x 2"},
+    {"InputFieldBias", driven_model, [](Model& m) { m.drive->input_field.bias.conservativeResize(2); },
+     "drive.input_field.bias has 2 entries; it must have 4 (n_x n_u)"},
+    {"ForwardMapInputs", driven_model, [](Model& m) { m.drive->forward_map.features = Eigen::MatrixXd::Ones(2, 3); },
+     "drive.forward_map.features is 2 x 3; it must be 2 x 2 (n_u x n_x)"},
+    {"ForwardMapOutputs", driven_model, [](Model& m) { m.drive->forward_map.output_scale.conservativeResize(2); },
+     "drive.forward_map.output_scale has 2 entries; it must have 3"},
+    {"DrivenNotHurwitz", driven_model, [](Model& m) { m.eigenvalues(0) = 0.5; }, "eigenvalues[0] is 0.5"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Table, BadModel, testing::ValuesIn(kRows),
+                         [](const auto& row) { return std::string(row.param.what); });
+
+}  // namespace
+}  // namespace nlo::codegen
