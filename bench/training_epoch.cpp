@@ -18,7 +18,7 @@
 #include "trainer/objective.h"
 #include "trainer/optim/optimiser.h"
 #include "trainer/parallel.h"
-#include "trainer/structures/kkl.h"
+#include "trainer/structures/structure.h"
 
 namespace {
 
@@ -58,11 +58,11 @@ Dataset van_der_pol_dataset(int trajectories) {
 /// Seconds of each epoch, sorted.
 std::vector<double> time_epochs(const Experiment& experiment, const Dataset& dataset, int threads, int epochs) {
   const TrainingData data(dataset);
-  KklStructure structure = make_structure(experiment, dataset.outputs, dataset.states);
+  ObserverStructure structure = make_structure(experiment, dataset.outputs, dataset.states);
   ThreadPool pool(threads);
   Objective objective(experiment, structure, data, pool);
   const std::vector<float> eigenvalues = parameters_from_eigenvalues(structure.latent, structure.eigenvalues.data());
-  Rollout& rollout = objective.filter_all(eigenvalues.data());
+  Rollout& rollout = objective.roll_out_all(eigenvalues.data());
   normalise(structure, rollout);
   std::vector<float> parameters = initial_parameters(structure, experiment, rollout);
   std::vector<float> gradient(parameters.size());

@@ -36,7 +36,10 @@ std::string home_of(const std::string& name) {
   };
   look(TrainingConfig{});
   look(ObserverConfig{});
+  look(DynamicsConfig{});
   look(InverseMapConfig{});
+  look(ForwardMapConfig{});
+  look(LossConfig{});
   look(SimulationConfig{});
   look(PlantConfig{});
   look(LogConfig{});
@@ -162,7 +165,8 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   Places places(filename);
   Reader reader(filename, places);
   Experiment experiment;
-  reader.read(root, "", experiment, {"plant", "simulation", "log", "observer", "inverse_map", "training"});
+  reader.read(root, "", experiment,
+              {"plant", "simulation", "log", "observer", "dynamics", "inverse_map", "forward_map", "loss", "training"});
   if (const Toml* table = reader.section(root, "plant", "plant"))
     reader.read(*table, "plant", experiment.plant.emplace());
   if (const Toml* table = reader.section(root, "simulation", "simulation"))
@@ -170,8 +174,13 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   if (const Toml* table = reader.section(root, "log", "log")) experiment.log = read_log(reader, *table);
   if (const Toml* table = reader.section(root, "observer", "observer"))
     reader.read(*table, "observer", experiment.observer);
+  if (const Toml* table = reader.section(root, "dynamics", "dynamics"))
+    reader.read(*table, "dynamics", experiment.dynamics);
   if (const Toml* table = reader.section(root, "inverse_map", "inverse_map"))
     reader.read(*table, "inverse_map", experiment.inverse_map);
+  if (const Toml* table = reader.section(root, "forward_map", "forward_map"))
+    reader.read(*table, "forward_map", experiment.forward_map);
+  if (const Toml* table = reader.section(root, "loss", "loss")) reader.read(*table, "loss", experiment.loss);
   if (const Toml* table = reader.section(root, "training", "training"))
     reader.read(*table, "training", experiment.training);
   check_experiment(experiment, places);
@@ -199,7 +208,10 @@ std::string format_experiment(const Experiment& experiment) {
     for (const ColumnConfig& column : experiment.log->columns) text += format_keys(column, "[[log.columns]]");
   }
   text += format_keys(experiment.observer, "[observer]");
-  text += format_keys(experiment.inverse_map, "[inverse_map]");
+  if (experiment.uses_dynamics_network()) text += format_keys(experiment.dynamics, "[dynamics]");
+  if (experiment.uses_inverse_map()) text += format_keys(experiment.inverse_map, "[inverse_map]");
+  if (experiment.uses_forward_map()) text += format_keys(experiment.forward_map, "[forward_map]");
+  text += format_keys(experiment.loss, "[loss]");
   text += format_keys(experiment.training, "[training]");
   return text;
 }
@@ -207,7 +219,8 @@ std::string format_experiment(const Experiment& experiment) {
 std::string describe_experiment_keys() {
   return describe_keys<Experiment>() + describe_keys<PlantConfig>() + describe_keys<SimulationConfig>() +
          describe_keys<LogConfig>() + describe_keys<VelocityFilterConfig>() + describe_keys<ColumnConfig>() +
-         describe_keys<ObserverConfig>() + describe_keys<InverseMapConfig>() + describe_keys<TrainingConfig>();
+         describe_keys<ObserverConfig>() + describe_keys<DynamicsConfig>() + describe_keys<InverseMapConfig>() +
+         describe_keys<ForwardMapConfig>() + describe_keys<LossConfig>() + describe_keys<TrainingConfig>();
 }
 
 }  // namespace nlo::trainer

@@ -63,7 +63,7 @@ struct LogConfig {
 
 /// [observer]: the latent system and what T* reads.
 struct ObserverConfig {
-  std::string structure = "kkl";
+  std::string structure = "kkl";             ///< kkl (16), driven_kkl (24)-(25), luenberger (15), general (11)
   std::vector<double> eigenvalues;           ///< real ones [1/s], all negative; repeated for each output
   std::vector<std::array<double, 2>> pairs;  ///< complex pairs re +- i im [1/s]; repeated for each output
   bool learn_eigenvalues = true;
@@ -72,6 +72,41 @@ struct ObserverConfig {
   std::string start = "zero";             ///< z(0): "zero", or "steady": the steady state of the first output
   std::vector<double> clocks_s;           ///< extra latent rows exp(-t/tau): how far z can be trusted since reset
   std::string features = "latent";        ///< "latent", "latent_and_output", "latent_minus_output" (angles need it)
+
+  /// luenberger (15): A and C, row by row, and the gain G: given, or designed for A - G C by its eigenvalues, or by the
+  /// noise it must live with.
+  std::vector<std::vector<double>> state_matrix, output_matrix, gain;
+  std::vector<double> gain_poles;  ///< real eigenvalues that A - G C shall have, n_x
+  std::vector<double> gain_noise;  ///< intensities of process and measurement noise: the stationary Kalman gain
+};
+
+/// [dynamics]: the network within the latent system: g_hat of (15), F of (11).
+struct DynamicsConfig {
+  std::vector<int> hidden = {16};
+  std::string activation = "tanh";
+};
+
+/// [forward_map]: T, where the structure or a loss needs it.
+struct ForwardMapConfig {
+  std::vector<int> hidden = {50, 50, 50, 50};
+  std::string activation = "tanh";
+};
+
+/// [loss]: the cost (9) as a weighted sum of terms.
+struct LossConfig {
+  double state_error = 1.0;          ///< running cost |x - x_hat|^2 (12)
+  std::string reduction = "mean";    ///< of running costs over time: "mean", or "integral" (larger by the horizon)
+  double terminal = 0.0;             ///< terminal cost |x - x_hat|^2 at the end of each segment
+  double eigenvalue_penalty = 0.0;   ///< gamma of (20): gamma |lambda|^2
+  double map_consistency = 0.0;      ///< |z - T(x)|^2
+  double reconstruction = 0.0;       ///< |x - T*(T(x))|^2
+  double pde_residual = 0.0;         ///< |dT/dx f(x) - D T(x) - F h(x)|^2 (5)
+  std::string collocation = "data";  ///< where (5) is asked for: at the samples, or at points of a "box"
+  std::vector<double> collocation_low, collocation_high;  ///< that box, n_x each
+  int collocation_points = 2048;
+  std::string scale = "physical";  ///< squared errors in the units of x and z, or "normalised" by their deviation
+
+  bool needs_forward_map() const { return map_consistency > 0.0 || reconstruction > 0.0 || pde_residual > 0.0; }
 };
 
 /// [inverse_map]: T*.
@@ -100,8 +135,8 @@ struct TrainingConfig {
   NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step
   double noise_level_max = 0.0;           ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
   bool mirror = false;                    ///< the plant is odd: (x, y) -> (-x, -y) is also a run of it
-  std::string loss_scale = "physical";    ///< squared error in the states' units, or "normalised" by their deviation
-  double eigenvalue_penalty = 0.0;        ///< gamma of (20): gamma |lambda|^2
+  std::string gradient = "automatic";     ///< of the latent system: the exact filter where it is linear, else backprop;
+                                          ///< or "backprop", "adjoint" (Proposition 1) through RK4 for every structure
   int validate_every = 100;               ///< steps between validation errors (progress, metrics.csv)
   double checkpoint_every_s = 10.0;
 };
@@ -114,8 +149,16 @@ struct Experiment {
   SimulationConfig simulation;
   std::optional<LogConfig> log;
   ObserverConfig observer;
+  DynamicsConfig dynamics;
   InverseMapConfig inverse_map;
+  ForwardMapConfig forward_map;
+  LossConfig loss;
   TrainingConfig training;
+
+  bool uses_dynamics_network() const { return observer.structure == "luenberger" || observer.structure == "general"; }
+  bool uses_inverse_map() const { return observer.structure != "luenberger"; }
+  bool uses_forward_map() const { return observer.structure == "driven_kkl" || loss.needs_forward_map(); }
+
   std::string source_text;  ///< format_experiment() of it: recorded in the model, reads back to the same experiment
 };
 

@@ -2,8 +2,10 @@
 #include "trainer/objective.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <utility>
+
+#include "trainer/structures/make_dynamics.h"
 
 namespace nlo::trainer {
 
@@ -13,160 +15,123 @@ namespace {
 /// gradient of its own, and these are added in order: the same bytes from any number of threads.
 constexpr int kChunks = 16;
 
-/// Uniform integers below `bound`, drawn eight at a time.
-class Indices {
- public:
-  explicit Indices(std::uint64_t seed) : random_(seed) {}
-  int below(int bound) { return std::min(bound - 1, static_cast<int>(unit() * static_cast<float>(bound))); }
-  float unit() {
-    if (next_ == RandomLanes::kLanes) {
-      random_.uniform(draw_.data());
-      next_ = 0;
-    }
-    return draw_[static_cast<std::size_t>(next_++)];
-  }
-
- private:
-  RandomLanes random_;
-  RandomLanes::Floats draw_{};
-  int next_ = RandomLanes::kLanes;
-};
-
 }  // namespace
 
-Objective::Objective(const Experiment& experiment, const KklStructure& structure, const TrainingData& data,
-                     ThreadPool& pool)
-    : experiment_(&experiment), structure_(&structure), data_(&data), pool_(&pool), rollout_(structure.latent, data) {
-  for (int t = 0; t < pool.threads(); ++t) workspaces_.emplace_back(structure.network);
-  chunks_.resize(kChunks);
-  transposed_.resize(static_cast<std::size_t>(structure.network.parameters));
+Objective::Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
+                     ThreadPool& pool, CollocationPoints points)
+    : experiment_(&experiment),
+      structure_(&structure),
+      data_(&data),
+      pool_(&pool),
+      points_(std::move(points)),
+      rollout_(data),
+      chunks_(kChunks),
+      transposed_(static_cast<std::size_t>(structure.network.parameters)) {}
+
+void Objective::prepare(const float* parameters) {
+  if (dynamics_ == nullptr) {
+    dynamics_ = make_dynamics(*experiment_, *structure_, data_->steps_s, pool_->threads());
+    for (int t = 0; t < pool_->threads(); ++t) workspaces_.emplace_back(*structure_, experiment_->loss);
+  }
+  dynamics_->prepare(parameters);
 }
 
-std::vector<Segment> Objective::draw_segments(long step) const {
-  const TrainingConfig& training = experiment_->training;
-  std::vector<Segment> segments;
-  Indices random(stream_seed(experiment_->seed, Purpose::kSegments, static_cast<std::uint64_t>(step), 0));
-  if (training.mode == "full_batch") {
-    segments = whole_runs(*data_);
-  } else {
-    const int wanted = static_cast<int>(std::lround(training.segment_s / data_->sample_period_s)) + 1;
-    int all_samples = 0;
-    for (const auto& run : data_->runs) all_samples += run.samples;
-    for (int i = 0; i < training.trajectories_per_step; ++i) {
-      Segment segment;
-      // Runs weigh by their length, so that every sample is as likely.
-      int at = random.below(all_samples);
-      while (at >= data_->runs[static_cast<std::size_t>(segment.run)].samples) {
-        at -= data_->runs[static_cast<std::size_t>(segment.run++)].samples;
-      }
-      const int samples = data_->runs[static_cast<std::size_t>(segment.run)].samples;
-      segment.length = training.segment_s > 0.0 ? std::min(wanted, samples) : samples;
-      segment.start = random.below(samples - segment.length + 1);
-      segments.push_back(segment);
-    }
-  }
-  for (Segment& segment : segments) {
-    if (training.mirror && random.unit() < 0.5F) segment.sign = -1.0F;
-    if (training.noise_level_max > 0.0)
-      segment.noise_level = static_cast<float>(training.noise_level_max) * random.unit();
-  }
-  return segments;
-}
-
-void Objective::draw_samples(long step, bool all) {
-  const TrainingConfig& training = experiment_->training;
-  samples_.resize(rollout_.groups().size());
-  const auto segments = static_cast<int>(rollout_.segments().size());
-  pool_->run(static_cast<int>(samples_.size()), [&](int g, int /*thread*/) {
-    Samples& samples = samples_[static_cast<std::size_t>(g)];
-    const SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(g)];
-    std::vector<int> ticks(static_cast<std::size_t>(group.length), all ? 1 : 0);  // how often each is drawn
-    if (!all) {
-      Indices random(stream_seed(experiment_->seed, Purpose::kTicks, static_cast<std::uint64_t>(step),
-                                 static_cast<std::uint64_t>(g)));
-      const int count = std::max(1, training.samples_per_step / std::max(1, segments));
-      const int early = static_cast<int>(std::lround(training.early_share * count));
-      const int early_ticks = std::clamp(static_cast<int>(training.early_s / data_->sample_period_s), 1, group.length);
-      for (int i = 0; i < count; ++i)
-        ++ticks[static_cast<std::size_t>(random.below(i < early ? early_ticks : group.length))];
-    }
-    samples.offsets.clear();
-    samples.weights.clear();
-    // A tick means the same share of each lane's own length: runs are drawn by their lengths, so every sample is as
-    // likely.
-    std::array<int, kGroup> latest{};  // 1 + index of a lane's latest sample: ticks that meet there add up
-    for (int t = 0; t < group.length; ++t) {
-      if (ticks[static_cast<std::size_t>(t)] == 0) continue;
-      for (int l = 0; l < group.lanes; ++l) {
-        const Segment& segment = rollout_.segment(g, l);
-        if (all && t >= segment.length) continue;
-        const int at = all ? t : static_cast<int>(static_cast<long>(t) * segment.length / group.length);
-        const auto& run = data_->runs[static_cast<std::size_t>(segment.run)];
-        const float weight = run.weight[static_cast<std::size_t>(segment.start + at)] *
-                             static_cast<float>(ticks[static_cast<std::size_t>(t)]);
-        if (weight <= 0.0F) continue;
-        int& last = latest[static_cast<std::size_t>(l)];
-        if (last > 0 && samples.offsets[static_cast<std::size_t>(last - 1)] == at * kGroup + l) {
-          samples.weights[static_cast<std::size_t>(last - 1)] += weight;
-          continue;
-        }
-        samples.offsets.push_back(at * kGroup + l);
-        samples.weights.push_back(weight);
-        last = static_cast<int>(samples.offsets.size());
-      }
-    }
-  });
-  blocks_.clear();
-  total_weight_ = 0.0;
-  for (std::size_t g = 0; g < samples_.size(); ++g) {
-    const int count = static_cast<int>(samples_[g].offsets.size());
-    for (int first = 0; first < count; first += kBlock) {
-      blocks_.push_back({static_cast<int>(g), first, std::min(kBlock, count - first)});
-    }
-    for (const float weight : samples_[g].weights) total_weight_ += static_cast<double>(weight);
-  }
-  if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
-}
-
-void Objective::filter_segments(const float* parameters, const std::vector<Segment>& segments, Purpose purpose,
-                                long step) {
-  // Fixed eigenvalues need their coefficients once; on jittered logs there is one set per sample.
-  if (!coefficients_current_ || experiment_->observer.learn_eigenvalues) {
-    coefficients_.compute(structure_->latent, structure_->eigenvalues_at(parameters).data(), data_->steps_s);
-    coefficients_current_ = true;
-  }
-  rollout_.run(segments, coefficients_, experiment_->training.noise, experiment_->seed, purpose,
+void Objective::roll_out(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step) {
+  prepare(parameters);
+  rollout_.run(segments, *dynamics_, experiment_->training.noise, experiment_->seed, purpose,
                static_cast<std::uint64_t>(step), *pool_);
 }
 
-Rollout& Objective::filter_all(const float* parameters) {
-  filter_segments(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
+Rollout& Objective::roll_out_all(const float* parameters) {
+  roll_out(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
   return rollout_;
 }
 
 ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gradient) {
-  filter_segments(parameters, draw_segments(step), Purpose::kNoise, step);
-  draw_samples(step, experiment_->training.mode == "full_batch");
+  roll_out(parameters, draw_segments(*experiment_, *data_, step), Purpose::kNoise, step);
+  draw(step, experiment_->training.mode == "full_batch", experiment_->loss);
   return accumulate(parameters, gradient);
 }
 
-ObjectiveValue Objective::validate(const float* parameters) {
-  filter_all(parameters);
-  draw_samples(0, true);
-  return accumulate(parameters, nullptr);
+double Objective::validate(const float* parameters) {
+  roll_out_all(parameters);
+  static const LossConfig kStateErrorAlone;
+  draw(0, true, kStateErrorAlone);
+  return accumulate(parameters, nullptr).rmse;
 }
 
-void Objective::run_block(const Block& block, const float* network, BlockWorkspace& workspace, ChunkResult& result,
-                          bool backward) {
-  SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
-  const Samples& samples = samples_[static_cast<std::size_t>(block.group)];
-  const int* offsets = samples.offsets.data() + block.first;
-  const float* weights = samples.weights.data() + block.first;
+/// Draws the samples of a step and shares them out over blocks.
+void Objective::draw(long step, bool all, const LossConfig& loss) {
+  loss_ = &loss;
+  blocks_.clear();
+  samples_ = draw_samples(*experiment_, rollout_, step, all, *pool_);
+  add_blocks(BlockKind::kRunning, samples_);
+  total_weight_ = 0.0;
+  for (const SampleSet& set : samples_) {
+    for (const float weight : set.weights) total_weight_ += static_cast<double>(weight);
+  }
+  if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
+  horizon_s_ = 1.0;
+  const auto segments = static_cast<double>(rollout_.segments().size());
+  if (loss.reduction == "integral") {
+    double steps = 0.0;
+    for (const Segment& segment : rollout_.segments()) steps += segment.length - 1;
+    horizon_s_ = data_->sample_period_s * steps / segments;
+  }
+  running_share_ = horizon_s_ / total_weight_;
+  if (loss.terminal > 0.0) {
+    terminal_share_ = 1.0 / segments;
+    ends_ = segment_ends();
+    add_blocks(BlockKind::kTerminal, ends_);
+  }
+  for (int first = 0; loss.pde_residual > 0.0 && first < points_.count; first += kBlock)
+    blocks_.push_back({BlockKind::kCollocation, nullptr, 0, first, std::min(kBlock, points_.count - first)});
+}
 
+void Objective::add_blocks(BlockKind kind, const std::vector<SampleSet>& sets) {
+  for (std::size_t g = 0; g < sets.size(); ++g) {
+    const int count = static_cast<int>(sets[g].offsets.size());
+    for (int first = 0; first < count; first += kBlock)
+      blocks_.push_back({kind, &sets[g], static_cast<int>(g), first, std::min(kBlock, count - first)});
+  }
+}
+
+std::vector<SampleSet> Objective::segment_ends() const {
+  std::vector<SampleSet> ends(rollout_.groups().size());
+  for (std::size_t g = 0; g < ends.size(); ++g) {
+    for (int lane = 0; lane < rollout_.groups()[g].lanes; ++lane) {
+      const Segment& segment = rollout_.segment(static_cast<int>(g), lane);
+      const int last = segment.length - 1;
+      const float weight =
+          data_->runs[static_cast<std::size_t>(segment.run)].weight[static_cast<std::size_t>(segment.start + last)];
+      if (weight <= 0.0F) continue;
+      ends[g].offsets.push_back(last * kGroup + lane);
+      ends[g].weights.push_back(weight);
+    }
+  }
+  return ends;
+}
+
+Objective::Workspace::Workspace(const ObserverStructure& structure, const LossConfig& loss) {
+  if (!structure.features.empty()) network.emplace(structure.network);
+  if (!structure.forward_map || !loss.needs_forward_map()) return;
+  maps.emplace(structure, loss);
+  const auto rows = [](std::size_t count) { return std::vector<float>(count * kRow); };
+  const std::size_t nx = structure.state_scale.size(), nz = structure.latent_scale.size();
+  const auto ny = static_cast<std::size_t>(structure.outputs);
+  x = f = rows(nx);
+  z = cotangent_z = rows(nz);
+  y = h = rows(ny);
+  weight = rows(1);
+}
+
+void Objective::read_features(const Block& block, WideBlock& network) const {
+  const SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
+  const int* offsets = block.samples->offsets.data() + block.first;
   const auto& features = structure_->features;
   for (std::size_t f = 0; f < features.size(); ++f) {
     const Feature& feature = features[f];
-    float* row = workspace.input() + f * kRow;
+    float* row = network.input() + f * kRow;
     const float inverse = 1.0F / feature.scale;
     const float* z = feature.latent >= 0 ? group.latent.data() + group.at(feature.latent, 0) : nullptr;
     const float* y = feature.output >= 0 ? group.outputs.data() + group.at(feature.output, 0) : nullptr;
@@ -178,16 +143,37 @@ void Objective::run_block(const Block& block, const float* network, BlockWorkspa
     }
     std::fill(row + block.count, row + kBlock, 0.0F);
   }
-  workspace.forward(network);
+}
 
-  const bool normalised = experiment_->training.loss_scale == "normalised";
-  const double inverse_total = 1.0 / total_weight_;
+void Objective::pull_back_features(const Block& block, const WideBlock& network) {
+  SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
+  const int* offsets = block.samples->offsets.data() + block.first;
+  const auto& features = structure_->features;
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    if (features[f].latent < 0) continue;
+    float* g = group.cotangent.data() + group.at(features[f].latent, 0);
+    const float* du = network.input_cotangent() + f * kRow;
+    const float inverse = 1.0F / features[f].scale;
+    for (int s = 0; s < block.count; ++s) g[offsets[s]] += inverse * du[s];
+  }
+}
+
+/// |x - x_hat|^2 at a block's samples, and its cotangent: of the network's output, or of z where z is the estimate.
+void Objective::state_error(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
+  SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
+  const int* offsets = block.samples->offsets.data() + block.first;
+  const float* weights = block.samples->weights.data() + block.first;
+  const bool running = block.kind == BlockKind::kRunning;
+  const double share = running ? loss_->state_error * running_share_ : loss_->terminal * terminal_share_;
+  const bool normalised = loss_->scale == "normalised";
   for (std::size_t i = 0; i < structure_->state_scale.size(); ++i) {
     const float scale = structure_->state_scale[i];
     const float per_unit = normalised ? 1.0F / (scale * scale) : 1.0F;
-    const float* n = workspace.output() + i * kRow;
-    float* cotangent = workspace.output_cotangent() + i * kRow;
-    const float pull = 2.0F * per_unit * scale * static_cast<float>(inverse_total);
+    const float pull = 2.0F * per_unit * static_cast<float>(share);
+    const float* n = workspace.network ? workspace.network->output() + i * kRow : nullptr;
+    const float* z = group.latent.data() + group.at(static_cast<int>(i), 0);
+    float* network_cotangent = workspace.network ? workspace.network->output_cotangent() + i * kRow : nullptr;
+    float* latent_cotangent = group.cotangent.data() + group.at(static_cast<int>(i), 0);
     float squares = 0.0F;
     for (int s = 0; s < block.count; ++s) {
       const int time = offsets[s] / kGroup;
@@ -196,80 +182,175 @@ void Objective::run_block(const Block& block, const float* network, BlockWorkspa
       const float truth =
           segment.sign *
           run.states[i * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(segment.start + time)];
-      const float error = structure_->state_mean[i] + scale * n[s] - truth;
+      const float estimate = n != nullptr ? structure_->state_mean[i] + scale * n[s] : z[offsets[s]];
+      const float error = estimate - truth;
       squares += weights[s] * error * error;
-      cotangent[s] = pull * weights[s] * error;
+      if (n != nullptr) {
+        network_cotangent[s] = pull * scale * weights[s] * error;
+      } else if (backward) {
+        latent_cotangent[offsets[s]] += pull * weights[s] * error;
+      }
     }
-    std::fill(cotangent + block.count, cotangent + kBlock, 0.0F);
-    result.squares += static_cast<double>(squares);
-    result.loss += static_cast<double>(per_unit) * static_cast<double>(squares);
+    if (n != nullptr) std::fill(network_cotangent + block.count, network_cotangent + kBlock, 0.0F);
+    if (running) result.squares += static_cast<double>(squares);
+    result.loss += share * static_cast<double>(per_unit) * static_cast<double>(squares);
   }
-  if (!backward) return;
-  workspace.backward(network, transposed_.data());
-  for (std::size_t f = 0; f < features.size(); ++f) {
-    if (features[f].latent < 0) continue;
-    float* g = group.cotangent.data() + group.at(features[f].latent, 0);
-    const float* du = workspace.input_cotangent() + f * kRow;
-    const float inverse = 1.0F / features[f].scale;
-    for (int s = 0; s < block.count; ++s) g[offsets[s]] += inverse * du[s];
+}
+
+/// Map consistency, reconstruction and the residual at the samples themselves.
+void Objective::map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
+  SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
+  const int* offsets = block.samples->offsets.data() + block.first;
+  const float* weights = block.samples->weights.data() + block.first;
+  const auto share = static_cast<float>(running_share_);
+  const std::size_t nx = structure_->state_scale.size(), nz = structure_->latent_scale.size();
+  const std::size_t ny = workspace.y.size() / kRow;
+  const bool residual = loss_->pde_residual > 0.0 && points_.count == 0;
+  for (int s = 0; s < block.count; ++s) {
+    const auto at = static_cast<std::size_t>(s);
+    const int time = offsets[s] / kGroup, lane = offsets[s] % kGroup;
+    const Segment& segment = rollout_.segment(block.group, lane);
+    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+    const auto samples = static_cast<std::size_t>(run.samples);
+    const auto k = static_cast<std::size_t>(segment.start + time);
+    workspace.weight[at] = share * weights[s];
+    for (std::size_t i = 0; i < nx; ++i) {
+      workspace.x[i * kRow + at] = segment.sign * run.states[i * samples + k];
+      if (residual) workspace.f[i * kRow + at] = segment.sign * run.derivatives[i * samples + k];
+    }
+    for (std::size_t r = 0; r < nz; ++r)
+      workspace.z[r * kRow + at] = group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)];
+    for (std::size_t j = 0; j < ny; ++j) {
+      workspace.y[j * kRow + at] = group.outputs[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
+      workspace.h[j * kRow + at] = segment.sign * run.outputs[j * samples + k];
+    }
   }
+  const MapSamples<float> samples{.count = block.count,
+                                  .x = workspace.x.data(),
+                                  .z = workspace.z.data(),
+                                  .y = workspace.y.data(),
+                                  .f = workspace.f.data(),
+                                  .h = workspace.h.data(),
+                                  .weight = workspace.weight.data()};
+  if (loss_->map_consistency > 0.0 || loss_->reconstruction > 0.0) {
+    std::fill(workspace.cotangent_z.begin(), workspace.cotangent_z.end(), 0.0F);
+    result.loss += workspace.maps->consistency(samples, backward ? workspace.cotangent_z.data() : nullptr);
+    for (std::size_t r = 0; backward && r < nz; ++r) {
+      float* g = group.cotangent.data() + group.at(static_cast<int>(r), 0);
+      for (int s = 0; s < block.count; ++s)
+        g[offsets[s]] += workspace.cotangent_z[r * kRow + static_cast<std::size_t>(s)];
+    }
+  }
+  if (residual) result.loss += workspace.maps->residual(samples, backward);
+}
+
+void Objective::collocation_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
+  const auto count = static_cast<std::size_t>(points_.count), first = static_cast<std::size_t>(block.first);
+  const auto gather = [&](const std::vector<float>& from, std::vector<float>& to) {
+    for (std::size_t row = 0; row < from.size() / count; ++row)
+      std::copy_n(from.data() + row * count + first, block.count, to.data() + row * kRow);
+  };
+  gather(points_.x, workspace.x);
+  gather(points_.f, workspace.f);
+  gather(points_.h, workspace.h);
+  std::fill_n(workspace.weight.data(), block.count, static_cast<float>(horizon_s_) / static_cast<float>(points_.count));
+  const MapSamples<float> samples{.count = block.count,
+                                  .x = workspace.x.data(),
+                                  .f = workspace.f.data(),
+                                  .h = workspace.h.data(),
+                                  .weight = workspace.weight.data()};
+  result.loss += workspace.maps->residual(samples, backward);
+}
+
+void Objective::run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
+                          bool backward) {
+  if (block.kind == BlockKind::kCollocation) return collocation_losses(block, workspace, result, backward);
+  if (workspace.network) {
+    read_features(block, *workspace.network);
+    workspace.network->forward(network);
+  }
+  state_error(block, workspace, result, backward);
+  if (backward && workspace.network) {
+    workspace.network->backward(network, transposed_.data());
+    pull_back_features(block, *workspace.network);
+  }
+  if (workspace.maps && loss_->needs_forward_map() && block.kind == BlockKind::kRunning)
+    map_losses(block, workspace, result, backward);
 }
 
 ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   const bool backward = gradient != nullptr;
-  const LatentShape& latent = structure_->latent;
-  const float* network = parameters + latent.learned;
-  auto& groups = rollout_.groups();
+  const float* network = parameters + structure_->dynamics_parameters();
+  const float* forward_map = network + structure_->network.parameters;
+  const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
+  const bool maps = structure_->forward_map && loss_->needs_forward_map();
+  for (Workspace& workspace : workspaces_) {
+    if (maps) workspace.maps->prepare(network, forward_map, eigenvalues);
+  }
   if (backward) {
     transpose_weights(structure_->network, network, transposed_.data());
-    for (SegmentGroup& group : groups) group.cotangent.assign(group.latent.size(), 0.0F);
+    for (SegmentGroup& group : rollout_.groups()) group.cotangent.assign(group.latent.size(), 0.0F);
   }
   const int blocks = static_cast<int>(blocks_.size());
+  const auto inverse_size = static_cast<std::size_t>(structure_->network.parameters);
   pool_->run(kChunks, [&](int chunk, int thread) {
-    BlockWorkspace& workspace = workspaces_[static_cast<std::size_t>(thread)];
+    Workspace& workspace = workspaces_[static_cast<std::size_t>(thread)];
     ChunkResult& result = chunks_[static_cast<std::size_t>(chunk)];
     result.loss = result.squares = 0.0;
     const int begin = static_cast<int>(static_cast<long>(blocks) * chunk / kChunks);
     const int end = static_cast<int>(static_cast<long>(blocks) * (chunk + 1) / kChunks);
-    if (backward) workspace.clear_gradient();
-    for (int b = begin; b < end; ++b) {
+    if (backward && workspace.network) workspace.network->clear_gradient();
+    if (backward && maps) workspace.maps->clear_gradient();
+    for (int b = begin; b < end; ++b)
       run_block(blocks_[static_cast<std::size_t>(b)], network, workspace, result, backward);
-    }
     if (!backward) return;
-    result.gradient.resize(static_cast<std::size_t>(structure_->network.parameters));
-    workspace.gradient(result.gradient.data());
+    result.gradient.assign(static_cast<std::size_t>(structure_->parameters() - structure_->dynamics_parameters()),
+                           0.0F);
+    result.eigenvalues.assign(eigenvalues.size(), 0.0);
+    if (workspace.network) workspace.network->gradient(result.gradient.data());
+    if (!maps) return;
+    std::vector<float> inverse_part(inverse_size);
+    workspace.maps->gradient(inverse_part.data(), result.gradient.data() + inverse_size, result.eigenvalues.data());
+    for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
   });
   ObjectiveValue value;
   for (const ChunkResult& chunk : chunks_) {
-    value.loss += chunk.loss / total_weight_;
+    value.loss += chunk.loss;
     value.rmse += chunk.squares / total_weight_;
   }
   value.rmse = std::sqrt(value.rmse);
-  const double penalty = experiment_->training.eigenvalue_penalty;
-  const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
-  for (int r = 0; r < latent.learned; ++r) {
+  for (int r = 0; structure_->is_kkl() && r < structure_->latent.learned; ++r) {
     const double lambda = eigenvalues[static_cast<std::size_t>(r)];
-    value.loss += penalty * lambda * lambda;
+    value.loss += loss_->eigenvalue_penalty * horizon_s_ * lambda * lambda;
   }
-  if (!backward) return value;
+  if (backward) add_gradients(parameters, gradient);
+  return value;
+}
 
+/// Adds up the chunks' gradients of the networks, and the latent system's by its own backward pass.
+void Objective::add_gradients(const float* parameters, float* gradient) {
   std::fill(gradient, gradient + structure_->parameters(), 0.0F);
+  const int dynamics_size = structure_->dynamics_parameters();
   for (const ChunkResult& chunk : chunks_) {
     for (std::size_t i = 0; i < chunk.gradient.size(); ++i)
-      gradient[static_cast<std::size_t>(latent.learned) + i] += chunk.gradient[i];
+      gradient[static_cast<std::size_t>(dynamics_size) + i] += chunk.gradient[i];
   }
-  if (experiment_->observer.learn_eigenvalues) {
-    pool_->run(static_cast<int>(groups.size()), [&](int g, int /*thread*/) {
-      adjoint_filter(latent, coefficients_, eigenvalues.data(), groups[static_cast<std::size_t>(g)]);
-    });
-    for (int r = 0; r < latent.learned; ++r) {
-      const auto row = static_cast<std::size_t>(r);
-      double total = 2.0 * penalty * eigenvalues[row] * eigenvalues[row];  // d(lambda^2)/dp = 2 lambda^2 for -+exp(p)
-      for (const SegmentGroup& group : groups) total += group.gradient[row];
-      gradient[row] = static_cast<float>(total);
+  if (structure_->is_kkl() && !experiment_->observer.learn_eigenvalues) return;
+  auto& groups = rollout_.groups();
+  pool_->run(static_cast<int>(groups.size()),
+             [&](int g, int thread) { dynamics_->backward(groups[static_cast<std::size_t>(g)], thread); });
+  const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
+  for (int p = 0; p < dynamics_size; ++p) {
+    const auto at = static_cast<std::size_t>(p);
+    double total = 0.0;
+    if (structure_->is_kkl()) {  // both -exp(p) and exp(p) have the slope lambda
+      const double lambda = eigenvalues[at];
+      total += 2.0 * loss_->eigenvalue_penalty * horizon_s_ * lambda * lambda;
+      for (const ChunkResult& chunk : chunks_) total += chunk.eigenvalues[at] * lambda;
     }
+    for (const SegmentGroup& group : groups) total += group.gradient[at];
+    gradient[at] = static_cast<float>(total);
   }
-  return value;
 }
 
 }  // namespace nlo::trainer

@@ -1,71 +1,105 @@
 // SPDX-License-Identifier: MIT
-// The state error (12) of a KKL observer over sampled trajectories, and its exact gradient: filter the segments, run T*
-// over blocks of samples, pull the cotangents of z back through the adjoint filter. One route for full batches and
-// random samples; they differ in which segments and ticks are drawn.
+// The cost (9) of an observer over sampled trajectories, and its gradient: run the latent system over the segments, T*
+// and the loss terms over blocks of samples, and pull the cotangents of z back through the latent system. One route for
+// every structure, for full batches and random samples; these differ in which segments and ticks are drawn.
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "trainer/config.h"
+#include "trainer/losses/map_losses.h"
+#include "trainer/nn/network_block.h"
 #include "trainer/rollout.h"
-#include "trainer/structures/kkl.h"
+#include "trainer/sampling.h"
+#include "trainer/structures/structure.h"
 
 namespace nlo::trainer {
 
-/// Mean squared error over the samples used: as it is minimised, and in the states' units as a root.
+/// The cost as it is minimised, and the state error in the states' units as a root.
 struct ObjectiveValue {
   double loss = 0.0;
   double rmse = 0.0;  ///< sqrt(mean |x - x_hat|^2)
 };
 
+/// Points of a box with f and h there: where the PDE residual (5) is asked for beyond the data.
+struct CollocationPoints {
+  int count = 0;
+  std::vector<float> x, f, h;  ///< n_x, n_x, n_y x count, row by row
+};
+
 class Objective {
  public:
-  Objective(const Experiment& experiment, const KklStructure& structure, const TrainingData& data, ThreadPool& pool);
+  /// `structure` may still be normalised, before the first evaluation. `points`: with [loss] collocation = "box"; for
+  /// "data" the training data must know f (TrainingData::Run::derivatives).
+  Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
+            ThreadPool& pool, CollocationPoints points = {});
 
   /// Loss and gradient at a step's own draw of segments, noise and ticks.
   ///   gradient  n parameters, or null for the value alone
   ObjectiveValue evaluate(const float* parameters, long step, float* gradient);
 
-  /// Error over whole runs and all samples, with noise that is the same in every call.
-  ObjectiveValue validate(const float* parameters);
+  /// sqrt(mean |x - x_hat|^2) over whole runs and all samples, with noise that is the same in every call.
+  double validate(const float* parameters);
 
   Rollout& rollout() { return rollout_; }
-  /// Filters whole runs at these parameters, with noise: for normalisation and for the domain.
-  Rollout& filter_all(const float* parameters);
+  /// Rolls whole runs out at these parameters of the latent system, with noise: for normalisation and for the domain.
+  Rollout& roll_out_all(const float* parameters);
 
  private:
-  /// The samples of one group that T* is evaluated at.
-  struct Samples {
-    std::vector<int> offsets;  ///< time * 8 + lane
-    std::vector<float> weights;
-  };
+  enum class BlockKind { kRunning, kTerminal, kCollocation };
+  /// Samples that are worked on at a time.
   struct Block {
-    int group, first, count;
+    BlockKind kind;
+    const SampleSet* samples;  ///< null for collocation points
+    int group;
+    int first, count;
   };
   struct ChunkResult {
     double loss = 0.0, squares = 0.0;
-    std::vector<float> gradient;
+    std::vector<float> gradient;      ///< of T* and T
+    std::vector<double> eigenvalues;  ///< of the PDE residual, n_z
+  };
+  /// What one thread works with.
+  struct Workspace {
+    Workspace(const ObserverStructure& structure, const LossConfig& loss);
+    std::optional<WideBlock> network;                       ///< T*, where the estimate is not z itself
+    std::optional<MapLosses<float, kBlock>> maps;           ///< where T is trained
+    std::vector<float> x, z, y, f, h, weight, cotangent_z;  ///< a block of samples for the maps, rows of kRow
   };
 
-  std::vector<Segment> draw_segments(long step) const;
-  void draw_samples(long step, bool all);
-  void filter_segments(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step);
+  void prepare(const float* parameters);
+  void roll_out(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step);
+  void draw(long step, bool all, const LossConfig& loss);
+  void add_blocks(BlockKind kind, const std::vector<SampleSet>& sets);
+  std::vector<SampleSet> segment_ends() const;
+
   ObjectiveValue accumulate(const float* parameters, float* gradient);
-  void run_block(const Block& block, const float* network, BlockWorkspace& workspace, ChunkResult& result,
-                 bool backward);
+  void run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result, bool backward);
+  void read_features(const Block& block, WideBlock& network) const;
+  void pull_back_features(const Block& block, const WideBlock& network);
+  void state_error(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void collocation_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void add_gradients(const float* parameters, float* gradient);
 
   const Experiment* experiment_;
-  const KklStructure* structure_;
+  const ObserverStructure* structure_;
   const TrainingData* data_;
   ThreadPool* pool_;
-  Coefficients coefficients_;
-  bool coefficients_current_ = false;
+  CollocationPoints points_;
+  std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use: the structure is normalised before that
   Rollout rollout_;
-  std::vector<Samples> samples_;  // one per group
+  const LossConfig* loss_ = nullptr;       ///< of what was drawn last
+  std::vector<SampleSet> samples_, ends_;  // one per group
   std::vector<Block> blocks_;
+  double running_share_ = 0.0;   ///< of a sample with weight 1 in the running cost
+  double terminal_share_ = 0.0;  ///< of a segment's end in the terminal cost
   double total_weight_ = 0.0;
+  double horizon_s_ = 1.0;  ///< mean length of the segments for the integral, else 1
   std::vector<ChunkResult> chunks_;
-  std::vector<BlockWorkspace> workspaces_;  // one per thread
+  std::vector<Workspace> workspaces_;  // one per thread
   std::vector<float> transposed_;
 };
 

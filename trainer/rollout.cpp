@@ -43,13 +43,15 @@ std::vector<Segment> whole_runs(const TrainingData& data) {
   return segments;
 }
 
-void Rollout::run(const std::vector<Segment>& segments, const Coefficients& coefficients, const NoiseConfig& noise,
+void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseConfig& noise,
                   std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool) {
   segments_ = segments;
   groups_.resize((segments.size() + kGroup - 1) / kGroup);
-  pool.run(static_cast<int>(groups_.size()), [&](int index, int /*thread*/) {
+  pool.run(static_cast<int>(groups_.size()), [&](int index, int thread) {
     gather(index, noise, stream_seed(seed, purpose, step, static_cast<std::uint64_t>(index)));
-    filter(*shape_, coefficients, groups_[static_cast<std::size_t>(index)]);
+    SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+    group.latent.resize(group.at(dynamics.rows(), 0));
+    dynamics.forward(group, thread);
   });
 }
 
@@ -60,7 +62,6 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
   group.length = 0;
   for (int l = 0; l < group.lanes; ++l) group.length = std::max(group.length, segment(index, l).length);
   group.outputs.resize(group.at(data_->ny, 0));
-  group.latent.resize(group.at(shape_->rows, 0));
   group.step_of.assign(data_->uniform ? 0 : group.at(1, 0), 0);
   float level[kGroup];
   for (int l = 0; l < kGroup; ++l) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Segments of recorded trajectories, disturbed by noise and run through the latent filter: what a training step, a
+// Segments of recorded trajectories, disturbed by noise and run through the latent system: what a training step, a
 // validation and the normalisation all start from.
 #pragma once
 
@@ -10,7 +10,7 @@
 #include "trainer/noise.h"
 #include "trainer/parallel.h"
 #include "trainer/random.h"
-#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/sensitivity/latent_dynamics.h"
 
 namespace nlo::trainer {
 
@@ -18,10 +18,11 @@ namespace nlo::trainer {
 struct TrainingData {
   struct Run {
     int samples = 0;
-    int first_step = 0;          ///< number of the step that leaves sample 0
-    std::vector<float> outputs;  ///< n_y x samples
-    std::vector<float> states;   ///< n_x x samples
-    std::vector<float> weight;   ///< samples
+    int first_step = 0;              ///< number of the step that leaves sample 0
+    std::vector<float> outputs;      ///< n_y x samples
+    std::vector<float> states;       ///< n_x x samples
+    std::vector<float> weight;       ///< samples
+    std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only
   };
   std::vector<Run> runs;
   std::vector<double> steps_s;   ///< one entry when uniform; else the step after each sample (the last: nominal)
@@ -45,13 +46,15 @@ std::vector<Segment> whole_runs(const TrainingData& data);
 
 class Rollout {
  public:
-  Rollout(const LatentShape& shape, const TrainingData& data) : shape_(&shape), data_(&data) {}
+  explicit Rollout(const TrainingData& data) : data_(&data) {}
 
-  /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and filters.
-  void run(const std::vector<Segment>& segments, const Coefficients& coefficients, const NoiseConfig& noise,
-           std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool);
+  /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and runs the prepared
+  /// dynamics over them.
+  void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseConfig& noise, std::uint64_t seed,
+           Purpose purpose, std::uint64_t step, ThreadPool& pool);
 
   std::vector<SegmentGroup>& groups() { return groups_; }
+  const std::vector<SegmentGroup>& groups() const { return groups_; }
   const std::vector<Segment>& segments() const { return segments_; }
   const Segment& segment(int group, int lane) const {
     return segments_[static_cast<std::size_t>(group * kGroup + lane)];
@@ -61,7 +64,6 @@ class Rollout {
  private:
   void gather(int index, const NoiseConfig& noise, std::uint64_t stream);
 
-  const LatentShape* shape_;
   const TrainingData* data_;
   std::vector<Segment> segments_;
   std::vector<SegmentGroup> groups_;

@@ -13,7 +13,7 @@
 #include "trainer/objective.h"
 #include "trainer/optim/optimiser.h"
 #include "trainer/parallel.h"
-#include "trainer/structures/kkl.h"
+#include "trainer/structures/structure.h"
 
 namespace nlo::trainer {
 
@@ -128,28 +128,33 @@ class Training {
     const TrainingConfig& config = experiment_.training;
     const double eigenvalue_rate =
         config.eigenvalue_learning_rate > 0.0 ? config.eigenvalue_learning_rate : config.learning_rate;
-    std::vector<ParameterGroup> groups{
-        {structure_.latent.learned, experiment_.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0}};
-    for (const LayerView& layer : structure_.network.layers) {
-      groups.push_back({layer.in * layer.out, config.learning_rate, config.weight_decay});
-      groups.push_back({layer.out, config.learning_rate, 0.0});
+    std::vector<ParameterGroup> groups;
+    const auto add_network = [&](const NetworkShape& network, double path_rate) {
+      for (const LayerView& layer : network.layers) {
+        groups.push_back({layer.in * layer.out, config.learning_rate, config.weight_decay});
+        groups.push_back({layer.out, config.learning_rate, 0.0});
+      }
+      if (network.linear_path >= 0) groups.push_back({network.inputs() * network.outputs(), path_rate, 0.0});
+    };
+    if (structure_.is_kkl()) {
+      groups.push_back({structure_.latent.learned, experiment_.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0});
+    } else {
+      add_network(structure_.dynamics.shape, eigenvalue_rate);
     }
-    const int left =
-        structure_.network.parameters - (structure_.network.layers.back().bias + structure_.network.outputs());
     // The linear path stays at its ridge regression while the features stay what they were: first-order steps on nearly
     // collinear features lose what the regression found (alpha_dot on the Qube: .073 -> .118 rad/s).
-    const double path_rate = experiment_.observer.learn_eigenvalues ? config.learning_rate : 0.0;
-    if (left > 0) groups.push_back({left, path_rate, 0.0});
+    const bool fixed_features = structure_.is_kkl() && !experiment_.observer.learn_eigenvalues;
+    add_network(structure_.network, fixed_features ? 0.0 : config.learning_rate);
+    if (structure_.forward_map) add_network(*structure_.forward_map, 0.0);
     return groups;
   }
 
   std::string path(const char* file) const { return options_.directory + "/" + file; }
 
   void start() {
-    // The features' scales come from the initial eigenvalues; they are part of the structure, not of the parameters.
-    const std::vector<float> eigenvalue_parameters =
-        parameters_from_eigenvalues(structure_.latent, structure_.eigenvalues.data());
-    Rollout& rollout = objective_.filter_all(eigenvalue_parameters.data());
+    // The features' scales come from the initial latent system; they are part of the structure, not of the parameters.
+    normalise_dynamics(structure_, training_data_, pool_);
+    Rollout& rollout = objective_.roll_out_all(initial_dynamics(structure_, experiment_).data());
     normalise(structure_, rollout);
     if (options_.resume) {
       state_ = read_checkpoint(path("checkpoint.bin"), fingerprint_);
@@ -163,19 +168,20 @@ class Training {
     }
     state_.parameters = initial_parameters(structure_, experiment_, rollout);
     state_.average = state_.best = state_.parameters;
-    const ObjectiveValue initial = validator_.validate(state_.best.data());
+    const double initial_rmse = validator_.validate(state_.best.data());
     // tanh hides what is not a number: the features are looked at too.
     const bool finite = std::all_of(structure_.features.begin(), structure_.features.end(), [](const Feature& feature) {
       return std::isfinite(feature.mean) && std::isfinite(feature.scale);
     });
-    if (!finite || !std::isfinite(initial.rmse)) {
+    if (!finite || !std::isfinite(initial_rmse)) {
       throw codegen::Error(
           "the error of the untrained observer is not finite: the data holds a number that is not, or the latent "
           "system is unstable at this sample period (hold \"rk4\" with |eigenvalue| * period above 2.78); use hold "
           "\"first_order\" or slower eigenvalues");
     }
-    state_.best_rmse = initial.rmse;
-    add_metrics(initial, initial.rmse, experiment_.training.learning_rate);
+    state_.best_rmse = initial_rmse;
+    add_metrics({.loss = initial_rmse * initial_rmse, .rmse = initial_rmse}, initial_rmse,
+                experiment_.training.learning_rate);
   }
 
   /// Exponential average of the weights, with a short memory at first so that it soon forgets where it came from.
@@ -190,7 +196,7 @@ class Training {
   }
 
   void validate(const ObjectiveValue& value, double rate) {
-    const double rmse = validator_.validate(state_.average.data()).rmse;
+    const double rmse = validator_.validate(state_.average.data());
     add_metrics(value, rmse, rate);
     if (std::isfinite(rmse) && rmse < state_.best_rmse) {
       state_.best_rmse = rmse;
@@ -256,7 +262,7 @@ class Training {
   }
 
   codegen::Model model() {
-    Rollout& rollout = objective_.filter_all(state_.best.data());
+    Rollout& rollout = objective_.roll_out_all(state_.best.data());
     codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
     double time_s = 0.0;
     for (const Trajectory& trajectory : dataset_.trajectories) {
@@ -277,7 +283,7 @@ class Training {
   const Dataset& dataset_;
   const TrainOptions& options_;
   TrainingData training_data_, validation_data_;
-  KklStructure structure_;
+  ObserverStructure structure_;
   ThreadPool pool_;
   Objective objective_, validator_;
   Optimiser optimiser_;

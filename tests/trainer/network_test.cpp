@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/nn/network.h"
+#include "trainer/nn/network_block.h"
 
 #include <gtest/gtest.h>
 
@@ -85,7 +85,7 @@ struct Problem {
   Doubles parameters_in_double() const { return {parameters.begin(), parameters.end()}; }
 
   /// Forward and backward over the first `samples` columns; past them inputs stay and cotangents are zero.
-  void run(BlockWorkspace& workspace, int samples = kBlock) const {
+  void run(WideBlock& workspace, int samples = kBlock) const {
     std::copy(inputs.begin(), inputs.end(), workspace.input());
     workspace.forward(parameters.data());
     for (int o = 0; o < shape.outputs(); ++o) {
@@ -96,7 +96,7 @@ struct Problem {
     }
     workspace.backward(parameters.data(), transposed.data());
   }
-  std::vector<float> gradient(const BlockWorkspace& workspace) const {
+  std::vector<float> gradient(const WideBlock& workspace) const {
     std::vector<float> out(parameters.size());
     workspace.gradient(out.data());
     return out;
@@ -145,7 +145,7 @@ void for_all_cases(const Check& check) {
 TEST(Network, ForwardMeetsThePlainNetwork) {
   for_all_cases([](const Case& c) {
     const Problem problem(c);
-    BlockWorkspace workspace(problem.shape);
+    WideBlock workspace(problem.shape);
     std::copy(problem.inputs.begin(), problem.inputs.end(), workspace.input());
     workspace.forward(problem.parameters.data());
     const Doubles p = problem.parameters_in_double();
@@ -163,7 +163,7 @@ TEST(Network, ForwardMeetsThePlainNetwork) {
 TEST(Network, GradientMeetsPlainBackpropagation) {
   for_all_cases([](const Case& c) {
     const Problem problem(c);
-    BlockWorkspace workspace(problem.shape);
+    WideBlock workspace(problem.shape);
     problem.run(workspace);
     expect_near(problem.gradient(workspace), problem.plain_gradient(), kGradientTolerance);
   });
@@ -172,7 +172,7 @@ TEST(Network, GradientMeetsPlainBackpropagation) {
 TEST(Network, InputCotangentMeetsPlainBackpropagation) {
   for_all_cases([](const Case& c) {
     const Problem problem(c);
-    BlockWorkspace workspace(problem.shape);
+    WideBlock workspace(problem.shape);
     problem.run(workspace);
     const Doubles p = problem.parameters_in_double();
     Doubles unused(p.size());
@@ -193,7 +193,7 @@ TEST(Network, GradientMeetsCentralDifferences) {
     constexpr int kSamples = 8;  // the rest of the block is past the samples
     constexpr std::size_t kProbes = 60;
     const Problem problem(c);
-    BlockWorkspace workspace(problem.shape);
+    WideBlock workspace(problem.shape);
     problem.run(workspace, kSamples);
     const std::vector<float> gradient = problem.gradient(workspace);
     const Doubles plain = problem.plain_gradient(kSamples);
@@ -217,16 +217,16 @@ TEST(Network, SamplesWithoutCotangentDoNotContribute) {
   for_all_cases([](const Case& c) {
     for (const int samples : {0, 1, 100, 255}) {
       Problem problem(c);
-      BlockWorkspace workspace(problem.shape);
+      WideBlock workspace(problem.shape);
       problem.run(workspace, samples);
       const std::vector<float> gradient = problem.gradient(workspace);
       for (int i = 0; i < problem.shape.inputs(); ++i) {
         for (int s = samples; s < kBlock; ++s) problem.inputs[static_cast<std::size_t>(i * kRow + s)] = 3.7F;
       }
-      BlockWorkspace other(problem.shape);
+      WideBlock other(problem.shape);
       problem.run(other, samples);
       ASSERT_EQ(problem.gradient(other), gradient) << samples << " samples";
-      BlockWorkspace control(problem.shape);
+      WideBlock control(problem.shape);
       problem.run(control, samples + 1);
       ASSERT_NE(problem.gradient(control), gradient) << "control: one sample more does contribute";
     }
@@ -237,7 +237,7 @@ TEST(Network, GradientAddsUpOverBlocksUntilItIsCleared) {
   for_all_cases([](const Case& c) {
     const Problem first(c, 1);
     const Problem second(c, 2);
-    BlockWorkspace workspace(first.shape);
+    WideBlock workspace(first.shape);
     first.run(workspace);
     Problem same_weights = first;
     same_weights.inputs = second.inputs;

@@ -10,6 +10,7 @@
 #include "trainer/data/log_schema.h"
 #include "trainer/number_text.h"
 #include "trainer/plants/registry.h"
+#include "trainer/structures/observer_gain.h"
 
 namespace nlo::trainer {
 namespace {
@@ -24,6 +25,7 @@ class Check {
     if (e_.log) log();
     observer();
     if (e_.log) angles();
+    losses();
     training();
   }
 
@@ -112,6 +114,13 @@ class Check {
 
   void observer() const {
     const ObserverConfig& o = e_.observer;
+    if (o.structure == "luenberger") return luenberger();
+    unused_unless("luenberger", {{"state_matrix", !o.state_matrix.empty()},
+                                 {"output_matrix", !o.output_matrix.empty()},
+                                 {"gain", !o.gain.empty()},
+                                 {"gain_poles", !o.gain_poles.empty()},
+                                 {"gain_noise", !o.gain_noise.empty()}});
+    if (o.structure == "general") general();
     if (o.eigenvalues.empty() && o.pairs.empty())
       fail("observer", "[observer] has no latent state; give eigenvalues = [-1.0, ...] or pairs = [[-1.0, 2.0], ...]");
     for (std::size_t i = 0; i < o.pairs.size(); ++i) {
@@ -132,11 +141,112 @@ class Check {
     }
   }
 
+  using Given = std::vector<std::pair<const char*, bool>>;
+
+  void unused_unless(const char* structure, const Given& keys) const {
+    for (const auto& [key, given] : keys)
+      if (given)
+        fail(fmt::format("observer.{}", key),
+             fmt::format("[observer] {} belongs to structure = \"{}\"; this one is \"{}\"", key, structure,
+                         e_.observer.structure));
+  }
+
+  void luenberger() const {
+    const ObserverConfig& o = e_.observer;
+    for (const auto& [key, given] : Given{{"eigenvalues", !o.eigenvalues.empty()},
+                                          {"pairs", !o.pairs.empty()},
+                                          {"clocks_s", !o.clocks_s.empty()},
+                                          {"start", o.start != "zero"}})
+      if (given)
+        fail(fmt::format("observer.{}", key),
+             fmt::format("[observer] {} has no use in a Luenberger observer, whose latent state is the estimate; "
+                         "remove it",
+                         key));
+    const auto [nx, ny] = sizes();
+    try {
+      linear_part(o, static_cast<int>(nx), static_cast<int>(ny));
+    } catch (const codegen::Error& error) {
+      fail(observer_key_named_by(error.what()), error.what());
+    }
+  }
+
+  std::string observer_key_named_by(std::string_view message) const {
+    for (const char* key : {"state_matrix", "output_matrix", "gain_poles", "gain_noise", "gain"})
+      if (message.starts_with(fmt::format("[observer] {}", key))) return fmt::format("observer.{}", key);
+    return "observer";
+  }
+
+  /// n_x and n_y of the plant or the log.
+  std::pair<std::size_t, std::size_t> sizes() const {
+    if (e_.plant) {
+      const auto plant = make_plant(*e_.plant);
+      return {plant->states().size(), plant->outputs().size()};
+    }
+    const LogSchema schema = resolve_columns(*e_.log);
+    return {schema.state_channels.size(), schema.output_channels.size()};
+  }
+
+  void general() const {
+    const ObserverConfig& o = e_.observer;
+    if (!o.clocks_s.empty())
+      fail("observer.clocks_s", "[observer] clocks_s are rows of D; the general observer has none: remove them");
+    starts_at_zero("the general observer");
+  }
+
+  void starts_at_zero(const char* what) const {
+    if (e_.observer.start != "zero")
+      fail("observer.start",
+           fmt::format("[observer] start is \"{}\", and {} starts from z = 0; remove it", e_.observer.start, what));
+  }
+
+  void losses() const {
+    const LossConfig& l = e_.loss;
+    const bool kkl = e_.observer.structure == "kkl" || e_.observer.structure == "driven_kkl";
+    if (!kkl) {
+      for (const auto& [key, weight] : {std::pair{"map_consistency", l.map_consistency},
+                                        {"reconstruction", l.reconstruction},
+                                        {"pde_residual", l.pde_residual},
+                                        {"eigenvalue_penalty", l.eigenvalue_penalty}})
+        if (weight > 0.0)
+          fail(fmt::format("loss.{}", key), fmt::format("[loss] {} is about D and T of a KKL observer; structure = "
+                                                        "\"{}\" has none",
+                                                        key, e_.observer.structure));
+    }
+    if (l.state_error + l.terminal + l.map_consistency + l.reconstruction + l.pde_residual == 0.0)
+      fail("loss", "[loss] every weight is zero: there is nothing to learn; leave state_error at 1");
+    if (e_.uses_forward_map() && !e_.observer.clocks_s.empty())
+      fail("observer.clocks_s",
+           "[observer] clocks_s are no function of the state, so T cannot give them; remove them, or "
+           "the losses of T");
+    if (l.pde_residual > 0.0 && e_.log)
+      fail("loss.pde_residual", "[loss] pde_residual needs f and h; logs know no plant: remove it");
+    const bool box = l.collocation == "box";
+    for (const auto& [key, corner] :
+         {std::pair{"collocation_low", &l.collocation_low}, {"collocation_high", &l.collocation_high}}) {
+      if (!box && !corner->empty())
+        fail(fmt::format("loss.{}", key), fmt::format("[loss] {} needs collocation = \"box\"", key));
+      const std::size_t nx = box ? sizes().first : 0;
+      if (corner->size() != nx)
+        fail(fmt::format("loss.{}", key),
+             fmt::format("[loss] {} has {} numbers; the plant has {} states", key, corner->size(), nx));
+    }
+    for (std::size_t i = 0; i < l.collocation_low.size(); ++i)
+      if (!(l.collocation_low[i] < l.collocation_high[i]))
+        fail("loss.collocation_high",
+             fmt::format("[loss] collocation_high[{0}] is {1}; it must be above collocation_low[{0}], {2}", i,
+                         shortest_text(l.collocation_high[i]), shortest_text(l.collocation_low[i])));
+  }
+
   /// When y turns by 2 pi, so does z, if its DC gain is one; then z - y never sees the turn.
   void angles() const {
     const ObserverConfig& o = e_.observer;
     for (const ColumnConfig& column : e_.log->columns) {
       if (column.role != ColumnRole::kOutput || column.wrap == 0.0 || column.encoding != "unwrap") continue;
+      if (o.structure == "luenberger" || o.structure == "general")
+        fail("observer.structure",
+             fmt::format("[observer] structure = \"{}\" cannot follow the output {}, an unwrapped "
+                         "angle; set its encoding = \"sincos\"",
+                         o.structure, column.name));
       const auto want = [&](const char* key, const std::string& is, const char* needed) {
         if (is != needed)
           fail(fmt::format("observer.{}", key),
@@ -152,6 +262,7 @@ class Check {
 
   void training() const {
     const TrainingConfig& t = e_.training;
+    if (t.gradient != "automatic") starts_at_zero("a roll-out by gradient = \"backprop\" or \"adjoint\"");
     if (t.early_share > 0.0 && t.early_s == 0.0)
       fail("training.early_share", "[training] early_share needs early_s, the time it speaks of; set both or none");
     if (t.noise_level_max > 0.0 && t.noise.kind == NoiseKind::kNone)

@@ -107,7 +107,8 @@ template <>
 const std::vector<Key<ObserverConfig>>& keys() {
   using O = ObserverConfig;
   static const std::vector<Key<O>> kKeys = {
-      key("structure", &O::structure, one_of({"kkl"}), "equations of the observer"),
+      key("structure", &O::structure, one_of({"kkl", "driven_kkl", "luenberger", "general"}),
+          "equations of the observer"),
       key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output"),
       key("pairs", &O::pairs, any(), "complex ones [re, im] of D [1/s], re < 0 < im, repeated for each output"),
       key("learn_eigenvalues", &O::learn_eigenvalues, any(), "else they stay as given"),
@@ -118,6 +119,12 @@ const std::vector<Key<ObserverConfig>>& keys() {
       key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
       key("features", &O::features, one_of({"latent", "latent_and_output", "latent_minus_output"}),
           "what T* reads: z; z and y; z - y and y (angles need it)"),
+      key("state_matrix", &O::state_matrix, any(), "luenberger: A of the known linear part, row by row"),
+      key("output_matrix", &O::output_matrix, any(), "luenberger: C of y = C x, row by row"),
+      key("gain", &O::gain, any(), "luenberger: G, row by row; or have it designed by one of the next two"),
+      key("gain_poles", &O::gain_poles, negative(), "luenberger: real eigenvalues for A - G C, one for each state"),
+      key("gain_noise", &O::gain_noise, positive(),
+          "luenberger: intensities [process, measurement] for the stationary Kalman gain"),
   };
   return kKeys;
 }
@@ -130,6 +137,48 @@ const std::vector<Key<InverseMapConfig>>& keys() {
       key("activation", &I::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
       key("linear_path", &I::linear_path, any(), "a linear map beside the network, started from ridge regression"),
       key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the features' mean power"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<DynamicsConfig>>& keys() {
+  using D = DynamicsConfig;
+  static const std::vector<Key<D>> kKeys = {
+      key("hidden", &D::hidden, between(1, 4096), "widths of the hidden layers"),
+      key("activation", &D::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<ForwardMapConfig>>& keys() {
+  using F = ForwardMapConfig;
+  static const std::vector<Key<F>> kKeys = {
+      key("hidden", &F::hidden, between(1, 4096), "widths of the hidden layers"),
+      key("activation", &F::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
+  };
+  return kKeys;
+}
+
+template <>
+const std::vector<Key<LossConfig>>& keys() {
+  using L = LossConfig;
+  static const std::vector<Key<L>> kKeys = {
+      key("state_error", &L::state_error, at_least(0), "weight of the running cost |x - x_hat|^2 (12)"),
+      key("reduction", &L::reduction, one_of({"mean", "integral"}),
+          "of running costs over time; the integral is larger by the horizon"),
+      key("terminal", &L::terminal, at_least(0), "weight of the terminal cost |x - x_hat|^2 at a segment's end"),
+      key("eigenvalue_penalty", &L::eigenvalue_penalty, at_least(0), "gamma of gamma |lambda|^2 (20)"),
+      key("map_consistency", &L::map_consistency, at_least(0), "weight of |z - T(x)|^2"),
+      key("reconstruction", &L::reconstruction, at_least(0), "weight of |x - T*(T(x))|^2"),
+      key("pde_residual", &L::pde_residual, at_least(0), "weight of |dT/dx f(x) - D T(x) - F h(x)|^2 (5)"),
+      key("collocation", &L::collocation, one_of({"data", "box"}), "where (5) is asked for"),
+      key("collocation_low", &L::collocation_low, any(), "lower corner of that box, one number for each state"),
+      key("collocation_high", &L::collocation_high, any(), "its upper corner"),
+      key("collocation_points", &L::collocation_points, between(1, 1e7), "how many points are drawn from the box"),
+      key("scale", &L::scale, one_of({"physical", "normalised"}),
+          "squared errors in the units of x and z, or by their deviation"),
   };
   return kKeys;
 }
@@ -156,9 +205,8 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("noise_level_max", &T::noise_level_max, at_least(0),
           "> 0: each trajectory's noise is scaled by a number in [0, max]"),
       key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it"),
-      key("loss_scale", &T::loss_scale, one_of({"physical", "normalised"}),
-          "squared error in the states' units, or by their deviation"),
-      key("eigenvalue_penalty", &T::eigenvalue_penalty, at_least(0), "gamma of gamma |lambda|^2 (20)"),
+      key("gradient", &T::gradient, one_of({"automatic", "backprop", "adjoint"}),
+          "of the latent system; automatic: the exact filter where it is linear, else backprop"),
       key("validate_every", &T::validate_every, between(1, 1e8), "steps between validation errors"),
       key("checkpoint_every_s", &T::checkpoint_every_s, positive(), "of the run's own time [s]"),
   };
@@ -173,7 +221,10 @@ template <> std::string_view section_title<LogConfig>() { return "[log]"; }
 template <> std::string_view section_title<ColumnConfig>() { return "[[log.columns]]"; }
 template <> std::string_view section_title<VelocityFilterConfig>() { return "[log.velocity_filter]"; }
 template <> std::string_view section_title<ObserverConfig>() { return "[observer]"; }
+template <> std::string_view section_title<DynamicsConfig>() { return "[dynamics]"; }
 template <> std::string_view section_title<InverseMapConfig>() { return "[inverse_map]"; }
+template <> std::string_view section_title<ForwardMapConfig>() { return "[forward_map]"; }
+template <> std::string_view section_title<LossConfig>() { return "[loss]"; }
 template <> std::string_view section_title<TrainingConfig>() { return "[training]"; }
 // clang-format on
 

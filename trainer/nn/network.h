@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The network of T* as a shape over a flat parameter vector, and its batched forward and backward passes.
+// A network as a shape over a flat parameter vector; network_block.h runs it.
 //   a_0 = u,  v_l = W_l a_{l-1} + b_l,  a_l = activation(v_l) for all but the last layer,  n = v_last + L u
-// Samples are processed in blocks that stay in cache through forward and backward; within a block a row holds one
-// neuron for all samples, so every operation runs along the samples in whole SIMD registers.
 #pragma once
 
 #include <cstdint>
@@ -33,52 +31,23 @@ struct NetworkShape {
 
 /// Glorot's uniform initialisation for tanh, He's for relu and silu; biases zero, L zero.
 /// last_scale shrinks the last layer: 0 starts from the linear path alone.
-std::vector<float> initial_parameters(const NetworkShape& shape, std::uint64_t seed, float last_scale);
+/// `stream` tells the networks of one observer apart.
+std::vector<float> initial_parameters(const NetworkShape& shape, std::uint64_t seed, float last_scale,
+                                      std::uint64_t stream = 0);
 
 /// Multiply-adds of one sample, forward; backward costs twice that, less the first layer's input gradient.
 long multiply_adds(const NetworkShape& shape);
 
-/// Samples in a block, and the distance between rows: no power of two, so that rows spread over the cache's sets.
-inline constexpr int kBlock = 256;
-inline constexpr int kRow = kBlock + 16;
-
-/// What one thread needs for a block, and the gradient it accumulates.
-class BlockWorkspace {
- public:
-  explicit BlockWorkspace(const NetworkShape& shape);
-
-  /// Input features u, n_in rows; to be filled by the caller. Columns past the samples must be finite.
-  float* input() { return activations_[0].data(); }
-  /// Network output n, n_out rows.
-  float* output() { return activations_.back().data(); }
-  /// Cotangent of the output, n_out rows; to be filled by the caller, zero past the samples. Overwritten by backward().
-  float* output_cotangent() { return cotangent_[(activations_.size() - 1) % 2].data(); }
-  /// Cotangent of the input, n_in rows, after backward().
-  const float* input_cotangent() const { return input_cotangent_.data(); }
-
-  void forward(const float* parameters);
-  /// Adds to the gradient. `transposed` is made once per step by transpose_weights().
-  void backward(const float* parameters, const float* transposed);
-
-  void clear_gradient();
-  /// Writes the gradient (n parameters).
-  void gradient(float* out) const;
-
- private:
-  template <Activation kKind>
-  void forward_as(const float* parameters);
-  template <Activation kKind>
-  void backward_as(const float* parameters, const float* transposed);
-
-  const NetworkShape* shape_;
-  std::vector<std::vector<float>> activations_;      // a_0 ... a_L, (width x kRow) each
-  std::vector<std::vector<float>> pre_activations_;  // v_l, only where the slope needs it (silu)
-  std::vector<float> cotangent_[2];
-  std::vector<float> input_cotangent_;
-  std::vector<float> lanes_;  // gradient, one SIMD register per parameter: summed over lanes only at the end
-};
-
 /// W_l^T of every layer, each at the offset of W_l.
-void transpose_weights(const NetworkShape& shape, const float* parameters, float* transposed);
+template <class Scalar>
+void transpose_weights(const NetworkShape& shape, const Scalar* parameters, Scalar* transposed) {
+  for (const LayerView& layer : shape.layers) {
+    for (int o = 0; o < layer.out; ++o) {
+      for (int i = 0; i < layer.in; ++i) {
+        transposed[layer.weights + i * layer.out + o] = parameters[layer.weights + o * layer.in + i];
+      }
+    }
+  }
+}
 
 }  // namespace nlo::trainer

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/losses/map_losses.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "trainer/structures/structure.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr int kColumns = 8;
+using Losses = MapLosses<double, kColumns>;
+constexpr int kStride = Losses::Block::kStride;
+
+struct Variant {
+  const char* name;
+  std::function<void(Experiment&)> change;
+};
+
+/// Every term alone and together, over the latent systems that T may have.
+const std::vector<Variant>& variants() {
+  static const std::vector<Variant> all = {
+      {"map_consistency", [](Experiment& e) { e.loss.map_consistency = 0.7; }},
+      {"reconstruction", [](Experiment& e) { e.loss.reconstruction = 1.3; }},
+      {"pde_residual", [](Experiment& e) { e.loss.pde_residual = 0.4; }},
+      {"all_normalised",
+       [](Experiment& e) {
+         e.loss.map_consistency = e.loss.reconstruction = e.loss.pde_residual = 0.5;
+         e.loss.scale = "normalised";
+       }},
+      {"pde_residual_silu",
+       [](Experiment& e) {
+         e.loss.pde_residual = 0.4;
+         e.forward_map.activation = "silu";
+       }},
+      {"pde_residual_of_pairs_with_unit_gain",
+       [](Experiment& e) {
+         e.loss.pde_residual = 0.4;
+         e.observer.pairs = {{-0.5, 1.5}};
+         e.observer.output_injection = "unit_gain";
+       }},
+      {"reconstruction_reading_the_output",
+       [](Experiment& e) {
+         e.loss.reconstruction = 1.0;
+         e.observer.features = "latent_and_output";
+       }},
+  };
+  return all;
+}
+
+struct Problem {
+  Experiment experiment;
+  ObserverStructure structure;
+  std::vector<double> inverse, forward, eigenvalues;
+  std::vector<double> x, z, y, f, h, weight;
+  int count = 6;  // of 8 columns
+
+  explicit Problem(const Variant& variant) {
+    experiment.observer.eigenvalues = {-1.2, -3.0};
+    experiment.inverse_map.hidden = {4};
+    experiment.forward_map.hidden = {5, 4};
+    variant.change(experiment);
+    structure = make_structure(experiment, {{"y1", "", 0.0}, {"y2", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(-0.8, 0.8);
+    const auto draw = [&](std::size_t size) {
+      std::vector<double> values(size);
+      for (double& value : values) value = uniform(random);
+      return values;
+    };
+    for (float& mean : structure.state_mean) mean = static_cast<float>(uniform(random));
+    for (float& scale : structure.state_scale) scale = static_cast<float>(1.5 + uniform(random));
+    for (float& mean : structure.latent_mean) mean = static_cast<float>(uniform(random));
+    for (float& scale : structure.latent_scale) scale = static_cast<float>(1.5 + uniform(random));
+    for (Feature& feature : structure.features) feature.scale = static_cast<float>(1.5 + uniform(random));
+    const auto nz = static_cast<std::size_t>(structure.latent.rows);
+    inverse = draw(static_cast<std::size_t>(structure.network.parameters));
+    forward = draw(static_cast<std::size_t>(structure.forward_map->parameters));
+    eigenvalues = structure.eigenvalues;
+    x = draw(2 * kStride);
+    f = draw(2 * kStride);
+    y = draw(2 * kStride);
+    h = draw(2 * kStride);
+    z = draw(nz * kStride);
+    weight = draw(kStride);
+    for (double& w : weight) w += 1.0;
+  }
+
+  MapSamples<double> samples() const {
+    return {.count = count,
+            .x = x.data(),
+            .z = z.data(),
+            .y = y.data(),
+            .f = f.data(),
+            .h = h.data(),
+            .weight = weight.data()};
+  }
+
+  double loss() {
+    Losses losses(structure, experiment.loss);
+    losses.prepare(inverse.data(), forward.data(), eigenvalues);
+    const bool maps = experiment.loss.map_consistency + experiment.loss.reconstruction > 0.0;
+    return (maps ? losses.consistency(samples(), nullptr) : 0.0) +
+           (experiment.loss.pde_residual > 0.0 ? losses.residual(samples(), false) : 0.0);
+  }
+};
+
+TEST(MapLosses, GradientsMeetDifferencesForEveryTerm) {
+  constexpr double kStep = 1e-5, kTolerance = 2e-9;  // rounding 1e-16 / 1e-5 and truncation 1e-10, of losses of some 50
+  for (const Variant& variant : variants()) {
+    SCOPED_TRACE(variant.name);
+    Problem problem(variant);
+    Losses losses(problem.structure, problem.experiment.loss);
+    losses.prepare(problem.inverse.data(), problem.forward.data(), problem.eigenvalues);
+    losses.clear_gradient();
+    std::vector<double> inverse(problem.inverse.size()), forward(problem.forward.size()),
+        eigenvalues(problem.eigenvalues.size()), z(problem.z.size(), 0.0);
+    double loss = 0.0;
+    if (problem.experiment.loss.map_consistency + problem.experiment.loss.reconstruction > 0.0)
+      loss += losses.consistency(problem.samples(), z.data());
+    if (problem.experiment.loss.pde_residual > 0.0) loss += losses.residual(problem.samples(), true);
+    losses.gradient(inverse.data(), forward.data(), eigenvalues.data());
+    EXPECT_NEAR(loss, problem.loss(), 1e-13 * (1.0 + loss));
+
+    double largest = 0.0;
+    const auto check = [&](const char* what, std::vector<double>& values, const std::vector<double>& gradient,
+                           const std::function<bool(std::size_t)>& used) {
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const double kept = values[i];
+        values[i] = kept + kStep;
+        const double up = problem.loss();
+        values[i] = kept - kStep;
+        const double down = problem.loss();
+        values[i] = kept;
+        const double difference = (up - down) / (2.0 * kStep);
+        largest = std::max(largest, std::abs(difference));
+        ASSERT_NEAR(used(i) ? gradient[i] : 0.0, difference, kTolerance * (1.0 + loss)) << what << " " << i;
+      }
+    };
+    const auto all = [](std::size_t) { return true; };
+    check("T*", problem.inverse, inverse, all);
+    check("T", problem.forward, forward, all);
+    check("eigenvalue", problem.eigenvalues, eigenvalues, all);
+    check("z", problem.z, z, [&](std::size_t i) { return static_cast<int>(i) % kStride < problem.count; });
+    EXPECT_GT(largest, 0.1) << "the tolerance would pass a gradient of zero";
+  }
+}
+
+TEST(MapLosses, ResidualVanishesForTheSolutionOfALinearPlant) {
+  // x' = -a x, y = x: T = c x with c (-a) = lambda c + 1, so c = -1 / (a + lambda). A network without hidden layers
+  // holds it exactly.
+  Experiment experiment;
+  experiment.observer.eigenvalues = {-2.0};
+  experiment.inverse_map.hidden = {};
+  experiment.forward_map.hidden = {};
+  experiment.loss.pde_residual = 1.0;
+  const ObserverStructure structure = make_structure(experiment, {{"y", "", 0.0}}, {{"x", "", 0.0}});
+  constexpr double kA = 0.5;
+  std::vector<double> x(kStride), f(kStride), weight(kStride, 1.0);
+  for (int s = 0; s < kStride; ++s) {
+    x[static_cast<std::size_t>(s)] = 0.3 * s - 1.0;
+    f[static_cast<std::size_t>(s)] = -kA * x[static_cast<std::size_t>(s)];
+  }
+  const MapSamples<double> samples{
+      .count = kColumns, .x = x.data(), .f = f.data(), .h = x.data(), .weight = weight.data()};
+  const std::vector<double> inverse = {1.0, 0.0};
+  const auto residual_of = [&](double c) {
+    const std::vector<double> forward = {c, 0.0};
+    Losses losses(structure, experiment.loss);
+    losses.prepare(inverse.data(), forward.data(), structure.eigenvalues);
+    return losses.residual(samples, false);
+  };
+  EXPECT_LT(residual_of(-1.0 / (kA - 2.0)), 1e-24);
+  EXPECT_GT(residual_of(-1.1 / (kA - 2.0)), 1e-3);  // control
+}
+
+}  // namespace
+}  // namespace nlo::trainer

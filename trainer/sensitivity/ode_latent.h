@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// A latent system that is not linear, over whole trajectories: an explicit Runge-Kutta roll-out and its two gradients.
+//   backprop  exact for the discrete steps: each step's stages are run again from the stored z_k and pulled back
+//   adjoint   Proposition 1, (13)-(14): p' = -p dF/dz integrated backwards by RK4, with dl/dz_k added at the samples;
+//             mu' = -p dF/dtheta by the same weights. z between samples is the cubic Hermite interpolant of the stored
+//             z_k (fourth order; integrating z itself backwards would undo the contraction that makes it an observer).
+// Both keep z at the samples and one step's activations: O(layers) memory beside the trajectory. Their difference falls
+// at the fourth order in the step.
+#pragma once
+
+#include "trainer/sensitivity/ode_dynamics.h"
+
+namespace nlo::trainer {
+
+/// z_i = z + h sum_j a_ij k_j,  k_i = F(z_i, y(t + c_i h)),  z+ = z + h sum_i b_i k_i; explicit: a_ij = 0 for j >= i.
+struct Tableau {
+  int stages;
+  double a[4][4];
+  double b[4];
+  double c[4];
+};
+inline constexpr Tableau kEuler{1, {}, {1.0}, {0.0}};
+inline constexpr Tableau kHeun{2, {{}, {1.0}}, {0.5, 0.5}, {0.0, 1.0}};
+inline constexpr Tableau kRk4{
+    4, {{}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}, {0.0, 0.5, 0.5, 1.0}};
+
+/// Eight trajectories as a SegmentGroup holds them: arrays are [row][time][8]. y is held or ramped between samples.
+template <class Scalar>
+struct OdeRun {
+  int length = 0;                   ///< samples
+  Hold hold = Hold::kFirstOrder;    ///< kRk4 is a ramp as well
+  const Scalar* outputs = nullptr;  ///< n_y x length x 8
+  const Scalar* steps_s = nullptr;  ///< length x 8, step after each sample; or one number when `uniform`
+  bool uniform = true;
+  Scalar* latent = nullptr;           ///< n_z x length x 8, written by integrate()
+  const Scalar* cotangent = nullptr;  ///< dl/dz, n_z x length x 8, read by the gradients
+};
+
+/// Fills run.latent from run.outputs.
+template <class Scalar>
+void integrate(OdeDynamics<Scalar>& dynamics, const Tableau& tableau, const OdeRun<Scalar>& run);
+
+/// Adds dl/dtheta to the dynamics' gradient, exactly for integrate() by the same tableau.
+template <class Scalar>
+void backprop(OdeDynamics<Scalar>& dynamics, const Tableau& tableau, const OdeRun<Scalar>& run);
+
+/// Adds dl/dtheta to the dynamics' gradient by the adjoint equation.
+template <class Scalar>
+void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run);
+
+}  // namespace nlo::trainer

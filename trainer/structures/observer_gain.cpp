@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/structures/observer_gain.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <complex>
+
+#include "codegen/error.h"
+#include "trainer/number_text.h"
+
+namespace nlo::trainer {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// [C; C A; ...; C A^(n-1)].
+MatrixXd observability(const MatrixXd& a, const MatrixXd& c) {
+  MatrixXd result(c.rows() * a.rows(), a.cols());
+  MatrixXd block = c;
+  for (Index i = 0; i < a.rows(); ++i) {
+    result.middleRows(i * c.rows(), c.rows()) = block;
+    block = (block * a).eval();
+  }
+  return result;
+}
+
+MatrixXd matrix_of(const char* key, const std::vector<std::vector<double>>& rows, int count, int columns) {
+  const auto fail = [&](const std::string& what) {
+    throw codegen::Error(fmt::format("[observer] {} {}; it must be {} rows of {} numbers", key, what, count, columns));
+  };
+  if (rows.empty()) fail("is missing");
+  if (rows.size() != static_cast<std::size_t>(count)) fail(fmt::format("has {} rows", rows.size()));
+  MatrixXd result(count, columns);
+  for (int i = 0; i < count; ++i) {
+    const auto& row = rows[static_cast<std::size_t>(i)];
+    if (row.size() != static_cast<std::size_t>(columns)) fail(fmt::format("has {} numbers in row {}", row.size(), i));
+    result.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), columns);
+  }
+  return result;
+}
+
+}  // namespace
+
+MatrixXd place_poles(const MatrixXd& a, const MatrixXd& c, const VectorXd& poles) {
+  const Index n = a.rows();
+  // One output sees a mode unless it happens to be blind to it: try a few combinations and take the clearest view.
+  VectorXd weights;
+  double clearest = 0.0;
+  for (int trial = 0; trial < 8; ++trial) {
+    VectorXd candidate(c.rows());
+    for (Index j = 0; j < c.rows(); ++j)
+      candidate(j) = std::cos(static_cast<double>(trial) * (1.0 + 2.3 * static_cast<double>(j)));
+    const VectorXd values = observability(a, candidate.transpose() * c).jacobiSvd().singularValues();
+    const double clarity = values(n - 1) / values(0);
+    if (clarity > clearest) {
+      clearest = clarity;
+      weights = candidate;
+    }
+  }
+  constexpr double kBlind = 1e-10;
+  if (!(clearest > kBlind))
+    throw codegen::Error(
+        "[observer] gain_poles: the states cannot all be seen in the outputs through A and C; choose other outputs");
+  MatrixXd polynomial = MatrixXd::Identity(n, n);  // prod (A - p I)
+  for (const double pole : poles) polynomial = (polynomial * (a - pole * MatrixXd::Identity(n, n))).eval();
+  const MatrixXd view = observability(a, weights.transpose() * c);
+  const VectorXd last = VectorXd::Unit(n, n - 1);
+  return polynomial * view.partialPivLu().solve(last) * weights.transpose();
+}
+
+MatrixXd kalman_gain(const MatrixXd& a, const MatrixXd& c, double process_noise, double measurement_noise) {
+  const Index n = a.rows();
+  MatrixXd hamiltonian(2 * n, 2 * n);
+  hamiltonian << a.transpose(), -c.transpose() * c / measurement_noise, -process_noise * MatrixXd::Identity(n, n), -a;
+  const Eigen::EigenSolver<MatrixXd> solver(hamiltonian);
+  Eigen::MatrixXcd stable(2 * n, n);
+  Index found = 0;
+  for (Index i = 0; i < 2 * n; ++i) {
+    if (solver.eigenvalues()(i).real() >= 0.0) continue;
+    if (found < n) stable.col(found) = solver.eigenvectors().col(i);
+    ++found;
+  }
+  if (found != n)
+    throw codegen::Error(
+        "[observer] gain_noise: there is no stationary Kalman gain: a state that drifts cannot be seen in the outputs "
+        "through A and C");
+  const Eigen::MatrixXcd top = stable.topRows(n), bottom = stable.bottomRows(n);
+  const MatrixXd covariance = top.transpose().partialPivLu().solve(bottom.transpose()).transpose().real();
+  return covariance * c.transpose() / measurement_noise;
+}
+
+LinearPart linear_part(const ObserverConfig& observer, int nx, int ny) {
+  LinearPart known;
+  known.state_matrix = matrix_of("state_matrix", observer.state_matrix, nx, nx);
+  known.output_matrix = matrix_of("output_matrix", observer.output_matrix, ny, nx);
+  const int given =
+      (observer.gain.empty() ? 0 : 1) + (observer.gain_poles.empty() ? 0 : 1) + (observer.gain_noise.empty() ? 0 : 1);
+  if (given != 1)
+    throw codegen::Error(fmt::format(
+        "[observer] names {} of gain, gain_poles and gain_noise; a Luenberger observer needs exactly one of them",
+        given));
+  if (!observer.gain.empty()) {
+    known.gain = matrix_of("gain", observer.gain, nx, ny);
+  } else if (!observer.gain_poles.empty()) {
+    if (observer.gain_poles.size() != static_cast<std::size_t>(nx))
+      throw codegen::Error(
+          fmt::format("[observer] gain_poles has {} numbers; it must have one for each of the {} states",
+                      observer.gain_poles.size(), nx));
+    known.gain = place_poles(known.state_matrix, known.output_matrix,
+                             Eigen::Map<const VectorXd>(observer.gain_poles.data(), nx));
+  } else {
+    if (observer.gain_noise.size() != 2)
+      throw codegen::Error("[observer] gain_noise must be two intensities: [process, measurement]");
+    known.gain = kalman_gain(known.state_matrix, known.output_matrix, observer.gain_noise[0], observer.gain_noise[1]);
+  }
+  const Eigen::VectorXcd eigenvalues = (known.state_matrix - known.gain * known.output_matrix).eigenvalues();
+  for (const std::complex<double>& lambda : eigenvalues) {
+    if (lambda.real() < 0.0) continue;
+    throw codegen::Error(fmt::format(
+        "[observer] gain: A - G C has the eigenvalue {}{}{}i, which does not decay; take a larger gain, or let "
+        "gain_poles or gain_noise design it",
+        shortest_text(lambda.real()), lambda.imag() < 0.0 ? "-" : "+", shortest_text(std::abs(lambda.imag()))));
+  }
+  return known;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The life of an observer's structure: from an experiment, through normalisation and initial parameters, to a model.
+#pragma once
+
+#include <vector>
+
+#include "codegen/model.h"
+#include "trainer/config.h"
+#include "trainer/observer_structure.h"
+#include "trainer/rollout.h"
+
+namespace nlo::trainer {
+
+/// The structure an experiment describes, for a dataset's channels; features and states not normalised yet.
+ObserverStructure make_structure(const Experiment& experiment, const std::vector<Channel>& outputs,
+                                 const std::vector<Channel>& states);
+
+/// Sets the means and scales of what a network within the latent system reads; before anything is rolled out.
+void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool);
+
+/// Sets means and scales from filtered training data: the features' from the rollout, the states' from the data.
+void normalise(ObserverStructure& structure, Rollout& rollout);
+
+/// Initial parameters of the latent system: eigenvalues, or a network.
+std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment);
+
+/// Initial parameters; with a linear path, L is the ridge regression of the states on the features.
+std::vector<float> initial_parameters(const ObserverStructure& structure, const Experiment& experiment,
+                                      Rollout& rollout);
+
+/// The trained model. `rollout`: training data rolled out with these parameters, for the domain. Of a driven observer
+/// the caller, who knows the plant, still has to set the inputs and their field.
+codegen::Model to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
+                        const Dataset& dataset, Rollout& rollout);
+
+}  // namespace nlo::trainer
