@@ -137,6 +137,8 @@ struct TrainingConfig {
   bool mirror = false;                    ///< the plant is odd: (x, y) -> (-x, -y) is also a run of it
   std::string gradient = "automatic";     ///< of the latent system: the exact filter where it is linear, else backprop;
                                           ///< or "backprop", "adjoint" (Proposition 1) through RK4 for every structure
+  std::string transient = "keep";         ///< or the filter's start is kept out: "drop", "backward" (data/transient.h)
+  double transient_factor = 5.0;          ///< k of the transient's length k / min |Re lambda|
   int validate_every = 100;               ///< steps between validation errors (progress, metrics.csv)
   double checkpoint_every_s = 10.0;
 };

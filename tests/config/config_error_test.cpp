@@ -88,6 +88,26 @@ TEST(ConfigErrors, Ranges) {
       });
 }
 
+TEST(ConfigErrors, Transient) {
+  // Eigenvalues -1, -2 and a pair of real part -0.5: with k = 5 the transient lasts 10 s, all of the horizon.
+  expect_rows(
+      kPlantExperiment,
+      {
+          {"steps = 10", "transient = \"dropped\"", "e.toml:19", "transient is \"dropped\""},
+          {"steps = 10", "transient_factor = 0", "e.toml:19", "transient_factor is 0; it must be a finite number > 0"},
+          {"steps = 10", "transient = \"drop\"", "e.toml:19", "leaves nothing of the horizon of 10 s"},
+          {"steps = 10", "transient = \"backward\"\ntransient_factor = 1e6", "e.toml:19",
+           "the transient lasts 2e+06 s"},
+          {"steps = 10", "transient = \"backward\"\nsegment_s = 2.0", "e.toml:20", "set segment_s = 0"},
+          {"steps = 10", "transient = \"backward\"\nearly_s = 2.0\nearly_share = 0.3", "e.toml:21", "early_share asks"},
+      });
+  expect_rows(kLogExperiment, {{"[observer]", "[training]\ntransient = \"backward\"\n[observer]", "e.toml:22",
+                                "logs have no plant; use \"drop\""}});
+  EXPECT_EQ(error_of(with(kPlantExperiment, "steps = 10", "transient = \"drop\"\ntransient_factor = 4.9")), "no error");
+  EXPECT_EQ(error_of(with(kPlantExperiment, "steps = 10", "transient = \"backward\"")), "no error");
+  EXPECT_EQ(error_of(with(kLogExperiment, "[observer]", "[training]\ntransient = \"drop\"\n[observer]")), "no error");
+}
+
 TEST(ConfigErrors, UnstableStep) {
   const std::string rk4 = with(kPlantExperiment, "\"first_order\"", "\"rk4\"");
   EXPECT_EQ(error_of(rk4), "no error");

@@ -16,6 +16,8 @@
 #include "trainer/commands/judgement.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/data/transient.h"
+#include "trainer/plants/lead_in.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/progress.h"
@@ -50,7 +52,9 @@ Data simulated(const Experiment& experiment) {
   const auto plant = make_plant(*experiment.plant);
   const SimulationConfig& config = experiment.simulation;
   const auto set = [&](SeedStream stream, Eigen::Index count) {
-    return simulate(*plant, config, initial_state_seed(experiment.seed, stream), count);
+    Dataset dataset = simulate(*plant, config, initial_state_seed(experiment.seed, stream), count);
+    keep_out_transient(experiment, *plant, dataset);
+    return dataset;
   };
   const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
   return {set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation), {}, {}};
@@ -64,6 +68,10 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
     if (!arguments.quiet)
       fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs\n");
     splits.validation = splits.train;
+  }
+  if (experiment.training.transient == "drop") {
+    const double transient_s = transient_time_s(experiment.observer, experiment.training.transient_factor);
+    for (Dataset* split : {&splits.train, &splits.validation}) drop_transient(*split, transient_s);
   }
   return {std::move(splits.train), std::move(splits.validation), std::move(splits.test), std::move(splits.report)};
 }

@@ -8,6 +8,7 @@
 
 #include "codegen/error.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/data/transient.h"
 #include "trainer/number_text.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/observer_gain.h"
@@ -27,9 +28,12 @@ class Check {
     if (e_.log) angles();
     losses();
     training();
+    if (e_.training.transient != "keep") transient();
   }
 
  private:
+  static constexpr double kMostSamples = 1e7, kMostNumbers = 1e9;  // 8 GB of doubles
+
   [[noreturn]] void fail(const std::string& path, const std::string& what) const {
     throw codegen::Error(fmt::format("{}: {}", places_.of(path), what));
   }
@@ -65,7 +69,6 @@ class Check {
         fail("simulation.initial_high",
              fmt::format("[simulation] initial_high[{0}] is {1}; it must be above initial_low[{0}], {2}", i,
                          shortest_text(s.initial_high[i]), shortest_text(s.initial_low[i])));
-    constexpr double kMostSamples = 1e7, kMostNumbers = 1e9;  // 8 GB of doubles
     const double samples = s.horizon_s / s.sample_period_s;
     if (!(samples >= 1.0))
       fail("simulation.horizon_s", fmt::format("[simulation] horizon_s is {} and sample_period_s {}; the horizon must "
@@ -274,6 +277,38 @@ class Check {
           fail("training.mirror", fmt::format("[training] mirror turns every output's sign, and cos({}) has none to "
                                               "turn; set mirror = false, or the angle's encoding = \"unwrap\"",
                                               column.name));
+  }
+
+  /// It lies at the start of whole trajectories: what draws samples elsewhere contradicts that.
+  void transient() const {
+    const TrainingConfig& t = e_.training;
+    if (t.transient == "backward" && e_.log)
+      fail("training.transient",
+           "[training] transient = \"backward\" simulates the plant's past, and logs have no plant; use \"drop\"");
+    if (t.segment_s > 0.0)
+      fail("training.segment_s", fmt::format("[training] segment_s starts the filter anew inside of a trajectory, past "
+                                             "what transient = \"{}\" keeps out; set segment_s = 0, or transient = "
+                                             "\"keep\"",
+                                             t.transient));
+    if (t.early_share > 0.0)
+      fail("training.early_share", fmt::format("[training] early_share asks for more of the transient that transient = "
+                                               "\"{}\" keeps out; remove one of them",
+                                               t.transient));
+    if (!e_.plant) return;
+    const SimulationConfig& s = e_.simulation;
+    const double t_c = transient_time_s(e_.observer, t.transient_factor);
+    const std::string length = fmt::format("the transient lasts {:.4g} s (transient_factor / min |Re lambda|)", t_c);
+    if (t.transient == "drop" && t_c >= s.horizon_s)
+      fail("training.transient", fmt::format("[training] transient = \"drop\" leaves nothing of the horizon of {} s: "
+                                             "{}; take faster eigenvalues or a longer horizon",
+                                             shortest_text(s.horizon_s), length));
+    const double samples = (t_c + s.horizon_s) / s.sample_period_s;
+    if (t.transient == "backward" &&
+        (samples > kMostSamples || samples * s.trajectories * static_cast<double>(s.initial_low.size()) > kMostNumbers))
+      fail("training.transient",
+           fmt::format("[training] transient = \"backward\" makes trajectories of {:.3g} samples, "
+                       "which do not fit into memory: {}; take faster eigenvalues",
+                       samples, length));
   }
 
   const Experiment& e_;

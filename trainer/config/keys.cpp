@@ -207,6 +207,10 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it"),
       key("gradient", &T::gradient, one_of({"automatic", "backprop", "adjoint"}),
           "of the latent system; automatic: the exact filter where it is linear, else backprop"),
+      key("transient", &T::transient, one_of({"keep", "drop", "backward"}),
+          "drop: samples at t < t_c do not count; backward: t_c of the plant's past comes before each"),
+      key("transient_factor", &T::transient_factor, positive(),
+          "k of t_c = k / min |Re lambda|, by the initial eigenvalues without the clocks"),
       key("validate_every", &T::validate_every, between(1, 1e8), "steps between validation errors"),
       key("checkpoint_every_s", &T::checkpoint_every_s, positive(), "of the run's own time [s]"),
   };

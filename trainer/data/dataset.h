@@ -16,7 +16,7 @@ using codegen::Channel;
 /// One run of a plant, N samples. Angles (channels with a wrap) are unwrapped along the run: no jumps.
 struct Trajectory {
   std::string source;       ///< a file name, or "simulation 17"
-  Eigen::VectorXd time_s;   ///< N, strictly increasing, from the first sample
+  Eigen::VectorXd time_s;   ///< N, strictly increasing, from the first sample; a lead-in (lead_in.h) has t < 0
   Eigen::MatrixXd outputs;  ///< n_y x N, noise-free when simulated, as measured when logged
   Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
   Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)

@@ -14,17 +14,22 @@ namespace {
 constexpr double kEscape = 1e9;  // far outside of any plant's useful range, far inside of what RK4 can still compute
 
 void check_finite(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::MatrixXd& initial, double t) {
-  if ((x.array().abs() <= kEscape).all()) return;
-  for (Eigen::Index column = 0; column < x.cols(); ++column) {
-    if ((x.col(column).array().abs() <= kEscape).all()) continue;
-    throw codegen::Error(fmt::format(
-        "plant {}: the trajectory from x(0) = ({}) is no number or beyond 1e9 at t = {:.6g} s; make the initial box "
-        "or the horizon smaller, or the sample period shorter",
-        plant.name(), fmt::join(initial.col(column), ", "), t));
-  }
+  const Eigen::Index column = first_escaped(x);
+  if (column < 0) return;
+  throw codegen::Error(fmt::format(
+      "plant {}: the trajectory from x(0) = ({}) is no number or beyond 1e9 at t = {:.6g} s; make the initial box "
+      "or the horizon smaller, or the sample period shorter",
+      plant.name(), fmt::join(initial.col(column), ", "), t));
 }
 
 }  // namespace
+
+Eigen::Index first_escaped(const Eigen::MatrixXd& x) {
+  if ((x.array().abs() <= kEscape).all()) return -1;
+  for (Eigen::Index column = 0; column < x.cols(); ++column)
+    if (!(x.col(column).array().abs() <= kEscape).all()) return column;
+  return -1;
+}
 
 Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h) {
   const Eigen::MatrixXd k1 = plant.derivative(x);

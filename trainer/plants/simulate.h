@@ -14,6 +14,9 @@ namespace nlo::trainer {
 /// One RK4 step of length h for each column of x (n_x x B).
 Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h);
 
+/// The first column of x that is out of any plant's useful range (|x| > 1e9 or NaN); -1: none.
+Eigen::Index first_escaped(const Eigen::MatrixXd& x);
+
 /// Samples of [0, horizon_s] at the sample period, both ends included: 2,501 for 50 s at 0.02 s.
 Eigen::Index sample_count(const SimulationConfig& config);
 

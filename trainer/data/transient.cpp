@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/transient.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "codegen/error.h"
+
+namespace nlo::trainer {
+
+double transient_time_s(const ObserverConfig& observer, double factor) {
+  double slowest = std::numeric_limits<double>::infinity();
+  for (const double lambda : observer.eigenvalues) slowest = std::min(slowest, std::abs(lambda));
+  for (const auto& pair : observer.pairs) slowest = std::min(slowest, std::abs(pair[0]));
+  return std::isfinite(slowest) ? factor / slowest : std::numeric_limits<double>::infinity();
+}
+
+void drop_transient(Dataset& dataset, double transient_s) {
+  const double rounding = 1e-9 * dataset.sample_period_s;  // a sample at t_c itself counts
+  for (Trajectory& run : dataset.trajectories) {
+    if (run.samples() == 0) continue;
+    const Eigen::ArrayXd since_start = run.time_s.array() - run.time_s(0);
+    run.weight = (since_start < transient_s - rounding).select(0.0, run.weight);
+    if (run.weight.maxCoeff() > 0.0) continue;
+    throw codegen::Error(
+        fmt::format("{}: transient = \"drop\" leaves no sample of its {:.4g} s, as the transient lasts {:.4g} s; take "
+                    "faster eigenvalues, a smaller transient_factor or longer runs",
+                    run.source, since_start.maxCoeff(), transient_s));
+  }
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// The transient of the latent filter: from z(0) = 0, z differs from T(x) by exp(D t) (z(0) - T(x(0))), so early pairs
+// (z, x) teach T* what only holds after a reset. The supervised baseline (Ramos et al. 2020) keeps them out, by
+//   drop      samples at t < t_c do not count
+//   backward  each trajectory begins t_c earlier, in the plant's simulated past (plants/lead_in.h)
+//   t_c = k / min |Re lambda|: what is left of the start is exp(-k)
+#pragma once
+
+#include "trainer/config.h"
+#include "trainer/data/dataset.h"
+
+namespace nlo::trainer {
+
+/// t_c [s] for the initial eigenvalues of `observer` (clocks not counted) and k = `factor`; infinite without any.
+double transient_time_s(const ObserverConfig& observer, double factor);
+
+/// Sets the weight of all samples to 0 that lie less than transient_s behind the first of their trajectory. Throws
+/// codegen::Error naming the trajectory that has none left.
+void drop_transient(Dataset& dataset, double transient_s);
+
+}  // namespace nlo::trainer
