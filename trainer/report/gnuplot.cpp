@@ -108,6 +108,31 @@ std::string style_text(const Series& series) {
   return fmt::format("with {} lc rgb '{}'", style, kColours[std::abs(series.colour) % kColourCount]);
 }
 
+/// One line "x y value" per cell, a blank line after each row of cells: what `with image` reads.
+std::string data_text(const HeatMap& map) {
+  std::string text;
+  for (Eigen::Index row = 0; row < map.y.size(); ++row) {
+    for (Eigen::Index column = 0; column < map.x.size(); ++column) {
+      const double value = map.values(row, column);
+      text += fmt::format("{:.6g} {:.6g} ", map.x[column], map.y[row]);
+      text += std::isfinite(value) ? fmt::format("{:.5g}\n", std::clamp(value, map.low, map.high)) : "NaN\n";
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+// Viridis: even steps of lightness, so that it reads the same in grey and to the colour-blind.
+constexpr const char* kHeatPalette =
+    "set palette defined (0 '#440154', 1 '#472d7b', 2 '#3b528b', 3 '#2c728e', 4 '#21918c', 5 '#28ae80', 6 '#5ec962', "
+    "7 '#addc30', 8 '#fde725')\n";
+
+std::string heat_map_script(const HeatMap& map) {
+  return fmt::format("{}{} colorbox\n{} logscale cb\nset cbrange [{:.6g}:{:.6g}]\nset cblabel {}\nset size ratio -1\n",
+                     kHeatPalette, map.show_scale ? "set" : "unset", map.logarithmic ? "set" : "unset", map.low,
+                     map.high, gnuplot_quoted(map.label));
+}
+
 bool drawable(const Series& series) {
   for (Eigen::Index i = 0; i < series.x.size(); ++i)
     if (std::isfinite(series.x[i]) && std::isfinite(series.y[i])) return true;
@@ -130,7 +155,15 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
   if (panel.zero_line) script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
   if (panel.zero_column) script += fmt::format("set arrow from first 0, graph 0 to first 0, graph 1 {}\n", kZero);
+  script +=
+      panel.title.empty() ? "unset title\n" : fmt::format("set title {} offset 0,-0.4\n", gnuplot_quoted(panel.title));
   std::string plots;
+  if (panel.heat_map) {
+    script += heat_map_script(*panel.heat_map);
+    const std::string name = fmt::format("{}-{}-map.dat", figure, index);
+    written = write_text(directory / name, data_text(*panel.heat_map)) && written;
+    plots += fmt::format("plot '{}' using 1:2:3 with image pixels notitle", name);
+  }
   for (std::size_t s = 0; s < panel.series.size(); ++s) {
     const Series& series = panel.series[s];
     if (!drawable(series)) continue;
@@ -144,14 +177,18 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
 }
 
 std::string figure_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
-  const std::size_t rows = figure.side_by_side ? 1 : figure.panels.size();
-  const std::size_t columns = figure.side_by_side ? figure.panels.size() : 1;
+  const std::size_t count = figure.panels.size();
+  const std::size_t columns = figure.side_by_side ? count : static_cast<std::size_t>(std::max(figure.columns, 1));
+  const std::size_t rows = (count + columns - 1) / columns;
+  // One scale for several maps: margins in shares of the figure make the panels the same size, whoever shows the scale.
+  const bool maps = std::any_of(figure.panels.begin(), figure.panels.end(), [](const Panel& p) { return p.heat_map; });
+  const char* margins = maps ? " margins 0.07,0.9,0.14,0.9 spacing 0.08,0.1" : "";
   std::string script = fmt::format(
       "reset\nset encoding utf8\nset terminal svg size {},{} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
       "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
       "set key outside top right horizontal samplen 2 height 0.2\nset lmargin 9\nset rmargin 2\n"
-      "set multiplot layout {},{}\n",
-      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, rows, columns);
+      "set multiplot layout {},{}{}\n",
+      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, rows, columns, margins);
   for (std::size_t i = 0; i < figure.panels.size(); ++i)
     script += panel_script(figure.panels[i], number, i, directory, written);
   return script + "unset multiplot\nunset output\n";

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,16 @@ struct Series {
   Eigen::VectorXd bar_width;  ///< kBars: one per point
 };
 
+/// Values over a grid of points, as colours on one scale.
+struct HeatMap {
+  std::string label;         ///< of the colour scale, with its unit
+  Eigen::VectorXd x, y;      ///< centres of the cells, evenly spaced
+  Eigen::MatrixXd values;    ///< y.size() x x.size(); a cell that is not finite is left out
+  double low = 0, high = 1;  ///< ends of the scale: share them between panels that are to be compared
+  bool logarithmic = false;  ///< the scale
+  bool show_scale = true;    ///< draw it beside the panel
+};
+
 struct Panel {
   std::string x_label, y_label;  ///< with units
   bool log_x = false, log_y = false;
@@ -26,14 +37,17 @@ struct Panel {
   double x_low = 0.0, x_high = 0.0;  ///< both 0: by the data
   double y_low = 0.0, y_high = 0.0;
   std::vector<Series> series;
+  std::string title = {};                ///< above the panel
+  std::optional<HeatMap> heat_map = {};  ///< below the series
 };
 
-/// Panels below each other.
+/// Panels below each other, or row by row on a grid.
 struct Figure {
   std::string caption;  ///< below the figure in the page; not seen by gnuplot
   int width = 860, panel_height = 230;
-  bool side_by_side = false;  ///< panels beside each other instead
+  bool side_by_side = false;  ///< all panels in one row
   std::vector<Panel> panels;
+  int columns = 1;  ///< of the grid, unless side_by_side
 };
 
 struct Drawing {

@@ -14,6 +14,9 @@ std::string escaped(std::string_view text);
 /// Headings and rows of plain text; the first column is text, the others numbers. A row of one cell is a group heading.
 std::string html_table(const std::vector<std::string>& headings, const std::vector<std::vector<std::string>>& rows);
 
+/// A paragraph that stands out: something is missing or needs attention.
+std::string note(const std::string& text);
+
 /// A whole document around `body`, with its style sheet: light and dark, screen and paper.
 std::string html_page(std::string_view title, std::string_view body);
 

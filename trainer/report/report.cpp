@@ -13,6 +13,7 @@
 #include "trainer/number_text.h"
 #include "trainer/report/figures.h"
 #include "trainer/report/html.h"
+#include "trainer/report/page.h"
 
 namespace nlo::trainer {
 namespace {
@@ -38,10 +39,6 @@ std::string nanoseconds(double ns) {
 
 std::string tile(const std::string& value, const std::string& meaning) {
   return fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>\n", escaped(value), escaped(meaning));
-}
-
-std::string note(const std::string& text) {
-  return fmt::format("<div class=\"note\">{}</div>\n", escaped(text));
 }
 
 /// The group that speaks for the whole: the first with Gaussian noise, else with any, else the first.
@@ -232,48 +229,6 @@ std::string facts_list(const std::vector<std::pair<std::string, std::string>>& f
   }
   return fmt::format("<dl>\n{}</dl>\n{}", list, blocks);
 }
-
-/// Sections in order of reading. Figures are collected while the text is laid out, drawn together, then put in place.
-class Page {
- public:
-  void text(const std::string& html) { parts_.push_back({html, -1}); }
-  void heading(const std::string& title) { text(fmt::format("<h2>{}</h2>\n", escaped(title))); }
-  void figure(Figure figure) {
-    if (figure.panels.empty()) return;
-    parts_.push_back({"", static_cast<int>(figures_.size())});
-    figures_.push_back(std::move(figure));
-  }
-
-  std::string html(const std::string& gnuplot) const {
-    const Drawing drawing = draw(figures_, gnuplot);
-    std::string html;
-    bool told = false;
-    for (const Part& part : parts_) {
-      if (part.figure < 0) {
-        html += part.html;
-      } else if (drawing.failure.empty()) {
-        const auto index = static_cast<std::size_t>(part.figure);
-        html += fmt::format("<figure{}>\n{}<figcaption>{}</figcaption>\n</figure>\n",
-                            figures_[index].width < 800 ? " class=\"narrow\"" : "", drawing.svgs[index],
-                            escaped(figures_[index].caption));
-      } else if (!told) {
-        html += note(
-            fmt::format("The plots are missing: {}. Install gnuplot (Debian: gnuplot-nox) and write the report again.",
-                        drawing.failure));
-        told = true;
-      }
-    }
-    return html;
-  }
-
- private:
-  struct Part {
-    std::string html;
-    int figure;  ///< index into figures_; -1: this part is text
-  };
-  std::vector<Part> parts_;
-  std::vector<Figure> figures_;
-};
 
 void add_plant_sections(Page& page, const ReportData& data) {
   constexpr double kShownS = 20.0;
