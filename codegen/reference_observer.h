@@ -51,7 +51,7 @@ class ReferenceObserver {
   void step(const Eigen::VectorXd& y, double dt_s) { take(accepted(y, true), coefficients(dt_s)); }
 
   /// x_hat, n_x.
-  Vector estimate() const { return estimates(z_, y_.cast<Scalar>()); }
+  Vector estimate() const { return inverse_map(z_, y_.cast<Scalar>()); }
 
   /// z, n_z. Angles are unwrapped from the first sample on, and z with them: subtract steady_gain() times the turns to
   /// compare with an observer that turns z back.
@@ -80,13 +80,14 @@ class ReferenceObserver {
       z.col(k) = z_;
       y.col(k) = y_.cast<Scalar>();
     }
-    constexpr Eigen::Index kBlock = 512;  // 50 neurons x 512 floats: a layer's input and output stay in the L2 cache
-    for (Eigen::Index k = 0; k < samples; k += kBlock) {
-      const Eigen::Index n = std::min(kBlock, samples - k);
-      run.x_hat.middleCols(k, n) = estimates(z.middleCols(k, n), y.middleCols(k, n)).template cast<double>();
-    }
+    run.x_hat = estimates_in_blocks(z, y);
     run.z = z.template cast<double>();
     return run;
+  }
+
+  /// x_hat (n_x x N) for the columns of z (n_z x N) and y (n_y x N), wherever they come from.
+  Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const {
+    return estimates_in_blocks(z.cast<Scalar>(), y.cast<Scalar>());
   }
 
  private:
@@ -133,8 +134,19 @@ class ReferenceObserver {
     started_ = true;
   }
 
+  /// T* as matrix products over blocks of samples.
+  Eigen::MatrixXd estimates_in_blocks(const Matrix& z, const Matrix& y) const {
+    constexpr Eigen::Index kBlock = 512;  // 50 neurons x 512 floats: a layer's input and output stay in the L2 cache
+    Eigen::MatrixXd x_hat(model_.nx(), z.cols());
+    for (Eigen::Index k = 0; k < z.cols(); k += kBlock) {
+      const Eigen::Index n = std::min(kBlock, z.cols() - k);
+      x_hat.middleCols(k, n) = inverse_map(z.middleCols(k, n), y.middleCols(k, n)).template cast<double>();
+    }
+    return x_hat;
+  }
+
   /// x_hat for each column of z (n_z x B) and y (n_y x B).
-  Matrix estimates(const Matrix& z, const Matrix& y) const {
+  Matrix inverse_map(const Matrix& z, const Matrix& y) const {
     Matrix inputs(z.rows() + y.rows(), z.cols());
     inputs << z, y;
     return inverse_map_(inputs);

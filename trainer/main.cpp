@@ -63,6 +63,7 @@ int run(int argc, char** argv) {
   nlo::trainer::add_evaluate(app, action);
   nlo::trainer::add_export(app, action);
   nlo::trainer::add_report(app, action);
+  nlo::trainer::add_reproduce(app, action);
   nlo::trainer::add_simulate(app, action);
   try {
     app.parse(argc, argv);

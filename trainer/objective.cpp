@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "trainer/structures/make_dynamics.h"
 
@@ -18,12 +17,11 @@ constexpr int kChunks = 16;
 }  // namespace
 
 Objective::Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
-                     ThreadPool& pool, CollocationPoints points)
+                     ThreadPool& pool)
     : experiment_(&experiment),
       structure_(&structure),
       data_(&data),
       pool_(&pool),
-      points_(std::move(points)),
       rollout_(data),
       chunks_(kChunks),
       transposed_(static_cast<std::size_t>(structure.network.parameters)) {}
@@ -84,8 +82,8 @@ void Objective::draw(long step, bool all, const LossConfig& loss) {
     ends_ = segment_ends();
     add_blocks(BlockKind::kTerminal, ends_);
   }
-  for (int first = 0; loss.pde_residual > 0.0 && first < points_.count; first += kBlock)
-    blocks_.push_back({BlockKind::kCollocation, nullptr, 0, first, std::min(kBlock, points_.count - first)});
+  for (int first = 0; loss.pde_residual > 0.0 && first < data_->collocation.count; first += kBlock)
+    blocks_.push_back({BlockKind::kCollocation, nullptr, 0, first, std::min(kBlock, data_->collocation.count - first)});
 }
 
 void Objective::add_blocks(BlockKind kind, const std::vector<SampleSet>& sets) {
@@ -205,7 +203,7 @@ void Objective::map_losses(const Block& block, Workspace& workspace, ChunkResult
   const auto share = static_cast<float>(running_share_);
   const std::size_t nx = structure_->state_scale.size(), nz = structure_->latent_scale.size();
   const std::size_t ny = workspace.y.size() / kRow;
-  const bool residual = loss_->pde_residual > 0.0 && points_.count == 0;
+  const bool residual = loss_->pde_residual > 0.0 && data_->collocation.count == 0;
   for (int s = 0; s < block.count; ++s) {
     const auto at = static_cast<std::size_t>(s);
     const int time = offsets[s] / kGroup, lane = offsets[s] % kGroup;
@@ -245,15 +243,16 @@ void Objective::map_losses(const Block& block, Workspace& workspace, ChunkResult
 }
 
 void Objective::collocation_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
-  const auto count = static_cast<std::size_t>(points_.count), first = static_cast<std::size_t>(block.first);
+  const auto count = static_cast<std::size_t>(data_->collocation.count), first = static_cast<std::size_t>(block.first);
   const auto gather = [&](const std::vector<float>& from, std::vector<float>& to) {
     for (std::size_t row = 0; row < from.size() / count; ++row)
       std::copy_n(from.data() + row * count + first, block.count, to.data() + row * kRow);
   };
-  gather(points_.x, workspace.x);
-  gather(points_.f, workspace.f);
-  gather(points_.h, workspace.h);
-  std::fill_n(workspace.weight.data(), block.count, static_cast<float>(horizon_s_) / static_cast<float>(points_.count));
+  gather(data_->collocation.x, workspace.x);
+  gather(data_->collocation.f, workspace.f);
+  gather(data_->collocation.h, workspace.h);
+  std::fill_n(workspace.weight.data(), block.count,
+              static_cast<float>(horizon_s_) / static_cast<float>(data_->collocation.count));
   const MapSamples<float> samples{.count = block.count,
                                   .x = workspace.x.data(),
                                   .f = workspace.f.data(),

@@ -23,18 +23,12 @@ struct ObjectiveValue {
   double rmse = 0.0;  ///< sqrt(mean |x - x_hat|^2)
 };
 
-/// Points of a box with f and h there: where the PDE residual (5) is asked for beyond the data.
-struct CollocationPoints {
-  int count = 0;
-  std::vector<float> x, f, h;  ///< n_x, n_x, n_y x count, row by row
-};
-
 class Objective {
  public:
-  /// `structure` may still be normalised, before the first evaluation. `points`: with [loss] collocation = "box"; for
-  /// "data" the training data must know f (TrainingData::Run::derivatives).
+  /// `structure` may still be normalised, before the first evaluation. For the PDE residual the data must hold f: at
+  /// its samples or at collocation points.
   Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
-            ThreadPool& pool, CollocationPoints points = {});
+            ThreadPool& pool);
 
   /// Loss and gradient at a step's own draw of segments, noise and ticks.
   ///   gradient  n parameters, or null for the value alone
@@ -88,7 +82,6 @@ class Objective {
   const ObserverStructure* structure_;
   const TrainingData* data_;
   ThreadPool* pool_;
-  CollocationPoints points_;
   std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use: the structure is normalised before that
   Rollout rollout_;
   const LossConfig* loss_ = nullptr;       ///< of what was drawn last

@@ -2,12 +2,9 @@
 #include "trainer/progress.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string_view>
 
 #include "trainer/analysis/text.h"
@@ -15,10 +12,6 @@
 namespace nlo::trainer {
 namespace {
 
-using namespace std::chrono_literals;
-
-constexpr auto kRedrawEvery = 100ms;
-constexpr auto kLogEvery = 5s;
 constexpr std::size_t kWidestBar = 30, kNarrowestBar = 6;
 
 double share(const TrainProgress& progress) {
@@ -26,7 +19,17 @@ double share(const TrainProgress& progress) {
   return std::clamp(static_cast<double>(progress.step) / static_cast<double>(progress.steps), 0.0, 1.0);
 }
 
-std::string bar(double share, std::size_t cells, bool utf8) {
+std::string rate_text(double steps_per_s) {
+  return fmt::format("{} steps/s", significant(steps_per_s));
+}
+
+std::string number_text(double value) {
+  return std::isfinite(value) ? significant(value) : "?";
+}
+
+}  // namespace
+
+std::string progress_bar(double share, std::size_t cells, bool utf8) {
   std::string text;
   if (!utf8) {
     const auto full = static_cast<std::size_t>(share * static_cast<double>(cells));
@@ -45,15 +48,6 @@ std::string bar(double share, std::size_t cells, bool utf8) {
   return text;
 }
 
-std::string rate_text(double steps_per_s) {
-  return fmt::format("{} steps/s", significant(steps_per_s));
-}
-
-std::string number_text(double value) {
-  return std::isfinite(value) ? significant(value) : "?";
-}
-
-/// The first `columns` terminal columns.
 std::string shortened(const std::string& text, std::size_t columns) {
   if (display_width(text) <= columns) return text;
   std::size_t end = 0;
@@ -65,26 +59,6 @@ std::string shortened(const std::string& text, std::size_t columns) {
   }
   return text.substr(0, end);
 }
-
-bool utf8_terminal() {
-  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {  // the first one set decides, as in the C library
-    const char* value = std::getenv(name);
-    if (value == nullptr || *value == '\0') continue;
-    const std::string_view text = value;
-    return text.find("UTF-8") != text.npos || text.find("utf8") != text.npos || text.find("UTF8") != text.npos ||
-           text.find("utf-8") != text.npos;
-  }
-  return false;
-}
-
-ProgressDisplay::Mode mode_of(std::FILE* stream) {
-  if (!isatty(fileno(stream))) return ProgressDisplay::Mode::kLog;
-  const char* terminal = std::getenv("TERM");
-  const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
-  return dumb ? ProgressDisplay::Mode::kLog : ProgressDisplay::Mode::kTerminal;
-}
-
-}  // namespace
 
 std::string duration_text(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0.0 || seconds > 1e9) return "?";
@@ -125,7 +99,7 @@ std::string progress_bar_line(const TrainProgress& progress, std::size_t columns
   for (const std::string& version : versions) {
     const std::size_t taken = display_width(version) + brackets;
     if (taken + kNarrowestBar > columns) continue;
-    return bar(share(progress), std::min(kWidestBar, columns - taken), utf8) + version;
+    return progress_bar(share(progress), std::min(kWidestBar, columns - taken), utf8) + version;
   }
   return shortened(count.substr(1) + errors, columns);
 }
@@ -140,59 +114,11 @@ std::string progress_log_line(const TrainProgress& progress, bool utf8) {
                                                  : fmt::format(", {} left", duration_text(progress.left_s)));
 }
 
-ProgressDisplay::ProgressDisplay(std::FILE* stream) : ProgressDisplay(stream, mode_of(stream), utf8_terminal()) {}
-
-ProgressDisplay::ProgressDisplay(std::FILE* stream, Mode mode, bool utf8, std::size_t columns)
-    : stream_(stream), mode_(mode), utf8_(utf8), fixed_columns_(columns) {}
-
-ProgressDisplay::~ProgressDisplay() {
-  finish();
-}
-
-std::size_t ProgressDisplay::columns() const {
-  if (fixed_columns_ > 0) return fixed_columns_;
-  winsize size{};  // asked each time: the window may be resized during a run
-  if (ioctl(fileno(stream_), TIOCGWINSZ, &size) == 0 && size.ws_col > 1) return size.ws_col - std::size_t{1};
-  return 79;
-}
-
-void ProgressDisplay::draw() {
-  // Back to the first column, the line, and whatever was longer before erased.
-  const std::string line = fmt::format("\r{}\x1b[K", progress_bar_line(latest_, columns(), utf8_));
-  std::fwrite(line.data(), 1, line.size(), stream_);
-  std::fflush(stream_);
-  open_ = true;
-  stale_ = false;
-}
-
 void ProgressDisplay::update(const TrainProgress& progress) {
-  if (mode_ == Mode::kSilent) return;
-  const auto now = std::chrono::steady_clock::now();
-  const bool last = progress.step >= progress.steps;
-  const bool first = !started_;
-  started_ = true;
-  if (mode_ == Mode::kTerminal) {
-    latest_ = progress;
-    stale_ = true;
-    if (!first && !last && now - last_output_ < kRedrawEvery) return;
-    draw();
-  } else {
-    const auto tenth = static_cast<long>(10.0 * share(progress));
-    if (!first && !last && tenth == last_logged_tenth_ && now - last_output_ < kLogEvery) return;
-    last_logged_tenth_ = tenth;
-    const std::string line = progress_log_line(progress, utf8_) + "\n";
-    std::fwrite(line.data(), 1, line.size(), stream_);
-    std::fflush(stream_);
-  }
-  last_output_ = now;
-}
-
-void ProgressDisplay::finish() {
-  if (!open_) return;
-  if (stale_) draw();
-  std::fputc('\n', stream_);
-  std::fflush(stream_);
-  open_ = false;
+  line_.update(
+      share(progress), progress.step >= progress.steps,
+      [progress](std::size_t columns, bool utf8) { return progress_bar_line(progress, columns, utf8); },
+      [&progress](bool utf8) { return progress_log_line(progress, utf8); });
 }
 
 }  // namespace nlo::trainer

@@ -2,11 +2,13 @@
 // Training progress on stderr: one line redrawn in place on a terminal, a sparse log elsewhere.
 #pragma once
 
-#include <chrono>
+#include <complex>
 #include <cstddef>
 #include <cstdio>
 #include <string>
+#include <vector>
 
+#include "trainer/status_line.h"
 #include "trainer/train.h"
 
 namespace nlo::trainer {
@@ -24,38 +26,28 @@ std::string eigenvalues_text(const std::vector<std::complex<double>>& eigenvalue
 /// "8 s", "2:05", "1:02:05"; "?" when it is not known.
 std::string duration_text(double seconds);
 
+/// A bar of `cells` columns, in eighths of a cell where `utf8` allows it; `share` in [0, 1].
+std::string progress_bar(double share, std::size_t cells, bool utf8);
+
+/// `text` cut to the first `columns` terminal columns.
+std::string shortened(const std::string& text, std::size_t columns);
+
 class ProgressDisplay {
  public:
-  enum class Mode { kTerminal, kLog, kSilent };
+  using Mode = StatusLine::Mode;
 
-  /// The mode that fits the stream: a terminal that is not dumb is redrawn, everything else gets a log.
-  explicit ProgressDisplay(std::FILE* stream = stderr);
-  ProgressDisplay(std::FILE* stream, Mode mode, bool utf8, std::size_t columns = 0);
-  ~ProgressDisplay();
-  ProgressDisplay(const ProgressDisplay&) = delete;
-  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+  explicit ProgressDisplay(std::FILE* stream = stderr) : line_(stream) {}
+  ProgressDisplay(std::FILE* stream, Mode mode, bool utf8, std::size_t columns = 0)
+      : line_(stream, mode, utf8, columns) {}
 
-  /// Call as often as you like: the terminal is redrawn at most 10 times a second; a log gets a line when 5 s have
-  /// passed or another tenth of the steps is done, and always at the first and the last step.
+  /// Call as often as you like: see StatusLine.
   void update(const TrainProgress& progress);
 
   /// Ends the redrawn line, with its latest state on it, so that other text can follow.
-  void finish();
+  void finish() { line_.finish(); }
 
  private:
-  std::size_t columns() const;
-  void draw();
-
-  std::FILE* stream_;
-  Mode mode_;
-  bool utf8_;
-  std::size_t fixed_columns_;
-  TrainProgress latest_;
-  bool open_ = false;   ///< the cursor stands in a line of ours
-  bool stale_ = false;  ///< latest_ is newer than what is on screen
-  bool started_ = false;
-  long last_logged_tenth_ = -1;
-  std::chrono::steady_clock::time_point last_output_;
+  StatusLine line_;
 };
 
 }  // namespace nlo::trainer

@@ -17,11 +17,14 @@ TrainingData::TrainingData(const Dataset& dataset)
         m.cast<float>();
     return out;
   };
+  collocation = {static_cast<int>(dataset.collocation.x.cols()), row_major(dataset.collocation.x),
+                 row_major(dataset.collocation.f), row_major(dataset.collocation.h)};
   for (const Trajectory& trajectory : dataset.trajectories) {
     Run run;
     run.samples = static_cast<int>(trajectory.samples());
     run.outputs = row_major(trajectory.outputs);
     run.states = row_major(trajectory.states);
+    run.derivatives = row_major(trajectory.derivatives);
     run.weight.assign(static_cast<std::size_t>(run.samples), 1.0F);
     for (int k = 0; k < trajectory.weight.size(); ++k) {
       run.weight[static_cast<std::size_t>(k)] = static_cast<float>(trajectory.weight(k));

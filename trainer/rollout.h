@@ -16,6 +16,11 @@ namespace nlo::trainer {
 
 /// A dataset as training reads it: float32, one row per channel, steps numbered through all trajectories.
 struct TrainingData {
+  /// Points of a box with f and h there, row by row: where the PDE residual (5) is asked for beyond the data.
+  struct Points {
+    int count = 0;
+    std::vector<float> x, f, h;
+  };
   struct Run {
     int samples = 0;
     int first_step = 0;              ///< number of the step that leaves sample 0
@@ -25,6 +30,7 @@ struct TrainingData {
     std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only
   };
   std::vector<Run> runs;
+  Points collocation;
   std::vector<double> steps_s;   ///< one entry when uniform; else the step after each sample (the last: nominal)
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;

@@ -137,7 +137,8 @@ class Training {
       if (network.linear_path >= 0) groups.push_back({network.inputs() * network.outputs(), path_rate, 0.0});
     };
     if (structure_.is_kkl()) {
-      groups.push_back({structure_.latent.learned, experiment_.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0});
+      groups.push_back(
+          {structure_.latent.learned, experiment_.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0});
     } else {
       add_network(structure_.dynamics.shape, eigenvalue_rate);
     }

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "codegen/error.h"
+#include "trainer/experiments/shipped.h"
 #include "trainer/nearest_name.h"
 
 namespace nlo::trainer {

@@ -3,21 +3,12 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "trainer/config.h"
 
 namespace nlo::trainer {
-
-struct ShippedExperiment {
-  std::string_view name, text;
-};
-
-/// trainer/experiments/*.toml, compiled in.
-std::span<const ShippedExperiment> shipped_experiments();
 
 struct ExperimentArgument {
   std::string experiment;              ///< path or name

@@ -3,23 +3,21 @@
 #include <fmt/core.h>
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "codegen/file.h"
 #include "codegen/model_file.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/interrupt.h"
 #include "trainer/commands/judgement.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/transient.h"
-#include "trainer/plants/lead_in.h"
-#include "trainer/plants/registry.h"
-#include "trainer/plants/simulate.h"
+#include "trainer/experiments/shipped.h"
+#include "trainer/plants/training_sets.h"
 #include "trainer/progress.h"
 #include "trainer/train.h"
 
@@ -39,25 +37,9 @@ struct Data {
   LogReport clock;  ///< of logs
 };
 
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch what is lock-free");
-
-/// The first Ctrl-C saves and stops; a second one kills, as everywhere.
-extern "C" void request_stop(int signal) {
-  stop_requested.store(true);
-  std::signal(signal, SIG_DFL);
-}
-
 Data simulated(const Experiment& experiment) {
-  const auto plant = make_plant(*experiment.plant);
-  const SimulationConfig& config = experiment.simulation;
-  const auto set = [&](SeedStream stream, Eigen::Index count) {
-    Dataset dataset = simulate(*plant, config, initial_state_seed(experiment.seed, stream), count);
-    keep_out_transient(experiment, *plant, dataset);
-    return dataset;
-  };
-  const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
-  return {set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation), {}, {}};
+  TrainingSets sets = simulate_training_sets(experiment);
+  return {std::move(sets.training), std::move(sets.validation), {}, {}};
 }
 
 Data logged(const Experiment& experiment, const Arguments& arguments) {
@@ -82,10 +64,8 @@ TrainingResult train_with_progress(const Experiment& experiment, const Data& dat
   TrainOptions options;
   options.directory = arguments.output;
   options.resume = arguments.resume;
-  options.stop = &stop_requested;
+  options.stop = &stop_on_interrupt();
   if (display) options.progress = [&](const TrainProgress& progress) { display->update(progress); };
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
   TrainingResult result = train(experiment, data.training, data.validation, options);
   if (display) display->finish();
   return result;

@@ -20,8 +20,14 @@ struct Trajectory {
   Eigen::MatrixXd outputs;  ///< n_y x N, noise-free when simulated, as measured when logged
   Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
   Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)
+  Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x): where the PDE residual asks for it; else 0 x 0
 
   Eigen::Index samples() const { return time_s.size(); }
+};
+
+/// Points of the state space with the plant's f and h there: where the PDE residual asks for them.
+struct Collocation {
+  Eigen::MatrixXd x, f, h;  ///< n_x, n_x, n_y x count; 0 x 0 when nothing does
 };
 
 struct Dataset {
@@ -30,6 +36,7 @@ struct Dataset {
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;           ///< every step is sample_period_s (simulations); else steps come from time_s (logs)
   std::vector<Trajectory> trajectories;
+  Collocation collocation = {};
 };
 
 }  // namespace nlo::trainer

@@ -19,8 +19,8 @@
 
 namespace nlo::trainer {
 
-/// What a set of trajectories is for. Evaluation by PROTOCOL's definitions uses kTest.
-enum class SeedStream : std::uint64_t { kTraining = 0, kValidation = 1, kTest = 2 };
+/// What a set of trajectories (or of points) is for. Evaluation by PROTOCOL's definitions uses kTest.
+enum class SeedStream : std::uint64_t { kTraining = 0, kValidation = 1, kTest = 2, kCollocation = 3 };
 
 /// The engine's seed for a stream.
 std::uint64_t initial_state_seed(std::uint64_t seed, SeedStream stream);

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// The items of `nlo reproduce` and the trainings they share.
+#include "trainer/reproduce/registry.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+#include <utility>
+
+#include "codegen/error.h"
+#include "trainer/reproduce/jobs.h"
+
+namespace nlo::trainer::reproduction {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string refusal(const std::string& what) {
+  try {
+    select_items(what);
+  } catch (const codegen::Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Registry, CoversThePapersTablesAndFigures) {
+  std::set<std::string> labels;
+  for (const Item& item : items()) labels.emplace(item.label);
+  for (const char* label :
+       {"vanderpol-rmse", "vanderpol-rmse-add", "vanderpol-compare", "vanderpol-compare-without",
+        "vanderpol-compare-reg", "reg-traj", "vanderpol-compare-no", "compare_x_rmse", "compare_x12", "osci-auto"})
+    EXPECT_TRUE(labels.contains(label)) << label;
+}
+
+TEST(Registry, EveryItemIsComplete) {
+  std::set<std::string> names;
+  for (const Item& item : items()) {
+    EXPECT_TRUE(names.emplace(item.name).second) << item.name << " is there twice";
+    EXPECT_FALSE(item.title.empty() || item.label.empty() || item.paper_reports.empty()) << item.name;
+    EXPECT_TRUE(item.example == "example1" || item.example == "example2" || item.example == "example3") << item.name;
+    EXPECT_NE(item.analyse, nullptr) << item.name;
+    EXPECT_FALSE(item.experiments.empty()) << item.name;
+    for (const auto name : item.experiments)
+      EXPECT_EQ(paper_experiment(name, kFullSize, 2).seed, 2U) << item.name << " needs " << name;
+  }
+}
+
+TEST(Registry, SelectsByNameExampleOrAll) {
+  EXPECT_EQ(select_items("all").size(), items().size());
+  ASSERT_EQ(select_items("table1").size(), 1U);
+  EXPECT_EQ(select_items("table1").front()->name, "table1");
+  for (const Item* item : select_items("example3")) EXPECT_EQ(item->example, "example3");
+}
+
+TEST(Registry, AnUnknownItemNamesTheNearest) {
+  EXPECT_THAT(refusal("tabel1"), HasSubstr("did you mean \"table1\"?"));
+  EXPECT_THAT(refusal("figure-vanderpol-compar"), HasSubstr("did you mean \"figure-vanderpol-compare\"?"));
+  EXPECT_THAT(refusal("qqqq"), AllOf(HasSubstr("there are: all"), HasSubstr("table2")));
+}
+
+TEST(Jobs, EachExperimentAndSeedIsTrainedOnceWhoeverSharesIt) {
+  std::set<std::pair<std::string, int>> planned;
+  std::set<std::string> hashes;
+  const auto all = select_items("all");
+  for (const Job& job : plan_jobs(all, kFullSize, 2)) {
+    EXPECT_TRUE(planned.emplace(job.experiment, job.seed).second) << job.experiment << " twice";
+    EXPECT_TRUE(hashes.insert(ModelCache::hash(job.config)).second) << job.experiment << ": hash of another job";
+  }
+  for (const Item* item : all)
+    for (const auto name : item->experiments)
+      for (int seed = 0; seed < 2; ++seed) EXPECT_TRUE(planned.contains({std::string(name), seed})) << name;
+}
+
+TEST(Jobs, QuickTrainsFewerSteps) {
+  const Experiment full = paper_experiment("van_der_pol_fast", kFullSize, 1);
+  const Experiment quick = paper_experiment("van_der_pol_fast", kQuickSize, 1);
+  EXPECT_EQ(quick.training.steps, full.training.steps / 4);
+  EXPECT_NE(ModelCache::hash(quick), ModelCache::hash(full));
+}
+
+}  // namespace
+}  // namespace nlo::trainer::reproduction

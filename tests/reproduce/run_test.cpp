@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// `nlo reproduce` end to end on its smallest item: the cache, interruption, the page.
+#include "trainer/reproduce/run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "codegen/error.h"
+#include "codegen/file.h"
+#include "trainer/reproduce/jobs.h"
+
+namespace nlo::trainer::reproduction {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kItem = "figure-reg-traj";
+constexpr Size kTiny{.steps = 0.02, .test_trajectories = 2, .map_points = 3};
+
+class Reproduction : public testing::Test {
+ protected:
+  Reproduction() : path_(fs::temp_directory_path() / ("nlo-reproduce-" + std::to_string(getpid()))) {
+    fs::remove_all(path_);
+  }
+  ~Reproduction() override { fs::remove_all(path_); }
+
+  Request tiny(const std::string& directory = "a") const {
+    Request request;
+    request.what = kItem;
+    request.directory = (path_ / directory).string();
+    request.size = kTiny;
+    request.quick = true;
+    request.seeds = 1;
+    request.threads = 1;
+    return request;
+  }
+
+  static Result run(const Request& request) {
+    StatusLine line(stderr, StatusLine::Mode::kSilent, false);
+    RunProgress progress(line);
+    return reproduce(request, progress);
+  }
+
+  static std::string model_file(const Request& request, int seed) {
+    const Experiment experiment = paper_experiment("van_der_pol_regularised", request.size, seed);
+    return ModelCache(request.directory + "/cache").path(experiment) + "/model.json";
+  }
+
+  const fs::path path_;
+};
+
+TEST_F(Reproduction, ASecondRunTrainsNothingAndGivesTheSameBytes) {
+  const Request request = tiny();
+  EXPECT_EQ(run(request).trained, 1);
+  const std::string page = codegen::read_file(request.directory + "/reproduction.html");
+  const Result second = run(request);
+  EXPECT_EQ(second.trained, 0);
+  EXPECT_EQ(second.cached, 1);
+  EXPECT_EQ(codegen::read_file(request.directory + "/reproduction.html"), page);
+}
+
+TEST_F(Reproduction, AnotherConfigOrSeedMissesTheCache) {
+  Request request = tiny();
+  run(request);
+  request.size.steps *= 2.0;
+  EXPECT_EQ(run(request).trained, 1);
+  request.seeds = 2;
+  const Result more_seeds = run(request);
+  EXPECT_EQ(more_seeds.trained, 1);
+  EXPECT_EQ(more_seeds.cached, 1);
+}
+
+TEST_F(Reproduction, ADamagedModelIsTrainedAgain) {
+  const Request request = tiny();
+  run(request);
+  const std::string good = codegen::read_file(model_file(request, 1));
+  codegen::write_file_atomically(model_file(request, 1), good.substr(0, good.size() / 2));
+  EXPECT_EQ(run(request).trained, 1);
+  EXPECT_EQ(codegen::read_file(model_file(request, 1)), good);
+}
+
+TEST_F(Reproduction, AnInterruptedRunKeepsWhatIsFinishedAndGoesOnToTheSameBytes) {
+  Request request = tiny();
+  request.seeds = 2;
+  std::atomic<bool> stop{false};
+  request.stop = &stop;
+  // Ctrl-C as soon as the first of the two models lies in the cache.
+  std::thread interrupter([&] {
+    while (!fs::exists(model_file(request, 1)) && !fs::exists(model_file(request, 2)))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    stop.store(true);
+  });
+  const Result interrupted = run(request);
+  interrupter.join();
+  EXPECT_TRUE(interrupted.interrupted);
+  EXPECT_FALSE(fs::exists(request.directory + "/reproduction.html"));
+
+  stop.store(false);
+  const Result resumed = run(request);
+  EXPECT_FALSE(resumed.interrupted);
+  EXPECT_GE(resumed.cached, 1);
+  EXPECT_EQ(resumed.cached + resumed.trained, 2);
+
+  Request uninterrupted = tiny("b");
+  uninterrupted.seeds = 2;
+  run(uninterrupted);
+  EXPECT_EQ(codegen::read_file(model_file(request, 2)), codegen::read_file(model_file(uninterrupted, 2)));
+}
+
+TEST_F(Reproduction, ThePageIsSelfContainedAndSaysThatItIsQuick) {
+  const Request request = tiny();
+  run(request);
+  const std::string page = codegen::read_file(request.directory + "/reproduction.html");
+  for (const char* link : {"<script", "<link", "src=", "href=\"http", "url(", "@import"})
+    EXPECT_THAT(page, Not(HasSubstr(link)));
+  EXPECT_THAT(page, HasSubstr("A quick run"));
+  EXPECT_THAT(page, HasSubstr("nlo reproduce figure-reg-traj"));
+  EXPECT_THAT(page, HasSubstr("reg-traj"));
+  EXPECT_THAT(page, HasSubstr("</html>"));
+}
+
+TEST_F(Reproduction, WritesOneCsvOfCurvesAndOneOfNumbersForAFigure) {
+  const Request request = tiny();
+  run(request);
+  const std::string base = request.directory + "/" + kItem;
+  const std::string curves = codegen::read_file(base + ".csv");
+  EXPECT_EQ(curves.substr(0, curves.find('\n')),
+            "time_s,regularised_x1,regularised_x2,regularised_y,regularised_x1_hat,regularised_x2_hat");
+  EXPECT_EQ(std::count(curves.begin(), curves.end(), '\n'), 2502);  // a heading and 50 s at 0.02 s
+  EXPECT_THAT(codegen::read_file(base + "-numbers.csv"), HasSubstr("paper-like,nrmse"));
+}
+
+TEST_F(Reproduction, AnUnknownItemWritesNothing) {
+  Request request = tiny();
+  request.what = "table9";
+  EXPECT_THROW(run(request), codegen::Error);
+  EXPECT_FALSE(fs::exists(request.directory));
+}
+
+}  // namespace
+}  // namespace nlo::trainer::reproduction

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/analysis/paper_noise.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "codegen/reference_observer.h"
+#include "codegen/validate.h"
+#include "trainer/analysis/measurement_noise.h"
+#include "trainer/parallel.h"
+#include "trainer/plants/registry.h"
+#include "trainer/plants/simulate.h"
+
+namespace nlo::trainer {
+namespace {
+
+// Trajectories that are integrated together, and whose errors are summed together: fixed, so that neither the draws nor
+// the order of the additions depends on the number of threads.
+constexpr Eigen::Index kChunk = 20;
+
+/// D, n_z x n_z: the 2x2 blocks of the pairs, then the real eigenvalues.
+Eigen::MatrixXd latent_matrix(const codegen::Model& model) {
+  Eigen::MatrixXd d = model.eigenvalues.asDiagonal();
+  for (Eigen::Index row = 0; row < 2 * model.pairs; row += 2) {
+    const double re = model.eigenvalues[row], im = model.eigenvalues[row + 1];
+    d.block<2, 2>(row, row) << re, -im, im, re;
+  }
+  return d;
+}
+
+}  // namespace
+
+JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& plant, const SimulationConfig& simulation,
+                                    const Eigen::MatrixXd& initial, const NoiseConfig& noise, std::uint64_t seed,
+                                    std::uint64_t first_run) {
+  JointRun run;
+  run.truth = simulate_from(plant, simulation, initial);
+  const Eigen::Index batch = initial.cols(), samples = sample_count(simulation);
+  const double h = simulation.sample_period_s;
+  const Eigen::MatrixXd d = latent_matrix(model);
+  std::vector<MeasurementNoise> sensors;
+  for (Eigen::Index i = 0; i < batch; ++i) sensors.emplace_back(noise, seed, first_run + static_cast<std::uint64_t>(i));
+  const auto measured = [&](const Eigen::MatrixXd& x) {
+    Eigen::MatrixXd y = plant.output(x);
+    for (Eigen::Index i = 0; i < batch; ++i)
+      for (double& channel : y.col(i)) channel += sensors[static_cast<std::size_t>(i)].draw();
+    return y;
+  };
+
+  run.latent.assign(static_cast<std::size_t>(batch), Eigen::MatrixXd(model.nz(), samples));
+  run.outputs.assign(static_cast<std::size_t>(batch), Eigen::MatrixXd(model.ny(), samples));
+  Eigen::MatrixXd x = initial, z = model.initial_latent.replicate(1, batch);
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    const Eigen::MatrixXd y1 = measured(x);
+    if (k == 0 && model.starts_steady) z += codegen::steady_gain(model) * y1;
+    for (Eigen::Index i = 0; i < batch; ++i) {
+      run.latent[static_cast<std::size_t>(i)].col(k) = z.col(i);
+      run.outputs[static_cast<std::size_t>(i)].col(k) = y1.col(i);
+    }
+    if (k + 1 == samples) break;
+    const auto slope = [&](const Eigen::MatrixXd& at, const Eigen::MatrixXd& y) -> Eigen::MatrixXd {
+      return d * at + model.output_injection * y;
+    };
+    const Eigen::MatrixXd f1 = plant.derivative(x), g1 = slope(z, y1);
+    const Eigen::MatrixXd x2 = x + 0.5 * h * f1, f2 = plant.derivative(x2);
+    const Eigen::MatrixXd g2 = slope(z + 0.5 * h * g1, measured(x2));
+    const Eigen::MatrixXd x3 = x + 0.5 * h * f2, f3 = plant.derivative(x3);
+    const Eigen::MatrixXd g3 = slope(z + 0.5 * h * g2, measured(x3));
+    const Eigen::MatrixXd x4 = x + h * f3, f4 = plant.derivative(x4);
+    const Eigen::MatrixXd g4 = slope(z + h * g3, measured(x4));
+    x += h / 6.0 * (f1 + 2.0 * f2 + 2.0 * f3 + f4);
+    z += h / 6.0 * (g1 + 2.0 * g2 + 2.0 * g3 + g4);
+  }
+  return run;
+}
+
+ErrorMetrics evaluate_with_stage_noise(const codegen::Model& model, const PlantConfig& plant,
+                                       const SimulationConfig& simulation, const Eigen::MatrixXd& initial,
+                                       const NoiseConfig& noise, std::uint64_t seed, int threads) {
+  const Eigen::Index chunks = (initial.cols() + kChunk - 1) / kChunk;
+  const std::vector<codegen::Channel> states = make_plant(plant)->states();
+  std::vector<ErrorAccumulator> sums(static_cast<std::size_t>(chunks),
+                                     ErrorAccumulator(states, simulation.sample_period_s));
+  ThreadPool(threads).run(static_cast<int>(chunks), [&](int task, int) {
+    const Eigen::Index first = task * kChunk, count = std::min(kChunk, initial.cols() - first);
+    const auto own_plant = make_plant(plant);  // plants are not for two threads at once
+    const codegen::ReferenceObserver<float> observer(model);
+    const JointRun run = integrate_with_stage_noise(model, *own_plant, simulation, initial.middleCols(first, count),
+                                                    noise, seed, static_cast<std::uint64_t>(first));
+    for (std::size_t i = 0; i < run.latent.size(); ++i)
+      sums[static_cast<std::size_t>(task)].add(run.truth.trajectories[i],
+                                               observer.estimates(run.latent[i], run.outputs[i]));
+  });
+  ErrorAccumulator total(states, simulation.sample_period_s);
+  for (const ErrorAccumulator& sum : sums) total.merge(sum);
+  return total.metrics();
+}
+
+}  // namespace nlo::trainer

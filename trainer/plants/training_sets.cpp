@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/plants/training_sets.h"
+
+#include <algorithm>
+
+#include "trainer/plants/lead_in.h"
+#include "trainer/plants/registry.h"
+#include "trainer/plants/simulate.h"
+
+namespace nlo::trainer {
+
+namespace {
+
+/// f at the samples, or f and h at points of the box: what the PDE residual (5) asks of the plant.
+void add_equations(Dataset& dataset, const Plant& plant, const Experiment& experiment) {
+  const LossConfig& loss = experiment.loss;
+  if (loss.collocation == "data") {
+    for (Trajectory& trajectory : dataset.trajectories) trajectory.derivatives = plant.derivative(trajectory.states);
+    return;
+  }
+  SimulationConfig box;
+  box.initial_low = loss.collocation_low;
+  box.initial_high = loss.collocation_high;
+  const Eigen::MatrixXd x =
+      draw_initial_states(box, initial_state_seed(experiment.seed, SeedStream::kCollocation), loss.collocation_points);
+  dataset.collocation = {x, plant.derivative(x), plant.output(x)};
+}
+
+}  // namespace
+
+TrainingSets simulate_training_sets(const Experiment& experiment) {
+  const auto plant = make_plant(*experiment.plant);
+  const SimulationConfig& config = experiment.simulation;
+  const auto set = [&](SeedStream stream, Eigen::Index count) {
+    Dataset dataset = simulate(*plant, config, initial_state_seed(experiment.seed, stream), count);
+    keep_out_transient(experiment, *plant, dataset);
+    return dataset;
+  };
+  const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
+  TrainingSets sets{set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation)};
+  if (experiment.loss.pde_residual > 0.0) add_equations(sets.training, *plant, experiment);
+  return sets;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// The analysis of each item; registry.cpp says what they are of.
+#pragma once
+
+#include "trainer/reproduce/section.h"
+#include "trainer/reproduce/workbench.h"
+
+namespace nlo::trainer::reproduction {
+
+// tables.cpp
+Section table_1(const Workbench& bench);
+Section table_2(const Workbench& bench);
+
+// van_der_pol_figures.cpp
+Section van_der_pol_with_noise(const Workbench& bench);
+Section van_der_pol_without_noise(const Workbench& bench);
+Section van_der_pol_regularised(const Workbench& bench);
+Section van_der_pol_regularised_from_2_0(const Workbench& bench);
+Section van_der_pol_without_robustness(const Workbench& bench);
+
+// duffing.cpp
+Section duffing_map(const Workbench& bench);
+Section duffing_from_2_0(const Workbench& bench);
+Section duffing_unexcited(const Workbench& bench);
+
+}  // namespace nlo::trainer::reproduction

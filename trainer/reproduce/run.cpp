@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/reproduce/run.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "codegen/file.h"
+#include "trainer/reproduce/csv.h"
+#include "trainer/reproduce/jobs.h"
+#include "trainer/reproduce/page.h"
+
+namespace nlo::trainer::reproduction {
+namespace {
+
+struct Interrupted {};
+
+/// What an item's analysis costs at this size, of what it costs in full.
+double analysis_cost_s(const Item& item, const Request& request) {
+  return item.analysis_s * request.seeds / 3.0 * request.size.test_trajectories / kFullSize.test_trajectories;
+}
+
+void write_section(const Item& item, const Section& section, const std::string& directory) {
+  const std::string base = directory + "/" + std::string(item.name);
+  const std::string numbers = numbers_csv(section);
+  if (!numbers.empty()) codegen::write_file_atomically(base + (section.csv.empty() ? ".csv" : "-numbers.csv"), numbers);
+  if (!section.csv.empty()) codegen::write_file_atomically(base + ".csv", section.csv);
+}
+
+}  // namespace
+
+Result reproduce(const Request& request, RunProgress& progress) {
+  const std::vector<const Item*> selected = select_items(request.what);
+  const std::vector<Job> jobs = plan_jobs(selected, request.size, request.seeds);
+  for (const Item* item : selected) progress.expect(analysis_cost_s(*item, request));
+  std::filesystem::create_directories(request.directory);
+  Trained trained = train_jobs(jobs, ModelCache(request.directory + "/cache"), request.threads, request.stop, progress);
+  Result result{trained.interrupted, trained.trained, trained.cached, {}};
+  if (result.interrupted) return result;
+
+  Workbench bench;
+  bench.size = request.size;
+  bench.seeds = request.seeds;
+  bench.threads = request.threads;
+  bench.models = std::move(trained.models);
+  for (const Job& job : jobs) bench.experiments.emplace(job.experiment, job.config);
+  try {
+    for (const Item* item : selected) {
+      double done = 0.0;
+      bench.progress = [&](double share) {
+        if (request.stop != nullptr && request.stop->load()) throw Interrupted{};
+        progress.advance(analysis_cost_s(*item, request) * (share - done), fmt::format("measuring {}", item->name));
+        done = share;
+      };
+      bench.progress(0.0);
+      result.sections.emplace_back(item, item->analyse(bench));
+      bench.progress(1.0);
+    }
+  } catch (const Interrupted&) {
+    result.interrupted = true;
+    return result;
+  }
+  for (const auto& [item, section] : result.sections) write_section(*item, section, request.directory);
+  codegen::write_file_atomically(request.directory + "/reproduction.html", page_html(request, result, bench));
+  progress.finish();
+  return result;
+}
+
+}  // namespace nlo::trainer::reproduction

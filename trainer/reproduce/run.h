@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// `nlo reproduce` as a function: train what is missing, analyse, write the page and the CSV files.
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "trainer/reproduce/registry.h"
+#include "trainer/reproduce/run_progress.h"
+#include "trainer/reproduce/section.h"
+#include "trainer/reproduce/workbench.h"
+
+namespace nlo::trainer::reproduction {
+
+struct Request {
+  std::string what = "all";
+  std::string directory = "reproduction";
+  Size size;
+  bool quick = false;  ///< say on the page that the numbers are for a look only
+  int seeds = 3;
+  int threads = 0;  ///< 0: all cores; does not change a result
+  const std::atomic<bool>* stop = nullptr;
+};
+
+struct Result {
+  bool interrupted = false;  ///< nothing but the cache was written
+  int trained = 0, cached = 0;
+  std::vector<std::pair<const Item*, Section>> sections;
+};
+
+/// Writes DIR/reproduction.html, DIR/<item>.csv and DIR/cache/<hash>/. Throws codegen::Error for an unknown item before
+/// anything is written, and when a training diverges or a file cannot be written.
+Result reproduce(const Request& request, RunProgress& progress);
+
+}  // namespace nlo::trainer::reproduction

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// One progress bar over a whole reproduction: trainings and analyses, weighted by what they cost. Safe to call from
+// several threads.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <mutex>
+#include <string>
+
+#include "trainer/status_line.h"
+
+namespace nlo::trainer::reproduction {
+
+/// What there is to know at one moment.
+struct RunState {
+  double share = 0.0;  ///< of the work, in [0, 1]
+  int models_done = 0, models = 0;
+  std::string doing;
+  double elapsed_s = 0.0, left_s = 0.0;
+};
+
+/// Bar, share, models, time left and what is being done, in at most `columns` terminal columns.
+std::string run_bar_line(const RunState& state, std::size_t columns, bool utf8);
+
+/// The same in words, for a log.
+std::string run_log_line(const RunState& state);
+
+class RunProgress {
+ public:
+  /// A log gets a line every half a minute, or when another tenth is done.
+  explicit RunProgress(StatusLine& line);
+
+  /// Adds work, before it starts.
+  void expect(double cost_s);
+  void models(int count);
+
+  /// This much of it is done.
+  void advance(double cost_s, const std::string& doing);
+  void model_done(const std::string& name);
+
+  /// All done: the last line.
+  void finish();
+
+ private:
+  void show(bool last);
+
+  StatusLine& line_;
+  std::mutex mutex_;
+  double expected_s_ = 0.0, done_s_ = 0.0;
+  RunState state_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace nlo::trainer::reproduction

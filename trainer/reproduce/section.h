@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// What an item of the paper comes to: numbers beside the paper's, figures, claims that held or did not. Data only;
+// page.cpp turns it into HTML and CSV.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trainer/report/gnuplot.h"
+
+namespace nlo::trainer::reproduction {
+
+/// Mean and population standard deviation.
+struct Spread {
+  double mean = 0.0, deviation = 0.0;
+};
+
+/// Of values over training seeds; of none: NaN.
+Spread spread(const std::vector<double>& values);
+
+/// One number of the paper in both readings of the measurement protocol, one value per training seed.
+///   strict      norm = sqrt(mean |x - x_hat|^2), one noise draw per sample
+///   paper_like  norm / RMS|x|, a fresh noise draw at every Runge-Kutta stage
+struct Cell {
+  std::optional<double> paper;
+  std::vector<double> strict, paper_like;
+};
+
+struct ComparisonTable {
+  std::string title;   ///< empty when the item has one table
+  std::string corner;  ///< heading of the first column
+  std::vector<std::string> columns, rows;
+  std::vector<std::vector<Cell>> cells;  ///< rows x columns
+};
+
+/// A claim about the numbers, looked at seed by seed.
+struct Ordering {
+  std::string claim, reading;
+  std::vector<bool> held;  ///< one per seed
+};
+
+/// Why a cell is not near the paper's number.
+struct Explanation {
+  std::string row, column, text;  ///< an empty row or column stands for all
+};
+
+struct Section {
+  std::string seen;  ///< what we see, in words made from the numbers
+  std::vector<ComparisonTable> tables;
+  std::vector<Figure> figures;
+  std::vector<Ordering> orderings;
+  std::vector<Explanation> explanations;
+  std::string csv;  ///< the data of the figures; empty when there are none
+};
+
+/// How far a paper-like mean may lie from the paper's number before the cell is marked.
+constexpr double kTolerance = 0.35;
+
+/// mean / paper - 1 of the paper-like values; empty without a number of the paper.
+std::optional<double> deviation_from_paper(const Cell& cell);
+
+/// Whether the cell is to be marked.
+bool is_outside(const Cell& cell);
+
+}  // namespace nlo::trainer::reproduction

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// How far something long has come: one line redrawn in place on a terminal, sparse lines in a log.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <string>
+
+namespace nlo::trainer {
+
+class StatusLine {
+ public:
+  enum class Mode { kTerminal, kLog, kSilent };
+  using BarText = std::function<std::string(std::size_t columns, bool utf8)>;
+  using LogText = std::function<std::string(bool utf8)>;
+
+  /// The mode that fits the stream: a terminal that is not dumb is redrawn, everything else gets a log.
+  explicit StatusLine(std::FILE* stream = stderr);
+  StatusLine(std::FILE* stream, Mode mode, bool utf8, std::size_t columns = 0);
+  ~StatusLine();
+  StatusLine(const StatusLine&) = delete;
+  StatusLine& operator=(const StatusLine&) = delete;
+
+  /// A log gets a line when this much time has passed, or another tenth is done.
+  void log_every(std::chrono::steady_clock::duration pause) { log_every_ = pause; }
+
+  /// Call as often as you like: the terminal is redrawn at most 10 times a second; a log gets a line when 5 s have
+  /// passed or another tenth is done, and always at the first and the last call. The texts are asked for when shown.
+  ///   share  in [0, 1]: what is done
+  ///   last   show this one whatever the time
+  void update(double share, bool last, BarText bar, const LogText& log);
+
+  /// Ends the redrawn line, with its latest state on it, so that other text can follow.
+  void finish();
+
+ private:
+  std::size_t columns() const;
+  void draw();
+
+  std::FILE* stream_;
+  Mode mode_;
+  bool utf8_;
+  std::size_t fixed_columns_;
+  std::chrono::steady_clock::duration log_every_ = std::chrono::seconds(5);
+  BarText latest_;
+  bool open_ = false;   ///< the cursor stands in a line of ours
+  bool stale_ = false;  ///< latest_ is newer than what is on screen
+  bool started_ = false;
+  long last_logged_tenth_ = -1;
+  std::chrono::steady_clock::time_point last_output_;
+};
+
+}  // namespace nlo::trainer
