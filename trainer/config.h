@@ -21,7 +21,10 @@ struct PlantConfig {
   std::vector<std::string> state_units, output_units;  ///< of expressions; empty: dimensionless
   std::vector<std::string> derivative;                 ///< dx/dt, one expression per state
   std::vector<std::string> output_names;
-  std::vector<std::string> outputs;  ///< y = h(x), one expression per output
+  std::vector<std::string> outputs;              ///< y = h(x), one expression per output
+  std::vector<std::string> inputs, input_units;  ///< names; empty: the plant is autonomous
+  /// g(x) of dx/dt = f(x) + g(x) u: a row per state, in it one expression per input
+  std::vector<std::vector<std::string>> input_field;
   std::vector<std::pair<std::string, double>> parameters;
 };
 

@@ -43,7 +43,7 @@ TEST(Ekf, LinearPlantMeetsTheScalarKalmanRecursion) {
   const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, kP0), kQ, kR};
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 4.9);
   const Eigen::MatrixXd y = Eigen::MatrixXd::Random(1, 50);
-  const Eigen::MatrixXd estimate = ekf_estimator([&] { return plant; }, config)()(y, time_s);
+  const Eigen::MatrixXd estimate = ekf_estimator([&] { return plant; }, config)()(y, {}, time_s);
   double x = 0.0, p = kP0;
   for (Eigen::Index k = 0; k < 50; ++k) {
     if (k > 0) {
@@ -56,6 +56,37 @@ TEST(Ekf, LinearPlantMeetsTheScalarKalmanRecursion) {
     // Central differences of a linear map are exact but for rounding over their step of 6e-6.
     ASSERT_NEAR(estimate(0, k), x, 1e-9) << k;
   }
+}
+
+TEST(Ekf, KnowsTheInputThatExcitesThePlant) {
+  // dx1/dt = x2, dx2/dt = -x1 + cos 3t from rest: x1 = (cos t - cos 3t) / 8.
+  constexpr double kStep = 0.02;
+  constexpr Eigen::Index kSamples = 1001;
+  Dataset set{{{"y", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}}, kStep, true, {Trajectory()}};
+  Trajectory& run = set.trajectories[0];
+  run.time_s = Eigen::VectorXd::LinSpaced(kSamples, 0.0, kStep * (kSamples - 1));
+  const Eigen::RowVectorXd t = run.time_s.transpose();
+  run.inputs = (3.0 * t.array()).cos().matrix();
+  run.states.resize(2, kSamples);
+  run.states.row(0) = (t.array().cos() - (3.0 * t.array()).cos()) / 8.0;
+  run.states.row(1) = (3.0 * (3.0 * t.array()).sin() - t.array().sin()) / 8.0;
+  run.outputs = run.states.topRows<1>();
+  run.weight = Eigen::VectorXd::Ones(kSamples);
+
+  EkfPlant plant{[](const Eigen::MatrixXd& x) {
+                   return Eigen::MatrixXd((Eigen::Matrix2d() << 0.0, 1.0, -1.0, 0.0).finished() * x);
+                 },
+                 [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
+  const EkfConfig config{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity(), 1e-6, 1e-2};
+  const auto norm = [&] {
+    return evaluate("ekf", ekf_estimator([&] { return plant; }, config), set, {}, 1, 1).metrics.norm;
+  };
+  const double without = norm();
+  plant.drive = [](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
+    return Eigen::MatrixXd(Eigen::Vector2d(0.0, u(0)).replicate(1, x.cols()));
+  };
+  EXPECT_LT(norm(), std::pow(3.0 * kStep, 2) / 12.0);  // the ramp's error in u, of amplitude 1; it acts as 1/8 of that
+  EXPECT_GT(without, 0.1) << "control: the drive is large";
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ codegen::Model low_pass_model() {
 }
 
 Estimator echo_first_output() {
-  return [](const Eigen::MatrixXd& outputs, const Eigen::VectorXd&) {
+  return [](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd&) {
     return Eigen::MatrixXd(outputs.row(0).replicate(2, 1));
   };
 }
@@ -81,7 +81,7 @@ TEST(Evaluate, EstimatorSeesNoCleanValue) {
   const Dataset set = test::van_der_pol_set(6, 2.0, 3);
   std::atomic<int> calls = 0, clean = 0;
   const auto spy = [&]() -> Estimator {
-    return [&](const Eigen::MatrixXd& outputs, const Eigen::VectorXd&) {
+    return [&](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd&) {
       ++calls;
       for (const Trajectory& run : set.trajectories)
         clean += static_cast<int>((run.outputs.array() == outputs.array()).count());
@@ -95,10 +95,26 @@ TEST(Evaluate, EstimatorSeesNoCleanValue) {
   EXPECT_GT(clean, 0);  // control: without noise the spy finds them
 }
 
+TEST(Evaluate, EstimatorSeesTheInputsWithoutNoise) {
+  Dataset set = test::van_der_pol_set(5, 2.0, 3);
+  for (Trajectory& run : set.trajectories) run.inputs = run.time_s.transpose().array().cos().matrix();
+  std::atomic<int> calls = 0, right = 0;
+  const auto spy = [&]() -> Estimator {
+    return [&](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd&) {
+      ++calls;
+      right += inputs == set.trajectories[0].inputs ? 1 : 0;
+      return Eigen::MatrixXd(Eigen::MatrixXd::Zero(2, outputs.cols()));
+    };
+  };
+  evaluate("spy", spy, set, kGaussian, 5, 2);
+  EXPECT_EQ(calls, 5);
+  EXPECT_EQ(right, 5);
+}
+
 TEST(Evaluate, ObserverRunsInFloatAsItFlies) {
   const Dataset set = test::van_der_pol_set(1, 5.0, 3);
   const Trajectory& run = set.trajectories[0];
-  const Eigen::MatrixXd estimate = observer_estimator(low_pass_model(), true)()(run.outputs, run.time_s);
+  const Eigen::MatrixXd estimate = observer_estimator(low_pass_model(), true)()(run.outputs, {}, run.time_s);
   EXPECT_EQ(estimate, estimate.cast<float>().cast<double>());
   // z follows dz/dt = -2 z + 2 y: first-order hold in double, by its closed form.
   const double h = 0.02, a = std::exp(-2.0 * h), b1 = 1.0 - (1.0 - a) / (2.0 * h), b0 = 1.0 - a - b1;
@@ -144,7 +160,16 @@ TEST(EvaluationJson, HoldsThePromisedKeysAndOnlyFiniteNumbers) {
   EXPECT_EQ(json.at("per_component").size(), 2U);
   EXPECT_EQ(json.at("trajectories"), 2);
   EXPECT_EQ(json.at("box_scale"), 2.0);
+  EXPECT_TRUE(json.at("excitation").empty());
   EXPECT_EQ(json.at("against").at("constant").at("norm"), constant.metrics.norm);
+}
+
+TEST(EvaluationJson, NamesTheExcitation) {
+  const Dataset set = test::van_der_pol_set(1, 1.0, 3);
+  Evaluation own = evaluate_on_plant(low_pass_model(), set, {}, 9, 1);
+  own.excitation = {{"u", "cos(12*t)"}};
+  EXPECT_EQ(nlohmann::json::parse(evaluation_json("m", {own}, 1.0)).at("excitation").at("u"), "cos(12*t)");
+  EXPECT_NE(evaluation_text("m", {own}).find("seed 9, u = cos(12*t)"), std::string::npos);
 }
 
 TEST(EvaluationText, NamesTheTestAndOneRowPerEstimator) {

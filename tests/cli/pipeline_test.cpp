@@ -144,6 +144,32 @@ TEST(Program, SimulatedLogsCanBeTrainedOn) {
   EXPECT_TRUE(nlohmann::json::parse(evaluate.out).contains("per_component"));
 }
 
+TEST(Program, ExcitesThePlantThatIsSimulatedAndEvaluated) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  const auto simulate = scratch.run({"simulate", "tiny.toml", "--input", "1 + t", "-o", "run.csv"});
+  ASSERT_EQ(simulate.exit_code, 0) << simulate.err;
+  const std::string csv = scratch.read("run.csv");
+  EXPECT_THAT(csv, StartsWith("trajectory,time,y,y_measured,x1,x2,u\n1,0,"));
+  EXPECT_THAT(csv, HasSubstr(",1\n1,0.05,"));
+  EXPECT_THAT(csv, HasSubstr(",1.05\n1,0.1,"));
+
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q"}).exit_code, 0);
+  const auto norms = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"evaluate",  "a/model.json", "--trajectories", "3",
+                                          "--against", "ekf",          "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto run = scratch.run(arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return nlohmann::json::parse(run.out);
+  };
+  const auto alone = norms({}), excited = norms({"--input", "2*cos(12*t)"});
+  EXPECT_TRUE(alone["excitation"].empty());
+  EXPECT_EQ(excited["excitation"]["u"], "2*cos(12*t)");
+  EXPECT_NE(alone["norm"], excited["norm"]);
+  EXPECT_LT(excited["against"]["ekf"]["norm"].get<double>(), 0.1) << "the EKF knows u";
+}
+
 TEST(Program, ShippedExperimentsAreKnownByName) {
   const Scratch scratch;
   const auto simulate = scratch.run({"simulate", "van_der_pol", "-o", "x.csv"});

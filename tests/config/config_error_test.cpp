@@ -101,6 +101,11 @@ TEST(ConfigErrors, Transient) {
           {"steps = 10", "transient = \"backward\"\nsegment_s = 2.0", "e.toml:20", "set segment_s = 0"},
           {"steps = 10", "transient = \"backward\"\nearly_s = 2.0\nearly_share = 0.3", "e.toml:21", "early_share asks"},
       });
+  const std::string luenberger =
+      with(kPlantExperiment, "eigenvalues = [-1.0, -2.0]\npairs = [[-0.5, 1.0]]\nhold = \"first_order\"",
+           "structure = \"luenberger\"\nstate_matrix = [[0, 1], [-1, 0]]\noutput_matrix = [[1, 0]]\ngain = [[3], [1]]");
+  EXPECT_EQ(error_of(luenberger), "no error");
+  expect_rows(luenberger, {{"steps = 10", "transient = \"drop\"", "e.toml:20", "this observer has none"}});
   expect_rows(kLogExperiment, {{"[observer]", "[training]\ntransient = \"backward\"\n[observer]", "e.toml:22",
                                 "logs have no plant; use \"drop\""}});
   EXPECT_EQ(error_of(with(kPlantExperiment, "steps = 10", "transient = \"drop\"\ntransient_factor = 4.9")), "no error");
@@ -143,6 +148,11 @@ TEST(ConfigErrors, Expressions) {
                         {"outputs = [\"a\"]", "outputs = []", "e.toml:3", "has no outputs"},
                         {"\"-a\"]", "\"-a\", \"0\"]", "e.toml:3", "2 states but 3 derivative expressions"},
                         {"\"a\", \"b\"]", "\"a\", \"a\"]", "e.toml:3", "\"a\" twice"},
+                        {"outputs", "inputs = [\"u\"]\ninput_field = [[\"0\"], [\"c\"]]\noutputs", "e.toml:7",
+                         "[plant] input_field[1][0] \"c\""},
+                        {"outputs", "inputs = [\"u\"]\ninput_field = [\"0\", \"1\"]\noutputs", "e.toml:7",
+                         "input_field[0] is \"0\"; it must be a list"},
+                        {"outputs", "inputs = [\"u\"]\noutputs", "e.toml:3", "input_field has 0 rows"},
                         {"outputs", "model = \"van_der_pol\"\noutputs", "e.toml:3", "both a model and equations"},
                     });
 }

@@ -55,7 +55,7 @@ TEST(Config, ItsTextReadsBackToTheSameExperiment) {
        {kPlantExperiment, kLogExperiment,
         with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
              "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a\"]\noutputs = [\"a\"]\noutput_units = [\"m \\\"x\\\" "
-             "\\\\ µ\"]")}) {
+             "\\\\ µ\"]\ninputs = [\"u\"]\ninput_field = [[\"0\"], [\"1 + a\"]]")}) {
     const Experiment once = parse_experiment(text, "e.toml");
     const Experiment twice = parse_experiment(once.source_text, "source_text");
     EXPECT_EQ(once.source_text, twice.source_text);

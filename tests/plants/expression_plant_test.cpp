@@ -43,6 +43,44 @@ TEST(ExpressionPlant, EqualsTheBuiltInToRounding) {
   EXPECT_EQ(a->output(x), b->output(x));
 }
 
+PlantConfig driven_by_expressions() {
+  PlantConfig config = van_der_pol_by_expressions();
+  config.inputs = {"force", "gain"};
+  config.input_units = {"N", ""};
+  config.input_field = {{"0", "x1*x2"}, {"1", "mu + x1"}};
+  return config;
+}
+
+TEST(ExpressionPlant, HasTheInputFieldThatItsRowsDescribe) {
+  const auto plant = make_plant(driven_by_expressions());
+  ASSERT_EQ(plant->nu(), 2);
+  EXPECT_EQ(plant->inputs()[0].name, "force");
+  EXPECT_EQ(plant->inputs()[0].unit, "N");
+  const Eigen::MatrixXd x = Eigen::MatrixXd::Random(2, 20);
+  EXPECT_EQ(plant->input_field(x, 0), Eigen::MatrixXd(Eigen::Vector2d(0.0, 1.0).replicate(1, 20)));
+  EXPECT_LE((plant->input_field(x, 1).row(0) - x.row(0).cwiseProduct(x.row(1))).cwiseAbs().maxCoeff(), kRounding);
+  EXPECT_LE((plant->input_field(x, 1).row(1).array() - 1.7 - x.row(0).array()).abs().maxCoeff(), kRounding);
+  EXPECT_EQ(make_plant(van_der_pol_by_expressions())->nu(), 0);
+}
+
+TEST(ExpressionPlant, RefusesInputsThatDoNotFit) {
+  const auto broken = [](auto&& change) {
+    PlantConfig config = driven_by_expressions();
+    change(config);
+    return error_of(config);
+  };
+  EXPECT_EQ(broken([](auto&) {}), "no error");
+  EXPECT_THAT(broken([](auto& c) { c.inputs.clear(), c.input_units.clear(); }), HasSubstr("give inputs = [\"u\"]"));
+  EXPECT_THAT(broken([](auto& c) { c.input_field.pop_back(); }), HasSubstr("input_field has 1 rows, but there are 2"));
+  EXPECT_THAT(broken([](auto& c) { c.input_field[1].pop_back(); }), HasSubstr("input_field[1] has 1 expressions"));
+  EXPECT_THAT(broken([](auto& c) { c.input_field[1][0] = "x3"; }), HasSubstr("[plant] input_field[1][0] \"x3\""));
+  EXPECT_THAT(broken([](auto& c) { c.inputs[0] = "x1"; }), HasSubstr("\"x1\" twice"));
+  EXPECT_THAT(broken([](auto& c) { c.inputs[0] = "y"; }), HasSubstr("\"y\" for an input and an output"));
+  EXPECT_THAT(broken([](auto& c) { c.input_units.pop_back(); }), HasSubstr("2 inputs but 1 units"));
+  EXPECT_THAT(broken([](auto& c) { c.derivative[1] = "-x1 + force"; }),
+              HasSubstr("inputs have their place in input_field"));
+}
+
 TEST(ExpressionPlant, NamesItsChannels) {
   PlantConfig config = van_der_pol_by_expressions();
   EXPECT_EQ(make_plant(config)->outputs()[0].name, "y");

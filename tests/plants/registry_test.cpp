@@ -9,6 +9,7 @@
 
 #include "codegen/error.h"
 #include "codegen/identifier.h"
+#include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {
@@ -38,6 +39,7 @@ TEST_P(EveryPlant, IsCalledByItsNameAndHasSafeChannelNames) {
   EXPECT_TRUE(codegen::is_identifier(p->name()));
   for (const auto& channel : p->states()) EXPECT_TRUE(codegen::is_identifier(channel.name)) << channel.name;
   for (const auto& channel : p->outputs()) EXPECT_TRUE(codegen::is_identifier(channel.name)) << channel.name;
+  for (const auto& channel : p->inputs()) EXPECT_TRUE(codegen::is_identifier(channel.name)) << channel.name;
 }
 
 TEST_P(EveryPlant, HasTheSameDerivativeForABatchAsForEachColumn) {
@@ -51,24 +53,52 @@ TEST_P(EveryPlant, HasTheSameDerivativeForABatchAsForEachColumn) {
     EXPECT_LE((p->derivative(x.col(i)) - dx.col(i)).cwiseAbs().maxCoeff(), kVectorRounding);
     EXPECT_LE((p->output(x.col(i)) - y.col(i)).cwiseAbs().maxCoeff(), kVectorRounding);
   }
+  for (Eigen::Index j = 0; j < p->nu(); ++j) {
+    const Eigen::MatrixXd g = p->input_field(x, j);
+    ASSERT_EQ(g.rows(), p->nx());
+    ASSERT_EQ(g.cols(), x.cols());
+    for (Eigen::Index i = 0; i < x.cols(); ++i)
+      EXPECT_LE((p->input_field(x.col(i), j) - g.col(i)).cwiseAbs().maxCoeff(), kVectorRounding);
+  }
 }
 
 TEST_P(EveryPlant, IsSimulatedAtFourthOrder) {
   const auto p = plant();
   SimulationConfig config = unit_box(*p);
   const Eigen::MatrixXd initial = draw_initial_states(config, 3, 8);
-  const auto final_states = [&](double h) {
-    config.sample_period_s = h;
-    const Dataset d = simulate_from(*p, config, initial);
-    Eigen::MatrixXd x(p->nx(), initial.cols());
-    for (Eigen::Index i = 0; i < x.cols(); ++i)
-      x.col(i) = d.trajectories[static_cast<std::size_t>(i)].states.rightCols<1>();
-    return x;
+  const auto order = [&](const Excitation& excitation) {
+    const auto final_states = [&](double h) {
+      config.sample_period_s = h;
+      const Dataset d = simulate_from(*p, config, initial, excitation);
+      Eigen::MatrixXd x(p->nx(), initial.cols());
+      for (Eigen::Index i = 0; i < x.cols(); ++i)
+        x.col(i) = d.trajectories[static_cast<std::size_t>(i)].states.rightCols<1>();
+      return x;
+    };
+    const Eigen::MatrixXd reference = final_states(0.0025);
+    const double coarse = (final_states(0.08) - reference).norm(), fine = (final_states(0.04) - reference).norm();
+    EXPECT_GT(coarse, 1e-9);  // else there is no order to measure
+    return std::log2(coarse / fine);
   };
-  const Eigen::MatrixXd reference = final_states(0.0025);
-  const double coarse = (final_states(0.08) - reference).norm(), fine = (final_states(0.04) - reference).norm();
-  EXPECT_GT(coarse, 1e-9);  // else there is no order to measure
-  EXPECT_NEAR(std::log2(coarse / fine), 4.0, 0.35);
+  EXPECT_NEAR(order({}), 4.0, 0.35);
+  if (p->nu() == 0) return;
+  EXPECT_NEAR(order([&](double t) { return Eigen::VectorXd::Constant(p->nu(), std::cos(3.0 * t)); }), 4.0, 0.35);
+}
+
+TEST_P(EveryPlant, HasAnAffineInputFieldOrNoInput) {
+  const auto p = plant();
+  const Eigen::VectorXd one = Eigen::VectorXd::Ones(p->nx());
+  if (p->nu() == 0) {
+    EXPECT_THROW(affine_input_field(*p, -one, one), codegen::Error);
+    return;
+  }
+  const codegen::DenseLayer field = affine_input_field(*p, -one, one);
+  const Eigen::MatrixXd x = Eigen::MatrixXd::Random(p->nx(), 5);
+  for (Eigen::Index j = 0; j < p->nu(); ++j) {
+    const Eigen::MatrixXd g =
+        (field.weights * x).middleRows(j * p->nx(), p->nx()).colwise() + field.bias.segment(j * p->nx(), p->nx());
+    EXPECT_LE((g - p->input_field(x, j)).cwiseAbs().maxCoeff(), 1e-12);
+  }
 }
 
 TEST_P(EveryPlant, RefusesAParameterItDoesNotHave) {

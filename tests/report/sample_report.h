@@ -13,7 +13,7 @@ namespace nlo::trainer::test {
 /// Truth plus a decaying and a lasting error: looks like an observer without training one.
 inline EstimatorFactory pretended_observer(double lasting) {
   return [lasting]() -> Estimator {
-    return [lasting](const Eigen::MatrixXd& outputs, const Eigen::VectorXd& time_s) {
+    return [lasting](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd& time_s) {
       Eigen::MatrixXd estimate(2, outputs.cols());
       for (Eigen::Index k = 0; k < outputs.cols(); ++k) {
         const double fading = std::exp(-1.2 * time_s[k]);

@@ -39,7 +39,7 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
     if (!estimate) estimate = factory();
     for (std::size_t i = chunk * kChunk; i < std::min(runs.size(), (chunk + 1) * kChunk); ++i) {
       Eigen::MatrixXd measured = MeasurementNoise(noise, seed, i).on(runs[i].outputs);
-      Eigen::MatrixXd estimates = estimate(measured, runs[i].time_s);
+      Eigen::MatrixXd estimates = estimate(measured, runs[i].inputs, runs[i].time_s);
       sums[chunk].add(runs[i], estimates);
       if (i == 0) result.example = {runs[i], std::move(measured), std::move(estimates)};
     }
@@ -54,7 +54,8 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps) {
   return [model, uniform_steps]() -> Estimator {
     auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
-    return [observer, uniform_steps](const Eigen::MatrixXd& outputs, const Eigen::VectorXd& time_s) {
+    return [observer, uniform_steps](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& /*inputs*/,
+                                     const Eigen::VectorXd& time_s) {
       return observer->run(outputs, time_s, uniform_steps).x_hat;
     };
   };
@@ -69,7 +70,7 @@ EstimatorFactory constant_estimator(const Dataset& dataset) {
   }
   const Eigen::VectorXd mean = weight > 0.0 ? Eigen::VectorXd(sum / weight) : sum;
   return [mean]() -> Estimator {
-    return [mean](const Eigen::MatrixXd& outputs, const Eigen::VectorXd&) {
+    return [mean](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd&) {
       return Eigen::MatrixXd(mean.replicate(1, outputs.cols()));
     };
   };

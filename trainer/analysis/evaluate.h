@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "codegen/model.h"
@@ -16,8 +17,13 @@
 
 namespace nlo::trainer {
 
-/// Estimates over one run from reset: outputs n_y x N as measured, time_s N -> x_hat n_x x N, causal.
-using Estimator = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& outputs, const Eigen::VectorXd& time_s)>;
+/// Estimates over one run from reset, causal:
+///   outputs  n_y x N  as measured
+///   inputs   n_u x N  what excited the plant, without noise; 0 x 0 when nothing did
+///   time_s   N
+/// gives x_hat, n_x x N.
+using Estimator = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                                const Eigen::VectorXd& time_s)>;
 
 /// Makes an estimator; each thread asks for its own, so that it may keep work memory.
 using EstimatorFactory = std::function<Estimator()>;
@@ -37,7 +43,8 @@ struct Evaluation {
   double horizon_s = 0.0;
   std::vector<Channel> states, outputs;
   ErrorMetrics metrics;
-  EvaluatedRun example;  ///< the first trajectory
+  EvaluatedRun example;                                              ///< the first trajectory
+  std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: name, expression over t
 };
 
 /// Strict noise (measurement_noise.h) on `clean`, then the estimator. `threads` 0: all cores. The result has the same
@@ -45,7 +52,7 @@ struct Evaluation {
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
                     const NoiseConfig& noise, std::uint64_t seed, int threads);
 
-/// The observer in float, as it flies.
+/// The observer in float, as it flies. A model without phi(z) u (25) has no use for the inputs.
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);
 
 /// Always the mean state of `dataset`: what knowing nothing but the set's average is worth.

@@ -80,7 +80,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   ErrorAccumulator sum(logs.states, logs.sample_period_s);
   for (std::size_t i = 0; i < logs.trajectories.size(); ++i) {
     const Trajectory& run = measured.trajectories[i];
-    estimates.push_back(observer(run.outputs, run.time_s));
+    estimates.push_back(observer(run.outputs, run.inputs, run.time_s));
     sum.add(logs.trajectories[i], estimates.back());
   }
   judge("observer", {}, estimates);

@@ -68,6 +68,8 @@ std::string evaluation_json(const std::string& model, const std::vector<Evaluati
   json["trajectories"] = first.trajectories;
   json["horizon_s"] = number(first.horizon_s);
   json["box_scale"] = number(box_scale);
+  Json& excitation = json["excitation"] = Json::object();
+  for (const auto& [input, expression] : first.excitation) excitation[input] = expression;
   json["samples"] = first.metrics.samples;
   json["settled_per_component"] = numbers(first.metrics.settled_per_component);
   json["states"] = names_json(first.states);

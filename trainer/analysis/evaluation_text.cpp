@@ -29,9 +29,10 @@ std::string evaluation_text(const std::string& model, const std::vector<Evaluati
                             const std::string& note) {
   if (evaluations.empty()) return "";
   const Evaluation& first = evaluations.front();
-  const std::string text = fmt::format("{} on {} trajectories of {} s, noise {}, seed {}{}{}\n\n", model,
-                                       first.trajectories, shortest_text(first.horizon_s), format_noise(first.noise),
-                                       first.seed, note.empty() ? "" : ", ", note);
+  std::string text = fmt::format("{} on {} trajectories of {} s, noise {}, seed {}", model, first.trajectories,
+                                 shortest_text(first.horizon_s), format_noise(first.noise), first.seed);
+  for (const auto& [input, expression] : first.excitation) text += fmt::format(", {} = {}", input, expression);
+  text += fmt::format("{}{}\n\n", note.empty() ? "" : ", ", note);
   std::vector<std::string> headings = {"", "norm", "nrmse", "settled (t >= 10 s)", "settling time [s]"};
   for (const Channel& state : first.states)
     headings.push_back(fmt::format("RMSE {}", with_unit(state.name, state.unit)));

@@ -17,11 +17,16 @@ using Eigen::VectorXd;
 
 constexpr double kLeastOutputVariance = 1e-4;
 
-MatrixXd rk4(const EkfPlant& plant, const MatrixXd& x, double h) {
-  const MatrixXd k1 = plant.f(x);
-  const MatrixXd k2 = plant.f(x + 0.5 * h * k1);
-  const MatrixXd k3 = plant.f(x + 0.5 * h * k2);
-  const MatrixXd k4 = plant.f(x + h * k3);
+/// `u0`, `u1`: the inputs at both ends of the step; empty when nothing excites the plant.
+MatrixXd rk4(const EkfPlant& plant, const MatrixXd& x, double h, const VectorXd& u0, const VectorXd& u1) {
+  const auto f = [&](const MatrixXd& at, const VectorXd& u) {
+    return plant.drive && u.size() > 0 ? MatrixXd(plant.f(at) + plant.drive(at, u)) : plant.f(at);
+  };
+  const VectorXd middle = 0.5 * (u0 + u1);
+  const MatrixXd k1 = f(x, u0);
+  const MatrixXd k2 = f(x + 0.5 * h * k1, middle);
+  const MatrixXd k3 = f(x + 0.5 * h * k2, middle);
+  const MatrixXd k4 = f(x + h * k3, u1);
   return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
 }
 
@@ -50,7 +55,8 @@ struct Stencil {
   MatrixXd points;
 };
 
-MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd& outputs, const VectorXd& time_s) {
+MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd& outputs, const MatrixXd& inputs,
+                 const VectorXd& time_s) {
   const Index nx = config.initial_state.size(), ny = outputs.rows();
   const MatrixXd identity = MatrixXd::Identity(nx, nx);
   const MatrixXd q = config.process_variance * identity;
@@ -61,7 +67,10 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
   for (Index k = 0; k < outputs.cols(); ++k) {
     if (k > 0) {
       const Stencil stencil(x);
-      const MatrixXd next = rk4(plant, stencil.points, time_s[k] - time_s[k - 1]);
+      const bool excited = inputs.cols() > 0;
+      const MatrixXd next =
+          rk4(plant, stencil.points, time_s[k] - time_s[k - 1], excited ? VectorXd(inputs.col(k - 1)) : VectorXd(),
+              excited ? VectorXd(inputs.col(k)) : VectorXd());
       const MatrixXd j = stencil.jacobian(next);
       x = next.col(0);
       p = j * p * j.transpose() + q;
@@ -87,8 +96,8 @@ EkfConfig ekf_config(const VectorXd& low, const VectorXd& high, const NoiseConfi
 
 EstimatorFactory ekf_estimator(std::function<EkfPlant()> make_plant, const EkfConfig& config) {
   return [make_plant = std::move(make_plant), config]() -> Estimator {
-    return [plant = make_plant(), config](const MatrixXd& outputs, const VectorXd& time_s) {
-      return run_ekf(plant, config, outputs, time_s);
+    return [plant = make_plant(), config](const MatrixXd& outputs, const MatrixXd& inputs, const VectorXd& time_s) {
+      return run_ekf(plant, config, outputs, inputs, time_s);
     };
   };
 }

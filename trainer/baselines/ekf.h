@@ -9,9 +9,11 @@
 
 namespace nlo::trainer {
 
-/// dx/dt = f(x), y = h(x); each maps a batch, one column per point.
+/// dx/dt = f(x) + drive(x, u), y = h(x); each maps a batch of x, one column per point. u (n_u) is a ramp between
+/// samples.
 struct EkfPlant {
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd&x)> f, h;
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::VectorXd& u)> drive = {};  ///< null: autonomous
 };
 
 /// Discrete EKF between samples,

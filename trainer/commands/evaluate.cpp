@@ -13,6 +13,7 @@
 #include "trainer/commands/strict_test.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -23,7 +24,7 @@ struct Arguments {
   std::vector<std::string> noises, data;
   StrictTest test;
   bool json = false;
-  bool plant_options_given = false;  ///< --box-scale or --trajectories
+  bool plant_options_given = false;  ///< --box-scale, --trajectories or --input
 };
 
 void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny, const std::string& path) {
@@ -37,6 +38,7 @@ void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny,
 void on_plant(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment) {
   const auto plant = make_plant(*experiment.plant);
   check_channels(model, plant->states().size(), plant->outputs().size(), arguments.model);
+  parse_excitation(*plant, arguments.test.inputs);  // wrong usage is said before anything runs
   const double scale = arguments.test.box_scale;
   const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
   for (const auto& evaluations : run_phase([&] { return run_strict_test(model, experiment, arguments.test); }))
@@ -69,7 +71,9 @@ void run(Arguments arguments) {
   } else {
     if (arguments.data.empty()) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
     if (arguments.plant_options_given)
-      refuse("was trained on logs; --box-scale and --trajectories are for plants, logs are evaluated as they are");
+      refuse(
+          "was trained on logs; --box-scale, --trajectories and --input are for plants, logs are evaluated as they "
+          "are");
     if (!arguments.test.against.empty())
       refuse("was trained on logs; --against is for plants, on logs the alternatives are always shown");
     on_logs(arguments, model, experiment);
@@ -96,6 +100,12 @@ void add_evaluate(CLI::App& app, Action& action) {
   CLI::Option* count = command->add_option("--trajectories", arguments->test.trajectories, "how many new trajectories")
                            ->check(CLI::Range(1, 100000))
                            ->capture_default_str();
+  CLI::Option* input =
+      command
+          ->add_option("--input", arguments->test.inputs,
+                       "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order")
+          ->allow_extra_args(false)
+          ->type_name("EXPR");
   command->add_option("--data", arguments->data, "CSV logs (or globs) to evaluate on, for a model trained on logs");
   command->add_option("--against", arguments->test.against, "alternatives: ekf (knows the plant exactly), constant")
       ->delimiter(',')
@@ -109,9 +119,10 @@ void add_evaluate(CLI::App& app, Action& action) {
       "Examples:\n"
       "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
       "  nlo evaluate runs/van_der_pol/model.json --noise uniform:3 --seed 7 --box-scale 2 --json\n"
+      "  nlo evaluate runs/van_der_pol/model.json --input \"0.5*sin(2*t)\" --against ekf\n"
       "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv");
-  command->callback([arguments, &action, box, count] {
-    arguments->plant_options_given = box->count() + count->count() > 0;
+  command->callback([arguments, &action, box, count, input] {
+    arguments->plant_options_given = box->count() + count->count() + input->count() > 0;
     action = [arguments] { run(*arguments); };
   });
 }

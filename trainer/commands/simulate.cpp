@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "codegen/file.h"
 #include "trainer/analysis/measurement_noise.h"
@@ -12,6 +14,7 @@
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/number_text.h"
+#include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 
@@ -21,6 +24,7 @@ namespace {
 struct Arguments {
   ExperimentArgument experiment;
   std::string output, noise = "none";
+  std::vector<std::string> inputs;
   int trajectories = 1;
   unsigned long long seed = 1;
 };
@@ -50,6 +54,7 @@ std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured)
   for (std::size_t i = 0; i < data.outputs.size(); ++i) text += "," + output_heading(data, i);
   for (const Channel& output : data.outputs) text += "," + output.name + "_measured";
   for (const Channel& state : data.states) text += "," + state.name;
+  for (const Channel& input : data.inputs) text += "," + input.name;
   text += "\n";
   for (Eigen::Index k = 0; k < run.samples(); ++k) {
     text += fmt::format("{},{}", index + 1, shortest_text(run.time_s(k)));
@@ -59,6 +64,7 @@ std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured)
     append(run.outputs);
     append(measured);
     append(run.states);
+    append(run.inputs);
     text += "\n";
   }
   return text;
@@ -70,12 +76,13 @@ void run(const Arguments& arguments) {
   if (!experiment.plant)
     throw codegen::Error(
         fmt::format("{}: has no [plant] to simulate; its data are logs", arguments.experiment.experiment));
+  const auto plant = make_plant(*experiment.plant);
+  const Excitation excitation = parse_excitation(*plant, arguments.inputs);
   for (int i = 0; i < arguments.trajectories; ++i)
     check_output_file(file_of(arguments.output, i, arguments.trajectories));
   run_phase([&] {
-    const auto plant = make_plant(*experiment.plant);
     const Dataset data = simulate(*plant, experiment.simulation, initial_state_seed(arguments.seed, SeedStream::kTest),
-                                  arguments.trajectories);
+                                  arguments.trajectories, 1.0, excitation);
     for (int i = 0; i < arguments.trajectories; ++i) {
       MeasurementNoise sensor(noise, arguments.seed, static_cast<std::uint64_t>(i));
       const std::string file = file_of(arguments.output, i, arguments.trajectories);
@@ -101,6 +108,11 @@ void add_simulate(CLI::App& app, Action& action) {
   command
       ->add_option("--noise", arguments->noise, "on the column NAME_measured: none, gaussian:SIGMA, uniform:HALF_WIDTH")
       ->capture_default_str();
+  command
+      ->add_option("--input", arguments->inputs,
+                   "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order")
+      ->allow_extra_args(false)
+      ->type_name("EXPR");
   command->add_option("--seed", arguments->seed, "of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
@@ -108,9 +120,10 @@ void add_simulate(CLI::App& app, Action& action) {
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
   command->footer(
-      "Columns: trajectory, time [s], each output, each output as measured, each state.\n"
-      "Example:\n"
-      "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv");
+      "Columns: trajectory, time [s], each output, each output as measured, each state, with --input each input.\n"
+      "Examples:\n"
+      "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv\n"
+      "  nlo simulate van_der_pol --input \"cos(12*t)\" -o excited.csv");
   command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
 }
 

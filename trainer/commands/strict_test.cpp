@@ -25,7 +25,12 @@ EstimatorFactory alternative(const std::string& name, const Experiment& experime
       [plant_config = *experiment.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
         return EkfPlant{[plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
-                        [plant](const Eigen::MatrixXd& x) { return plant->output(x); }};
+                        [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
+                        [plant](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
+                          Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(x.rows(), x.cols());
+                          for (Eigen::Index j = 0; j < u.size(); ++j) sum += u(j) * plant->input_field(x, j);
+                          return sum;
+                        }};
       },
       config);
 }
@@ -43,13 +48,14 @@ std::vector<std::vector<Evaluation>> run_strict_test(const codegen::Model& model
                                                      const StrictTest& test) {
   const auto plant = make_plant(*experiment.plant);
   const Dataset set = simulate(*plant, experiment.simulation, initial_state_seed(test.seed, SeedStream::kTest),
-                               test.trajectories, test.box_scale);
+                               test.trajectories, test.box_scale, parse_excitation(*plant, test.inputs));
   std::vector<std::vector<Evaluation>> result;
   for (const NoiseConfig& noise : test.noises) {
     auto& group = result.emplace_back();
     group.push_back(evaluate_on_plant(model, set, noise, test.seed, test.threads));
     for (const std::string& name : test.against)
       group.push_back(evaluate(name, alternative(name, experiment, set, noise), set, noise, test.seed, test.threads));
+    for (Evaluation& evaluation : group) evaluation.excitation = name_expressions(*plant, test.inputs);
   }
   return result;
 }

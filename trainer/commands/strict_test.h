@@ -19,8 +19,9 @@ struct StrictTest {
   std::vector<std::string> against;  ///< ekf, constant
   unsigned long long seed = 1;       ///< of the initial states and the noise
   int trajectories = 200;
-  double box_scale = 1.0;  ///< initial states from the training box times this
-  int threads = 0;         ///< 0: all cores
+  double box_scale = 1.0;                ///< initial states from the training box times this
+  int threads = 0;                       ///< 0: all cores
+  std::vector<std::string> inputs = {};  ///< what excites the plant, see parse_excitation; empty: nothing
 };
 
 /// Per noise the observer and then its alternatives. Throws codegen::Error when a trajectory leaves the numbers.

@@ -86,7 +86,7 @@ class Check {
 
   /// make_plant says "[plant] derivative[1] ..." or "plant NAME has no parameter ...": find the line of that key.
   std::string plant_key_named_by(std::string_view message) const {
-    for (const char* key : {"derivative", "output_names", "outputs", "states", "parameters", "model"})
+    for (const char* key : {"derivative", "output_names", "outputs", "input_field", "states", "parameters", "model"})
       if (message.starts_with(fmt::format("[plant] {}", key))) return fmt::format("plant.{}", key);
     return message.find("parameter") != std::string_view::npos ? "plant.parameters" : "plant";
   }
@@ -294,9 +294,14 @@ class Check {
       fail("training.early_share", fmt::format("[training] early_share asks for more of the transient that transient = "
                                                "\"{}\" keeps out; remove one of them",
                                                t.transient));
+    const double t_c = transient_time_s(e_.observer, t.transient_factor);
+    if (!std::isfinite(t_c))
+      fail("training.transient",
+           fmt::format("[training] transient = \"{}\" is of a filter by its eigenvalues, and this "
+                       "observer has none; set transient = \"keep\"",
+                       t.transient));
     if (!e_.plant) return;
     const SimulationConfig& s = e_.simulation;
-    const double t_c = transient_time_s(e_.observer, t.transient_factor);
     const std::string length = fmt::format("the transient lasts {:.4g} s (transient_factor / min |Re lambda|)", t_c);
     if (t.transient == "drop" && t_c >= s.horizon_s)
       fail("training.transient", fmt::format("[training] transient = \"drop\" leaves nothing of the horizon of {} s: "

@@ -42,6 +42,10 @@ const std::vector<Key<PlantConfig>>& keys() {
       key("output_names", &P::output_names, identifiers(), "y, or y1, y2, ... unless given"),
       key("output_units", &P::output_units, any(), "one for each output, if they have any"),
       key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
+      key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; training leaves them at 0"),
+      key("input_units", &P::input_units, any(), "one for each input, if they have any"),
+      key("input_field", &P::input_field, any(),
+          "g(x) of dx/dt = f(x) + g(x) u: an expression for each state and input"),
       key("parameters", &P::parameters, any(), "constants of the expressions or of the built-in plant"),
   };
   return kKeys;

@@ -21,6 +21,7 @@ struct Trajectory {
   Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
   Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)
   Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x): where the PDE residual asks for it; else 0 x 0
+  Eigen::MatrixXd inputs = {};       ///< n_u x N, what excited the plant; 0 x 0 when nothing did
 
   Eigen::Index samples() const { return time_s.size(); }
 };
@@ -37,6 +38,7 @@ struct Dataset {
   bool uniform = true;           ///< every step is sample_period_s (simulations); else steps come from time_s (logs)
   std::vector<Trajectory> trajectories;
   Collocation collocation = {};
+  std::vector<Channel> inputs = {};  ///< empty when nothing excites the plant
 };
 
 }  // namespace nlo::trainer

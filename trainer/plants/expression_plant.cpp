@@ -2,17 +2,16 @@
 #include "trainer/plants/expression_plant.h"
 
 #include <fmt/format.h>
-#include <muParser.h>
 
+#include <deque>
 #include <set>
 
 #include "codegen/error.h"
 #include "codegen/identifier.h"
+#include "trainer/plants/expression.h"
 
 namespace nlo::trainer {
 namespace {
-
-constexpr std::size_t kLongestExpression = 4000;  // muParser gives up at 5,000 characters, without saying which
 
 std::vector<codegen::Channel> named_channels(const std::vector<std::string>& names,
                                              const std::vector<std::string>& units, std::string_view what) {
@@ -34,6 +33,19 @@ void check_counts(const PlantConfig& config) {
   if (!config.output_names.empty() && config.output_names.size() != config.outputs.size())
     throw codegen::Error(fmt::format("[plant] has {} outputs but {} output_names; give one for each",
                                      config.outputs.size(), config.output_names.size()));
+  if (config.inputs.empty() && config.input_field.empty()) return;
+  if (config.inputs.empty())
+    throw codegen::Error(
+        "[plant] input_field is of inputs that have no names; give inputs = [\"u\"], one for each column");
+  if (config.input_field.size() != config.states.size())
+    throw codegen::Error(fmt::format("[plant] input_field has {} rows, but there are {} states; give a row for each",
+                                     config.input_field.size(), config.states.size()));
+  for (std::size_t i = 0; i < config.input_field.size(); ++i)
+    if (config.input_field[i].size() != config.inputs.size())
+      throw codegen::Error(
+          fmt::format("[plant] input_field[{}] has {} expressions, but there are {} inputs; give one "
+                      "for each, \"0\" where an input does not act",
+                      i, config.input_field[i].size(), config.inputs.size()));
 }
 
 void check_names(const PlantConfig& config) {
@@ -46,6 +58,7 @@ void check_names(const PlantConfig& config) {
       throw codegen::Error(fmt::format("[plant] uses the name \"{}\" twice; rename one", name));
   };
   for (const std::string& name : config.states) check(name, "state");
+  for (const std::string& name : config.inputs) check(name, "input");
   for (const auto& parameter : config.parameters) check(parameter.first, "parameter");
 }
 
@@ -57,28 +70,20 @@ std::vector<std::string> output_names(const PlantConfig& config) {
   return names;
 }
 
-/// muParser reads "x1 = 2" as an assignment to the state; an equation has no place here.
-bool assigns(std::string_view text) {
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '=') continue;
-    if (i + 1 < text.size() && text[i + 1] == '=') {
-      ++i;
-    } else if (i == 0 || std::string_view("<>!").find(text[i - 1]) == std::string_view::npos) {
-      return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace
 
 /// Expressions over the columns of x. muParser reads its variables through pointers, so a state is copied in first.
 class ExpressionPlant::Formulas {
  public:
-  Formulas(const PlantConfig& config, const std::vector<std::string>& expressions, std::string_view key)
-      : x_(config.states.size()), parsers_(expressions.size()) {
-    for (std::size_t i = 0; i < expressions.size(); ++i)
-      compile(parsers_[i], config, expressions[i], fmt::format("[plant] {}[{}]", key, i));
+  explicit Formulas(const PlantConfig& config)
+      : names_{.variables = config.states,
+               .constants = config.parameters,
+               .hint = config.inputs.empty() ? "" : "; inputs have their place in input_field"},
+        x_(config.states.size()) {}
+
+  /// `where`: "[plant] outputs[0]".
+  void add(const std::string& expression, const std::string& where) {
+    compile_expression(parsers_.emplace_back(), expression, where, names_, x_.data());
   }
 
   Eigen::MatrixXd evaluate(const Eigen::MatrixXd& x) {
@@ -92,47 +97,15 @@ class ExpressionPlant::Formulas {
   }
 
  private:
-  void compile(mu::Parser& parser, const PlantConfig& config, const std::string& expression, const std::string& where) {
-    const auto fail = [&](const std::string& what) {
-      throw codegen::Error(fmt::format("{} \"{}\": {}", where, expression, what));
-    };
-    if (expression.find_first_not_of(" \t\n") == std::string::npos)
-      fail("the expression is empty; write a number, or a name");
-    if (expression.size() > kLongestExpression)
-      throw codegen::Error(
-          fmt::format("{} has {} characters; {} are the most", where, expression.size(), kLongestExpression));
-    if (assigns(expression)) fail("\"=\" has no place in an expression; give only the right-hand side, compare by ==");
-    try {
-      parser.ClearConst();  // muParser's own _pi and _e
-      if (!uses_name(config, "pi")) parser.DefineConst("pi", 3.141592653589793);
-      for (std::size_t i = 0; i < config.states.size(); ++i) parser.DefineVar(config.states[i], &x_[i]);
-      for (const auto& [name, value] : config.parameters) parser.DefineConst(name, value);
-      parser.SetExpr(expression);
-      int values = 0;
-      parser.Eval(values);
-      if (values != 1) fail(fmt::format("it has {} values, separated by commas; give one", values));
-    } catch (const mu::ParserError& error) {
-      const auto position = error.GetPos() < 0 ? std::string() : fmt::format(" at position {}", error.GetPos() + 1);
-      fail(fmt::format("{}{}; states: {}; functions as in C (sin, exp, ...), powers by ^", error.GetMsg(), position,
-                       fmt::join(config.states, ", ")));
-    }
-  }
-
-  static bool uses_name(const PlantConfig& config, std::string_view name) {
-    for (const std::string& state : config.states)
-      if (state == name) return true;
-    for (const auto& parameter : config.parameters)
-      if (parameter.first == name) return true;
-    return false;
-  }
-
-  std::vector<double> x_;  ///< n_x; the parsers hold pointers into it
-  std::vector<mu::Parser> parsers_;
+  ExpressionNames names_;
+  std::vector<double> x_;           ///< n_x; the parsers hold pointers into it
+  std::deque<mu::Parser> parsers_;  ///< never moved: a parser on the move would be compiled again
 };
 
 ExpressionPlant::ExpressionPlant(const PlantConfig& config)
     : Plant("expressions", named_channels(config.states, config.state_units, "states"),
-            named_channels(output_names(config), config.output_units, "outputs")) {
+            named_channels(output_names(config), config.output_units, "outputs"),
+            named_channels(config.inputs, config.input_units, "inputs")) {
   check_counts(config);
   check_names(config);
   for (std::size_t i = 0; i < outputs().size(); ++i) {
@@ -141,9 +114,21 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
     for (std::size_t j = 0; j < i; ++j)
       if (outputs()[i].name == outputs()[j].name)
         throw codegen::Error(fmt::format("[plant] output_names has \"{}\" twice; rename one", outputs()[i].name));
+    for (const std::string& input : config.inputs)
+      if (outputs()[i].name == input)
+        throw codegen::Error(fmt::format("[plant] uses \"{}\" for an input and an output; rename one", input));
   }
-  derivative_ = std::make_unique<Formulas>(config, config.derivative, "derivative");
-  output_ = std::make_unique<Formulas>(config, config.outputs, "outputs");
+  derivative_ = std::make_unique<Formulas>(config);
+  for (std::size_t i = 0; i < config.derivative.size(); ++i)
+    derivative_->add(config.derivative[i], fmt::format("[plant] derivative[{}]", i));
+  output_ = std::make_unique<Formulas>(config);
+  for (std::size_t i = 0; i < config.outputs.size(); ++i)
+    output_->add(config.outputs[i], fmt::format("[plant] outputs[{}]", i));
+  for (std::size_t j = 0; j < config.inputs.size(); ++j) {
+    input_fields_.push_back(std::make_unique<Formulas>(config));
+    for (std::size_t i = 0; i < config.states.size(); ++i)
+      input_fields_[j]->add(config.input_field[i][j], fmt::format("[plant] input_field[{}][{}]", i, j));
+  }
 }
 
 ExpressionPlant::~ExpressionPlant() = default;
@@ -154,6 +139,10 @@ Eigen::MatrixXd ExpressionPlant::derivative(const Eigen::MatrixXd& x) const {
 
 Eigen::MatrixXd ExpressionPlant::output(const Eigen::MatrixXd& x) const {
   return output_->evaluate(x);
+}
+
+Eigen::MatrixXd ExpressionPlant::input_field(const Eigen::MatrixXd& x, Eigen::Index input) const {
+  return input_fields_.at(static_cast<std::size_t>(input))->evaluate(x);
 }
 
 }  // namespace nlo::trainer

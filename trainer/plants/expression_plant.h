@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A plant written in an experiment file: one expression per derivative and output, over the names of the states and the
-// parameters, in muParser's language (+ - * / ^, sin cos tan asin acos atan atan2 sinh cosh tanh exp ln log10 sqrt abs
-// sign min max, a < b ? c : d) with the constant pi.
+// A plant written in an experiment file: one expression (see expression.h) per derivative, output and entry of the
+// input field, over the names of the states and the parameters.
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "trainer/config.h"
 #include "trainer/plants/plant.h"
@@ -19,10 +19,12 @@ class ExpressionPlant final : public Plant {
 
   Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const override;
   Eigen::MatrixXd output(const Eigen::MatrixXd& x) const override;
+  Eigen::MatrixXd input_field(const Eigen::MatrixXd& x, Eigen::Index input) const override;
 
  private:
   class Formulas;
   std::unique_ptr<Formulas> derivative_, output_;
+  std::vector<std::unique_ptr<Formulas>> input_fields_;  ///< one per input
 };
 
 }  // namespace nlo::trainer

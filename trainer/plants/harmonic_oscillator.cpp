@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Undamped oscillator, the linear plant to begin with: dx1/dt = x2, dx2/dt = -omega^2 x1, y = x1.
-// omega^2 x1^2 + x2^2 is constant along every trajectory.
+// Undamped oscillator, the linear plant to begin with: dx1/dt = x2, dx2/dt = -omega^2 x1 + u, y = x1.
+// Without u, omega^2 x1^2 + x2^2 is constant along every trajectory.
 #include "trainer/plants/builtin.h"
 #include "trainer/plants/linear.h"
 
@@ -11,7 +11,8 @@ std::unique_ptr<Plant> make_harmonic_oscillator(const PlantParameters& parameter
   Eigen::MatrixXd a(2, 2), c(1, 2);
   a << 0.0, 1.0, -omega * omega, 0.0;
   c << 1.0, 0.0;
-  return std::make_unique<LinearPlant>("harmonic_oscillator", channels({"x1", "x2"}), channels({"y"}), a, c);
+  return std::make_unique<LinearPlant>("harmonic_oscillator", channels({"x1", "x2"}), channels({"y"}), a, c,
+                                       channels({"u"}), Eigen::Vector2d(0.0, 1.0));
 }
 
 }  // namespace nlo::trainer

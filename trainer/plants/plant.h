@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A plant to simulate: dx/dt = f(x), y = h(x)   (1). Only the simulator, the baselines that know the model and the PDE
-// residual see one; training needs data alone.
+// A plant to simulate: dx/dt = f(x) + sum_j g_j(x) u_j, y = h(x)   (1), (24); most have no input. Only the simulator,
+// the baselines that know the model and the PDE residual see one; training needs data alone.
 //
 // To add one: a file of this folder with a function that makes it, and a line in registry.cpp. Tests run over the
 // registry.
@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "codegen/error.h"
 #include "codegen/model.h"
 
 namespace nlo::trainer {
@@ -19,8 +20,9 @@ using PlantParameters = std::vector<std::pair<std::string, double>>;
 
 class Plant {
  public:
-  Plant(std::string name, std::vector<codegen::Channel> states, std::vector<codegen::Channel> outputs)
-      : name_(std::move(name)), states_(std::move(states)), outputs_(std::move(outputs)) {}
+  Plant(std::string name, std::vector<codegen::Channel> states, std::vector<codegen::Channel> outputs,
+        std::vector<codegen::Channel> inputs = {})
+      : name_(std::move(name)), states_(std::move(states)), outputs_(std::move(outputs)), inputs_(std::move(inputs)) {}
   virtual ~Plant() = default;
   Plant(const Plant&) = delete;
   Plant& operator=(const Plant&) = delete;
@@ -28,8 +30,10 @@ class Plant {
   const std::string& name() const { return name_; }
   const std::vector<codegen::Channel>& states() const { return states_; }
   const std::vector<codegen::Channel>& outputs() const { return outputs_; }
+  const std::vector<codegen::Channel>& inputs() const { return inputs_; }  ///< empty: the plant is autonomous
   Eigen::Index nx() const { return static_cast<Eigen::Index>(states_.size()); }
   Eigen::Index ny() const { return static_cast<Eigen::Index>(outputs_.size()); }
+  Eigen::Index nu() const { return static_cast<Eigen::Index>(inputs_.size()); }
 
   /// f(x): n_x x B for n_x x B, one column per trajectory. A state outside of f's domain gives NaN, never an exception.
   /// Not for two threads at once: an expression plant evaluates in place. Let each thread make a plant of its own.
@@ -38,9 +42,14 @@ class Plant {
   /// h(x): n_y x B for n_x x B.
   virtual Eigen::MatrixXd output(const Eigen::MatrixXd& x) const = 0;
 
+  /// g_j(x) of input j: n_x x B for n_x x B; u_j = 0 leaves f alone. A plant with inputs has one for each.
+  virtual Eigen::MatrixXd input_field(const Eigen::MatrixXd& /*x*/, Eigen::Index /*input*/) const {
+    throw codegen::Error("plant " + name_ + " has no input field");
+  }
+
  private:
   std::string name_;
-  std::vector<codegen::Channel> states_, outputs_;
+  std::vector<codegen::Channel> states_, outputs_, inputs_;
 };
 
 /// Dimensionless channels by their names.

@@ -41,17 +41,21 @@ PlantParameters complete_parameters(const PlantEntry& entry, const PlantParamete
 
 std::span<const PlantEntry> plant_registry() {
   static const std::array<PlantEntry, 4> kPlants = {{
-      {"van_der_pol", "Van der Pol oscillator (22), y = x1", {{"mu", 1.0}}, make_van_der_pol},
-      {"reverse_duffing", "reverse Duffing oscillator (23), y = x1", {}, make_reverse_duffing},
+      {"van_der_pol", "Van der Pol oscillator (22), y = x1, u drives x2", {{"mu", 1.0}}, make_van_der_pol},
+      {"reverse_duffing", "reverse Duffing oscillator (23), y = x1, u drives x2", {}, make_reverse_duffing},
       {"sine_cosine", "example 1 of the paper (21), y = x1", {}, make_sine_cosine},
-      {"harmonic_oscillator", "undamped linear oscillator, y = x1", {{"omega", 1.0}}, make_harmonic_oscillator},
+      {"harmonic_oscillator",
+       "undamped linear oscillator, y = x1, u drives x2",
+       {{"omega", 1.0}},
+       make_harmonic_oscillator},
   }};
   return kPlants;
 }
 
 std::unique_ptr<Plant> make_plant(const PlantConfig& config) {
   if (config.model.empty()) return std::make_unique<ExpressionPlant>(config);
-  if (!config.states.empty() || !config.derivative.empty() || !config.output_names.empty() || !config.outputs.empty())
+  if (!config.states.empty() || !config.derivative.empty() || !config.output_names.empty() || !config.outputs.empty() ||
+      !config.inputs.empty() || !config.input_field.empty())
     throw codegen::Error("[plant] has both a model and equations; keep either `model` or states, derivative, outputs");
   std::vector<std::string> known;
   for (const PlantEntry& entry : plant_registry()) {

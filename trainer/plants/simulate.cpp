@@ -31,11 +31,20 @@ Eigen::Index first_escaped(const Eigen::MatrixXd& x) {
   return -1;
 }
 
-Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h) {
-  const Eigen::MatrixXd k1 = plant.derivative(x);
-  const Eigen::MatrixXd k2 = plant.derivative(x + 0.5 * h * k1);
-  const Eigen::MatrixXd k3 = plant.derivative(x + 0.5 * h * k2);
-  const Eigen::MatrixXd k4 = plant.derivative(x + h * k3);
+Eigen::MatrixXd driven_derivative(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
+  Eigen::MatrixXd dx = plant.derivative(x);
+  for (Eigen::Index j = 0; j < u.size(); ++j) dx += u(j) * plant.input_field(x, j);
+  return dx;
+}
+
+Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h, const Excitation& excitation,
+                         double time_s) {
+  const auto u = [&](double at) { return excitation ? excitation(at) : Eigen::VectorXd(); };
+  const Eigen::VectorXd middle = u(time_s + 0.5 * h);
+  const Eigen::MatrixXd k1 = driven_derivative(plant, x, u(time_s));
+  const Eigen::MatrixXd k2 = driven_derivative(plant, x + 0.5 * h * k1, middle);
+  const Eigen::MatrixXd k3 = driven_derivative(plant, x + 0.5 * h * k2, middle);
+  const Eigen::MatrixXd k4 = driven_derivative(plant, x + h * k3, u(time_s + h));
   return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
 }
 
@@ -45,12 +54,14 @@ Eigen::Index sample_count(const SimulationConfig& config) {
   return static_cast<Eigen::Index>(std::floor(config.horizon_s / config.sample_period_s + kRounding)) + 1;
 }
 
-Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial) {
+Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
+                      const Excitation& excitation) {
   const Eigen::Index samples = sample_count(config), count = initial.cols();
   const double h = config.sample_period_s;
   Dataset dataset;
   dataset.outputs = plant.outputs();
   dataset.states = plant.states();
+  if (excitation) dataset.inputs = plant.inputs();
   dataset.sample_period_s = h;
   dataset.uniform = true;
   dataset.trajectories.resize(static_cast<std::size_t>(count));
@@ -61,25 +72,29 @@ Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const 
     run.outputs.resize(plant.ny(), samples);
     run.states.resize(plant.nx(), samples);
     run.weight = Eigen::VectorXd::Ones(samples);
+    if (excitation) run.inputs.resize(plant.nu(), samples);
   }
   Eigen::MatrixXd x = initial;
   for (Eigen::Index k = 0;; ++k) {
+    const double t = static_cast<double>(k) * h;
     const Eigen::MatrixXd y = plant.output(x);
-    check_finite(plant, x, initial, static_cast<double>(k) * h);
-    check_finite(plant, y, initial, static_cast<double>(k) * h);
+    check_finite(plant, x, initial, t);
+    check_finite(plant, y, initial, t);
+    const Eigen::VectorXd u = excitation ? excitation(t) : Eigen::VectorXd();
     for (Eigen::Index i = 0; i < count; ++i) {
       Trajectory& run = dataset.trajectories[static_cast<std::size_t>(i)];
       run.states.col(k) = x.col(i);
       run.outputs.col(k) = y.col(i);
+      if (excitation) run.inputs.col(k) = u;
     }
     if (k + 1 == samples) return dataset;
-    x = rk4_step(plant, x, h);
+    x = rk4_step(plant, x, h, excitation, t);
   }
 }
 
 Dataset simulate(const Plant& plant, const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
-                 double box_scale) {
-  return simulate_from(plant, config, draw_initial_states(config, engine_seed, count, box_scale));
+                 double box_scale, const Excitation& excitation) {
+  return simulate_from(plant, config, draw_initial_states(config, engine_seed, count, box_scale), excitation);
 }
 
 }  // namespace nlo::trainer

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: MIT
-// Trajectories of a plant: classical Runge-Kutta of order 4 at the sample period, in double.
+// Trajectories of a plant: classical Runge-Kutta of order 4 at the sample period, in double. An excitation u(t) is
+// taken at the times of the stages, so that the order holds.
 #pragma once
 
 #include <cstdint>
 
 #include "trainer/config.h"
 #include "trainer/data/dataset.h"
+#include "trainer/plants/excitation.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
 
-/// One RK4 step of length h for each column of x (n_x x B).
-Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h);
+/// f(x) + sum_j g_j(x) u_j, n_x x B for n_x x B, with one u (n_u) for all columns; empty: f(x).
+Eigen::MatrixXd driven_derivative(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::VectorXd& u);
+
+/// One RK4 step of length h from time_s for each column of x (n_x x B).
+Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h, const Excitation& excitation = {},
+                         double time_s = 0.0);
 
 /// The first column of x that is out of any plant's useful range (|x| > 1e9 or NaN); -1: none.
 Eigen::Index first_escaped(const Eigen::MatrixXd& x);
@@ -20,13 +26,15 @@ Eigen::Index first_escaped(const Eigen::MatrixXd& x);
 /// Samples of [0, horizon_s] at the sample period, both ends included: 2,501 for 50 s at 0.02 s.
 Eigen::Index sample_count(const SimulationConfig& config);
 
-/// Noise-free trajectories from the columns of `initial` (n_x x count). Throws codegen::Error naming the plant, the
-/// initial state and the time when a trajectory leaves the numbers (|x| > 1e9 or NaN).
-Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial);
+/// Noise-free trajectories from the columns of `initial` (n_x x count), all with the same excitation; u at the samples
+/// is recorded. Throws codegen::Error naming the plant, the initial state and the time when a trajectory leaves the
+/// numbers (|x| > 1e9 or NaN).
+Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
+                      const Excitation& excitation = {});
 
 /// The same from drawn initial states (see initial_states.h). The engine's seed decides them: initial_state_seed(seed,
 /// stream).
 Dataset simulate(const Plant& plant, const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
-                 double box_scale = 1.0);
+                 double box_scale = 1.0, const Excitation& excitation = {});
 
 }  // namespace nlo::trainer

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// One expression of a user in muParser's language: + - * / ^, sin cos tan asin acos atan atan2 sinh cosh tanh exp ln
+// log10 sqrt abs sign min max, a < b ? c : d, with the constant pi. What a plant by equations and an excitation read.
+#pragma once
+
+#include <muParser.h>
+
+#include <string>
+#include <vector>
+
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+/// What an expression may name.
+struct ExpressionNames {
+  std::vector<std::string> variables = {};
+  PlantParameters constants = {};
+  std::string hint = {};  ///< ends the message about a name or sign that is not known
+};
+
+/// Makes `parser` evaluate `text`.
+///   where   stands before the text in messages: "[plant] outputs[0]"
+///   values  one for each variable, read anew by each evaluation; they outlive the parser at this address
+/// Throws codegen::Error: WHERE "TEXT": what is wrong with it, at which position.
+void compile_expression(mu::Parser& parser, const std::string& text, const std::string& where,
+                        const ExpressionNames& names, double* values);
+
+}  // namespace nlo::trainer
