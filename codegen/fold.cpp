@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/fold.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -17,9 +18,11 @@ Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return c;
 }
 
-int stale_after(const Model& m) {
+int stale_after(const Model& m, const FoldedModel& folded) {
   double fastest = 0.0;  // 1/s
-  for (int r = 0; r < m.nz(); ++r) {
+  if (m.dynamics) return 10;
+  if (m.luenberger) fastest = -folded.error_matrix.eigenvalues().real().minCoeff();
+  for (int r = 0; r < m.eigenvalues.size(); ++r) {
     const bool paired = r < 2 * m.pairs;
     if (m.output_injection.middleRows(r, paired ? 2 : 1).isZero(0.0)) continue;  // a clock
     fastest = std::max(fastest, -m.eigenvalues(r));
@@ -64,10 +67,29 @@ FoldedNetwork fold(const Network& n, Eigen::Index inputs) {
 }
 
 FoldedModel fold(const Model& m) {
-  const Network& map = m.inverse_map;
-  const bool reads_output = !map.features.rightCols(m.ny()).isZero(0.0);
-  return {latent_step(m, m.sample_period_s), steady_gain(m), reads_output,
-          fold(map, reads_output ? map.features.cols() : m.nz()), stale_after(m)};
+  FoldedModel folded;
+  if (has_linear_latent(m)) {
+    const Network& map = m.inverse_map;
+    folded.step = latent_step(m, m.sample_period_s);
+    folded.steady_gain = steady_gain(m);
+    folded.reads_output = !map.features.rightCols(m.ny()).isZero(0.0);
+    folded.inverse_map = fold(map, folded.reads_output ? map.features.cols() : m.nz());
+  }
+  if (m.drive) {
+    folded.forced = forced_latent_step(m, m.sample_period_s);
+    folded.forward_map = fold(m.drive->forward_map, m.nx());
+  }
+  if (m.luenberger) {
+    const LuenbergerDynamics& l = *m.luenberger;
+    folded.error_matrix = l.state_matrix - product(l.gain, l.output_matrix);
+    folded.nonlinearity = fold(l.nonlinearity, m.nx());
+  }
+  if (m.dynamics) {
+    folded.dynamics = fold(*m.dynamics, m.nz() + m.ny());
+    folded.inverse_map = fold(m.inverse_map, m.nz());
+  }
+  folded.stale_after = stale_after(m, folded);
+  return folded;
 }
 
 }  // namespace nlo::codegen

@@ -19,15 +19,30 @@ struct FoldedNetwork {
   Eigen::MatrixXd linear_path;  ///< n_out x n_in; 0 x 0: none (one layer takes it up)
 
   Eigen::Index inputs() const { return layers.front().weights.cols(); }
+  bool empty() const { return layers.empty(); }
 };
 
+/// Every structure folds to what it has; the rest is empty.
 struct FoldedModel {
+  int stale_after = 0;  ///< measurements held in a row until the status says stale: one time constant of the fastest
+                        ///< mode that reads an output, 5 at least; 10 where no mode is known (general)
+  bool reads_output = false;  ///< the inverse map reads [z; y] rather than z
+  FoldedNetwork inverse_map;  ///< kkl, driven_kkl, general
+
+  // kkl, driven_kkl
   LatentStep step;              ///< over one sample period
   Eigen::MatrixXd steady_gain;  ///< S, n_z x n_y
-  bool reads_output = false;    ///< the inverse map reads [z; y] rather than z
-  FoldedNetwork inverse_map;
-  int stale_after = 0;  ///< measurements held in a row until the status says stale: one time constant of the fastest
-                        ///< mode that reads an output, 5 at least
+
+  // driven_kkl
+  ForcedLatentStep forced;  ///< over one sample period
+  FoldedNetwork forward_map;
+
+  // luenberger
+  Eigen::MatrixXd error_matrix;  ///< A - G C
+  FoldedNetwork nonlinearity;
+
+  // general
+  FoldedNetwork dynamics;
 };
 
 /// `network` folded. Reads the first `inputs` entries of what the network reads: the others must not matter to it.

@@ -6,16 +6,7 @@
 namespace nlo::codegen {
 namespace {
 
-Hold hold_of(const Model& m, double dt_s) {
-  if (m.hold == "zero_order") return Hold::kZeroOrder;
-  if (m.hold == "rk4" && dt_s == m.sample_period_s) return Hold::kRk4;
-  return Hold::kFirstOrder;
-}
-
-}  // namespace
-
-LatentStep latent_step(const Model& m, double dt_s) {
-  const Hold hold = hold_of(m, dt_s);
+LatentStep discretised(const Model& m, Hold hold, double dt_s) {
   const Eigen::MatrixXd& f = m.output_injection;
   LatentStep step{Eigen::VectorXd(m.nz()), Eigen::MatrixXd(m.nz(), m.ny()), Eigen::MatrixXd(m.nz(), m.ny())};
   for (int r = 0; r < 2 * m.pairs; r += 2) {
@@ -35,10 +26,47 @@ LatentStep latent_step(const Model& m, double dt_s) {
   return step;
 }
 
-Eigen::MatrixXd a_minus_identity(const Model& m, const LatentStep& step) {
-  Eigen::MatrixXd matrix = step.a_minus_1.asDiagonal();
+}  // namespace
+
+Hold hold_named(const std::string& name) {
+  return name == "zero_order" ? Hold::kZeroOrder : name == "rk4" ? Hold::kRk4 : Hold::kFirstOrder;
+}
+
+LatentStep latent_step(const Model& m, double dt_s) {
+  const Hold hold = hold_named(m.hold);
+  const bool exact = hold == Hold::kRk4 && dt_s != m.sample_period_s;
+  return discretised(m, exact ? Hold::kFirstOrder : hold, dt_s);
+}
+
+ForcedLatentStep forced_latent_step(const Model& m, double dt_s) {
+  const Hold hold = hold_named(m.hold);
+  ForcedLatentStep step{discretised(m, hold == Hold::kRk4 ? Hold::kFirstOrder : hold, 0.5 * dt_s), {}};
+  for (int r = 0; r < m.nz(); ++r) {
+    const bool paired = r < 2 * m.pairs;
+    const auto mode = forced_weights(Complex<double>{m.eigenvalues(r), paired ? m.eigenvalues(r + 1) : 0.0}, dt_s);
+    const auto set = [&](Eigen::VectorXd& weights, const Complex<double>& value) {
+      weights.conservativeResize(m.nz());
+      weights(r) = value.re;
+      if (paired) weights(r + 1) = value.im;
+    };
+    auto& w = step.weights;
+    set(w.stage2, mode.stage2);
+    set(w.stage3_1, mode.stage3_1);
+    set(w.stage3_2, mode.stage3_2);
+    set(w.stage4_1, mode.stage4_1);
+    set(w.stage4_3, mode.stage4_3);
+    set(w.end_1, mode.end_1);
+    set(w.end_23, mode.end_23);
+    set(w.end_4, mode.end_4);
+    if (paired) ++r;
+  }
+  return step;
+}
+
+Eigen::MatrixXd block_diagonal(const Model& m, const Eigen::VectorXd& modes) {
+  Eigen::MatrixXd matrix = modes.asDiagonal();
   for (int r = 0; r < 2 * m.pairs; r += 2) {
-    const double re = step.a_minus_1(r), im = step.a_minus_1(r + 1);
+    const double re = modes(r), im = modes(r + 1);
     matrix.block<2, 2>(r, r) << re, -im, im, re;
   }
   return matrix;

@@ -3,7 +3,9 @@
 // discretisation, with sizes known only when it runs.
 #pragma once
 
+#include <nlo/exponential_rk.h>
 #include <Eigen/Core>
+#include <string>
 
 #include "codegen/model.h"
 
@@ -18,8 +20,18 @@ struct LatentStep {
 /// sample period: its coefficients approximate that hold, and are stable only near the period.
 LatentStep latent_step(const Model& model, double dt_s);
 
-/// A - I as a block-diagonal matrix, n_z x n_z.
-Eigen::MatrixXd a_minus_identity(const Model& model, const LatentStep& step);
+/// What a driven KKL observer needs beside it: D and F over half the step, and the weights of phi(z) u.
+struct ForcedLatentStep {
+  LatentStep half;
+  ForcedWeights<Eigen::VectorXd> weights;  ///< n_z each, laid out as the eigenvalues are
+};
+ForcedLatentStep forced_latent_step(const Model& model, double dt_s);
+
+/// The runtime's hold of that name: zero_order, first_order or rk4.
+Hold hold_named(const std::string& name);
+
+/// A mode's coefficients (laid out as the eigenvalues are) as a block-diagonal matrix, n_z x n_z.
+Eigen::MatrixXd block_diagonal(const Model& model, const Eigen::VectorXd& modes);
 
 /// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still.
 Eigen::MatrixXd steady_gain(const Model& model);

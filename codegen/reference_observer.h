@@ -3,12 +3,18 @@
 // are tested against (double) and what `nlo evaluate` runs over whole trajectories (float).
 #pragma once
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <variant>
 
+#include "codegen/error.h"
 #include "codegen/latent_step.h"
 #include "codegen/model.h"
+#include "codegen/reference_dynamics.h"
 #include "codegen/reference_network.h"
 #include "codegen/validate.h"
 
@@ -27,11 +33,13 @@ class ReferenceObserver {
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
   /// Copies the model. Throws Error unless it is valid (see validate.h).
-  explicit ReferenceObserver(const Model& model)
-      : model_(validated(model)),
-        nominal_(coefficients(model.sample_period_s)),
-        steady_gain_(codegen::steady_gain(model).cast<Scalar>()),
-        inverse_map_(model.inverse_map) {
+  explicit ReferenceObserver(const Model& model) : ReferenceObserver(validated(model), Activations::kExact) {}
+
+  /// The same, not validated, with the runtime's activations: for a model that is rewritten as it is exported.
+  ReferenceObserver(const Model& model, Activations activations)
+      : model_(model), dynamics_(reference_dynamics<Scalar>(model, activations)) {
+    if (has_linear_latent(model)) steady_gain_ = codegen::steady_gain(model).cast<Scalar>();
+    if (!model.luenberger) inverse_map_.emplace(model.inverse_map, activations);
     reset();
   }
 
@@ -39,16 +47,21 @@ class ReferenceObserver {
   void reset() {
     z_ = model_.initial_latent.cast<Scalar>();
     y_ = Eigen::VectorXd::Zero(model_.ny());
+    u_ = Eigen::VectorXd::Zero(model_.nu());
     started_ = false;
+    diverged_ = false;
   }
 
-  /// One sample period with the outputs `y` (n_y). An entry that is not finite, or an angle out of its range, keeps its
-  /// last good value; others are clamped to their range. Before the first sample that is good in all entries, nothing
-  /// happens.
-  void step(const Eigen::VectorXd& y) { take(accepted(y, true), nominal_); }
+  /// One sample period with the outputs `y` (n_y) and, if driven, the inputs `u` (n_u). An entry that is not finite, or
+  /// an angle out of its range, keeps its last good value; others are clamped to their range. Before the first sample
+  /// that is good in all entries, nothing happens.
+  void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u = {}) { step(y, u, model_.sample_period_s); }
 
-  /// The same over `dt_s` since the last sample.
-  void step(const Eigen::VectorXd& y, double dt_s) { take(accepted(y, true), coefficients(dt_s)); }
+  /// The same over `dt_s` since the last sample. Structures that are integrated in pieces do nothing when that is more
+  /// than kMostPieces sample periods.
+  void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s) {
+    take(accepted(y, true), accepted_input(u), dt_s);
+  }
 
   /// x_hat, n_x.
   Vector estimate() const { return inverse_map(z_, y_.cast<Scalar>()); }
@@ -60,23 +73,25 @@ class ReferenceObserver {
   /// The outputs as the last step took them, n_y: held, clamped, angles unwrapped.
   const Eigen::VectorXd& output() const { return y_; }
 
-  /// A whole trajectory from reset: `outputs` n_y x N with angles unwrapped, `time_s` N. With `uniform` each step is
-  /// the sample period, else it is the difference of the time stamps. T* is evaluated as matrix products over blocks of
-  /// samples.
-  Run run(const Eigen::MatrixXd& outputs, const Eigen::VectorXd& time_s, bool uniform) {
+  /// The last step would have left the finite numbers: z was kept.
+  bool diverged() const { return diverged_; }
+
+  /// A whole trajectory from reset: `outputs` n_y x N with angles unwrapped, `inputs` n_u x N (0 x 0 unless driven),
+  /// `time_s` N. With `uniform` each step is the sample period, else it is the difference of the time stamps. Estimates
+  /// are matrix products over blocks of samples. Throws Error when the inputs are not those of the model.
+  Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform) {
     const Eigen::Index samples = outputs.cols();
+    if (model_.nu() != inputs.rows() || (model_.nu() > 0 && inputs.cols() != samples))
+      throw Error(
+          fmt::format("\"{}\" has {} inputs over {} samples; it was given {} x {}: name the data's inputs as the "
+                      "model does",
+                      model_.name, model_.nu(), samples, inputs.rows(), inputs.cols()));
     Run run{Eigen::MatrixXd(model_.nx(), samples), Eigen::MatrixXd(model_.nz(), samples)};
     Matrix z(model_.nz(), samples), y(model_.ny(), samples);
     reset();
-    Coefficients last = nominal_;
-    double last_dt_s = model_.sample_period_s;
     for (Eigen::Index k = 0; k < samples; ++k) {
       const double dt_s = uniform || k == 0 ? model_.sample_period_s : time_s(k) - time_s(k - 1);
-      if (dt_s != last_dt_s) {
-        last = coefficients(dt_s);
-        last_dt_s = dt_s;
-      }
-      take(accepted(outputs.col(k), false), last);
+      take(accepted(outputs.col(k), false), model_.drive ? accepted_input(inputs.col(k)) : u_, dt_s);
       z.col(k) = z_;
       y.col(k) = y_.cast<Scalar>();
     }
@@ -91,16 +106,6 @@ class ReferenceObserver {
   }
 
  private:
-  struct Coefficients {
-    Matrix a_minus_identity, b0, b1;
-  };
-
-  Coefficients coefficients(double dt_s) const {
-    const LatentStep step = latent_step(model_, dt_s);
-    return {a_minus_identity(model_, step).template cast<Scalar>(), step.b0.template cast<Scalar>(),
-            step.b1.template cast<Scalar>()};
-  }
-
   static const Model& validated(const Model& model) {
     validate(model);
     return model;
@@ -123,18 +128,41 @@ class ReferenceObserver {
     return good;
   }
 
-  void take(const Eigen::VectorXd& y, const Coefficients& c) {
-    if (!y.allFinite()) return;  // before the first good sample
+  Eigen::VectorXd accepted_input(const Eigen::VectorXd& u) const {
+    Eigen::VectorXd good = u;
+    for (Eigen::Index i = 0; i < good.size(); ++i)
+      if (!std::isfinite(good(i)) && started_) good(i) = u_(i);
+    return good;
+  }
+
+  void take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s) {
+    if (!y.allFinite() || !u.allFinite()) return;  // before the first good sample
+    diverged_ = false;
     if (!started_) {
       if (model_.starts_steady) z_ += steady_gain_ * y.cast<Scalar>();
     } else {
-      z_ += (c.a_minus_identity * z_ + c.b0 * y_.cast<Scalar>() + c.b1 * y.cast<Scalar>()).eval();
+      const bool in_pieces = structure(model_) != "kkl";
+      if (in_pieces && !(dt_s <= kMostPieces * model_.sample_period_s)) return;
+      advance(y.cast<Scalar>(), u.cast<Scalar>(), dt_s);
     }
     y_ = y;
+    u_ = u;
     started_ = true;
   }
 
-  /// T* as matrix products over blocks of samples.
+  void advance(const Vector& y_next, const Vector& u_next, double dt_s) {
+    const Vector y = y_.cast<Scalar>(), u = u_.cast<Scalar>();
+    Vector z = z_;
+    std::visit(
+        [&](auto& dynamics) {
+          dynamics.advance(model_, z, Between<Scalar>{y, y_next, u, u_next}, dt_s);
+        },
+        dynamics_);
+    diverged_ = !(z.allFinite() && z.cwiseAbs().maxCoeff() <= Scalar(0x1p100));
+    if (!diverged_) z_ = z;
+  }
+
+  /// The inverse map as matrix products over blocks of samples.
   Eigen::MatrixXd estimates_in_blocks(const Matrix& z, const Matrix& y) const {
     constexpr Eigen::Index kBlock = 512;  // 50 neurons x 512 floats: a layer's input and output stay in the L2 cache
     Eigen::MatrixXd x_hat(model_.nx(), z.cols());
@@ -147,19 +175,21 @@ class ReferenceObserver {
 
   /// x_hat for each column of z (n_z x B) and y (n_y x B).
   Matrix inverse_map(const Matrix& z, const Matrix& y) const {
+    if (!inverse_map_) return z;
+    if (model_.inverse_map.inputs() == z.rows()) return (*inverse_map_)(z);
     Matrix inputs(z.rows() + y.rows(), z.cols());
     inputs << z, y;
-    return inverse_map_(inputs);
+    return (*inverse_map_)(inputs);
   }
 
   Model model_;
-  Coefficients nominal_;
+  ReferenceDynamics<Scalar> dynamics_;
   Matrix steady_gain_;
-  ReferenceNetwork<Scalar> inverse_map_;
+  std::optional<ReferenceNetwork<Scalar>> inverse_map_;
 
   Vector z_;
-  Eigen::VectorXd y_;
-  bool started_ = false;
+  Eigen::VectorXd y_, u_;
+  bool started_ = false, diverged_ = false;
 };
 
 }  // namespace nlo::codegen

@@ -2,7 +2,6 @@
 #include "codegen/targets/replay.h"
 
 #include <fmt/format.h>
-#include <nlo/activation.h>
 
 #include <cmath>
 #include <limits>
@@ -30,30 +29,28 @@ struct Answers {
   Eigen::VectorXd z_tolerance, x_hat_tolerance;
 };
 
-template <class Scalar>
-Scalar activated(const std::string& activation, Scalar v) {
-  if (activation == "tanh") return activate<Activation::kTanh>(v);
-  return activation == "relu" ? activate<Activation::kRelu>(v) : activate<Activation::kSilu>(v);
+Network as_network(const FoldedNetwork& folded, int inputs) {
+  const Eigen::Index reads = folded.inputs(), out = folded.layers.back().bias.size();
+  return {.features = Eigen::MatrixXd::Identity(reads, inputs),
+          .feature_mean = Eigen::VectorXd::Zero(reads),
+          .feature_scale = Eigen::VectorXd::Ones(reads),
+          .activation = folded.activation,
+          .layers = folded.layers,
+          .skip = folded.linear_path,
+          .output_mean = Eigen::VectorXd::Zero(out),
+          .output_scale = Eigen::VectorXd::Ones(out)};
 }
 
-/// T* as exported: folded, rounded to Scalar, with the runtime's activation.
-template <class Scalar>
-Eigen::VectorXd exported_map(const FoldedModel& model, const Eigen::VectorXd& z, const Eigen::VectorXd& y) {
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  const FoldedNetwork& folded = model.inverse_map;
-  Vector in(folded.inputs());
-  if (model.reads_output) {
-    in << z.cast<Scalar>(), y.cast<Scalar>();
-  } else {
-    in = z.cast<Scalar>();
-  }
-  Vector a = in;
-  for (std::size_t l = 0; l < folded.layers.size(); ++l) {
-    a = (folded.layers[l].weights.cast<Scalar>() * a + folded.layers[l].bias.cast<Scalar>()).eval();
-    if (l + 1 < folded.layers.size()) a = a.unaryExpr([&](Scalar v) { return activated(folded.activation, v); }).eval();
-  }
-  if (folded.linear_path.size() != 0) a += folded.linear_path.cast<Scalar>() * in;
-  return a.template cast<double>();
+/// The model with its networks folded, as it is exported.
+Model as_exported(Model m, const FoldedModel& folded) {
+  const auto rewrite = [](Network& network, const FoldedNetwork& by) {
+    if (!by.empty()) network = as_network(by, network.inputs());
+  };
+  rewrite(m.inverse_map, folded.inverse_map);
+  if (m.drive) rewrite(m.drive->forward_map, folded.forward_map);
+  if (m.luenberger) rewrite(m.luenberger->nonlinearity, folded.nonlinearity);
+  if (m.dynamics) rewrite(*m.dynamics, folded.dynamics);
+  return m;
 }
 
 /// The runtime's rules for bad measurements, in terms of what was measured.
@@ -61,8 +58,8 @@ class Screen {
  public:
   Screen(const Model& model, int stale_after) : model_(model), stale_after_(stale_after) {}
 
-  const char* status(const Eigen::VectorXd& y) {
-    bool held = false, clamped = false;
+  const char* status(const Eigen::VectorXd& y, const Eigen::VectorXd& u) {
+    bool held = !u.allFinite(), clamped = false;
     for (int j = 0; j < model_.ny(); ++j) {
       const bool outside = y(j) < model_.output_min(j) || y(j) > model_.output_max(j);
       const bool angle = model_.outputs[static_cast<std::size_t>(j)].wrap > 0.0;
@@ -82,30 +79,28 @@ class Screen {
 template <class Scalar>
 Answers answers_to(const ReplayInputs& inputs, const Model& m, const FoldedModel& folded) {
   ReferenceObserver<double> exact(m);
-  ReferenceObserver<Scalar> rounded(m);
+  ReferenceObserver<Scalar> rounded(as_exported(m, folded), Activations::kRuntime);
   Screen screen(m, folded.stale_after);
   const Eigen::Index samples = inputs.dt_s.size();
   Answers a{Eigen::MatrixXd(m.nz(), samples), Eigen::MatrixXd(m.nx(), samples), {}, {}, {}};
   Eigen::MatrixXd z_rounded = a.z, x_hat_rounded = a.x_hat;
   for (Eigen::Index k = 0; k < samples; ++k) {
-    const Eigen::VectorXd y = inputs.outputs.col(k);
-    if (inputs.dt_s(k) == 0.0) {
-      exact.step(y);
-      rounded.step(y);
-    } else {
-      exact.step(y, inputs.dt_s(k));
-      rounded.step(y, inputs.dt_s(k));
-    }
+    const Eigen::VectorXd y = inputs.outputs.col(k), u = inputs.inputs.col(k);
+    const double dt_s = inputs.dt_s(k) == 0.0 ? m.sample_period_s : inputs.dt_s(k);
+    exact.step(y, u, dt_s);
+    rounded.step(y, u, dt_s);
     Eigen::VectorXd turned = Eigen::VectorXd::Zero(m.ny());  // whole turns, which the exported observer takes back
     for (int j = 0; j < m.ny(); ++j) {
       const double wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
       if (wrap > 0.0) turned(j) = wrap * std::round(exact.output()(j) / wrap);
     }
-    a.z.col(k) = exact.latent() - folded.steady_gain * turned;
+    const Eigen::VectorXd back =
+        has_linear_latent(m) ? Eigen::VectorXd(folded.steady_gain * turned) : Eigen::VectorXd::Zero(m.nz());
+    a.z.col(k) = exact.latent() - back;
     a.x_hat.col(k) = exact.estimate();
-    a.status.emplace_back(screen.status(y));
-    z_rounded.col(k) = rounded.latent().template cast<double>() - folded.steady_gain * turned;
-    x_hat_rounded.col(k) = exported_map<Scalar>(folded, z_rounded.col(k), exact.output() - turned);
+    a.status.emplace_back(screen.status(y, u));
+    z_rounded.col(k) = rounded.latent().template cast<double>() - back;
+    x_hat_rounded.col(k) = rounded.estimates(z_rounded.col(k), exact.output() - turned);
   }
   constexpr double kRounding = kTimesRounding * static_cast<double>(std::numeric_limits<Scalar>::epsilon());
   // Rounding relative to the largest entry of any row: pairs mix theirs.
@@ -118,11 +113,11 @@ Answers answers_to(const ReplayInputs& inputs, const Model& m, const FoldedModel
   return a;
 }
 
-std::string measurement(const Initialiser& init, const Eigen::VectorXd& y) {
+std::string signal(const Initialiser& init, const Eigen::VectorXd& y) {
   std::string text = "{";
   for (Eigen::Index j = 0; j < y.size(); ++j) {
     if (j > 0) text += ", ";
-    text += std::isfinite(y(j)) ? init(y(j), "measurement") : "kMissed";
+    text += std::isfinite(y(j)) ? init(y(j), "sample") : "kMissed";
   }
   return text + "}";
 }
@@ -130,9 +125,10 @@ std::string measurement(const Initialiser& init, const Eigen::VectorXd& y) {
 std::string samples_text(const Initialiser& init, const ReplayInputs& inputs, const Answers& a) {
   std::string text;
   for (Eigen::Index k = 0; k < inputs.dt_s.size(); ++k)
-    text += fmt::format("    {{{}, {}, StepStatus::{}, {}, {}}},\n", init(inputs.dt_s(k), "dt_s"),
-                        measurement(init, inputs.outputs.col(k)), a.status[static_cast<std::size_t>(k)],
-                        init.vector(a.z.col(k), "z"), init.vector(a.x_hat.col(k), "x_hat"));
+    text += fmt::format(
+        "    {{{}, {}, {}StepStatus::{}, {}, {}}},\n", init(inputs.dt_s(k), "dt_s"),
+        signal(init, inputs.outputs.col(k)), inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k)) + ", ",
+        a.status[static_cast<std::size_t>(k)], init.vector(a.z.col(k), "z"), init.vector(a.x_hat.col(k), "x_hat"));
   return text;
 }
 
@@ -159,7 +155,7 @@ namespace nlo::{0}::replay {{
 struct Sample {{
   {3} dt_s;  // 0: one sample period
   {3} y[{5}];
-  StepStatus status;
+{10}  StepStatus status;
   {3} z[{6}];
   {3} x_hat[{7}];
 }};
@@ -183,7 +179,7 @@ int first_mismatch(Observer& observer) {{
   for (const Sample& sample : kSamples) {{
     typename Observer::Output y{{}};
     for (int j = 0; j < {1}; ++j) y[j] = sample.y[j];
-    const StepStatus status = sample.dt_s > {0}(0) ? observer.step(y, sample.dt_s) : observer.step(y);
+{5}    const StepStatus status = sample.dt_s > {0}(0) ? observer.step(y, {6}sample.dt_s) : observer.step(y{7});
     const auto z = observer.latent();
     const auto x_hat = observer.estimate();
     bool good = status == sample.status;
@@ -205,8 +201,6 @@ std::string replay(const Model& m, const ExportOptions& options) {
   if (options.samples < kFewest || options.samples > kMost)
     throw Error(fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewest, kMost));
   validate(m);
-  if (structure(m) != "kkl")
-    throw Error(fmt::format("the target replay does not know {} observers yet; it exports kkl", structure(m)));
   const std::string name = export_name(m, options);
   const Initialiser init(options.scalar);
   const bool single = options.scalar == ScalarType::kFloat;
@@ -216,15 +210,26 @@ std::string replay(const Model& m, const ExportOptions& options) {
   if (single) {  // both sides see the very same measurements
     inputs.dt_s = inputs.dt_s.cast<float>().cast<double>().eval();
     inputs.outputs = inputs.outputs.cast<float>().cast<double>().eval();
+    inputs.inputs = inputs.inputs.cast<float>().cast<double>().eval();
   }
   const Answers a = single ? answers_to<float>(inputs, m, folded) : answers_to<double>(inputs, m, folded);
 
   std::string flags;
   if (!single) flags += " --scalar double";
   if (name != m.name) flags += " --name " + name;
+  const bool driven = m.nu() > 0;
+  const std::string input_field = driven ? fmt::format("  {} u[{}];\n", init.scalar_name(), m.nu()) : "";
+  const std::string input_copy =
+      driven
+          ? fmt::format("    typename Observer::Input u{{}};\n    for (int i = 0; i < {}; ++i) u[i] = sample.u[i];\n",
+                        m.nu())
+          : "";
   return fmt::format(kTop, name, flags, kTimesMeasured, init.scalar_name(), kTimesRounding, m.ny(), m.nz(), m.nx(),
-                     init.vector(a.z_tolerance, "tolerance"), init.vector(a.x_hat_tolerance, "tolerance")) +
-         samples_text(init, inputs, a) + fmt::format(kBottom, init.scalar_name(), m.ny(), m.nz(), m.nx(), name);
+                     init.vector(a.z_tolerance, "tolerance"), init.vector(a.x_hat_tolerance, "tolerance"),
+                     input_field) +
+         samples_text(init, inputs, a) +
+         fmt::format(kBottom, init.scalar_name(), m.ny(), m.nz(), m.nx(), name, input_copy, driven ? "u, " : "",
+                     driven ? ", u" : "");
 }
 
 }  // namespace nlo::codegen

@@ -50,16 +50,23 @@ double measured_angle(double angle, double low, double turn) {
   return angle - turn * std::floor((angle - low) / turn);
 }
 
+/// In sample periods; not so near to 1.5 that rounding decides in how many pieces it is stepped.
+double irregular_step(Uniform& uniform) {
+  const double step = 0.4 + 1.6 * uniform();
+  return std::abs(step - 1.5) < 1e-3 ? 1.49 : step;
+}
+
 }  // namespace
 
 ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples) {
   Uniform uniform(seed);
   const double h = m.sample_period_s;
-  ReplayInputs inputs{Eigen::VectorXd::Zero(samples), Eigen::MatrixXd(m.ny(), samples)};
+  ReplayInputs inputs{Eigen::VectorXd::Zero(samples), Eigen::MatrixXd(m.ny(), samples),
+                      Eigen::MatrixXd(m.nu(), samples)};
   Eigen::VectorXd time_s(samples);
   for (int k = 0; k < samples; ++k) {
     const bool irregular = k >= samples / 2 && k < samples * 7 / 10;
-    if (irregular && k > 0) inputs.dt_s(k) = h * (0.4 + 1.6 * uniform());
+    if (irregular && k > 0) inputs.dt_s(k) = h * irregular_step(uniform);
     time_s(k) = k == 0 ? 0.0 : time_s(k - 1) + (irregular ? inputs.dt_s(k) : h);
   }
 
@@ -84,6 +91,10 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     } else if (kind < kMissedShare + kOutsideShare) {
       inputs.outputs(j, k) = m.output_max(j) + 0.5 * (m.output_max(j) - m.output_min(j));
     }
+  }
+  for (int i = 0; i < m.nu(); ++i) {
+    inputs.inputs.row(i) = tones(time_s, h, uniform);
+    inputs.inputs(i, samples / 3) = missed;
   }
   const int gap = std::min(stale_after + 2, samples / 8);
   for (int k = samples * 8 / 10; k < samples * 8 / 10 + gap; ++k) inputs.outputs.col(k).setConstant(missed);

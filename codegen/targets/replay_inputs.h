@@ -12,6 +12,7 @@ namespace nlo::codegen {
 struct ReplayInputs {
   Eigen::VectorXd dt_s;     ///< N; 0: the sample period
   Eigen::MatrixXd outputs;  ///< n_y x N, as measured: angles wrapped, NaN where missed
+  Eigen::MatrixXd inputs;   ///< n_u x N, within +-1; NaN where missed
 };
 
 /// Sums of tones inside the declared ranges, slow against the sample period; angles that may turn do so two times and

@@ -12,7 +12,8 @@ strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wsh
         -I "$include" -isystem "$eigen" -I "$work")
 
 # name:example:scalar
-exports=(rig_double:rig:double van_der_pol_double:van_der_pol:double)
+exports=()
+for name in rig van_der_pol pendulum general driven; do exports+=("${name}_double:$name:double"); done
 for name in $("$export_model"); do exports+=("$name:$name:float"); done
 
 {
@@ -37,7 +38,7 @@ for name in $("$export_model"); do exports+=("$name:$name:float"); done
   echo "}"
 } >"$work/main.cpp"
 
-for name in van_der_pol rig rig_double; do # alone: a header needs nothing before it
+for name in van_der_pol rig rig_double pendulum general driven driven_double; do # alone: a header needs nothing before it
   "$compiler" "${strict[@]}" -fsyntax-only -include "$work/$name.h" -x c++ /dev/null
 done
 
@@ -50,18 +51,20 @@ while read -r name mismatch bytes; do
 done < <("$work/main")
 [ "$failed" -eq 0 ] || exit 1
 
-# The control: half a percent on one weight of the last layer.
-"$export_model" rig cpp float rig "$work/rig.h" spoilt
-cat >"$work/control.cpp" <<'EOF'
-#include "rig.h"
-#include "rig_replay.h"
+# The control: half a percent on one weight of a last layer.
+for name in rig pendulum general driven; do
+  "$export_model" $name cpp float $name "$work/$name.h" spoilt
+  cat >"$work/control.cpp" <<END
+#include "$name.h"
+#include "${name}_replay.h"
 int main() {
-  nlo::rig::Observer observer{nlo::rig::kModel};
-  return nlo::rig::replay::first_mismatch(observer) == -1 ? 0 : 3;
+  nlo::$name::Observer observer{nlo::$name::kModel};
+  return nlo::$name::replay::first_mismatch(observer) == -1 ? 0 : 3;
 }
-EOF
-"$compiler" "${strict[@]}" -O1 "$work/control.cpp" -o "$work/control"
-status=0
-"$work/control" || status=$?
-[ "$status" -eq 3 ] || { echo "a wrong weight went unseen (exit $status)"; exit 1; }
-echo "${#exports[@]} headers by $compiler agree with their models; a spoilt one does not"
+END
+  "$compiler" "${strict[@]}" -O1 "$work/control.cpp" -o "$work/control"
+  status=0
+  "$work/control" || status=$?
+  [ "$status" -eq 3 ] || { echo "$name: a wrong weight went unseen (exit $status)"; exit 1; }
+done
+echo "${#exports[@]} headers by $compiler agree with their models; spoilt ones do not"

@@ -176,18 +176,6 @@ Model rig_model() {
   return m;
 }
 
-std::vector<Model> example_models() {
-  return {paper_model(),
-          rig_model(),
-          tiny_model(),
-          activation_model("relu"),
-          activation_model("silu"),
-          activation_model("tanh"),
-          linear_model(),
-          hold_model("zero_order"),
-          hold_model("rk4")};
-}
-
 Model luenberger_model() {
   Model m = blank("pendulum", 1, 2);
   m.initial_latent = Eigen::Vector2d(0.1, -0.2);
@@ -236,6 +224,20 @@ Model driven_model() {
 
 std::vector<Model> structure_models() {
   return {luenberger_model(), general_model(), driven_model()};
+}
+
+std::vector<Model> example_models() {
+  std::vector<Model> models = {paper_model(),
+                               rig_model(),
+                               tiny_model(),
+                               activation_model("relu"),
+                               activation_model("silu"),
+                               activation_model("tanh"),
+                               linear_model(),
+                               hold_model("zero_order"),
+                               hold_model("rk4")};
+  for (const Model& m : structure_models()) models.push_back(m);
+  return models;
 }
 
 }  // namespace nlo::codegen

@@ -29,9 +29,6 @@ Model linear_model();
 /// `tiny_model` with this hold ("zero_order", "first_order", "rk4").
 Model hold_model(const std::string& hold);
 
-/// All of the above; names are distinct.
-std::vector<Model> example_models();
-
 /// (15): a pendulum with its linear part known, g_hat 2-8-2.
 Model luenberger_model();
 
@@ -42,7 +39,10 @@ Model general_model();
 /// linear path each.
 Model driven_model();
 
-/// One model of every structure but the plain KKL of example_models().
+/// The last three: a model of every structure but the plain KKL.
 std::vector<Model> structure_models();
+
+/// All of the above; names are distinct.
+std::vector<Model> example_models();
 
 }  // namespace nlo::codegen

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Writes the exports of an example model, for tests that compile them:
 //   export_model                                           lists the examples
-//   export_model EXAMPLE TARGET SCALAR NAME FILE [spoilt]  spoilt: half a percent on one weight of the last layer
+//   export_model EXAMPLE TARGET SCALAR NAME FILE [spoilt]  spoilt: half a percent on one weight of a last layer
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -16,7 +16,11 @@ int main(int argc, char** argv) {
     for (Model& model : example_models()) {
       if (argc == 1) std::printf("%s\n", model.name.c_str());
       if (argc < 6 || model.name != argv[1]) continue;
-      if (argc == 7) model.inverse_map.layers.back().weights(0, 0) *= 1.005;
+      Network& network = model.luenberger ? model.luenberger->nonlinearity
+                         : model.dynamics ? *model.dynamics
+                         : model.drive    ? model.drive->forward_map
+                                          : model.inverse_map;
+      if (argc == 7) network.layers.back().weights(0, 0) *= 1.005;
       ExportOptions options;
       options.scalar = scalar_type(argv[3]);
       options.name = argv[4];

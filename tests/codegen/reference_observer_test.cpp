@@ -26,9 +26,16 @@ Eigen::VectorXd times(const Model& m, Eigen::Index samples) {
   return Eigen::VectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) * m.sample_period_s);
 }
 
+/// Inputs of a driven model within +-1; none for another.
+Eigen::MatrixXd smooth_inputs(const Model& m, const Eigen::VectorXd& time_s) {
+  Eigen::MatrixXd u(m.nu(), m.drive ? time_s.size() : 0);
+  for (int i = 0; i < m.nu(); ++i) u.row(i) = (2.3 * time_s.array() + i).sin();
+  return u;
+}
+
 /// D as a matrix.
 Eigen::MatrixXd latent_matrix(const Model& m) {
-  return a_minus_identity(m, {m.eigenvalues, {}, {}});
+  return block_diagonal(m, m.eigenvalues);
 }
 
 TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
@@ -37,7 +44,7 @@ TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
   for (const Model& m : {paper_model(), rig_model()}) {
     const Eigen::VectorXd t = times(m, 200);
     const Eigen::MatrixXd y = smooth_outputs(m, t);
-    const auto run = ReferenceObserver<double>(m).run(y, t, true);
+    const auto run = ReferenceObserver<double>(m).run(y, {}, t, true);
     const Eigen::MatrixXd d = latent_matrix(m);
     Eigen::VectorXd z = run.z.col(0);
     for (Eigen::Index k = 0; k + 1 < t.size(); ++k) {
@@ -63,15 +70,13 @@ TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
     t += 0.3 * m.sample_period_s * (t.array() * 91.0 / m.sample_period_s).sin().matrix();
     const Eigen::MatrixXd y =
         smooth_outputs(m, t).array().min(3.0).max(-3.0);  // within +-pi: angles need no unwrapping
+    const Eigen::MatrixXd u = smooth_inputs(m, t);
     ReferenceObserver<double> observer(m);
-    const auto run = observer.run(y, t, false);
+    const auto run = observer.run(y, u, t, false);
     observer.reset();
     for (Eigen::Index k = 0; k < t.size(); ++k) {
-      if (k == 0) {
-        observer.step(y.col(k));
-      } else {
-        observer.step(y.col(k), t(k) - t(k - 1));
-      }
+      const Eigen::VectorXd input = m.drive ? Eigen::VectorXd(u.col(k)) : Eigen::VectorXd();
+      observer.step(y.col(k), input, k == 0 ? m.sample_period_s : t(k) - t(k - 1));
       ASSERT_LT((observer.latent() - run.z.col(k)).cwiseAbs().maxCoeff(), kTolerance) << m.name;
       ASSERT_LT((observer.estimate() - run.x_hat.col(k)).cwiseAbs().maxCoeff(), kTolerance) << m.name;
     }
@@ -83,8 +88,9 @@ TEST(ReferenceObserver, FloatFollowsDouble) {
   for (const Model& m : example_models()) {
     const Eigen::VectorXd t = times(m, 600);
     const Eigen::MatrixXd y = smooth_outputs(m, t);
-    const auto single = ReferenceObserver<float>(m).run(y, t, true);
-    const auto twice = ReferenceObserver<double>(m).run(y, t, true);
+    const Eigen::MatrixXd u = smooth_inputs(m, t);
+    const auto single = ReferenceObserver<float>(m).run(y, u, t, true);
+    const auto twice = ReferenceObserver<double>(m).run(y, u, t, true);
     EXPECT_LT((single.x_hat - twice.x_hat).cwiseAbs().maxCoeff(), kTolerance) << m.name;
   }
 }
@@ -106,9 +112,9 @@ TEST(ReferenceObserver, AFullTurnOfAnAngleIsNotSeen) {
   constexpr double kTolerance = 1e-11;  // z is about 6 larger: its rounding, over feature and state scales
   const Eigen::VectorXd t = times(m, 400);
   Eigen::MatrixXd y = smooth_outputs(m, t);
-  const auto here = ReferenceObserver<double>(m).run(y, t, true);
+  const auto here = ReferenceObserver<double>(m).run(y, {}, t, true);
   y.row(0).array() += kTurn;
-  const auto turned = ReferenceObserver<double>(m).run(y, t, true);
+  const auto turned = ReferenceObserver<double>(m).run(y, {}, t, true);
   EXPECT_LT((here.x_hat - turned.x_hat).cwiseAbs().maxCoeff(), kTolerance);
   EXPECT_GT((here.z - turned.z).cwiseAbs().maxCoeff(), 1.0);
 }
@@ -136,6 +142,15 @@ TEST(ReferenceObserver, HoldsTheLastGoodOutputAndClampsToTheRange) {
   }
   EXPECT_EQ(faulty.latent(), mended.latent());
   EXPECT_EQ(faulty.estimate(), mended.estimate());
+}
+
+TEST(ReferenceObserver, RefusesInputsThatAreNotTheModels) {
+  const Eigen::VectorXd t = times(driven_model(), 5);
+  const Eigen::MatrixXd y = Eigen::MatrixXd::Zero(1, 5);
+  EXPECT_THROW(ReferenceObserver<double>(driven_model()).run(y, {}, t, true), Error);
+  EXPECT_THROW(ReferenceObserver<double>(driven_model()).run(y, Eigen::MatrixXd::Zero(2, 4), t, true), Error);
+  EXPECT_THROW(ReferenceObserver<double>(tiny_model()).run(y, Eigen::MatrixXd::Zero(1, 5), t, true), Error);
+  EXPECT_NO_THROW(ReferenceObserver<double>(driven_model()).run(y, Eigen::MatrixXd::Zero(2, 5), t, true));
 }
 
 TEST(ReferenceObserver, RefusesAModelThatIsNotValid) {

@@ -54,9 +54,10 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps) {
   return [model, uniform_steps]() -> Estimator {
     auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
-    return [observer, uniform_steps](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& /*inputs*/,
-                                     const Eigen::VectorXd& time_s) {
-      return observer->run(outputs, time_s, uniform_steps).x_hat;
+    const bool driven = model.drive.has_value();
+    return [observer, uniform_steps, driven](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                             const Eigen::VectorXd& time_s) {
+      return observer->run(outputs, driven ? inputs : Eigen::MatrixXd(), time_s, uniform_steps).x_hat;
     };
   };
 }

@@ -22,7 +22,7 @@ Eigen::MatrixXd rmse_map(const codegen::Model& model, const PlantConfig& plant, 
     codegen::ReferenceObserver<float> observer(model);
     for (Eigen::Index column = 0; column < x1.size(); ++column) {
       const Trajectory& run = runs.trajectories[static_cast<std::size_t>(column)];
-      const Eigen::MatrixXd estimate = observer.run(run.outputs, run.time_s, true).x_hat;
+      const Eigen::MatrixXd estimate = observer.run(run.outputs, {}, run.time_s, true).x_hat;
       map(row, column) = std::sqrt((run.states - estimate).squaredNorm() / static_cast<double>(run.samples()));
     }
   });

@@ -9,15 +9,16 @@
 //   const auto x_hat = observer.estimate();
 //   if (!observer.in_domain()) enter_safe_mode();
 //
-// No heap, no exceptions, no libm; whatever arrives, z stays finite.
+// No heap, no exceptions, no libm; whatever arrives, z stays finite. sampled_observer.h has the observer's functions.
 #pragma once
 
 #include <cstdint>
 
 #include "nlo/domain.h"
 #include "nlo/latent.h"
+#include "nlo/measurement.h"
 #include "nlo/mlp.h"
-#include "nlo/vector.h"
+#include "nlo/sampled_observer.h"
 
 namespace nlo {
 
@@ -31,15 +32,24 @@ struct LatentModel {
   Scalar steady_gain[kNz][kNy];       ///< S = -D^-1 F: z settles at S y when y is constant
   Scalar initial[kNz];                ///< z before the first measurement
   bool starts_steady;                 ///< the first measurement sets z to initial + S y
+
+  /// The hold of steps that are not the sample period: the exact ramp for RK4, whose coefficients approximate it and
+  /// are stable only near their own step.
+  constexpr Hold exact_hold() const { return hold == Hold::kRk4 ? Hold::kFirstOrder : hold; }
 };
 
-/// What measurements may be.
-template <class Scalar, int kNy>
-struct OutputRange {
-  Scalar min[kNy];
-  Scalar max[kNy];
-  Scalar wrap[kNy];  ///< full turn of an angle (2 pi); 0: not an angle
-};
+/// out = map([z; y]), or map(z) for a map that reads z alone.
+template <class Map, class Scalar, int kNz, int kNy>
+void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar* out) {
+  if constexpr (Map::kIn == kNz + kNy) {
+    Scalar in[kNz + kNy];
+    for (int r = 0; r < kNz; ++r) in[r] = z[r];
+    for (int j = 0; j < kNy; ++j) in[kNz + j] = y[j];
+    map.evaluate(in, out);
+  } else {
+    map.evaluate(z, out);
+  }
+}
 
 /// A trained observer, as a value. Generated headers define one `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kPairs_, class InverseMap_>
@@ -49,7 +59,11 @@ struct KklModel {
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;
+  static constexpr int kNu = 0;
   static constexpr int kPairs = kPairs_;
+  static constexpr int kLongestGap = 1000;
+  static constexpr bool kHasSteadyState = true;
+  static constexpr bool kMayDiverge = false;
   static constexpr bool kReadsOutput = InverseMap::kIn == kNz + kNy;  ///< T* reads [z; y] rather than z
   static_assert(kNx > 0 && kNy > 0 && kNz > 0 && kPairs >= 0 && 2 * kPairs <= kNz);
   static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
@@ -61,226 +75,29 @@ struct KklModel {
   OutputRange<Scalar, kNy> outputs;
   Domain<Scalar, kNz> domain;
   InverseMap inverse_map;
+
+  constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
+
+  /// z+ = A z + B0 y_k + B1 y_{k+1}. Another step than the sample period costs some 60 operations a mode.
+  constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) const {
+    if (dt_s == Scalar(0)) return nlo::advance<kPairs>(latent.step, z, y, y_next);
+    nlo::advance<kPairs>(discretise<kPairs>(latent.exact_hold(), latent.eigenvalues, latent.output_injection, dt_s), z,
+                         y, y_next);
+  }
+
+  /// x_hat = T*(z), or T*(z, y).
+  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&x_hat)[kNx]) const {
+    evaluate_inverse(inverse_map, z, y, x_hat);
+  }
 };
 
-template <class Model_>
-class KklObserver {
+/// The observer of a KklModel.
+template <class Model>
+class KklObserver : public SampledObserver<Model> {
  public:
-  using Model = Model_;
-  using Scalar = typename Model::Scalar;
-  static constexpr int kNx = Model::kNx;
-  static constexpr int kNy = Model::kNy;
-  static constexpr int kNz = Model::kNz;
-  using Output = Vector<Scalar, kNy>;
-  using Latent = Vector<Scalar, kNz>;
-  using Estimate = Vector<Scalar, kNx>;
-
-  /// All that changes; save() and restore() carry it over a restart.
-  struct State {
-    Scalar z[kNz];
-    Scalar y[kNy];       ///< last good output
-    std::uint16_t held;  ///< measurements held in a row
-    StepStatus status;
-    std::uint8_t started;  ///< 1 once a first measurement has come; no bool: storage may hand back any byte
-  };
-
-  /// The model must outlive the observer; generated models are constants.
-  constexpr explicit KklObserver(const Model& model) : model_(&model) { reset(); }
-  explicit KklObserver(const Model&&) = delete;
-
-  /// Forgets everything: z = z(0), waiting for the first measurement.
-  constexpr void reset() {
-    state_ = State{};
-    for (int r = 0; r < kNz; ++r) state_.z[r] = model_->latent.initial[r];
-  }
-
-  /// Starts from a given latent state, e.g. from T(x) of a known x. Refused (false, nothing changed) as restore() does.
-  [[nodiscard]] constexpr bool reset(const Latent& z0, const Output& y0) {
-    State next{};
-    for (int r = 0; r < kNz; ++r) next.z[r] = z0[r];
-    for (int j = 0; j < kNy; ++j) next.y[j] = y0[j];
-    next.started = 1;
-    return restore(next);
-  }
-
-  /// Starts from the steady state of y, z = z(0) + S y: a shorter transient when the plant is at rest, or after a gap.
-  [[nodiscard]] constexpr StepStatus warm_start(const Output& y) {
-    Scalar accepted[kNy]{};
-    for (int j = 0; j < kNy; ++j) accepted[j] = state_.y[j];
-    const StepStatus screened = screen(y, accepted);
-    if (screened == StepStatus::kHeld) return state_.status = note_held();
-    reset();
-    start(accepted, true);
-    return state_.status = screened;
-  }
-  [[nodiscard]] constexpr StepStatus warm_start(Scalar y) requires(kNy == 1) { return warm_start(Output{{y}}); }
-
-  /// One sample period on, with the measurement at its end: z+ = A z + B0 y_k + B1 y_{k+1}. The first measurement
-  /// after a reset only starts the observer. A measurement that is not finite stands for a missed one.
-  [[nodiscard]] constexpr StepStatus step(const Output& y) { return step_by(y, model_->latent.step); }
-
-  /// The same over dt seconds: for jitter, and for what comes after missed samples. Costs some 60 operations a mode.
-  /// RK4 models use the exact ramp here: their coefficients approximate it and are stable only near their own step.
-  [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar dt_s) {
-    if (!is_finite(dt_s) || !(dt_s > Scalar(0)) || dt_s > Scalar(1000) * model_->sample_period_s) {
-      return state_.status = StepStatus::kRejected;
-    }
-    const auto& latent = model_->latent;
-    const Hold hold = latent.hold == Hold::kRk4 ? Hold::kFirstOrder : latent.hold;
-    return step_by(y, discretise<Model::kPairs>(hold, latent.eigenvalues, latent.output_injection, dt_s));
-  }
-  [[nodiscard]] constexpr StepStatus step(Scalar y) requires(kNy == 1) { return step(Output{{y}}); }
-  [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar dt_s) requires(kNy == 1) { return step(Output{{y}}, dt_s); }
-
-  /// One sample period on without a measurement: the last good one is held.
-  [[nodiscard]] constexpr StepStatus step_missed() {
-    Output missed{};
-    for (Scalar& y : missed) y = std::numeric_limits<Scalar>::quiet_NaN();
-    return step(missed);
-  }
-
-  /// x_hat = T*(z), or T*(z, y). Computed on each call; costs the network's multiply-adds.
-  [[nodiscard]] Estimate estimate() const {
-    Estimate x_hat;
-    if constexpr (Model::kReadsOutput) {
-      Scalar in[kNz + kNy];
-      for (int r = 0; r < kNz; ++r) in[r] = state_.z[r];
-      for (int j = 0; j < kNy; ++j) in[kNz + j] = state_.y[j];
-      model_->inverse_map.evaluate(in, x_hat.data());
-    } else {
-      model_->inverse_map.evaluate(state_.z, x_hat.data());
-    }
-    return x_hat;
-  }
-
-  [[nodiscard]] constexpr Latent latent() const {
-    Latent z{};
-    for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
-    return z;
-  }
-
-  /// Status of the latest step.
-  [[nodiscard]] constexpr StepStatus status() const { return state_.status; }
-
-  /// z is where training has been. False tells that estimate() extrapolates.
-  [[nodiscard]] constexpr bool in_domain() const {
-    Scalar relative[kNz]{};
-    for (int r = 0; r < kNz; ++r) {
-      relative[r] = state_.z[r];
-      for (int j = 0; j < kNy; ++j) {
-        if (model_->outputs.wrap[j] > Scalar(0)) relative[r] -= model_->latent.steady_gain[r][j] * state_.y[j];
-      }
-    }
-    return model_->domain.contains(relative);
-  }
-
-  [[nodiscard]] constexpr const Model& model() const { return *model_; }
-  [[nodiscard]] constexpr State save() const { return state_; }
-
-  /// Continues from a saved state. Refused (false, nothing changed) unless it is one that stepping can reach: z finite
-  /// and not so large that a step overflows, y in its range, flags valid. What comes from storage may be damaged.
-  [[nodiscard]] constexpr bool restore(const State& saved) {
-    constexpr Scalar kLargest = Scalar(0x1p100);
-    for (int r = 0; r < kNz; ++r) {
-      if (!(saved.z[r] >= -kLargest && saved.z[r] <= kLargest) || !is_finite(saved.z[r])) return false;
-    }
-    if (saved.started > 1 || saved.status > StepStatus::kRejected) return false;
-    for (int j = 0; j < kNy; ++j) {
-      const Scalar y = saved.y[j], turn = model_->outputs.wrap[j];
-      if (!is_finite(y)) return false;
-      const bool in_range = y >= model_->outputs.min[j] && y <= model_->outputs.max[j];
-      const bool in_turn = y >= -turn && y <= turn;  // angles are kept near zero, whatever range they are measured in
-      if (!(saved.started == 1 ? in_range || (turn > Scalar(0) && in_turn) : y == Scalar(0))) return false;
-    }
-    state_ = saved;
-    return true;
-  }
-
- private:
-  /// Writes the outputs to use into `accepted`, which holds the last good ones. Angles come out next to those.
-  constexpr StepStatus screen(const Output& y, Scalar (&accepted)[kNy]) const {
-    const OutputRange<Scalar, kNy>& range = model_->outputs;
-    StepStatus status = StepStatus::kOk;
-    for (int j = 0; j < kNy; ++j) {
-      const bool angle = range.wrap[j] > Scalar(0);
-      if (!is_finite(y[j]) || (angle && (y[j] < range.min[j] || y[j] > range.max[j]))) {
-        status = StepStatus::kHeld;
-      } else if (angle) {
-        accepted[j] += wrapped(y[j] - accepted[j], range.wrap[j]);
-      } else if (y[j] < range.min[j] || y[j] > range.max[j]) {
-        accepted[j] = y[j] < range.min[j] ? range.min[j] : range.max[j];
-        if (status == StepStatus::kOk) status = StepStatus::kClamped;
-      } else {
-        accepted[j] = y[j];
-      }
-    }
-    return status;
-  }
-
-  /// The angle less its whole turns, in [-turn/2, turn/2].
-  static constexpr Scalar wrapped(Scalar angle, Scalar turn) { return angle - turn * whole_turns(angle, turn); }
-  static constexpr Scalar whole_turns(Scalar angle, Scalar turn) {
-    const Scalar turns = angle / turn;  // bounded by the declared range: fits an int32
-    // Half a turn stays where it is: an angle resting on the wrap must not change sides, and z with it, at each step.
-    if (turns >= Scalar(-0.5) && turns <= Scalar(0.5)) return Scalar(0);
-    return static_cast<Scalar>(static_cast<std::int32_t>(turns + (turns < Scalar(0) ? Scalar(-0.5) : Scalar(0.5))));
-  }
-
-  constexpr StepStatus note_held() {
-    if (state_.held < 0xffffU) ++state_.held;
-    return state_.held >= model_->stale_after ? StepStatus::kStale : StepStatus::kHeld;
-  }
-
-  constexpr void start(const Scalar (&y)[kNy], bool steady) {
-    for (int j = 0; j < kNy; ++j) {
-      const Scalar turn = model_->outputs.wrap[j];
-      state_.y[j] = turn > Scalar(0) ? wrapped(y[j], turn) : y[j];
-    }
-    for (int r = 0; steady && r < kNz; ++r) {
-      for (int j = 0; j < kNy; ++j) state_.z[r] += model_->latent.steady_gain[r][j] * state_.y[j];
-    }
-    state_.started = 1;
-  }
-
-  constexpr StepStatus step_by(const Output& y, const LatentStep<Scalar, kNz, kNy>& step) {
-    Scalar next[kNy]{};
-    for (int j = 0; j < kNy; ++j) next[j] = state_.y[j];
-    const StepStatus screened = screen(y, next);
-    if (screened == StepStatus::kHeld) {
-      state_.status = note_held();
-      if (state_.started == 0) return state_.status;  // nothing to hold yet
-    } else {
-      state_.held = 0;
-      state_.status = screened;
-      if (state_.started == 0) {
-        start(next, model_->latent.starts_steady);
-        return state_.status;
-      }
-    }
-    advance<Model::kPairs>(step, state_.z, state_.y, next);
-    // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
-    constexpr Scalar kTiny = Scalar(0x1p-100);
-    for (Scalar& z : state_.z) z = z < kTiny && z > -kTiny ? Scalar(0) : z;
-    for (int j = 0; j < kNy; ++j) state_.y[j] = next[j];
-    turn_back();
-    return state_.status;
-  }
-
-  /// An angle that has left its first turn goes back by whole turns, and z with it: S is the response to a constant,
-  /// so the latent system does not notice. This keeps z bounded however often the shaft turns.
-  constexpr void turn_back() {
-    for (int j = 0; j < kNy; ++j) {
-      const Scalar turn = model_->outputs.wrap[j];
-      if (!(turn > Scalar(0))) continue;
-      const Scalar back = turn * whole_turns(state_.y[j], turn);
-      if (back == Scalar(0)) continue;
-      state_.y[j] -= back;
-      for (int r = 0; r < kNz; ++r) state_.z[r] -= model_->latent.steady_gain[r][j] * back;
-    }
-  }
-
-  const Model* model_;
-  State state_{};
+  using SampledObserver<Model>::SampledObserver;
 };
+template <class Model>
+KklObserver(const Model&) -> KklObserver<Model>;
 
 }  // namespace nlo

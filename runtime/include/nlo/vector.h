@@ -34,7 +34,8 @@ enum class StepStatus : std::uint8_t {
   kClamped,   ///< an output outside its declared range was clamped to it
   kHeld,      ///< an output was not finite (or an angle out of range): its last good value was used
   kStale,     ///< held for more steps in a row than the model allows: estimates are no longer to be trusted
-  kRejected,  ///< the time step was not in (0, 1000 sample periods]: nothing was done
+  kRejected,  ///< the time step was not positive, or longer than the model can span: nothing was done
+  kDiverged,  ///< a step would have left the finite numbers: the last z was kept (not with a KKL observer)
 };
 
 /// Finite, told from the bits: no compiler flag can reason it away.

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// Driven KKL observer (24)-(25) of dx/dt = f(x) + g(x) u with known inputs u:
+//   dz/dt = D z + F y + phi(z) u,   phi(z) u = dT/dx(x_hat) g(x_hat) u,   x_hat = T*(z)
+// phi(z) u is a product of T's Jacobian with one vector: a forward-mode pass (jvp), no Jacobian is ever formed. D z + F
+// y is stepped exactly and phi(z) u at order 4 (exponential_rk.h); with u = 0 this is the plain KKL observer.
+//
+//   observer.step(read_position(), torque);   // torque: what has acted since the last sample (input_hold kZeroOrder)
+#pragma once
+
+#include <cstdint>
+
+#include "nlo/domain.h"
+#include "nlo/explicit_rk.h"
+#include "nlo/exponential_rk.h"
+#include "nlo/kkl_observer.h"
+#include "nlo/latent.h"
+#include "nlo/measurement.h"
+#include "nlo/mlp.h"
+#include "nlo/sampled_observer.h"
+
+namespace nlo {
+
+/// g(x) u = sum_i u_i (constant_i + linear_i x): how the inputs act on the plant.
+template <class Scalar, int kNx, int kNu>
+struct InputField {
+  Scalar constant[kNu][kNx];
+  Scalar linear[kNu][kNx][kNx];  ///< all zero unless an input acts otherwise at another x
+
+  constexpr void apply(const Scalar (&x)[kNx], const Scalar (&u)[kNu], Scalar (&dx)[kNx]) const {
+    for (int k = 0; k < kNx; ++k) {
+      dx[k] = Scalar(0);
+      for (int i = 0; i < kNu; ++i) {
+        Scalar g = constant[i][k];
+        for (int l = 0; l < kNx; ++l) g += linear[i][k][l] * x[l];
+        dx[k] += g * u[i];
+      }
+    }
+  }
+};
+
+/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+template <class Scalar_, int kNx_, int kNy_, int kNz_, int kNu_, int kPairs_, class InverseMap_, class ForwardMap_>
+struct DrivenKklModel {
+  using Scalar = Scalar_;
+  using InverseMap = InverseMap_;
+  using ForwardMap = ForwardMap_;
+  static constexpr int kNx = kNx_;
+  static constexpr int kNy = kNy_;
+  static constexpr int kNz = kNz_;
+  static constexpr int kNu = kNu_;
+  static constexpr int kPairs = kPairs_;
+  static constexpr int kLongestGap = kMostPieces;
+  static constexpr bool kHasSteadyState = true;
+  static constexpr bool kMayDiverge = true;
+  static_assert(kNx > 0 && kNy > 0 && kNz > 0 && kNu > 0 && kPairs >= 0 && 2 * kPairs <= kNz);
+  static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
+  static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNy, "T* reads z, or z and the latest y");
+  static_assert(ForwardMap::kIn == kNx && ForwardMap::kOut == kNz, "T maps n_x to n_z");
+
+  Scalar sample_period_s;
+  std::uint16_t stale_after;  ///< this many held measurements in a row make the status kStale
+  Hold input_hold;            ///< kZeroOrder: the u given has acted since the last sample; kFirstOrder: a ramp up to it
+  LatentModel<Scalar, kNz, kNy> latent;
+  ForcedStep<Scalar, kNz, kNy> forced;  ///< over one sample period
+  OutputRange<Scalar, kNy> outputs;
+  Domain<Scalar, kNz> domain;
+  InputField<Scalar, kNx, kNu> input_field;  ///< g
+  InverseMap inverse_map;                    ///< T*
+  ForwardMap forward_map;                    ///< T
+
+  constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
+
+  /// z over dt_s (0: one sample period), in pieces of about one sample period.
+  void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], const Scalar (&u)[kNu],
+               const Scalar (&u_next)[kNu], Scalar dt_s) const {
+    if (dt_s == Scalar(0)) return advance_by(1, latent.step, forced, z, y, y_next, u, u_next);
+    const int pieces = pieces_of(dt_s, sample_period_s);
+    const Scalar h = dt_s / static_cast<Scalar>(pieces);
+    const Hold hold = latent.exact_hold();
+    advance_by(pieces, discretise<kPairs>(hold, latent.eigenvalues, latent.output_injection, h),
+               forced_step<kPairs>(hold, latent.eigenvalues, latent.output_injection, h), z, y, y_next, u, u_next);
+  }
+
+  /// phi(z) u.
+  void drive(const Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&u)[kNu], Scalar (&dz)[kNz]) const {
+    Scalar x_hat[kNx], dx[kNx];
+    evaluate_inverse(inverse_map, z, y, x_hat);
+    input_field.apply(x_hat, u, dx);
+    forward_map.jvp(x_hat, dx, dz);
+  }
+
+  /// x_hat = T*(z), or T*(z, y).
+  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&x_hat)[kNx]) const {
+    evaluate_inverse(inverse_map, z, y, x_hat);
+  }
+
+ private:
+  void advance_by(int pieces, const LatentStep<Scalar, kNz, kNy>& step, const ForcedStep<Scalar, kNz, kNy>& forced_by,
+                  Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], const Scalar (&u)[kNu],
+                  const Scalar (&u_next)[kNu]) const {
+    const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
+    for (int i = 0; i < pieces; ++i) {
+      const auto part = [&](Scalar c) { return (static_cast<Scalar>(i) + c) * share; };
+      Scalar from[kNy], half[kNy], to[kNy];
+      between(latent.hold, y, y_next, part(Scalar(0)), from);
+      between(latent.hold, y, y_next, part(Scalar(0.5)), half);
+      between(latent.hold, y, y_next, part(Scalar(1)), to);
+      exponential_rk_step<kPairs>(
+          step, forced_by, z, from, half, to, [&](Scalar c, const Scalar(&at)[kNz], Scalar(&dz)[kNz]) {
+            Scalar y_now[kNy], u_now[kNu];
+            between(latent.hold, y, y_next, part(c), y_now);
+            // A command given now has acted since the last sample.
+            between(input_hold, input_hold == Hold::kZeroOrder ? u_next : u, u_next, part(c), u_now);
+            drive(at, y_now, u_now, dz);
+          });
+    }
+  }
+};
+
+/// The observer of a DrivenKklModel.
+template <class Model>
+class DrivenKklObserver : public SampledObserver<Model> {
+ public:
+  using SampledObserver<Model>::SampledObserver;
+};
+template <class Model>
+DrivenKklObserver(const Model&) -> DrivenKklObserver<Model>;
+
+}  // namespace nlo

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Explicit Runge-Kutta methods: a method is a Butcher tableau, one function steps them all. For the observers whose
+// latent system is not linear; a linear one is stepped exactly (latent.h).
+#pragma once
+
+#include "nlo/latent.h"
+
+namespace nlo {
+
+/// c | a      slopes k_i = f(t + c_i h, z + h sum_j a_ij k_j), j < i
+///   | b      z+ = z + h sum_i b_i k_i
+template <class Scalar, int kStages_>
+struct Tableau {
+  static constexpr int kStages = kStages_;
+  int order;
+  Scalar a[kStages][kStages];
+  Scalar b[kStages];
+  Scalar c[kStages];
+};
+
+template <class Scalar>
+inline constexpr Tableau<Scalar, 1> kEuler = {.order = 1, .a = {{0}}, .b = {1}, .c = {0}};
+
+template <class Scalar>
+inline constexpr Tableau<Scalar, 2> kHeun = {
+    .order = 2, .a = {{0, 0}, {1, 0}}, .b = {Scalar(0.5), Scalar(0.5)}, .c = {0, 1}};
+
+/// The classical method. Stable on z' = lambda z for real lambda h > -2.78.
+template <class Scalar>
+inline constexpr Tableau<Scalar, 4> kRk4 = {
+    .order = 4,
+    .a = {{0, 0, 0, 0}, {Scalar(0.5), 0, 0, 0}, {0, Scalar(0.5), 0, 0}, {0, 0, 1, 0}},
+    .b = {Scalar(1.0 / 6), Scalar(1.0 / 3), Scalar(1.0 / 3), Scalar(1.0 / 6)},
+    .c = {0, Scalar(0.5), Scalar(0.5), 1}};
+
+/// z <- z + h sum_i b_i k_i, in place.
+///   slope(c, z, dz)  writes f at c in [0, 1] of the step and at z into dz
+template <class Scalar, int kStages, int kN, class Slope>
+void explicit_rk_step(const Tableau<Scalar, kStages>& tableau, Scalar h, Scalar (&z)[kN], const Slope& slope) {
+  Scalar k[kStages][kN];
+  for (int i = 0; i < kStages; ++i) {
+    Scalar at[kN];
+    for (int r = 0; r < kN; ++r) {
+      Scalar change{};
+      for (int j = 0; j < i; ++j) change += tableau.a[i][j] * k[j][r];
+      at[r] = z[r] + h * change;
+    }
+    slope(tableau.c[i], at, k[i]);
+  }
+  for (int r = 0; r < kN; ++r) {
+    Scalar change{};
+    for (int i = 0; i < kStages; ++i) change += tableau.b[i] * k[i][r];
+    z[r] += h * change;
+  }
+}
+
+/// A gap between samples is stepped in pieces of about one sample period (at most 1.5 of them), and at most this many:
+/// what a step may cost is bounded, and after a longer gap nothing is known anyway.
+inline constexpr int kMostPieces = 64;
+
+/// In how many pieces to step `dt_s`, in (0, kMostPieces sample periods].
+template <class Scalar>
+constexpr int pieces_of(Scalar dt_s, Scalar sample_period_s) {
+  const int rounded = static_cast<int>(dt_s / sample_period_s + Scalar(0.5));
+  return rounded < 1 ? 1 : rounded > kMostPieces ? kMostPieces : rounded;
+}
+
+/// A value between two samples: held, or on the ramp between them. Exact at both ends.
+///   part  where in the interval, in [0, 1]
+template <class Scalar, int kN>
+constexpr void between(Hold hold, const Scalar (&from)[kN], const Scalar (&to)[kN], Scalar part, Scalar (&value)[kN]) {
+  if (hold == Hold::kZeroOrder) part = Scalar(0);
+  for (int j = 0; j < kN; ++j) value[j] = (Scalar(1) - part) * from[j] + part * to[j];
+}
+
+/// z over the interval between two samples, by RK4 in pieces of about one sample period.
+///   model  has sample_period_s, hold and slope(z, y, dz)
+///   dt_s   the interval [s]; 0: one sample period
+template <class Model, class Scalar, int kNz, int kNy>
+void integrate(const Model& model, Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) {
+  const int pieces = dt_s == Scalar(0) ? 1 : pieces_of(dt_s, model.sample_period_s);
+  const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
+  const Scalar h = (dt_s == Scalar(0) ? model.sample_period_s : dt_s) * share;
+  for (int i = 0; i < pieces; ++i) {
+    explicit_rk_step(kRk4<Scalar>, h, z, [&](Scalar c, const Scalar(&at)[kNz], Scalar(&dz)[kNz]) {
+      Scalar y_now[kNy];
+      between(model.hold, y, y_next, (static_cast<Scalar>(i) + c) * share, y_now);
+      model.slope(at, y_now, dz);
+    });
+  }
+}
+
+}  // namespace nlo

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// The general observer (11): dz/dt = F(z, y), x_hat = G(z), both learned, by the classical Runge-Kutta method. Nothing
+// proves that it is stable: a step that would leave the finite numbers keeps the last z and says kDiverged.
+#pragma once
+
+#include <cstdint>
+
+#include "nlo/domain.h"
+#include "nlo/explicit_rk.h"
+#include "nlo/latent.h"
+#include "nlo/measurement.h"
+#include "nlo/mlp.h"
+#include "nlo/sampled_observer.h"
+
+namespace nlo {
+
+/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+template <class Scalar_, int kNx_, int kNy_, int kNz_, class Dynamics_, class InverseMap_>
+struct GeneralModel {
+  using Scalar = Scalar_;
+  using Dynamics = Dynamics_;
+  using InverseMap = InverseMap_;
+  static constexpr int kNx = kNx_;
+  static constexpr int kNy = kNy_;
+  static constexpr int kNz = kNz_;
+  static constexpr int kNu = 0;
+  static constexpr int kLongestGap = kMostPieces;
+  static constexpr bool kHasSteadyState = false;
+  static constexpr bool kMayDiverge = true;
+  static_assert(kNx > 0 && kNy > 0 && kNz > 0);
+  static_assert(Dynamics::kIn == kNz + kNy && Dynamics::kOut == kNz, "F maps [z; y] to n_z");
+  static_assert(InverseMap::kIn == kNz && InverseMap::kOut == kNx, "G maps n_z to n_x");
+
+  Scalar sample_period_s;
+  std::uint16_t stale_after;  ///< this many held measurements in a row make the status kStale
+  Hold hold;                  ///< y between samples: kZeroOrder, or a ramp
+  Scalar initial[kNz];        ///< z before the first measurement
+  OutputRange<Scalar, kNy> outputs;
+  Domain<Scalar, kNz> domain;
+  Dynamics dynamics;       ///< F
+  InverseMap inverse_map;  ///< G
+
+  constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
+
+  /// z over dt_s (0: one sample period), in pieces of about one sample period.
+  void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) const {
+    integrate(*this, z, y, y_next, dt_s);
+  }
+
+  /// dz/dt = F(z, y).
+  void slope(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&dz)[kNz]) const {
+    Scalar in[kNz + kNy];
+    for (int r = 0; r < kNz; ++r) in[r] = z[r];
+    for (int j = 0; j < kNy; ++j) in[kNz + j] = y[j];
+    dynamics.evaluate(in, dz);
+  }
+
+  void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNy], Scalar (&x_hat)[kNx]) const {
+    inverse_map.evaluate(z, x_hat);
+  }
+};
+
+/// The observer of a GeneralModel.
+template <class Model>
+class GeneralObserver : public SampledObserver<Model> {
+ public:
+  using SampledObserver<Model>::SampledObserver;
+};
+template <class Model>
+GeneralObserver(const Model&) -> GeneralObserver<Model>;
+
+}  // namespace nlo
