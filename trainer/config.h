@@ -76,6 +76,9 @@ struct ObserverConfig {
   std::vector<double> clocks_s;           ///< extra latent rows exp(-t/tau): how far z can be trusted since reset
   std::string features = "latent";        ///< "latent", "latent_and_output", "latent_minus_output" (angles need it)
 
+  std::string input_hold = "zero_order";  ///< driven_kkl: the u given has acted since the last sample; "first_order":
+                                          ///< a ramp to it
+
   /// luenberger (15): A and C, row by row, and the gain G: given, or designed for A - G C by its eigenvalues, or by the
   /// noise it must live with.
   std::vector<std::vector<double>> state_matrix, output_matrix, gain;

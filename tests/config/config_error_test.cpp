@@ -113,6 +113,52 @@ TEST(ConfigErrors, Transient) {
   EXPECT_EQ(error_of(with(kLogExperiment, "[observer]", "[training]\ntransient = \"drop\"\n[observer]")), "no error");
 }
 
+TEST(ConfigErrors, Structures) {
+  const std::string known = "structure = \"luenberger\"\nstate_matrix = [[0, 1], [-1, 0]]\noutput_matrix = [[1, 0]]\n";
+  std::string luenberger = kPlantExperiment;
+  luenberger = with(luenberger, "eigenvalues = [-1.0, -2.0]\n", known + "gain = [[2.0], [1.0]]\n");
+  luenberger = with(luenberger, "pairs = [[-0.5, 1.0]]\n", "");
+  ASSERT_EQ(error_of(luenberger), "no error");
+  expect_rows(luenberger,
+              {
+                  {"[[0, 1], [-1, 0]]", "[[0, 1]]", "e.toml:15", "state_matrix has 1 rows; it must be 2 rows of 2"},
+                  {"[[0, 1], [-1, 0]]", "[[0, 1], [0]]", "e.toml:15", "has 1 numbers in row 1"},
+                  {"output_matrix = [[1, 0]]\n", "", "e.toml:13", "output_matrix is missing"},
+                  {"[[2.0], [1.0]]", "[[-2.0], [1.0]]", "e.toml:17", "which does not decay"},
+                  {"gain = [[2.0], [1.0]]", "gain_poles = [-1.0]", "e.toml:17", "one for each of the 2 states"},
+                  {"gain = [[2.0], [1.0]]", "gain_noise = [1.0]", "e.toml:17", "[process, measurement]"},
+                  {"gain = [[2.0], [1.0]]", "", "e.toml:13", "names 0 of gain, gain_poles and gain_noise"},
+                  {"gain =", "eigenvalues = [-1.0]\ngain =", "e.toml:17", "whose latent state is the estimate"},
+                  {"[training]", "[loss]\nmap_consistency = 1\n[training]", "e.toml:21", "has none"},
+              });
+  expect_rows(kPlantExperiment,
+              {
+                  {"\"first_order\"", "\"first_order\"\ngain = [[1.0]]", "e.toml:17", "belongs to structure"},
+                  {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nstart = \"steady\"", "e.toml:18",
+                   "starts from z = 0"},
+                  {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nclocks_s = [1.0]", "e.toml:18",
+                   "the general observer has none"},
+                  {"\"first_order\"", "\"first_order\"\nstructure = \"driven_kkl\"", "e.toml:17", "no loss trains it"},
+              });
+}
+
+TEST(ConfigErrors, Losses) {
+  const auto loss = [](const std::string& keys) { return "[loss]\n" + keys + "\n[training]"; };
+  expect_rows(kPlantExperiment,
+              {
+                  {"[training]", loss("state_error = 0"), "e.toml:18", "every weight is zero"},
+                  {"[training]", loss("state_error = -1"), "e.toml:19", "state_error is -1"},
+                  {"[training]", loss("reduction = \"sum\""), "e.toml:19", "reduction is \"sum\""},
+                  {"[training]", loss("collocation_low = [0, 0]"), "e.toml:19", "needs collocation = \"box\""},
+                  {"[training]", loss("pde_residual = 1\ncollocation = \"box\"\ncollocation_low = [0]"), "e.toml:21",
+                   "has 1 numbers; the plant has 2 states"},
+                  {"[training]",
+                   loss("pde_residual = 1\ncollocation = \"box\"\ncollocation_low = [0, 0]\ncollocation_high = [1, 0]"),
+                   "e.toml:22", "must be above collocation_low[1]"},
+                  {"[training]\n", "[training]\ngradient = \"exact\"\n", "e.toml:19", "gradient is \"exact\""},
+              });
+}
+
 TEST(ConfigErrors, UnstableStep) {
   const std::string rk4 = with(kPlantExperiment, "\"first_order\"", "\"rk4\"");
   EXPECT_EQ(error_of(rk4), "no error");

@@ -54,10 +54,12 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps) {
   return [model, uniform_steps]() -> Estimator {
     auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
-    const bool driven = model.drive.has_value();
-    return [observer, uniform_steps, driven](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                             const Eigen::VectorXd& time_s) {
-      return observer->run(outputs, driven ? inputs : Eigen::MatrixXd(), time_s, uniform_steps).x_hat;
+    const Eigen::Index nu = model.nu();
+    return [observer, uniform_steps, nu](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                         const Eigen::VectorXd& time_s) {
+      const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? outputs.cols() : 0);
+      const bool takes_inputs = nu > 0 && inputs.size() > 0;
+      return observer->run(outputs, takes_inputs ? inputs : none, time_s, uniform_steps).x_hat;
     };
   };
 }

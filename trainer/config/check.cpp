@@ -124,6 +124,7 @@ class Check {
                                  {"gain_poles", !o.gain_poles.empty()},
                                  {"gain_noise", !o.gain_noise.empty()}});
     if (o.structure == "general") general();
+    if (o.structure == "driven_kkl") driven();
     if (o.eigenvalues.empty() && o.pairs.empty())
       fail("observer", "[observer] has no latent state; give eigenvalues = [-1.0, ...] or pairs = [[-1.0, 2.0], ...]");
     for (std::size_t i = 0; i < o.pairs.size(); ++i) {
@@ -194,6 +195,17 @@ class Check {
     if (!o.clocks_s.empty())
       fail("observer.clocks_s", "[observer] clocks_s are rows of D; the general observer has none: remove them");
     starts_at_zero("the general observer");
+  }
+
+  void driven() const {
+    if (!e_.plant || make_plant(*e_.plant)->nu() == 0)
+      fail("observer.structure",
+           "[observer] structure = \"driven_kkl\" needs a plant with inputs; name them in [plant] "
+           "inputs, or take structure = \"kkl\"");
+    if (!e_.loss.needs_forward_map())
+      fail("observer.structure",
+           "[observer] structure = \"driven_kkl\" flies T, and no loss trains it; set [loss] "
+           "map_consistency = 1.0");
   }
 
   void starts_at_zero(const char* what) const {

@@ -123,6 +123,8 @@ const std::vector<Key<ObserverConfig>>& keys() {
       key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
       key("features", &O::features, one_of({"latent", "latent_and_output", "latent_minus_output"}),
           "what T* reads: z; z and y; z - y and y (angles need it)"),
+      key("input_hold", &O::input_hold, one_of({"zero_order", "first_order"}),
+          "driven_kkl: the u given has acted since the last sample, or is ramped to"),
       key("state_matrix", &O::state_matrix, any(), "luenberger: A of the known linear part, row by row"),
       key("output_matrix", &O::output_matrix, any(), "luenberger: C of y = C x, row by row"),
       key("gain", &O::gain, any(), "luenberger: G, row by row; or have it designed by one of the next two"),

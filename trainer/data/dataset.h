@@ -38,7 +38,8 @@ struct Dataset {
   bool uniform = true;           ///< every step is sample_period_s (simulations); else steps come from time_s (logs)
   std::vector<Trajectory> trajectories;
   Collocation collocation = {};
-  std::vector<Channel> inputs = {};  ///< empty when nothing excites the plant
+  codegen::DenseLayer input_field = {};  ///< g of a plant that a driven observer is trained for, as in codegen::Drive
+  std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
 };
 
 }  // namespace nlo::trainer

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
@@ -39,6 +40,13 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
   const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
   TrainingSets sets{set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation)};
   if (experiment.loss.pde_residual > 0.0) add_equations(sets.training, *plant, experiment);
+  if (experiment.observer.structure == "driven_kkl") {
+    const auto corner = [](const std::vector<double>& values) {
+      return Eigen::VectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
+    };
+    sets.training.inputs = plant->inputs();
+    sets.training.input_field = affine_input_field(*plant, corner(config.initial_low), corner(config.initial_high));
+  }
   return sets;
 }
 

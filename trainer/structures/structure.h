@@ -28,8 +28,7 @@ std::vector<float> initial_dynamics(const ObserverStructure& structure, const Ex
 std::vector<float> initial_parameters(const ObserverStructure& structure, const Experiment& experiment,
                                       Rollout& rollout);
 
-/// The trained model. `rollout`: training data rolled out with these parameters, for the domain. Of a driven observer
-/// the caller, who knows the plant, still has to set the inputs and their field.
+/// The trained model. `rollout`: training data rolled out with these parameters, for the domain.
 codegen::Model to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
                         const Dataset& dataset, Rollout& rollout);
 

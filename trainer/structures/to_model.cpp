@@ -172,7 +172,11 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
   if (structure.kind == StructureKind::kGeneral)
     model.dynamics = dynamics_of(structure.dynamics, parameters, experiment.dynamics.activation);
   if (structure.kind == StructureKind::kDrivenKkl) {
-    model.drive.emplace().forward_map = forward_map_of(structure, forward_map, experiment.forward_map.activation);
+    codegen::Drive& drive = model.drive.emplace();
+    drive.inputs = dataset.inputs;
+    drive.input_hold = experiment.observer.input_hold;
+    drive.input_field = dataset.input_field;
+    drive.forward_map = forward_map_of(structure, forward_map, experiment.forward_map.activation);
   }
   set_ranges(model, rollout, steady_gain);
   return model;
