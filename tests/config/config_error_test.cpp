@@ -138,6 +138,8 @@ TEST(ConfigErrors, Structures) {
                    "starts from z = 0"},
                   {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nclocks_s = [1.0]", "e.toml:18",
                    "the general observer has none"},
+                  {"\"first_order\"", "\"first_order\"\nstructure = \"general\"\nfeatures = \"latent_and_output\"",
+                   "e.toml:18", "reads z alone"},
                   {"\"first_order\"", "\"first_order\"\nstructure = \"driven_kkl\"", "e.toml:17", "no loss trains it"},
               });
 }

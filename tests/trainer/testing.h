@@ -10,6 +10,7 @@
 #include <string>
 
 #include "codegen/model.h"
+#include "codegen/reference_observer.h"
 #include "tests/trainer/plain_latent.h"
 #include "tests/trainer/plain_network.h"
 #include "trainer/config.h"
@@ -179,6 +180,19 @@ inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
   double total = 0.0;
   for (const Trajectory& run : data.trajectories) {
     const Eigen::MatrixXd error = plain_estimates(model, run, data.uniform).states - run.states;
+    squares += error.colwise().squaredNorm().dot(run.weight);
+    total += run.weight.sum();
+  }
+  return std::sqrt(squares / total);
+}
+
+/// The same by the observer that exports are tested against.
+inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
+  codegen::ReferenceObserver<double> observer(model);
+  double squares = 0.0;
+  double total = 0.0;
+  for (const Trajectory& run : data.trajectories) {
+    const Eigen::MatrixXd error = observer.run(run.outputs, {}, run.time_s, data.uniform).x_hat - run.states;
     squares += error.colwise().squaredNorm().dot(run.weight);
     total += run.weight.sum();
   }

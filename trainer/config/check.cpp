@@ -194,6 +194,11 @@ class Check {
     const ObserverConfig& o = e_.observer;
     if (!o.clocks_s.empty())
       fail("observer.clocks_s", "[observer] clocks_s are rows of D; the general observer has none: remove them");
+    if (o.features != "latent")
+      fail("observer.features",
+           fmt::format("[observer] features is \"{}\", and G of the general observer reads z alone; "
+                       "remove it",
+                       o.features));
     starts_at_zero("the general observer");
   }
 

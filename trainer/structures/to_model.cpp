@@ -53,7 +53,7 @@ codegen::Network inverse_map_of(const ObserverStructure& structure, const float*
   const auto nf = static_cast<Index>(structure.features.size());
   const Index nz = structure.latent.rows;
   codegen::Network map = network_of(structure.network, parameters, activation);
-  map.features = MatrixXd::Zero(nf, nz + ny);
+  map.features = MatrixXd::Zero(nf, structure.kind == StructureKind::kGeneral ? nz : nz + ny);  // G of (11) reads z
   map.feature_mean.resize(nf);
   map.feature_scale.resize(nf);
   for (Index f = 0; f < nf; ++f) {
