@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <limits>
 #include <new>
 #include <vector>
 
 #include "bench/random_model.h"
+#include "bench/random_structures.h"
 
 // A sanitizer brings its own malloc; there only operator new is watched.
 #if defined(__SANITIZE_ADDRESS__)
@@ -96,15 +98,42 @@ TEST(AllocationTrap, IsSilentWhenDisarmed) {
 template <class Observer>
 void fly(Observer& observer, int steps) {
   nlo::bench::RandomUniform random{7};
+  // With an input where the observer takes one.
+  const auto step = [&](float y, auto... dt_s) {
+    if constexpr (Observer::kDriven) {
+      return observer.step(y, random(), dt_s...);
+    } else {
+      return observer.step(y, dt_s...);
+    }
+  };
   for (int k = 0; k < steps; ++k) {
     // Every path: good, out of range, missing, irregular.
     const float y = 3.0F * random();
-    auto status = observer.step(k % 100 == 3 ? 1e30F : y);
-    if (k % 100 == 7) status = observer.step_missed();
-    if (k % 100 == 11) status = observer.step(y, 0.013F);
-    if (k % 1000 == 999) status = observer.warm_start(y);
+    auto status = step(k % 100 == 3 ? 1e30F : y);
+    if (k % 100 == 7) status = step(std::numeric_limits<float>::quiet_NaN());
+    if (k % 100 == 11) status = step(y, 0.013F);
+    if (k % 100 == 13) status = step(y, 0.21F);
+    if constexpr (Observer::Model::kHasSteadyState) {
+      if (k % 1000 == 999) status = observer.warm_start(y);
+    }
     kept_value = observer.estimate()[0] + (observer.in_domain() ? 1.0F : 0.0F) + static_cast<float>(status);
   }
+}
+
+TEST(AllocationTrap, NoStructureAllocates) {
+  static constexpr auto kLuenberger = nlo::bench::random_luenberger_model<nlo::Activation::kTanh, 16, 2>();
+  static constexpr auto kGeneral = nlo::bench::random_general_model<nlo::Activation::kSilu, 16, 2>();
+  static constexpr auto kDriven = nlo::bench::random_driven_model<nlo::Activation::kTanh, 16, 2>();
+  nlo::LuenbergerObserver luenberger{kLuenberger};
+  nlo::GeneralObserver general{kGeneral};
+  nlo::DrivenKklObserver driven{kDriven};
+  {
+    Trap trap;
+    fly(luenberger, 20'000);
+    fly(general, 20'000);
+    fly(driven, 20'000);
+  }
+  EXPECT_EQ(allocations, 0);
 }
 
 TEST(AllocationTrap, HundredThousandStepsAllocateNothing) {

@@ -61,8 +61,9 @@ inline constexpr int kMostPieces = 64;
 /// In how many pieces to step `dt_s`, in (0, kMostPieces sample periods].
 template <class Scalar>
 constexpr int pieces_of(Scalar dt_s, Scalar sample_period_s) {
-  const int rounded = static_cast<int>(dt_s / sample_period_s + Scalar(0.5));
-  return rounded < 1 ? 1 : rounded > kMostPieces ? kMostPieces : rounded;
+  const Scalar periods = dt_s / sample_period_s + Scalar(0.5);
+  if (!(periods < Scalar(kMostPieces))) return kMostPieces;  // before it is made an integer that cannot hold it
+  return periods < Scalar(1) ? 1 : static_cast<int>(periods);
 }
 
 /// A value between two samples: held, or on the ramp between them. Exact at both ends.

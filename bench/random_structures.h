@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// The observers that are not plain KKL, with random weights, as constants: see random_model.h.
+#pragma once
+
+#include <nlo/driven_kkl_observer.h>
+#include <nlo/general_observer.h>
+#include <nlo/luenberger_observer.h>
+
+#include "bench/random_model.h"
+
+namespace nlo::bench {
+
+/// One output in +-10, a domain of +-5, 50 Hz, ramps between samples.
+template <class Model>
+constexpr void set_sampling(Model& model) {
+  model.sample_period_s = 0.02F;
+  model.stale_after = 10;
+  model.outputs.min[0] = -10.0F;
+  model.outputs.max[0] = 10.0F;
+  for (int r = 0; r < Model::kNz; ++r) {
+    model.domain.latent_min[r] = -5.0F;
+    model.domain.latent_max[r] = 5.0F;
+  }
+}
+
+/// (15) for two states: A - G C = [[-3, 1], [-6, -0.3]], g_hat of kDepth hidden layers of kWidth.
+template <Activation kKind, int kWidth, int kDepth>
+constexpr auto random_luenberger_model() {
+  using Network = decltype(random_mlp<kKind, 2, kWidth, kDepth, 2>());
+  LuenbergerModel<float, 2, 1, LearnedMap<Network>> model{};
+  set_sampling(model);
+  model.hold = Hold::kFirstOrder;
+  model.error_matrix[0][0] = -3.0F;
+  model.error_matrix[0][1] = 1.0F;
+  model.error_matrix[1][0] = -6.0F;
+  model.error_matrix[1][1] = -0.3F;
+  model.gain[0][0] = 3.0F;
+  model.gain[1][0] = 2.0F;
+  model.nonlinearity.mlp = random_mlp<kKind, 2, kWidth, kDepth, 2>();
+  return model;
+}
+
+/// (11) for two states and n_z = 3: F = -3 z + 2 y beside a network, G a network.
+template <Activation kKind, int kWidth, int kDepth>
+constexpr auto random_general_model() {
+  using Dynamics = decltype(random_mlp<kKind, 4, kWidth, kDepth, 3>());
+  using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());
+  GeneralModel<float, 2, 1, 3, LearnedMap<Dynamics, LinearPath<float, 4, 3>>, InverseMap<Network>> model{};
+  set_sampling(model);
+  model.hold = Hold::kFirstOrder;
+  model.dynamics.mlp = random_mlp<kKind, 4, kWidth, kDepth, 3>();
+  for (int r = 0; r < 3; ++r) {
+    model.dynamics.linear_path.weights[r][r] = -3.0F;
+    model.dynamics.linear_path.weights[r][3] = 2.0F;
+  }
+  model.inverse_map.mlp = random_mlp<kKind, 3, kWidth, kDepth, 2>();
+  return model;
+}
+
+/// (24)-(25): random_kkl_model with one input that acts on both states, more on the second the larger the first is.
+template <Activation kKind, int kWidth, int kDepth>
+constexpr auto random_driven_model(Hold input_hold = Hold::kZeroOrder) {
+  using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());
+  using Forward = decltype(random_mlp<kKind, 2, kWidth, kDepth, 3>());
+  DrivenKklModel<float, 2, 1, 3, 1, 1, InverseMap<Network>, LearnedMap<Forward>> model{};
+  const auto plain = random_kkl_model<kKind, kWidth, kDepth>();
+  set_sampling(model);
+  model.input_hold = input_hold;
+  model.latent = plain.latent;
+  model.forced =
+      forced_step<1>(Hold::kFirstOrder, model.latent.eigenvalues, model.latent.output_injection, model.sample_period_s);
+  model.input_field.constant[0][0] = 0.5F;
+  model.input_field.constant[0][1] = 1.0F;
+  model.input_field.linear[0][1][0] = 0.25F;
+  model.inverse_map = plain.inverse_map;
+  model.forward_map.mlp = random_mlp<kKind, 2, kWidth, kDepth, 3>();
+  return model;
+}
+
+}  // namespace nlo::bench

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+// Whatever arrives, every structure keeps z finite, says what happened, and can be saved and restored.
+#include <nlo/driven_kkl_observer.h>
+#include <nlo/general_observer.h>
+#include <nlo/luenberger_observer.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/runtime/structures.h"
+
+namespace nlo {
+namespace {
+
+using testing::driven_model;
+using testing::general_model;
+using testing::luenberger_model;
+using testing::undriven_model;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// A step of any observer, with inputs where it takes them.
+template <class Observer, class Scalar, class... Dt>
+StepStatus step(Observer& observer, Scalar y, Scalar u, Dt... dt_s) {
+  if constexpr (Observer::kDriven) {
+    typename Observer::Input input{};
+    for (auto& entry : input) entry = u;
+    return observer.step({{y}}, input, dt_s...);
+  } else {
+    return observer.step(y, dt_s...);
+  }
+}
+
+template <class Scalar>
+struct Structures {
+  KklObserver<testing::UndrivenTestModel<Scalar>> kkl;
+  LuenbergerObserver<testing::PendulumModel<Scalar>> luenberger;
+  GeneralObserver<testing::GeneralTestModel<Scalar>> general;
+  DrivenKklObserver<testing::DrivenTestModel<Scalar>> driven;
+
+  template <class Check>
+  static void each(const Check& check) {
+    static const auto kkl = undriven_model<Scalar>(Hold::kFirstOrder);
+    static const auto luenberger = luenberger_model<Scalar>();
+    static const auto general = general_model<Scalar>();
+    static const auto driven = driven_model<Scalar>(Hold::kFirstOrder, Hold::kFirstOrder);
+    Structures s{KklObserver(kkl), LuenbergerObserver(luenberger), GeneralObserver(general), DrivenKklObserver(driven)};
+    check(s.kkl);
+    check(s.luenberger);
+    check(s.general);
+    check(s.driven);
+  }
+};
+
+template <class Observer>
+void expect_sane(const Observer& observer) {
+  for (const auto z : observer.latent()) ASSERT_TRUE(is_finite(z));
+  Observer other = observer;
+  ASSERT_TRUE(other.restore(observer.save())) << "stepping can reach what restore() refuses";
+}
+
+template <class Scalar>
+void fuzz(unsigned seed) {
+  Structures<Scalar>::each([seed](auto& observer) {
+    std::mt19937 random(seed);
+    for (int k = 0; k < 20000; ++k) {
+      const bool wild = random() % 4 == 0;
+      const auto draw = [&] {
+        return wild ? testing::any_bits<Scalar>(random) : testing::uniform<Scalar>(random, -12.0, 12.0);
+      };
+      const Scalar y = draw(), u = draw();
+      if (random() % 3 == 0) {
+        (void)step(observer, y, u, wild ? draw() : testing::uniform<Scalar>(random, -0.01, 1.4));
+      } else {
+        (void)step(observer, y, u);
+      }
+      expect_sane(observer);
+      if (::testing::Test::HasFatalFailure()) return;
+    }
+  });
+}
+
+TEST(EveryStructure, StaysFiniteWhateverArrives) {
+  constexpr unsigned kSeed = 20;
+  fuzz<float>(kSeed);
+  fuzz<double>(kSeed);
+}
+
+TEST(EveryStructure, HoldsAFaultAndTurnsStale) {
+  Structures<float>::each([](auto& observer) {
+    ASSERT_EQ(step(observer, kNaN, 0.0F), StepStatus::kHeld);  // nothing to hold yet
+    ASSERT_EQ(observer.latent()[0], observer.model().initial_latent()[0]);
+    ASSERT_EQ(step(observer, 1.0F, 0.0F), StepStatus::kOk);
+    ASSERT_EQ(step(observer, kNaN, 0.0F), StepStatus::kHeld);
+    ASSERT_EQ(step(observer, kInfinity, 0.0F), StepStatus::kHeld);
+    ASSERT_EQ(step(observer, -kInfinity, 0.0F), StepStatus::kStale);
+    ASSERT_EQ(step(observer, 1e30F, 0.0F), StepStatus::kClamped);
+    ASSERT_EQ(step(observer, 1.0F, 0.0F), StepStatus::kOk);
+  });
+}
+
+TEST(EveryStructure, AMissedSampleIsTheLastOneAgain) {
+  Structures<float>::each([](auto& observer) {
+    auto other = observer;
+    for (const float y : {1.0F, 1.5F, 0.5F}) {
+      ASSERT_EQ(step(observer, y, 0.3F), StepStatus::kOk);
+      ASSERT_EQ(step(other, y, 0.3F), StepStatus::kOk);
+    }
+    ASSERT_EQ(step(observer, kNaN, 0.3F), StepStatus::kHeld);
+    ASSERT_EQ(step(other, 0.5F, 0.3F), StepStatus::kOk);
+    ASSERT_TRUE(testing::same_latent(observer.save(), other.save()));
+  });
+}
+
+TEST(EveryStructure, RefusesStepsThatItCannotSpan) {
+  Structures<float>::each([](auto& observer) {
+    using Model = typename std::remove_reference_t<decltype(observer)>::Model;
+    ASSERT_EQ(step(observer, 1.0F, 0.0F), StepStatus::kOk);
+    const auto before = observer.save();
+    const float longest = 0.02F * static_cast<float>(Model::kLongestGap);
+    for (const float dt : {0.0F, -0.02F, kNaN, kInfinity, 1.01F * longest}) {
+      ASSERT_EQ(step(observer, 2.0F, 0.0F, dt), StepStatus::kRejected) << dt;
+      ASSERT_TRUE(testing::same_latent(observer.save(), before)) << dt;
+    }
+    ASSERT_EQ(step(observer, 2.0F, 0.0F, longest), StepStatus::kOk);
+  });
+}
+
+TEST(EveryStructure, ContinuesFromASavedState) {
+  Structures<float>::each([](auto& observer) {
+    for (int k = 0; k < 50; ++k)
+      ASSERT_EQ(step(observer, std::sin(0.1F * static_cast<float>(k)), 0.2F), StepStatus::kOk);
+    auto other = observer;
+    other.reset();
+    ASSERT_TRUE(other.restore(observer.save()));
+    ASSERT_EQ(step(observer, 0.4F, -0.2F), step(other, 0.4F, -0.2F));
+    ASSERT_TRUE(testing::same_bits(observer.save(), other.save()));
+    auto damaged = observer.save();
+    damaged.z[1] = kNaN;
+    ASSERT_FALSE(other.restore(damaged));
+  });
+}
+
+TEST(EveryStructure, StartsFromAGivenLatentState) {
+  Structures<float>::each([](auto& observer) {
+    auto z0 = observer.latent();
+    z0[0] = 1.25F;
+    ASSERT_TRUE(observer.reset(z0, {{2.0F}}));
+    ASSERT_EQ(observer.latent()[0], 1.25F);
+    z0[0] = kInfinity;
+    ASSERT_FALSE(observer.reset(z0, {{2.0F}}));
+    ASSERT_EQ(observer.latent()[0], 1.25F);
+  });
+}
+
+TEST(GeneralObserver, AnUnstableOneKeepsItsLastLatentStateAndSaysSo) {
+  auto model = general_model<float>();
+  model.dynamics.linear_path.weights[0][0] = 60.0F;  // grows by exp(1.2) a sample
+  GeneralObserver observer(model);
+  int diverged = 0;
+  for (int k = 0; k < 200; ++k) {
+    const auto before = observer.latent();
+    if (observer.step(1.0F) != StepStatus::kDiverged) continue;
+    ++diverged;
+    for (int r = 0; r < 2; ++r) ASSERT_EQ(observer.latent()[r], before[r]);
+    ASSERT_FALSE(observer.in_domain());
+  }
+  EXPECT_GT(diverged, 50);
+  observer.reset();
+  EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+  EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+}
+
+TEST(DrivenKklObserver, AnInputOutOfThisWorldIsNotTaken) {
+  const auto model = driven_model<float>(Hold::kFirstOrder, Hold::kZeroOrder);
+  DrivenKklObserver observer(model);
+  ASSERT_EQ(observer.step({{1.0F}}, {{0.1F, 0.2F}}), StepStatus::kOk);
+  const auto before = observer.latent();
+  EXPECT_EQ(observer.step({{1.0F}}, {{3e38F, 3e38F}}), StepStatus::kDiverged);
+  for (int r = 0; r < 3; ++r) EXPECT_EQ(observer.latent()[r], before[r]);
+  EXPECT_EQ(observer.step({{1.0F}}, {{0.1F, 0.2F}}), StepStatus::kOk);
+}
+
+TEST(DrivenKklObserver, AnInputThatIsNotANumberHoldsTheLast) {
+  const auto model = driven_model<float>(Hold::kFirstOrder, Hold::kZeroOrder);
+  DrivenKklObserver observer(model), other(model);
+  ASSERT_EQ(observer.step({{1.0F}}, {{0.5F, -1.0F}}), StepStatus::kOk);
+  ASSERT_EQ(other.step({{1.0F}}, {{0.5F, -1.0F}}), StepStatus::kOk);
+  EXPECT_EQ(observer.step({{1.2F}}, {{0.7F, kNaN}}), StepStatus::kHeld);
+  EXPECT_EQ(other.step({{1.2F}}, {{0.7F, -1.0F}}), StepStatus::kOk);
+  EXPECT_TRUE(testing::same_latent(observer.save(), other.save()));
+  auto damaged = observer.save();
+  damaged.input.u[1] = kInfinity;
+  EXPECT_FALSE(observer.restore(damaged));
+}
+
+}  // namespace
+}  // namespace nlo

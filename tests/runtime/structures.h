@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// Small observers of the other structures for the runtime's tests, in any scalar: a Luenberger-like and a general one
+// with the same linear error dynamics, a driven KKL one. Networks may be silenced to leave what is linear.
+#pragma once
+
+#include <nlo/driven_kkl_observer.h>
+#include <nlo/general_observer.h>
+#include <nlo/luenberger_observer.h>
+
+#include "tests/runtime/testing.h"
+
+namespace nlo::testing {
+
+/// Weights between -scale and scale that look random and are the same everywhere.
+template <class Scalar, int kIn, int kOut>
+constexpr Dense<Scalar, kIn, kOut> mixed_dense(double scale, int phase) {
+  Dense<Scalar, kIn, kOut> layer{};
+  for (int o = 0; o < kOut; ++o) {
+    for (int i = 0; i < kIn; ++i) {
+      const int step = (7 * o + 11 * i + 3 * phase + o * i) % 17;
+      layer.weights[o][i] = static_cast<Scalar>(scale * (step - 8) / 8.0);
+    }
+    layer.bias[o] = static_cast<Scalar>(scale * ((5 * o + phase) % 7 - 3) / 10.0);
+  }
+  return layer;
+}
+
+template <class Scalar, int kIn, int kOut>
+constexpr auto mixed_mlp(double scale, int phase) {
+  return make_mlp<Activation::kTanh>(mixed_dense<Scalar, kIn, 8>(0.8, phase),
+                                     mixed_dense<Scalar, 8, kOut>(scale, phase + 1));
+}
+template <class Scalar, int kIn, int kOut>
+using MixedMlp = decltype(mixed_mlp<Scalar, kIn, kOut>(1.0, 1));
+
+/// One output in +-10, 50 Hz, stale after three held measurements.
+template <class Model>
+constexpr void set_sampling(Model& model) {
+  using Scalar = typename Model::Scalar;
+  model.sample_period_s = Scalar(0.02);
+  model.stale_after = 3;
+  model.outputs.min[0] = Scalar(-10);
+  model.outputs.max[0] = Scalar(10);
+  for (int r = 0; r < Model::kNz; ++r) {
+    model.domain.latent_min[r] = Scalar(-5);
+    model.domain.latent_max[r] = Scalar(5);
+  }
+}
+
+// The linear part of the two that follow: x_hat' = A_e x_hat + G y.
+inline constexpr double kErrorMatrix[2][2] = {{-3.0, 1.0}, {-6.0, -0.3}};
+inline constexpr double kGain[2] = {3.0, 2.0};
+inline constexpr double kInitial[2] = {0.5, -0.25};
+
+template <class Scalar>
+using PendulumModel = LuenbergerModel<Scalar, 2, 1, LearnedMap<MixedMlp<Scalar, 2, 2>>>;
+
+template <class Scalar>
+constexpr PendulumModel<Scalar> luenberger_model(double network_scale = 0.3) {
+  PendulumModel<Scalar> model{};
+  set_sampling(model);
+  model.hold = Hold::kFirstOrder;
+  for (int i = 0; i < 2; ++i) {
+    for (int k = 0; k < 2; ++k) model.error_matrix[i][k] = Scalar(kErrorMatrix[i][k]);
+    model.gain[i][0] = Scalar(kGain[i]);
+    model.initial[i] = Scalar(kInitial[i]);
+  }
+  model.nonlinearity.mlp = mixed_mlp<Scalar, 2, 2>(network_scale, 1);
+  return model;
+}
+
+template <class Scalar>
+using GeneralTestModel = GeneralModel<Scalar, 2, 1, 2, LearnedMap<MixedMlp<Scalar, 3, 2>, LinearPath<Scalar, 3, 2>>,
+                                      decltype(identity_map<Scalar, 2>())>;
+
+template <class Scalar>
+constexpr GeneralTestModel<Scalar> general_model(double network_scale = 0.3) {
+  GeneralTestModel<Scalar> model{};
+  set_sampling(model);
+  model.hold = Hold::kFirstOrder;
+  for (int i = 0; i < 2; ++i) {
+    for (int k = 0; k < 2; ++k) model.dynamics.linear_path.weights[i][k] = Scalar(kErrorMatrix[i][k]);
+    model.dynamics.linear_path.weights[i][2] = Scalar(kGain[i]);
+    model.initial[i] = Scalar(kInitial[i]);
+  }
+  model.dynamics.mlp = mixed_mlp<Scalar, 3, 2>(network_scale, 2);
+  model.inverse_map = identity_map<Scalar, 2>();
+  return model;
+}
+
+/// pair_model (a pair and a real mode, one output) with two inputs, bilinear; T* reads [z; y].
+template <class Scalar>
+using DrivenTestModel = DrivenKklModel<Scalar, 2, 1, 3, 2, 1, InverseMap<MixedMlp<Scalar, 4, 2>>,
+                                       LearnedMap<MixedMlp<Scalar, 2, 3>, LinearPath<Scalar, 2, 3>>>;
+
+/// The plain KKL observer with the same D, F and T*.
+template <class Scalar>
+using UndrivenTestModel = KklModel<Scalar, 2, 1, 3, 1, InverseMap<MixedMlp<Scalar, 4, 2>>>;
+
+template <class Scalar>
+constexpr DrivenTestModel<Scalar> driven_model(Hold hold, Hold input_hold) {
+  DrivenTestModel<Scalar> model{};
+  set_sampling(model);
+  model.latent = pair_model<Scalar>(hold, true).latent;
+  model.input_hold = input_hold;
+  model.forced = forced_step<1>(model.latent.exact_hold(), model.latent.eigenvalues, model.latent.output_injection,
+                                model.sample_period_s);
+  for (int i = 0; i < 2; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      model.input_field.constant[i][k] = Scalar(0.4 + 0.3 * i - 0.2 * k);
+      for (int l = 0; l < 2; ++l) model.input_field.linear[i][k][l] = Scalar(0.1 * (i + 2 * k - 3 * l));
+    }
+  }
+  model.inverse_map.mlp = mixed_mlp<Scalar, 4, 2>(1.0, 3);
+  model.forward_map.mlp = mixed_mlp<Scalar, 2, 3>(0.8, 4);
+  for (int r = 0; r < 3; ++r) model.forward_map.linear_path.weights[r][r % 2] = Scalar(0.5);
+  return model;
+}
+
+template <class Scalar>
+constexpr UndrivenTestModel<Scalar> undriven_model(Hold hold) {
+  UndrivenTestModel<Scalar> model{};
+  set_sampling(model);
+  model.latent = pair_model<Scalar>(hold, true).latent;
+  model.inverse_map.mlp = mixed_mlp<Scalar, 4, 2>(1.0, 3);
+  return model;
+}
+
+}  // namespace nlo::testing
