@@ -22,7 +22,9 @@ function(nlo_add_model target)
   endif()
 
   set(program nlo) # inside nlo's own tree
-  if(TARGET nlo::nlo)
+  if(NLO_PROGRAM) # a cross build: the program of the host
+    set(program ${NLO_PROGRAM})
+  elseif(TARGET nlo::nlo)
     set(program nlo::nlo)
   endif()
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/nlo_models/${target})
