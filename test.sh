@@ -48,7 +48,7 @@ run_ctest() {
 }
 
 release() {
-  quietly configure-release cmake --preset release -DNLO_TESTS=ON -DNLO_BENCH=ON -DNLO_EXAMPLES=ON \
+  quietly configure-release cmake --preset release -DNLO_TESTS=ON -DNLO_BENCH=ON -DNLO_EXAMPLES=ON -DNLO_EMBEDDED_TESTS=ON \
     "-DNLO_SLOW_TESTS=$([[ $mode == full ]] && echo ON || echo OFF)" &&
     build build/release &&
     run_ctest release

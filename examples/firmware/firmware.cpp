@@ -22,7 +22,9 @@ constexpr int kSettled = 250;  // judged after 5 s: the observer starts from zer
 struct SysTick {
   volatile std::uint32_t control, reload, current, calibration;
 };
-SysTick& systick() { return *reinterpret_cast<SysTick*>(0xE000E010); }
+SysTick& systick() {
+  return *reinterpret_cast<SysTick*>(0xE000E010);
+}
 
 #if defined(__ARM_ARCH_6M__)
 constexpr std::uint32_t kCoreClockHz = 16'000'000;  // micro:bit
@@ -32,7 +34,9 @@ constexpr std::uint32_t kCoreClockHz = 25'000'000;  // MPS2 boards
 
 volatile std::uint32_t ticks = 0;
 
-float measure(int k) { return kRecords[k].measured; }
+float measure(int k) {
+  return kRecords[k].measured;
+}
 
 void start_timer() {
   systick().reload = static_cast<std::uint32_t>(kModel.sample_period_s * static_cast<float>(kCoreClockHz)) - 1;
@@ -57,7 +61,9 @@ void report(int k, float x1, float x2) {
   write(")\n");
 }
 
-float square(float v) { return v * v; }
+float square(float v) {
+  return v * v;
+}
 
 /// Newton's method: a rough root is enough to print, and libm would be larger than this program.
 float root(float v) {
@@ -68,7 +74,9 @@ float root(float v) {
 
 }  // namespace
 
-extern "C" void SysTick_Handler() { ticks = ticks + 1; }
+extern "C" void SysTick_Handler() {
+  ticks = ticks + 1;
+}
 
 int main() {
   start_timer();

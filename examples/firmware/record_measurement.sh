@@ -19,3 +19,4 @@ awk -F, '
   }
   { printf "    {%.3ff, %.4ff, %.4ff},\n", $column["y_measured"], $column["x1"], $column["x2"] }
   END { print "};" }' "$csv" >"$(dirname "$0")/recorded_measurement.h"
+command -v clang-format >/dev/null && clang-format -i "$(dirname "$0")/recorded_measurement.h"

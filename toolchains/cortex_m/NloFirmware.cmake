@@ -1,14 +1,14 @@
 # nlo_firmware(TARGET): makes an executable an image for the board that the toolchain file names in NLO_BOARD: start-up
 # code, linker script, semihosting. TARGET_run (a custom target) runs it in qemu-system-arm.
 set(NLO_BOARD_DIR ${CMAKE_CURRENT_LIST_DIR})
+enable_language(C)
+enable_language(ASM)
 
 function(nlo_firmware target)
   if(NOT EXISTS ${NLO_BOARD_DIR}/${NLO_BOARD}.ld)
     message(FATAL_ERROR "nlo_firmware(${target}): there is no board \"${NLO_BOARD}\" in ${NLO_BOARD_DIR}; configure with "
       "--toolchain toolchains/cortex-m4f.cmake or another cortex-m*.cmake")
   endif()
-  enable_language(C)
-  enable_language(ASM)
   set_target_properties(${target} PROPERTIES SUFFIX .elf LINK_DEPENDS "${NLO_BOARD_DIR}/${NLO_BOARD}.ld;${NLO_BOARD_DIR}/sections.ld")
   target_sources(${target} PRIVATE ${NLO_BOARD_DIR}/startup.S ${NLO_BOARD_DIR}/semihosting.c)
   target_include_directories(${target} PRIVATE ${NLO_BOARD_DIR})

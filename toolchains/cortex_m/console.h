@@ -8,7 +8,9 @@
 
 namespace board {
 
-inline void write(const char* text) { board_write(text); }
+inline void write(const char* text) {
+  board_write(text);
+}
 
 /// `value` in base 10 or 16, at least `digits` of them.
 inline void write(std::uint32_t value, std::uint32_t base = 10, int digits = 1) {

@@ -10,7 +10,9 @@ static void call_host(int operation, const void* argument) {
   __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
 }
 
-void board_write(const char* text) { call_host(kWriteString, text); }
+void board_write(const char* text) {
+  call_host(kWriteString, text);
+}
 
 void board_exit(int status) {
   const unsigned application_exit = 0x20026, run_time_error = 0x20023;

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 
+#include "nlo/arithmetic.h"
 #include "nlo/domain.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
@@ -39,15 +40,15 @@ struct LatentModel {
 };
 
 /// out = map([z; y]), or map(z) for a map that reads z alone.
-template <class Map, class Scalar, int kNz, int kNy>
+template <Arithmetic kArithmetic = Arithmetic::kFast, class Map, class Scalar, int kNz, int kNy>
 void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar* out) {
   if constexpr (Map::kIn == kNz + kNy) {
     Scalar in[kNz + kNy];
     for (int r = 0; r < kNz; ++r) in[r] = z[r];
     for (int j = 0; j < kNy; ++j) in[kNz + j] = y[j];
-    map.evaluate(in, out);
+    map.template evaluate<kArithmetic>(in, out);
   } else {
-    map.evaluate(z, out);
+    map.template evaluate<kArithmetic>(z, out);
   }
 }
 
@@ -79,23 +80,26 @@ struct KklModel {
   constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
 
   /// z+ = A z + B0 y_k + B1 y_{k+1}. Another step than the sample period costs some 60 operations a mode.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) const {
-    if (dt_s == Scalar(0)) return nlo::advance<kPairs>(latent.step, z, y, y_next);
-    nlo::advance<kPairs>(discretise<kPairs>(latent.exact_hold(), latent.eigenvalues, latent.output_injection, dt_s), z,
-                         y, y_next);
+    if (dt_s == Scalar(0)) return nlo::advance<kPairs, kArithmetic>(latent.step, z, y, y_next);
+    nlo::advance<kPairs, kArithmetic>(
+        discretise<kPairs>(latent.exact_hold(), latent.eigenvalues, latent.output_injection, dt_s), z, y, y_next);
   }
 
   /// x_hat = T*(z), or T*(z, y).
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&x_hat)[kNx]) const {
-    evaluate_inverse(inverse_map, z, y, x_hat);
+    evaluate_inverse<kArithmetic>(inverse_map, z, y, x_hat);
   }
 };
 
-/// The observer of a KklModel.
-template <class Model>
-class KklObserver : public SampledObserver<Model> {
+/// The observer of a KklModel. Deterministic arithmetic, the same bits on every target, is one more word:
+///   nlo::KklObserver<Model, nlo::Arithmetic::kDeterministic>
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class KklObserver : public SampledObserver<Model, kArithmetic> {
  public:
-  using SampledObserver<Model>::SampledObserver;
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
 };
 template <class Model>
 KklObserver(const Model&) -> KklObserver<Model>;

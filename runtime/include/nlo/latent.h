@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "nlo/arithmetic.h"
+
 namespace nlo {
 
 /// How y runs between two samples.
@@ -15,7 +17,8 @@ enum class Hold : std::uint8_t {
   kRk4,         ///< a ramp, one step of the classical Runge-Kutta method: stable only for |lambda h| < 2.78
 };
 
-/// A complex number with plain arithmetic: std::complex calls into the compiler's run-time library.
+/// A complex number with plain arithmetic: std::complex calls into the compiler's run-time library. Products are
+/// rounded by themselves, so that coefficients computed in flight are the same on every target.
 template <class T>
 struct Complex {
   T re{};
@@ -24,9 +27,9 @@ struct Complex {
   friend constexpr Complex operator+(Complex a, Complex b) { return {a.re + b.re, a.im + b.im}; }
   friend constexpr Complex operator-(Complex a, Complex b) { return {a.re - b.re, a.im - b.im}; }
   friend constexpr Complex operator*(Complex a, Complex b) {
-    return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+    return {rounded<T>(a.re * b.re) - rounded<T>(a.im * b.im), rounded<T>(a.re * b.im) + rounded<T>(a.im * b.re)};
   }
-  friend constexpr Complex operator*(Complex a, T s) { return {a.re * s, a.im * s}; }
+  friend constexpr Complex operator*(Complex a, T s) { return {rounded<T>(a.re * s), rounded<T>(a.im * s)}; }
   friend constexpr Complex operator+(Complex a, T s) { return {a.re + s, a.im}; }
 };
 
@@ -124,17 +127,22 @@ constexpr LatentStep<Scalar, kNz, kNy> discretise(Hold hold, const Scalar (&eige
 }
 
 /// z <- A z + B0 y_k + B1 y_{k+1}, in place.
-template <int kPairs, class Scalar, int kNz, int kNy>
+template <int kPairs, Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kNz, int kNy>
 constexpr void advance(const LatentStep<Scalar, kNz, kNy>& step, Scalar (&z)[kNz], const Scalar (&y_k)[kNy],
                        const Scalar (&y_next)[kNy]) {
+  const auto multiply_add = [](Scalar a, Scalar b, Scalar c) { return nlo::multiply_add<kArithmetic>(a, b, c); };
   Scalar change[kNz]{};
   for (int r = 0; r < 2 * kPairs; r += 2) {
-    change[r] = step.a_minus_1[r] * z[r] - step.a_minus_1[r + 1] * z[r + 1];
-    change[r + 1] = step.a_minus_1[r + 1] * z[r] + step.a_minus_1[r] * z[r + 1];
+    const Scalar re = step.a_minus_1[r], im = step.a_minus_1[r + 1];
+    change[r] = multiply_add(re, z[r], -rounded<Scalar>(im * z[r + 1]));
+    change[r + 1] = multiply_add(re, z[r + 1], rounded<Scalar>(im * z[r]));
   }
   for (int r = 2 * kPairs; r < kNz; ++r) change[r] = step.a_minus_1[r] * z[r];
   for (int r = 0; r < kNz; ++r) {
-    for (int j = 0; j < kNy; ++j) change[r] += step.b0[r][j] * y_k[j] + step.b1[r][j] * y_next[j];
+    for (int j = 0; j < kNy; ++j) {
+      const Scalar forced = multiply_add(step.b0[r][j], y_k[j], rounded<Scalar>(step.b1[r][j] * y_next[j]));
+      change[r] = rounded<Scalar>(change[r]) + forced;
+    }
     z[r] += change[r];
   }
 }

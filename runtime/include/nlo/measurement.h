@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "nlo/arithmetic.h"
 #include "nlo/vector.h"
 
 namespace nlo {
@@ -46,7 +47,9 @@ struct OutputRange {
   }
 
   /// The angle less its whole turns, in [-turn/2, turn/2].
-  static constexpr Scalar wrapped(Scalar angle, Scalar turn) { return angle - turn * whole_turns(angle, turn); }
+  static constexpr Scalar wrapped(Scalar angle, Scalar turn) {
+    return angle - rounded<Scalar>(turn * whole_turns(angle, turn));
+  }
   static constexpr Scalar whole_turns(Scalar angle, Scalar turn) {
     const Scalar turns = angle / turn;  // bounded by the declared range: fits an int32
     // Half a turn stays where it is: an angle resting on the wrap must not change sides, and z with it, at each step.

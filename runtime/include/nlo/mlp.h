@@ -8,7 +8,8 @@
 #include <type_traits>
 
 #include "nlo/activation.h"
-#include "nlo/kernels/generic.h"
+#include "nlo/arithmetic.h"
+#include "nlo/kernels/dense.h"
 #include "nlo/vector.h"
 
 namespace nlo {
@@ -35,7 +36,7 @@ constexpr PackedDense<Scalar, kIn, kOut> pack(const Dense<Scalar, kIn, kOut>& la
   PackedDense<Scalar, kIn, kOut> packed{};
   for (int o = 0; o < kOut; ++o) {
     for (int i = 0; i < kIn; ++i) {
-      packed.weights[kernels::kByColumns<kIn, kOut> ? i * kOut + o : o * kIn + i] = layer.weights[o][i];
+      packed.weights[kernels::weight_position<Scalar, kIn, kOut>(o, i)] = layer.weights[o][i];
     }
     packed.bias[o] = layer.bias[o];
   }
@@ -43,10 +44,10 @@ constexpr PackedDense<Scalar, kIn, kOut> pack(const Dense<Scalar, kIn, kOut>& la
 }
 
 /// W d, the derivative of a layer along d: the layer without its bias.
-template <class Scalar, int kIn, int kOut>
+template <Activation kKind, class Scalar, int kIn, int kOut>
 void dense_tangent(const PackedDense<Scalar, kIn, kOut>& layer, const Scalar* direction, Scalar* out) {
   const Scalar no_bias[kOut]{};
-  kernels::dense<Scalar, kIn, kOut>(layer.weights, no_bias, direction, out, kernels::Identity{});
+  kernels::layer<kKind, Arithmetic::kFast, true, kIn, kOut>(layer.weights, no_bias, direction, out);
 }
 
 /// A chain of layers; the last one is linear. Widths may differ from layer to layer.
@@ -58,13 +59,20 @@ struct Mlp<kKind, Last> {
   using Scalar = typename Last::Scalar;
   static constexpr int kIn = Last::kIn;
   static constexpr int kOut = Last::kOut;
+  static constexpr int kWidest = 1;  ///< hidden layer; an array has one element at least
   Last layer;
 
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
-    kernels::dense<Scalar, kIn, kOut>(layer.weights, layer.bias, in, out, kernels::Identity{});
+    run<kArithmetic>(in, out, nullptr, nullptr);
   }
 
-  void jvp(const Scalar*, const Scalar* direction, Scalar* out) const { dense_tangent(layer, direction, out); }
+  template <Arithmetic kArithmetic>
+  NLO_INLINE void run(const Scalar* in, Scalar* out, Scalar*, Scalar*) const {
+    kernels::layer<kKind, kArithmetic, true, kIn, kOut>(layer.weights, layer.bias, in, out);
+  }
+
+  void jvp(const Scalar*, const Scalar* direction, Scalar* out) const { dense_tangent<kKind>(layer, direction, out); }
 };
 
 template <Activation kKind, class First, class... Rest>
@@ -74,19 +82,29 @@ struct Mlp<kKind, First, Rest...> {
   static_assert(First::kOut == Tail::kIn, "each layer reads what the one before it writes");
   static constexpr int kIn = First::kIn;
   static constexpr int kOut = Tail::kOut;
+  static constexpr int kWidest = First::kOut > Tail::kWidest ? First::kOut : Tail::kWidest;
   First layer;
   Tail tail;
 
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
-    Scalar hidden[First::kOut];
-    kernels::dense<Scalar, kIn, First::kOut>(layer.weights, layer.bias, in, hidden, kernels::Activate<kKind>{});
-    tail.evaluate(hidden, out);
+    // Two buffers, taken by turns: one per layer would be a kilobyte of stack on a microcontroller.
+    alignas(simd::kVectorBytes) Scalar here[kWidest];
+    alignas(simd::kVectorBytes) Scalar there[kWidest];
+    run<kArithmetic>(in, out, here, there);
+  }
+
+  /// Writes hidden values to `here`; the layers behind use `there` and `here` by turns.
+  template <Arithmetic kArithmetic>
+  NLO_INLINE void run(const Scalar* in, Scalar* out, Scalar* here, Scalar* there) const {
+    kernels::layer<kKind, kArithmetic, false, kIn, First::kOut>(layer.weights, layer.bias, in, here);
+    tail.template run<kArithmetic>(here, out, there, here);
   }
 
   void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
     Scalar hidden[First::kOut], tangent[First::kOut];
-    kernels::dense<Scalar, kIn, First::kOut>(layer.weights, layer.bias, in, hidden, kernels::Identity{});
-    dense_tangent(layer, direction, tangent);
+    kernels::layer<kKind, Arithmetic::kFast, true, kIn, First::kOut>(layer.weights, layer.bias, in, hidden);
+    dense_tangent<kKind>(layer, direction, tangent);
     for (int o = 0; o < First::kOut; ++o) {
       const Scalar v = hidden[o];
       hidden[o] = activate<kKind>(v);
@@ -132,12 +150,13 @@ struct InverseMap {
   [[no_unique_address]] LinearPath_ linear_path{};
 
   /// out (kOut) = map(in), in (kIn); for T* that is [z; y] or z.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
-    mlp.evaluate(in, out);
+    mlp.template evaluate<kArithmetic>(in, out);
     if constexpr (kHasLinearPath) {
       for (int o = 0; o < kOut; ++o) {
         Scalar total = out[o];
-        for (int i = 0; i < kIn; ++i) total += linear_path.weights[o][i] * in[i];
+        for (int i = 0; i < kIn; ++i) total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i], total);
         out[o] = total;
       }
     }

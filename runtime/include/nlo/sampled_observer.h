@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "nlo/arithmetic.h"
 #include "nlo/measurement.h"
 #include "nlo/vector.h"
 
@@ -31,11 +32,13 @@ struct InputMemory<Scalar, 0> {};
 ///   initial_latent()                   z before the first measurement
 ///   advance(z, y, y_next[, u, u_next], dt_s)   z one step on, in place; dt_s = 0: one sample period
 ///   estimate(z, y, x_hat)
-template <class Model_>
+/// For the deterministic policy the last two are templates on the policy too.
+template <class Model_, Arithmetic kArithmetic_ = Arithmetic::kFast>
 class SampledObserver {
  public:
   using Model = Model_;
   using Scalar = typename Model::Scalar;
+  static constexpr Arithmetic kArithmetic = kArithmetic_;
   static constexpr int kNx = Model::kNx;
   static constexpr int kNy = Model::kNy;
   static constexpr int kNz = Model::kNz;
@@ -124,7 +127,11 @@ class SampledObserver {
   /// x_hat. Computed on each call; costs the multiply-adds of the model's inverse map.
   [[nodiscard]] Estimate estimate() const {
     Estimate x_hat;
-    model_->estimate(state_.z, state_.y, x_hat.values);
+    if constexpr (kArithmetic == Arithmetic::kFast) {
+      model_->estimate(state_.z, state_.y, x_hat.values);
+    } else {
+      model_->template estimate<kArithmetic>(state_.z, state_.y, x_hat.values);
+    }
     return x_hat;
   }
 
@@ -144,7 +151,8 @@ class SampledObserver {
       relative[r] = state_.z[r];
       if constexpr (Model::kHasSteadyState) {
         for (int j = 0; j < kNy; ++j) {
-          if (model_->outputs.wrap[j] > Scalar(0)) relative[r] -= model_->latent.steady_gain[r][j] * state_.y[j];
+          if (!(model_->outputs.wrap[j] > Scalar(0))) continue;
+          relative[r] -= rounded<Scalar>(model_->latent.steady_gain[r][j] * state_.y[j]);
         }
       }
     }
@@ -199,7 +207,7 @@ class SampledObserver {
     }
     if constexpr (Model::kHasSteadyState) {
       for (int r = 0; steady && r < kNz; ++r) {
-        for (int j = 0; j < kNy; ++j) state_.z[r] += model_->latent.steady_gain[r][j] * state_.y[j];
+        for (int j = 0; j < kNy; ++j) state_.z[r] += rounded<Scalar>(model_->latent.steady_gain[r][j] * state_.y[j]);
       }
     }
     state_.started = 1;
@@ -246,9 +254,12 @@ class SampledObserver {
     Scalar z[kNz]{};
     for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kDriven) {
+      static_assert(kArithmetic == Arithmetic::kFast, "driven observers know the fast arithmetic only");
       model_->advance(z, state_.y, y_next, state_.input.u, input.u, dt_s);
-    } else {
+    } else if constexpr (kArithmetic == Arithmetic::kFast) {
       model_->advance(z, state_.y, y_next, dt_s);
+    } else {
+      model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
     }
     if constexpr (Model::kMayDiverge) {
       if (!reachable(z)) {  // the last good z is kept: what follows may lead it back
@@ -267,10 +278,10 @@ class SampledObserver {
     for (int j = 0; j < kNy; ++j) {
       const Scalar turn = model_->outputs.wrap[j];
       if (!(turn > Scalar(0))) continue;
-      const Scalar back = turn * OutputRange<Scalar, kNy>::whole_turns(state_.y[j], turn);
+      const Scalar back = rounded<Scalar>(turn * OutputRange<Scalar, kNy>::whole_turns(state_.y[j], turn));
       if (back == Scalar(0)) continue;
       state_.y[j] -= back;
-      for (int r = 0; r < kNz; ++r) state_.z[r] -= model_->latent.steady_gain[r][j] * back;
+      for (int r = 0; r < kNz; ++r) state_.z[r] -= rounded<Scalar>(model_->latent.steady_gain[r][j] * back);
     }
   }
 

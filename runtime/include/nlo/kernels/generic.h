@@ -9,6 +9,7 @@
 #pragma once
 
 #include "nlo/activation.h"
+#include "nlo/arithmetic.h"
 #include "nlo/simd.h"
 
 namespace nlo::kernels {
@@ -24,21 +25,22 @@ struct Identity {
   }
 };
 
-template <Activation kKind>
+template <Activation kKind, Arithmetic kArithmetic = Arithmetic::kFast>
 struct Activate {
   template <class T>
   NLO_INLINE constexpr T operator()(T v) const {
-    return activate<kKind>(v);
+    return activate<kKind, kArithmetic>(v);
   }
 };
 
 /// kBlocks registers of outputs, the first at output `first`; each next one kLanes on.
-template <class Scalar, class P, int kIn, int kOut, int kBlocks, class Function>
+template <Arithmetic kArithmetic, class Scalar, class P, int kIn, int kOut, int kBlocks, class Function>
 NLO_INLINE void columns_block(const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out, int first,
                               Function function) {
   constexpr int kWidth = sizeof(P) / sizeof(Scalar);
-  // Few registers leave the multiply-add units waiting for each other: split the sum over even and odd inputs.
-  constexpr int kSums = kBlocks <= 4 ? 2 : 1;
+  // Few registers leave the multiply-add units waiting for each other: split the sum over even and odd inputs. How many
+  // registers there are depends on the target, so the deterministic policy does not.
+  constexpr int kSums = kArithmetic == Arithmetic::kFast && kBlocks <= 4 ? 2 : 1;
   P sums[kSums][kBlocks];
   for (int b = 0; b < kBlocks; ++b) {
     sums[0][b] = simd::load<P>(bias + first + b * kWidth);
@@ -49,12 +51,18 @@ NLO_INLINE void columns_block(const Scalar* weights, const Scalar* bias, const S
   for (; i + kSums <= kIn; i += kSums) {
     for (int s = 0; s < kSums; ++s) {
       const P input = simd::broadcast<P>(in[i + s]);
-      for (int b = 0; b < kBlocks; ++b) sums[s][b] += input * simd::load<P>(column + (i + s) * kOut + b * kWidth);
+      for (int b = 0; b < kBlocks; ++b) {
+        const P weight = simd::load<P>(column + (i + s) * kOut + b * kWidth);
+        sums[s][b] = multiply_add<kArithmetic, P>(input, weight, sums[s][b]);
+      }
     }
   }
   for (; i < kIn; ++i) {
     const P input = simd::broadcast<P>(in[i]);
-    for (int b = 0; b < kBlocks; ++b) sums[0][b] += input * simd::load<P>(column + i * kOut + b * kWidth);
+    for (int b = 0; b < kBlocks; ++b) {
+      const P weight = simd::load<P>(column + i * kOut + b * kWidth);
+      sums[0][b] = multiply_add<kArithmetic, P>(input, weight, sums[0][b]);
+    }
   }
   for (int b = 0; b < kBlocks; ++b) {
     P total = sums[0][b];
@@ -63,7 +71,7 @@ NLO_INLINE void columns_block(const Scalar* weights, const Scalar* bias, const S
   }
 }
 
-template <class Scalar, int kIn, int kOut, class Function>
+template <Arithmetic kArithmetic, class Scalar, int kIn, int kOut, class Function>
 NLO_INLINE void by_columns(const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out,
                            Function function) {
   constexpr int kTargetLanes = simd::kLanes<Scalar>;
@@ -74,14 +82,29 @@ NLO_INLINE void by_columns(const Scalar* weights, const Scalar* bias, const Scal
   constexpr int kMaxBlocks = kWidth == 1 ? 4 : 8;
   constexpr int kFull = kWhole / kMaxBlocks;
   for (int f = 0; f < kFull; ++f) {
-    columns_block<Scalar, P, kIn, kOut, kMaxBlocks>(weights, bias, in, out, f * kMaxBlocks * kWidth, function);
+    columns_block<kArithmetic, Scalar, P, kIn, kOut, kMaxBlocks>(weights, bias, in, out, f * kMaxBlocks * kWidth,
+                                                                 function);
   }
   constexpr int kLeft = kWhole % kMaxBlocks;
   if constexpr (kLeft > 0) {
-    columns_block<Scalar, P, kIn, kOut, kLeft>(weights, bias, in, out, kFull * kMaxBlocks * kWidth, function);
+    columns_block<kArithmetic, Scalar, P, kIn, kOut, kLeft>(weights, bias, in, out, kFull * kMaxBlocks * kWidth,
+                                                            function);
   }
   if constexpr (kRest > 0) {
-    columns_block<Scalar, P, kIn, kOut, 1>(weights, bias, in, out, kOut - kWidth, function);
+    columns_block<kArithmetic, Scalar, P, kIn, kOut, 1>(weights, bias, in, out, kOut - kWidth, function);
+  }
+}
+
+/// The deterministic policy: one sum per output, in the order of the inputs.
+template <class Scalar, int kIn, int kOut, class Function>
+NLO_INLINE void by_rows_in_order(const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out,
+                                 Function function) {
+  for (int o = 0; o < kOut; ++o) {
+    Scalar total = bias[o];
+    for (int i = 0; i < kIn; ++i) {
+      total = multiply_add<Arithmetic::kDeterministic, Scalar>(weights[o * kIn + i], in[i], total);
+    }
+    out[o] = function(total);
   }
 }
 
@@ -107,13 +130,19 @@ NLO_INLINE void by_rows(const Scalar* weights, const Scalar* bias, const Scalar*
 
 /// out = function(W in + bias). `out` must not overlap `in`.
 ///   weights  kOut x kIn, in the layout of kByColumns
-template <class Scalar, int kIn, int kOut, class Function>
+template <Arithmetic kArithmetic, class Scalar, int kIn, int kOut, class Function>
 NLO_INLINE void dense(const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out, Function function) {
   if constexpr (kByColumns<kIn, kOut>) {
-    by_columns<Scalar, kIn, kOut>(weights, bias, in, out, function);
+    by_columns<kArithmetic, Scalar, kIn, kOut>(weights, bias, in, out, function);
+  } else if constexpr (kArithmetic == Arithmetic::kDeterministic) {
+    by_rows_in_order<Scalar, kIn, kOut>(weights, bias, in, out, function);
   } else {
     by_rows<Scalar, kIn, kOut>(weights, bias, in, out, function);
   }
+}
+template <class Scalar, int kIn, int kOut, class Function>
+NLO_INLINE void dense(const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out, Function function) {
+  dense<Arithmetic::kFast, Scalar, kIn, kOut>(weights, bias, in, out, function);
 }
 
 }  // namespace nlo::kernels

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// The assembly of Cortex-M gives the bits of its plain C++ version, and that one gives on the board the bits that it
+// gives on the host: hashes to compare with tests/golden. Fused lines come from machines that can fuse.
+#include <nlo/kernels/cortex_m.h>
+
+#include <cstdint>
+#include <iterator>
+#include <utility>
+
+#include "bench/random_model.h"
+#include "tests/embedded/target/text.h"
+
+namespace nlo::target {
+namespace {
+
+using namespace kernels::cortex_m;
+
+bool good = true;
+
+float weights[50 * 50], bias[50], in[50];
+
+constexpr float kSpecial[] = {0.0F,  -0.0F, 1e-45F, -1e-38F, 1e-20F, 7.75F,  -7.75F,
+                              7.76F, 8.0F,  1e6F,   -1e6F,   1e30F,  -1e30F, 0.5F};
+
+template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
+void check(Hash& hash) {
+  // A guard behind and before the output: the kernel must stay inside.
+  constexpr float kGuard = 12345.0F;
+  bench::RandomUniform random{kIn * 100 + kOut};
+  for (int trial = 0; trial < 20; ++trial) {
+    const float scale = trial % 4 == 3 ? 40.0F : 1.0F;  // saturated activations too
+    for (int i = 0; i < kIn * kOut; ++i) weights[i] = rounded(scale * random());
+    for (int o = 0; o < kOut; ++o) bias[o] = random();
+    for (int i = 0; i < kIn; ++i) in[i] = random();
+    if (trial % 3 == 2) in[trial % kIn] = kSpecial[trial % static_cast<int>(std::size(kSpecial))];
+    float plain[kOut];
+    layer_plain<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, plain);
+    for (const float x : plain) hash.add(x);
+#if defined(NLO_CORTEX_M_FLOAT)
+    float guarded[kOut + 2];
+    guarded[0] = guarded[kOut + 1] = kGuard;
+    layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, guarded + 1);
+    bool same = guarded[0] == kGuard && guarded[kOut + 1] == kGuard;
+    for (int o = 0; o < kOut; ++o) {
+      same = same && std::bit_cast<std::uint32_t>(plain[o]) == std::bit_cast<std::uint32_t>(guarded[o + 1]);
+    }
+    if (!same) {
+      good = false;
+      board::write("the assembly differs from its plain version: ");
+      board::write(std::uint32_t{kIn});
+      board::write(" -> ");
+      board::write(std::uint32_t{kOut});
+      board::write("\n");
+    }
+#else
+    static_cast<void>(kGuard);
+#endif
+  }
+}
+
+template <Activation kKind, Arithmetic kArithmetic, int kIn, int kOut>
+void check_both(Hash& hash) {
+  check<kKind, kArithmetic, false, kIn, kOut>(hash);
+  check<kKind, kArithmetic, true, kIn, kOut>(hash);
+}
+
+/// Shapes with whole and broken fives of inputs, and every size of a block.
+template <Activation kKind, Arithmetic kArithmetic>
+void run(const char* name) {
+  Hash hash;
+  check_both<kKind, kArithmetic, 3, 50>(hash);
+  check_both<kKind, kArithmetic, 50, 50>(hash);
+  [&]<int... kOut>(std::integer_sequence<int, kOut...>) {
+    (check_both<kKind, kArithmetic, 1 + kOut % 12, 1 + kOut>(hash), ...);
+  }
+  (std::make_integer_sequence<int, 14>{});
+  check_both<kKind, kArithmetic, 17, 27>(hash);
+  board::write(name);
+  hash.write();
+}
+
+}  // namespace
+
+int run_all() {
+  run<Activation::kTanh, Arithmetic::kDeterministic>("deterministic tanh ");
+  run<Activation::kRelu, Arithmetic::kDeterministic>("deterministic relu ");
+  run<Activation::kSilu, Arithmetic::kDeterministic>("deterministic silu ");
+#if !defined(NLO_ON_BOARD) || defined(__ARM_FEATURE_FMA)
+  run<Activation::kTanh, Arithmetic::kFast>("fused tanh ");
+  run<Activation::kRelu, Arithmetic::kFast>("fused relu ");
+  run<Activation::kSilu, Arithmetic::kFast>("fused silu ");
+#endif
+  return good ? 0 : 1;
+}
+
+}  // namespace nlo::target
+
+int main() {
+  return nlo::target::run_all();
+}
