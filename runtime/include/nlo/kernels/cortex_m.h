@@ -65,9 +65,9 @@ float activate_plain(float v) {
     const auto horner = kernel_multiply_add<kArithmetic>;
     const float x = v < kTanhLimit ? (v > -kTanhLimit ? v : -kTanhLimit) : kTanhLimit;
     const float s = x * x;
-    float p = kTanhLeading[0], q = kTanhLeading[1];
-    for (int k = 0; k < 4; ++k) p = horner(p, s, kTanhRest[k]);
-    for (int k = 4; k < 8; ++k) q = horner(q, s, kTanhRest[k]);
+    float p = kTanhCoefficients[0], q = kTanhCoefficients[1];
+    for (int k = 2; k < 6; ++k) p = horner(p, s, kTanhCoefficients[k]);
+    for (int k = 6; k < 10; ++k) q = horner(q, s, kTanhCoefficients[k]);
     return x * p / q;
   }
 }
@@ -100,15 +100,22 @@ template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOu
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
   constexpr bool kFused = kArithmetic == Arithmetic::kFast && kFuses;
   using B = Blocks<kOut>;
-  for (int block = 0; block < B::kCount; ++block) {
-    float* to = out + B::first(block);
-    const float* from = bias + B::first(block);
-    if (block < B::kLargeCount) {
-      weights = multiply_block<B::kSmall + (B::kLargeCount > 0 ? 1 : 0), kFused, kIn>(weights, from, in, to);
-    } else {
-      weights = multiply_block<B::kSmall, kFused, kIn>(weights, from, in, to);
-    }
+  constexpr int kLarge = B::kSmall + (B::kLargeCount > 0 ? 1 : 0);
+  float* const large_end = out + B::kLargeCount * kLarge;
+  float* const end = out + kOut;
+  while (out != large_end) {
+    weights = multiply_block<kLarge, kFused, kIn>(weights, bias, in, out);
+    bias += kLarge;
+    out += kLarge;
+    // Or the compiler keeps where they started too: two more registers to save on the stack.
+    asm("" : "+r"(bias), "+r"(out));
   }
+  while (out != end) {
+    weights = multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);
+    bias += B::kSmall;
+    out += B::kSmall;
+  }
+  out -= kOut;
   if constexpr (!kLast) {
     if constexpr (kKind == Activation::kTanh) {
       tanh_in_place<kFused>(out, out + kOut);

@@ -18,9 +18,9 @@ namespace nlo::kernels::cortex_m {
 
 inline constexpr float kTanhLimit = 7.75F;
 /// Coefficients of tanh_rational(): the leading ones of P and Q, then the other four of each, highest power first.
-inline constexpr float kTanhLeading[2] = {1.55599142e-08F, 8.646428e-07F};
-inline constexpr float kTanhRest[8] = {2.20985712e-05F, 0.00358292833F, 0.134537607F, 1.0F,
-                                       0.000343050633F, 0.0262066592F,  0.467870831F, 1.0F};
+inline constexpr float kTanhCoefficients[10] = {1.55599142e-08F, 8.646428e-07F,                       //
+                                                2.20985712e-05F, 0.00358292833F, 0.134537607F, 1.0F,  //
+                                                0.000343050633F, 0.0262066592F,  0.467870831F, 1.0F};
 
 #if defined(NLO_CORTEX_M_FLOAT)
 
@@ -122,10 +122,10 @@ NLO_INLINE const float* multiply_block(const float* weights, const float* bias, 
   "vadd.f32 s" #q ", s" #q ", s9\n"
 #define NLO_TANH(step) \
   asm volatile(                                                                                                 \
-      "vldmia %[leading], {s10-s11}\n"                                                                           \
+      "vldmia %[coefficients]!, {s10-s11}\n"                                                                           \
       "1:\n"                                                                                                    \
       "vldmia %[at], {s13}\n"                                                                                    \
-      "vldmia %[rest], {s0-s7}\n"                                                                                \
+      "vldmia %[coefficients], {s0-s7}\n"                                                                                \
       "vmov %[bits], s13\n"                                                                                      \
       "cmp %[limit], %[bits], lsl #1\n" /* the sign falls out: |x| > limit, or not a number */                  \
       "blo 3f\n"                                                                                                \
@@ -144,13 +144,14 @@ NLO_INLINE const float* multiply_block(const float* weights, const float* bias, 
       "vmov s13, %[bits]\n"                                                                                      \
       "b 2b\n"                                                                                                  \
       "4:\n"                                                                                                    \
-      : [at] "+r"(at), [bits] "=&r"(bits)                                                                       \
-      : [end] "r"(end), [leading] "r"(kTanhLeading), [rest] "r"(kTanhRest), [limit] "r"(0x40f80000U << 1)        \
+      : [at] "+r"(at), [coefficients] "+r"(coefficients), [bits] "=&r"(bits)                                                                       \
+      : [end] "r"(end), [limit] "r"(0x40f80000U << 1)        \
       : "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7", "s8", "s9", "s10", "s11", "s13", "s14", "cc", "memory")
 
 /// tanh_rational() of each value from `at` to `end`, at least one. 19 instructions each (27 unfused).
 template <bool kFused>
 NLO_INLINE void tanh_in_place(float* at, const float* end) {
+  const float* coefficients = kTanhCoefficients;
   std::uint32_t bits;
   if constexpr (kFused) {
     NLO_TANH(NLO_FUSED_STEP);

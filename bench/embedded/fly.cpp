@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// One step and estimate of an observer with the paper's network, for count.cpp to count and for idle.cpp to be the size
+// of. What flies is chosen by macros, see CMakeLists.txt.
+#include "bench/embedded/fly.h"
+
+#include <type_traits>
+
+#include "bench/random_model.h"
+#if NLO_INT16
+#include "bench/random_quantised_model.h"
+#endif
+#if NLO_EIGEN || NLO_NAIVE
+#include "bench/embedded/plain_networks.h"
+#endif
+
+namespace {
+
+using nlo::Activation;
+using nlo::Arithmetic;
+
+constexpr Activation kActivation = Activation::NLO_ACTIVATION;
+constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
+
+#if NLO_INT16
+constexpr auto kModel = nlo::bench::random_quantised_model<kActivation, kWidth, kDepth>();
+#elif NLO_EIGEN || NLO_NAIVE
+constexpr auto kLayers = nlo::bench::random_layers<3, kWidth, kDepth, 2>();
+constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, 1, 1>();  // for its latent system
+#else
+constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, kWidth, kDepth>();
+#endif
+using Observer = nlo::KklObserver<std::remove_const_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
+
+constinit Observer observer{kModel};
+volatile float measured = 0.5F;
+
+}  // namespace
+
+float x_hat[2];
+extern const unsigned observer_bytes = sizeof(Observer);
+
+void step_and_estimate() {
+  static_cast<void>(observer.step(measured));
+#if NLO_EIGEN
+  nlo::bench::eigen_estimate<kActivation>(kLayers, observer.latent().data(), x_hat);
+#elif NLO_NAIVE
+  nlo::bench::naive_estimate<kActivation>(kLayers, observer.latent().data(), x_hat);
+#else
+  const auto estimate = observer.estimate();
+  x_hat[0] = estimate[0];
+  x_hat[1] = estimate[1];
+#endif
+}

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// What the programs of this folder share: something that flies.
+#pragma once
+
+// C linkage gives them names that the analysis of the stack finds.
+extern "C" {
+void step_and_estimate();
+extern float x_hat[2];
+extern const unsigned observer_bytes;
+}

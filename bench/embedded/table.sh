@@ -1,0 +1,80 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# Runs what count.cpp counts on every emulated core, prints the table of docs/embedded.md and checks its gates.
+#   usage: table.sh BUILDS [--write docs/embedded.md]     BUILDS/CORE holds the cross build of each core
+set -euo pipefail
+builds=$1 target=${2:+$3}
+multiply_adds=7750 # 3 x 50 + 3 x 50 x 50 + 50 x 2
+declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
+declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
+failed=0
+
+# Deepest path of the call graph below step_and_estimate [bytes], from GCC's .ci file. Calls that it cannot follow
+# (libm, libgcc) count as nothing: the painted stack has them.
+stack_bound() {
+  awk -F'"' '
+    /^node:/ { if (match($4, /[0-9]+ bytes/)) size[$2] = substr($4, RSTART, RLENGTH) + 0 }
+    /^edge:/ { calls[$2] = calls[$2] SUBSEP $4 }
+    function depth(f,    list, n, i, d, most) {
+      n = split(calls[f], list, SUBSEP)
+      for (i = 2; i <= n; ++i) if ((d = depth(list[i])) > most) most = d
+      return size[f] + most
+    }
+    END { print depth("step_and_estimate") }' "$1"
+}
+
+# gate WHAT VALUE LIMIT
+gate() {
+  if awk -v value="$2" -v limit="$3" 'BEGIN { exit !(value <= limit) }'; then return; fi
+  echo "FAILED: $1 is $2, the limit $3" >&2
+  failed=1
+}
+
+# row CORE VARIANT: sets the line of the table and checks what has a limit.
+row() {
+  local core=$1 variant=$2 folder=$builds/$1/bench/embedded image said instructions painted observer per flash ram bound
+  image=$folder/count_$variant.elf
+  said=$(timeout 100 qemu-system-arm -M "${board[$core]}" -icount shift=0,sleep=off -nographic -monitor none -serial null \
+    -semihosting-config enable=on,target=native -kernel "$image" 2>&1 </dev/null) || { echo "$image: $said" >&2; exit 1; }
+  read -r _ instructions _ painted _ observer <<<"$said"
+  per=$(awk -v i="$instructions" -v m=$multiply_adds 'BEGIN { printf "%.2f", i / m }')
+  read -r flash ram < <(arm-none-eabi-size "$folder/idle_$variant.elf" | awk 'NR == 2 { print $1 + $2, $2 + $3 }')
+  bound=$(stack_bound "$folder/CMakeFiles/fly_$variant.dir/fly.cpp.ci")
+  line="| ${title[$core]} | ${variant//_/ } | $instructions | $per | $flash | $ram | $bound | $painted |"
+
+  case $variant in
+    eigen* | naive*) return ;;
+  esac
+  gate "$core $variant: painted stack" "$painted" 512
+  gate "$core $variant: bound of the stack" "$bound" 512
+  gate "$core $variant: RAM of an observer" "$observer" 32
+  case $variant in
+    int16*) gate "$core $variant: flash" "$flash" $((21 * 1024)) ;;
+    float*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((37 * 1024)) ;;
+  esac
+  [[ $core == m0plus ]] && return
+  case $variant in
+    float_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.4 ;;
+    float_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.9 ;;
+    int16*) gate "$core $variant: instructions per multiply-add" "$per" 1.3 ;;
+  esac
+}
+
+lines=('| core | network | instructions | per multiply-add | flash [B] | RAM [B] | stack, bound [B] | stack, painted [B] |'
+  '|---|---|---|---|---|---|---|---|')
+for core in m4f m7 m33 m0plus; do
+  for variant in {float,deterministic,int16,eigen,naive}_{relu,tanh}; do
+    if [[ $core == m0plus && $variant == deterministic* ]]; then continue; fi # soft floats: the same as float
+    row "$core" "$variant"
+    lines+=("$line")
+  done
+done
+table=$(printf '%s\n' "${lines[@]}")
+echo "$table"
+if [[ -n $target ]]; then
+  awk -v table="$table" '
+    /<!-- table -->/ { print; print ""; print table; print ""; skip = 1 }
+    /<!-- end of table -->/ { skip = 0 }
+    !skip && !/<!-- table -->/' "$target" >"$target.new" && mv "$target.new" "$target"
+fi
+exit "$failed"

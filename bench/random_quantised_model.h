@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// random_model.h in int16: the same weights, rounded.
+#pragma once
+
+#include <nlo/quantised_map.h>
+
+#include <cstdint>
+#include <utility>
+
+#include "bench/random_model.h"
+
+namespace nlo::bench {
+
+/// random_dense() with weights times 2^kScale, inputs in Q15, sums shifted down to Q16. The scales below are the
+/// largest for which no sum of these sizes can overflow: sum |w| 2^kScale < 2^16.
+template <int kIn, int kOut, int kScale>
+constexpr auto random_quantised_dense(std::uint32_t seed) {
+  const auto nearest = [](float value) { return static_cast<std::int32_t>(value < 0 ? value - 0.5F : value + 0.5F); };
+  const Dense<float, kIn, kOut> dense = random_dense<kIn, kOut>(seed);
+  QuantisedDense<kIn, kOut, kScale + 15 - 16> layer{};
+  for (int o = 0; o < kOut; ++o) {
+    for (int i = 0; i < kIn; ++i) {
+      layer.weights[o][i] = static_cast<std::int16_t>(nearest(dense.weights[o][i] * static_cast<float>(1 << kScale)));
+    }
+    layer.bias[o] = nearest(dense.bias[o] * static_cast<float>(1 << (kScale + 15)));
+  }
+  return layer;
+}
+
+/// 3-kWidth x kDepth-2, inputs in +-5.
+template <Activation kKind, int kWidth, int kDepth>
+constexpr auto random_quantised_map() {
+  constexpr int kScale = kWidth <= 16 ? 13 : 12;
+  auto mlp = []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+    return make_quantised_mlp<kKind>(random_quantised_dense<3, kWidth, 14>(1),
+                                     random_quantised_dense<kWidth, kWidth, kScale>(kIndex + 2)...,
+                                     random_quantised_dense<kWidth, 2, kScale>(1000));
+  }
+  (std::make_index_sequence<kDepth - 1>{});
+  QuantisedMap<decltype(mlp)> map{};
+  for (float& gain : map.gain) gain = 32767.0F / 5.0F;
+  map.mlp = mlp;
+  for (float& scale : map.scale) scale = 1.0F / static_cast<float>(1 << (kScale + 15));
+  return map;
+}
+
+/// random_kkl_model() around it.
+template <Activation kKind, int kWidth, int kDepth>
+constexpr auto random_quantised_model() {
+  const auto single = random_kkl_model<kKind, 1, 1>();
+  constexpr auto kMap = random_quantised_map<kKind, kWidth, kDepth>();
+  return KklModel<float, 2, 1, 3, 1, std::remove_const_t<decltype(kMap)>>{
+      single.sample_period_s, single.stale_after, single.latent, single.outputs, single.domain, kMap};
+}
+
+}  // namespace nlo::bench

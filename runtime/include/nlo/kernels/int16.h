@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// Matrix-vector product in int16 with int32 sums, sum = W a + b, and a table of tanh. Sums cannot overflow: the
+// exporter picks the scales so that |b| + sum |w| 32767 < 2^31 for each output, and refuses otherwise. So the order of
+// summation does not matter, and every target gives the same bits.
+//
+// Cortex-M with DSP instructions: SMLAD does two multiply-adds; a block of 5 (or 4) outputs keeps its sums in registers
+// and loads the weights of a pair of inputs at once: 0.7 instructions per multiply-add.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+
+#include "nlo/activation.h"
+
+// By GCC and optimised: the block needs all registers but the stack pointer. Elsewhere plain C++ gives the same bits.
+#if defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && !defined(__clang__) && \
+    !defined(NLO_SCALAR_KERNELS)
+#if __ARM_ARCH_PROFILE == 'M'
+#define NLO_CORTEX_M_DSP 1
+#endif
+#endif
+
+namespace nlo::kernels::int16 {
+
+/// Activations are Q15: 32767 is 1 (tanh) or the layer's largest value (relu).
+inline constexpr int kOne = 32767;
+
+/// Outputs in blocks of 5 and 4 rows; rows of zeros behind the last one where that does not come out even.
+template <int kOut>
+struct Blocks {
+  static constexpr int fours(int rows) { return (5 - rows % 5) % 5; }
+  static constexpr int kRows = [] {
+    int rows = kOut;
+    while (4 * fours(rows) > rows) ++rows;
+    return rows;
+  }();
+  static constexpr int kFours = fours(kRows);  ///< behind the fives
+  static constexpr int kFives = (kRows - 4 * kFours) / 5;
+  static_assert(5 * kFives + 4 * kFours == kRows && kFives >= 0);
+};
+
+template <int kIn>
+inline constexpr int kPairs = (kIn + 1) / 2;
+
+/// Where the weight of input i for output o lies: block by block, then pair of inputs by pair, then row by row.
+template <int kIn, int kOut>
+constexpr int weight_position(int o, int i) {
+  const int fives = 5 * Blocks<kOut>::kFives;
+  const int size = o < fives ? 5 : 4;
+  const int first = o < fives ? o / 5 * 5 : fives + (o - fives) / 4 * 4;
+  return 2 * (first * kPairs<kIn> + i / 2 * size + (o - first)) + i % 2;
+}
+
+/// tanh over [-8, 8] in steps of 1/32. Straight lines through exact points would lie inside the curve by up to
+/// h^2/8 |tanh''|; points moved out by half of that split the error. The ends are +-1.
+inline constexpr auto kTanhTable = [] {
+  std::array<std::int16_t, 513> table{};
+  constexpr double kStep = 1.0 / 32;
+  for (int i = 0; i <= 512; ++i) {
+    const double t = tanh_rational((i - 256) * kStep);
+    const double value = kOne * (t + kStep * kStep / 8 * t * (1 - t * t));
+    table[static_cast<std::size_t>(i)] = static_cast<std::int16_t>(value < 0 ? value - 0.5 : value + 0.5);
+  }
+  return table;
+}();
+
+/// Largest |tanh_q15(x) / 32767 - tanh(x)|, over all arguments: half of it the lines, half the rounding.
+inline constexpr double kTanhTableMaxError = 1e-4;
+
+/// Largest integer below value / 2^kShift, saturated to kBits bits with sign.
+template <int kBits, int kShift>
+NLO_INLINE std::int32_t shifted_and_saturated(std::int32_t value) {
+#if defined(NLO_CORTEX_M_DSP)
+  std::int32_t result;
+  asm("ssat %0, %2, %1, asr %3" : "=r"(result) : "r"(value), "i"(kBits), "i"(kShift));
+  return result;
+#else
+  constexpr std::int32_t kMax = (1 << (kBits - 1)) - 1;
+  value >>= kShift;
+  return value > kMax ? kMax : value < -kMax - 1 ? -kMax - 1 : value;
+#endif
+}
+
+/// Q15 tanh of an argument in Q16, |argument| <= 8. Rounds down: half a unit too low on average, which the exporter
+/// makes up for in the bias of the next layer.
+NLO_INLINE std::int32_t tanh_q15(std::int32_t argument) {
+  constexpr int kFractionBits = 11;  // 2^16 / 32
+  const std::int16_t* at = kTanhTable.data() + 256 + (argument >> kFractionBits);
+  const std::int32_t fraction = argument & ((1 << kFractionBits) - 1);
+  return at[0] + ((at[1] - at[0]) * fraction >> kFractionBits);
+}
+
+/// Activation of a sum. tanh: sum / 2^kShift is the argument in Q16. relu: sum / 2^kShift is the result in Q15.
+template <Activation kKind, int kShift>
+NLO_INLINE std::int16_t activated(std::int32_t sum) {
+  static_assert(kKind == Activation::kTanh || kKind == Activation::kRelu, "int16 knows tanh and relu");
+  static_assert(kShift >= 1 && kShift <= 31);
+  if constexpr (kKind == Activation::kTanh) {
+    return static_cast<std::int16_t>(tanh_q15(shifted_and_saturated<20, kShift>(sum)));
+  } else {
+    return static_cast<std::int16_t>(shifted_and_saturated<16, kShift>(sum & ~(sum >> 31)));
+  }
+}
+
+/// The sums of one block: kSize rows times all pairs of inputs. `sums` holds the biases.
+template <int kSize, int kPairCount>
+NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t* in, std::int32_t (&sums)[kSize]) {
+  for (int p = 0; p < kPairCount; ++p) {
+    for (int r = 0; r < kSize; ++r) {
+      sums[r] += weights[2 * (p * kSize + r)] * in[2 * p] + weights[2 * (p * kSize + r) + 1] * in[2 * p + 1];
+    }
+  }
+}
+
+#if defined(NLO_CORTEX_M_DSP)
+
+// Weights of a pair come to r0-r3 and r11, its inputs to r10, sums are in r4-r6, r8 and r9.
+#define NLO_PAIR_4               \
+  "ldr r10, [%[in]], #4\n"       \
+  "ldmia %[weights]!, {r0-r3}\n" \
+  "smlad r4, r0, r10, r4\n"      \
+  "smlad r5, r1, r10, r5\n"      \
+  "smlad r6, r2, r10, r6\n"      \
+  "smlad r8, r3, r10, r8\n"
+#define NLO_PAIR_5                    \
+  "ldr r10, [%[in]], #4\n"            \
+  "ldmia %[weights]!, {r0-r3, r11}\n" \
+  "smlad r4, r0, r10, r4\n"           \
+  "smlad r5, r1, r10, r5\n"           \
+  "smlad r6, r2, r10, r6\n"           \
+  "smlad r8, r3, r10, r8\n"           \
+  "smlad r9, r11, r10, r9\n"
+
+/// kPairCount pairs one after the other, without a loop: no register is left for a counter.
+template <int kSize, int kPairCount>
+NLO_INLINE void add_run(const std::int16_t*& weights, const std::int16_t*& in, std::int32_t (&sums)[kSize]) {
+  register std::int32_t sum0 asm("r4") = sums[0];
+  register std::int32_t sum1 asm("r5") = sums[1];
+  register std::int32_t sum2 asm("r6") = sums[2];
+  register std::int32_t sum3 asm("r8") = sums[3];
+  if constexpr (kSize == 5) {
+    register std::int32_t sum4 asm("r9") = sums[4];
+    asm volatile(".rept %c[pairs]\n" NLO_PAIR_5 ".endr\n"
+                 : [weights] "+r"(weights), [in] "+r"(in), "+r"(sum0), "+r"(sum1), "+r"(sum2), "+r"(sum3), "+r"(sum4)
+                 : [pairs] "i"(kPairCount)
+                 : "r0", "r1", "r2", "r3", "r10", "r11", "memory");
+    sums[4] = sum4;
+  } else {
+    asm volatile(".rept %c[pairs]\n" NLO_PAIR_4 ".endr\n"
+                 : [weights] "+r"(weights), [in] "+r"(in), "+r"(sum0), "+r"(sum1), "+r"(sum2), "+r"(sum3)
+                 : [pairs] "i"(kPairCount)
+                 : "r0", "r1", "r2", "r3", "r10", "memory");
+  }
+  sums[0] = sum0;
+  sums[1] = sum1;
+  sums[2] = sum2;
+  sums[3] = sum3;
+}
+
+/// Not inlined: amid other code GCC runs out of registers.
+template <int kSize, int kPairCount>
+__attribute__((noinline)) void add_block(const std::int16_t* weights, const std::int16_t* in,
+                                         std::int32_t (&sums)[kSize]) {
+  static_assert(kSize == 4 || kSize == 5);
+  constexpr int kLongest = 32;  // 0.9 KB of code
+  if constexpr (kPairCount <= kLongest) {
+    add_run<kSize, kPairCount>(weights, in, sums);
+  } else {
+    for (int rounds = kPairCount / kLongest; rounds > 0; --rounds) add_run<kSize, kLongest>(weights, in, sums);
+    if constexpr (kPairCount % kLongest != 0) add_run<kSize, kPairCount % kLongest>(weights, in, sums);
+  }
+}
+
+#undef NLO_PAIR_5
+#undef NLO_PAIR_4
+
+#else
+
+template <int kSize, int kPairCount>
+NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, std::int32_t (&sums)[kSize]) {
+  add_block_plain<kSize, kPairCount>(weights, in, sums);
+}
+
+#endif
+
+/// One layer: write(o, sum) for each row o, those of padding included.
+///   weights  in the order of weight_position(), 4-byte aligned; bias Blocks::kRows; in 2 kPairs<kIn>, 4-byte aligned
+template <int kIn, int kOut, class Write>
+NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, const std::int16_t* in, Write write) {
+  using B = Blocks<kOut>;
+  const auto block = [&]<int kSize>(std::integral_constant<int, kSize>, int first) NLO_INLINE_LAMBDA {
+    std::int32_t sums[kSize];
+    for (int r = 0; r < kSize; ++r) sums[r] = bias[first + r];
+    add_block<kSize, kPairs<kIn>>(weights + 2 * kPairs<kIn> * first, in, sums);
+    for (int r = 0; r < kSize; ++r) write(first + r, sums[r]);
+  };
+  for (int b = 0; b < B::kFives; ++b) block(std::integral_constant<int, 5>{}, 5 * b);
+  for (int b = 0; b < B::kFours; ++b) block(std::integral_constant<int, 4>{}, 5 * B::kFives + 4 * b);
+}
+
+}  // namespace nlo::kernels::int16

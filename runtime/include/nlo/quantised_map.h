@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+// The inverse map T* in int16, for cores without an FPU and for half the flash:
+//   q     = saturate((in - centre) gain)                inputs in Q15
+//   x_hat = scale (integer mlp)(q) + L in
+// Takes and gives float, so that it stands where an InverseMap stands: the latent recurrence around it stays in float.
+// `nlo export --scalar int16` writes it. The same bits on every target, whatever the arithmetic policy.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "nlo/activation.h"
+#include "nlo/arithmetic.h"
+#include "nlo/kernels/int16.h"
+#include "nlo/mlp.h"
+
+namespace nlo {
+
+/// One layer as it is written: weights[o] is the row of neuron o; kShift takes its sums to what the activation reads.
+template <int kIn, int kOut, int kShift>
+struct QuantisedDense {
+  std::int16_t weights[kOut][kIn];
+  std::int32_t bias[kOut];
+};
+
+/// One layer as it is executed.
+template <int kIn_, int kOut_, int kShift_>
+struct PackedQuantisedDense {
+  static constexpr int kIn = kIn_;
+  static constexpr int kOut = kOut_;
+  static constexpr int kShift = kShift_;
+  static constexpr int kRows = kernels::int16::Blocks<kOut>::kRows;
+  alignas(4) std::int16_t weights[2 * kernels::int16::kPairs<kIn> * kRows];
+  std::int32_t bias[kRows];
+};
+
+template <int kIn, int kOut, int kShift>
+constexpr auto pack(const QuantisedDense<kIn, kOut, kShift>& layer) {
+  PackedQuantisedDense<kIn, kOut, kShift> packed{};
+  for (int o = 0; o < kOut; ++o) {
+    for (int i = 0; i < kIn; ++i) {
+      packed.weights[kernels::int16::weight_position<kIn, kOut>(o, i)] = layer.weights[o][i];
+    }
+    packed.bias[o] = layer.bias[o];
+  }
+  return packed;
+}
+
+/// out = f(W in + b) in Q15, padded with a zero to a whole pair. Not inlined: layers of one shape share the code.
+template <Activation kKind, int kIn, int kOut, int kShift>
+__attribute__((noinline)) void quantised_layer(const PackedQuantisedDense<kIn, kOut, kShift>& layer,
+                                               const std::int16_t* in, std::int16_t* out) {
+  constexpr bool kPadded = PackedQuantisedDense<kIn, kOut, kShift>::kRows > kOut;
+  if constexpr (kOut % 2 != 0) out[kOut] = 0;
+  kernels::int16::layer<kIn, kOut>(layer.weights, layer.bias, in, [&](int o, std::int32_t sum) NLO_INLINE_LAMBDA {
+    if (!kPadded || o < kOut) out[o] = kernels::int16::activated<kKind, kShift>(sum);
+  });
+}
+
+/// A chain of layers; the last one's sums are the result, without an activation.
+template <Activation kKind, class... Layers>
+struct QuantisedMlp;
+
+template <Activation kKind, class Last>
+struct QuantisedMlp<kKind, Last> {
+  static constexpr int kIn = Last::kIn;
+  static constexpr int kOut = Last::kOut;
+  static constexpr int kWidest = 2 * kernels::int16::kPairs<kIn>;  ///< inputs of a layer, padded
+  Last layer;
+
+  /// sums (kOut) from what stands in `here`.
+  void run(std::int16_t* here, std::int16_t*, std::int32_t* sums) const {
+    kernels::int16::layer<kIn, kOut>(layer.weights, layer.bias, here, [&](int o, std::int32_t sum) {
+      if (o < kOut) sums[o] = sum;
+    });
+  }
+};
+
+template <Activation kKind, class First, class... Rest>
+struct QuantisedMlp<kKind, First, Rest...> {
+  using Tail = QuantisedMlp<kKind, Rest...>;
+  static_assert(First::kOut == Tail::kIn, "each layer reads what the one before it writes");
+  static constexpr int kIn = First::kIn;
+  static constexpr int kOut = Tail::kOut;
+  static constexpr int kOwnWidth = 2 * kernels::int16::kPairs<kIn>;
+  static constexpr int kWidest = kOwnWidth > Tail::kWidest ? kOwnWidth : Tail::kWidest;
+  First layer;
+  Tail tail;
+
+  void run(std::int16_t* here, std::int16_t* there, std::int32_t* sums) const {
+    quantised_layer<kKind>(layer, here, there);
+    tail.run(there, here, sums);
+  }
+};
+
+template <Activation kKind, int kIn, int kOut, int kShift>
+constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& last) {
+  return QuantisedMlp<kKind, PackedQuantisedDense<kIn, kOut, kShift>>{pack(last)};
+}
+/// QuantisedMlp from layers as written, first to last.
+template <Activation kKind, int kIn, int kOut, int kShift, class... Rest>
+constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& first, const Rest&... rest) {
+  using Tail = decltype(make_quantised_mlp<kKind>(rest...));
+  return [&]<class... Layers>(const QuantisedMlp<kKind, Layers...>& tail) {
+    return QuantisedMlp<kKind, PackedQuantisedDense<kIn, kOut, kShift>, Layers...>{pack(first), tail};
+  }(Tail{make_quantised_mlp<kKind>(rest...)});
+}
+
+/// T*: inputs to Q15, the integer network, its sums to float, and the linear path.
+template <class Mlp_, class LinearPath_ = NoLinearPath>
+struct QuantisedMap {
+  using Scalar = float;
+  static constexpr int kIn = Mlp_::kIn;
+  static constexpr int kOut = Mlp_::kOut;
+  static constexpr bool kHasLinearPath = !std::is_same_v<LinearPath_, NoLinearPath>;
+  float centre[kIn];
+  float gain[kIn];  ///< 32767 / half of the input's range
+  Mlp_ mlp;
+  float scale[kOut];  ///< x_hat per unit of the last sums
+  [[no_unique_address]] LinearPath_ linear_path{};
+
+  /// out (kOut) = T*(in), in (kIn) = [z; y] or z.
+  template <Arithmetic = Arithmetic::kDeterministic>
+  void evaluate(const float* in, float* out) const {
+    alignas(4) std::int16_t here[Mlp_::kWidest];
+    alignas(4) std::int16_t there[Mlp_::kWidest];
+    if constexpr (kIn % 2 != 0) here[kIn] = 0;
+    for (int i = 0; i < kIn; ++i) here[i] = quantised(in[i] - centre[i], gain[i]);
+    std::int32_t sums[kOut];
+    mlp.run(here, there, sums);
+    for (int o = 0; o < kOut; ++o) {
+      float total = rounded(scale[o] * static_cast<float>(sums[o]));
+      if constexpr (kHasLinearPath) {
+        for (int i = 0; i < kIn; ++i) {
+          total = multiply_add<Arithmetic::kDeterministic>(linear_path.weights[o][i], in[i], total);
+        }
+      }
+      out[o] = total;
+    }
+  }
+
+ private:
+  /// The nearest integer; outside of the range its end. Not a number gives the upper end.
+  static std::int16_t quantised(float value, float gain) {
+    constexpr float kLimit = 32767.0F;
+    float q = rounded(value * gain);
+    q = q < kLimit ? q : kLimit;
+    q = q > -kLimit ? q : -kLimit;
+    return static_cast<std::int16_t>(q < 0 ? q - 0.5F : q + 0.5F);
+  }
+};
+
+}  // namespace nlo

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// The int16 kernels: assembly against plain C++ on every size of block and number of pairs, and whole observers, whose
+// estimates must have the bits of tests/golden on every compiler and core.
+#include <cstdint>
+
+#include "bench/random_quantised_model.h"
+#include "tests/embedded/target/text.h"
+
+namespace nlo::target {
+namespace {
+
+bool good = true;
+
+alignas(4) std::int16_t weights[2 * 5 * 64], in[2 * 64];
+
+template <int kSize, int kPairCount>
+void check_block(bench::RandomUniform& random, Hash& hash) {
+  const auto any = [&random] {
+    random();
+    return static_cast<std::int16_t>(random.state >> 16);
+  };
+  for (int i = 0; i < 2 * kSize * kPairCount; ++i) weights[i] = static_cast<std::int16_t>(any() / (2 * kPairCount));
+  for (int i = 0; i < 2 * kPairCount; ++i) in[i] = any() == -32768 ? 0 : any();
+  std::int32_t plain[kSize], fast[kSize];
+  for (int r = 0; r < kSize; ++r) plain[r] = fast[r] = any() * 16384;
+  kernels::int16::add_block_plain<kSize, kPairCount>(weights, in, plain);
+  kernels::int16::add_block<kSize, kPairCount>(weights, in, fast);
+  for (int r = 0; r < kSize; ++r) {
+    hash.add(static_cast<std::uint32_t>(plain[r]));
+    if (plain[r] != fast[r]) {
+      good = false;
+      board::write("the assembly differs from its plain version\n");
+    }
+  }
+}
+
+void check_blocks() {
+  bench::RandomUniform random{1};
+  Hash hash;
+  for (int trial = 0; trial < 50; ++trial) {
+    [&]<int... kCount>(std::integer_sequence<int, kCount...>) {
+      (check_block<4, kCount + 1>(random, hash), ...);
+      (check_block<5, kCount + 1>(random, hash), ...);
+    }
+    (std::make_integer_sequence<int, 12>{});
+    check_block<5, 25>(random, hash);
+    check_block<4, 63>(random, hash);
+  }
+  board::write("blocks ");
+  hash.write();
+}
+
+template <class Model>
+void run(const char* name, const Model& model) {
+  KklObserver<Model, Arithmetic::kDeterministic> observer{model};
+  bench::RandomUniform random{2};
+  Hash hash;
+  for (int k = 0; k < 2000; ++k) {
+    if (observer.step(rounded(8.0F * random())) != StepStatus::kOk) good = false;
+    for (const float x : observer.estimate()) hash.add(x);
+  }
+  board::write(name);
+  hash.write();
+}
+
+constexpr auto kPaper = bench::random_quantised_model<Activation::kTanh, 50, 4>();
+constexpr auto kRelu = bench::random_quantised_model<Activation::kRelu, 50, 4>();
+constexpr auto kSmall = bench::random_quantised_model<Activation::kTanh, 16, 2>();
+constexpr auto kOdd = bench::random_quantised_model<Activation::kTanh, 7, 2>();
+
+}  // namespace
+
+int run_all() {
+  check_blocks();
+  run("tanh 50x4 ", kPaper);
+  run("relu 50x4 ", kRelu);
+  run("tanh 16x2 ", kSmall);
+  run("tanh 7x2 ", kOdd);
+  return good ? 0 : 1;
+}
+
+}  // namespace nlo::target
+
+int main() {
+  return nlo::target::run_all();
+}
