@@ -18,7 +18,7 @@ if(NLO_NATIVE)
 endif()
 
 # Most of the time of a compilation goes into reading Eigen and the standard library: a precompiled header halves it.
-# Sources include what they use all the same; CMAKE_DISABLE_PRECOMPILE_HEADERS (test.sh's clang++ build) holds them to it.
+# Sources include what they use all the same; CMAKE_DISABLE_PRECOMPILE_HEADERS (./test.sh --full) holds them to it.
 function(nlo_precompile_common_headers target)
   target_precompile_headers(${target} PRIVATE
     <Eigen/Core> <algorithm> <cmath> <cstdint> <filesystem> <functional> <map> <optional> <string> <string_view> <vector>)
