@@ -63,6 +63,12 @@ struct ObserverStructure {
   int parameters() const {
     return dynamics_parameters() + network.parameters + (forward_map ? forward_map->parameters : 0);
   }
+  /// Complex pairs among the eigenvalues of D.
+  int pairs() const {
+    int count = 0;
+    for (const Mode& mode : latent.modes) count += is_kkl() && mode.pair ? 1 : 0;
+    return count;
+  }
   /// Eigenvalues of D at these parameters, the clocks' included; none for structures without D.
   std::vector<double> eigenvalues_at(const float* parameters) const;
 };

@@ -238,9 +238,7 @@ class Training {
     if (options_.directory.empty()) return;
     state_.memory = optimiser_.memory();
     write_checkpoint(state_, fingerprint_, path("checkpoint.bin"));
-    const int pairs = static_cast<int>(std::count_if(structure_.latent.modes.begin(), structure_.latent.modes.end(),
-                                                     [](const Mode& mode) { return mode.pair; }));
-    codegen::write_file_atomically(path("metrics.csv"), metrics_csv(state_.metrics, pairs));
+    codegen::write_file_atomically(path("metrics.csv"), metrics_csv(state_.metrics, structure_.pairs()));
   }
 
   void report(const ObjectiveValue& value, long first_step, double elapsed_s) const {
@@ -252,7 +250,7 @@ class Training {
     progress.rmse = state_.metrics.back().validation_rmse;
     const std::vector<double> eigenvalues = structure_.eigenvalues_at(state_.average.data());
     for (const Mode& mode : structure_.latent.modes) {
-      if (mode.output < 0) continue;
+      if (mode.output < 0 || eigenvalues.empty()) continue;  // a clock, or a structure without D
       const auto row = static_cast<std::size_t>(mode.row);
       progress.eigenvalues.emplace_back(eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0);
     }

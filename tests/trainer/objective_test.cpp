@@ -11,6 +11,7 @@ namespace nlo::trainer {
 namespace {
 
 using testing::harmonics;
+using testing::make_luenberger;
 using testing::small_experiment;
 
 // Segments of unequal lengths, in two groups of eight lanes, the second one not full.
@@ -80,16 +81,6 @@ void expect_gradient_meets_differences(const Experiment& experiment, const Datas
     ASSERT_NEAR(static_cast<double>(gradient[i]), difference, kTolerance * (1.0 + loss)) << "parameter " << i;
   }
   ASSERT_GT(largest, 200.0 * kTolerance * (1.0 + loss)) << "the tolerance would pass a gradient of zero";
-}
-
-void make_luenberger(Experiment& e) {
-  e.observer.structure = "luenberger";
-  e.observer.eigenvalues = {};
-  e.observer.pairs = {};
-  e.observer.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
-  e.observer.output_matrix = {{1.0, 0.0}};
-  e.observer.gain = {{2.0}, {1.5}};
-  e.dynamics.hidden = {5};
 }
 
 struct Variant {

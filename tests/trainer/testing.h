@@ -120,6 +120,17 @@ inline Experiment small_experiment() {
   return experiment;
 }
 
+/// Turns an experiment on two states and one output into one of a Luenberger-like observer.
+inline void make_luenberger(Experiment& e) {
+  e.observer.structure = "luenberger";
+  e.observer.eigenvalues = {};
+  e.observer.pairs = {};
+  e.observer.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
+  e.observer.output_matrix = {{1.0, 0.0}};
+  e.observer.gain = {{2.0}, {1.5}};
+  e.dynamics.hidden = {5};
+}
+
 inline Hold hold_of(const codegen::Model& model) {
   return model.hold == "zero_order" ? Hold::kZeroOrder : model.hold == "rk4" ? Hold::kRk4 : Hold::kFirstOrder;
 }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 
 #include "codegen/error.h"
@@ -121,6 +122,36 @@ TEST(Train, ResumedRunsGiveTheBytesOfAnUninterruptedOne) {
       }
       EXPECT_NE(codegen::to_json(first.model), codegen::to_json(whole.model)) << "control: the rest of the run counts";
     }
+  }
+}
+
+TEST(Train, EveryStructureGivesTheSameBytesForAnyNumberOfThreadsAndAfterAResume) {
+  struct Variant {
+    const char* name;
+    std::function<void(Experiment&)> change;
+  };
+  const std::vector<Variant> variants = {
+      {"luenberger", [](Experiment& e) { testing::make_luenberger(e); }},
+      {"general", [](Experiment& e) { e.observer.structure = "general"; }},
+      {"kkl by adjoint", [](Experiment& e) { e.training.gradient = "adjoint"; }},
+      {"kkl with T", [](Experiment& e) { e.loss.map_consistency = e.loss.reconstruction = 1.0; }},
+      {"a terminal cost", [](Experiment& e) { e.loss.terminal = 1.0; }},
+  };
+  for (const Variant& variant : variants) {
+    SCOPED_TRACE(variant.name);
+    Experiment experiment = small_experiment();
+    variant.change(experiment);
+    experiment.dynamics.hidden = experiment.forward_map.hidden = {4};
+    experiment.training.mode = "full_batch";
+    const TrainingResult whole = train_here(experiment);
+    ASSERT_EQ(whole.outcome, TrainOutcome::kFinished) << whole.message;
+    EXPECT_LT(whole.metrics.back().validation_rmse, whole.metrics.front().validation_rmse) << "nothing was learned";
+    experiment.threads = 3;
+    EXPECT_EQ(codegen::to_json(train_here(experiment).model), codegen::to_json(whole.model));
+    const ScratchDirectory directory;
+    EXPECT_EQ(train_for(experiment, directory.path(), false, 6).outcome, TrainOutcome::kInterrupted);
+    EXPECT_EQ(codegen::to_json(train_for(experiment, directory.path(), true, 1000).model),
+              codegen::to_json(whole.model));
   }
 }
 
