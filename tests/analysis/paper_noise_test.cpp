@@ -29,12 +29,12 @@ codegen::Model one_latent(double h) {
   model.output_max = Eigen::VectorXd::Constant(1, 100.0);
   model.latent_min = Eigen::VectorXd::Constant(1, -100.0);
   model.latent_max = Eigen::VectorXd::Constant(1, 100.0);
-  model.features = Eigen::RowVector2d(1.0, 0.0);
-  model.feature_mean = Eigen::VectorXd::Zero(1);
-  model.feature_scale = Eigen::VectorXd::Ones(1);
-  model.layers = {{Eigen::Vector2d(1.0, 0.0), Eigen::VectorXd::Zero(2)}};
-  model.state_mean = Eigen::VectorXd::Zero(2);
-  model.state_scale = Eigen::VectorXd::Ones(2);
+  model.inverse_map.features = Eigen::RowVector2d(1.0, 0.0);
+  model.inverse_map.feature_mean = Eigen::VectorXd::Zero(1);
+  model.inverse_map.feature_scale = Eigen::VectorXd::Ones(1);
+  model.inverse_map.layers = {{Eigen::Vector2d(1.0, 0.0), Eigen::VectorXd::Zero(2)}};
+  model.inverse_map.output_mean = Eigen::VectorXd::Zero(2);
+  model.inverse_map.output_scale = Eigen::VectorXd::Ones(2);
   return model;
 }
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "codegen/reference_observer.h"
-#include "codegen/validate.h"
+#include "codegen/latent_step.h"
+#include "codegen/reference_network.h"
 #include "trainer/analysis/measurement_noise.h"
 #include "trainer/parallel.h"
 #include "trainer/plants/registry.h"
@@ -26,6 +26,21 @@ Eigen::MatrixXd latent_matrix(const codegen::Model& model) {
     d.block<2, 2>(row, row) << re, -im, im, re;
   }
   return d;
+}
+
+/// T* over [z; y], in blocks that stay in cache.
+Eigen::MatrixXd estimates(const codegen::ReferenceNetwork<float>& inverse_map, const Eigen::MatrixXd& z,
+                          const Eigen::MatrixXd& y) {
+  constexpr Eigen::Index kBlock = 512;  // 50 neurons x 512 floats: a layer's input and output stay in the L2 cache
+  Eigen::MatrixXf inputs(z.rows() + y.rows(), z.cols());
+  inputs << z.cast<float>(), y.cast<float>();
+  std::vector<Eigen::MatrixXf> blocks;
+  for (Eigen::Index k = 0; k < z.cols(); k += kBlock)
+    blocks.push_back(inverse_map(inputs.middleCols(k, std::min(kBlock, z.cols() - k))));
+  Eigen::MatrixXd x_hat(blocks.front().rows(), z.cols());
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    x_hat.middleCols(static_cast<Eigen::Index>(b) * kBlock, blocks[b].cols()) = blocks[b].cast<double>();
+  return x_hat;
 }
 
 }  // namespace
@@ -84,12 +99,12 @@ ErrorMetrics evaluate_with_stage_noise(const codegen::Model& model, const PlantC
   ThreadPool(threads).run(static_cast<int>(chunks), [&](int task, int) {
     const Eigen::Index first = task * kChunk, count = std::min(kChunk, initial.cols() - first);
     const auto own_plant = make_plant(plant);  // plants are not for two threads at once
-    const codegen::ReferenceObserver<float> observer(model);
+    const codegen::ReferenceNetwork<float> inverse_map(model.inverse_map);
     const JointRun run = integrate_with_stage_noise(model, *own_plant, simulation, initial.middleCols(first, count),
                                                     noise, seed, static_cast<std::uint64_t>(first));
     for (std::size_t i = 0; i < run.latent.size(); ++i)
       sums[static_cast<std::size_t>(task)].add(run.truth.trajectories[i],
-                                               observer.estimates(run.latent[i], run.outputs[i]));
+                                               estimates(inverse_map, run.latent[i], run.outputs[i]));
   });
   ErrorAccumulator total(states, simulation.sample_period_s);
   for (const ErrorAccumulator& sum : sums) total.merge(sum);

@@ -139,6 +139,13 @@ bool drawable(const Series& series) {
   return false;
 }
 
+/// A step of 1, 2 or 5 times a power of ten that makes about four tics.
+double tic_step(double range) {
+  const double rough = range / 4.0, power = std::pow(10.0, std::floor(std::log10(rough)));
+  const double lead = rough / power;
+  return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
+}
+
 std::string range_text(const char* axis, double low, double high) {
   return low == high ? fmt::format("set {}range [*:*]\n", axis)
                      : fmt::format("set {}range [{:.6g}:{:.6g}]\n", axis, low, high);
@@ -152,6 +159,8 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   if (panel.log_x) script += "set logscale x\n";
   if (panel.log_y) script += "set logscale y\n";
   script += range_text("x", panel.x_low, panel.x_high) + range_text("y", panel.y_low, panel.y_high);
+  const bool own_tics = panel.y_low < panel.y_high && !panel.log_y;  // gnuplot's would touch in a low panel
+  script += own_tics ? fmt::format("set ytics {:.6g}\n", tic_step(panel.y_high - panel.y_low)) : "set ytics autofreq\n";
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
   if (panel.zero_line) script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
   if (panel.zero_column) script += fmt::format("set arrow from first 0, graph 0 to first 0, graph 1 {}\n", kZero);
@@ -176,19 +185,32 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   return script + (plots.empty() ? "set multiplot next\n" : plots + "\n");
 }
 
+/// Margins and gaps of a figure whose panels stand on a regular grid: gnuplot wants them in shares of the whole. Else
+/// each panel makes room for its own labels.
+std::string grid_text(const Figure& figure, std::size_t rows, std::size_t columns) {
+  constexpr double kLeft = 62, kRight = 16, kTop = 58, kBottom = 48, kColumnGap = 48, kRowGap = 34;  // pixels
+  constexpr double kScale = 84;  // of a heat map, with its numbers
+  const bool maps = std::any_of(figure.panels.begin(), figure.panels.end(), [](const Panel& p) { return p.heat_map; });
+  if (!figure.common_legend && !maps) return "";
+  const double width = figure.width, height = static_cast<double>(figure.panel_height) * static_cast<double>(rows);
+  const double top = figure.common_legend ? kTop : 0.5 * kTop;
+  const std::string key = figure.common_legend ? "set key at screen 0.985, screen 0.995 right top\n" : "";
+  return fmt::format(" margins {:.4f},{:.4f},{:.4f},{:.4f} spacing {:.4f},{:.4f}\n{}", kLeft / width,
+                     1.0 - (maps ? kScale : kRight) / width, kBottom / height, 1.0 - top / height,
+                     columns > 1 ? kColumnGap / width : 0.0, rows > 1 ? kRowGap / height : 0.0, key);
+}
+
 std::string figure_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
   const std::size_t count = figure.panels.size();
   const std::size_t columns = figure.side_by_side ? count : static_cast<std::size_t>(std::max(figure.columns, 1));
   const std::size_t rows = (count + columns - 1) / columns;
-  // One scale for several maps: margins in shares of the figure make the panels the same size, whoever shows the scale.
-  const bool maps = std::any_of(figure.panels.begin(), figure.panels.end(), [](const Panel& p) { return p.heat_map; });
-  const char* margins = maps ? " margins 0.07,0.9,0.14,0.9 spacing 0.08,0.1" : "";
   std::string script = fmt::format(
       "reset\nset encoding utf8\nset terminal svg size {},{} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
       "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
       "set key outside top right horizontal samplen 2 height 0.2\nset lmargin 9\nset rmargin 2\n"
       "set multiplot layout {},{}{}\n",
-      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, rows, columns, margins);
+      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, rows, columns,
+      grid_text(figure, rows, columns));
   for (std::size_t i = 0; i < figure.panels.size(); ++i)
     script += panel_script(figure.panels[i], number, i, directory, written);
   return script + "unset multiplot\nunset output\n";

@@ -47,7 +47,8 @@ struct Figure {
   int width = 860, panel_height = 230;
   bool side_by_side = false;  ///< all panels in one row
   std::vector<Panel> panels;
-  int columns = 1;  ///< of the grid, unless side_by_side
+  int columns = 1;             ///< of the grid, unless side_by_side
+  bool common_legend = false;  ///< one legend above all panels, which stand on a regular grid
 };
 
 struct Drawing {

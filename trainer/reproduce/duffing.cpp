@@ -76,7 +76,7 @@ Section single_runs(const Workbench& bench, const std::vector<std::string_view>&
                     const char* caption) {
   std::vector<Runs> curves;
   Section section;
-  ComparisonTable table{"", "observer", {"this run"}, {}, {}};
+  ComparisonTable table{"", "observer", {"error of this run"}, {}, {}};
   for (std::size_t i = 0; i < experiments.size(); ++i) {
     curves.push_back(runs_from(bench, experiments[i], start, {}, titles[i], i == 0 ? "on_x1" : "on_x2"));
     table.rows.push_back(titles[i]);

@@ -97,9 +97,38 @@ std::string table_html(const ComparisonTable& table, const std::string& title, s
   return html + "</tbody></table></div>\n";
 }
 
+/// Both readings side by side: a table without a number of the paper.
+std::string plain_table_html(const ComparisonTable& table) {
+  std::string html =
+      fmt::format("<div class=\"wide\"><table class=\"cells\">\n<thead><tr><th>{}</th>", escaped(table.corner));
+  for (const std::string& column : table.columns)
+    for (const char* reading : {"strict", "paper-like"})
+      html += fmt::format("<th>{}<br><span class=\"paper\">{}</span></th>", escaped(column), reading);
+  html += "</tr></thead>\n<tbody>\n";
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    html += fmt::format("<tr><td>{}</td>", escaped(table.rows[r]));
+    for (const Cell& cell : table.cells[r])
+      for (const auto* values : {&cell.strict, &cell.paper_like})
+        html += values->empty() ? "<td></td>" : fmt::format("<td>{}</td>", ours_html(*values, false));
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+bool has_paper_numbers(const ComparisonTable& table) {
+  for (const auto& row : table.cells)
+    for (const Cell& cell : row)
+      if (cell.paper) return true;
+  return false;
+}
+
 std::string tables_html(const Section& section) {
   std::string html;
   for (const ComparisonTable& table : section.tables) {
+    if (!has_paper_numbers(table)) {
+      html += plain_table_html(table);
+      continue;
+    }
     const std::string start = table.title.empty() ? "" : table.title + ". ";
     html +=
         table_html(table, start + "Paper-like reading: error / RMS of the state over 0-50 s", &Cell::paper_like, true);
@@ -109,7 +138,7 @@ std::string tables_html(const Section& section) {
 }
 
 /// Every marked cell with its explanation.
-std::string explanations_html(const Section& section) {
+std::string explanations_html(const Section& section, bool quick) {
   std::string html;
   for (const ComparisonTable& table : section.tables)
     for (std::size_t r = 0; r < table.rows.size(); ++r)
@@ -123,7 +152,9 @@ std::string explanations_html(const Section& section) {
             });
         html += fmt::format("<li><b>{}, {}</b>: {:+.0f} %. {}</li>\n", escaped(table.columns[c]),
                             escaped(table.rows[r]), 100.0 * *deviation_from_paper(cell),
-                            known == section.explanations.end() ? "Not explained." : escaped(known->text));
+                            known == section.explanations.end()
+                                ? (quick ? "A quick run trains too little to tell." : "Not explained.")
+                                : escaped(known->text));
       }
   return html.empty() ? ""
                       : fmt::format("<h3>Cells more than {:.0f} % from the paper</h3>\n<ul>\n{}</ul>\n",
@@ -236,7 +267,7 @@ std::string page_html(const Request& request, const Result& result, const Workbe
     page.text(fmt::format("<h2 id=\"{}\">{}</h2>\n{}", escaped(item->name), escaped(item->title),
                           reports_html(*item, section)));
     for (const Figure& figure : section.figures) page.figure(figure);
-    page.text(tables_html(section) + explanations_html(section) + orderings_html(section));
+    page.text(tables_html(section) + explanations_html(section, request.quick) + orderings_html(section));
   }
   page.text(method_html(bench));
   return html_page("The paper, reproduced", page.html(gnuplot));

@@ -74,7 +74,8 @@ Figure runs_figure(const std::vector<Runs>& columns, double seconds, std::string
   figure.caption = std::move(caption);
   figure.columns = static_cast<int>(columns.size());
   figure.width = columns.size() == 1 ? 760 : 1120;
-  figure.panel_height = 210;
+  figure.panel_height = 215;
+  figure.common_legend = true;
   const EvaluatedRun& first = columns.front().by_seed.front();
   const double period_s = first.truth.time_s[1] - first.truth.time_s[0];
   const Eigen::Index samples =

@@ -20,7 +20,7 @@ constexpr double kShownS = 30.0, kTransientS = 10.0, kEndS = 50.0;
 ComparisonTable run_errors(const Workbench& bench, const std::vector<Runs>& curves,
                            const std::vector<std::string_view>& experiments, const Eigen::VectorXd& x0,
                            const std::vector<NoiseConfig>& noises) {
-  ComparisonTable table{"", "observer", {"this run"}, {}, {}};
+  ComparisonTable table{"", "observer", {"error of this run"}, {}, {}};
   for (std::size_t i = 0; i < curves.size(); ++i) {
     table.rows.push_back(curves[i].title);
     table.cells.push_back({bench.measure(experiments[i], x0, noises[i])});
