@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 
 #include "codegen/latent_step.h"
 #include "codegen/reference_network.h"
@@ -28,18 +29,47 @@ Eigen::MatrixXd latent_matrix(const codegen::Model& model) {
   return d;
 }
 
-/// T* over [z; y], in blocks that stay in cache.
-Eigen::MatrixXd estimates(const codegen::ReferenceNetwork<float>& inverse_map, const Eigen::MatrixXd& z,
-                          const Eigen::MatrixXd& y) {
+/// dz/dt of a model's structure, one column per trajectory.
+class LatentSlope {
+ public:
+  explicit LatentSlope(const codegen::Model& model) : model_(model) {
+    if (model.luenberger) network_.emplace(model.luenberger->nonlinearity);
+    if (model.dynamics) network_.emplace(*model.dynamics);
+    if (codegen::has_linear_latent(model)) d_ = latent_matrix(model);
+  }
+
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const {
+    if (model_.luenberger) {
+      const codegen::LuenbergerDynamics& known = *model_.luenberger;
+      return known.state_matrix * z + (*network_)(z) + known.gain * (y - known.output_matrix * z);
+    }
+    if (model_.dynamics) return (*network_)(stacked(z, y));
+    return d_ * z + model_.output_injection * y;
+  }
+
+  static Eigen::MatrixXd stacked(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) {
+    Eigen::MatrixXd both(z.rows() + y.rows(), z.cols());
+    both << z, y;
+    return both;
+  }
+
+ private:
+  const codegen::Model& model_;
+  std::optional<codegen::ReferenceNetwork<double>> network_;
+  Eigen::MatrixXd d_;
+};
+
+/// T* over [z; y], in blocks that stay in cache; the latent state of a Luenberger-like observer is its estimate.
+Eigen::MatrixXd estimates(const codegen::Model& model, const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) {
+  if (model.luenberger) return z;
   constexpr Eigen::Index kBlock = 512;  // 50 neurons x 512 floats: a layer's input and output stay in the L2 cache
-  Eigen::MatrixXf inputs(z.rows() + y.rows(), z.cols());
-  inputs << z.cast<float>(), y.cast<float>();
-  std::vector<Eigen::MatrixXf> blocks;
-  for (Eigen::Index k = 0; k < z.cols(); k += kBlock)
-    blocks.push_back(inverse_map(inputs.middleCols(k, std::min(kBlock, z.cols() - k))));
-  Eigen::MatrixXd x_hat(blocks.front().rows(), z.cols());
-  for (std::size_t b = 0; b < blocks.size(); ++b)
-    x_hat.middleCols(static_cast<Eigen::Index>(b) * kBlock, blocks[b].cols()) = blocks[b].cast<double>();
+  const codegen::ReferenceNetwork<float> inverse_map(model.inverse_map);
+  const Eigen::MatrixXf inputs = LatentSlope::stacked(z, y).cast<float>();
+  Eigen::MatrixXd x_hat(model.nx(), z.cols());
+  for (Eigen::Index k = 0; k < z.cols(); k += kBlock) {
+    const Eigen::Index n = std::min(kBlock, z.cols() - k);
+    x_hat.middleCols(k, n) = inverse_map(inputs.middleCols(k, n)).cast<double>();
+  }
   return x_hat;
 }
 
@@ -52,7 +82,7 @@ JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& pl
   run.truth = simulate_from(plant, simulation, initial);
   const Eigen::Index batch = initial.cols(), samples = sample_count(simulation);
   const double h = simulation.sample_period_s;
-  const Eigen::MatrixXd d = latent_matrix(model);
+  const LatentSlope slope(model);
   std::vector<MeasurementNoise> sensors;
   for (Eigen::Index i = 0; i < batch; ++i) sensors.emplace_back(noise, seed, first_run + static_cast<std::uint64_t>(i));
   const auto measured = [&](const Eigen::MatrixXd& x) {
@@ -73,9 +103,6 @@ JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& pl
       run.outputs[static_cast<std::size_t>(i)].col(k) = y1.col(i);
     }
     if (k + 1 == samples) break;
-    const auto slope = [&](const Eigen::MatrixXd& at, const Eigen::MatrixXd& y) -> Eigen::MatrixXd {
-      return d * at + model.output_injection * y;
-    };
     const Eigen::MatrixXd f1 = plant.derivative(x), g1 = slope(z, y1);
     const Eigen::MatrixXd x2 = x + 0.5 * h * f1, f2 = plant.derivative(x2);
     const Eigen::MatrixXd g2 = slope(z + 0.5 * h * g1, measured(x2));
@@ -99,12 +126,11 @@ ErrorMetrics evaluate_with_stage_noise(const codegen::Model& model, const PlantC
   ThreadPool(threads).run(static_cast<int>(chunks), [&](int task, int) {
     const Eigen::Index first = task * kChunk, count = std::min(kChunk, initial.cols() - first);
     const auto own_plant = make_plant(plant);  // plants are not for two threads at once
-    const codegen::ReferenceNetwork<float> inverse_map(model.inverse_map);
     const JointRun run = integrate_with_stage_noise(model, *own_plant, simulation, initial.middleCols(first, count),
                                                     noise, seed, static_cast<std::uint64_t>(first));
     for (std::size_t i = 0; i < run.latent.size(); ++i)
       sums[static_cast<std::size_t>(task)].add(run.truth.trajectories[i],
-                                               estimates(inverse_map, run.latent[i], run.outputs[i]));
+                                               estimates(model, run.latent[i], run.outputs[i]));
   });
   ErrorAccumulator total(states, simulation.sample_period_s);
   for (const ErrorAccumulator& sum : sums) total.merge(sum);

@@ -188,13 +188,13 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
 /// Margins and gaps of a figure whose panels stand on a regular grid: gnuplot wants them in shares of the whole. Else
 /// each panel makes room for its own labels.
 std::string grid_text(const Figure& figure, std::size_t rows, std::size_t columns) {
-  constexpr double kLeft = 62, kRight = 16, kTop = 58, kBottom = 48, kColumnGap = 48, kRowGap = 34;  // pixels
+  constexpr double kLeft = 62, kRight = 16, kTop = 62, kBottom = 58, kColumnGap = 48, kRowGap = 40;  // pixels
   constexpr double kScale = 84;  // of a heat map, with its numbers
   const bool maps = std::any_of(figure.panels.begin(), figure.panels.end(), [](const Panel& p) { return p.heat_map; });
   if (!figure.common_legend && !maps) return "";
   const double width = figure.width, height = static_cast<double>(figure.panel_height) * static_cast<double>(rows);
   const double top = figure.common_legend ? kTop : 0.5 * kTop;
-  const std::string key = figure.common_legend ? "set key at screen 0.985, screen 0.995 right top\n" : "";
+  const std::string key = figure.common_legend ? "set key at screen 0.985, screen 0.995 right top maxrows 1\n" : "";
   return fmt::format(" margins {:.4f},{:.4f},{:.4f},{:.4f} spacing {:.4f},{:.4f}\n{}", kLeft / width,
                      1.0 - (maps ? kScale : kRight) / width, kBottom / height, 1.0 - top / height,
                      columns > 1 ? kColumnGap / width : 0.0, rows > 1 ? kRowGap / height : 0.0, key);

@@ -23,4 +23,7 @@ Section duffing_map(const Workbench& bench);
 Section duffing_from_2_0(const Workbench& bench);
 Section duffing_unexcited(const Workbench& bench);
 
+// duffing_pde.cpp
+Section duffing_pde(const Workbench& bench);
+
 }  // namespace nlo::trainer::reproduction

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -48,10 +49,10 @@ class Workbench {
   /// n_x x n initial states of the experiment's test set: the same for all training seeds.
   Eigen::MatrixXd test_states(std::string_view experiment, double box_scale = 1.0) const;
 
-  /// Both readings from the same initial states, for all seeds.
-  Cell measure(std::string_view experiment, const Eigen::MatrixXd& initial, const NoiseConfig& noise) const;
+  /// Both readings from the same initial states, for all seeds, over t >= from_s; the paper-like one is divided by the
+  /// RMS of the state over the whole run.
   Cell measure(std::string_view experiment, const Eigen::MatrixXd& initial, const NoiseConfig& noise,
-               double paper) const;
+               std::optional<double> paper = std::nullopt, double from_s = 0.0) const;
 };
 
 }  // namespace nlo::trainer::reproduction
