@@ -16,7 +16,8 @@
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/rollout.h"
-#include "trainer/structures/kkl.h"
+#include "trainer/structures/make_dynamics.h"
+#include "trainer/structures/structure.h"
 
 namespace nlo::trainer {
 namespace {
@@ -184,13 +185,13 @@ TEST(Transient, TheFilterOfTrainingSeesTheSamePairs) {
   Dataset data = simulate_from(plant, sampled(0.01), kInitial);
   keep_out_transient(experiment, plant, data);
 
-  const KklStructure structure = make_structure(experiment, data.outputs, data.states);
+  const ObserverStructure structure = make_structure(experiment, data.outputs, data.states);
   const TrainingData training(data);
-  Coefficients coefficients;
-  coefficients.compute(structure.latent, structure.eigenvalues.data(), training.steps_s);
+  const auto dynamics = make_dynamics(experiment, structure, training.steps_s, 1);
+  dynamics->prepare(initial_dynamics(structure, experiment).data());
   ThreadPool pool(1);
-  Rollout rollout(structure.latent, training);
-  rollout.run(whole_runs(training), coefficients, {}, 1, Purpose::kNoise, 0, pool);
+  Rollout rollout(training);
+  rollout.run(whole_runs(training), *dynamics, {}, 1, Purpose::kNoise, 0, pool);
 
   const SegmentGroup& group = rollout.groups()[0];
   const Eigen::MatrixXd expected = sylvester(plant) * data.trajectories[0].states;
