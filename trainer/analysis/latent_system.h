@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// The latent system of a KKL observer, z' = D z + F y (3), as the robustness analysis reads it: by its modes. A complex
+// pair is one complex number z_r + i z_(r+1) that decays by one complex eigenvalue, so every mode is scalar.
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <vector>
+
+#include "codegen/model.h"
+
+namespace nlo::trainer {
+
+/// D and F as a model lays them out: first `pairs` 2x2 blocks [[re, -im], [im, re]], then real eigenvalues.
+struct LatentSystem {
+  Eigen::VectorXd eigenvalues;  ///< n_z [1/s]
+  int pairs = 0;
+  Eigen::MatrixXd injection;  ///< F, n_z x n_y; a zero row is a clock
+
+  Eigen::Index nz() const { return eigenvalues.size(); }
+};
+
+/// One mode: z_i' = lambda z_i + f y.
+struct LatentMode {
+  std::complex<double> lambda;  ///< [1/s]
+  Eigen::RowVectorXcd f;        ///< n_y
+  Eigen::Index row = 0;         ///< its first row of z
+  Eigen::Index rows = 1;        ///< 2: a pair
+  bool driven = true;           ///< false: a clock, which reads no output
+};
+
+LatentSystem latent_system(const codegen::Model& model);
+
+/// D_k = k D of Proposition 2, clocks included; F as it is.
+LatentSystem scaled(const LatentSystem& system, double k);
+
+std::vector<LatentMode> modes_of(const LatentSystem& system);
+
+/// max Re lambda [1/s]: of all modes, which is the speed of the transient; or of those alone that read an output, which
+/// is the gain of the noise. D is normal (its 2x2 blocks too), so |exp(D t)| = exp(t max Re lambda) without a factor.
+double slowest(const LatentSystem& system, bool driven_only = false);
+
+/// max |lambda| [1/s].
+double fastest(const LatentSystem& system);
+
+/// The same observer in latent coordinates in which its injection is `injection`, whose modes must be multiples of its
+/// own: Proposition 2 scales D alone, where training with output_injection = "unit_gain" scales F with it.
+codegen::Model with_injection(codegen::Model model, const Eigen::MatrixXd& injection);
+
+/// One complex row per mode -> n_z real rows.
+Eigen::MatrixXd real_rows(const std::vector<LatentMode>& modes, const Eigen::MatrixXcd& rows);
+
+/// D z for each column of z.
+Eigen::MatrixXd apply_d(const LatentSystem& system, const Eigen::MatrixXd& z);
+
+}  // namespace nlo::trainer
