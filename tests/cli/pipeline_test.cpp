@@ -19,7 +19,7 @@ using testing::StartsWith;
 TEST(Program, SaysItsVersionAndHelpsWithExamples) {
   const Scratch scratch;
   EXPECT_THAT(scratch.run({"--version"}).out, StartsWith("nlo "));
-  for (const char* command : {"train", "evaluate", "export", "report", "simulate"}) {
+  for (const char* command : {"train", "evaluate", "bound", "export", "report", "simulate"}) {
     const auto help = scratch.run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.out, HasSubstr("Example")) << command;

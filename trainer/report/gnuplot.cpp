@@ -204,12 +204,14 @@ std::string figure_script(const Figure& figure, std::size_t number, const fs::pa
   const std::size_t count = figure.panels.size();
   const std::size_t columns = figure.side_by_side ? count : static_cast<std::size_t>(std::max(figure.columns, 1));
   const std::size_t rows = (count + columns - 1) / columns;
+  const bool wide = std::any_of(figure.panels.begin(), figure.panels.end(),
+                                [](const Panel& panel) { return panel.log_y; });  // tics such as 1e+06
   std::string script = fmt::format(
       "reset\nset encoding utf8\nset terminal svg size {},{} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
       "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
-      "set key outside top right horizontal samplen 2 height 0.2\nset lmargin 9\nset rmargin 2\n"
+      "set key outside top right horizontal samplen 2 height 0.2\nset lmargin {}\nset rmargin 2\n"
       "set multiplot layout {},{}{}\n",
-      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, rows, columns,
+      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, wide ? 12 : 9, rows, columns,
       grid_text(figure, rows, columns));
   for (std::size_t i = 0; i < figure.panels.size(); ++i)
     script += panel_script(figure.panels[i], number, i, directory, written);

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// nlo bound: Proposition 2 on a model's own plant, for its eigenvalues times k.
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string_view>
+
+#include "codegen/file.h"
+#include "codegen/model_file.h"
+#include "trainer/analysis/bound_study.h"
+#include "trainer/analysis/bound_text.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/output_directory.h"
+#include "trainer/commands/scaled_training.h"
+#include "trainer/commands/strict_test.h"
+#include "trainer/number_text.h"
+#include "trainer/plants/registry.h"
+#include "trainer/report/bound_page.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct Arguments {
+  std::string model, factors = "1,2,4,8", noise, disturbance = "0", output;
+  BoundTest test;
+  int steps = 0;  ///< 0: the experiment's, at most 2,000
+  bool json = false, quiet = false;
+};
+
+std::vector<double> parse_factors(const std::string& text) {
+  constexpr double kSmallest = 1e-3, kLargest = 1e3;
+  constexpr std::size_t kMost = 32;
+  std::vector<double> factors;
+  for (std::size_t start = 0; start <= text.size();) {
+    const std::size_t end = std::min(text.find(',', start), text.size());
+    const std::string part = text.substr(start, end - start);
+    const auto k = finite_number(part);
+    if (!k || *k < kSmallest || *k > kLargest)
+      throw codegen::Error(fmt::format("--k {}: \"{}\" is no factor; write numbers from {} to {}, such as --k 1,2,4,8",
+                                       text, part, kSmallest, kLargest));
+    factors.push_back(*k);
+    start = end + 1;
+  }
+  std::sort(factors.begin(), factors.end());
+  factors.erase(std::unique(factors.begin(), factors.end()), factors.end());
+  if (factors.size() > kMost) throw codegen::Error(fmt::format("--k: at most {} factors", kMost));
+  return factors;
+}
+
+/// V of |v_j| <= V. Without --noise: of the uniform noise that is as strong as the training's.
+double noise_limit(const std::string& text, const NoiseConfig& training) {
+  constexpr double kDefault = 0.1;
+  const double root3 = std::sqrt(3.0);  // half width over deviation of a uniform distribution
+  if (text.empty()) {
+    if (training.scale == 0.0) return kDefault;
+    return training.kind == NoiseKind::kGaussian ? root3 * training.scale : training.scale;
+  }
+  const NoiseConfig noise = parse_noise(text);
+  if (noise.kind == NoiseKind::kGaussian)
+    throw codegen::Error(
+        fmt::format("--noise {}: Gaussian noise has no bound, and Proposition 2 speaks of bounded noise; write "
+                    "uniform:{:.4g}, which is as strong",
+                    text, root3 * noise.scale));
+  return noise.scale;
+}
+
+double disturbance_limit(const std::string& text) {
+  const auto limit = finite_number(text);
+  if (limit && *limit >= 0.0) return *limit;
+  throw codegen::Error(fmt::format("--disturbance {}: must be a number from 0 on, the largest |w|", text));
+}
+
+void check_model(const codegen::Model& model, const Experiment& experiment, const std::string& path) {
+  const auto refuse = [&](const std::string& why) { throw codegen::Error(fmt::format("{}: {}", path, why)); };
+  if (!experiment.plant) refuse("was trained on logs; the bound needs a plant to compute T from: train on a [plant]");
+  if (codegen::structure(model) != "kkl")
+    refuse(fmt::format("is a {} observer; Proposition 2 is about KKL observers without inputs, structure \"kkl\"",
+                       codegen::structure(model)));
+  for (const auto* channels : {&model.outputs, &model.states})
+    for (const codegen::Channel& channel : *channels)
+      if (channel.wrap != 0.0)
+        refuse(channel.name + " is an angle that wraps; the bound needs a state space without turns");
+}
+
+BoundReport study(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment,
+                  const Plant& plant, const std::vector<double>& factors) {
+  const BoundStudy bound(plant, model, experiment.simulation, arguments.test);
+  BoundReport report{model.name, plant.name(), bound.exact(), arguments.test, experiment.simulation.horizon_s, {}};
+  for (const double k : factors) {
+    if (bound.exact()) {
+      report.results.push_back(bound.at(k, bound.exact_observer(k), "pseudo-inverse of T"));
+    } else if (k == 1.0) {
+      report.results.push_back(bound.at(k, model, "the model's own"));
+    } else {
+      const Experiment again = scaled_experiment(experiment, model, k, arguments.steps);
+      if (!arguments.quiet) fmt::print(stderr, "k = {}: training T* for the eigenvalues of k D\n", shortest_text(k));
+      report.results.push_back(bound.at(k, train_scaled(again, model, arguments.quiet),
+                                        fmt::format("retrained, {} steps", again.training.steps)));
+    }
+    if (!arguments.quiet) fmt::print(stderr, "k = {}: done\n", shortest_text(k));
+  }
+  return report;
+}
+
+void run(Arguments arguments) {
+  const std::vector<double> factors = parse_factors(arguments.factors);
+  arguments.test.disturbance = disturbance_limit(arguments.disturbance);
+  const codegen::Model model = codegen::read_model(arguments.model);
+  Experiment experiment = experiment_of(model, arguments.model);
+  experiment.threads = arguments.test.threads;
+  check_model(model, experiment, arguments.model);
+  arguments.test.noise = noise_limit(arguments.noise, experiment.training.noise);
+  for (const double k : factors) scaled_experiment(experiment, model, k, arguments.steps);  // its refusals come first
+  if (!arguments.output.empty()) check_output_directory({arguments.output, false, true}, model.name);
+  const auto plant = make_plant(*experiment.plant);
+
+  run_phase([&] {
+    const BoundReport report = study(arguments, model, experiment, *plant, factors);
+    fmt::print("{}", arguments.json ? bound_json(report) : bound_text(report));
+    if (!arguments.output.empty()) {
+      make_output_directory(arguments.output);
+      codegen::write_file_atomically(arguments.output + "/bound.csv", bound_csv(report));
+      codegen::write_file_atomically(arguments.output + "/bound.html", bound_page(report));
+      if (!arguments.json) fmt::print("table    {0}/bound.csv\nreport   {0}/bound.html\n", arguments.output);
+    }
+    if (const std::string broken = broken_bound(report); !broken.empty())
+      throw RunFailure(
+          fmt::format("the measured error exceeds a proven bound for {}: a defect of this program", broken));
+  });
+}
+
+}  // namespace
+
+void add_bound(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("bound", "Trade speed against noise: the robustness bound for faster and slower eigenvalues");
+  command->add_option("MODEL", arguments->model, "model.json of nlo train, trained on a plant")->required();
+  command->add_option("--k", arguments->factors, "factors on all eigenvalues, separated by commas")
+      ->type_name("K,K,...")
+      ->capture_default_str();
+  command->add_option("--noise", arguments->noise,
+                      "bounded, uniform:HALF_WIDTH or none (uniform, as strong as the training's)");
+  command->add_option("--disturbance", arguments->disturbance, "largest |w| on the state's derivative")
+      ->type_name("W")
+      ->capture_default_str();
+  command->add_option("--trajectories", arguments->test.trajectories, "how many runs are measured")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command->add_option("--steps", arguments->steps, "of training T* for each k but 1 (the experiment's, at most 2000)")
+      ->check(CLI::Range(1, 100000000));
+  command->add_option("--seed", arguments->test.seed, "of the initial states, the noise and the disturbance")
+      ->check(check_seed)
+      ->capture_default_str();
+  command->add_option("--threads", arguments->test.threads, "0: all cores; does not change the result")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command->add_option("-o,--output", arguments->output, "writes bound.html and bound.csv there")->type_name("DIR");
+  command->add_flag("--json", arguments->json, "one JSON object instead of the table");
+  command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");
+  command->footer(
+      "Examples:\n"
+      "  nlo bound runs/van_der_pol/model.json --k 1,2,4,8 --noise uniform:0.5 -o runs/van_der_pol\n"
+      "  nlo bound runs/van_der_pol/model.json --k 0.5,1,2 --disturbance 0.05 --steps 4000 --json");
+  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/commands/scaled_training.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "codegen/error.h"
+#include "trainer/analysis/latent_system.h"
+#include "trainer/number_text.h"
+#include "trainer/plants/training_sets.h"
+#include "trainer/progress.h"
+#include "trainer/train.h"
+
+namespace nlo::trainer {
+Experiment scaled_experiment(const Experiment& experiment, const codegen::Model& model, double k, int steps) {
+  constexpr int kShort = 2000;  // the eigenvalues stand still: T* alone is learned
+  constexpr double kSame = 1e-6;
+  Experiment again = experiment;
+  ObserverConfig& observer = again.observer;
+  const std::size_t outputs = model.outputs.size(), pairs = observer.pairs.size(), real = observer.eigenvalues.size();
+  const auto expected = outputs * (2 * pairs + real) + observer.clocks_s.size();
+  if (static_cast<std::size_t>(model.nz()) != expected || static_cast<std::size_t>(model.pairs) != outputs * pairs)
+    throw codegen::Error(
+        fmt::format("model {}: has {} latent states, but its config describes {}; the file was changed: train it again",
+                    model.name, model.nz(), expected));
+  // As make_structure() lays them out: the pairs of each output, then the real ones of each output, then the clocks.
+  const auto learned = [&](std::size_t first, std::size_t per_output, std::size_t i) {
+    const double value = model.eigenvalues(static_cast<Eigen::Index>(first + i));
+    for (std::size_t j = 1; j < outputs; ++j) {
+      const double other = model.eigenvalues(static_cast<Eigen::Index>(first + j * per_output + i));
+      if (std::abs(other - value) > kSame * std::abs(value))
+        throw codegen::Error(
+            fmt::format("model {}: its outputs have learned different eigenvalues ({:.6g} and {:.6g}), which cannot be "
+                        "trained again "
+                        "as one set; train it with learn_eigenvalues = false, or ask for --k 1 alone",
+                        model.name, value, other));
+    }
+    return k * value;
+  };
+  if (k != 1.0) {
+    for (std::size_t i = 0; i < pairs; ++i)
+      observer.pairs[i] = {learned(0, 2 * pairs, 2 * i), learned(0, 2 * pairs, 2 * i + 1)};
+    for (std::size_t i = 0; i < real; ++i) observer.eigenvalues[i] = learned(2 * pairs * outputs, real, i);
+    for (double& tau_s : observer.clocks_s) tau_s /= k;
+  }
+  observer.learn_eigenvalues = false;
+  again.training.steps = steps > 0 ? steps : std::min(experiment.training.steps, kShort);
+  try {
+    check_latent_step(observer, again.simulation.sample_period_s);
+  } catch (const codegen::Error& error) {
+    throw codegen::Error(fmt::format("k = {}: {}", shortest_text(k), error.what()));
+  }
+  again.source_text = format_experiment(again);
+  return again;
+}
+
+codegen::Model train_scaled(const Experiment& experiment, const codegen::Model& original, bool quiet) {
+  const TrainingSets sets = simulate_training_sets(experiment);
+  std::optional<ProgressDisplay> display;
+  TrainOptions options;
+  if (!quiet) {
+    display.emplace(stderr);
+    options.progress = [&](const TrainProgress& progress) { display->update(progress); };
+  }
+  TrainingResult result = train(experiment, sets.training, sets.validation, options);
+  if (display) display->finish();
+  if (result.outcome == TrainOutcome::kDiverged) throw codegen::Error(result.message);
+  return with_injection(std::move(result.model), original.output_injection);
+}
+
+}  // namespace nlo::trainer
