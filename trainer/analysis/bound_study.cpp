@@ -226,7 +226,7 @@ double BoundStudy::measure(const codegen::Model& observer, const MapConstants& m
       if (kind == kUniform) y = MeasurementNoise({NoiseKind::kUniform, test_.noise}, test_.seed, i).on(y);
       if (kind == kAbove) y.array() += test_.noise;
       if (kind == kBelow) y.array() -= test_.noise;
-      const codegen::Run run = own->run(y, truth.time_s, true);
+      const codegen::Run run = own->run(y, {}, truth.time_s, true);
       const Eigen::VectorXd error = (run.x_hat - truth.states).colwise().norm();
       const double e0 = (run.z.col(0) - map.start.col(task)).norm();
       const BoundSet& bounds = kind == kQuiet ? quiet : noisy;
