@@ -90,7 +90,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("TooManyInputsToEvaluate", {"evaluate", "model.json", "--input", "t", "--input", "1"},
             "but --input gives 2"),
       usage("InputOfAnUnknownName", {"evaluate", "model.json", "--input", "cos(12*s)"},
-            "input u \"cos(12*s)\": Unexpected token \"s\" found at position 7.; variables: t"),
+            "input u \"cos(12*s)\": Unexpected token \"s\" at position 8; variables: t"),
       usage("InputIsBroken", {"simulate", "tiny.toml", "--input", "cos(12*t", "-o", "x.csv"}, "input u \"cos(12*t\": "),
       usage("InputIsEmpty", {"simulate", "tiny.toml", "--input", " ", "-o", "x.csv"}, "the expression is empty"),
       usage("InputWithoutValue", {"simulate", "tiny.toml", "--input", "1/t", "-o", "x.csv"},

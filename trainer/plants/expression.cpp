@@ -32,6 +32,14 @@ bool uses_name(const ExpressionNames& names, std::string_view name) {
          std::any_of(names.constants.begin(), names.constants.end(), [&](const auto& c) { return c.first == name; });
 }
 
+/// muParser's words without its position, which counts from 0.
+std::string words_of(const mu::ParserError& error) {
+  std::string words = error.GetMsg();
+  for (const char* position : {" found at position", " at position"})
+    if (const auto at = words.find(position); at != std::string::npos) words.erase(at);
+  return words;
+}
+
 }  // namespace
 
 void compile_expression(mu::Parser& parser, const std::string& text, const std::string& where,
@@ -54,7 +62,7 @@ void compile_expression(mu::Parser& parser, const std::string& text, const std::
     if (count != 1) fail(fmt::format("it has {} values, separated by commas; give one", count));
   } catch (const mu::ParserError& error) {
     const auto position = error.GetPos() < 0 ? std::string() : fmt::format(" at position {}", error.GetPos() + 1);
-    fail(fmt::format("{}{}; variables: {}; functions as in C (sin, exp, ...), powers by ^{}", error.GetMsg(), position,
+    fail(fmt::format("{}{}; variables: {}; functions as in C (sin, exp, ...), powers by ^{}", words_of(error), position,
                      fmt::join(names.variables, ", "), names.hint));
   }
 }
