@@ -19,4 +19,11 @@ void for_each_sample(Rollout& rollout, const Visit& visit) {
   }
 }
 
+/// How much the truth counts there; 0: masked.
+inline float weight(const Rollout& rollout, const Segment& segment, int time) {
+  return rollout.data()
+      .runs[static_cast<std::size_t>(segment.run)]
+      .weight[static_cast<std::size_t>(segment.start + time)];
+}
+
 }  // namespace nlo::trainer

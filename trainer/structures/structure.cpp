@@ -47,12 +47,6 @@ float target(const Rollout& rollout, const Segment& segment, int state, int time
   return segment.sign * run.states[static_cast<std::size_t>(state * run.samples + segment.start + time)];
 }
 
-float weight(const Rollout& rollout, const Segment& segment, int time) {
-  return rollout.data()
-      .runs[static_cast<std::size_t>(segment.run)]
-      .weight[static_cast<std::size_t>(segment.start + time)];
-}
-
 /// Weighted mean and deviation, one pass (West 1979).
 struct Moments {
   double total = 0.0, mean = 0.0, squares = 0.0;
@@ -251,10 +245,11 @@ void normalise(ObserverStructure& structure, Rollout& rollout) {
   std::vector<Moments> states(structure.state_mean.size());
   std::vector<Moments> latent(structure.latent_mean.size());
   for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
+    const auto w = static_cast<double>(weight(rollout, segment, time));
+    if (w <= 0.0) return;  // T* is not trained there: a dropped transient, a masked edge
     for (std::size_t f = 0; f < features.size(); ++f) {
       features[f].add(static_cast<double>(feature_value(structure.features[f], group, lane, time)), 1.0);
     }
-    const auto w = static_cast<double>(weight(rollout, segment, time));
     for (std::size_t i = 0; i < states.size(); ++i) {
       states[i].add(static_cast<double>(target(rollout, segment, static_cast<int>(i), time)), w);
     }
