@@ -10,6 +10,7 @@
 
 #include "bench/machine_peak.h"
 #include "bench/random_model.h"
+#include "bench/random_structures.h"
 #include "bench/reference_networks.h"
 
 namespace {
@@ -55,6 +56,38 @@ void step_and_estimate(benchmark::State& state) {
     y = next_measurement(x_hat[0]);
   }
   benchmark::DoNotOptimize(y);
+}
+
+/// One step and one estimate of an observer that is not plain KKL.
+template <class Observer, class Model>
+void structure(benchmark::State& state, const Model& model) {
+  Observer observer{model};
+  float y = 1.0F;
+  for (auto _ : state) {
+    if constexpr (Observer::kDriven) {
+      benchmark::DoNotOptimize(observer.step(y, 0.1F));
+    } else {
+      benchmark::DoNotOptimize(observer.step(y));
+    }
+    y = next_measurement(observer.estimate()[0]);
+  }
+  benchmark::DoNotOptimize(y);
+}
+
+/// The other structures with networks of 2 x 16: four evaluations of each per step.
+void add_structures() {
+  static constexpr auto kLuenberger = nlo::bench::random_luenberger_model<Activation::kTanh, 16, 2>();
+  static constexpr auto kGeneral = nlo::bench::random_general_model<Activation::kTanh, 16, 2>();
+  static constexpr auto kDriven = nlo::bench::random_driven_model<Activation::kTanh, 16, 2>();
+  benchmark::RegisterBenchmark("16x2 tanh/luenberger", [](benchmark::State& state) {
+    structure<nlo::LuenbergerObserver<decltype(kLuenberger)>>(state, kLuenberger);
+  });
+  benchmark::RegisterBenchmark("16x2 tanh/general", [](benchmark::State& state) {
+    structure<nlo::GeneralObserver<decltype(kGeneral)>>(state, kGeneral);
+  });
+  benchmark::RegisterBenchmark("16x2 tanh/driven KKL", [](benchmark::State& state) {
+    structure<nlo::DrivenKklObserver<decltype(kDriven)>>(state, kDriven);
+  });
 }
 
 /// step() of the runtime, then another network on its latent state.
@@ -148,6 +181,7 @@ int main(int argc, char** argv) {
   add<Activation::kRelu, 50, 4>("3-50x4-2 relu");
   add<Activation::kTanh, 32, 2>("3-32x2-2 tanh");
   add<Activation::kTanh, 16, 2>("3-16x2-2 tanh");
+  add_structures();
   RatioReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
   benchmark::Shutdown();

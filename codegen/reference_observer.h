@@ -138,28 +138,28 @@ class ReferenceObserver {
   void take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s) {
     if (!y.allFinite() || !u.allFinite()) return;  // before the first good sample
     diverged_ = false;
+    next_y_ = y.cast<Scalar>();
+    next_u_ = u.cast<Scalar>();
     if (!started_) {
-      if (model_.starts_steady) z_ += steady_gain_ * y.cast<Scalar>();
+      if (model_.starts_steady) z_ += steady_gain_ * next_y_;
     } else {
       const bool in_pieces = structure(model_) != "kkl";
       if (in_pieces && !(dt_s <= kMostPieces * model_.sample_period_s)) return;
-      advance(y.cast<Scalar>(), u.cast<Scalar>(), dt_s);
+      advance(dt_s);
     }
     y_ = y;
     u_ = u;
+    last_y_ = next_y_;
+    last_u_ = next_u_;
     started_ = true;
   }
 
-  void advance(const Vector& y_next, const Vector& u_next, double dt_s) {
-    const Vector y = y_.cast<Scalar>(), u = u_.cast<Scalar>();
-    Vector z = z_;
-    std::visit(
-        [&](auto& dynamics) {
-          dynamics.advance(model_, z, Between<Scalar>{y, y_next, u, u_next}, dt_s);
-        },
-        dynamics_);
-    diverged_ = !(z.allFinite() && z.cwiseAbs().maxCoeff() <= Scalar(0x1p100));
-    if (!diverged_) z_ = z;
+  void advance(double dt_s) {
+    candidate_ = z_;
+    const Between<Scalar> between{last_y_, next_y_, last_u_, next_u_};
+    std::visit([&](auto& dynamics) { dynamics.advance(model_, candidate_, between, dt_s); }, dynamics_);
+    diverged_ = !(candidate_.allFinite() && candidate_.cwiseAbs().maxCoeff() <= Scalar(0x1p100));
+    if (!diverged_) z_ = candidate_;
   }
 
   /// The inverse map as matrix products over blocks of samples.
@@ -189,6 +189,7 @@ class ReferenceObserver {
 
   Vector z_;
   Eigen::VectorXd y_, u_;
+  Vector candidate_, last_y_, next_y_, last_u_, next_u_;  // members, so that a step allocates little
   bool started_ = false, diverged_ = false;
 };
 

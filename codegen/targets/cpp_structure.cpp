@@ -95,17 +95,19 @@ class DrivenKkl final : public Kkl {
   std::string title() const override { return "a learned state observer (driven Kazantzis-Kravaris/Luenberger)"; }
   std::string description() const override {
     return Kkl::description() +
-           fmt::format("// Inputs act by phi(z) u = dT/dx g u ({}, {}). Forward map T: {}.\n",
-                       "order 4 beside exact D, F",
-                       m_.drive->input_hold == "zero_order" ? "u held since the last sample" : "u ramps",
-                       forward_map().description());
+           fmt::format(
+               "// Inputs act by phi(z) u = dT/dx g(x_hat) u, order 4 beside exact D and F; {}.\n"
+               "// Forward map T: {}.\n",
+               m_.drive->input_hold == "zero_order" ? "u has acted since the last sample" : "u is a ramp",
+               forward_map().description());
   }
   std::string header() const override { return "driven_kkl_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {inverse_map(), forward_map()}; }
   std::string types() const override {
     return fmt::format(
         "using Model = DrivenKklModel<{}, {}, {}, {}, {}, {},  // n_x, n_y, n_z, n_u, complex pairs\n"
-        "                             {}, {}>;\n"
+        "                             {},\n"
+        "                             {}>;\n"
         "using Observer = DrivenKklObserver<Model>;\n",
         init_.scalar_name(), nx_, ny_, nz_, nu_, m_.pairs, inverse_map().map_type(init_),
         forward_map().map_type(init_));
@@ -113,7 +115,8 @@ class DrivenKkl final : public Kkl {
   std::string leading_fields() const override {
     const auto& w = f_.forced.weights;
     std::string text = fmt::format("    .input_hold = {},\n", hold_of(m_.drive->input_hold)) + latent();
-    text += "    .forced = {\n        .half = " + step(f_.forced.half, 17) + ",\n        .weights = {";
+    text += "    .forced = {  // how phi(z) u acts over one sample period, stage by stage\n        .half = " +
+            step(f_.forced.half, 17) + ",\n        .weights = {";
     bool first = true;
     for (const auto& [name, weight] : {std::pair{"stage2", &w.stage2},
                                        {"stage3_1", &w.stage3_1},

@@ -192,6 +192,10 @@ TEST(CppHeader, IsTheCommittedOne) {
   expect_golden(cpp_header(tiny_model(), {}), "tiny.h");
 }
 
+TEST(CppHeader, OfADrivenObserverIsTheCommittedOne) {
+  expect_golden(cpp_header(driven_model(), {}), "driven.h");
+}
+
 TEST(Replay, IsTheCommittedOne) {
   ExportOptions options;
   options.samples = 40;
@@ -208,6 +212,13 @@ TEST(Replay, TriesEveryStatusAndEveryKindOfStep) {
   EXPECT_NE(export_target("replay").generate(rig_model(), other), text);
   other.samples = 3;
   EXPECT_THROW(export_target("replay").generate(rig_model(), other), Error);
+}
+
+TEST(Replay, HoldsInputsToo) {
+  const std::string text = export_target("replay").generate(driven_model(), {});
+  EXPECT_THAT(text, HasSubstr("float u[2];"));
+  EXPECT_THAT(text, HasSubstr("{kMissed, "));
+  EXPECT_THAT(export_target("replay").generate(rig_model(), {}), Not(HasSubstr(" u[")));
 }
 
 }  // namespace

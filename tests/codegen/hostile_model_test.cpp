@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <ostream>
+#include <string>
+#include <vector>
 
 #include "codegen/error.h"
 #include "codegen/model_file.h"
@@ -115,13 +117,44 @@ INSTANTIATE_TEST_SUITE_P(Table, HostileModel, testing::ValuesIn(kRows),
                          [](const auto& row) { return std::string(row.param.what); });
 
 TEST(HostileModelFile, EveryTruncationIsRefused) {
+  std::vector<Model> models = structure_models();
+  models.push_back(tiny_model());
   const std::string json = to_json(tiny_model());
-  for (std::size_t size = 0; size + 2 < json.size(); ++size) {
-    const std::string message = message_of(json.substr(0, size));
-    ASSERT_THAT(message, testing::HasSubstr(size == 0 ? "the file is empty" : "m.json:")) << size;
-    ASSERT_NE(message, "no error") << size;
+  for (const Model& model : models) {
+    const std::string whole = to_json(model);
+    const std::size_t stride = whole.size() / 1000 + 1;  // long files: a thousand of their beginnings
+    for (std::size_t size = 0; size + 2 < whole.size(); size += stride) {
+      const std::string message = message_of(whole.substr(0, size));
+      ASSERT_THAT(message, testing::HasSubstr(size == 0 ? "the file is empty" : "m.json:")) << model.name << size;
+      ASSERT_NE(message, "no error") << model.name << size;
+    }
   }
   EXPECT_THAT(message_of(json.substr(0, json.size() / 2)), testing::HasSubstr("it was cut off"));
+}
+
+TEST(HostileModelFile, FieldsOfEachStructureAreHeldToTheirNamesAndTypes) {
+  const std::string luenberger = to_json(luenberger_model()), general = to_json(general_model()),
+                    driven = to_json(driven_model());
+  const auto refusal = [](const std::string& json, const std::string& find, const std::string& replace) {
+    return message_of(edited(json, find, replace));
+  };
+  EXPECT_THAT(refusal(luenberger, "\"gain\"", "\"Gain\""), testing::HasSubstr("luenberger.\"Gain\": unknown field"));
+  EXPECT_THAT(refusal(luenberger, "\"state_matrix\": [", "\"state_matrix\": [1, "),
+              testing::HasSubstr("luenberger.state_matrix[0]: is a JSON number"));
+  EXPECT_THAT(refusal(luenberger, "\"luenberger\": {", "\"luenberger\": 1, \"x\": {"),
+              testing::HasSubstr("\"x\": unknown field"));
+  EXPECT_THAT(refusal(luenberger, "\"luenberger\": {", "\"eigenvalues\": [-1], \"luenberger\": {"),
+              testing::HasSubstr("\"eigenvalues\": unknown field"));
+  EXPECT_THAT(refusal(general, "\"dynamics\"", "\"inverse_map\""),
+              testing::HasSubstr("\"inverse_map\": is given twice"));
+  EXPECT_THAT(refusal(general, "\"structure\": \"general\"", "\"structure\": 4"),
+              testing::HasSubstr("structure: is a JSON number; expected a text"));
+  EXPECT_THAT(refusal(driven, "\"input_hold\": \"first_order\",", ""),
+              testing::HasSubstr("drive.input_hold: is missing"));
+  EXPECT_THAT(refusal(driven, "\"forward_map\": {", "\"forward_map\": {\"depth\": 3, "),
+              testing::HasSubstr("drive.forward_map.\"depth\": unknown field"));
+  EXPECT_THAT(refusal(driven, "\"inputs\": [", "\"inputs\": [1, "),
+              testing::HasSubstr("drive.inputs[0]: is a JSON number"));
 }
 
 TEST(HostileModelFile, DeepNestingIsRefusedBeforeItCanOverflowTheStack) {

@@ -45,10 +45,17 @@ constexpr PackedDense<Scalar, kIn, kOut> pack(const Dense<Scalar, kIn, kOut>& la
 
 /// W d, the derivative of a layer along d: the layer without its bias.
 template <Activation kKind, class Scalar, int kIn, int kOut>
-void dense_tangent(const PackedDense<Scalar, kIn, kOut>& layer, const Scalar* direction, Scalar* out) {
+NLO_INLINE void dense_tangent(const PackedDense<Scalar, kIn, kOut>& layer, const Scalar* direction, Scalar* out) {
   const Scalar no_bias[kOut]{};
   kernels::layer<kKind, Arithmetic::kFast, true, kIn, kOut>(layer.weights, no_bias, direction, out);
 }
+
+/// Hidden values and their tangents on the way through a network.
+template <class Scalar, int kWidest>
+struct JvpBuffer {
+  alignas(simd::kVectorBytes) Scalar value[kWidest];
+  alignas(simd::kVectorBytes) Scalar tangent[kWidest];
+};
 
 /// A chain of layers; the last one is linear. Widths may differ from layer to layer.
 template <Activation kKind, class... Layers>
@@ -73,6 +80,11 @@ struct Mlp<kKind, Last> {
   }
 
   void jvp(const Scalar*, const Scalar* direction, Scalar* out) const { dense_tangent<kKind>(layer, direction, out); }
+
+  template <class Buffer>
+  NLO_INLINE void run_jvp(const Scalar* in, const Scalar* direction, Scalar* out, Buffer&, Buffer&) const {
+    jvp(in, direction, out);
+  }
 };
 
 template <Activation kKind, class First, class... Rest>
@@ -102,15 +114,20 @@ struct Mlp<kKind, First, Rest...> {
   }
 
   void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
-    Scalar hidden[First::kOut], tangent[First::kOut];
-    kernels::layer<kKind, Arithmetic::kFast, true, kIn, First::kOut>(layer.weights, layer.bias, in, hidden);
-    dense_tangent<kKind>(layer, direction, tangent);
+    JvpBuffer<Scalar, kWidest> here, there;
+    run_jvp(in, direction, out, here, there);
+  }
+
+  template <class Buffer>
+  NLO_INLINE void run_jvp(const Scalar* in, const Scalar* direction, Scalar* out, Buffer& here, Buffer& there) const {
+    kernels::layer<kKind, Arithmetic::kFast, true, kIn, First::kOut>(layer.weights, layer.bias, in, here.value);
+    dense_tangent<kKind>(layer, direction, here.tangent);
     for (int o = 0; o < First::kOut; ++o) {
-      const Scalar v = hidden[o];
-      hidden[o] = activate<kKind>(v);
-      tangent[o] *= activation_slope<kKind>(v, hidden[o]);
+      const Scalar v = here.value[o];
+      here.value[o] = activate<kKind>(v);
+      here.tangent[o] *= activation_slope<kKind>(v, here.value[o]);
     }
-    tail.jvp(hidden, tangent, out);
+    tail.run_jvp(here.value, here.tangent, out, there, here);
   }
 };
 
@@ -163,7 +180,7 @@ struct InverseMap {
   }
 
   /// out (kOut) = d map/d in (in) direction, by the forward mode: a value and a tangent go through the layers side by
-  /// side. Twice the multiply-adds of evaluate(), and no storage that grows with the depth.
+  /// side. Twice the multiply-adds of evaluate(), and four buffers of the widest layer's size, whatever the depth.
   void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
     mlp.jvp(in, direction, out);
     if constexpr (kHasLinearPath) {
