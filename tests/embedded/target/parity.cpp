@@ -84,6 +84,7 @@ bool run(const char* name, const Model& model, bool hostile) {
     auto saved = observer.save();
     if (hostile || !fast.restore({.z = {saved.z[0], saved.z[1], saved.z[2]},
                                   .y = {saved.y[0]},
+                                  .input = {},
                                   .held = saved.held,
                                   .status = saved.status,
                                   .started = saved.started})) {
