@@ -214,7 +214,7 @@ TEST(BoundStudy, NoiseMatchedToTheImpulseResponseKeepsToTheBound) {
       }
       // The plant at rest: the estimate is the error.
       const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(kSamples, 0.0, 30.0);
-      const auto run = codegen::ReferenceObserver<double>(observer).run(v, time_s, true);
+      const auto run = codegen::ReferenceObserver<double>(observer).run(v, {}, time_s, true);
       worst = std::max(worst, run.x_hat.colwise().norm().maxCoeff());
     }
     EXPECT_LE(worst, result.bounds.weights.steady) << "k = " << k;
@@ -319,8 +319,8 @@ TEST(WithInjection, GivesTheSameEstimates) {
   EXPECT_LT((same.output_injection - model.output_injection).norm(), kRounding);
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 0.98);
   const Eigen::MatrixXd y = time_s.array().sin().transpose() + 0.5;
-  const auto before = codegen::ReferenceObserver<double>(fast).run(y, time_s, true),
-             after = codegen::ReferenceObserver<double>(same).run(y, time_s, true);
+  const auto before = codegen::ReferenceObserver<double>(fast).run(y, {}, time_s, true),
+             after = codegen::ReferenceObserver<double>(same).run(y, {}, time_s, true);
   EXPECT_LT((before.x_hat - after.x_hat).norm(), kRounding);
   EXPECT_GT((before.z - after.z).norm(), 1.0) << "control: in other coordinates";
 }
