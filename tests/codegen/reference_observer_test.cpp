@@ -63,6 +63,25 @@ TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
   }
 }
 
+/// z after 1 s of ramps in y and u (ramps at any sample period), sampled `steps` times.
+Eigen::VectorXd after_a_second(Model m, int steps) {
+  m.sample_period_s = 1.0 / steps;
+  const Eigen::RowVectorXd t = Eigen::RowVectorXd::LinSpaced(steps + 1, 0.0, 1.0);
+  Eigen::MatrixXd y(m.ny(), steps + 1), u(m.nu(), m.drive ? steps + 1 : 0);
+  for (int j = 0; j < m.ny(); ++j) y.row(j) = ((j + 1.0) * t).array() - 0.5;
+  for (int i = 0; i < m.nu(); ++i) u.row(i) = 1.0 - (i + 1.0) * t.array();
+  return ReferenceObserver<double>(m).run(y, u, t.transpose(), true).z.rightCols<1>();
+}
+
+TEST(ReferenceObserver, ConvergesAtOrderFourWhereItIntegrates) {
+  constexpr double kOrderTolerance = 0.3;  // the networks' scales are not far above steps of 1/32 s
+  for (const Model& m : structure_models()) {
+    const Eigen::VectorXd exact = after_a_second(m, 2048);
+    const double coarse = (after_a_second(m, 32) - exact).norm(), fine = (after_a_second(m, 64) - exact).norm();
+    EXPECT_NEAR(std::log2(coarse / fine), 4.0, kOrderTolerance) << m.name << ": " << coarse << " to " << fine;
+  }
+}
+
 TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
   constexpr double kTolerance = 1e-12;  // products of other shapes add in another order
   for (const Model& m : example_models()) {
