@@ -30,9 +30,9 @@ std::string refusal(const std::string& what) {
 TEST(Registry, CoversThePapersTablesAndFigures) {
   std::set<std::string> labels;
   for (const Item& item : items()) labels.emplace(item.label);
-  for (const char* label : {"vanderpol-rmse", "vanderpol-rmse-add", "vanderpol-compare", "vanderpol-compare-without",
-                            "vanderpol-compare-reg", "reg-traj", "vanderpol-compare-no", "compare_x_rmse",
-                            "compare_x12", "osci-auto", "compare_pde"})
+  for (const char* label : {"luen-like", "vanderpol-rmse", "vanderpol-rmse-add", "vanderpol-compare",
+                            "vanderpol-compare-without", "vanderpol-compare-reg", "reg-traj", "vanderpol-compare-no",
+                            "compare_x_rmse", "compare_x12", "duff-exc", "osci-auto", "compare_pde"})
     EXPECT_TRUE(labels.contains(label)) << label;
 }
 

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "codegen/model.h"
@@ -16,6 +17,7 @@
 #include "trainer/config.h"
 #include "trainer/data/dataset.h"
 #include "trainer/noise.h"
+#include "trainer/plants/excitation.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
@@ -27,16 +29,18 @@ struct JointRun {
   std::vector<Eigen::MatrixXd> outputs;  ///< n_y x N per trajectory, with the noise of the step's first stage
 };
 
-/// Integrates from the columns of `initial` (n_x x B) at the sample period of `simulation`. Trajectory i draws from run
-/// `first_run + i` of `seed` (see MeasurementNoise): channel by channel, stage after stage.
+/// Integrates from the columns of `initial` (n_x x B) at the sample period of `simulation`, with the excitation u(t) in
+/// the plant and in phi(z) u (25) of a driven model. Trajectory i draws from run `first_run + i` of `seed` (see
+/// MeasurementNoise): channel by channel, stage after stage.
 JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& plant, const SimulationConfig& simulation,
                                     const Eigen::MatrixXd& initial, const NoiseConfig& noise, std::uint64_t seed,
-                                    std::uint64_t first_run = 0);
+                                    std::uint64_t first_run = 0, const Excitation& excitation = {});
 
-/// The errors of the model's estimates over such runs, T* in float. The same bytes for any number of threads; 0: all
-/// cores. Throws codegen::Error when a trajectory leaves the numbers.
+/// The errors of the model's estimates over such runs, T* in float; `inputs` are expressions over t (excitation.h). The
+/// same bytes for any number of threads; 0: all cores. Throws codegen::Error when a trajectory leaves the numbers.
 ErrorMetrics evaluate_with_stage_noise(const codegen::Model& model, const PlantConfig& plant,
                                        const SimulationConfig& simulation, const Eigen::MatrixXd& initial,
-                                       const NoiseConfig& noise, std::uint64_t seed, int threads);
+                                       const NoiseConfig& noise, std::uint64_t seed, int threads,
+                                       const std::vector<std::string>& inputs = {});
 
 }  // namespace nlo::trainer

@@ -7,6 +7,9 @@
 
 namespace nlo::trainer::reproduction {
 
+// example1.cpp
+Section luenberger_like(const Workbench& bench);
+
 // tables.cpp
 Section table_1(const Workbench& bench);
 Section table_2(const Workbench& bench);
@@ -22,6 +25,9 @@ Section van_der_pol_without_robustness(const Workbench& bench);
 Section duffing_map(const Workbench& bench);
 Section duffing_from_2_0(const Workbench& bench);
 Section duffing_unexcited(const Workbench& bench);
+
+// duffing_driven.cpp
+Section duffing_driven(const Workbench& bench);
 
 // duffing_pde.cpp
 Section duffing_pde(const Workbench& bench);

@@ -78,9 +78,9 @@ Section single_runs(const Workbench& bench, const std::vector<std::string_view>&
   Section section;
   ComparisonTable table{"", "observer", {"error of this run"}, {}, {}};
   for (std::size_t i = 0; i < experiments.size(); ++i) {
-    curves.push_back(runs_from(bench, experiments[i], start, {}, titles[i], i == 0 ? "on_x1" : "on_x2"));
+    curves.push_back(runs_of(bench, {experiments[i], start}, titles[i], i == 0 ? "on_x1" : "on_x2"));
     table.rows.push_back(titles[i]);
-    table.cells.push_back({bench.measure(experiments[i], start, {})});
+    table.cells.push_back({bench.measure({experiments[i], start})});
     section.seen += fmt::format("{}{}: error (strict) {} over 50 s, {} after 10 s.", section.seen.empty() ? "" : " ",
                                 titles[i], spread_text(errors_between(curves.back(), 0.0, 50.0)),
                                 spread_text(errors_between(curves.back(), 10.0, 50.0)));
@@ -124,7 +124,7 @@ Section duffing_map(const Workbench& bench) {
   const Eigen::MatrixXd inside = bench.test_states(kOnX1), outside = outside_x1(bench);
   ComparisonTable table{"", "initial states", {"from X1", "from X2 \\ X1"}, {"trained on X1", "trained on X2"}, {}};
   for (const char* experiment : {kOnX1, kOnX2}) {
-    table.cells.push_back({bench.measure(experiment, inside, {}), bench.measure(experiment, outside, {})});
+    table.cells.push_back({bench.measure({experiment, inside}), bench.measure({experiment, outside})});
     bench.progress(experiment == kOnX1 ? 0.9 : 1.0);
   }
   section.orderings = {at_most("trained on X1: error at most 0.13 from X1", table.cells[0][0], 0.13),

@@ -45,11 +45,10 @@ Section duffing_pde(const Workbench& bench) {
   for (const Row& row : kRows) {
     table.rows.emplace_back(row.title);
     table.cells.push_back(
-        {bench.measure(row.experiment, kText, {}, row.paper), bench.measure(row.experiment, kCaption, {})});
+        {bench.measure({row.experiment, kText}, row.paper), bench.measure({row.experiment, kCaption})});
     if (&row != &kRows.front())
-      curves.push_back(
-          runs_from(bench, row.experiment, kText, {}, row.title,
-                    fmt::format("{}", row.experiment.substr(std::string_view("reverse_duffing_").size()))));
+      curves.push_back(runs_of(bench, {row.experiment, kText}, row.title,
+                               fmt::format("{}", row.experiment.substr(std::string_view("reverse_duffing_").size()))));
     bench.progress(static_cast<double>(table.rows.size()) / static_cast<double>(kRows.size()));
   }
   section.figures.push_back(runs_figure(

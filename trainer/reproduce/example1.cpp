@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,29 +14,54 @@
 namespace nlo::trainer::reproduction {
 namespace {
 
-constexpr const char* kExperiment = "example1";
-constexpr double kStabilisedS = 5.0, kLimit = 0.10;
+constexpr const char* kAdam = "example1";
+constexpr const char* kGradientDescent = "example1_gradient_descent";
+constexpr double kStabilisedS = 5.0, kLimit = 0.10, kHalfBox = 5.0;
 const Eigen::Vector2d kStart(2.0, -3.0);  // "an arbitrary given initial condition"
+
+/// The test states whose runs stay in the training box: the others go round an orbit of radius 10.
+Eigen::MatrixXd staying_in_box(const Workbench& bench, const Eigen::MatrixXd& initial) {
+  const Dataset runs = bench.truth({kAdam, initial});
+  Eigen::MatrixXd kept(initial.rows(), initial.cols());
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < initial.cols(); ++i)
+    if (runs.trajectories[static_cast<std::size_t>(i)].states.cwiseAbs().maxCoeff() <= kHalfBox)
+      kept.col(count++) = initial.col(i);
+  return kept.leftCols(count);
+}
 
 }  // namespace
 
 Section luenberger_like(const Workbench& bench) {
-  const std::vector<Runs> curves{runs_from(bench, kExperiment, kStart, {}, "x(0) = (2, -3)", "luenberger")};
+  const std::vector<Runs> curves{runs_of(bench, {kAdam, kStart}, "Adam", "adam"),
+                                 runs_of(bench, {kGradientDescent, kStart}, "gradient descent", "gradient_descent")};
   Section section;
-  section.figures.push_back(runs_figure(curves, 30.0, "The observer starts at zero. No noise."));
+  section.figures.push_back(
+      runs_figure(curves, 20.0, "x(0) = (2, -3); the observer starts at zero, with the gain G = (4, 4). No noise."));
   section.csv = runs_csv(curves);
-  const Eigen::MatrixXd box = bench.test_states(kExperiment);
-  ComparisonTable table{"", "initial states", {"0-50 s", "after 5 s"}, {"this run", "the training box"}, {}};
-  for (const Eigen::MatrixXd& initial : {Eigen::MatrixXd(kStart), box}) {
-    table.cells.push_back({bench.measure(kExperiment, initial, {}),
-                           bench.measure(kExperiment, initial, {}, std::nullopt, kStabilisedS)});
+  const Eigen::MatrixXd box = bench.test_states(kAdam), inside = staying_in_box(bench, box);
+  ComparisonTable table{"",
+                        "after 5 s",
+                        {"this run", "from the training box", "runs that stay in it"},
+                        {"Adam, random stretches of runs", "gradient descent, full batches"},
+                        {}};
+  for (const char* experiment : {kAdam, kGradientDescent}) {
+    auto& row = table.cells.emplace_back();
+    for (const Eigen::MatrixXd& initial : {Eigen::MatrixXd(kStart), box, inside})
+      row.push_back(bench.measure({experiment, initial}, std::nullopt, kStabilisedS));
     bench.progress(0.5 * static_cast<double>(table.cells.size()));
   }
-  Ordering limit{"error at most 0.10 after 5 s, from the training box", "strict", {}};
-  for (const double error : table.cells[1][1].strict) limit.held.push_back(error <= kLimit);
+  Ordering limit{"error at most 0.10 after 5 s where the plant stays in the training box", "strict", {}};
+  for (const double error : table.cells[0][2].strict) limit.held.push_back(error <= kLimit);
   section.orderings.push_back(std::move(limit));
-  section.seen = fmt::format("After 5 s the error (strict) is {} in this run and {} over the training box.",
-                             spread_text(table.cells[0][1].strict), spread_text(table.cells[1][1].strict));
+  section.seen = fmt::format(
+      "After 5 s the error (strict) is {} in this run, {} over the training box and {} where the plant stays in the "
+      "box "
+      "({} of {} runs; the others go round an orbit of radius 10, where g_hat has seen little). The paper does not "
+      "state "
+      "its gain, which decides the floor.",
+      spread_text(table.cells[0][0].strict), spread_text(table.cells[0][1].strict),
+      spread_text(table.cells[0][2].strict), inside.cols(), box.cols());
   section.tables.push_back(std::move(table));
   return section;
 }

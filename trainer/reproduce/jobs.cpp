@@ -23,6 +23,18 @@ namespace {
 // Measured: floating-point operations of the network's forward and backward pass, and samples of one latent filtered
 // forwards and backwards with their noise.
 constexpr double kFlopsPerSecond = 5e10, kSecondsPerFilteredSample = 4e-9;
+constexpr double kFlopsPerWeight = 6.0;                          // forwards once, backwards twice
+constexpr double kFlopsPerSecondInSteps = 1e10, kOverhead = 40;  // small networks inside Runge-Kutta stages
+
+/// Of the hidden layers; the last one is small.
+double weights(double inputs, const std::vector<int>& hidden) {
+  double count = 0.0;
+  for (const int width : hidden) {
+    count += inputs * width;
+    inputs = width;
+  }
+  return count;
+}
 
 TrainingResult train_job(const Job& job, const std::string& directory, const std::atomic<bool>* stop,
                          const std::function<void(const TrainProgress&)>& progress) {
@@ -63,17 +75,20 @@ double training_cost_s(const Experiment& experiment) {
   const bool all = training.mode == "full_batch";
   const int runs = all ? experiment.simulation.trajectories
                        : std::min(training.trajectories_per_step, experiment.simulation.trajectories);
-  const double filtered = runs * static_cast<double>(sample_count(experiment.simulation));
-  const double evaluated = all ? filtered : training.samples_per_step;
+  const double stepped = runs * static_cast<double>(sample_count(experiment.simulation));
+  const double evaluated = all ? stepped : training.samples_per_step;
+  const auto states = static_cast<double>(experiment.simulation.initial_low.size());
+  if (experiment.uses_dynamics_network())  // four stages of RK4 a sample, one after the other
+    return training.steps * stepped * 4.0 * kFlopsPerWeight *
+           (weights(states, experiment.dynamics.hidden) + kOverhead) / kFlopsPerSecondInSteps;
   const auto latent =
       static_cast<double>(experiment.observer.eigenvalues.size() + 2 * experiment.observer.pairs.size());
-  double weights = 0.0, inputs = latent;
-  for (const int width : experiment.inverse_map.hidden) {
-    weights += inputs * width;
-    inputs = width;
-  }
-  // Forwards once, backwards twice: 6 operations per weight and sample.
-  return training.steps * (6.0 * weights * evaluated / kFlopsPerSecond + latent * filtered * kSecondsPerFilteredSample);
+  double networks = weights(latent, experiment.inverse_map.hidden);
+  if (experiment.uses_forward_map()) networks += weights(states, experiment.forward_map.hidden);
+  if (experiment.loss.pde_residual > 0.0)  // a tangent for each state beside the value
+    networks += states * weights(states, experiment.forward_map.hidden);
+  return training.steps *
+         (kFlopsPerWeight * networks * evaluated / kFlopsPerSecond + latent * stepped * kSecondsPerFilteredSample);
 }
 
 std::vector<Job> plan_jobs(std::span<const Item* const> items, const Size& size, int seeds) {

@@ -26,7 +26,7 @@ struct Job {
 /// An experiment of the paper at this size, trained with `seed` (1, 2, ...). Throws codegen::Error for an unknown name.
 Experiment paper_experiment(std::string_view name, const Size& size, int seed);
 
-/// Seconds that a training takes, roughly, on one core at 2 GHz: network operations and filtered samples.
+/// Seconds that a training takes, roughly, on one core: its weight in the progress bar.
 double training_cost_s(const Experiment& experiment);
 
 /// One job per experiment of the items and seed, the longest first so that the last ones to end are short.

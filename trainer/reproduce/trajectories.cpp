@@ -8,8 +8,6 @@
 #include <utility>
 
 #include "trainer/analysis/text.h"
-#include "trainer/plants/registry.h"
-#include "trainer/plants/simulate.h"
 #include "trainer/reproduce/csv.h"
 
 namespace nlo::trainer::reproduction {
@@ -40,13 +38,11 @@ std::pair<double, double> common_range(const std::vector<Runs>& columns, Eigen::
 
 }  // namespace
 
-Runs runs_from(const Workbench& bench, std::string_view experiment, const Eigen::VectorXd& x0, const NoiseConfig& noise,
-               std::string title, std::string key) {
-  const Experiment& made_by = bench.experiment(experiment);
-  const Dataset clean = simulate_from(*make_plant(*made_by.plant), made_by.simulation, x0);
+Runs runs_of(const Workbench& bench, const Trial& trial, std::string title, std::string key) {
+  const Dataset clean = bench.truth(trial);
   Runs runs{std::move(title), std::move(key), {}};
   for (int seed = 0; seed < bench.seeds; ++seed)
-    runs.by_seed.push_back(evaluate_on_plant(bench.model(experiment, seed), clean, noise, kNoiseSeed, 1).example);
+    runs.by_seed.push_back(evaluate_on_plant(bench.observer(trial, seed), clean, trial.noise, kNoiseSeed, 1).example);
   return runs;
 }
 

@@ -4,11 +4,9 @@
 
 #include <Eigen/Core>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "trainer/analysis/evaluate.h"
-#include "trainer/noise.h"
 #include "trainer/reproduce/section.h"
 #include "trainer/reproduce/workbench.h"
 
@@ -21,9 +19,8 @@ struct Runs {
   std::vector<EvaluatedRun> by_seed;
 };
 
-/// The runs of an experiment's models from x0 (n_x).
-Runs runs_from(const Workbench& bench, std::string_view experiment, const Eigen::VectorXd& x0, const NoiseConfig& noise,
-               std::string title, std::string key);
+/// The runs of a trial's observers, one per seed, from its first initial state.
+Runs runs_of(const Workbench& bench, const Trial& trial, std::string title, std::string key);
 
 /// sqrt(mean |x - x_hat|^2) over from_s <= t <= to_s.
 double error_between(const EvaluatedRun& run, double from_s, double to_s);

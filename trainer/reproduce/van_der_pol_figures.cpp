@@ -23,7 +23,7 @@ ComparisonTable run_errors(const Workbench& bench, const std::vector<Runs>& curv
   ComparisonTable table{"", "observer", {"error of this run"}, {}, {}};
   for (std::size_t i = 0; i < curves.size(); ++i) {
     table.rows.push_back(curves[i].title);
-    table.cells.push_back({bench.measure(experiments[i], x0, noises[i])});
+    table.cells.push_back({bench.measure({experiments[i], x0, noises[i]})});
     bench.progress(static_cast<double>(i + 1) / static_cast<double>(curves.size()));
   }
   return table;
@@ -43,10 +43,11 @@ Ordering per_seed(const Workbench& bench, std::string claim, const Claim& holds)
 }
 
 Section compared(const Workbench& bench, const NoiseConfig& noise, const char* caption) {
-  const std::vector<std::string_view> experiments{"van_der_pol_fast", "van_der_pol_slow", "van_der_pol_noise"};
-  const std::vector<Runs> curves{runs_from(bench, experiments[0], kStart, noise, "fast D = {-5, -6, -7}", "fast"),
-                                 runs_from(bench, experiments[1], kStart, noise, "slow D = {-0.1, -0.2, -0.3}", "slow"),
-                                 runs_from(bench, experiments[2], kStart, noise, "learned with noise", "learned")};
+  const std::vector<std::string_view> experiments{"van_der_pol_baseline_fast", "van_der_pol_baseline_slow",
+                                                  "van_der_pol_noise"};
+  const std::vector<Runs> curves{runs_of(bench, {experiments[0], kStart, noise}, "fast D = {-5, -6, -7}", "fast"),
+                                 runs_of(bench, {experiments[1], kStart, noise}, "slow D = {-0.1, -0.2, -0.3}", "slow"),
+                                 runs_of(bench, {experiments[2], kStart, noise}, "learned with noise", "learned")};
   Section section;
   section.figures.push_back(runs_figure(curves, kShownS, caption));
   section.csv = runs_csv(curves);
@@ -69,8 +70,8 @@ Section compared(const Workbench& bench, const NoiseConfig& noise, const char* c
 
 /// One experiment without and with noise.
 Section without_and_with_noise(const Workbench& bench, std::string_view experiment, const char* caption) {
-  const std::vector<Runs> curves{runs_from(bench, experiment, kStart, kNone, "without noise", "clean"),
-                                 runs_from(bench, experiment, kStart, kGaussian, "with N(0, 0.5)", "noisy")};
+  const std::vector<Runs> curves{runs_of(bench, {experiment, kStart, kNone}, "without noise", "clean"),
+                                 runs_of(bench, {experiment, kStart, kGaussian}, "with N(0, 0.5)", "noisy")};
   Section section;
   section.figures.push_back(runs_figure(curves, kShownS, caption));
   section.csv = runs_csv(curves);
@@ -98,7 +99,7 @@ Section van_der_pol_regularised(const Workbench& bench) {
 Section van_der_pol_regularised_from_2_0(const Workbench& bench) {
   const Eigen::Vector2d start(2.0, 0.0);
   const std::vector<Runs> curves{
-      runs_from(bench, "van_der_pol_regularised", start, kNone, "from (2, 0)", "regularised")};
+      runs_of(bench, {"van_der_pol_regularised", start, kNone}, "from (2, 0)", "regularised")};
   Section section;
   section.figures.push_back(runs_figure(curves, kShownS,
                                         "D learned with the penalty of (20), x(0) = (2, 0): outside of the training "

@@ -45,18 +45,29 @@ Eigen::MatrixXd Workbench::test_states(std::string_view name, double box_scale) 
                              size.test_trajectories, box_scale);
 }
 
-Cell Workbench::measure(std::string_view name, const Eigen::MatrixXd& initial, const NoiseConfig& noise,
-                        std::optional<double> paper, double from_s) const {
-  const Experiment& made_by = experiment(name);
-  const Dataset clean = simulate_from(*make_plant(*made_by.plant), made_by.simulation, initial);
+codegen::Model Workbench::observer(const Trial& trial, int seed) const {
+  codegen::Model observer = model(trial.experiment, seed);
+  if (!trial.drive) observer.drive.reset();
+  return observer;
+}
+
+Dataset Workbench::truth(const Trial& trial) const {
+  const Experiment& made_by = experiment(trial.experiment);
+  const auto plant = make_plant(*made_by.plant);
+  return simulate_from(*plant, made_by.simulation, trial.initial, parse_excitation(*plant, trial.inputs));
+}
+
+Cell Workbench::measure(const Trial& trial, std::optional<double> paper, double from_s) const {
+  const Experiment& made_by = experiment(trial.experiment);
+  const Dataset clean = truth(trial);
   Cell cell;
   cell.paper = paper;
   for (int seed = 0; seed < seeds; ++seed) {
-    const codegen::Model& observer = model(name, seed);
-    cell.strict.push_back(norm_from(evaluate_on_plant(observer, clean, noise, kTestSeed, threads).metrics, from_s));
-    const ErrorMetrics paper_like =
-        evaluate_with_stage_noise(observer, *made_by.plant, made_by.simulation, initial, noise, kTestSeed, threads);
-    const double rms = paper_like.nrmse ? paper_like.norm / *paper_like.nrmse : 1.0;  // no relative error of a zero state
+    const codegen::Model tried = observer(trial, seed);
+    cell.strict.push_back(norm_from(evaluate_on_plant(tried, clean, trial.noise, kTestSeed, threads).metrics, from_s));
+    const ErrorMetrics paper_like = evaluate_with_stage_noise(tried, *made_by.plant, made_by.simulation, trial.initial,
+                                                              trial.noise, kTestSeed, threads, trial.inputs);
+    const double rms = paper_like.nrmse ? paper_like.norm / *paper_like.nrmse : 1.0;  // a zero state has no RMS
     cell.paper_like.push_back(norm_from(paper_like, from_s) / rms);
   }
   return cell;

@@ -3,6 +3,7 @@
 // it is.
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <map>
 #include <optional>
@@ -13,6 +14,7 @@
 
 #include "codegen/model.h"
 #include "trainer/config.h"
+#include "trainer/data/dataset.h"
 #include "trainer/noise.h"
 #include "trainer/reproduce/section.h"
 
@@ -32,6 +34,15 @@ constexpr Size kQuickSize{.steps = 0.25, .test_trajectories = 40, .map_points = 
 /// deviation), U(-3, 3).
 std::vector<NoiseConfig> paper_noises();
 
+/// What an observer is put to.
+struct Trial {
+  std::string_view experiment;
+  Eigen::MatrixXd initial;               ///< n_x x n initial states
+  NoiseConfig noise = {};                ///< of the measurements
+  std::vector<std::string> inputs = {};  ///< what excites the plant, one expression over t per input; empty: nothing
+  bool drive = true;                     ///< a driven observer may use phi(z) u (25)
+};
+
 class Workbench {
  public:
   using ModelKey = std::pair<std::string, int>;  ///< experiment, index of the seed
@@ -49,10 +60,15 @@ class Workbench {
   /// n_x x n initial states of the experiment's test set: the same for all training seeds.
   Eigen::MatrixXd test_states(std::string_view experiment, double box_scale = 1.0) const;
 
-  /// Both readings from the same initial states, for all seeds, over t >= from_s; the paper-like one is divided by the
-  /// RMS of the state over the whole run.
-  Cell measure(std::string_view experiment, const Eigen::MatrixXd& initial, const NoiseConfig& noise,
-               std::optional<double> paper = std::nullopt, double from_s = 0.0) const;
+  /// The model of a trial and seed: without phi(z) u when the trial says so.
+  codegen::Model observer(const Trial& trial, int seed) const;
+
+  /// The plant's runs of a trial, without noise.
+  Dataset truth(const Trial& trial) const;
+
+  /// Both readings for all seeds, over t >= from_s; the paper-like one is divided by the RMS of the state over the
+  /// whole run.
+  Cell measure(const Trial& trial, std::optional<double> paper = std::nullopt, double from_s = 0.0) const;
 };
 
 }  // namespace nlo::trainer::reproduction
