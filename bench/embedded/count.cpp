@@ -3,7 +3,7 @@
 // the table.
 //
 // The emulator lets an instruction take 1 ns of the board's time (-icount shift=0), so SysTick counts instructions: 40
-// of them per tick at 25 MHz. How many exactly is calibrated against code of known length.
+// of them per tick at 25 MHz. How many it is here is calibrated against code of known length.
 #include <cstdint>
 
 #include "bench/embedded/fly.h"
@@ -28,6 +28,9 @@ __attribute__((noinline)) std::uint32_t ticks(Function function, int calls) {
 
 __attribute__((noinline)) void nothing() {
   __asm__ volatile("");
+}
+__attribute__((noinline)) void one_hundred() {
+  __asm__ volatile(".rept 100\nnop\n.endr");
 }
 __attribute__((noinline)) void two_hundred() {
   __asm__ volatile(".rept 200\nnop\n.endr");
@@ -70,8 +73,8 @@ int main() {
   write(" stack ", stack_of_a_call());
   write(" observer ", observer_bytes);
   board::write("\n");
-  // The clock, or the calibration, is not what the table rests on unless a tick is a whole number of instructions.
-  const std::uint32_t per_tick = (kKnown + known / 2) / known;
-  const std::uint32_t off = kKnown > per_tick * known ? kKnown - per_tick * known : per_tick * known - kKnown;
-  return off <= 2 * per_tick && (x_hat[0] < 1e6F && x_hat[0] > -1e6F) ? 0 : 1;
+  // The control: half the code takes half the ticks, or what is read is no count of instructions.
+  const std::uint32_t half = ticks(one_hundred, 10'000) - ticks(nothing, 10'000);
+  const bool proportional = 2 * half <= known + 4 && known <= 2 * half + 4;
+  return proportional && known > 1000 && x_hat[0] < 1e6F && x_hat[0] > -1e6F ? 0 : 1;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What one would write first on a microcontroller: the network as plain loops, and as products of fixed-size Eigen
-// matrices. Weights stay in flash, as written.
+// matrices. Weights stay in flash, as written; reference_networks.h copies them.
 #pragma once
 
 #include <nlo/mlp.h>
@@ -10,19 +10,9 @@
 #include <tuple>
 #include <utility>
 
-#include "bench/random_model.h"
+#include "bench/reference_networks.h"
 
 namespace nlo::bench {
-
-/// The layers of random_mlp(), as written: a tuple of Dense.
-template <int kIn, int kWidth, int kDepth, int kOut>
-constexpr auto random_layers() {
-  return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
-    return std::tuple{random_dense<kIn, kWidth>(1), random_dense<kWidth, kWidth>(kIndex + 2)...,
-                      random_dense<kWidth, kOut>(1000)};
-  }
-  (std::make_index_sequence<kDepth - 1>{});
-}
 
 template <Activation kKind>
 float usual_activation(float v) {

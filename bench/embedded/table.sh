@@ -45,11 +45,13 @@ row() {
   case $variant in
     eigen* | naive*) return ;;
   esac
-  gate "$core $variant: painted stack" "$painted" 512
-  gate "$core $variant: bound of the stack" "$bound" 512
+  if [[ $core-$variant != m0plus-float* ]]; then # soft floats: no kernel of ours, and no use either
+    gate "$core $variant: painted stack" "$painted" 512
+    gate "$core $variant: bound of the stack" "$bound" 512
+  fi
   gate "$core $variant: RAM of an observer" "$observer" 32
   case $variant in
-    int16*) gate "$core $variant: flash" "$flash" $((21 * 1024)) ;;
+    int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((21 * 1024)) ;; # 3 KB of soft floats there
     float*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((37 * 1024)) ;;
   esac
   [[ $core == m0plus ]] && return
@@ -65,6 +67,7 @@ lines=('| core | network | instructions | per multiply-add | flash [B] | RAM [B]
 for core in m4f m7 m33 m0plus; do
   for variant in {float,deterministic,int16,eigen,naive}_{relu,tanh}; do
     if [[ $core == m0plus && $variant == deterministic* ]]; then continue; fi # soft floats: the same as float
+    if [[ $variant == @(eigen|naive)_relu && $core != m4f ]]; then continue; fi
     row "$core" "$variant"
     lines+=("$line")
   done

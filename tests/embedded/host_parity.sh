@@ -26,11 +26,12 @@ expect() {
 
 fused=()
 if [[ $(uname -m) == x86_64 ]] && grep -qw fma /proc/cpuinfo; then fused=(-mavx2 -mfma -ffp-contract=fast); fi
-for flags in -O0 -O2 '-O3 -march=native' "-O2 ${fused[*]}" '-O2 -DNLO_SCALAR_KERNELS'; do
+for flags in -O0 '-O3 -march=native' "-O2 ${fused[*]}" '-O2 -DNLO_SCALAR_KERNELS'; do
   # shellcheck disable=SC2086
   expect parity parity.txt $flags
 done
 expect kernels kernels_cortex_m.txt -O2
+expect int16 int16.txt -O2
 
 # The control: the same program with fused arithmetic in the place of the deterministic one.
 if ((${#fused[@]})) && run parity -O2 "${fused[@]}" -DNLO_PARITY_POLICY=kFast | diff -q "$source/tests/golden/parity.txt" - >"$work/control"; then

@@ -20,7 +20,10 @@ inline constexpr double kTanhMaxError = 5e-7;
 /// The leading coefficient is exactly 1, so small x pass unchanged, and |result| <= 1. Not a number gives about 1.
 template <Arithmetic kArithmetic = Arithmetic::kFast, class T>
 NLO_INLINE constexpr T tanh_rational(T x) {
-  constexpr auto c = [](double value) { return simd::literal<T>(value); };
+  // consteval: without optimisation too, no double reaches a target that would have to emulate it.
+  constexpr auto c = [](double value) consteval {
+    return simd::literal<T>(value);
+  };
   constexpr auto horner = [](T polynomial, T s, auto next) {
     return multiply_add<kArithmetic, T>(polynomial, s, T{} + next);
   };
@@ -49,7 +52,8 @@ NLO_INLINE constexpr T activate(T v) {
   } else if constexpr (kKind == Activation::kRelu) {
     return simd::max(v, zero);
   } else {  // silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2
-    const T half = v * simd::literal<T>(0.5);
+    constexpr auto kHalf = simd::literal<T>(0.5);
+    const T half = v * kHalf;
     return multiply_add<kArithmetic, T>(half, tanh_rational<kArithmetic>(half), half);
   }
 }

@@ -31,7 +31,7 @@ struct ForcedPhi {
     // phi_3 = sum w^k / (k + 3)!: 0.5^14 / 17! is below the rounding of a double.
     constexpr int kTerms = 14;
     Complex<T> series{T(1), T(0)};
-    for (int k = kTerms; k >= 1; --k) series = w * series * T(1.0 / (k + 3)) + T(1);
+    for (int k = kTerms; k >= 1; --k) series = w * series * reciprocal<T>(k + 3) + T(1);
     ForcedPhi p{};
     p.phi3 = series * T(1.0 / 6);
     p.phi2 = w * p.phi3 + T(0.5);

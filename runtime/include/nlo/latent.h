@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "nlo/arithmetic.h"
 
@@ -16,6 +17,16 @@ enum class Hold : std::uint8_t {
   kFirstOrder,  ///< a ramp; exact. The default: 2e-2 in z closer than the constant at 50 Hz on Van der Pol
   kRk4,         ///< a ramp, one step of the classical Runge-Kutta method: stable only for |lambda h| < 2.78
 };
+
+/// 1/n. Not T(1.0 / n): that would be double arithmetic in flight, which few microcontrollers have in hardware.
+template <class T>
+constexpr T reciprocal(int n) {
+  if constexpr (std::is_floating_point_v<T>) {
+    return T(1) / T(n);
+  } else {
+    return T(1.0 / n);
+  }
+}
 
 /// A complex number with plain arithmetic: std::complex calls into the compiler's run-time library. Products are
 /// rounded by themselves, so that coefficients computed in flight are the same on every target.
@@ -58,7 +69,7 @@ struct Phi {
     // phi_2 = sum w^k / (k + 2)!: 0.5^15 / 17! is below the rounding of a double.
     constexpr int kTerms = 15;
     Complex<T> series{T(1), T(0)};
-    for (int k = kTerms; k >= 1; --k) series = w * series * T(1.0 / (k + 2)) + T(1);
+    for (int k = kTerms; k >= 1; --k) series = w * series * reciprocal<T>(k + 2) + T(1);
     Phi p{};
     p.phi2 = series * T(0.5);
     p.phi1 = w * p.phi2 + T(1);

@@ -94,11 +94,13 @@ class SampledObserver {
 
   /// One sample period on, with the measurement at its end. The first measurement after a reset only starts the
   /// observer. A measurement that is not finite stands for a missed one.
-  [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) { return step_by(y, {}, Scalar(0)); }
+  [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) {
+    return step_by<true>(y, {}, Scalar(0));
+  }
 
   /// The same over dt seconds: for jitter, and for what comes after missed samples.
   [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar dt_s) requires(!kDriven) {
-    return possible(dt_s) ? step_by(y, {}, dt_s) : state_.status = StepStatus::kRejected;
+    return possible(dt_s) ? step_by<false>(y, {}, dt_s) : state_.status = StepStatus::kRejected;
   }
   [[nodiscard]] constexpr StepStatus step(Scalar y) requires(!kDriven && kNy == 1) { return step(Output{{y}}); }
   [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar dt_s) requires(!kDriven && kNy == 1) {
@@ -108,10 +110,10 @@ class SampledObserver {
   /// One sample period on, with the measurement at its end and the input u that the model's hold speaks of. An input
   /// that is not finite holds the last good one.
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u) requires kDriven {
-    return step_by(y, u, Scalar(0));
+    return step_by<true>(y, u, Scalar(0));
   }
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u, Scalar dt_s) requires kDriven {
-    return possible(dt_s) ? step_by(y, u, dt_s) : state_.status = StepStatus::kRejected;
+    return possible(dt_s) ? step_by<false>(y, u, dt_s) : state_.status = StepStatus::kRejected;
   }
   [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u) requires(kNy == 1 && kNu == 1) {
     return step(Output{{y}}, Input{{u}});
@@ -213,7 +215,9 @@ class SampledObserver {
     state_.started = 1;
   }
 
-  constexpr StepStatus step_by(const Output& y, const Input& u, Scalar dt_s) {
+  /// kRegular: one sample period, dt_s does not matter, and nothing is compiled in that other steps need.
+  template <bool kRegular>
+  NLO_OWN_FRAME constexpr StepStatus step_by(const Output& y, const Input& u, Scalar dt_s) {
     Scalar next[kNy]{};
     for (int j = 0; j < kNy; ++j) next[j] = state_.y[j];
     StepStatus screened = model_->outputs.screen(y, next);
@@ -243,7 +247,7 @@ class SampledObserver {
         return state_.status;
       }
     }
-    advance(next, input, dt_s);
+    advance(next, input, kRegular ? Scalar(0) : dt_s);
     state_.input = input;
     for (int j = 0; j < kNy; ++j) state_.y[j] = next[j];
     if constexpr (Model::kHasSteadyState) turn_back();

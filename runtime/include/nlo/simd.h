@@ -8,6 +8,13 @@
 
 #define NLO_INLINE inline __attribute__((always_inline))
 #define NLO_INLINE_LAMBDA __attribute__((always_inline))
+// A frame that is gone when the function returns: inlined, its room on the stack would stay taken while the caller
+// calls the next one. Worth an instruction or two where stacks are small.
+#if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
+#define NLO_OWN_FRAME __attribute__((noinline))
+#else
+#define NLO_OWN_FRAME
+#endif
 
 namespace nlo::simd {
 

@@ -81,15 +81,7 @@ bool run(const char* name, const Model& model, bool hostile) {
     const auto x_hat = observer.estimate();
     for (const float x : x_hat) hash.add(x);
     // From the same latent state: far from the domain, two latents that differ in a bit are estimated far apart.
-    auto saved = observer.save();
-    if (hostile || !fast.restore({.z = {saved.z[0], saved.z[1], saved.z[2]},
-                                  .y = {saved.y[0]},
-                                  .input = {},
-                                  .held = saved.held,
-                                  .status = saved.status,
-                                  .started = saved.started})) {
-      continue;
-    }
+    if (hostile || !fast.reset(observer.latent(), {{observer.save().y[0]}})) continue;
     const auto x_fast = fast.estimate();
     for (int i = 0; i < 2; ++i) {
       const float difference = x_hat[i] < x_fast[i] ? x_fast[i] - x_hat[i] : x_hat[i] - x_fast[i];
