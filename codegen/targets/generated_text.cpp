@@ -26,8 +26,8 @@ constexpr std::array kRuntimeNames = {
     "SampledObserver", "StepStatus", "Tableau", "Vector", "activate", "activation_slope", "add_forced", "advance",
     "as_eigen", "between", "dense_tangent", "discretise", "evaluate_inverse", "explicit_rk_step",
     "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "integrate", "is_finite", "kEuler", "kHeun",
-    "kMostPieces", "kRk4", "kTanhMaxError", "make_mlp", "make_quantised_mlp", "multiply_add", "note_held", "pack",
-    "pieces_of", "rounded", "simd", "tanh_rational"};
+    "kMostPieces", "kRk4", "kTanhMaxError", "kernels", "make_mlp", "make_quantised_mlp", "multiply_add", "note_held",
+    "pack", "pieces_of", "quantised_layer", "reciprocal", "rounded", "simd", "tanh_rational"};
 // clang-format on
 
 }  // namespace
