@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "trainer/analysis/text.h"
@@ -48,10 +49,12 @@ Counts count(const Result& result) {
   return total;
 }
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 /// Columns of the smallest number of a row, in bold as in the paper.
 template <class Number>
 std::vector<bool> smallest(const std::vector<Cell>& row, const Number& number) {
-  double best = INFINITY;
+  double best = kInfinity;
   for (const Cell& cell : row) best = std::min(best, number(cell));
   std::vector<bool> is_best;
   for (const Cell& cell : row) is_best.push_back(row.size() > 1 && number(cell) == best);
@@ -87,7 +90,7 @@ std::string table_html(const ComparisonTable& table, const std::string& title, s
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     const auto& row = table.cells[r];
     const auto best = smallest(row, [values](const Cell& cell) { return spread(cell.*values).mean; });
-    const auto best_paper = smallest(row, [](const Cell& cell) { return cell.paper.value_or(INFINITY); });
+    const auto best_paper = smallest(row, [](const Cell& cell) { return cell.paper.value_or(kInfinity); });
     html += fmt::format("<tr><td>{}</td>", escaped(table.rows[r]));
     for (std::size_t c = 0; c < row.size(); ++c)
       html += fmt::format("<td{}>{}{}</td>", compare && is_outside(row[c]) ? " class=\"outside\"" : "",
