@@ -10,7 +10,7 @@ constexpr std::string_view kStyle = R"css(
 :root { color-scheme: light dark; --ground: #ffffff; --text: #1c2127; --soft: #5d6670; --line: #d9dde2; --card: #f5f7f9; --accent: #2f7de1; --warn: #b45309; --good: #1f7a55; }
 @media (prefers-color-scheme: dark) { :root { --ground: #14171b; --text: #e3e7eb; --soft: #9aa4af; --line: #333a42; --card: #1d2228; --warn: #f0a35e; --good: #57c79c; } }
 * { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 64rem; padding: 2.5rem 1.5rem 4rem; background: var(--ground); color: var(--text);
+body { margin: 0 auto; max-width: 72rem; padding: 2.5rem 1.5rem 4rem; background: var(--ground); color: var(--text);
        font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
 h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .3rem; }
 h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; padding-top: .8rem; border-top: 1px solid var(--line); }
