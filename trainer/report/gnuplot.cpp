@@ -188,7 +188,7 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
 /// Margins and gaps of a figure whose panels stand on a regular grid: gnuplot wants them in shares of the whole. Else
 /// each panel makes room for its own labels.
 std::string grid_text(const Figure& figure, std::size_t rows, std::size_t columns) {
-  constexpr double kLeft = 62, kRight = 16, kTop = 62, kBottom = 58, kColumnGap = 48, kRowGap = 40;  // pixels
+  constexpr double kLeft = 62, kRight = 16, kTop = 62, kBottom = 72, kColumnGap = 48, kRowGap = 40;  // pixels
   constexpr double kScale = 84;  // of a heat map, with its numbers
   const bool maps = std::any_of(figure.panels.begin(), figure.panels.end(), [](const Panel& p) { return p.heat_map; });
   if (!figure.common_legend && !maps) return "";
