@@ -169,9 +169,10 @@ void Objective::state_error(const Block& block, Workspace& workspace, ChunkResul
     const float per_unit = normalised ? 1.0F / (scale * scale) : 1.0F;
     const float pull = 2.0F * per_unit * static_cast<float>(share);
     const float* n = workspace.network ? workspace.network->output() + i * kRow : nullptr;
-    const float* z = group.latent.data() + group.at(static_cast<int>(i), 0);
+    const float* z = n == nullptr ? group.latent.data() + group.at(static_cast<int>(i), 0) : nullptr;
     float* network_cotangent = workspace.network ? workspace.network->output_cotangent() + i * kRow : nullptr;
-    float* latent_cotangent = group.cotangent.data() + group.at(static_cast<int>(i), 0);
+    float* latent_cotangent =
+        n == nullptr && backward ? group.cotangent.data() + group.at(static_cast<int>(i), 0) : nullptr;
     float squares = 0.0F;
     for (int s = 0; s < block.count; ++s) {
       const int time = offsets[s] / kGroup;

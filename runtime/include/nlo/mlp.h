@@ -53,8 +53,8 @@ NLO_INLINE void dense_tangent(const PackedDense<Scalar, kIn, kOut>& layer, const
 /// Hidden values and their tangents on the way through a network.
 template <class Scalar, int kWidest>
 struct JvpBuffer {
-  alignas(simd::kVectorBytes) Scalar value[kWidest];
-  alignas(simd::kVectorBytes) Scalar tangent[kWidest];
+  alignas(Scalar) alignas(simd::kVectorBytes) Scalar value[kWidest];
+  alignas(Scalar) alignas(simd::kVectorBytes) Scalar tangent[kWidest];
 };
 
 /// A chain of layers; the last one is linear. Widths may differ from layer to layer.
@@ -101,8 +101,8 @@ struct Mlp<kKind, First, Rest...> {
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
     // Two buffers, taken by turns: one per layer would be a kilobyte of stack on a microcontroller.
-    alignas(simd::kVectorBytes) Scalar here[kWidest];
-    alignas(simd::kVectorBytes) Scalar there[kWidest];
+    alignas(Scalar) alignas(simd::kVectorBytes) Scalar here[kWidest];
+    alignas(Scalar) alignas(simd::kVectorBytes) Scalar there[kWidest];
     run<kArithmetic>(in, out, here, there);
   }
 
