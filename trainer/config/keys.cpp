@@ -18,6 +18,15 @@ Key<Section> key(std::string name, Field Section::*field, const Rule& rule, std:
           [=](const Section& section) { return show_value(section.*field); }};
 }
 
+/// Of a section that is a network and nothing else.
+template <class Section>
+std::vector<Key<Section>> network_keys() {
+  return {
+      key("hidden", &Section::hidden, between(1, 4096), "widths of the hidden layers"),
+      key("activation", &Section::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
+  };
+}
+
 }  // namespace
 
 template <>
@@ -149,21 +158,13 @@ const std::vector<Key<InverseMapConfig>>& keys() {
 
 template <>
 const std::vector<Key<DynamicsConfig>>& keys() {
-  using D = DynamicsConfig;
-  static const std::vector<Key<D>> kKeys = {
-      key("hidden", &D::hidden, between(1, 4096), "widths of the hidden layers"),
-      key("activation", &D::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
-  };
+  static const auto kKeys = network_keys<DynamicsConfig>();
   return kKeys;
 }
 
 template <>
 const std::vector<Key<ForwardMapConfig>>& keys() {
-  using F = ForwardMapConfig;
-  static const std::vector<Key<F>> kKeys = {
-      key("hidden", &F::hidden, between(1, 4096), "widths of the hidden layers"),
-      key("activation", &F::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
-  };
+  static const auto kKeys = network_keys<ForwardMapConfig>();
   return kKeys;
 }
 

@@ -25,10 +25,6 @@ void LinearLatent::forward(SegmentGroup& group, int /*thread*/) {
 }
 
 void LinearLatent::backward(SegmentGroup& group, int /*thread*/) {
-  if (fixed_) {
-    group.gradient.assign(static_cast<std::size_t>(shape_.learned), 0.0);
-    return;
-  }
   adjoint_filter(shape_, coefficients_, eigenvalues_.data(), group);
 }
 

@@ -3,6 +3,8 @@
 // sensitivity/linear_latent.h is tested against. theta: parameters of the eigenvalues, as there.
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <complex>
 #include <utility>
 #include <vector>

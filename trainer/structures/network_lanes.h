@@ -4,7 +4,7 @@
 //   out = network(u),  u = (in - mean) / scale
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -18,7 +18,7 @@ template <class Scalar>
 class NetworkLanes {
  public:
   NetworkLanes(NetworkShape shape, Normalisation inputs) : shape_(std::move(shape)), inputs_(std::move(inputs)) {
-    for (auto& block : blocks_) block.emplace_back(shape_);
+    for (int slot = 0; slot < OdeDynamics<Scalar>::kSlots; ++slot) blocks_.emplace_back(shape_);
     transposed_.resize(static_cast<std::size_t>(shape_.parameters));
   }
   NetworkLanes(const NetworkLanes&) = delete;
@@ -58,25 +58,25 @@ class NetworkLanes {
   }
 
   void clear_gradient() {
-    for (auto& block : blocks_) block.front().clear_gradient();
+    for (Block& block : blocks_) block.clear_gradient();
   }
 
   void gradient(Scalar* out) const {
     std::vector<Scalar> part(static_cast<std::size_t>(shape_.parameters));
     std::fill_n(out, part.size(), Scalar(0));
-    for (const auto& block : blocks_) {
-      block.front().gradient(part.data());
+    for (const Block& block : blocks_) {
+      block.gradient(part.data());
       for (std::size_t i = 0; i < part.size(); ++i) out[i] += part[i];
     }
   }
 
  private:
   using Block = NetworkBlock<Scalar, kGroup>;
-  Block& block(int slot) { return blocks_[static_cast<std::size_t>(slot)].front(); }
+  Block& block(int slot) { return blocks_[static_cast<std::size_t>(slot)]; }
 
   NetworkShape shape_;
   Normalisation inputs_;
-  std::array<std::vector<Block>, OdeDynamics<Scalar>::kSlots> blocks_;  // one each
+  std::vector<Block> blocks_;  // one for each slot
   std::vector<Scalar> transposed_;
   const Scalar* theta_ = nullptr;
 };
