@@ -21,34 +21,34 @@ struct RandomUniform {
 };
 
 /// Weights uniform in +-sqrt(3 / n_in): activations neither vanish nor saturate.
-template <int kIn, int kOut>
-constexpr Dense<float, kIn, kOut> random_dense(std::uint32_t seed) {
+template <int kIn, int kOut, class Weight = float>
+constexpr Dense<Weight, kIn, kOut> random_dense(std::uint32_t seed) {
   float scale = 1.0F;  // sqrt(3 / kIn) by Newton's method: std::sqrt is no constant expression
   for (int i = 0; i < 20; ++i) scale = 0.5F * (scale + 3.0F / static_cast<float>(kIn) / scale);
   RandomUniform random{seed};
-  Dense<float, kIn, kOut> layer{};
+  Dense<Weight, kIn, kOut> layer{};
   for (auto& row : layer.weights) {
-    for (float& weight : row) weight = scale * random();
+    for (Weight& weight : row) weight = scale * random();
   }
   for (float& bias : layer.bias) bias = 0.1F * random();
   return layer;
 }
 
 /// kIn - kWidth x kDepth - kOut.
-template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut>
+template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut, class Weight = float>
 constexpr auto random_mlp() {
   return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
-    return make_mlp<kKind>(random_dense<kIn, kWidth>(1), random_dense<kWidth, kWidth>(kIndex + 2)...,
-                           random_dense<kWidth, kOut>(1000));
+    return make_mlp<kKind>(random_dense<kIn, kWidth, Weight>(1), random_dense<kWidth, kWidth, Weight>(kIndex + 2)...,
+                           random_dense<kWidth, kOut, Weight>(1000));
   }
   (std::make_index_sequence<kDepth - 1>{});
 }
 
 /// Observer for two states from one output at 50 Hz, n_z = 3 (a complex pair and a real eigenvalue), with an inverse
 /// map of kDepth hidden layers of kWidth. random_kkl_model<kTanh, 50, 4> has the size of the paper's examples.
-template <Activation kKind, int kWidth, int kDepth>
+template <Activation kKind, int kWidth, int kDepth, class Weight = float>
 constexpr auto random_kkl_model() {
-  using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());
+  using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2, Weight>());
   using Model = KklModel<float, 2, 1, 3, 1, InverseMap<Network>>;
   Model model{};
   model.sample_period_s = 0.02F;
@@ -71,7 +71,7 @@ constexpr auto random_kkl_model() {
     model.domain.latent_min[r] = -5.0F;
     model.domain.latent_max[r] = 5.0F;
   }
-  model.inverse_map.mlp = random_mlp<kKind, 3, kWidth, kDepth, 2>();
+  model.inverse_map.mlp = random_mlp<kKind, 3, kWidth, kDepth, 2, Weight>();
   return model;
 }
 

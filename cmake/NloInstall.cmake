@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/nlo)
 
 install(TARGETS nlo_runtime nlo EXPORT nloTargets RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY runtime/include/nlo DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY runtime/include/nlo DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
 install(DIRECTORY trainer/experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/nlo FILES_MATCHING PATTERN "*.toml")
 install(EXPORT nloTargets NAMESPACE nlo:: DESTINATION ${package_dir})
 

@@ -18,16 +18,18 @@ namespace {
 // headers and says when one is missing. By hand, as the formatter gives each name a line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
-    "Activate", "Activation", "Arithmetic", "Complex", "Dense", "Domain", "DrivenKklModel", "DrivenKklObserver",
-    "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver", "Hold", "Identity", "InputField",
-    "InputMemory", "InverseMap", "JvpBuffer", "KklModel", "KklObserver", "LatentModel", "LatentStep", "LearnedMap",
-    "LinearPath", "LuenbergerModel", "LuenbergerObserver", "Mlp", "ModeStep", "ModeWeights", "NoLinearPath",
-    "OutputRange", "PackedDense", "PackedQuantisedDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp",
-    "SampledObserver", "StepStatus", "Tableau", "Vector", "activate", "activation_slope", "add_forced", "advance",
-    "as_eigen", "between", "dense_tangent", "discretise", "evaluate_inverse", "explicit_rk_step",
-    "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "integrate", "is_finite", "kEuler", "kHeun",
-    "kMostPieces", "kRk4", "kTanhMaxError", "kernels", "make_mlp", "make_quantised_mlp", "multiply_add", "note_held",
-    "pack", "pieces_of", "quantised_layer", "reciprocal", "rounded", "simd", "tanh_rational"};
+    "Activation", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "Dense", "Domain", "DrivenKklModel",
+    "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver",
+    "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
+    "LatentModel", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
+    "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "OutputRange", "PackedDense", "PackedQuantisedDense",
+    "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "StepStatus", "Tableau",
+    "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced", "advance", "as_eigen", "between",
+    "dense_tangent", "discretise", "evaluate_inverse", "explicit_rk_step", "exponential_rk_step", "forced_step",
+    "forced_weights", "from_eigen", "horner", "integrate", "is_finite", "is_tanh", "kEuler", "kHeun", "kMostPieces",
+    "kRk4", "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kernels", "make_mlp",
+    "make_quantised_mlp", "multiply_add", "native", "note_held", "pack", "padded_inputs", "pieces_of",
+    "quantised_layer", "reciprocal", "rounded", "simd", "tanh_rational"};
 // clang-format on
 
 }  // namespace

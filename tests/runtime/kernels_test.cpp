@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The matrix-vector kernels against plain loops: every pair of awkward sizes, both layouts, float and double, unaligned
-// data, nothing read or written outside. Compiled for several instruction sets.
-#include <nlo/kernels/generic.h>
+// The dense layers against plain loops: every pair of awkward sizes, hidden and last, float, double and weights of 16
+// bits; nothing read or written outside, zeros where they must be. Compiled for several instruction sets.
+#include <nlo/mlp.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
+#include <random>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -19,20 +22,19 @@
 namespace nlo {
 namespace {
 
-constexpr int kSizes[] = {1, 2, 3, 5, 7, 8, 9, 15, 16, 17, 31, 50, 64, 65};
-constexpr std::size_t kCount = std::size(kSizes);
+template <class T>
+T random_value(std::mt19937& random) {
+  return T(testing::uniform<typename ComputesIn<T>::Type>(random, -1, 1));
+}
 
-/// n random scalars that end where the allocation ends (a sanitizer sees what is read beyond) and start unaligned.
+/// n random scalars that end where the allocation ends (a sanitizer sees what is read beyond), zeros behind the first
+/// `filled` of them.
 template <class Scalar>
-struct Unaligned {
-  std::vector<Scalar> values;
-  std::size_t offset;
-  Unaligned(int n, std::size_t shift, std::mt19937& random)
-      : values(static_cast<std::size_t>(n) + shift), offset(shift) {
-    for (Scalar& value : values) value = testing::uniform<Scalar>(random, -1, 1);
-  }
-  Scalar* data() { return values.data() + offset; }
-};
+std::vector<Scalar> padded_values(int n, int filled, std::mt19937& random) {
+  std::vector<Scalar> values(static_cast<std::size_t>(n));
+  for (int i = 0; i < filled; ++i) values[static_cast<std::size_t>(i)] = random_value<Scalar>(random);
+  return values;
+}
 
 /// What the plain loop gives, and how far rounding may take another order of summation.
 struct Expected {
@@ -40,93 +42,219 @@ struct Expected {
   double rounding;
 };
 
-template <class Scalar>
-Expected plain(const Scalar* weights, Scalar bias, const Scalar* in, int n_in, int stride) {
-  const long double start = static_cast<long double>(bias);
+template <class Weight, int kIn, int kOut>
+Expected plain(const Dense<Weight, kIn, kOut>& layer, int o, const typename ComputesIn<Weight>::Type* in) {
+  using Scalar = typename ComputesIn<Weight>::Type;
+  const long double start = static_cast<long double>(layer.bias[o]);
   long double sum = start, magnitude = std::fabs(start);
-  for (int i = 0; i < n_in; ++i) {
-    const long double term = static_cast<long double>(weights[i * stride]) * static_cast<long double>(in[i]);
+  for (int i = 0; i < kIn; ++i) {
+    const long double term =
+        static_cast<long double>(static_cast<Scalar>(layer.weights[o][i])) * static_cast<long double>(in[i]);
     sum += term;
     magnitude += std::fabs(term);
   }
-  // Each of n_in products and sums rounds by half an epsilon of at most `magnitude`.
+  // Each of kIn products and sums rounds by half an epsilon of at most `magnitude`.
   const double eps = static_cast<double>(std::numeric_limits<Scalar>::epsilon());
-  return {static_cast<double>(sum), (n_in + 2) * eps * static_cast<double>(magnitude)};
+  return {static_cast<double>(sum), (kIn + 2) * eps * static_cast<double>(magnitude)};
 }
 
-/// One instantiation, as a value: what is checked stays out of the templates, which take long enough to compile.
-template <class Scalar>
-struct Kernel {
-  int n_in, n_out;
-  bool by_columns;
-  void (*run)(const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out);
-};
-
-template <class Scalar, int kIn, int kOut, class Function>
-constexpr Kernel<Scalar> kernel() {
-  return {kIn, kOut, kernels::kByColumns<kIn, kOut>,
-          [](const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
-            kernels::dense<Scalar, kIn, kOut>(weights, bias, in, out, Function{});
-          }};
-}
-
-template <class Scalar>
-void check(const Kernel<Scalar>& kernel, double (*reference)(double), double slack) {
-  constexpr int kGuard = 16;
-  const int n_in = kernel.n_in, n_out = kernel.n_out;
-  const auto where = std::to_string(n_in) + " -> " + std::to_string(n_out);
-  std::mt19937 random(static_cast<std::uint32_t>(n_in * 100 + n_out));
-  for (std::size_t shift = 0; shift < 4; ++shift) {
-    Unaligned<Scalar> weights(n_in * n_out, shift, random), bias(n_out, (shift + 1) % 4, random);
-    Unaligned<Scalar> in(n_in, (shift + 2) % 4, random), out(n_out + 2 * kGuard, shift, random);
-    const auto before = out.values;
-    kernel.run(weights.data(), bias.data(), in.data(), out.data() + kGuard);
-    for (int o = 0; o < n_out; ++o) {
-      const Scalar* first = weights.data() + (kernel.by_columns ? o : o * n_in);
-      const Expected sum = plain(first, bias.data()[o], in.data(), n_in, kernel.by_columns ? n_out : 1);
-      ASSERT_NEAR(static_cast<double>(out.data()[kGuard + o]), reference(sum.value), sum.rounding + slack)
-          << where << ", output " << o << ", shift " << shift;
-    }
-    const auto first = static_cast<std::ptrdiff_t>(shift) + kGuard;
-    ASSERT_TRUE(std::equal(before.begin(), before.begin() + first, out.values.begin())) << where;
-    ASSERT_TRUE(std::equal(before.begin() + first + n_out, before.end(), out.values.begin() + first + n_out)) << where;
+template <class Weight, int kIn, int kOut>
+Dense<Weight, kIn, kOut> random_layer(std::mt19937& random) {
+  Dense<Weight, kIn, kOut> layer{};
+  for (auto& row : layer.weights) {
+    for (Weight& weight : row) weight = random_value<Weight>(random);
   }
+  for (auto& bias : layer.bias) bias = random_value<typename ComputesIn<Weight>::Type>(random);
+  return layer;
+}
+
+/// One layer by its kernel, hidden with activation kKind or last, against plain loops.
+template <class Weight, Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
+void check_layer(double (*activation)(double), double slack) {
+  using Scalar = typename ComputesIn<Weight>::Type;
+  std::mt19937 random(static_cast<std::uint32_t>(kIn * 100 + kOut));
+  const auto layer = random_layer<Weight, kIn, kOut>(random);
+  const auto packed = std::make_unique<PackedDense<Weight, kIn, kOut>>(pack(layer));
+  const auto in = padded_values<Scalar>(kernels::padded(kIn), kIn, random);
+  constexpr int kGuard = 16, kWritten = kLast ? kOut : kernels::padded(kOut);
+  auto out = padded_values<Scalar>(kWritten + 2 * kGuard, kWritten + 2 * kGuard, random);
+  const auto before = out;
+  kernels::layer<kKind, kArithmetic, kLast, kIn, kOut>(packed->weights, packed->bias, in.data(), out.data() + kGuard);
+  const auto where = std::to_string(kIn) + " -> " + std::to_string(kOut) + (kLast ? ", last" : "");
+  for (int o = 0; o < kOut; ++o) {
+    const Expected sum = plain(layer, o, in.data());
+    const double want = kLast ? sum.value : activation(sum.value);
+    ASSERT_NEAR(static_cast<double>(out[static_cast<std::size_t>(kGuard + o)]), want, sum.rounding + slack)
+        << where << ", output " << o;
+  }
+  for (int o = kOut; o < kWritten; ++o) ASSERT_EQ(out[static_cast<std::size_t>(kGuard + o)], Scalar(0)) << where;
+  ASSERT_TRUE(std::equal(before.begin(), before.begin() + kGuard, out.begin())) << where;
+  ASSERT_TRUE(std::equal(before.end() - kGuard, before.end(), out.end() - kGuard)) << where;
+}
+
+double relu(double v) {
+  return std::max(v, 0.0);
+}
+double exact_tanh(double v) {
+  return std::tanh(v);
 }
 
 template <class Scalar>
 struct Kernels : ::testing::Test {};
-using Scalars = ::testing::Types<float, double>;
-TYPED_TEST_SUITE(Kernels, Scalars);
+using Weights = ::testing::Types<float, double, Bfloat16, Float16>;
+TYPED_TEST_SUITE(Kernels, Weights);
 
-TYPED_TEST(Kernels, MeetAPlainLoopForEveryShapeAndStayInBounds) {
-  static constexpr auto kAll = []<std::size_t... kPair>(std::index_sequence<kPair...>) {
-    return std::array{kernel<TypeParam, kSizes[kPair / kCount], kSizes[kPair % kCount], kernels::Identity>()...};
-  }
-  (std::make_index_sequence<kCount * kCount>{});
-  for (const auto& one : kAll) {
-    check<TypeParam>(
-        one, [](double v) { return v; }, 0.0);
+template <class Weight, Arithmetic kArithmetic, int kIn, int kOut>
+void check_shape() {
+  check_layer<Weight, Activation::kRelu, kArithmetic, false, kIn, kOut>(relu, 0.0);
+  check_layer<Weight, Activation::kRelu, kArithmetic, true, kIn, kOut>(relu, 0.0);
+}
+
+// Inputs: none, one or several runs of them, with and without some left over. Outputs: every part of the layout alone
+// and with the others, one tile and several, of one size and of two. Other types of weights: the code that they change.
+TYPED_TEST(Kernels, MeetAPlainLoopAndStayInBounds) {
+  constexpr auto kFast = Arithmetic::kFast;
+  check_shape<TypeParam, kFast, 3, 50>();
+  check_shape<TypeParam, kFast, 17, 15>();
+  check_shape<TypeParam, kFast, 33, 65>();
+  if constexpr (std::is_same_v<TypeParam, float>) {
+    check_shape<TypeParam, kFast, 1, 1>();
+    check_shape<TypeParam, kFast, 2, 8>();
+    check_shape<TypeParam, kFast, 5, 4>();
+    check_shape<TypeParam, kFast, 15, 7>();
+    check_shape<TypeParam, kFast, 16, 16>();
+    check_shape<TypeParam, kFast, 31, 31>();
+    check_shape<TypeParam, kFast, 50, 2>();
+    check_shape<TypeParam, kFast, 50, 50>();
+    check_shape<TypeParam, kFast, 65, 5>();
+    check_shape<TypeParam, kFast, 9, 191>();
   }
 }
 
-/// Outputs of both layouts, with and without a last, partial register.
-template <class Scalar, class Function>
-constexpr std::array kActivated = {kernel<Scalar, 7, 2, Function>(), kernel<Scalar, 7, 8, Function>(),
-                                   kernel<Scalar, 7, 17, Function>(), kernel<Scalar, 7, 50, Function>()};
+/// Outputs in every part of the layout, of few inputs and of many.
+template <class Weight, Activation kKind, Arithmetic kArithmetic>
+void check_activation(double (*activation)(double), double slack) {
+  check_layer<Weight, kKind, kArithmetic, false, 7, 50>(activation, slack);
+  check_layer<Weight, kKind, kArithmetic, false, 33, 31>(activation, slack);
+}
 
 TYPED_TEST(Kernels, ApplyTheActivationToEveryOutput) {
-  for (const auto& one : kActivated<TypeParam, kernels::Activate<Activation::kTanh>>) {
-    check<TypeParam>(
-        one, [](double v) { return std::tanh(v); }, kTanhMaxError);
-  }
-  for (const auto& one : kActivated<TypeParam, kernels::Activate<Activation::kRelu>>) {
-    check<TypeParam>(
-        one, [](double v) { return std::max(v, 0.0); }, 0.0);
+  constexpr auto kFast = Arithmetic::kFast, kDeterministic = Arithmetic::kDeterministic;
+  check_activation<TypeParam, Activation::kRelu, kFast>(relu, 0.0);
+  check_activation<TypeParam, Activation::kTanh, kFast>(exact_tanh, kTanhMaxError);
+  check_activation<TypeParam, Activation::kTanh, kDeterministic>(exact_tanh, kTanhMaxError);
+  check_activation<TypeParam, Activation::kTanh5e6, kFast>(exact_tanh, kTanh5e6MaxError);
+  check_activation<TypeParam, Activation::kTanh5e5, kFast>(exact_tanh, kTanh5e5MaxError);
+}
+
+/// A network whose inputs are no multiple of a vector reads nothing behind them.
+TYPED_TEST(Kernels, NetworksTakeInputsOfAnyNumber) {
+  using Scalar = typename ComputesIn<TypeParam>::Type;
+  std::mt19937 random(1);
+  const auto first = random_layer<TypeParam, 17, 5>(random);
+  const auto last = random_layer<TypeParam, 5, 2>(random);
+  const auto in = padded_values<Scalar>(17, 17, random);
+  Scalar out[2], hidden[5];
+  make_mlp<Activation::kRelu>(first, last).evaluate(in.data(), out);
+  for (int o = 0; o < 5; ++o) hidden[o] = static_cast<Scalar>(relu(plain(first, o, in.data()).value));
+  for (int o = 0; o < 2; ++o) {
+    constexpr double kRounding = 1e-5;  // some 100 units of float of sums of a few
+    EXPECT_NEAR(static_cast<double>(out[o]), plain(last, o, hidden).value, kRounding);
   }
 }
 
-// A model's bytes must not depend on the target: the layout follows from the shape alone.
-static_assert(kernels::kByColumns<1, 8> && kernels::kByColumns<50, 50> && !kernels::kByColumns<50, 7>);
+// The policy of one order: sums of every output from bias on, input by input, each operation rounded by itself.
+TYPED_TEST(Kernels, OfTheDeterministicPolicySumInTheOrderOfTheInputs) {
+  using Scalar = typename ComputesIn<TypeParam>::Type;
+  constexpr int kIn = 37, kOut = 61;
+  std::mt19937 random(2);
+  const auto layer = random_layer<TypeParam, kIn, kOut>(random);
+  const auto packed = pack(layer);
+  const auto in = padded_values<Scalar>(kernels::padded(kIn), kIn, random);
+  Scalar out[kOut];
+  kernels::layer<Activation::kTanh, Arithmetic::kDeterministic, true, kIn, kOut>(packed.weights, packed.bias, in.data(),
+                                                                                 out);
+  for (int o = 0; o < kOut; ++o) {
+    Scalar sum = layer.bias[o];
+    for (int i = 0; i < kIn; ++i) {
+      sum = rounded<Scalar>(static_cast<Scalar>(layer.weights[o][i]) * in[static_cast<std::size_t>(i)]) + sum;
+    }
+    EXPECT_EQ(out[o], sum) << o;
+  }
+}
+
+template <class Weight, int kIn, int kOut>
+void expect_a_layout_without_collisions() {
+  using Layout = typename PackedDense<Weight, kIn, kOut>::Layout;
+  std::vector<int> uses(static_cast<std::size_t>(Layout::kWeights));
+  for (int o = 0; o < kOut; ++o) {
+    for (int i = 0; i < kIn; ++i) ++uses.at(static_cast<std::size_t>(Layout::weight_position(o, i)));
+  }
+  EXPECT_EQ(std::count(uses.begin(), uses.end(), 1), kIn * kOut);
+  EXPECT_EQ(std::count(uses.begin(), uses.end(), 0), Layout::kWeights - kIn * kOut);
+}
+
+TEST(Layout, HasOnePlaceForEachWeight) {
+  expect_a_layout_without_collisions<float, 3, 50>();
+  expect_a_layout_without_collisions<float, 50, 50>();
+  expect_a_layout_without_collisions<float, 17, 191>();
+  expect_a_layout_without_collisions<float, 5, 15>();
+  expect_a_layout_without_collisions<float, 256, 2>();
+}
+
+TEST(Layout, OfGeneratorsIsTheSameAsThatOfCompilers) {
+  constexpr int kIn = 19, kOut = 139;
+  std::mt19937 random(3);
+  const auto layer = random_layer<float, kIn, kOut>(random);
+  constexpr kernels::PanelLayout kLayout{kIn, kOut};
+  auto written = std::make_unique<PanelDense<float, kIn, kOut>>();
+  for (int o = 0; o < kOut; ++o) {
+    for (int i = 0; i < kIn; ++i) written->weights[kLayout.weight_position(o, i)] = layer.weights[o][i];
+    written->bias[o] = layer.bias[o];
+  }
+  const auto want = pack(layer), got = pack(*written);
+  EXPECT_TRUE(std::equal(std::begin(want.weights), std::end(want.weights), std::begin(got.weights)));
+  EXPECT_TRUE(std::equal(std::begin(want.bias), std::end(want.bias), std::begin(got.bias)));
+}
+
+/// Every 16-bit pattern that is a number comes back from float unchanged.
+template <class Half>
+std::size_t numbers_changed() {
+  std::size_t changed = 0;
+  for (std::uint32_t bits = 0; bits < 0x10000U; ++bits) {
+    Half half;
+    half.bits = static_cast<std::uint16_t>(bits);
+    const float value = static_cast<float>(half);
+    if (std::isfinite(value) && !(std::is_same_v<Half, Float16> && (bits & 0x7c00U) == 0x7c00U)) {
+      changed += Half(value).bits != bits;
+    }
+  }
+  return changed;
+}
+
+TEST(Weight, EveryNumberOf16BitsIsExactInFloatAndComesBack) {
+  EXPECT_EQ(numbers_changed<Bfloat16>(), 0U);
+  EXPECT_EQ(numbers_changed<Float16>(), 0U);
+  static_assert(static_cast<float>(Float16(0x1p-24F)) == 0x1p-24F);
+}
+
+TEST(Weight, RoundsToNearestEven) {
+  static_assert(static_cast<float>(Float16(1.0F + 0x1p-11F)) == 1.0F);                  // a tie, down to even
+  static_assert(static_cast<float>(Float16(1.0F + 0x3p-11F)) == 1.0F + 0x1p-9F);        // a tie, up to even
+  static_assert(static_cast<float>(Float16(1.0F + 0x1.2p-11F)) == 1.0F + 0x1p-10F);     // just above
+  static_assert(Float16(65519.0F).bits == 0x7bff && Float16(65520.0F).bits == 0x7c00);  // the largest; too large
+  static_assert(static_cast<float>(Float16(0x1.8p-25F)) == 0x1p-24F && Float16(-0x1p-25F).bits == 0x8000);
+  static_assert(static_cast<float>(Bfloat16(1.0F + 0x1p-8F)) == 1.0F);
+  static_assert(static_cast<float>(Bfloat16(1.0F + 0x3p-8F)) == 1.0F + 0x1p-6F);
+  for (std::uint32_t bits = 0; bits < 0x7f800000U; bits += 4099) {
+    const float value = std::bit_cast<float>(bits);
+    if (value > 65504.0F) break;
+    const double ulp =
+        std::max(std::exp2(std::floor(std::log2(std::max(static_cast<double>(value), 1e-300))) - 10), 0x1p-24);
+    ASSERT_LE(std::fabs(static_cast<double>(static_cast<float>(Float16(value))) - static_cast<double>(value)), ulp / 2);
+  }
+}
+
 #if defined(NLO_SCALAR_KERNELS)
 static_assert(simd::kLanes<float> == 1 && simd::kLanes<double> == 1);
 #elif defined(__AVX512F__)

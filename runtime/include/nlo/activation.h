@@ -10,68 +10,55 @@
 
 namespace nlo {
 
-enum class Activation : std::uint8_t { kTanh, kRelu, kSilu };
+/// What stands behind every layer but the last. tanh comes in three accuracies, each cheaper than the one before; an
+/// export picks one by its error budget.
+enum class Activation : std::uint8_t {
+  kTanh,  ///< within kTanhMaxError of tanh
+  kRelu,
+  kSilu,     ///< v sigmoid(v), by kTanh
+  kTanh5e6,  ///< within 5e-6
+  kTanh5e5,  ///< within 5e-5
+};
 
-/// Largest |tanh_rational(x) - tanh(x)| over every float32 x, infinities included (measured 4.2e-7).
-inline constexpr double kTanhMaxError = 5e-7;
-
-/// tanh(x) ~ x P(x^2) / Q(x^2), degrees 9/8, x clamped to +-7.75.
-/// Minimax fit of the absolute error on [0, 7.75] (4.1e-9; 3.7e-8 as its coefficients are rounded; 4.2e-7 in float32).
-/// The leading coefficient is exactly 1, so small x pass unchanged, and |result| <= 1. Not a number gives about 1.
-template <Arithmetic kArithmetic = Arithmetic::kFast, class T>
-NLO_INLINE constexpr T tanh_rational(T x) {
-  // consteval: without optimisation too, no double reaches a target that would have to emulate it.
-  constexpr auto c = [](double value) consteval {
-    return simd::literal<T>(value);
-  };
-  constexpr auto horner = [](T polynomial, T s, auto next) {
-    return multiply_add<kArithmetic, T>(polynomial, s, T{} + next);
-  };
-  const T limit = T{} + c(7.75);
-  x = simd::max(simd::min(x, limit), -limit);
-  const T s = x * x;
-  T p = T{} + c(1.55599142e-08);
-  p = horner(p, s, c(2.20985712e-05));
-  p = horner(p, s, c(0.00358292833));
-  p = horner(p, s, c(0.134537607));
-  p = horner(p, s, c(1.0));
-  T q = T{} + c(8.646428e-07);
-  q = horner(q, s, c(0.000343050633));
-  q = horner(q, s, c(0.0262066592));
-  q = horner(q, s, c(0.467870831));
-  q = horner(q, s, c(1.0));
-  return x * p / q;
+constexpr bool is_tanh(Activation kind) {
+  return kind == Activation::kTanh || kind == Activation::kTanh5e6 || kind == Activation::kTanh5e5;
 }
 
-/// a = activation(v).
-template <Activation kKind, Arithmetic kArithmetic = Arithmetic::kFast, class T>
-NLO_INLINE constexpr T activate(T v) {
-  const T zero{};
-  if constexpr (kKind == Activation::kTanh) {
-    return tanh_rational<kArithmetic>(v);
-  } else if constexpr (kKind == Activation::kRelu) {
-    return simd::max(v, zero);
-  } else {  // silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2
-    constexpr auto kHalf = simd::literal<T>(0.5);
-    const T half = v * kHalf;
-    return multiply_add<kArithmetic, T>(half, tanh_rational<kArithmetic>(half), half);
+/// tanh(x) ~ x P(x^2) / Q(x^2) with x clamped to +-limit; coefficients from the constant term up.
+/// Minimax fits of the absolute error on [0, limit]. Where P's constant term is 1, small x pass unchanged.
+template <class Scalar, int kP, int kQ>
+struct TanhFit {
+  Scalar limit;
+  Scalar p[kP + 1];
+  Scalar q[kQ + 1];
+};
+template <Activation kKind, class Scalar>
+inline constexpr auto kTanhFit = [] {
+  static_assert(is_tanh(kKind) || kKind == Activation::kSilu);
+  constexpr auto c = [](double value) { return static_cast<Scalar>(value); };
+  if constexpr (kKind == Activation::kTanh5e5) {  // 4.4e-5
+    return TanhFit<Scalar, 2, 2>{
+        c(5.02), {c(0.999805986), c(0.101655943), c(0.000652992555)}, {c(1.0), c(0.434426383), c(0.0126192799)}};
+  } else if constexpr (kKind == Activation::kTanh5e6) {  // 9.2e-7; 1.2e-6 evaluated in float32
+    return TanhFit<Scalar, 3, 3>{c(6.9),
+                                 {c(1.0), c(0.123340328), c(0.00230391135), c(4.04847372e-06)},
+                                 {c(1.0), c(0.456667572), c(0.0212016298), c(0.000145175769)}};
+  } else {  // 4.1e-9; 3.7e-8 as its coefficients are rounded; 4.2e-7 in float32
+    return TanhFit<Scalar, 4, 4>{c(7.75),
+                                 {c(1.0), c(0.134537607), c(0.00358292833), c(2.20985712e-05), c(1.55599142e-08)},
+                                 {c(1.0), c(0.467870831), c(0.0262066592), c(0.000343050633), c(8.646428e-07)}};
   }
-}
+}();
 
-/// da/dv, from the pre-activation v and the result a.
-template <Activation kKind, class T>
-NLO_INLINE constexpr T activation_slope(T v, T a) {
-  const T zero{};
-  const T one = zero + simd::literal<T>(1.0);
-  if constexpr (kKind == Activation::kTanh) {
-    return one - a * a;
-  } else if constexpr (kKind == Activation::kRelu) {
-    return v > zero ? one : zero;
-  } else {  // s + v s (1 - s), s = sigmoid(v)
-    const auto half = simd::literal<T>(0.5);
-    const T s = half + half * tanh_rational(v * half);
-    return s + a * (one - s);
-  }
-}
+/// Largest |tanh_rational(x) - tanh(x)| over every float32 x, infinities included.
+inline constexpr double kTanhMaxError = 5e-7, kTanh5e6MaxError = 5e-6, kTanh5e5MaxError = 5e-5;
+
+inline namespace native {
+using simd::max;
+using simd::min;
+#define NLO_CODE NLO_INLINE
+#include "nlo/kernels/per_isa/activations.inc"
+#undef NLO_CODE
+}  // namespace native
 
 }  // namespace nlo

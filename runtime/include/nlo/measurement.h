@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "nlo/arithmetic.h"
+#include "nlo/simd.h"
 #include "nlo/vector.h"
 
 namespace nlo {

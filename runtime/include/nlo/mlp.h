@@ -10,51 +10,106 @@
 #include "nlo/activation.h"
 #include "nlo/arithmetic.h"
 #include "nlo/kernels/dense.h"
+#include "nlo/simd.h"
 #include "nlo/vector.h"
+#include "nlo/weight.h"
 
 namespace nlo {
 
-/// One layer as it is written: weights[o] is the row of neuron o.
-template <class Scalar, int kIn, int kOut>
+/// One layer as it is written: weights[o] is the row of neuron o. Weight is float, double, Bfloat16 or Float16.
+template <class Weight, int kIn, int kOut>
 struct Dense {
-  Scalar weights[kOut][kIn];
-  Scalar bias[kOut];
+  Weight weights[kOut][kIn];
+  typename ComputesIn<Weight>::Type bias[kOut];
+};
+
+/// One layer in the layout of panels.h: as it is executed on CPUs with vectors, and as generators write layers so large
+/// that a compiler would take long to lay them out.
+template <class Weight, int kIn_, int kOut_>
+struct PanelDense {
+  using Layout = kernels::Panels<kIn_, kOut_>;
+  using Scalar = typename ComputesIn<Weight>::Type;
+  static constexpr int kIn = kIn_;
+  static constexpr int kOut = kOut_;
+  alignas(64) Weight weights[Layout::kWeights];
+  alignas(64) Scalar bias[Layout::kBiases];
+};
+
+/// One layer in the layout of a target without vectors.
+template <class Weight, int kIn_, int kOut_>
+struct TargetDense {
+  using Layout = kernels::TargetLayout<Weight, kIn_, kOut_>;
+  using Scalar = typename ComputesIn<Weight>::Type;
+  static constexpr int kIn = kIn_;
+  static constexpr int kOut = kOut_;
+  Weight weights[Layout::kWeights];
+  Scalar bias[Layout::kBiases];
 };
 
 /// One layer as it is executed.
-template <class Scalar_, int kIn_, int kOut_>
-struct PackedDense {
-  using Scalar = Scalar_;
-  static constexpr int kIn = kIn_;
-  static constexpr int kOut = kOut_;
-  Scalar weights[kIn * kOut];
-  Scalar bias[kOut];
-};
+template <class Weight, int kIn, int kOut>
+using PackedDense =
+    std::conditional_t<kernels::kHasVectors, PanelDense<Weight, kIn, kOut>, TargetDense<Weight, kIn, kOut>>;
 
-template <class Scalar, int kIn, int kOut>
-constexpr PackedDense<Scalar, kIn, kOut> pack(const Dense<Scalar, kIn, kOut>& layer) {
-  PackedDense<Scalar, kIn, kOut> packed{};
+template <class Weight, int kIn, int kOut>
+constexpr PackedDense<Weight, kIn, kOut> pack(const Dense<Weight, kIn, kOut>& layer) {
+  PackedDense<Weight, kIn, kOut> packed{};
   for (int o = 0; o < kOut; ++o) {
     for (int i = 0; i < kIn; ++i) {
-      packed.weights[kernels::weight_position<Scalar, kIn, kOut>(o, i)] = layer.weights[o][i];
+      packed.weights[PackedDense<Weight, kIn, kOut>::Layout::weight_position(o, i)] = layer.weights[o][i];
     }
     packed.bias[o] = layer.bias[o];
   }
   return packed;
 }
+template <class Weight, int kIn, int kOut>
+constexpr PackedDense<Weight, kIn, kOut> pack(const PanelDense<Weight, kIn, kOut>& layer) {
+  if constexpr (kernels::kHasVectors) {
+    return layer;
+  } else {
+    PackedDense<Weight, kIn, kOut> packed{};
+    for (int o = 0; o < kOut; ++o) {
+      for (int i = 0; i < kIn; ++i) {
+        packed.weights[PackedDense<Weight, kIn, kOut>::Layout::weight_position(o, i)] =
+            layer.weights[kernels::Panels<kIn, kOut>::weight_position(o, i)];
+      }
+      packed.bias[o] = layer.bias[o];
+    }
+    return packed;
+  }
+}
 
-/// W d, the derivative of a layer along d: the layer without its bias.
-template <Activation kKind, class Scalar, int kIn, int kOut>
-NLO_INLINE void dense_tangent(const PackedDense<Scalar, kIn, kOut>& layer, const Scalar* direction, Scalar* out) {
-  const Scalar no_bias[kOut]{};
-  kernels::layer<kKind, Arithmetic::kFast, true, kIn, kOut>(layer.weights, no_bias, direction, out);
+/// Values between two layers.
+template <class Scalar, int kN>
+struct LayerBuffer {
+  static constexpr int kAlignment = kernels::kHasVectors ? 64 : 4;
+  alignas(kAlignment) alignas(Scalar) Scalar values[kernels::padded(kN)];
+};
+
+/// The inputs of a network with zeros behind them where its kernel wants that: `in` itself, or a copy in `buffer`.
+template <int kIn, class Scalar>
+NLO_INLINE const Scalar* padded_inputs(const Scalar* in,
+                                       LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1>& buffer) {
+  if constexpr (kernels::kPadsInputs<kIn>) {
+    for (int i = 0; i < kIn; ++i) buffer.values[i] = in[i];
+    for (int i = kIn; i < kernels::padded(kIn); ++i) buffer.values[i] = Scalar(0);
+    return buffer.values;
+  } else {
+    return in;
+  }
+}
+
+/// W d, the derivative of a layer along d: the layer without its bias. Writes exactly kOut values.
+template <Activation kKind, class Layer, class Scalar>
+NLO_INLINE void dense_tangent(const Layer& layer, const Scalar* direction, Scalar* out) {
+  static constexpr Scalar kNoBias[Layer::Layout::kBiases]{};
+  kernels::layer<kKind, Arithmetic::kFast, true, Layer::kIn, Layer::kOut>(layer.weights, kNoBias, direction, out);
 }
 
 /// Hidden values and their tangents on the way through a network.
 template <class Scalar, int kWidest>
 struct JvpBuffer {
-  alignas(Scalar) alignas(simd::kVectorBytes) Scalar value[kWidest];
-  alignas(Scalar) alignas(simd::kVectorBytes) Scalar tangent[kWidest];
+  LayerBuffer<Scalar, kWidest> value, tangent;
 };
 
 /// A chain of layers; the last one is linear. Widths may differ from layer to layer.
@@ -64,6 +119,7 @@ struct Mlp;
 template <Activation kKind, class Last>
 struct Mlp<kKind, Last> {
   using Scalar = typename Last::Scalar;
+  static constexpr int kLayers = 1;
   static constexpr int kIn = Last::kIn;
   static constexpr int kOut = Last::kOut;
   static constexpr int kWidest = 1;  ///< hidden layer; an array has one element at least
@@ -71,19 +127,25 @@ struct Mlp<kKind, Last> {
 
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
-    run<kArithmetic>(in, out, nullptr, nullptr);
+    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
+    kernels::layer<kKind, kArithmetic, true, kIn, kOut>(layer.weights, layer.bias, padded_inputs<kIn>(in, inputs), out);
   }
 
-  template <Arithmetic kArithmetic>
-  NLO_INLINE void run(const Scalar* in, Scalar* out, Scalar*, Scalar*) const {
-    kernels::layer<kKind, kArithmetic, true, kIn, kOut>(layer.weights, layer.bias, in, out);
+  /// in [kIn][kPlants], out [kOut][kPlants].
+  template <Arithmetic kArithmetic, int kPlants>
+  void evaluate_batch(const Scalar* in, Scalar* out) const {
+    LayerBuffer<Scalar, kWidest * kPlants> here, there;
+    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, here.values, there.values);
   }
 
-  void jvp(const Scalar*, const Scalar* direction, Scalar* out) const { dense_tangent<kKind>(layer, direction, out); }
+  void jvp(const Scalar*, const Scalar* direction, Scalar* out) const {
+    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
+    dense_tangent<kKind>(layer, padded_inputs<kIn>(direction, inputs), out);
+  }
 
   template <class Buffer>
-  NLO_INLINE void run_jvp(const Scalar* in, const Scalar* direction, Scalar* out, Buffer&, Buffer&) const {
-    jvp(in, direction, out);
+  NLO_INLINE void run_jvp(const Scalar*, const Scalar* direction, Scalar* out, Buffer&, Buffer&) const {
+    dense_tangent<kKind>(layer, direction, out);
   }
 };
 
@@ -92,6 +154,7 @@ struct Mlp<kKind, First, Rest...> {
   using Scalar = typename First::Scalar;
   using Tail = Mlp<kKind, Rest...>;
   static_assert(First::kOut == Tail::kIn, "each layer reads what the one before it writes");
+  static constexpr int kLayers = 1 + Tail::kLayers;
   static constexpr int kIn = First::kIn;
   static constexpr int kOut = Tail::kOut;
   static constexpr int kWidest = First::kOut > Tail::kWidest ? First::kOut : Tail::kWidest;
@@ -101,46 +164,49 @@ struct Mlp<kKind, First, Rest...> {
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
     // Two buffers, taken by turns: one per layer would be a kilobyte of stack on a microcontroller.
-    alignas(Scalar) alignas(simd::kVectorBytes) Scalar here[kWidest];
-    alignas(Scalar) alignas(simd::kVectorBytes) Scalar there[kWidest];
-    run<kArithmetic>(in, out, here, there);
+    LayerBuffer<Scalar, kWidest> here, there;
+    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
+    kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, here.values, there.values);
   }
 
-  /// Writes hidden values to `here`; the layers behind use `there` and `here` by turns.
-  template <Arithmetic kArithmetic>
-  NLO_INLINE void run(const Scalar* in, Scalar* out, Scalar* here, Scalar* there) const {
-    kernels::layer<kKind, kArithmetic, false, kIn, First::kOut>(layer.weights, layer.bias, in, here);
-    tail.template run<kArithmetic>(here, out, there, here);
+  /// in [kIn][kPlants], out [kOut][kPlants].
+  template <Arithmetic kArithmetic, int kPlants>
+  void evaluate_batch(const Scalar* in, Scalar* out) const {
+    LayerBuffer<Scalar, kWidest * kPlants> here, there;
+    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, here.values, there.values);
   }
 
   void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
     JvpBuffer<Scalar, kWidest> here, there;
-    run_jvp(in, direction, out, here, there);
+    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs, directions;
+    run_jvp(padded_inputs<kIn>(in, inputs), padded_inputs<kIn>(direction, directions), out, here, there);
   }
 
   template <class Buffer>
   NLO_INLINE void run_jvp(const Scalar* in, const Scalar* direction, Scalar* out, Buffer& here, Buffer& there) const {
-    kernels::layer<kKind, Arithmetic::kFast, true, kIn, First::kOut>(layer.weights, layer.bias, in, here.value);
-    dense_tangent<kKind>(layer, direction, here.tangent);
+    Scalar *value = here.value.values, *tangent = here.tangent.values;
+    kernels::layer<kKind, Arithmetic::kFast, true, kIn, First::kOut>(layer.weights, layer.bias, in, value);
+    dense_tangent<kKind>(layer, direction, tangent);
     for (int o = 0; o < First::kOut; ++o) {
-      const Scalar v = here.value[o];
-      here.value[o] = activate<kKind>(v);
-      here.tangent[o] *= activation_slope<kKind>(v, here.value[o]);
+      const Scalar v = value[o];
+      value[o] = activate<kKind>(v);
+      tangent[o] *= activation_slope<kKind>(v, value[o]);
     }
-    tail.run_jvp(here.value, here.tangent, out, there, here);
+    for (int o = First::kOut; o < kernels::padded(First::kOut); ++o) value[o] = tangent[o] = Scalar(0);
+    tail.run_jvp(value, tangent, out, there, here);
   }
 };
 
-/// Mlp from layers as written, first to last.
-template <Activation kKind, class Scalar, int kIn, int kOut>
-constexpr auto make_mlp(const Dense<Scalar, kIn, kOut>& last) {
-  return Mlp<kKind, PackedDense<Scalar, kIn, kOut>>{pack(last)};
+/// Mlp from layers as written (Dense or PanelDense), first to last.
+template <Activation kKind, class Last>
+constexpr auto make_mlp(const Last& last) {
+  return Mlp<kKind, decltype(pack(last))>{pack(last)};
 }
-template <Activation kKind, class Scalar, int kIn, int kOut, class... Rest>
-constexpr auto make_mlp(const Dense<Scalar, kIn, kOut>& first, const Rest&... rest) {
+template <Activation kKind, class First, class... Rest>
+constexpr auto make_mlp(const First& first, const Rest&... rest) {
   using Tail = decltype(make_mlp<kKind>(rest...));
   return [&]<class... Layers>(const Mlp<kKind, Layers...>& tail) {
-    return Mlp<kKind, PackedDense<Scalar, kIn, kOut>, Layers...>{pack(first), tail};
+    return Mlp<kKind, decltype(pack(first)), Layers...>{pack(first), tail};
   }(Tail{make_mlp<kKind>(rest...)});
 }
 
@@ -175,6 +241,22 @@ struct InverseMap {
         Scalar total = out[o];
         for (int i = 0; i < kIn; ++i) total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i], total);
         out[o] = total;
+      }
+    }
+  }
+
+  /// The same for kPlants inputs side by side: in [kIn][kPlants], out [kOut][kPlants], two vectors of plants.
+  template <Arithmetic kArithmetic, int kPlants>
+  void evaluate_batch(const Scalar* in, Scalar* out) const {
+    mlp.template evaluate_batch<kArithmetic, kPlants>(in, out);
+    if constexpr (kHasLinearPath) {
+      for (int o = 0; o < kOut; ++o) {
+        for (int i = 0; i < kIn; ++i) {
+          for (int n = 0; n < kPlants; ++n) {
+            Scalar& total = out[o * kPlants + n];
+            total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i * kPlants + n], total);
+          }
+        }
       }
     }
   }

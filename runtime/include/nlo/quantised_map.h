@@ -13,6 +13,7 @@
 #include "nlo/arithmetic.h"
 #include "nlo/kernels/int16.h"
 #include "nlo/mlp.h"
+#include "nlo/simd.h"
 
 namespace nlo {
 

@@ -11,6 +11,7 @@
 
 #include "nlo/arithmetic.h"
 #include "nlo/measurement.h"
+#include "nlo/simd.h"
 #include "nlo/vector.h"
 
 namespace nlo {

@@ -6,8 +6,19 @@
 #include <type_traits>
 #include <utility>
 
+#include "nlo/arithmetic.h"
+
 #define NLO_INLINE inline __attribute__((always_inline))
 #define NLO_INLINE_LAMBDA __attribute__((always_inline))
+// Loops of a few rounds whose number the compiler knows, laid out in full at every optimisation level but -O0, or four
+// rounds at a time.
+#if defined(__clang__)
+#define NLO_UNROLL _Pragma("clang loop unroll(full)")
+#define NLO_UNROLL_SOME _Pragma("clang loop unroll_count(4)")
+#else
+#define NLO_UNROLL _Pragma("GCC unroll 16")
+#define NLO_UNROLL_SOME _Pragma("GCC unroll 4")
+#endif
 // A frame that is gone when the function returns: inlined, its room on the stack would stay taken while the caller
 // calls the next one. Worth an instruction or two where stacks are small.
 #if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
@@ -20,22 +31,26 @@ namespace nlo::simd {
 
 // NLO_SCALAR_KERNELS: plain scalar code on any target, e.g. to compare with.
 #if defined(NLO_SCALAR_KERNELS)
-inline constexpr int kVectorBytes = 4;
+#define NLO_NATIVE_BYTES 4
 #elif defined(__AVX512F__)
-inline constexpr int kVectorBytes = 64;
+#define NLO_NATIVE_BYTES 64
 #elif defined(__AVX__)
-inline constexpr int kVectorBytes = 32;
+#define NLO_NATIVE_BYTES 32
 #elif defined(__SSE2__) || defined(__ARM_NEON)
-inline constexpr int kVectorBytes = 16;
+#define NLO_NATIVE_BYTES 16
 #else
-inline constexpr int kVectorBytes = 4;
+#define NLO_NATIVE_BYTES 4
 #endif
+inline constexpr int kVectorBytes = NLO_NATIVE_BYTES;
 
 /// Scalars in one register of the target; 1: scalar code.
 template <class Scalar>
 inline constexpr int kLanes = kVectorBytes > static_cast<int>(sizeof(Scalar))
                                   ? kVectorBytes / static_cast<int>(sizeof(Scalar))
                                   : 1;
+
+// What every instruction set shares.
+inline namespace types {
 
 template <class Scalar, int kN>
 struct PackOf {
@@ -69,73 +84,20 @@ NLO_INLINE constexpr auto literal(double value) {
   return static_cast<typename ScalarOf<T>::Type>(value);
 }
 
-template <class P, class Scalar>
-NLO_INLINE P load(const Scalar* from) {
-  return *reinterpret_cast<const typename PackOf<Scalar, sizeof(P) / sizeof(Scalar)>::InMemory*>(from);
-}
+}  // namespace types
 
-template <class P, class Scalar>
-NLO_INLINE void store(Scalar* to, P value) {
-  *reinterpret_cast<typename PackOf<Scalar, sizeof(P) / sizeof(Scalar)>::InMemory*>(to) = value;
-}
-
-template <class P, class Scalar>
-NLO_INLINE P broadcast(Scalar value) {
-  return value - P{};  // folds to a broadcast: v - 0 is v, signed zeros included
-}
-
-/// The smaller of each pair of lanes; `limit` where x is not a number. x86's own instructions: compilers make a compare
-/// and a blend of the portable form.
-template <class P>
-NLO_INLINE constexpr P min(P x, P limit) {
-#if defined(__SSE2__)
-  if (!std::is_constant_evaluated()) {
-    if constexpr (std::is_same_v<P, Pack<float, 4>>) return __builtin_ia32_minps(x, limit);
-#if defined(__AVX__)
-    if constexpr (std::is_same_v<P, Pack<float, 8>>) return __builtin_ia32_minps256(x, limit);
-#endif
-  }
-#endif
-  return x < limit ? x : limit;
-}
-template <class P>
-NLO_INLINE constexpr P max(P x, P limit) {
-#if defined(__SSE2__)
-  if (!std::is_constant_evaluated()) {
-    if constexpr (std::is_same_v<P, Pack<float, 4>>) return __builtin_ia32_maxps(x, limit);
-#if defined(__AVX__)
-    if constexpr (std::is_same_v<P, Pack<float, 8>>) return __builtin_ia32_maxps256(x, limit);
-#endif
-  }
-#endif
-  return x > limit ? x : limit;
-}
-
-/// Keeps a value in a register across the uses that follow: compilers like to read it from memory once per use, and
-/// a tile of a matrix product is then bound by loads.
-template <class P>
-NLO_INLINE void pin(P& value) {
-#if defined(__AVX__)
-  asm("" : "+v"(value));
-#else
-  (void)value;
-#endif
-}
-
-/// Sum of the lanes, pairwise.
-template <class Scalar, class P>
-NLO_INLINE Scalar sum(P value) {
-  constexpr int kN = sizeof(P) / sizeof(Scalar);
-  if constexpr (kN == 1) {
-    return value;
-  } else {
-    Scalar lanes[kN];
-    store(lanes, value);
-    for (int half = kN / 2; half > 0; half /= 2) {
-      for (int i = 0; i < half; ++i) lanes[i] += lanes[i + half];
-    }
-    return lanes[0];
-  }
-}
+// What works on vectors, for the instruction set that the compiler was told of.
+inline namespace native {
+#define NLO_CODE NLO_INLINE
+#define NLO_ISA_BYTES NLO_NATIVE_BYTES
+#include "nlo/kernels/per_isa/vectors.inc"
+#undef NLO_ISA_BYTES
+#undef NLO_CODE
+}  // namespace native
 
 }  // namespace nlo::simd
+
+namespace nlo {
+using simd::multiply_add;
+using simd::rounded;
+}  // namespace nlo

@@ -16,6 +16,7 @@
 #include "nlo/activation.h"
 #include "nlo/arithmetic.h"
 #include "nlo/kernels/cortex_m_registers.h"
+#include "nlo/simd.h"
 
 namespace nlo::kernels::cortex_m {
 
@@ -62,12 +63,13 @@ float activate_plain(float v) {
     const float half = v * 0.5F;
     return kernel_multiply_add<kArithmetic>(half, activate_plain<Activation::kTanh, kArithmetic>(half), half);
   } else {
-    const auto horner = kernel_multiply_add<kArithmetic>;
-    const float x = v < kTanhLimit ? (v > -kTanhLimit ? v : -kTanhLimit) : kTanhLimit;
+    constexpr const auto& kFit = kTanhFit<kKind, float>;
+    constexpr int kP = sizeof kFit.p / sizeof(float) - 1, kQ = sizeof kFit.q / sizeof(float) - 1;
+    const float x = v < kFit.limit ? (v > -kFit.limit ? v : -kFit.limit) : kFit.limit;
     const float s = x * x;
-    float p = kTanhCoefficients[0], q = kTanhCoefficients[1];
-    for (int k = 2; k < 6; ++k) p = horner(p, s, kTanhCoefficients[k]);
-    for (int k = 6; k < 10; ++k) q = horner(q, s, kTanhCoefficients[k]);
+    float p = kFit.p[kP], q = kFit.q[kQ];
+    for (int k = kP - 1; k >= 0; --k) p = kernel_multiply_add<kArithmetic>(p, s, kFit.p[k]);
+    for (int k = kQ - 1; k >= 0; --k) q = kernel_multiply_add<kArithmetic>(q, s, kFit.q[k]);
     return x * p / q;
   }
 }

@@ -1,43 +1,101 @@
 // SPDX-License-Identifier: MIT
-// One layer of a network by the kernel of the target, and where its weights lie for that kernel.
+// One layer of a network, and a chain of them, by the kernel of the target; and how weights lie for that kernel. Which
+// one it is follows from the architecture and the type of the weights, never from the instruction sets that a compiler
+// was told of: the same model has the same bytes in all objects of a program.
+//   cortex_m.h  Cortex-M cores with an FPU, float
+//   panels.h    CPUs with vectors, whatever their length
+//   plain.h     the others, and NLO_SCALAR_KERNELS: to compare with
 #pragma once
 
 #include <type_traits>
 
 #include "nlo/kernels/cortex_m.h"
-#include "nlo/kernels/generic.h"
+#include "nlo/kernels/panels.h"
+#include "nlo/kernels/plain.h"
+#include "nlo/kernels/x86_dispatch.h"
 
 namespace nlo::kernels {
 
-/// The assembly of Cortex-M cores with an FPU. Double has no FPU there.
 #if defined(NLO_CORTEX_M_FLOAT)
-template <class Scalar>
-inline constexpr bool kUsesCortexM = std::is_same_v<Scalar, float>;
+template <class Weight>
+inline constexpr bool kUsesCortexM = std::is_same_v<Weight, float>;
 #else
-template <class Scalar>
+template <class Weight>
 inline constexpr bool kUsesCortexM = false;
 #endif
 
-/// Where the weight of input i for output o lies among the kIn kOut weights of a packed layer.
-template <class Scalar, int kIn, int kOut>
-constexpr int weight_position(int o, int i) {
-  if constexpr (kUsesCortexM<Scalar>) {
-    return cortex_m::weight_position<kIn, kOut>(o, i);
-  } else {
-    return kByColumns<kIn, kOut> ? i * kOut + o : o * kIn + i;
+/// How the weights and biases of a layer lie where there are no vectors.
+template <class Weight, int kIn, int kOut>
+struct TargetLayout {
+  static constexpr int kWeights = kIn * kOut;
+  static constexpr int kBiases = kOut;
+
+  /// Where the weight of input i for output o lies.
+  static constexpr int weight_position(int o, int i) {
+    if constexpr (kUsesCortexM<Weight>) {
+      return cortex_m::weight_position<kIn, kOut>(o, i);
+    } else {
+      return plain::weight_position<kIn, kOut>(o, i);
+    }
   }
+};
+
+/// Room that the values of a layer take between layers, the zeros included that kernels put behind them.
+constexpr int padded(int values) {
+  return kHasVectors ? rounded_up(values, 4) : values;
 }
 
-/// out = f(W in + bias) with the activation f, or without one in the last layer. `out` must not overlap `in`.
-template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Scalar>
-NLO_INLINE void layer(const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
-  if constexpr (kUsesCortexM<Scalar>) {
+/// Inputs of a first layer must lie in a buffer with zeros behind them.
+template <int kIn>
+inline constexpr bool kPadsInputs = kHasVectors&& kIn >= 16 && kIn % 4 != 0;
+
+/// out = f(W in + bias) with the activation f; without it in the last layer, which writes exactly kOut values. Other
+/// layers write padded(kOut). `in` is padded likewise; `out` must not overlap it.
+template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
+NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+  if constexpr (kUsesCortexM<Weight>) {
 #if defined(NLO_CORTEX_M_FLOAT)
     cortex_m::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
 #endif
+  } else if constexpr (kHasVectors) {
+    native::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
   } else {
-    using Function = std::conditional_t<kLast, Identity, Activate<kKind, kArithmetic>>;
-    dense<kArithmetic, Scalar, kIn, kOut>(weights, bias, in, out, Function{});
+    plain::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
+  }
+}
+
+#define NLO_CODE NLO_INLINE
+#include "nlo/kernels/per_isa/network.inc"
+#undef NLO_CODE
+
+/// The same by the best instruction set there is: the compiler's, or with NLO_CPU_DISPATCH that of the CPU.
+template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
+NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scalar* here, Scalar* there) {
+#if defined(NLO_DISPATCHES)
+  switch (x86::level()) {
+    case x86::Level::kAvx512:
+      return x86::evaluate_avx512<kKind, kArithmetic>(net, in, out, here, there);
+    case x86::Level::kAvx2:
+      return x86::evaluate_avx2<kKind, kArithmetic>(net, in, out, here, there);
+    default:
+      break;
+  }
+#endif
+  network<kKind, kArithmetic>(net, in, out, here, there);
+}
+
+/// Many inputs at once, kPlants of them side by side (two vectors); buffers [widest][kPlants].
+template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
+NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out, Scalar* here, Scalar* there) {
+  if constexpr (kHasVectors) {
+    native::batch_network<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+  } else {
+    for (int n = 0; n < kPlants; ++n) {
+      Scalar one_in[Network::kIn], one_out[Network::kOut];
+      for (int i = 0; i < Network::kIn; ++i) one_in[i] = in[i * kPlants + n];
+      evaluate<kKind, kArithmetic>(net, one_in, one_out, here, there);
+      for (int o = 0; o < Network::kOut; ++o) out[o * kPlants + n] = one_out[o];
+    }
   }
 }
 

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+// How the weights of a dense layer lie for a CPU with vectors, whatever their length: a model's bytes must not depend
+// on compiler flags. For each layer, one after the other,
+//   tiles   up to 64 outputs each, a multiple of 16: per input the weights of all outputs of the tile, side by side.
+//           Sums stay in registers while inputs stream by; every load is of whole, aligned cache lines
+//   eight   8 outputs more, likewise
+//   rest    up to 7 outputs more. As rows (a dot product each), padded with zeros to a multiple of 4; layers of few
+//           inputs: per input, side by side, padded with zeros to a multiple of 4 outputs
+// Nothing else is padded: the usual 50 x 50 layers, padded to 64, would fall out of a 32 KB L1 cache.
+//
+// Vectors of activations are padded with zeros to a multiple of 4, and 64-byte aligned.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+#include "nlo/activation.h"
+#include "nlo/arithmetic.h"
+#include "nlo/simd.h"
+#include "nlo/weight.h"
+
+namespace nlo::kernels {
+
+// An architecture that has vectors, be the compiler told of them or not.
+#if defined(NLO_SCALAR_KERNELS)
+inline constexpr bool kHasVectors = false;
+#elif defined(__x86_64__) || defined(__SSE2__) || defined(__aarch64__)
+inline constexpr bool kHasVectors = true;
+#else
+inline constexpr bool kHasVectors = false;
+#endif
+
+constexpr int rounded_up(int n, int multiple) {
+  return (n + multiple - 1) / multiple * multiple;
+}
+
+/// The layout of one layer; sizes as values, for generators of headers too.
+struct PanelLayout {
+  int in, out;
+
+  constexpr int wide() const { return out / 16 * 16; }  ///< outputs in tiles
+  constexpr int tiles() const { return (wide() + 63) / 64; }
+  constexpr int eight() const { return out - wide() >= 8 ? 8 : 0; }
+  constexpr int rest() const { return out - wide() - eight(); }
+  constexpr bool rest_by_rows() const { return in >= 16; }
+  constexpr int rest_at() const { return in * (wide() + eight()); }  ///< its first weight
+  constexpr int weights() const {
+    return rest_at() + (rest_by_rows() ? rest() * rounded_up(in, 4) : in * rounded_up(rest(), 4));
+  }
+  constexpr int biases() const { return wide() + eight() + rounded_up(rest(), 4); }  ///< outputs, padded
+
+  /// First output of a tile; of `tiles()`: the end of the last one. Sizes are equal or 16 apart.
+  constexpr int tile_at(int tile) const {
+    const int parts = tiles() > 0 ? tiles() : 1, each = wide() / 16 / parts, longer = wide() / 16 % parts;
+    return 16 * (each * tile + (tile < longer ? tile : longer));
+  }
+
+  /// Where the weight of input i for output o lies.
+  constexpr int weight_position(int o, int i) const {
+    if (o < wide()) {
+      int tile = 0;
+      while (o >= tile_at(tile + 1)) ++tile;
+      const int first = tile_at(tile);
+      return first * in + i * (tile_at(tile + 1) - first) + (o - first);
+    }
+    if (o < wide() + eight()) return wide() * in + i * eight() + (o - wide());
+    const int row = o - wide() - eight();
+    return rest_at() + (rest_by_rows() ? row * rounded_up(in, 4) + i : i * rounded_up(rest(), 4) + row);
+  }
+};
+
+/// The same, sizes as template parameters.
+template <int kIn, int kOut>
+struct Panels {
+  static constexpr PanelLayout kLayout{kIn, kOut};
+  static constexpr int kWide = kLayout.wide();
+  static constexpr int kTiles = kLayout.tiles();
+  static constexpr int kEight = kLayout.eight();
+  static constexpr int kRest = kLayout.rest();
+  static constexpr int kRestAt = kLayout.rest_at();
+  static constexpr int kWeights = kLayout.weights();
+  static constexpr int kBiases = kLayout.biases();
+  static constexpr int tile_at(int tile) { return kLayout.tile_at(tile); }
+  static constexpr int weight_position(int o, int i) { return kLayout.weight_position(o, i); }
+};
+
+/// kN weights of 16 bits as they lie in memory.
+template <int kN>
+using Half = typename simd::PackOf<std::uint16_t, kN>::InMemory;
+
+namespace native {
+using namespace nlo::simd;
+using nlo::native::activate;
+#define NLO_CODE NLO_INLINE
+#define NLO_CODE_SHARED __attribute__((noinline))
+#define NLO_ISA_BYTES NLO_NATIVE_BYTES
+#if defined(__F16C__) && NLO_NATIVE_BYTES >= 16
+#define NLO_ISA_F16C 1
+#else
+#define NLO_ISA_F16C 0
+#endif
+// Each builds upon the one before it.
+// clang-format off
+#include "nlo/kernels/per_isa/panels.inc"
+#include "nlo/kernels/per_isa/batch.inc"
+// clang-format on
+#undef NLO_ISA_F16C
+#undef NLO_ISA_BYTES
+#undef NLO_CODE_SHARED
+#undef NLO_CODE
+}  // namespace native
+
+}  // namespace nlo::kernels

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// A dense layer, out = f(W in + b), in plain C++ for targets without vectors: small code, sums in registers. Weights
+// lie
+//   by columns  layers of 8 outputs and more: [kIn][kOut]
+//   by rows     fewer: [kOut][kIn], a dot product per output
+// Each output is summed in the order of the inputs, whatever the policy.
+#pragma once
+
+#include "nlo/activation.h"
+#include "nlo/arithmetic.h"
+#include "nlo/simd.h"
+
+namespace nlo::kernels::plain {
+
+template <int kOut>
+inline constexpr bool kByColumns = kOut >= 8;
+
+template <int kIn, int kOut>
+constexpr int weight_position(int o, int i) {
+  return kByColumns<kOut> ? i * kOut + o : o * kIn + i;
+}
+
+template <Activation kKind, Arithmetic kArithmetic, bool kLast, class Scalar>
+NLO_INLINE Scalar finished(Scalar sum) {
+  if constexpr (kLast) {
+    return sum;
+  } else {
+    return activate<kKind, kArithmetic>(sum);
+  }
+}
+
+/// kCount outputs side by side, whose sums fit into registers.
+template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, int kCount, class Weight,
+          class Scalar>
+NLO_INLINE void columns(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+  Scalar sums[kCount];
+  for (int o = 0; o < kCount; ++o) sums[o] = bias[o];
+  for (int i = 0; i < kIn; ++i) {
+    for (int o = 0; o < kCount; ++o) {
+      sums[o] = multiply_add<kArithmetic, Scalar>(in[i], static_cast<Scalar>(weights[i * kOut + o]), sums[o]);
+    }
+  }
+  for (int o = 0; o < kCount; ++o) out[o] = finished<kKind, kArithmetic, kLast>(sums[o]);
+}
+
+/// out = f(W in + b). `out` must not overlap `in`.
+template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
+NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+  if constexpr (kByColumns<kOut>) {
+    constexpr int kCount = 4, kLeft = kOut % kCount;
+    int o = 0;
+    for (; o + kCount <= kOut; o += kCount) {
+      columns<kKind, kArithmetic, kLast, kIn, kOut, kCount>(weights + o, bias + o, in, out + o);
+    }
+    if constexpr (kLeft > 0) {
+      columns<kKind, kArithmetic, kLast, kIn, kOut, kLeft>(weights + o, bias + o, in, out + o);
+    }
+  } else {
+    for (int o = 0; o < kOut; ++o) {
+      Scalar sum = bias[o];
+      for (int i = 0; i < kIn; ++i) {
+        sum = multiply_add<kArithmetic, Scalar>(static_cast<Scalar>(weights[o * kIn + i]), in[i], sum);
+      }
+      out[o] = finished<kKind, kArithmetic, kLast>(sum);
+    }
+  }
+}
+
+}  // namespace nlo::kernels::plain

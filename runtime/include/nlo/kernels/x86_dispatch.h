@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks are compiled
+// for AVX2 and AVX-512 too. The first evaluation asks the CPU once; each one after that costs a load and a jump. No
+// ifunc and no static initialiser: observers work in static initialisation as anywhere. Nothing changes where the
+// compiler may use AVX-512 anyway.
+#pragma once
+
+#include "nlo/kernels/panels.h"
+
+#if defined(NLO_CPU_DISPATCH) && defined(__x86_64__) && !defined(__AVX512F__) && !defined(NLO_SCALAR_KERNELS)
+#define NLO_DISPATCHES 1
+
+#define NLO_TARGET_AVX2 target("avx2,fma,f16c")
+#define NLO_TARGET_AVX512 target("avx2,fma,f16c,avx512f,avx512bw,avx512dq,avx512vl")
+
+namespace nlo::kernels::x86 {
+
+namespace avx2 {
+using namespace nlo::simd::types;
+#define NLO_CODE inline __attribute__((always_inline, NLO_TARGET_AVX2))
+#define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX2))
+#define NLO_ISA_BYTES 32
+#define NLO_ISA_F16C 1
+// Each builds upon the one before it.
+// clang-format off
+#include "nlo/kernels/per_isa/vectors.inc"
+#include "nlo/kernels/per_isa/activations.inc"
+#include "nlo/kernels/per_isa/panels.inc"
+#include "nlo/kernels/per_isa/network.inc"
+// clang-format on
+#undef NLO_ISA_F16C
+#undef NLO_ISA_BYTES
+#undef NLO_CODE_SHARED
+#undef NLO_CODE
+}  // namespace avx2
+
+namespace avx512 {
+using namespace nlo::simd::types;
+#define NLO_CODE inline __attribute__((always_inline, NLO_TARGET_AVX512))
+#define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX512))
+#define NLO_ISA_BYTES 64
+#define NLO_ISA_F16C 1
+// Each builds upon the one before it.
+// clang-format off
+#include "nlo/kernels/per_isa/vectors.inc"
+#include "nlo/kernels/per_isa/activations.inc"
+#include "nlo/kernels/per_isa/panels.inc"
+#include "nlo/kernels/per_isa/network.inc"
+// clang-format on
+#undef NLO_ISA_F16C
+#undef NLO_ISA_BYTES
+#undef NLO_CODE_SHARED
+#undef NLO_CODE
+}  // namespace avx512
+
+enum class Level : int { kUnknown, kBaseline, kAvx2, kAvx512 };
+
+/// What the CPU has. The operating system must save the registers too, which the builtins look at.
+inline Level ask_cpu() {
+  __builtin_cpu_init();
+  // F16C came before AVX2 on every CPU; clang's builtin does not know its name.
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return Level::kBaseline;
+  const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  return avx512 ? Level::kAvx512 : Level::kAvx2;
+}
+
+/// Asked for once; threads that ask at the same time find the same.
+inline Level level() {
+  static constinit int found = static_cast<int>(Level::kUnknown);
+  const int known = __atomic_load_n(&found, __ATOMIC_RELAXED);
+  if (known != static_cast<int>(Level::kUnknown)) [[likely]]
+    return static_cast<Level>(known);
+  const Level level = ask_cpu();
+  __atomic_store_n(&found, static_cast<int>(level), __ATOMIC_RELAXED);
+  return level;
+}
+
+template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX2)) void evaluate_avx2(const Network& net, const Scalar* in, Scalar* out,
+                                                              Scalar* here, Scalar* there) {
+  avx2::network<kKind, kArithmetic>(net, in, out, here, there);
+}
+
+template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_avx512(const Network& net, const Scalar* in, Scalar* out,
+                                                                  Scalar* here, Scalar* there) {
+  avx512::network<kKind, kArithmetic>(net, in, out, here, there);
+}
+
+}  // namespace nlo::kernels::x86
+
+#endif

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// A batch of plants against as many observers: what comes out is the same, fault by fault.
+#include <nlo/kkl_batch.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <type_traits>
+#include <vector>
+
+#include "bench/random_model.h"
+#include "tests/runtime/testing.h"
+
+namespace nlo {
+namespace {
+
+/// The random observer of the benchmarks, with a narrow range to be clamped to.
+template <Activation kKind>
+constexpr auto model() {
+  auto m = bench::random_kkl_model<kKind, 20, 2>();
+  m.outputs.min[0] = -1.0F;
+  m.outputs.max[0] = 1.0F;
+  return m;
+}
+
+/// Measurements of every kind: good ones, missed ones, out of range, infinite, late first ones.
+float measurement(std::mt19937& random, int sample, int plant) {
+  const float y = testing::uniform<float>(random, -0.9F, 0.9F);
+  if (sample < plant % 4) return std::numeric_limits<float>::quiet_NaN();  // starts later than others
+  switch (testing::uniform<float>(random, 0, 1) < 0.9F ? 0 : sample % 4) {
+    case 1:
+      return std::numeric_limits<float>::quiet_NaN();
+    case 2:
+      return 5.0F;
+    case 3:
+      return -std::numeric_limits<float>::infinity();
+    default:
+      return y;
+  }
+}
+
+template <int kPlants, Arithmetic kArithmetic>
+void expect_the_same_as_observers(float tolerance) {
+  static constexpr auto kModel = model<Activation::kTanh>();
+  using Model = std::remove_cvref_t<decltype(kModel)>;
+  using Observer = KklObserver<Model, kArithmetic>;
+  KklBatch<Model, kPlants, kArithmetic> batch{kModel};
+  std::vector<Observer> observers(kPlants, Observer{kModel});
+  std::mt19937 random(7);
+  for (int sample = 0; sample < 60; ++sample) {
+    float y[1][kPlants], x_hat[2][kPlants];
+    StepStatus worst = StepStatus::kOk;
+    // Now and then all plants are well, which takes the quick way.
+    for (int n = 0; n < kPlants; ++n)
+      y[0][n] = sample % 3 == 2 ? 0.1F * static_cast<float>(n % 9) - 0.4F : measurement(random, sample, n);
+    const StepStatus status = batch.step(y);
+    batch.estimate(x_hat);
+    for (int n = 0; n < kPlants; ++n) {
+      Observer& observer = observers[static_cast<std::size_t>(n)];
+      worst = std::max(worst, observer.step(y[0][n]));
+      ASSERT_EQ(batch.status(n), observer.status()) << "plant " << n << ", sample " << sample;
+      ASSERT_EQ(batch.in_domain(n), observer.in_domain());
+      const auto want = observer.estimate();
+      for (int r = 0; r < 3; ++r) ASSERT_NEAR(batch.latent(n)[r], observer.latent()[r], tolerance) << n;
+      for (int i = 0; i < 2; ++i) ASSERT_NEAR(x_hat[i][n], want[i], tolerance) << n;
+    }
+    ASSERT_EQ(status, worst) << sample;
+  }
+}
+
+TEST(KklBatch, AnswersAsAnObserverPerPlantWould) {
+  constexpr float kOtherOrder = 2e-5F;  // sums of some 20 terms below 3 in another order, through three layers
+  expect_the_same_as_observers<1, Arithmetic::kFast>(kOtherOrder);
+  expect_the_same_as_observers<7, Arithmetic::kFast>(kOtherOrder);
+  expect_the_same_as_observers<32, Arithmetic::kFast>(kOtherOrder);
+  expect_the_same_as_observers<45, Arithmetic::kFast>(kOtherOrder);
+}
+
+TEST(KklBatch, GivesTheBitsOfTheDeterministicObserver) {
+  expect_the_same_as_observers<32, Arithmetic::kDeterministic>(0.0F);
+  expect_the_same_as_observers<45, Arithmetic::kDeterministic>(0.0F);
+}
+
+TEST(KklBatch, TakesAPlantInAndLetsItOut) {
+  static constexpr auto kModel = model<Activation::kRelu>();
+  using Model = std::remove_cvref_t<decltype(kModel)>;
+  KklObserver<Model> observer{kModel};
+  for (const float y : {0.1F, 0.2F, 0.3F}) ASSERT_EQ(observer.step(y), StepStatus::kOk);
+  KklBatch<Model, 3> batch{kModel};
+  ASSERT_TRUE(batch.restore(1, observer.save()));
+  for (int r = 0; r < 3; ++r) EXPECT_EQ(batch.latent(1)[r], observer.latent()[r]);
+  auto damaged = observer.save();
+  damaged.z[0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(batch.restore(1, damaged));
+  EXPECT_EQ(batch.latent(1)[0], observer.latent()[0]);
+  batch.reset();
+  EXPECT_EQ(batch.save(1).started, 0);
+}
+
+TEST(KklBatch, StepsAnglesThroughTheirWrap) {
+  auto turning = model<Activation::kTanh>();
+  turning.outputs.wrap[0] = 1.5F;
+  KklObserver observer{turning};
+  KklBatch<decltype(turning), 2> batch{turning};
+  for (int k = 0; k < 40; ++k) {
+    const float angle = static_cast<float>(std::remainder(0.11 * k, 1.5));
+    const float y[1][2] = {{angle, 0.0F}};
+    ASSERT_EQ(batch.step(y), observer.step(angle));
+    for (int r = 0; r < 3; ++r) ASSERT_EQ(batch.latent(0)[r], observer.latent()[r]) << k;
+  }
+}
+
+}  // namespace
+}  // namespace nlo
