@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 // One full-batch epoch of the paper's Example 2: 50 trajectories of 2,501 samples, T* of 3-50x4-2 tanh, learned
 // eigenvalues, noise drawn afresh; loss and gradient of every sample, then Adam. Beside it, what the machine could do.
-//   usage: training_epoch [EPOCHS]     (10 unless given; the fastest and the median are shown)
+//   usage: training_epoch [EPOCHS] [--json FILE]     (10 unless given; the fastest and the median are shown)
 #include <Eigen/Core>
 #include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "bench/machine_peak.h"
+#include "bench/ratios.h"
 #include "trainer/config.h"
 #include "trainer/data/dataset.h"
 #include "trainer/nn/network.h"
@@ -83,6 +85,7 @@ std::vector<double> time_epochs(const Experiment& experiment, const Dataset& dat
 }  // namespace
 
 int main(int argc, char** argv) {
+  nlo::bench::Ratios ratios(NLO_BENCH_NAME, argc, argv);
   int epochs = 10;
   if (argc > 1) {
     const char* end = argv[1] + std::strlen(argv[1]);
@@ -114,6 +117,7 @@ int main(int argc, char** argv) {
     const double fastest = seconds.front();
     std::printf("%7d %13.4f %12.4f %9.1f %16.1f %12.0f %%\n", threads, fastest, seconds[seconds.size() / 2],
                 1e-9 * flop / fastest, 1e-9 * peak, 100.0 * flop / fastest / peak);
+    ratios.add("full batch, GFLOP/s / machine's peak, threads: " + std::to_string(threads), flop / fastest / peak);
   }
-  return 0;
+  return ratios.write();
 }

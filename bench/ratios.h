@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+// What a benchmark leaves for tracking: ratios, never bare times, as those follow the machine and its mood. Every
+// benchmark takes `--json FILE`; bench/run.sh collects the files, bench/compare judges and tabulates them.
+//   {"bench": "step_latency", "compiler": "GCC 12.2.0", "flags": "-O3 -march=native",
+//    "ratios": {"3-50x4-2 tanh: Eigen / nlo": 2.4}, "targets": {"3-50x4-2 tanh: Eigen / nlo": 2.0}}
+#pragma once
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#if !defined(NLO_BENCH_FLAGS)
+#define NLO_BENCH_FLAGS "unknown"
+#endif
+
+namespace nlo::bench {
+
+class Ratios {
+ public:
+  /// Takes `--json FILE` out of the arguments, so that what reads the rest need not know it. Without it nothing is
+  /// written. Ends the program (2) when FILE is missing.
+  ///   bench  the program's name; two builds of one source have two names
+  Ratios(std::string bench, int& argc, char** argv) : bench_(std::move(bench)) {
+    int kept = 1;
+    for (int i = 1; i < argc; ++i) {
+      if (std::string_view(argv[i]) != "--json") {
+        argv[kept++] = argv[i];
+        continue;
+      }
+      if (++i == argc) {
+        std::fprintf(stderr, "%s: --json wants the name of a file to write\n", bench_.c_str());
+        std::exit(2);
+      }
+      path_ = argv[i];
+    }
+    argc = kept;
+    argv[argc] = nullptr;
+  }
+
+  /// A ratio of two measurements of one run, the larger the better: "what the other takes / what ours takes".
+  ///   name    what is divided by what, the same from run to run
+  ///   target  what it should reach at least; 0: nothing is asked of it
+  void add(const std::string& name, double value, double target = 0.0) {
+    ratios_[name] = value;
+    if (target > 0.0) targets_[name] = target;
+  }
+
+  /// Writes FILE, whole or not at all, and returns what main should: 0, or 1 when it cannot be written or a ratio is
+  /// no positive number.
+  int write() const {
+    for (const auto& [name, value] : ratios_.items()) {
+      const double ratio = value.get<double>();
+      if (std::isfinite(ratio) && ratio > 0.0) continue;
+      std::fprintf(stderr, "%s: \"%s\" is %g, no ratio of two times\n", bench_.c_str(), name.c_str(), ratio);
+      return 1;
+    }
+    if (path_.empty()) return 0;
+    const Json all{{"bench", bench_},
+                   {"compiler", compiler()},
+                   {"flags", NLO_BENCH_FLAGS},
+                   {"ratios", ratios_},
+                   {"targets", targets_}};
+    const std::string unfinished = path_ + ".unfinished";
+    std::error_code error;
+    {
+      std::ofstream file(unfinished);
+      file << all.dump(2) << '\n';
+      if (!file.flush()) error = {errno != 0 ? errno : EIO, std::generic_category()};
+    }
+    if (!error) std::filesystem::rename(unfinished, path_, error);
+    if (!error) return 0;
+    std::fprintf(stderr, "%s: cannot write %s: %s\n", bench_.c_str(), path_.c_str(), error.message().c_str());
+    return 1;
+  }
+
+ private:
+  using Json = nlohmann::ordered_json;
+
+  static std::string compiler() {
+#if defined(__clang__)
+    return "clang " __clang_version__;
+#elif defined(__GNUC__)
+    return "GCC " __VERSION__;
+#else
+    return "unknown";
+#endif
+  }
+
+  std::string bench_, path_;
+  Json ratios_ = Json::object(), targets_ = Json::object();
+};
+
+}  // namespace nlo::bench
