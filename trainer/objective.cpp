@@ -62,12 +62,12 @@ double Objective::validate(const float* parameters) {
 void Objective::draw(long step, bool all, const LossConfig& loss) {
   loss_ = &loss;
   blocks_.clear();
-  samples_ = draw_samples(*experiment_, rollout_, step, all, *pool_);
-  add_blocks(BlockKind::kRunning, samples_);
+  // All samples of all runs are the same in every step.
+  std::vector<SampleSet>& samples = all ? all_samples_ : samples_;
+  if (!all || samples.empty()) samples = draw_samples(*experiment_, rollout_, step, all, *pool_);
+  add_blocks(BlockKind::kRunning, samples);
   total_weight_ = 0.0;
-  for (const SampleSet& set : samples_) {
-    for (const float weight : set.weights) total_weight_ += static_cast<double>(weight);
-  }
+  for (const SampleSet& set : samples) total_weight_ += set.total_weight;
   if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
   horizon_s_ = 1.0;
   const auto segments = static_cast<double>(rollout_.segments().size());

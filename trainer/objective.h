@@ -84,8 +84,8 @@ class Objective {
   ThreadPool* pool_;
   std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use: the structure is normalised before that
   Rollout rollout_;
-  const LossConfig* loss_ = nullptr;       ///< of what was drawn last
-  std::vector<SampleSet> samples_, ends_;  // one per group
+  const LossConfig* loss_ = nullptr;                     ///< of what was drawn last
+  std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
   std::vector<Block> blocks_;
   double running_share_ = 0.0;   ///< of a sample with weight 1 in the running cost
   double terminal_share_ = 0.0;  ///< of a segment's end in the terminal cost

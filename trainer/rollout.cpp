@@ -66,19 +66,28 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
   for (int l = 0; l < group.lanes; ++l) group.length = std::max(group.length, segment(index, l).length);
   group.outputs.resize(group.at(data_->ny, 0));
   group.step_of.assign(data_->uniform ? 0 : group.at(1, 0), 0);
-  float level[kGroup];
+  float level[kGroup], sign[kGroup];
+  int start[kGroup], last[kGroup];
+  const TrainingData::Run* runs[kGroup];
   for (int l = 0; l < kGroup; ++l) {
     const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
-    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+    runs[l] = &data_->runs[static_cast<std::size_t>(segment.run)];
     level[l] = segment.noise_level * static_cast<float>(noise.scale);
-    for (int t = 0; t < group.length; ++t) {
-      const int k = segment.start + std::min(t, segment.length - 1);  // past its end a segment repeats its last sample
-      for (int j = 0; j < data_->ny; ++j) {
-        group.outputs[group.at(j, t) + static_cast<std::size_t>(l)] =
-            segment.sign * run.outputs[static_cast<std::size_t>(j * run.samples + k)];
-      }
-      if (!data_->uniform) group.step_of[group.at(0, t) + static_cast<std::size_t>(l)] = run.first_step + k;
+    sign[l] = segment.sign;
+    last[l] = segment.length - 1;  // past its end a segment repeats its last sample
+    start[l] = segment.start;
+  }
+  for (int j = 0; j < data_->ny; ++j) {
+    const float* from[kGroup];
+    for (int l = 0; l < kGroup; ++l) from[l] = runs[l]->outputs.data() + j * runs[l]->samples + start[l];
+    float* to = group.outputs.data() + group.at(j, 0);
+    for (int t = 0; t < group.length; ++t, to += kGroup) {
+      for (int l = 0; l < kGroup; ++l) to[l] = sign[l] * from[l][std::min(t, last[l])];
     }
+  }
+  for (int t = 0; !data_->uniform && t < group.length; ++t) {
+    int* to = group.step_of.data() + group.at(0, t);
+    for (int l = 0; l < kGroup; ++l) to[l] = runs[l]->first_step + start[l] + std::min(t, last[l]);
   }
   if (noise.kind == NoiseKind::kNone) return;
   RandomLanes random(stream);

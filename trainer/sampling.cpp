@@ -103,6 +103,7 @@ std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout&
         last = static_cast<int>(samples.offsets.size());
       }
     }
+    for (const float weight : samples.weights) samples.total_weight += static_cast<double>(weight);
   });
   return sets;
 }

@@ -17,6 +17,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
 struct SampleSet {
   std::vector<int> offsets;  ///< time * 8 + lane
   std::vector<float> weights;
+  double total_weight = 0.0;
 };
 
 /// A step's own draw for each group of a rollout, or `all` samples. Masked ones are left out.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "trainer/nn/block_products.h"
+
 namespace nlo::trainer {
 
 namespace {
@@ -64,122 +66,6 @@ NLO_INLINE P curvature_of(P v, P a) {
   }
 }
 
-/// Products over blocks: rows x columns times columns x kColumns.
-template <class Scalar, int kColumns>
-struct Products {
-  static constexpr int kWidth = NetworkBlock<Scalar, kColumns>::kWidth;
-  static constexpr int kStride = NetworkBlock<Scalar, kColumns>::kStride;
-  static constexpr int kPacks = kColumns >= 2 * kWidth ? 2 : 1;  // registers of samples a tile is wide
-  using P = simd::Pack<Scalar, kWidth>;
-  static_assert(kColumns % (kPacks * kWidth) == 0);
-
-  /// One tile: kRows rows of W times kPacks registers of samples. `finish(row, pack, sum)` takes each result.
-  template <int kRows, class Finish>
-  static NLO_INLINE void product_tile(const Scalar* w, int columns, const Scalar* bias, const Scalar* in,
-                                      const Finish& finish) {
-    P sums[kRows][kPacks];
-    for (int r = 0; r < kRows; ++r) {
-      for (P& sum : sums[r]) sum = simd::broadcast<P>(bias != nullptr ? bias[r] : Scalar(0));
-    }
-    for (int c = 0; c < columns; ++c) {
-      P inputs[kPacks];
-      for (int p = 0; p < kPacks; ++p) {
-        inputs[p] = simd::load<P>(in + c * kStride + p * kWidth);
-        simd::pin(inputs[p]);
-      }
-      for (int r = 0; r < kRows; ++r) {
-        const P weight = simd::broadcast<P>(w[r * columns + c]);
-        for (int p = 0; p < kPacks; ++p) sums[r][p] += weight * inputs[p];
-      }
-    }
-    for (int r = 0; r < kRows; ++r) {
-      for (int p = 0; p < kPacks; ++p) finish(r, p, sums[r][p]);
-    }
-  }
-
-  /// out = finish(W in + bias) over a block: `rows` x `columns` times `columns` x kColumns.
-  /// Rows are shared out evenly over tiles of at most six: 12 sums, the inputs and a weight fill 16 registers.
-  template <class Finish>
-  static void product(const Scalar* w, int rows, int columns, const Scalar* bias, const Scalar* in,
-                      const Finish& finish) {
-    constexpr int kMaxRows = 6;
-    const int tiles = (rows + kMaxRows - 1) / kMaxRows;
-    for (int s = 0; s < kColumns; s += kPacks * kWidth) {
-      int row = 0;
-      for (int t = 0; t < tiles; ++t) {
-        const int take = (rows - row) / (tiles - t) + ((rows - row) % (tiles - t) != 0 ? 1 : 0);
-        const Scalar* tile_w = w + row * columns;
-        const Scalar* tile_bias = bias != nullptr ? bias + row : nullptr;
-        const auto tile_finish = [&](int r, int p, P sum) NLO_INLINE_LAMBDA { finish(row + r, s + p * kWidth, sum); };
-        switch (take) {
-          case 6:
-            product_tile<6>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 5:
-            product_tile<5>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 4:
-            product_tile<4>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 3:
-            product_tile<3>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 2:
-            product_tile<2>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          default:
-            product_tile<1>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-        }
-        row += take;
-      }
-    }
-  }
-
-  /// Adds sum_s dv[o][s] a[i][s] to the lanes of the gradient of W[o][i], for kRows x kTile entries of W.
-  template <int kRows, int kTile>
-  static NLO_INLINE void outer_tile(const Scalar* dv, const Scalar* a, Scalar* lanes, int columns) {
-    P sums[kRows][kTile] = {};
-    for (int s = 0; s < kColumns; s += kWidth) {
-      P inputs[kTile];
-      for (int c = 0; c < kTile; ++c) {
-        inputs[c] = simd::load<P>(a + c * kStride + s);
-        simd::pin(inputs[c]);
-      }
-      for (int r = 0; r < kRows; ++r) {
-        P row = simd::load<P>(dv + r * kStride + s);
-        simd::pin(row);
-        for (int c = 0; c < kTile; ++c) sums[r][c] += row * inputs[c];
-      }
-    }
-    for (int r = 0; r < kRows; ++r) {
-      for (int c = 0; c < kTile; ++c) {
-        Scalar* lane = lanes + (r * columns + c) * kWidth;
-        simd::store(lane, simd::load<P>(lane) + sums[r][c]);
-      }
-    }
-  }
-
-  template <int kRows>
-  static void outer_rows(const Scalar* dv, const Scalar* a, Scalar* lanes, int columns) {
-    int c = 0;
-    for (; c + 3 <= columns; c += 3) outer_tile<kRows, 3>(dv, a + c * kStride, lanes + c * kWidth, columns);
-    if (columns - c == 2) outer_tile<kRows, 2>(dv, a + c * kStride, lanes + c * kWidth, columns);
-    if (columns - c == 1) outer_tile<kRows, 1>(dv, a + c * kStride, lanes + c * kWidth, columns);
-  }
-
-  /// Gradient of a product's weights: lanes += dv a^T.
-  static void outer_product(const Scalar* dv, int rows, const Scalar* a, int columns, Scalar* lanes) {
-    int r = 0;
-    for (; r + 4 <= rows; r += 4) outer_rows<4>(dv + r * kStride, a, lanes + r * columns * kWidth, columns);
-    const Scalar* rest = dv + r * kStride;
-    Scalar* rest_lanes = lanes + r * columns * kWidth;
-    if (rows - r == 3) outer_rows<3>(rest, a, rest_lanes, columns);
-    if (rows - r == 2) outer_rows<2>(rest, a, rest_lanes, columns);
-    if (rows - r == 1) outer_rows<1>(rest, a, rest_lanes, columns);
-  }
-};
-
 template <class Scalar>
 std::vector<Scalar> rows(int count, int stride) {
   return std::vector<Scalar>(static_cast<std::size_t>(count) * static_cast<std::size_t>(stride), Scalar(0));
@@ -218,19 +104,20 @@ NetworkBlock<Scalar, kColumns>::NetworkBlock(const NetworkShape& shape, bool wit
   };
   make_room(values_, shape.activation == Activation::kSilu);
   if (with_tangents) make_room(tangents_, true);
-  lanes_.assign(static_cast<std::size_t>(shape.parameters) * kWidth, Scalar(0));
+  gradient_ = rows<Scalar>(shape.parameters, Products<Scalar, kColumns>::kLanesPerWeight);
 }
 
 template <class Scalar, int kColumns>
 void NetworkBlock<Scalar, kColumns>::clear_gradient() {
-  std::fill(lanes_.begin(), lanes_.end(), Scalar(0));
+  std::fill(gradient_.begin(), gradient_.end(), Scalar(0));
 }
 
 template <class Scalar, int kColumns>
 void NetworkBlock<Scalar, kColumns>::gradient(Scalar* out) const {
-  using P = simd::Pack<Scalar, kWidth>;
+  constexpr int kLanes = Products<Scalar, kColumns>::kLanesPerWeight;
+  using P = simd::Pack<Scalar, kLanes>;
   for (int i = 0; i < shape_->parameters; ++i) {
-    out[i] = simd::sum<Scalar>(simd::load<P>(lanes_.data() + static_cast<std::ptrdiff_t>(i) * kWidth));
+    out[i] = simd::sum<Scalar>(simd::load<P>(gradient_.data() + static_cast<std::ptrdiff_t>(i) * kLanes));
   }
 }
 
@@ -303,7 +190,7 @@ void NetworkBlock<Scalar, kColumns>::path_backward(const Scalar* parameters, Pas
   const Scalar* cotangent = pass.last_cotangent();
   const int inputs = shape_->inputs();
   Math::outer_product(cotangent, shape_->outputs(), pass.activations[0].data(), inputs,
-                      lanes_.data() + static_cast<std::ptrdiff_t>(shape_->linear_path) * kWidth);
+                      gradient_.data() + static_cast<std::ptrdiff_t>(shape_->linear_path) * Math::kLanesPerWeight);
   const Scalar* path = parameters + shape_->linear_path;
   for (int i = 0; i < inputs; ++i) {
     for (int s = 0; s < kColumns; s += kWidth) {
@@ -330,18 +217,13 @@ void NetworkBlock<Scalar, kColumns>::backward_as(const Scalar* parameters, const
     const LayerView& layer = shape_->layers[l];
     const Scalar* dv = values_.cotangent[(l + 1) % 2].data();
     const Scalar* in = values_.activations[l].data();
-    Scalar* lanes = lanes_.data() + static_cast<std::ptrdiff_t>(layer.weights) * kWidth;
-    Math::outer_product(dv, layer.out, in, layer.in, lanes);
-    for (int o = 0; o < layer.out; ++o) {
-      P sum{};
-      for (int s = 0; s < kColumns; s += kWidth) sum += simd::load<P>(dv + o * kStride + s);
-      Scalar* lane = lanes_.data() + static_cast<std::ptrdiff_t>(layer.bias + o) * kWidth;
-      simd::store(lane, simd::load<P>(lane) + sum);
-    }
+    Scalar* weights = gradient_.data() + static_cast<std::ptrdiff_t>(layer.weights) * Math::kLanesPerWeight;
+    Math::outer_product(dv, layer.out, in, layer.in, weights);
+    Math::row_sums(dv, layer.out, gradient_.data() + static_cast<std::ptrdiff_t>(layer.bias) * Math::kLanesPerWeight);
     const Scalar* dv_tangent = nullptr;
     if constexpr (kTangents) {
       dv_tangent = tangents_.cotangent[(l + 1) % 2].data();
-      Math::outer_product(dv_tangent, layer.out, tangents_.activations[l].data(), layer.in, lanes);
+      Math::outer_product(dv_tangent, layer.out, tangents_.activations[l].data(), layer.in, weights);
     }
     if (l == 0) {
       const auto to_inputs = [&](const Scalar* cotangent, Scalar* out) {

@@ -75,12 +75,11 @@ class NetworkBlock {
   void forward_tangents_as(const Scalar* parameters);
   template <Activation kKind, bool kTangents>
   void backward_as(const Scalar* parameters, const Scalar* transposed);
-  void add_weight_gradient(const LayerView& layer, const Scalar* cotangent, const Scalar* in);
   void path_backward(const Scalar* parameters, Pass& pass);
 
   const NetworkShape* shape_;
   Pass values_, tangents_;
-  std::vector<Scalar> lanes_;  // gradient, one SIMD register per parameter: summed over lanes only at the end
+  std::vector<Scalar> gradient_;  // Products::kLanesPerWeight summands of each parameter's
 };
 
 /// The block that T* is trained by.

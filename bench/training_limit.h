@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// What forward and backward passes of a network cost on one core when nothing else does: the products that they consist
+// of and the tanh of the hidden values, on blocks that stay in cache; no loss, noise, filter or optimiser. With the
+// peak of machine_peak.h the yardstick of training_epoch.
+#pragma once
+
+#include <nlo/activation.h>
+#include <nlo/simd.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+#include "trainer/nn/network.h"
+#include "trainer/nn/network_block.h"
+
+namespace nlo::bench {
+
+/// Products of each layer: one forward and two backward, the first layer's input gradient among them, as learned
+/// eigenvalues need it.
+inline constexpr int kPasses = 3;
+
+/// Seconds of one call, the fastest of many bursts: other work on the machine only ever slows it down.
+template <class Call>
+double fastest_seconds(const Call& call, int calls_per_burst, int bursts = 40) {
+  call();
+  double best = 1e9;
+  for (int burst = 0; burst < bursts; ++burst) {
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < calls_per_burst; ++i) call();
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    best = std::min(best, elapsed.count() / calls_per_burst);
+  }
+  return best;
+}
+
+/// Seconds per sample for the three products of each layer by Eigen: W a forward, dv a^T for the weights' gradient and
+/// W^T dv for the layer below. kOrder is how a block lies: a sample's values side by side (ColMajor), or a neuron's.
+template <int kOrder>
+double eigen_products(const trainer::NetworkShape& shape, int block) {
+  using Block = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, kOrder>;
+  double seconds = 0.0;
+  for (const trainer::LayerView& layer : shape.layers) {
+    const Eigen::MatrixXf w = Eigen::MatrixXf::Random(layer.out, layer.in);
+    const Block a = Block::Random(layer.in, block), dv = Block::Random(layer.out, block);
+    Block v(layer.out, block), da(layer.in, block);
+    Eigen::MatrixXf dw = Eigen::MatrixXf::Zero(layer.out, layer.in);
+    const auto products = [&] {
+      v.noalias() = w * a;
+      dw.noalias() += dv * a.transpose();
+      da.noalias() = w.transpose() * dv;
+      asm volatile("" : : "m"(*v.data()), "m"(*dw.data()), "m"(*da.data()) : "memory");
+    };
+    seconds += fastest_seconds(products, 1 + 20'000 / block) / block;
+  }
+  return seconds;
+}
+
+/// Seconds of one tanh as training computes it, over values in the first-level cache.
+inline double tanh_seconds() {
+  constexpr int kCount = 2048;
+  using P = simd::Pack<float>;
+  std::vector<float> values(kCount, 0.5F);
+  const auto all = [&] {
+    for (int i = 0; i < kCount; i += simd::kLanes<float>)
+      simd::store(values.data() + i, tanh_rational(simd::load<P>(values.data() + i)));
+    asm volatile("" : : "m"(*values.data()) : "memory");
+  };
+  return fastest_seconds(all, 200) / kCount;
+}
+
+/// Seconds per sample of the trainer's own passes, again and again over one block: tanh and its slope included.
+inline double own_passes(const trainer::NetworkShape& shape) {
+  trainer::WideBlock block(shape);
+  std::vector<float> parameters(static_cast<std::size_t>(shape.parameters), 0.02F), transposed = parameters;
+  std::fill_n(block.input(), shape.inputs() * trainer::kRow, 0.5F);
+  const auto passes = [&] {
+    block.forward(parameters.data());
+    std::fill_n(block.output_cotangent(), shape.outputs() * trainer::kRow, 0.1F);
+    block.backward(parameters.data(), transposed.data());
+  };
+  return fastest_seconds(passes, 20) / trainer::kBlock;
+}
+
+/// Seconds per sample.
+struct TrainingLimit {
+  double eigen_products;  ///< by the better layout and the best of several widths of a block
+  double tanh;            ///< of all hidden values of a sample
+  double own_passes;
+};
+
+inline TrainingLimit training_limit(const trainer::NetworkShape& shape) {
+  TrainingLimit limit{.eigen_products = 1e9, .tanh = 0.0, .own_passes = own_passes(shape)};
+  for (const int block : {64, 128, 256, 512, 1024}) {
+    limit.eigen_products = std::min({limit.eigen_products, eigen_products<Eigen::ColMajor>(shape, block),
+                                     eigen_products<Eigen::RowMajor>(shape, block)});
+  }
+  int hidden = 0;
+  for (std::size_t l = 0; l + 1 < shape.layers.size(); ++l) hidden += shape.layers[l].out;
+  limit.tanh = hidden * tanh_seconds();
+  return limit;
+}
+
+}  // namespace nlo::bench
