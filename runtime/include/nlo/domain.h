@@ -14,7 +14,8 @@ struct Domain {
 
   constexpr bool contains(const Scalar (&z)[kNz]) const {
     bool inside = true;
-    for (int r = 0; r < kNz; ++r) inside = inside && z[r] >= latent_min[r] && z[r] <= latent_max[r];
+    // No &&: as many instructions wherever z is.
+    for (int r = 0; r < kNz; ++r) inside = inside & (z[r] >= latent_min[r]) & (z[r] <= latent_max[r]);
     return inside;
   }
 };

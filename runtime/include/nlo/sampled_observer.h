@@ -11,6 +11,7 @@
 
 #include "nlo/arithmetic.h"
 #include "nlo/measurement.h"
+#include "nlo/select.h"
 #include "nlo/simd.h"
 #include "nlo/vector.h"
 
@@ -45,6 +46,9 @@ class SampledObserver {
   static constexpr int kNz = Model::kNz;
   static constexpr int kNu = Model::kNu;
   static constexpr bool kDriven = kNu > 0;
+  /// The deterministic policy also takes the same number of instructions for every measurement, once started and at the
+  /// sample period.
+  static constexpr bool kEven = kArithmetic == Arithmetic::kDeterministic;
   using Output = Vector<Scalar, kNy>;
   using Input = Vector<Scalar, kDriven ? kNu : 1>;
   using Latent = Vector<Scalar, kNz>;
@@ -221,7 +225,7 @@ class SampledObserver {
   NLO_OWN_FRAME constexpr StepStatus step_by(const Output& y, const Input& u, Scalar dt_s) {
     Scalar next[kNy]{};
     for (int j = 0; j < kNy; ++j) next[j] = state_.y[j];
-    StepStatus screened = model_->outputs.screen(y, next);
+    StepStatus screened = kEven ? model_->outputs.screen_evenly(y, next) : model_->outputs.screen(y, next);
     InputMemory<Scalar, kNu> input = state_.input;
     if constexpr (kDriven) {
       for (int i = 0; i < kNu; ++i) {
@@ -232,21 +236,23 @@ class SampledObserver {
         }
       }
     }
-    if (screened == StepStatus::kHeld) {
+    if constexpr (kEven) {
+      state_.status = note_evenly(screened, state_.held, model_->stale_after);
+    } else if (screened == StepStatus::kHeld) {
       state_.status = note_held(state_.held, model_->stale_after);
-      if (state_.started == 0) return state_.status;  // nothing to hold yet
     } else {
       state_.held = 0;
       state_.status = screened;
-      if (state_.started == 0) {
-        if constexpr (Model::kHasSteadyState) {
-          start(next, model_->latent.starts_steady);
-        } else {
-          start(next, false);
-        }
-        state_.input = input;
-        return state_.status;
+    }
+    if (state_.started == 0) {
+      if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
+      if constexpr (Model::kHasSteadyState) {
+        start(next, model_->latent.starts_steady);
+      } else {
+        start(next, false);
       }
+      state_.input = input;
+      return state_.status;
     }
     advance(next, input, kRegular ? Scalar(0) : dt_s);
     state_.input = input;
@@ -274,7 +280,13 @@ class SampledObserver {
     }
     // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
     constexpr Scalar kTiny = Scalar(0x1p-100);
-    for (int r = 0; r < kNz; ++r) state_.z[r] = z[r] < kTiny && z[r] > -kTiny ? Scalar(0) : z[r];
+    for (int r = 0; r < kNz; ++r) {
+      if constexpr (kEven) {
+        state_.z[r] = select((z[r] < kTiny) & (z[r] > -kTiny), Scalar(0), z[r]);
+      } else {
+        state_.z[r] = z[r] < kTiny && z[r] > -kTiny ? Scalar(0) : z[r];
+      }
+    }
   }
 
   /// An angle that has left its first turn goes back by whole turns, and z with it: S is the response to a constant,
@@ -283,8 +295,10 @@ class SampledObserver {
     for (int j = 0; j < kNy; ++j) {
       const Scalar turn = model_->outputs.wrap[j];
       if (!(turn > Scalar(0))) continue;
-      const Scalar back = rounded<Scalar>(turn * OutputRange<Scalar, kNy>::whole_turns(state_.y[j], turn));
-      if (back == Scalar(0)) continue;
+      using Range = OutputRange<Scalar, kNy>;
+      const Scalar turns = kEven ? Range::whole_turns_evenly(state_.y[j], turn) : Range::whole_turns(state_.y[j], turn);
+      const Scalar back = rounded<Scalar>(turn * turns);
+      if (!kEven && back == Scalar(0)) continue;  // taking away 0 changes nothing: z is never -0
       state_.y[j] -= back;
       for (int r = 0; r < kNz; ++r) state_.z[r] -= rounded<Scalar>(model_->latent.steady_gain[r][j] * back);
     }

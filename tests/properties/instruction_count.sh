@@ -1,0 +1,64 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# step, estimate and in_domain of the deterministic policy take as many instructions whatever is measured: counted by
+# callgrind over a thousand samples of each kind. Equal by g++; clang++ may differ by 2 per sample.
+#   usage: instruction_count.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
+set -eu
+compiler=$1 source=$2 eigen=$3 work=$4
+mkdir -p "$work"
+kinds='zeros random subnormal nan infinite extreme turning mixed'
+samples=1000
+case $compiler in *clang*) allowed=$((2 * samples)) ;; *) allowed=0 ;; esac
+
+# spread FLAGS...: compiles, counts each kind, prints the counts and leaves the largest difference in $difference.
+# Architectures are those that valgrind 3.19 knows: no AVX-512.
+spread() {
+  "$compiler" -std=c++20 -I"$source" -I"$source/runtime/include" -isystem "$eigen" "$@" \
+    "$source/tests/properties/audit/counted.cpp" -o "$work/counted"
+  least= most=
+  for kind in $kinds; do
+    if ! valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect=counted "$work/counted" "$kind" \
+      >"$work/said.txt" 2>"$work/valgrind.txt"; then
+      cat "$work/valgrind.txt"
+      exit 1
+    fi
+    count=$(sed -n 's/.*Collected : *\([0-9]*\).*/\1/p' "$work/valgrind.txt")
+    if [ "${count:-0}" -lt $((100 * samples)) ]; then
+      echo "FAILED   nothing was counted: \"$count\" for $kind"
+      exit 1
+    fi
+    echo "         $kind: $count ($(cat "$work/said.txt"))"
+    if [ -z "$least" ] || [ "$count" -lt "$least" ]; then least=$count; fi
+    if [ -z "$most" ] || [ "$count" -gt "$most" ]; then most=$count; fi
+  done
+  difference=$((most - least))
+}
+
+failures=0
+check() {
+  echo "counting $*"
+  spread "$@"
+  if [ "$difference" -le "$allowed" ]; then
+    echo "ok       $least instructions, up to $difference more"
+  else
+    echo "FAILED   $least instructions and up to $difference more, $allowed are allowed"
+    failures=$((failures + 1))
+  fi
+}
+check -O2 -DNLO_ACTIVATION=kTanh
+check -O3 -march=x86-64-v3 -DNLO_ACTIVATION=kRelu
+check -O2 -march=x86-64-v3 -DNLO_ACTIVATION=kSilu -DANGLE
+
+# What must be noticed: a branch on the status, and the fast policy, whose screening has branches.
+kinds='zeros nan extreme'
+for control in -DCONTROL=1 -DCONTROL=2; do
+  echo "control $control"
+  spread -O2 -DNLO_ACTIVATION=kTanh $control
+  if [ "$difference" -gt "$allowed" ]; then
+    echo "caught   up to $difference more than $least"
+  else
+    echo "FAILED   control $control was not noticed"
+    failures=$((failures + 1))
+  fi
+done
+exit $((failures > 0))
