@@ -133,8 +133,8 @@ void run_mode(const Workload& mode, Experiment experiment, const Dataset& datase
                 share, one_thread / fastest);
     const std::string name = mode.name;
     if (threads == 1) {
-      ratios.add(name + ": limit of multiply-adds and tanh / ours, one thread", share, mode.limit_share);
-      ratios.add(name + ": Eigen's products and tanh / ours, one thread", mode.samples * limits.eigen / fastest);
+      ratios.add(name + ", one thread: machine's limit / ours", share, mode.limit_share);
+      ratios.add(name + ", one thread: Eigen's products and tanh / ours", mode.samples * limits.eigen / fastest);
     } else {
       ratios.add(name + ": one thread / two threads", one_thread / fastest, mode.limit_share > 0.0 ? 1.8 : 0.0);
     }
@@ -163,9 +163,9 @@ int main(int argc, char** argv) {
   const Limits limits = measure_limits(make_structure(experiment, dataset.outputs, dataset.states).network);
 
   // At most 1.5 times the limit.
-  const Workload full{"one epoch, full batch", "full_batch", 50.0 * 2501.0, 1, 1.0, 1.0 / 1.5};
+  const Workload full{"full-batch epoch", "full_batch", 50.0 * 2501.0, 1, 1.0, 1.0 / 1.5};
   const auto samples = static_cast<double>(experiment.training.samples_per_step);
-  const Workload random{"1,000 steps of 4,096 random samples", "random_samples", samples, 100, 1000.0, 0.0};
+  const Workload random{"1,000 steps of 4,096 samples", "random_samples", samples, 100, 1000.0, 0.0};
   run_mode(full, experiment, dataset, limits, epochs, ratios);
   run_mode(random, experiment, dataset, limits, epochs, ratios);
   return ratios.write();

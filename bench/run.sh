@@ -1,0 +1,54 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Runs the benchmarks several times and writes the medians of their ratios as one file for this machine.
+#   usage: bench/run.sh [-n RUNS] [-b BUILD_DIR] [-o FILE]
+#     -n  runs of each, by turns (5)
+#     -b  a Release build with -DNLO_BENCH=ON (build/release)
+#     -o  default: bench/results/CPU.json
+# On a quiet machine: everything else that runs takes from one run and not from another.
+set -eu
+cd "$(dirname "$0")/.."
+runs=5 build=build/release out=
+while getopts n:b:o: option; do
+  case $option in
+    n) runs=$OPTARG ;;
+    b) build=$OPTARG ;;
+    o) out=$OPTARG ;;
+    *) sed -n 's/^# \{0,3\}//; 3,8p' "$0" >&2; exit 2 ;;
+  esac
+done
+shift $((OPTIND - 1))
+case $runs in '' | *[!0-9]* | 0) echo "run.sh: -n wants a number of runs, not \"$runs\"" >&2; exit 2 ;; esac
+[ $# -eq 0 ] || { echo "run.sh: does not know \"$*\"" >&2; exit 2; }
+if [ ! -x "$build/bench/compare" ]; then
+  echo "run.sh: no benchmarks in $build; cmake --preset release -DNLO_BENCH=ON && cmake --build build/release" >&2
+  exit 2
+fi
+if [ -z "$out" ]; then
+  cpu=$(awk -F': *' '/^model name/ {name = $2} /^cpu family/ {family = $2} /^model[\t ]*:/ {model = $2}
+    END {print name == "" ? "cpu" : name " " family " " model}' /proc/cpuinfo)
+  out=bench/results/$(printf '%s' "$cpu" | tr 'A-Z' 'a-z' | tr -cs 'a-z0-9\n' '-' | sed 's/^-//; s/-$//').json
+fi
+mkdir -p "$(dirname "$out")"
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failed=
+run=1
+while [ "$run" -le "$runs" ]; do
+  for bench in step_latency step_latency_portable training_epoch rt_loop; do
+    case " $failed " in *" $bench "*) continue ;; esac
+    options=
+    if [ "$bench" = rt_loop ]; then options="--seconds 5 --plot $work/rt_loop.svg"; fi
+    echo "run $run of $runs: $bench" >&2
+    # shellcheck disable=SC2086
+    if ! "$build/bench/$bench" $options --json "$work/$bench.$run.json" >"$work/said.txt" 2>&1; then
+      tail -n 5 "$work/said.txt" >&2
+      failed="$failed $bench"
+    fi
+  done
+  run=$((run + 1))
+done
+"$build/bench/compare" --collect "$out" "$work"/*.json
+echo "$out"
+[ -z "$failed" ] || { echo "run.sh: failed and left out:$failed" >&2; exit 1; }
