@@ -39,6 +39,7 @@ const std::vector<Arrow> kArrows = {
     {"codegen/", {"nlo/", "codegen/"}},
     {"trainer/", {"nlo/", "codegen/", "trainer/"}},
     {"bench/", {"nlo/", "bench/"}},
+    {"bench/rt_loop", {"nlo/", "bench/", "examples/control_loop/"}},
     {"bench/training_", {"nlo/", "bench/", "trainer/", "codegen/"}},
     {"tests/", {"nlo/", "codegen/", "trainer/", "bench/", "examples/", "tests/"}},
     {"examples/", {"nlo/"}},

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// Durations one by one: what a control loop cares for is the slowest, not the mean.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace nlo::bench {
+
+/// Durations [ns], collected without allocating.
+class Distribution {
+ public:
+  Distribution(std::string name, std::size_t capacity) : name_(std::move(name)), values_ns_(capacity) {}
+
+  void add(std::int64_t value_ns) {
+    if (count_ < values_ns_.size()) values_ns_[count_++] = value_ns;
+  }
+  void sort() {
+    values_ns_.resize(count_);
+    std::ranges::sort(values_ns_);
+  }
+
+  const std::string& name() const { return name_; }
+  /// After sort().
+  const std::vector<std::int64_t>& values_ns() const { return values_ns_; }
+  /// After sort(): the value that this share of all does not exceed.
+  double quantile_ns(double share) const {
+    if (count_ == 0) return 0.0;
+    return static_cast<double>(values_ns_[static_cast<std::size_t>(share * static_cast<double>(count_ - 1))]);
+  }
+
+ private:
+  std::string name_;
+  std::vector<std::int64_t> values_ns_;
+  std::size_t count_ = 0;
+};
+
+/// One panel of histograms over a logarithmic axis that starts at 0.1 us.
+struct HistogramPanel {
+  std::string title;
+  std::vector<const Distribution*> distributions;
+};
+
+/// Draws the panels below each other as an SVG file, by gnuplot. Returns why there is none; empty on success.
+std::string draw_histograms(const std::vector<HistogramPanel>& panels, const std::string& path);
+
+}  // namespace nlo::bench
