@@ -18,7 +18,6 @@ namespace {
 // headers and says when one is missing. By hand, as the formatter gives each name a line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
-<<<<<<< HEAD
     "Activation", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "Dense", "Domain", "DrivenKklModel",
     "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver",
     "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
@@ -29,21 +28,8 @@ constexpr std::array kRuntimeNames = {
     "dense_tangent", "discretise", "evaluate_inverse", "explicit_rk_step", "exponential_rk_step", "forced_step",
     "forced_weights", "from_eigen", "horner", "integrate", "is_finite", "is_tanh", "kEuler", "kHeun", "kMostPieces",
     "kRk4", "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kernels", "make_mlp",
-    "make_quantised_mlp", "multiply_add", "native", "note_held", "pack", "padded_inputs", "pieces_of",
-    "quantised_layer", "reciprocal", "rounded", "simd", "tanh_rational"};
-=======
-    "Activate", "Activation", "Arithmetic", "Complex", "Dense", "Domain", "DrivenKklModel", "DrivenKklObserver",
-    "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver", "Hold", "Identity", "InputField",
-    "InputMemory", "InverseMap", "JvpBuffer", "KklModel", "KklObserver", "LatentModel", "LatentStep", "LearnedMap",
-    "LinearPath", "LuenbergerModel", "LuenbergerObserver", "Mlp", "ModeStep", "ModeWeights", "NoLinearPath",
-    "OutputRange", "PackedDense", "PackedQuantisedDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp",
-    "SampledObserver", "StepStatus", "Tableau", "Vector", "activate", "activation_slope", "add_forced", "advance",
-    "as_eigen", "between", "dense_tangent", "discretise", "evaluate_inverse", "explicit_rk_step",
-    "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "integrate", "is_finite", "kEuler", "kHeun",
-    "kMostPieces", "kRk4", "kTanhMaxError", "kernels", "make_mlp", "make_quantised_mlp", "multiply_add",
-    "note_evenly", "note_held", "pack", "pieces_of", "quantised_layer", "reciprocal", "rounded", "select", "simd",
-    "tanh_rational"};
->>>>>>> a1279b9 (The deterministic policy takes as many instructions whatever is measured)
+    "make_quantised_mlp", "multiply_add", "native", "note_evenly", "note_held", "pack", "padded_inputs", "pieces_of",
+    "quantised_layer", "reciprocal", "rounded", "select", "simd", "tanh_rational"};
 // clang-format on
 
 }  // namespace
