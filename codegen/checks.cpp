@@ -81,6 +81,13 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
   check_shape(n.output_mean, outputs, of("output_mean"), "n_out");
   check_shape(n.output_scale, outputs, of("output_scale"), "n_out");
   check_positive(n.output_scale, of("output_scale"));
+  const std::vector<double>& largest = n.largest_activations;
+  if (!largest.empty() && largest.size() + 1 != n.layers.size())
+    fail("{} has {} numbers; it must have one for each of the {} hidden layers, or be left out",
+         of("largest_activations"), largest.size(), n.layers.size() - 1);
+  for (std::size_t l = 0; l < largest.size(); ++l)
+    if (!(largest[l] >= 0.0) || !std::isfinite(largest[l]))
+      fail("{}[{}] is {}; it must be finite and not negative", of("largest_activations"), l, largest[l]);
 }
 
 }  // namespace nlo::codegen

@@ -16,8 +16,8 @@ class Initialiser {
  public:
   explicit Initialiser(ScalarType scalar) : scalar_(scalar) {}
 
-  const char* scalar_name() const { return scalar_ == ScalarType::kFloat ? "float" : "double"; }
-  std::size_t scalar_bytes() const { return scalar_ == ScalarType::kFloat ? 4 : 8; }
+  const char* scalar_name() const { return scalar_ == ScalarType::kDouble ? "double" : "float"; }
+  std::size_t scalar_bytes() const { return scalar_ == ScalarType::kDouble ? 8 : 4; }
 
   std::string operator()(double value, std::string_view field) const;
 

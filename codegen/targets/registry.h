@@ -11,7 +11,11 @@
 
 namespace nlo::codegen {
 
-enum class ScalarType { kFloat, kDouble };
+enum class ScalarType {
+  kFloat,
+  kDouble,
+  kInt16,  ///< the inverse map in int16 (codegen/quantise.h), all around it in float
+};
 
 struct ExportOptions {
   std::string name;  ///< namespace and file name of what is generated; empty: the model's own

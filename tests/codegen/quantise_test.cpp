@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/quantise.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bench/random_quantised_model.h"
+#include "codegen/error.h"
+#include "codegen/reference_network.h"
+#include "tests/codegen/example_models.h"
+
+namespace nlo::codegen {
+namespace {
+
+using testing::HasSubstr;
+
+template <class Packed>
+QuantisedLayer unpacked(const Packed& packed) {
+  QuantisedLayer layer{{}, {}, Packed::kShift};
+  layer.weights.resize(Packed::kOut, Packed::kIn);
+  layer.bias.resize(Packed::kOut);
+  for (int o = 0; o < Packed::kOut; ++o) {
+    layer.bias(o) = packed.bias[o];
+    for (int i = 0; i < Packed::kIn; ++i)
+      layer.weights(o, i) = packed.weights[kernels::int16::weight_position<Packed::kIn, Packed::kOut>(o, i)];
+  }
+  return layer;
+}
+
+template <Activation kKind, class Last>
+void unpack(const QuantisedMlp<kKind, Last>& mlp, std::vector<QuantisedLayer>& layers) {
+  layers.push_back(unpacked(mlp.layer));
+}
+template <Activation kKind, class First, class... Rest>
+requires(sizeof...(Rest) > 0) void unpack(const QuantisedMlp<kKind, First, Rest...>& mlp,
+                                          std::vector<QuantisedLayer>& layers) {
+  layers.push_back(unpacked(mlp.layer));
+  unpack(mlp.tail, layers);
+}
+
+/// Runs random inputs, some of them far out, through the runtime's template and its emulation.
+template <Activation kKind, int kWidth, int kDepth>
+void expect_same_bits() {
+  using Mlp = decltype(bench::random_quantised_map<kKind, kWidth, kDepth>().mlp);
+  QuantisedMap<Mlp, LinearPath<float, 3, 2>> map{};
+  const auto random = bench::random_quantised_map<kKind, kWidth, kDepth>();
+  map.mlp = random.mlp;
+  QuantisedNetwork network{kKind == Activation::kTanh ? "tanh" : "relu",
+                           Eigen::Vector3f(0.1F, -2.0F, 0.0F),
+                           Eigen::Vector3f(6553.4F, 1e4F, 3e3F),
+                           {},
+                           Eigen::Vector2f(random.scale[0], 3.0F * random.scale[1]),
+                           Eigen::MatrixXf(2, 3)};
+  network.linear_path << 0.3F, -0.7F, 0.01F, 0.0F, 1.1F, -0.2F;
+  unpack(map.mlp, network.layers);
+  for (int i = 0; i < 3; ++i) {
+    map.centre[i] = network.centre(i);
+    map.gain[i] = network.gain(i);
+    for (int o = 0; o < 2; ++o) map.linear_path.weights[o][i] = network.linear_path(o, i);
+  }
+  for (int o = 0; o < 2; ++o) map.scale[o] = network.scale(o);
+
+  bench::RandomUniform uniform{5};
+  for (int k = 0; k < 2000; ++k) {
+    Eigen::Vector3f in;
+    for (float& value : in) value = (k % 10 == 0 ? 1e4F : 8.0F) * uniform();
+    if (k == 77) in(1) = std::numeric_limits<float>::quiet_NaN();
+    float got[2];
+    map.evaluate(in.data(), got);
+    const Eigen::VectorXf emulated = evaluate(network, in);
+    for (int o = 0; o < 2; ++o) ASSERT_TRUE(got[o] == emulated(o) || k == 77) << k << ": " << got[o];
+  }
+}
+
+TEST(QuantisedEmulation, HasTheBitsOfTheRuntime) {
+  expect_same_bits<Activation::kTanh, 16, 2>();
+  expect_same_bits<Activation::kRelu, 16, 2>();
+  expect_same_bits<Activation::kTanh, 7, 3>();
+  expect_same_bits<Activation::kRelu, 50, 4>();
+}
+
+/// The promise of kernels/int16.h, recomputed from what came out.
+void expect_no_overflow(const QuantisedNetwork& q) {
+  for (const QuantisedLayer& layer : q.layers) {
+    EXPECT_GE(layer.shift, 1);
+    EXPECT_LE(layer.shift, 31);
+    for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
+      std::int64_t sum = std::abs(std::int64_t{layer.bias(o)});
+      for (Eigen::Index i = 0; i < layer.weights.cols(); ++i) {
+        EXPECT_NE(layer.weights(o, i), -32768);
+        sum += std::int64_t{32767} * std::abs(std::int64_t{layer.weights(o, i)});
+      }
+      EXPECT_LT(sum, std::int64_t{1} << 31);
+    }
+  }
+}
+
+/// Largest difference to the network in double over inputs in the box, relative to the largest output.
+double relative_error(const FoldedNetwork& folded, const InputBox& box, const QuantisedNetwork& q) {
+  std::uint64_t state = 9;
+  double error = 0.0, largest = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    Eigen::VectorXd in(folded.inputs());
+    for (Eigen::Index i = 0; i < in.size(); ++i) {
+      state = state * 6364136223846793005U + 1442695040888963407U;
+      in(i) = box.min(i) + (box.max(i) - box.min(i)) * static_cast<double>(state >> 11) * 0x1p-53;
+    }
+    Eigen::VectorXd a = in;
+    for (std::size_t l = 0; l < folded.layers.size(); ++l) {
+      a = (folded.layers[l].weights * a + folded.layers[l].bias).eval();
+      if (l + 1 == folded.layers.size()) break;
+      a = folded.activation == "relu" ? a.cwiseMax(0.0).eval() : a.array().tanh().matrix().eval();
+    }
+    if (folded.linear_path.size() != 0) a += folded.linear_path * in;
+    error = std::max(error, (evaluate(q, in.cast<float>()).cast<double>() - a).cwiseAbs().maxCoeff());
+    largest = std::max(largest, a.cwiseAbs().maxCoeff());
+  }
+  return error / largest;
+}
+
+bool has_int16(const Model& m) {
+  return structure(m) == "kkl" && m.inverse_map.activation != "silu";
+}
+
+// 16 bits of weights whose rows must leave room for the worst sum: some 12 remain, over four layers of 50 at most.
+constexpr double kBound = 3e-3;
+
+TEST(Quantise, CannotOverflowAndStaysWithinItsBound) {
+  for (const Model& m : example_models()) {
+    if (!has_int16(m)) continue;
+    const FoldedModel folded = fold(m);
+    const QuantisedNetwork q = quantise(m, folded);
+    expect_no_overflow(q);
+    const double error = relative_error(folded.inverse_map, input_box(m, folded), q);
+    EXPECT_LT(error, kBound) << m.name;
+  }
+}
+
+std::string error_of(const Model& m) {
+  try {
+    expect_no_overflow(quantise(m, fold(m)));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Quantise, SaysWhatItSupports) {
+  EXPECT_THAT(error_of(driven_model()), HasSubstr("driven_kkl; export with --scalar float"));
+  EXPECT_THAT(error_of(luenberger_model()), HasSubstr("structure kkl"));
+  EXPECT_THAT(error_of(general_model()), HasSubstr("structure kkl"));
+  EXPECT_THAT(error_of(activation_model("silu")), HasSubstr("int16 has tanh and relu"));
+}
+
+TEST(Quantise, HugeWeightsAreRefusedWithTheirLayer) {
+  for (const double huge : {1e6, 1e30, 1e300}) {
+    Model m = tiny_model();
+    m.inverse_map.layers[0].weights(2, 1) = huge;
+    EXPECT_THAT(error_of(m), HasSubstr("inverse_map.layers[0]: neuron 2 sums up to")) << huge;
+  }
+  Model m = tiny_model();
+  m.inverse_map.layers[1].weights(0, 1) = 1e300;
+  EXPECT_THAT(error_of(m), HasSubstr("inverse_map.layers[1]: row 0"));
+}
+
+/// Over the whole box, relative to the largest output.
+double error_of_quantised(const Model& m) {
+  const FoldedModel folded = fold(m);
+  const QuantisedNetwork q = quantise(m, folded);
+  expect_no_overflow(q);
+  return relative_error(folded.inverse_map, input_box(m, folded), q);
+}
+
+TEST(Quantise, RowsAndLayersOfZerosAreExact) {
+  for (const char* activation : {"tanh", "relu"}) {
+    Model m = activation_model(activation);
+    m.inverse_map.layers[0].weights.row(3).setZero();
+    m.inverse_map.layers[1].bias(5) = 0.0;
+    m.inverse_map.layers[1].weights.row(5).setZero();
+    EXPECT_LT(error_of_quantised(m), kBound) << activation;
+    for (DenseLayer& layer : m.inverse_map.layers) {
+      layer.weights.setZero();
+      layer.bias.setZero();
+    }
+    m.inverse_map.output_mean = Eigen::Vector2d(0.5, -3.0);
+    EXPECT_LT(error_of_quantised(m), 1e-6) << activation;  // rounding of float: only the means are left
+  }
+}
+
+TEST(Quantise, BiasesFarLargerThanWeightsSaturateOrDominate) {
+  Model m = activation_model("tanh");
+  m.inverse_map.layers[0].bias(1) = 1e9;  // always 1
+  m.inverse_map.layers[1].bias(2) = -1e300;
+  EXPECT_LT(error_of_quantised(m), kBound);
+  m = activation_model("relu");
+  m.inverse_map.layers[0].bias.setConstant(100.0);
+  m.inverse_map.layers[2].bias.setConstant(1e6);
+  EXPECT_LT(error_of_quantised(m), kBound);
+}
+
+TEST(Quantise, InputsThatHardlyMoveAndWideOnesKeepTheirBound) {
+  Model m = tiny_model();
+  m.latent_min(0) = 1.0;
+  m.latent_max(0) = std::nextafter(1.0, 2.0);
+  m.latent_min(1) = -1e-300;
+  m.latent_max(1) = 1e-300;
+  EXPECT_LT(error_of_quantised(m), kBound);
+  m.latent_min(0) = -1e300;
+  m.latent_max(0) = 1e300;
+  EXPECT_THAT(error_of(m), HasSubstr("input 0 of inverse_map is beyond float"));
+}
+
+/// Mean of quantised minus exact over the box: what rounding down all the time would shift.
+TEST(Quantise, RoundingDownIsMadeUpFor) {
+  Model m = activation_model("tanh");
+  m.inverse_map.layers.back().weights = m.inverse_map.layers.back().weights.cwiseAbs().eval();  // shifts add up
+  const FoldedModel folded = fold(m);
+  QuantisedNetwork q = quantise(m, folded);
+  const auto mean_error = [&](const QuantisedNetwork& network) {
+    const ReferenceNetwork<double> exact(m.inverse_map);
+    double sum = 0.0;
+    constexpr int kInputs = 4000;
+    for (int k = 0; k < kInputs; ++k) {
+      const double phase = 0.01 * k;
+      const Eigen::Vector3d in(2.0 * std::sin(phase), 0.4 * std::cos(1.7 * phase), 0.0);
+      sum += (static_cast<double>(evaluate(network, in.head(2).cast<float>())(0)) - exact(in)(0)) / kInputs;
+    }
+    return std::abs(sum);
+  };
+  const double made_up_for = mean_error(q);
+  // The control: the biases of the last layer without the half unit.
+  for (Eigen::Index o = 0; o < q.outputs(); ++o)
+    q.layers.back().bias(o) -= q.layers.back().weights.row(o).cast<int>().sum() / 2;
+  EXPECT_LT(made_up_for, 0.7 * mean_error(q));
+}
+
+TEST(Quantise, ReluTakesItsRangesFromTheRecordOfTraining) {
+  Model m = activation_model("relu");
+  const FoldedModel folded = fold(m);
+  const InputBox box = input_box(m, folded);
+  const std::vector<double> guessed = largest_activations(m, folded.inverse_map, box);
+  m.inverse_map.largest_activations = {guessed[0] / 2.2, guessed[1] / 2.2};
+  const std::vector<double> recorded = largest_activations(m, folded.inverse_map, box);
+  for (std::size_t l = 0; l < 2; ++l) EXPECT_NEAR(recorded[l], guessed[l] / 2.0, 1e-12 * guessed[l]);
+  // Half the range, half the unit: the same integers stand for half as much.
+  EXPECT_EQ(quantise(m, folded).layers[0].shift, quantise(activation_model("relu"), folded).layers[0].shift - 1);
+}
+
+}  // namespace
+}  // namespace nlo::codegen
