@@ -90,6 +90,9 @@ std::string network(const Network& n, const std::string& indent) {
   object.matrix("skip", n.skip);
   object.field("output_mean", array(n.output_mean));
   object.field("output_scale", array(n.output_scale));
+  if (const std::vector<double>& largest = n.largest_activations; !largest.empty())
+    object.field("largest_activations",
+                 array(Eigen::Map<const Eigen::VectorXd>(largest.data(), static_cast<Eigen::Index>(largest.size()))));
   return object.text();
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// parse_model(): JSON to a validated model. Every field must be there, no other may be, and each has one type.
+// parse_model(): JSON to a validated model. Every field must be there (but a few that are asked for with has()), no
+// other may be, and each has one type.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,6 +44,9 @@ struct Field {
     if (found == value.end()) throw Error(name + ": is missing; export or train the model again");
     return {*found, name};
   }
+
+  /// For the few that may be left out.
+  bool has(const char* key) const { return value.is_object() && value.contains(key); }
 
   Field operator[](std::size_t i) const { return {value[i], fmt::format("{}[{}]", path, i)}; }
 
@@ -128,8 +132,13 @@ std::vector<DenseLayer> layers(const Field& field) {
 }
 
 Network network(const Field& field) {
-  field.allow_only(
-      {"features", "feature_mean", "feature_scale", "activation", "layers", "skip", "output_mean", "output_scale"});
+  field.allow_only({"features", "feature_mean", "feature_scale", "activation", "layers", "skip", "output_mean",
+                    "output_scale", "largest_activations"});
+  std::vector<double> largest;
+  if (field.has("largest_activations")) {
+    const Eigen::VectorXd values = vector(field["largest_activations"]);
+    largest.assign(values.begin(), values.end());
+  }
   return {.features = matrix(field["features"]),
           .feature_mean = vector(field["feature_mean"]),
           .feature_scale = vector(field["feature_scale"]),
@@ -137,7 +146,8 @@ Network network(const Field& field) {
           .layers = layers(field["layers"]),
           .skip = matrix(field["skip"]),
           .output_mean = vector(field["output_mean"]),
-          .output_scale = vector(field["output_scale"])};
+          .output_scale = vector(field["output_scale"]),
+          .largest_activations = largest};
 }
 
 LuenbergerDynamics luenberger(const Field& field) {

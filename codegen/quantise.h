@@ -51,6 +51,9 @@ QuantisedNetwork quantise(const FoldedNetwork& network, const InputBox& box, con
 /// than training data reach and costs a bit or two of resolution.
 std::vector<double> largest_activations(const Model& model, const FoldedNetwork& network, const InputBox& box);
 
+/// Bytes of the nlo::QuantisedMap that holds it, rows that fill up the kernel's blocks and odd inputs included.
+Eigen::Index packed_bytes(const QuantisedNetwork& network);
+
 /// The very bits that nlo::QuantisedMap::evaluate gives, on any target.
 Eigen::VectorXf evaluate(const QuantisedNetwork& network, const Eigen::VectorXf& in);
 

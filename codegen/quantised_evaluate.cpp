@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo::QuantisedMap with sizes known only when it runs. quantise_test.cpp holds it against the runtime's templates.
+// nlo::QuantisedMap with sizes known only when it runs: its results and its size. quantise_test.cpp holds it against
+// the runtime's templates.
 #include <nlo/arithmetic.h>
 #include <nlo/kernels/int16.h>
 
@@ -28,7 +29,24 @@ std::int32_t activated(bool is_tanh, int shift, std::int32_t sum) {
   return kernels::int16::tanh_q15(std::clamp(sum >> shift, -kEnd, kEnd - 1));
 }
 
+/// As kernels::int16::Blocks<rows>::kRows.
+Eigen::Index padded_rows(Eigen::Index rows) {
+  const auto fours = [](Eigen::Index count) { return (5 - count % 5) % 5; };
+  while (4 * fours(rows) > rows) ++rows;
+  return rows;
+}
+
 }  // namespace
+
+Eigen::Index packed_bytes(const QuantisedNetwork& n) {
+  const auto numbers = [](Eigen::Index count) { return 4 * count; };  // float and int32
+  Eigen::Index bytes = numbers(n.centre.size() + n.gain.size() + n.scale.size() + n.linear_path.size());
+  for (const QuantisedLayer& layer : n.layers) {
+    const Eigen::Index pairs = (layer.weights.cols() + 1) / 2, rows = padded_rows(layer.weights.rows());
+    bytes += numbers(pairs * rows + rows);  // a pair of weights, a bias
+  }
+  return bytes;
+}
 
 Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& in) {
   Integers a(in.size());

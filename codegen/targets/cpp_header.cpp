@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "codegen/error.h"
 #include "codegen/fold.h"
 #include "codegen/number.h"
+#include "codegen/replay_run.h"
 #include "codegen/targets/cpp_structure.h"
 #include "codegen/targets/generated_text.h"
 #include "codegen/validate.h"
@@ -21,15 +23,20 @@ struct Source {
   const FoldedModel& folded;
   const CppStructure& structure;
   const Initialiser& init;
+  const ExportOptions& options;
   std::string name;
 };
+
+/// `alpha_dot [rad/s]`
+std::string channel_text(const Channel& channel) {
+  return channel.name + (channel.unit.empty() ? "" : " [" + safe_comment(channel.unit, 20) + "]");
+}
 
 std::string joined(const std::vector<Channel>& channels, bool with_units) {
   std::string text;
   for (const Channel& channel : channels) {
     if (!text.empty()) text += ", ";
-    text += channel.name;
-    if (with_units && !channel.unit.empty()) text += " [" + safe_comment(channel.unit, 20) + "]";
+    text += with_units ? channel_text(channel) : channel.name;
   }
   return text;
 }
@@ -42,9 +49,9 @@ std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activation
 std::string costs(const Source& s) {
   const Eigen::Index nz = s.model.nz(), ny = s.model.ny(), nu = s.model.nu();
   // sizeof(Model): sample period, output range, domain, the structure's own, the networks.
-  Eigen::Index scalars = 1 + 3 * ny + 2 * nz + s.structure.own_scalars();
-  for (const CppNetwork& network : s.structure.networks()) scalars += network.scalars();
   const auto bytes = static_cast<Eigen::Index>(s.init.scalar_bytes());
+  Eigen::Index constants = bytes * (1 + 3 * ny + 2 * nz + s.structure.own_scalars());
+  for (const CppNetwork& network : s.structure.networks()) constants += network.constant_bytes(s.init);
   const Eigen::Index ram = bytes * (1 + nz + ny + nu + 1);  // pointer (32 bit, padded), z, y, u, flags
   return fmt::format(
       "// Cost\n"
@@ -53,8 +60,8 @@ std::string costs(const Source& s) {
       "//   kModel      {} bytes of constants\n"
       "//   Observer    {} bytes of RAM where pointers have 32 bits\n",
       with_activations(s.structure.step_multiply_adds(), s.structure.step_activations()),
-      with_activations(s.structure.estimate_multiply_adds(), s.structure.estimate_activations()),
-      grouped(scalars * bytes), grouped(ram));
+      with_activations(s.structure.estimate_multiply_adds(), s.structure.estimate_activations()), grouped(constants),
+      grouped(ram));
 }
 
 std::string facts(const Model& m) {
@@ -93,9 +100,24 @@ std::string example(const Source& s) {
       s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name);
 }
 
+std::string integer_arithmetic(const Source& s) {
+  const ExportError error = export_error(s.model, s.options);
+  std::string text = fmt::format(
+      "//\n"
+      "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}; the rest is\n"
+      "// float. Where z leaves its domain, T* is that of the nearest point in it. Error of this arithmetic, on {} "
+      "samples\n"
+      "// of a replay inside the domain (maximum, rms):\n",
+      s.model.inverse_map.activation == "tanh" ? ", a table of tanh" : "", error.samples);
+  for (int i = 0; i < s.model.nx(); ++i)
+    text += fmt::format("//   {:<26}  {:.1e}, {:.1e}\n", channel_text(s.model.states[static_cast<std::size_t>(i)]),
+                        error.max(i), error.rms(i));
+  return text;
+}
+
 std::string top_comment(const Source& s) {
   std::string options;
-  if (s.init.scalar_bytes() == 8) options += " --scalar double";
+  if (s.options.scalar != ScalarType::kFloat) options += fmt::format(" --scalar {}", scalar_name(s.options.scalar));
   if (s.name != s.model.name) options += " --name " + s.name;
   const std::string inputs = s.model.drive ? " and the inputs " + joined(s.model.drive->inputs, true) : "";
   return fmt::format(
@@ -105,8 +127,9 @@ std::string top_comment(const Source& s) {
              "// Estimates {2} from {3}{4}, sampled every {5} s.\n",
              s.name, options, joined(s.model.states, true), joined(s.model.outputs, true), inputs,
              literal(s.model.sample_period_s), s.structure.title()) +
-         s.structure.description() + "// Normalisation and features are folded into the layers.\n//\n" +
-         facts(s.model) + costs(s) + "//\n" + example(s);
+         s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
+         (s.options.scalar == ScalarType::kInt16 ? integer_arithmetic(s) : "") + "//\n" + facts(s.model) + costs(s) +
+         "//\n" + example(s);
 }
 
 std::string enumeration(const char* name, const std::vector<Channel>& channels) {
@@ -148,11 +171,14 @@ std::string cpp_header(const Model& model, const ExportOptions& options) {
   check_rounding(model, options.scalar);
   const FoldedModel folded = fold(model);
   const Initialiser init(options.scalar);
-  const std::unique_ptr<CppStructure> structure = cpp_structure(model, folded, init);
-  const Source s{model, folded, *structure, init, export_name(model, options)};
+  std::optional<QuantisedNetwork> quantised;
+  if (options.scalar == ScalarType::kInt16) quantised = quantise(model, folded);
+  const auto structure = cpp_structure(model, folded, init, quantised ? &*quantised : nullptr);
+  const Source s{model, folded, *structure, init, options, export_name(model, options)};
 
   std::string text = top_comment(s);
-  text += fmt::format("#pragma once\n\n#include <nlo/{}>\n\n", structure->header());
+  text += fmt::format("#pragma once\n\n#include <nlo/{}>\n{}\n", structure->header(),
+                      quantised ? "#include <nlo/quantised_map.h>\n" : "");
   text += fmt::format("namespace nlo::{} {{\n\n", s.name);
   text += fmt::format("/// Positions in a measurement{} and in an estimate.\n", model.drive ? ", in an input" : "");
   text += enumeration("Output", model.outputs);

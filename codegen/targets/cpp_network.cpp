@@ -12,45 +12,79 @@ std::string activation_of(const FoldedNetwork& n) {
                                   : "Activation::kSilu";
 }
 
-std::string made(const CppNetwork& n) {
-  std::string text = "make_mlp<" + activation_of(n.network) + ">(";
-  for (std::size_t l = 1; l <= n.network.layers.size(); ++l)
-    text += fmt::format("{}weights::k{}{}", l > 1 ? ", " : "", n.layer, l);
-  return text + ")";
+/// Small integers of whatever type, `{a, b, c}`.
+template <class Vector>
+std::string integers(const Vector& values) {
+  std::string text = "{";
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    text += fmt::format("{}{}", i > 0 ? ", " : "", static_cast<int>(values(i)));
+  return text + "}";
+}
+
+std::string integer_layer(const QuantisedLayer& layer, const std::string& name, const std::string& reads) {
+  std::string rows;
+  for (Eigen::Index o = 0; o < layer.bias.size(); ++o) rows += "      " + integers(layer.weights.row(o)) + ",\n";
+  return fmt::format(
+      "\n// {0} x {1}: one neuron per line, reads {2}.\n"
+      "inline constexpr QuantisedDense<{1}, {0}, {3}> {4} = {{\n"
+      "    .weights = {{\n{5}    }},\n"
+      "    .bias = {6},\n"
+      "}};\n",
+      layer.weights.rows(), layer.weights.cols(), reads, layer.shift, name, rows, integers(layer.bias));
 }
 
 }  // namespace
+
+std::string CppNetwork::made() const {
+  std::string text = quantised ? "make_quantised_mlp" : "make_mlp";
+  text += "<" + activation_of(network) + ">(";
+  for (std::size_t l = 1; l <= network.layers.size(); ++l)
+    text += fmt::format("{}weights::k{}{}", l > 1 ? ", " : "", layer, l);
+  return text + ")";
+}
 
 std::string CppNetwork::layers(const Initialiser& init) const {
   std::string text;
   for (std::size_t l = 0; l < network.layers.size(); ++l) {
     const DenseLayer& dense = network.layers[l];
+    const std::string layer_reads = l == 0 ? reads : fmt::format("layer {}", l);
+    if (quantised) {
+      text += integer_layer(quantised->layers[l], fmt::format("k{}{}", layer, l + 1), layer_reads);
+      continue;
+    }
     text += fmt::format(
         "\n// {0} x {1}: one neuron per line, reads {2}.\n"
         "inline constexpr Dense<{3}, {1}, {0}> k{4}{5} = {{\n"
         "    .weights = {6},\n"
         "    .bias = {7},\n"
         "}};\n",
-        dense.weights.rows(), dense.weights.cols(), l == 0 ? reads : fmt::format("layer {}", l), init.scalar_name(),
-        layer, l + 1, init.rows(dense.weights, 6, fmt::format("{}.layers[{}].weights", field, l)),
+        dense.weights.rows(), dense.weights.cols(), layer_reads, init.scalar_name(), layer, l + 1,
+        init.rows(dense.weights, 6, fmt::format("{}.layers[{}].weights", field, l)),
         init.vector(dense.bias, fmt::format("{}.layers[{}].bias", field, l)));
   }
   return text;
 }
 
 std::string CppNetwork::using_declaration() const {
-  return fmt::format("using {} = decltype({});\n", type, made(*this));
+  return fmt::format("using {} = decltype({});\n", type, made());
 }
 
 std::string CppNetwork::map_type(const Initialiser& init) const {
   const Eigen::Index out = network.layers.back().bias.size();
   const std::string path =
       has_linear_path() ? fmt::format(", LinearPath<{}, {}, {}>", init.scalar_name(), network.inputs(), out) : "";
-  return map + "<" + type + path + ">";
+  return (quantised ? "QuantisedMap" : map) + "<" + type + path + ">";
 }
 
 std::string CppNetwork::initialiser(const Initialiser& init, const std::string& member) const {
-  std::string text = fmt::format("    .{} = {{\n        .mlp = {},\n", member, made(*this));
+  std::string text = fmt::format("    .{} = {{\n", member);
+  if (quantised)
+    text += fmt::format("        .centre = {},\n        .gain = {},  // to +-32767\n",
+                        init.vector(quantised->centre.cast<double>(), "latent_min"),
+                        init.vector(quantised->gain.cast<double>(), "latent_max"));
+  text += fmt::format("        .mlp = {},\n", made());
+  if (quantised)
+    text += fmt::format("        .scale = {},\n", init.vector(quantised->scale.cast<double>(), field + ".layers"));
   if (has_linear_path())
     text +=
         fmt::format("        .linear_path = {{.weights = {}}},\n", init.rows(network.linear_path, 12, field + ".skip"));
@@ -76,8 +110,10 @@ Eigen::Index CppNetwork::activations() const {
   return count;
 }
 
-Eigen::Index CppNetwork::scalars() const {
-  return multiply_adds() + activations() + network.layers.back().bias.size();
+Eigen::Index CppNetwork::constant_bytes(const Initialiser& init) const {
+  if (quantised) return packed_bytes(*quantised);
+  const Eigen::Index scalars = multiply_adds() + activations() + network.layers.back().bias.size();
+  return scalars * static_cast<Eigen::Index>(init.scalar_bytes());
 }
 
 }  // namespace nlo::codegen

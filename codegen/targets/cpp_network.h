@@ -6,11 +6,12 @@
 #include <string>
 
 #include "codegen/fold.h"
+#include "codegen/quantise.h"
 #include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 
-/// One network of a generated header.
+/// One network of a generated header; in int16 where `quantised` is set.
 struct CppNetwork {
   const FoldedNetwork& network;
   std::string field;  ///< in the model, for messages: "inverse_map"
@@ -18,6 +19,7 @@ struct CppNetwork {
   std::string type;   ///< name of its mlp's type: "Network"
   std::string map;    ///< the runtime's template around it: InverseMap or LearnedMap
   std::string reads;  ///< "[z; y]"
+  const QuantisedNetwork* quantised = nullptr;
 
   bool has_linear_path() const { return network.linear_path.size() != 0; }
 
@@ -38,7 +40,10 @@ struct CppNetwork {
 
   Eigen::Index multiply_adds() const;
   Eigen::Index activations() const;
-  Eigen::Index scalars() const;  ///< of constants
+  Eigen::Index constant_bytes(const Initialiser& init) const;
+
+ private:
+  std::string made() const;  ///< `make_mlp<...>(weights::kLayer1, ...)`
 };
 
 }  // namespace nlo::codegen

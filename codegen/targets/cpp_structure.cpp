@@ -15,8 +15,9 @@ std::string hold_of(const std::string& name) {
 /// What the structures share.
 class Base : public CppStructure {
  public:
-  Base(const Model& model, const FoldedModel& folded, const Initialiser& init)
-      : m_(model), f_(folded), init_(init), nx_(model.nx()), ny_(model.ny()), nz_(model.nz()) {}
+  Base(const Model& model, const FoldedModel& folded, const Initialiser& init,
+       const QuantisedNetwork* quantised = nullptr)
+      : m_(model), f_(folded), init_(init), quantised_(quantised), nx_(model.nx()), ny_(model.ny()), nz_(model.nz()) {}
 
   std::string trailing_fields() const override {
     std::string text;
@@ -28,13 +29,15 @@ class Base : public CppStructure {
 
  protected:
   CppNetwork inverse_map() const {
-    return {f_.inverse_map, "inverse_map", "Layer", "Network", "InverseMap", f_.reads_output ? "[z; y]" : "z"};
+    return {f_.inverse_map, "inverse_map", "Layer", "Network", "InverseMap", f_.reads_output ? "[z; y]" : "z",
+            quantised_};
   }
   static std::string member(const CppNetwork& n) { return n.field.substr(n.field.rfind('.') + 1); }
 
   const Model& m_;
   const FoldedModel& f_;
   const Initialiser& init_;
+  const QuantisedNetwork* quantised_;
   const Eigen::Index nx_, ny_, nz_;
 };
 
@@ -235,11 +238,12 @@ class General final : public Base {
 
 }  // namespace
 
-std::unique_ptr<CppStructure> cpp_structure(const Model& m, const FoldedModel& folded, const Initialiser& init) {
+std::unique_ptr<CppStructure> cpp_structure(const Model& m, const FoldedModel& folded, const Initialiser& init,
+                                            const QuantisedNetwork* quantised) {
   if (m.luenberger) return std::make_unique<Luenberger>(m, folded, init);
   if (m.dynamics) return std::make_unique<General>(m, folded, init);
   if (m.drive) return std::make_unique<DrivenKkl>(m, folded, init);
-  return std::make_unique<Kkl>(m, folded, init);
+  return std::make_unique<Kkl>(m, folded, init, quantised);
 }
 
 }  // namespace nlo::codegen

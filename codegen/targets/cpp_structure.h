@@ -34,7 +34,8 @@ class CppStructure {
   virtual Eigen::Index own_scalars() const = 0;  ///< of constants, beside those that all have; padding counts as whole
 };
 
-/// The structure of `model`; all arguments must outlive it.
-std::unique_ptr<CppStructure> cpp_structure(const Model& model, const FoldedModel& folded, const Initialiser& init);
+/// The structure of `model`, its inverse map in int16 when `quantised` is given; all arguments must outlive it.
+std::unique_ptr<CppStructure> cpp_structure(const Model& model, const FoldedModel& folded, const Initialiser& init,
+                                            const QuantisedNetwork* quantised = nullptr);
 
 }  // namespace nlo::codegen

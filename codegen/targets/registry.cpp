@@ -25,9 +25,13 @@ const ExportTarget& export_target(const std::string& name) {
 }
 
 ScalarType scalar_type(const std::string& name) {
-  if (name == "float") return ScalarType::kFloat;
-  if (name == "double") return ScalarType::kDouble;
-  throw Error("unknown scalar type \"" + name + "\"; there are float, double");
+  for (const ScalarType scalar : {ScalarType::kFloat, ScalarType::kDouble, ScalarType::kInt16})
+    if (name == scalar_name(scalar)) return scalar;
+  throw Error("unknown scalar type \"" + name + "\"; there are float, double, int16");
+}
+
+const char* scalar_name(ScalarType scalar) {
+  return scalar == ScalarType::kFloat ? "float" : scalar == ScalarType::kDouble ? "double" : "int16";
 }
 
 }  // namespace nlo::codegen

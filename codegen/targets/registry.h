@@ -35,7 +35,8 @@ const std::vector<ExportTarget>& export_targets();
 /// The target of that name. Throws Error that lists the names there are.
 const ExportTarget& export_target(const std::string& name);
 
-/// "float" or "double". Throws Error.
+/// "float", "double" or "int16". Throws Error.
 ScalarType scalar_type(const std::string& name);
+const char* scalar_name(ScalarType scalar);
 
 }  // namespace nlo::codegen

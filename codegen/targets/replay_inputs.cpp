@@ -58,7 +58,7 @@ double irregular_step(Uniform& uniform) {
 
 }  // namespace
 
-ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples) {
+ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double loudness) {
   Uniform uniform(seed);
   const double h = m.sample_period_s;
   ReplayInputs inputs{Eigen::VectorXd::Zero(samples), Eigen::MatrixXd(m.ny(), samples),
@@ -75,7 +75,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     const bool turns = wrap > 0.0 && high - low >= wrap * (1.0 - 1e-6);
     const Eigen::VectorXd tone = tones(time_s, h, uniform);
     for (int k = 0; k < samples; ++k) {
-      double y = (low + high) / 2.0 + 0.85 * (high - low) / 2.0 * tone(k);
+      double y = (low + high) / 2.0 + (turns ? 1.0 : loudness) * 0.85 * (high - low) / 2.0 * tone(k);
       if (turns) y = measured_angle(y + 2.5 * wrap * k / samples, low, wrap);
       inputs.outputs(j, k) = y;
     }

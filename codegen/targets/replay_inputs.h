@@ -16,7 +16,8 @@ struct ReplayInputs {
 };
 
 /// Sums of tones inside the declared ranges, slow against the sample period; angles that may turn do so two times and
-/// a half. From the tenth sample on, some are missed or out of range, and `stale_after` are missed in a row.
-ReplayInputs replay_inputs(const Model& model, int stale_after, std::uint64_t seed, int samples);
+/// a half. From the tenth sample on, some are missed or out of range, and `stale_after` are missed in a row. `loudness`
+/// times the tones of outputs that are no turning angles.
+ReplayInputs replay_inputs(const Model& model, int stale_after, std::uint64_t seed, int samples, double loudness = 1.0);
 
 }  // namespace nlo::codegen

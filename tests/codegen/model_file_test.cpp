@@ -26,6 +26,17 @@ TEST(ModelFile, RoundTripGivesTheSameBytes) {
   }
 }
 
+TEST(ModelFile, RecordedActivationsComeBackAndMayBeLeftOut) {
+  Model m = activation_model("relu");
+  EXPECT_THAT(to_json(m), testing::Not(testing::HasSubstr("largest_activations")));
+  m.inverse_map.largest_activations = {3.5, 0.1};
+  EXPECT_EQ(parse_model(to_json(m), "text").inverse_map.largest_activations, m.inverse_map.largest_activations);
+  for (const std::vector<double>& wrong : {std::vector{1.0}, std::vector{1.0, -1.0}}) {
+    m.inverse_map.largest_activations = wrong;
+    EXPECT_THROW(validate(m), Error);
+  }
+}
+
 TEST(ModelFile, EveryStructureIsNamedAndComesBack) {
   std::set<std::string> seen;
   for (const Model& m : structure_models()) {

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
+#include "codegen/reference_observer.h"
 #include "tests/trainer/testing.h"
 
 namespace nlo::trainer {
@@ -245,6 +247,37 @@ TEST(Objective, ErrorIsThatOfTheModelRunPlainly) {
       EXPECT_NEAR(rmse, flown, (codegen::has_linear_latent(model) ? kTolerance : kOdeTolerance) * rmse);
     }
   }
+}
+
+TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesThatCount) {
+  constexpr double kTolerance = 1e-4;  // float32 of the filter
+  Experiment experiment = small_experiment();
+  experiment.inverse_map.activation = "relu";
+  experiment.observer.features = "latent_and_output";
+  experiment.training.noise = {};
+  Dataset dataset = harmonics(kUnequal, false);
+  dataset.trajectories[2].outputs.col(5) *= 50.0;  // masked samples must not set the range
+  for (Eigen::Index k = 5; k < dataset.trajectories[2].samples(); ++k) dataset.trajectories[2].weight(k) = 0.0;
+  Problem problem(experiment, dataset);
+  const codegen::Model model =
+      to_model(problem.structure, problem.parameters.data(), experiment, problem.dataset, problem.objective.rollout());
+  const codegen::Network& map = model.inverse_map;
+  std::vector<double> largest(map.layers.size() - 1, 0.0);
+  for (const Trajectory& run : problem.dataset.trajectories) {
+    Eigen::MatrixXd in(model.nz() + model.ny(), run.samples());
+    in << codegen::ReferenceObserver<double>(model).run(run.outputs, {}, run.time_s, true).z, run.outputs;
+    for (Eigen::Index k = 0; k < run.samples(); ++k) {
+      if (run.weight(k) <= 0.0) continue;
+      Eigen::VectorXd a = (map.features * in.col(k) - map.feature_mean).cwiseQuotient(map.feature_scale);
+      for (std::size_t l = 0; l < largest.size(); ++l) {
+        a = (map.layers[l].weights * a + map.layers[l].bias).cwiseMax(0.0).eval();
+        largest[l] = std::max(largest[l], a.maxCoeff());
+      }
+    }
+  }
+  ASSERT_EQ(map.largest_activations.size(), largest.size());
+  for (std::size_t l = 0; l < largest.size(); ++l)
+    EXPECT_NEAR(map.largest_activations[l], largest[l], kTolerance * largest[l]);
 }
 
 TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {

@@ -4,6 +4,7 @@
 #include <complex>
 #include <limits>
 
+#include "trainer/structures/activation_range.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/structure.h"
 
@@ -180,6 +181,7 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
     drive.forward_map = forward_map_of(structure, forward_map, experiment.forward_map.activation);
   }
   set_ranges(model, rollout, steady_gain);
+  record_largest_activations(model, rollout);
   return model;
 }
 

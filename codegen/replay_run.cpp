@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/replay_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codegen/validate.h"
+
+namespace nlo::codegen {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Network as_network(const FoldedNetwork& folded, int inputs) {
+  const Eigen::Index reads = folded.inputs(), out = folded.layers.back().bias.size();
+  return {.features = MatrixXd::Identity(reads, inputs),
+          .feature_mean = VectorXd::Zero(reads),
+          .feature_scale = VectorXd::Ones(reads),
+          .activation = folded.activation,
+          .layers = folded.layers,
+          .skip = folded.linear_path,
+          .output_mean = VectorXd::Zero(out),
+          .output_scale = VectorXd::Ones(out)};
+}
+
+/// The model with its networks folded, as it is exported.
+Model as_exported(Model m, const FoldedModel& folded) {
+  const auto rewrite = [](Network& network, const FoldedNetwork& by) {
+    if (!by.empty()) network = as_network(by, network.inputs());
+  };
+  rewrite(m.inverse_map, folded.inverse_map);
+  if (m.drive) rewrite(m.drive->forward_map, folded.forward_map);
+  if (m.luenberger) rewrite(m.luenberger->nonlinearity, folded.nonlinearity);
+  if (m.dynamics) rewrite(*m.dynamics, folded.dynamics);
+  return m;
+}
+
+/// The runtime's rules for bad measurements, in terms of what was measured.
+class Screen {
+ public:
+  Screen(const Model& model, int stale_after) : model_(model), stale_after_(stale_after) {}
+
+  const char* status(const VectorXd& y, const VectorXd& u) {
+    bool held = !u.allFinite(), clamped = false;
+    for (int j = 0; j < model_.ny(); ++j) {
+      const bool outside = y(j) < model_.output_min(j) || y(j) > model_.output_max(j);
+      const bool angle = model_.outputs[static_cast<std::size_t>(j)].wrap > 0.0;
+      held = held || !std::isfinite(y(j)) || (angle && outside);
+      clamped = clamped || outside;
+    }
+    held_ = held ? held_ + 1 : 0;
+    return held_ >= stale_after_ ? "kStale" : held ? "kHeld" : clamped ? "kClamped" : "kOk";
+  }
+
+ private:
+  const Model& model_;
+  int stale_after_, held_ = 0;
+};
+
+/// Whole turns of the angles among `y`, which the exported observer takes back.
+VectorXd turns_in(const Model& m, const VectorXd& y) {
+  VectorXd turned = VectorXd::Zero(m.ny());
+  for (int j = 0; j < m.ny(); ++j) {
+    const double wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
+    if (wrap > 0.0) turned(j) = wrap * std::round(y(j) / wrap);
+  }
+  return turned;
+}
+
+bool is_in_domain(const Model& m, const FoldedModel& folded, VectorXd z, const VectorXd& y) {
+  for (int j = 0; j < m.ny(); ++j)
+    if (m.outputs[static_cast<std::size_t>(j)].wrap > 0.0) z -= folded.steady_gain.col(j) * y(j);
+  return ((z - m.latent_min).array() >= 0.0).all() && ((m.latent_max - z).array() >= 0.0).all();
+}
+
+ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, const ExportOptions& options) {
+  ReplayRun run;
+  run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, loudness);
+  if (options.scalar != ScalarType::kDouble) {  // both sides see the very same measurements
+    run.inputs.dt_s = run.inputs.dt_s.cast<float>().cast<double>().eval();
+    run.inputs.outputs = run.inputs.outputs.cast<float>().cast<double>().eval();
+    run.inputs.inputs = run.inputs.inputs.cast<float>().cast<double>().eval();
+  }
+  ReferenceObserver<double> exact(m);
+  ExportedObserver exported(m, folded, options.scalar);
+  Screen screen(m, folded.stale_after);
+  const Eigen::Index samples = run.inputs.dt_s.size();
+  run.z = run.exported_z = MatrixXd(m.nz(), samples);
+  run.x_hat = run.exported_x_hat = MatrixXd(m.nx(), samples);
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    const VectorXd y = run.inputs.outputs.col(k), u = run.inputs.inputs.col(k);
+    const double dt_s = run.inputs.dt_s(k) == 0.0 ? m.sample_period_s : run.inputs.dt_s(k);
+    exact.step(y, u, dt_s);
+    exported.step(y, u, dt_s);
+    const VectorXd turned = turns_in(m, exact.output());
+    const VectorXd back = has_linear_latent(m) ? VectorXd(folded.steady_gain * turned) : VectorXd::Zero(m.nz());
+    run.z.col(k) = exact.latent() - back;
+    run.x_hat.col(k) = exact.estimate();
+    if (options.scalar == ScalarType::kInt16) {
+      const InputBox box = input_box(m, folded);
+      const VectorXd nearest = run.z.col(k).cwiseMax(box.min.head(m.nz())).cwiseMin(box.max.head(m.nz()));
+      run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
+    }
+    run.status.emplace_back(screen.status(y, u));
+    run.in_domain.push_back(is_in_domain(m, folded, exact.latent(), exact.output()));
+    run.exported_z.col(k) = exported.latent() - back;
+    run.exported_x_hat.col(k) = exported.estimate(run.exported_z.col(k), exact.output() - turned);
+  }
+  return run;
+}
+
+std::variant<ReferenceObserver<float>, ReferenceObserver<double>> rounded_observer(const Model& exported,
+                                                                                   ScalarType scalar) {
+  if (scalar == ScalarType::kDouble) return ReferenceObserver<double>(exported, Activations::kRuntime);
+  return ReferenceObserver<float>(exported, Activations::kRuntime);
+}
+
+}  // namespace
+
+ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, ScalarType scalar)
+    : observer_(rounded_observer(as_exported(m, folded), scalar)) {
+  if (scalar == ScalarType::kInt16) quantised_ = quantise(m, folded);
+}
+
+void ExportedObserver::step(const VectorXd& y, const VectorXd& u, double dt_s) {
+  std::visit([&](auto& observer) { observer.step(y, u, dt_s); }, observer_);
+}
+
+VectorXd ExportedObserver::latent() const {
+  return std::visit([](const auto& observer) -> VectorXd { return observer.latent().template cast<double>(); },
+                    observer_);
+}
+
+VectorXd ExportedObserver::estimate(const VectorXd& z, const VectorXd& y) const {
+  if (!quantised_)
+    return std::visit([&](const auto& observer) -> VectorXd { return observer.estimates(z, y); }, observer_);
+  Eigen::VectorXf in(quantised_->inputs());
+  in.head(z.size()) = z.cast<float>();
+  if (in.size() > z.size()) in.tail(y.size()) = y.cast<float>();
+  return evaluate(*quantised_, in).cast<double>();
+}
+
+ReplayRun run_replay(const Model& m, const ExportOptions& options) {
+  constexpr int kFewest = 20, kMost = 1000000;
+  if (options.samples < kFewest || options.samples > kMost)
+    throw Error(fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewest, kMost));
+  validate(m);
+  const FoldedModel folded = fold(m);
+  constexpr double kQuietest = 1.0 / 64.0;
+  for (double loudness = 1.0;; loudness /= 2.0) {
+    ReplayRun run = run_at(loudness, m, folded, options);
+    const auto inside = std::count(run.in_domain.begin(), run.in_domain.end(), true);
+    if (2 * inside >= options.samples || loudness <= kQuietest) return run;
+  }
+}
+
+ExportError export_error(const ReplayRun& run) {
+  const Eigen::Index nx = run.x_hat.rows();
+  ExportError error{VectorXd::Zero(nx), VectorXd::Zero(nx)};
+  const bool any = std::count(run.in_domain.begin(), run.in_domain.end(), true) > 0;
+  for (Eigen::Index k = 0; k < run.x_hat.cols(); ++k) {
+    if (any && !run.in_domain[static_cast<std::size_t>(k)]) continue;
+    const VectorXd difference = (run.exported_x_hat.col(k) - run.x_hat.col(k)).cwiseAbs();
+    error.max = error.max.cwiseMax(difference);
+    error.rms += difference.cwiseAbs2();
+    ++error.samples;
+  }
+  error.rms = (error.rms / error.samples).cwiseSqrt();
+  return error;
+}
+
+ExportError export_error(const Model& model, const ExportOptions& options) {
+  return export_error(run_replay(model, options));
+}
+
+}  // namespace nlo::codegen
