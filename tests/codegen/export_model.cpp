@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Writes the exports of an example model, for tests that compile them:
 //   export_model                                           lists the examples
-//   export_model EXAMPLE TARGET SCALAR NAME FILE [spoilt]  spoilt: half a percent on one weight of a last layer
+//   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  spoilt: times FACTOR on one weight of a last layer
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
                          : model.dynamics ? *model.dynamics
                          : model.drive    ? model.drive->forward_map
                                           : model.inverse_map;
-      if (argc == 7) network.layers.back().weights(0, 0) *= 1.005;
+      if (argc == 7) network.layers.back().weights(0, 0) *= std::stod(argv[6]);
       ExportOptions options;
       options.scalar = scalar_type(argv[3]);
       options.name = argv[4];

@@ -3,8 +3,11 @@
 #include <fmt/core.h>
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <memory>
+#include <optional>
 
+#include "codegen/error_limits.h"
 #include "codegen/file.h"
 #include "codegen/identifier.h"
 #include "codegen/model_file.h"
@@ -16,8 +19,20 @@ namespace nlo::trainer {
 namespace {
 
 struct Arguments {
-  std::string model, target = "cpp", scalar = "float", name, output;
+  std::string model, target = "cpp", scalar = "float", name, output, max_error;
 };
+
+/// Prints what the arithmetic costs. Throws RunFailure when that is more than `max_error` (empty: any) allows.
+void check_error(const codegen::Model& model, const codegen::ExportOptions& options, const std::string& max_error,
+                 std::FILE* to) {
+  std::optional<Eigen::VectorXd> limits;
+  if (!max_error.empty()) limits = codegen::error_limits(max_error, model);
+  const codegen::ExportError error = codegen::export_error(model, options);
+  fmt::print(to, "{}", codegen::error_table(model, options, error));
+  if (!limits) return;
+  if (const std::string beyond = codegen::beyond_limits(model, options, error, *limits); !beyond.empty())
+    throw RunFailure(beyond);
+}
 
 void run(const Arguments& arguments) {
   const codegen::ExportTarget& target = codegen::export_target(arguments.target);
@@ -31,7 +46,9 @@ void run(const Arguments& arguments) {
                     options.name));
   const bool to_stdout = arguments.output == "-";
   if (!to_stdout) check_output_file(arguments.output);
-  const std::string text = target.generate(codegen::read_model(arguments.model), options);
+  const codegen::Model model = codegen::read_model(arguments.model);
+  const std::string text = target.generate(model, options);
+  check_error(model, options, arguments.max_error, to_stdout ? stderr : stdout);
   if (to_stdout) {
     fmt::print("{}", text);
     return;
@@ -50,13 +67,18 @@ void add_export(CLI::App& app, Action& action) {
   for (const codegen::ExportTarget& target : codegen::export_targets())
     targets += fmt::format("{}{}: {}", targets.empty() ? "" : "; ", target.name, target.description);
   command->add_option("--target", arguments->target, targets)->capture_default_str();
-  command->add_option("--scalar", arguments->scalar, "arithmetic on the target: float or double")
+  command->add_option("--scalar", arguments->scalar, "arithmetic on the target: float, double, or int16 (kkl)")
       ->capture_default_str();
   command->add_option("--name", arguments->name, "namespace of what is generated, an identifier (the model's name)");
+  command
+      ->add_option("--max-error", arguments->max_error,
+                   "refuse when a state's largest error on the replay is beyond VALUE, or STATE=VALUE,...")
+      ->type_name("VALUE");
   command->add_option("-o,--output", arguments->output, "file to write; - for stdout")->required();
   command->footer(
       "Examples:\n"
       "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"
+      "  nlo export model.json --scalar int16 --max-error x1=0.01,x2=0.02 -o van_der_pol.h\n"
       "  nlo export model.json --target replay -o van_der_pol_replay.h");
   command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
 }

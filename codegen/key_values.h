@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Options of the form "key=value,key=value", and decimal numbers in any locale.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace nlo::codegen {
+
+/// The pairs of `text` in their order. Throws Error, naming `option`, for a key without value or given twice.
+std::vector<std::pair<std::string, std::string>> key_values(std::string_view text, const std::string& option);
+
+/// The whole of `text` as a number; NaN when it is none.
+double decimal(std::string_view text);
+
+}  // namespace nlo::codegen
