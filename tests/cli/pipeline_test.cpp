@@ -64,6 +64,11 @@ TEST(Program, TrainsEvaluatesAndExports) {
     EXPECT_EQ(exported.exit_code, 0) << exported.err;
     EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("tiny"));
   }
+  const auto int16 =
+      scratch.run({"export", "runs/tiny/model.json", "--scalar", "int16", "--max-error", "1", "-o", "tiny.h"});
+  EXPECT_EQ(int16.exit_code, 0) << int16.err;
+  EXPECT_THAT(int16.out, HasSubstr("error of int16 against the model's equations"));
+  EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("QuantisedDense<"));
   EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "-o", "-"}).out.empty(), false);
 }
 

@@ -30,12 +30,17 @@ for name in rig van_der_pol tiny tiny_relu tiny_tanh linear tiny_rk4; do exports
     name=${entry%%:*}
     echo "constinit static nlo::$name::Observer observer_of_$name{nlo::$name::kModel};"
   done
+  # The integers are the same whatever the policy; the latent state around them follows it.
+  echo "constinit static nlo::KklObserver<nlo::rig_int16::Model, nlo::Arithmetic::kDeterministic>"
+  echo "    deterministic{nlo::rig_int16::kModel};"
   echo "int main() {"
   for entry in "${exports[@]}"; do
     name=${entry%%:*}
     echo "  std::printf(\"$name %d %zu\\n\", nlo::$name::replay::first_mismatch(observer_of_$name),"
     echo "              sizeof(nlo::$name::Model));"
   done
+  echo "  std::printf(\"rig_int16 %d %zu\\n\", nlo::rig_int16::replay::first_mismatch(deterministic),"
+  echo "              sizeof(nlo::rig_int16::Model));"
   echo "}"
 } >"$work/main.cpp"
 
