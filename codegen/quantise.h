@@ -51,7 +51,10 @@ QuantisedNetwork quantise(const FoldedNetwork& network, const InputBox& box, con
 /// than training data reach and costs a bit or two of resolution.
 std::vector<double> largest_activations(const Model& model, const FoldedNetwork& network, const InputBox& box);
 
-/// Bytes of the nlo::QuantisedMap that holds it, rows that fill up the kernel's blocks and odd inputs included.
+/// Rows of a layer as the kernel executes them: those of zeros that fill up its blocks of 4 and 5 included.
+Eigen::Index padded_rows(Eigen::Index rows);
+
+/// Bytes of the nlo::QuantisedMap that holds it, padding included.
 Eigen::Index packed_bytes(const QuantisedNetwork& network);
 
 /// The very bits that nlo::QuantisedMap::evaluate gives, on any target.

@@ -29,14 +29,14 @@ std::int32_t activated(bool is_tanh, int shift, std::int32_t sum) {
   return kernels::int16::tanh_q15(std::clamp(sum >> shift, -kEnd, kEnd - 1));
 }
 
-/// As kernels::int16::Blocks<rows>::kRows.
+}  // namespace
+
+// As kernels::int16::Blocks<rows>::kRows.
 Eigen::Index padded_rows(Eigen::Index rows) {
   const auto fours = [](Eigen::Index count) { return (5 - count % 5) % 5; };
   while (4 * fours(rows) > rows) ++rows;
   return rows;
 }
-
-}  // namespace
 
 Eigen::Index packed_bytes(const QuantisedNetwork& n) {
   const auto numbers = [](Eigen::Index count) { return 4 * count; };  // float and int32

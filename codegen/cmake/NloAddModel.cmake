@@ -1,4 +1,4 @@
-# nlo_add_model(TARGET MODEL file.json [NAME identifier] [SCALAR float|double])
+# nlo_add_model(TARGET MODEL file.json [NAME identifier] [SCALAR float|double|int16])
 #
 # Generates NAME.h from a model file at build time, and again whenever the file (or the program `nlo`) changes.
 #   TARGET  an executable or library that exists: its sources may include "NAME.h". Any other name becomes an

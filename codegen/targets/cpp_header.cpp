@@ -10,6 +10,7 @@
 #include "codegen/fold.h"
 #include "codegen/number.h"
 #include "codegen/replay_run.h"
+#include "codegen/targets/cpp_cost.h"
 #include "codegen/targets/cpp_structure.h"
 #include "codegen/targets/generated_text.h"
 #include "codegen/validate.h"
@@ -47,21 +48,16 @@ std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activation
 }
 
 std::string costs(const Source& s) {
-  const Eigen::Index nz = s.model.nz(), ny = s.model.ny(), nu = s.model.nu();
-  // sizeof(Model): sample period, output range, domain, the structure's own, the networks.
-  const auto bytes = static_cast<Eigen::Index>(s.init.scalar_bytes());
-  Eigen::Index constants = bytes * (1 + 3 * ny + 2 * nz + s.structure.own_scalars());
-  for (const CppNetwork& network : s.structure.networks()) constants += network.constant_bytes(s.init);
-  const Eigen::Index ram = bytes * (1 + nz + ny + nu + 1);  // pointer (32 bit, padded), z, y, u, flags
+  const CppCost cost = cpp_cost(s.model, s.structure, s.init);
   return fmt::format(
       "// Cost\n"
       "//   step()      {}\n"
       "//   estimate()  {}\n"
       "//   kModel      {} bytes of constants\n"
       "//   Observer    {} bytes of RAM where pointers have 32 bits\n",
-      with_activations(s.structure.step_multiply_adds(), s.structure.step_activations()),
-      with_activations(s.structure.estimate_multiply_adds(), s.structure.estimate_activations()), grouped(constants),
-      grouped(ram));
+      with_activations(cost.step_multiply_adds, cost.step_activations),
+      with_activations(cost.estimate_multiply_adds, cost.estimate_activations), grouped(cost.constant_bytes),
+      grouped(cost.observer_bytes));
 }
 
 std::string facts(const Model& m) {
@@ -185,6 +181,10 @@ std::string cpp_header(const Model& model, const ExportOptions& options) {
   if (model.drive) text += enumeration("Input", model.drive->inputs);
   text += enumeration("State", model.states) + "\n";
   text += "namespace weights {\n";
+  if (quantised)
+    text +=
+        "\n// QuantisedDense<inputs, neurons, shift>: reads integers up to +-32767; sum / 2^shift is the activation's "
+        "argument.\n";
   for (const CppNetwork& network : structure->networks()) text += network.layers(init);
   text += "\n}  // namespace weights\n\n";
   for (const CppNetwork& network : structure->networks()) text += network.using_declaration();

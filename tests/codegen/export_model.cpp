@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Writes the exports of an example model, for tests that compile them:
 //   export_model                                           lists the examples
-//   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  spoilt: times FACTOR on one weight of a last layer
+//   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  TARGET model: its model file; spoilt: times FACTOR on one
+//   weight of a last layer
 #include <cstdio>
 #include <exception>
 #include <string>
 
 #include "codegen/file.h"
+#include "codegen/model_file.h"
 #include "codegen/targets/registry.h"
 #include "tests/codegen/example_models.h"
 
@@ -24,6 +26,10 @@ int main(int argc, char** argv) {
       ExportOptions options;
       options.scalar = scalar_type(argv[3]);
       options.name = argv[4];
+      if (std::string(argv[2]) == "model") {
+        write_model(model, argv[5]);
+        return 0;
+      }
       write_file_atomically(argv[5], export_target(argv[2]).generate(model, options));
       return 0;
     }

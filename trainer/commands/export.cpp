@@ -6,9 +6,11 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "codegen/error_limits.h"
 #include "codegen/file.h"
+#include "codegen/fit.h"
 #include "codegen/identifier.h"
 #include "codegen/model_file.h"
 #include "codegen/targets/registry.h"
@@ -19,7 +21,7 @@ namespace nlo::trainer {
 namespace {
 
 struct Arguments {
-  std::string model, target = "cpp", scalar = "float", name, output, max_error;
+  std::string model, target = "cpp", scalar = "float", name, output, max_error, fit;
 };
 
 /// Prints what the arithmetic costs. Throws RunFailure when that is more than `max_error` (empty: any) allows.
@@ -32,6 +34,19 @@ void check_error(const codegen::Model& model, const codegen::ExportOptions& opti
   if (!limits) return;
   if (const std::string beyond = codegen::beyond_limits(model, options, error, *limits); !beyond.empty())
     throw RunFailure(beyond);
+}
+
+/// Prints what each core needs. Throws RunFailure when that is more than the budget `fit` (empty: do not ask).
+void check_fit(const codegen::Model& model, const Arguments& arguments, const codegen::ExportOptions& options,
+               std::FILE* to) {
+  if (arguments.fit.empty()) return;
+  const codegen::Budget budget = codegen::budget(arguments.fit);
+  if (arguments.target == "replay" || arguments.target == "c99")
+    throw codegen::Error(fmt::format(
+        "--fit knows what the C++ runtime takes, not --target {}; leave it out, or export cpp", arguments.target));
+  const std::vector<codegen::Need> needs = codegen::needs(model, options);
+  fmt::print(to, "{}", codegen::needs_table(needs));
+  if (const std::string shortfall = codegen::shortfall(needs, budget); !shortfall.empty()) throw RunFailure(shortfall);
 }
 
 void run(const Arguments& arguments) {
@@ -49,6 +64,7 @@ void run(const Arguments& arguments) {
   const codegen::Model model = codegen::read_model(arguments.model);
   const std::string text = target.generate(model, options);
   check_error(model, options, arguments.max_error, to_stdout ? stderr : stdout);
+  check_fit(model, arguments, options, to_stdout ? stderr : stdout);
   if (to_stdout) {
     fmt::print("{}", text);
     return;
@@ -74,11 +90,18 @@ void add_export(CLI::App& app, Action& action) {
       ->add_option("--max-error", arguments->max_error,
                    "refuse when a state's largest error on the replay is beyond VALUE, or STATE=VALUE,...")
       ->type_name("VALUE");
+  command
+      ->add_option(
+          "--fit", arguments->fit,
+          "print what M0+, M4F, M7 and M33 need; refuse what is beyond flash=32K,ram=2K,mac=5000,core=m4f (any "
+          "of them)")
+      ->type_name("BUDGET");
   command->add_option("-o,--output", arguments->output, "file to write; - for stdout")->required();
   command->footer(
       "Examples:\n"
       "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"
       "  nlo export model.json --scalar int16 --max-error x1=0.01,x2=0.02 -o van_der_pol.h\n"
+      "  nlo export model.json --scalar int16 --fit flash=32K,ram=2K,core=m4f -o van_der_pol.h\n"
       "  nlo export model.json --target replay -o van_der_pol_replay.h");
   command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
 }
