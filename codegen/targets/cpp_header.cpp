@@ -96,15 +96,17 @@ std::string example(const Source& s) {
       s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name);
 }
 
+/// What a reader of an int16 header must know of its numbers.
 std::string integer_arithmetic(const Source& s) {
   const ExportError error = export_error(s.model, s.options);
+  const bool has_table = s.model.inverse_map.activation == "tanh" && s.model.inverse_map.layers.size() > 1;
   std::string text = fmt::format(
       "//\n"
-      "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}; the rest is\n"
-      "// float. Where z leaves its domain, T* is that of the nearest point in it. Error of this arithmetic, on {} "
+      "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
+      "// Where z leaves its domain, T* is that of the nearest point in it. What this arithmetic costs, over {} "
       "samples\n"
-      "// of a replay inside the domain (maximum, rms):\n",
-      s.model.inverse_map.activation == "tanh" ? ", a table of tanh" : "", error.samples);
+      "// of a replay inside the domain (largest error, rms):\n",
+      has_table ? ", tanh by a table" : "", error.samples);
   for (int i = 0; i < s.model.nx(); ++i)
     text += fmt::format("//   {:<26}  {:.1e}, {:.1e}\n", channel_text(s.model.states[static_cast<std::size_t>(i)]),
                         error.max(i), error.rms(i));
@@ -183,8 +185,8 @@ std::string cpp_header(const Model& model, const ExportOptions& options) {
   text += "namespace weights {\n";
   if (quantised)
     text +=
-        "\n// QuantisedDense<inputs, neurons, shift>: reads integers up to +-32767; sum / 2^shift is the activation's "
-        "argument.\n";
+        fmt::format("\n// QuantisedDense<inputs, neurons, shift> reads integers up to +-32767; sum / 2^shift is {}.\n",
+                    model.inverse_map.activation == "tanh" ? "the argument of tanh, in Q16" : "the result of relu");
   for (const CppNetwork& network : structure->networks()) text += network.layers(init);
   text += "\n}  // namespace weights\n\n";
   for (const CppNetwork& network : structure->networks()) text += network.using_declaration();

@@ -196,6 +196,12 @@ TEST(CppHeader, OfADrivenObserverIsTheCommittedOne) {
   expect_golden(cpp_header(driven_model(), {}), "driven.h");
 }
 
+TEST(CppHeader, Int16MatchesItsGolden) {
+  ExportOptions options;
+  options.scalar = ScalarType::kInt16;
+  expect_golden(cpp_header(tiny_model(), options), "tiny_int16.h");
+}
+
 TEST(Replay, IsTheCommittedOne) {
   ExportOptions options;
   options.samples = 40;
