@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -78,6 +80,13 @@ class TemporaryFile {
   Descriptor fd_;
 };
 
+/// The rename itself is on disk only when the directory is; a file system that cannot sync directories is let be.
+void sync_folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const Descriptor directory(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() >= 0) ::fsync(directory.get());
+}
+
 mode_t mode_of_new_files() {
   const mode_t mask = ::umask(0);
   ::umask(mask);
@@ -115,11 +124,41 @@ void write_file_atomically(const std::string& path, std::string_view text) {
   TemporaryFile file(target);
   file.write(text, exists ? found.st_mode & static_cast<mode_t>(07777) : mode_of_new_files());
   file.rename_to_target();
+  sync_folder_of(target);
+}
 
-  // The rename itself is on disk only when the directory is; a file system that cannot sync directories is let be.
-  const std::string folder = std::filesystem::path(target).parent_path().string();
-  const Descriptor directory(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0) ::fsync(directory.get());
+void write_files_atomically(const std::vector<NamedText>& files) {
+  struct Replacement {
+    std::string target;
+    std::optional<std::string> old;  ///< its text until now
+    std::unique_ptr<TemporaryFile> file;
+  };
+  std::vector<Replacement> replacements;
+  for (const NamedText& wanted : files) {
+    struct stat found {};
+    const bool exists = ::stat(wanted.path.c_str(), &found) == 0;
+    if (exists && !S_ISREG(found.st_mode)) fail(wanted.path, "replace what is no regular file", EINVAL);
+    Replacement& next = replacements.emplace_back();
+    next.target = exists ? std::filesystem::canonical(wanted.path).string() : wanted.path;
+    if (exists) next.old = read_file(next.target);
+    next.file = std::make_unique<TemporaryFile>(next.target);
+    next.file->write(wanted.text, exists ? found.st_mode & static_cast<mode_t>(07777) : mode_of_new_files());
+  }
+  std::size_t done = 0;
+  try {
+    for (; done < replacements.size(); ++done) replacements[done].file->rename_to_target();
+  } catch (const Error&) {
+    while (done-- > 0) {
+      const Replacement& undone = replacements[done];
+      if (undone.old) {
+        write_file_atomically(undone.target, *undone.old);
+      } else {
+        ::unlink(undone.target.c_str());
+      }
+    }
+    throw;
+  }
+  for (const Replacement& made : replacements) sync_folder_of(made.target);
 }
 
 }  // namespace nlo::codegen

@@ -5,6 +5,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace nlo::codegen {
 
@@ -14,5 +15,15 @@ std::string read_file(const std::string& path, std::size_t max_bytes = std::size
 /// Replaces `path` by `text`: a temporary file beside it, fsync, rename. Links are followed; what is no regular file
 /// (/dev/stdout, a pipe) is written to directly. Throws Error, and then `path` is what it was before.
 void write_file_atomically(const std::string& path, std::string_view text);
+
+/// A file that is still to be written.
+struct NamedText {
+  std::string path, text;
+};
+
+/// Replaces all of `files` (regular ones, or new) or none: the first is renamed into place only when all are on disk,
+/// and when a rename fails those before it are put back. A crash between two renames leaves some old and some new, each
+/// whole. Throws Error.
+void write_files_atomically(const std::vector<NamedText>& files);
 
 }  // namespace nlo::codegen

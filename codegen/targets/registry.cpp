@@ -3,14 +3,26 @@
 
 #include "codegen/error.h"
 #include "codegen/targets/cpp_header.h"
+#include "codegen/targets/generated_text.h"
 #include "codegen/targets/replay.h"
 
 namespace nlo::codegen {
+namespace {
+
+/// A target that writes one file: NAME and `ending`.
+ExportTarget one_file(const char* name, const char* description, const char* ending,
+                      std::string (*text)(const Model&, const ExportOptions&)) {
+  return {name, description, ExportForm::kFile, [=](const Model& model, const ExportOptions& options) {
+            return std::vector<NamedText>{{export_name(model, options) + ending, text(model, options)}};
+          }};
+}
+
+}  // namespace
 
 const std::vector<ExportTarget>& export_targets() {
   static const std::vector<ExportTarget> targets = {
-      {"cpp", "C++20 header with the observer as a constant", cpp_header},
-      {"replay", "C++20 header with inputs and the answers that the cpp header must give", replay},
+      one_file("cpp", "C++20 header with the observer as a constant", ".h", cpp_header),
+      one_file("replay", "C++20 header with inputs and the answers that the cpp header must give", "_replay.h", replay),
   };
   return targets;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/file.h"
 #include "codegen/model.h"
 
 namespace nlo::codegen {
@@ -24,10 +25,19 @@ struct ExportOptions {
   int samples = 400;       ///< replay: how many
 };
 
+/// What an export is made of.
+enum class ExportForm : std::uint8_t {
+  kFile,       ///< one file, under any name
+  kFiles,      ///< several that include each other by name, in one folder; the first is the one to include
+  kDirectory,  ///< a folder of its own
+};
+
 struct ExportTarget {
-  std::string name;                                                         ///< on the command line
-  std::string description;                                                  ///< one line of help
-  std::function<std::string(const Model&, const ExportOptions&)> generate;  ///< the file's text; throws Error
+  std::string name;         ///< on the command line
+  std::string description;  ///< one line of help
+  ExportForm form;
+  /// The files, their paths relative to where the export goes. Throws Error.
+  std::function<std::vector<NamedText>(const Model&, const ExportOptions&)> generate;
 };
 
 const std::vector<ExportTarget>& export_targets();

@@ -6,10 +6,11 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <vector>
 
-#include "codegen/file.h"
 #include "codegen/model_file.h"
 #include "codegen/targets/registry.h"
+#include "codegen/targets/write_export.h"
 #include "tests/codegen/example_models.h"
 
 int main(int argc, char** argv) {
@@ -30,7 +31,10 @@ int main(int argc, char** argv) {
         write_model(model, argv[5]);
         return 0;
       }
-      write_file_atomically(argv[5], export_target(argv[2]).generate(model, options));
+      const ExportTarget& target = export_target(argv[2]);
+      const std::vector<NamedText> files = target.generate(model, options);
+      check_export(target, files, argv[5]);
+      write_export(target, files, argv[5]);
       return 0;
     }
   } catch (const std::exception& error) {

@@ -68,6 +68,18 @@ TEST_F(File, LeavesDevicesInPlace) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
+TEST_F(File, SeveralAreReplacedTogetherOrNotAtAll) {
+  write_files_atomically({{path("x"), "1"}, {path("y"), "2"}});
+  EXPECT_EQ(read_file(path("x")) + read_file(path("y")), "12");
+  write_files_atomically({{path("x"), "3"}, {path("y"), "4"}});
+  EXPECT_EQ(read_file(path("x")) + read_file(path("y")), "34");
+  for (const std::string& bad : {path("no/y"), folder_.string(), std::string("/dev/null")}) {
+    EXPECT_NE(message_of([&] { write_files_atomically({{path("x"), "5"}, {bad, "6"}}); }), "no error");
+    EXPECT_EQ(read_file(path("x")), "3") << bad;
+  }
+  EXPECT_EQ(files(), 2);
+}
+
 TEST_F(File, ErrorsNameThePathAndTheReason) {
   EXPECT_THAT(message_of([&] { read_file(path("none")); }),
               testing::AllOf(HasSubstr(path("none")), HasSubstr("No such file")));

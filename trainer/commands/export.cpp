@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "codegen/error_limits.h"
@@ -14,6 +15,7 @@
 #include "codegen/identifier.h"
 #include "codegen/model_file.h"
 #include "codegen/targets/registry.h"
+#include "codegen/targets/write_export.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/output_directory.h"
 
@@ -60,17 +62,21 @@ void run(const Arguments& arguments) {
                     "underscores (63 at most), no C++ word",
                     options.name));
   const bool to_stdout = arguments.output == "-";
-  if (!to_stdout) check_output_file(arguments.output);
+  if (to_stdout && target.form != codegen::ExportForm::kFile)
+    throw codegen::Error(fmt::format("-o -: target {} writes several files; name where they go", target.name));
+  if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output);
   const codegen::Model model = codegen::read_model(arguments.model);
-  const std::string text = target.generate(model, options);
+  const std::vector<codegen::NamedText> files = target.generate(model, options);
+  if (!to_stdout) codegen::check_export(target, files, arguments.output);
   check_error(model, options, arguments.max_error, to_stdout ? stderr : stdout);
   check_fit(model, arguments, options, to_stdout ? stderr : stdout);
   if (to_stdout) {
-    fmt::print("{}", text);
+    fmt::print("{}", files.front().text);
     return;
   }
-  run_phase([&] { codegen::write_file_atomically(arguments.output, text); });
-  fmt::print("{}: {} bytes\n", arguments.output, text.size());
+  std::vector<std::string> written;
+  run_phase([&] { written = codegen::write_export(target, files, arguments.output); });
+  for (std::size_t i = 0; i < written.size(); ++i) fmt::print("{}: {} bytes\n", written[i], files[i].text.size());
 }
 
 }  // namespace
@@ -96,7 +102,7 @@ void add_export(CLI::App& app, Action& action) {
           "print what M0+, M4F, M7 and M33 need; refuse what is beyond flash=32K,ram=2K,mac=5000,core=m4f (any "
           "of them)")
       ->type_name("BUDGET");
-  command->add_option("-o,--output", arguments->output, "file to write; - for stdout")->required();
+  command->add_option("-o,--output", arguments->output, "file or folder to write; - for stdout")->required();
   command->footer(
       "Examples:\n"
       "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"
