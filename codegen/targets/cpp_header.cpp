@@ -12,6 +12,7 @@
 #include "codegen/replay_run.h"
 #include "codegen/targets/cpp_cost.h"
 #include "codegen/targets/cpp_structure.h"
+#include "codegen/targets/export_parts.h"
 #include "codegen/targets/generated_text.h"
 #include "codegen/validate.h"
 
@@ -28,25 +29,6 @@ struct Source {
   std::string name;
 };
 
-/// `alpha_dot [rad/s]`
-std::string channel_text(const Channel& channel) {
-  return channel.name + (channel.unit.empty() ? "" : " [" + safe_comment(channel.unit, 20) + "]");
-}
-
-std::string joined(const std::vector<Channel>& channels, bool with_units) {
-  std::string text;
-  for (const Channel& channel : channels) {
-    if (!text.empty()) text += ", ";
-    text += with_units ? channel_text(channel) : channel.name;
-  }
-  return text;
-}
-
-std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activations) {
-  return grouped(multiply_adds) + " multiply-adds" +
-         (activations == 0 ? "" : ", " + grouped(activations) + " activations");
-}
-
 std::string costs(const Source& s) {
   const CppCost cost = cpp_cost(s.model, s.structure, s.init);
   return fmt::format(
@@ -58,17 +40,6 @@ std::string costs(const Source& s) {
       with_activations(cost.step_multiply_adds, cost.step_activations),
       with_activations(cost.estimate_multiply_adds, cost.estimate_activations), grouped(cost.constant_bytes),
       grouped(cost.observer_bytes));
-}
-
-std::string facts(const Model& m) {
-  constexpr std::size_t kLongestName = 28, kLongestFact = 84;
-  std::string text;
-  for (const auto& [name, fact] : m.provenance) {
-    if (fact.find_first_of("\r\n") != std::string::npos) continue;  // a whole config: the model file has it
-    text += fmt::format("//   {:<{}}  {}\n", safe_comment(name, kLongestName), kLongestName,
-                        safe_comment(fact, kLongestFact));
-  }
-  return text.empty() ? "" : "// About the model\n" + text + "//\n";
 }
 
 /// `read_alpha()`, or `{{read_alpha(), read_load()}}`.
@@ -117,13 +88,13 @@ std::string top_comment(const Source& s) {
   std::string options;
   if (s.options.scalar != ScalarType::kFloat) options += fmt::format(" --scalar {}", scalar_name(s.options.scalar));
   if (s.name != s.model.name) options += " --name " + s.name;
-  const std::string inputs = s.model.drive ? " and the inputs " + joined(s.model.drive->inputs, true) : "";
+  const std::string inputs = s.model.drive ? " and the inputs " + channel_list(s.model.drive->inputs, true) : "";
   return fmt::format(
              "// {0}: {6}, generated. Do not edit; make it again by\n"
              "//   nlo export model.json{1} -o {0}.h\n"
              "//\n"
              "// Estimates {2} from {3}{4}, sampled every {5} s.\n",
-             s.name, options, joined(s.model.states, true), joined(s.model.outputs, true), inputs,
+             s.name, options, channel_list(s.model.states, true), channel_list(s.model.outputs, true), inputs,
              literal(s.model.sample_period_s), s.structure.title()) +
          s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
          (s.options.scalar == ScalarType::kInt16 ? integer_arithmetic(s) : "") + "//\n" + facts(s.model) + costs(s) +
@@ -131,7 +102,7 @@ std::string top_comment(const Source& s) {
 }
 
 std::string enumeration(const char* name, const std::vector<Channel>& channels) {
-  return fmt::format("struct {} {{\n  enum : int {{ {} }};\n}};\n", name, joined(channels, false));
+  return fmt::format("struct {} {{\n  enum : int {{ {} }};\n}};\n", name, channel_list(channels, false));
 }
 
 std::string model_constant(const Source& s) {
@@ -150,16 +121,6 @@ std::string model_constant(const Source& s) {
   text += fmt::format("    .domain = {{.latent_min = {},\n", s.init.vector(m.latent_min, "latent_min"));
   text += fmt::format("               .latent_max = {}}},\n", s.init.vector(m.latent_max, "latent_max"));
   return text + s.structure.trailing_fields() + "};\n";
-}
-
-void check_rounding(const Model& m, ScalarType scalar) {
-  if (scalar == ScalarType::kDouble) return;
-  const auto rounded = [](double value) { return static_cast<float>(value); };
-  if (!(rounded(m.sample_period_s) > 0.0F))
-    throw Error("sample_period_s rounds to zero in float; export with scalar double");
-  for (int j = 0; j < m.ny(); ++j)
-    if (!(rounded(m.output_min(j)) < rounded(m.output_max(j))))
-      throw Error(fmt::format("output_min[{0}] and output_max[{0}] are equal in float; export with scalar double", j));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "codegen/targets/registry.h"
 
 #include "codegen/error.h"
+#include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/generated_text.h"
 #include "codegen/targets/replay.h"
@@ -23,6 +24,9 @@ const std::vector<ExportTarget>& export_targets() {
   static const std::vector<ExportTarget> targets = {
       one_file("cpp", "C++20 header with the observer as a constant", ".h", cpp_header),
       one_file("replay", "C++20 header with inputs and the answers that the cpp header must give", "_replay.h", replay),
+      {"c99", "C99 header and source with the observer, no C++ and no library", ExportForm::kFiles, c99},
+      one_file("replay-c99", "C99 header with inputs and the answers that the c99 pair must give", "_replay.h",
+               replay_c99),
   };
   return targets;
 }

@@ -5,9 +5,12 @@
 
 #include <cmath>
 #include <limits>
-#include <vector>
+#include <string>
+#include <tuple>
 
+#include "codegen/embedded_text.h"
 #include "codegen/replay_run.h"
+#include "codegen/targets/c99.h"
 #include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
@@ -29,37 +32,51 @@ Eigen::VectorXd tolerance(const Eigen::MatrixXd& want, const Eigen::MatrixXd& go
   return measured.array() + rounding * want.cwiseAbs().maxCoeff();
 }
 
-std::string signal(const Initialiser& init, const Eigen::VectorXd& y) {
+/// What a replay of any language says.
+struct Golden {
+  std::string name, flags;  ///< flags: of the export that it belongs to
+  Initialiser init;
+  ReplayRun run;
+  std::string z_tolerance, x_hat_tolerance, explanation;
+};
+
+std::string signal(const Initialiser& init, const Eigen::VectorXd& y, const std::string& missed) {
   std::string text = "{";
   for (Eigen::Index j = 0; j < y.size(); ++j) {
     if (j > 0) text += ", ";
-    text += std::isfinite(y(j)) ? init(y(j), "sample") : "kMissed";
+    text += std::isfinite(y(j)) ? init(y(j), "sample") : missed;
   }
   return text + "}";
 }
 
-std::string samples_text(const Initialiser& init, const ReplayRun& run) {
+/// One line per sample. `missed` is a NaN in the file's language, and `status_text` writes a status in it.
+template <class StatusText>
+std::string samples_text(const Golden& golden, const std::string& missed, const StatusText& status_text) {
+  const auto& [init, run] = std::tie(golden.init, golden.run);
   const ReplayInputs& inputs = run.inputs;
   std::string text;
   for (Eigen::Index k = 0; k < inputs.dt_s.size(); ++k)
-    text += fmt::format("    {{{}, {}, {}StepStatus::{}, {}, {}}},\n", init(inputs.dt_s(k), "dt_s"),
-                        signal(init, inputs.outputs.col(k)),
-                        inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k)) + ", ",
-                        run.status[static_cast<std::size_t>(k)], init.vector(run.z.col(k), "z"),
+    text += fmt::format("    {{{}, {}, {}{}, {}, {}}},\n", init(inputs.dt_s(k), "dt_s"),
+                        signal(init, inputs.outputs.col(k), missed),
+                        inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k), missed) + ", ",
+                        status_text(run.status[static_cast<std::size_t>(k)]), init.vector(run.z.col(k), "z"),
                         init.vector(run.x_hat.col(k), "x_hat"));
   return text;
 }
 
 constexpr const char* kNearest = "// Outside of the domain, T* is that of the nearest point in it: what int16 does.\n";
 
+constexpr const char* kExplanation =
+    R"(// The answers are the model's equations in double, nothing folded. Tolerances: {0:g} times the largest difference
+// that the exported arithmetic (folded, in {1}, with the runtime's activation) showed on these very samples, plus {2:g}
+// rounding units of the largest value: sums in another order round otherwise, a wrong weight is much further off.
+{3})";
+
 constexpr const char* kTop =
     R"(// {0}: what its observer must answer, generated. Do not edit; make it again by
 //   nlo export model.json --target replay{1} -o {0}_replay.h
 //
-// The answers are the model's equations in double, nothing folded. Tolerances: {2:g} times the largest difference
-// that the exported arithmetic (folded, in {3}, with the runtime's activation) showed on these very samples, plus {4:g}
-// rounding units of the largest value: sums in another order round otherwise, a wrong weight is much further off.
-{12}//
+{2}//
 //   #include "{0}.h"
 //   #include "{0}_replay.h"
 //   nlo::{0}::Observer observer{{nlo::{0}::kModel}};
@@ -73,16 +90,16 @@ constexpr const char* kTop =
 namespace nlo::{0}::replay {{
 
 struct Sample {{
-  {11} dt_s;  // 0: one sample period
-  {11} y[{5}];
-{10}  StepStatus status;
-  {11} z[{6}];
-  {11} x_hat[{7}];
+  {3} dt_s;  // 0: one sample period
+  {3} y[{4}];
+{5}  StepStatus status;
+  {3} z[{6}];
+  {3} x_hat[{7}];
 }};
 
-inline constexpr {11} kMissed = std::numeric_limits<{11}>::quiet_NaN();
-inline constexpr {11} kLatentTolerance[{6}] = {8};
-inline constexpr {11} kEstimateTolerance[{7}] = {9};
+inline constexpr {3} kMissed = std::numeric_limits<{3}>::quiet_NaN();
+inline constexpr {3} kLatentTolerance[{6}] = {8};
+inline constexpr {3} kEstimateTolerance[{7}] = {9};
 
 inline constexpr Sample kSamples[] = {{
 )";
@@ -114,34 +131,62 @@ int first_mismatch(Observer& observer) {{
 }}  // namespace nlo::{4}::replay
 )";
 
-}  // namespace
-
-std::string replay(const Model& m, const ExportOptions& options) {
-  const ReplayRun run = run_replay(m, options);
-  const std::string name = export_name(m, options);
-  const Initialiser init(options.scalar);
+Golden golden(const Model& m, const ExportOptions& options) {
+  Golden result{export_name(m, options), "", Initialiser(options.scalar), run_replay(m, options), "", "", ""};
+  const auto& [init, run] = std::tie(result.init, result.run);
   const bool is_int16 = options.scalar == ScalarType::kInt16;
   const double times = is_int16 ? kTimesMeasuredInt16 : kTimesMeasured;
   const auto within = [&](const Eigen::MatrixXd& want, const Eigen::MatrixXd& got, double factor) {
     return init.vector(tolerance(want, got, factor, options.scalar), "tolerance");
   };
 
-  std::string flags;
-  if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
-  if (name != m.name) flags += " --name " + name;
+  if (options.scalar != ScalarType::kFloat) result.flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
+  if (result.name != m.name) result.flags += " --name " + result.name;
+  result.z_tolerance = within(run.z, run.exported_z, kTimesMeasured);
+  result.x_hat_tolerance = within(run.x_hat, run.exported_x_hat, times);
+  result.explanation =
+      fmt::format(kExplanation, times, scalar_name(options.scalar), kTimesRounding, is_int16 ? kNearest : "");
+  return result;
+}
+
+}  // namespace
+
+std::string replay(const Model& m, const ExportOptions& options) {
+  const Golden g = golden(m, options);
+  const std::string scalar = g.init.scalar_name();
   const bool driven = m.nu() > 0;
-  const std::string input_field = driven ? fmt::format("  {} u[{}];\n", init.scalar_name(), m.nu()) : "";
+  const std::string input_field = driven ? fmt::format("  {} u[{}];\n", scalar, m.nu()) : "";
   const std::string input_copy =
       driven
           ? fmt::format("    typename Observer::Input u{{}};\n    for (int i = 0; i < {}; ++i) u[i] = sample.u[i];\n",
                         m.nu())
           : "";
-  return fmt::format(kTop, name, flags, times, scalar_name(options.scalar), kTimesRounding, m.ny(), m.nz(), m.nx(),
-                     within(run.z, run.exported_z, kTimesMeasured), within(run.x_hat, run.exported_x_hat, times),
-                     input_field, init.scalar_name(), is_int16 ? kNearest : "") +
-         samples_text(init, run) +
-         fmt::format(kBottom, init.scalar_name(), m.ny(), m.nz(), m.nx(), name, input_copy, driven ? "u, " : "",
+  return fmt::format(kTop, g.name, g.flags, g.explanation, scalar, m.ny(), input_field, m.nz(), m.nx(), g.z_tolerance,
+                     g.x_hat_tolerance) +
+         samples_text(g, "kMissed", [](const std::string& status) { return "StepStatus::" + status; }) +
+         fmt::format(kBottom, scalar, m.ny(), m.nz(), m.nx(), g.name, input_copy, driven ? "u, " : "",
                      driven ? ", u" : "");
+}
+
+std::string replay_c99(const Model& m, const ExportOptions& options) {
+  check_c99(m);
+  const Golden g = golden(m, options);
+  const auto status_text = [&g](std::string status) {  // kOk: NAME_OK
+    for (char& c : status) c = static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
+    return g.name + "_" + status.substr(1);
+  };
+  return filled(embedded_text("c99/replay.h.in"), {{"NAME", g.name},
+                                                   {"FLAGS", g.flags},
+                                                   {"EXPLANATION", g.explanation},
+                                                   {"SCALAR", g.init.scalar_name()},
+                                                   {"F", g.init.scalar_bytes() == 4 ? "f" : ""},
+                                                   {"NX", std::to_string(m.nx())},
+                                                   {"NY", std::to_string(m.ny())},
+                                                   {"NZ", std::to_string(m.nz())},
+                                                   {"Z_TOLERANCE", g.z_tolerance},
+                                                   {"X_TOLERANCE", g.x_hat_tolerance},
+                                                   {"SAMPLES", std::to_string(g.run.inputs.dt_s.size())},
+                                                   {"ANSWERS", samples_text(g, g.name + "_MISSED", status_text)}});
 }
 
 }  // namespace nlo::codegen

@@ -14,4 +14,7 @@ namespace nlo::codegen {
 /// by the machine that exports. Throws Error when the model is not valid.
 std::string replay(const Model& model, const ExportOptions& options);
 
+/// The same in C99, for what target c99 writes. Throws Error unless that is a KKL observer.
+std::string replay_c99(const Model& model, const ExportOptions& options);
+
 }  // namespace nlo::codegen

@@ -70,6 +70,15 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_THAT(int16.out, HasSubstr("error of int16 against the model's equations"));
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("QuantisedDense<"));
   EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "-o", "-"}).out.empty(), false);
+
+  const auto pair = scratch.run({"export", "runs/tiny/model.json", "--target", "c99", "--name", "fly", "-o", "fly.h"});
+  EXPECT_EQ(pair.exit_code, 0) << pair.err;
+  EXPECT_THAT(scratch.read("fly.c"), HasSubstr("#include \"fly.h\""));
+  const auto misnamed = scratch.run({"export", "runs/tiny/model.json", "--target", "c99", "-o", "other.h"});
+  EXPECT_EQ(misnamed.exit_code, 2);
+  EXPECT_THAT(misnamed.err, HasSubstr("write -o tiny.h"));
+  EXPECT_FALSE(scratch.has("other.h"));
+  EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "--target", "c99", "-o", "-"}).exit_code, 2);
 }
 
 TEST(Program, RecordsWhatTheModelWasTrainedBy) {

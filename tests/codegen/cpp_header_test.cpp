@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <clocale>
-#include <cstdlib>
 #include <filesystem>
 #include <regex>
 #include <set>
@@ -20,6 +19,7 @@
 #include "codegen/targets/generated_text.h"
 #include "codegen/targets/replay.h"
 #include "tests/codegen/example_models.h"
+#include "tests/codegen/golden.h"
 
 namespace nlo::codegen {
 namespace {
@@ -176,24 +176,6 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
   EXPECT_TRUE(names.contains("KklObserver") && names.contains("make_mlp") && names.contains("kTanhMaxError"));
   for (const std::string& name : names)
     EXPECT_NE(error_of(tiny_model(), {.name = name}), "no error") << name << " is missing in generated_text.cpp";
-}
-
-/// Goldens make a change of what is generated visible in review. NLO_REFRESH_GOLDENS=1 writes them anew.
-void expect_golden(const std::string& text, const std::string& file) {
-  const std::string path = std::string(NLO_SOURCE_DIR "/tests/golden/") + file;
-  if (const char* refresh = std::getenv("NLO_REFRESH_GOLDENS"); refresh != nullptr && *refresh == '1')
-    write_file_atomically(path, text);
-  std::istringstream want(std::filesystem::exists(path) ? read_file(path) : ""), got(text);
-  int line = 1, shown = 0;
-  for (std::string w, g; shown < 10; ++line) {
-    const bool more_wanted = static_cast<bool>(std::getline(want, w)),
-               more_got = static_cast<bool>(std::getline(got, g));
-    if (!more_wanted && !more_got) break;
-    if (more_wanted == more_got && w == g) continue;
-    ++shown;
-    ADD_FAILURE() << file << ":" << line << "\n- " << (more_wanted ? w : "(ends)") << "\n+ "
-                  << (more_got ? g : "(ends)") << "\nmeant? NLO_REFRESH_GOLDENS=1 writes the new text";
-  }
 }
 
 TEST(CppHeader, IsTheCommittedOne) {

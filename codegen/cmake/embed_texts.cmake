@@ -1,0 +1,22 @@
+# cmake -DOUTPUT=file.cpp "-DTEXTS=name=path;..." -P embed_texts.cmake
+# Writes a C++ source with the texts of files, for the program to carry: an installed `nlo` has no source tree.
+set(entries "")
+foreach(text IN LISTS TEXTS)
+  string(REGEX MATCH "^([^=]+)=(.*)$" matched "${text}")
+  set(name "${CMAKE_MATCH_1}")
+  file(READ "${CMAKE_MATCH_2}" content)
+  string(APPEND entries "    {\"${name}\", R\"embedded(${content})embedded\"},\n")
+endforeach()
+file(WRITE "${OUTPUT}" "// Made by codegen/cmake/embed_texts.cmake.
+#include \"codegen/embedded_text.h\"
+
+namespace nlo::codegen {
+
+std::span<const EmbeddedText> embedded_texts() {
+  static constexpr EmbeddedText kTexts[] = {
+${entries}  };
+  return kTexts;
+}
+
+}  // namespace nlo::codegen
+")

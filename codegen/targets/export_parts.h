@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What the exports of an observer share, whatever their language: what a comment says of the model, and what a scalar
+// must hold.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+#include "codegen/targets/registry.h"
+
+namespace nlo::codegen {
+
+/// "x1 [m]"
+std::string channel_text(const Channel& channel);
+
+/// "x1 [m], x2 [m/s]", or "x1, x2".
+std::string channel_list(const std::vector<Channel>& channels, bool with_units);
+
+/// "12 multiply-adds, 4 activations"
+std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activations);
+
+/// The model's provenance as lines of comment, a heading above them; empty when there is none.
+std::string facts(const Model& model);
+
+/// Throws Error when the sample period or an output's range is lost in the scalar.
+void check_rounding(const Model& model, ScalarType scalar);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// Drives one exported C99 observer: its golden replay, then a long run over anything that can happen to it, whose hash
+// must be the same on every target. Included once per observer, behind
+//   #define NLO_NAME rig
+//   #define NLO_SCALAR float
+// It defines `int rig_drive(void)`, which prints "rig HASH" and gives 0, or prints where the replay went wrong.
+// Measurements are made of integers and powers of two: nothing here can round, whatever the compiler fuses.
+
+#ifndef NLO_C99_DRIVE_H
+#define NLO_C99_DRIVE_H
+#include <stdint.h>
+
+#if defined(NLO_ON_BOARD)
+#include "toolchains/cortex_m/semihosting.h"
+static void put(const char* text) {
+  board_write(text);
+}
+#else
+#include <stdio.h>
+static void put(const char* text) {
+  fputs(text, stdout);
+}
+#endif
+
+static void put_hex(uint64_t value) {
+  char text[17];
+  for (int i = 0; i < 16; ++i) text[i] = "0123456789abcdef"[(value >> (60 - 4 * i)) & 15U];
+  text[16] = '\0';
+  put(text);
+}
+
+// A linear congruential generator; its upper bits are good.
+static uint32_t next_random(uint32_t* state) {
+  return *state = *state * 1664525U + 1013904223U;
+}
+
+// FNV-1a.
+static void hash_bytes(uint64_t* hash, const void* bytes, unsigned count) {
+  for (unsigned i = 0; i < count; ++i) *hash = (*hash ^ ((const unsigned char*)bytes)[i]) * 0x100000001b3U;
+}
+
+#define NLO_JOIN_(a, b) a##b
+#define NLO_JOIN(a, b) NLO_JOIN_(a, b)
+#define NLO_(word) NLO_JOIN(NLO_NAME, _##word)
+#define NLO_TEXT_(a) #a
+#define NLO_TEXT(a) NLO_TEXT_(a)
+#endif
+
+// A slow triangle of +-4 with a little noise; now and then any bits at all.
+static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
+  const uint32_t draw = next_random(random);
+  if (hostile && draw >> 31 != 0) {
+    union {
+      uint32_t words[sizeof(NLO_SCALAR) / 4];
+      NLO_SCALAR value;
+    } any;
+    for (unsigned i = 0; i < sizeof(NLO_SCALAR) / 4; ++i) {
+      const uint32_t word = next_random(random);
+      any.words[i] = word ^ word >> 16;
+    }
+    return any.value;
+  }
+  const int32_t phase = (k * 331) % 131072;  // sixteenths of 2^-13
+  const int32_t triangle = (phase < 65536 ? phase : 131071 - phase) - 32768;
+  return (NLO_SCALAR)(triangle * 8 + (int32_t)(draw >> 19)) / (NLO_SCALAR)65536;
+}
+
+// One of the many things that can happen to an observer.
+static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, uint32_t* random, int k) {
+  NLO_SCALAR y[NLO_(NY)];
+  for (int j = 0; j < NLO_(NY); ++j) y[j] = NLO_(measurement)(random, k, k >= 4000);
+  const uint32_t draw = next_random(random);
+  const NLO_SCALAR part = (NLO_SCALAR)(int32_t)(draw >> 8 & 0xfffffU) / (NLO_SCALAR)1048576;  // [0, 1)
+  switch (k < 4000 ? 15U : draw >> 28) {
+    case 0:
+      return NLO_(step_dt)(o, y, part / (NLO_SCALAR)16);
+    case 1:
+      return NLO_(step_dt)(o, y, NLO_(measurement)(random, k, true));
+    case 2:
+      return NLO_(step_dt)(o, y, part * (NLO_SCALAR)16);  // hundreds of sample periods, or too many
+    case 3:
+      return NLO_(step_missed)(o);
+    case 4:
+      return k % 7 == 0 ? NLO_(warm_start)(o, y) : NLO_(step)(o, y);
+    case 5:
+      if (k % 11 == 0) NLO_(reset)(o);
+      return NLO_(step)(o, y);
+    case 6:
+      if (k % 5 == 0) *saved = *o;
+      if (k % 5 == 1 && !NLO_(restore)(o, saved)) return NLO_(REJECTED);
+      return NLO_(step)(o, y);
+    default:
+      return NLO_(step)(o, y);
+  }
+}
+
+static int NLO_(drive)(void) {
+  NLO_(observer) o, saved;
+  NLO_(init)(&o);
+  put(NLO_TEXT(NLO_NAME));
+  const int wrong = NLO_(first_mismatch)(&o);
+  if (wrong >= 0) {
+    put(" answers a sample of its replay wrongly: ");
+    put_hex((uint64_t)wrong);
+    put("\n");
+    return 1;
+  }
+  NLO_(reset)(&o);
+  saved = o;
+  uint32_t random = 1;
+  uint64_t hash = 0xcbf29ce484222325U;
+  for (int k = 0; k < 20000; ++k) {
+    const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k) + (NLO_(in_domain)(&o) ? 8U : 0U) +
+                          16U * (uint32_t)NLO_(last_status)(&o) + 256U * o.held;
+    hash_bytes(&hash, &word, sizeof(word));
+    hash_bytes(&hash, o.z, sizeof(o.z));
+    hash_bytes(&hash, o.y, sizeof(o.y));
+    if (k % 50 != 0) continue;
+    NLO_SCALAR x_hat[NLO_(NX)];
+    NLO_(estimate)(&o, x_hat);
+    hash_bytes(&hash, x_hat, sizeof(x_hat));
+  }
+  put(" ");
+  put_hex(hash);
+  put("\n");
+  return 0;
+}
+#undef NLO_NAME
+#undef NLO_SCALAR

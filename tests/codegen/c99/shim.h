@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+// The C++ runtime's deterministic policy behind the header of a C99 export: linked in the place of NAME.c, it gives the
+// bits that NAME.c must give.
+//   NLO_C99_SHIM(rig, float)   // after including both headers of the name
+#pragma once
+
+#include <cstring>
+
+#include "nlo/kkl_observer.h"
+
+namespace nlo::shim {
+
+/// The C++ observer that continues from a C one, and writes itself back.
+template <class State, class Model>
+class Resumed {
+ public:
+  using Observer = KklObserver<Model, Arithmetic::kDeterministic>;
+
+  Resumed(State& state, const Model& model) : observer(model), state_(state) {
+    typename Observer::State from{};
+    std::memcpy(from.z, state.z, sizeof(from.z));
+    std::memcpy(from.y, state.y, sizeof(from.y));
+    from.held = state.held;
+    from.status = static_cast<StepStatus>(state.status);
+    from.started = state.started;
+    good = observer.restore(from);
+  }
+  void write() {
+    const typename Observer::State now = observer.save();
+    std::memcpy(state_.z, now.z, sizeof(now.z));
+    std::memcpy(state_.y, now.y, sizeof(now.y));
+    state_.held = now.held;
+    state_.status = static_cast<std::uint8_t>(now.status);
+    state_.started = now.started;
+  }
+  template <class Status>
+  Status written(StepStatus status) {
+    write();
+    return static_cast<Status>(status);
+  }
+
+  Observer observer;
+  bool good;
+
+ private:
+  State& state_;
+};
+
+template <class Output, class Scalar>
+Output output(const Scalar* y) {
+  Output values{};
+  for (int j = 0; j < Output::size(); ++j) values[j] = y[j];
+  return values;
+}
+
+}  // namespace nlo::shim
+
+#define NLO_C99_SHIM(name, Scalar)                                                                           \
+  namespace {                                                                                                \
+  using name##_resumed = nlo::shim::Resumed<name##_observer, nlo::name::Model>;                              \
+  using name##_output = name##_resumed::Observer::Output;                                                    \
+  const auto& name##_model = nlo::name::kModel;                                                              \
+  }                                                                                                          \
+  void name##_reset(name##_observer* o) {                                                                    \
+    *o = {};                                                                                                 \
+    name##_resumed resumed(*o, name##_model);                                                                \
+    resumed.observer.reset();                                                                                \
+    resumed.write();                                                                                         \
+  }                                                                                                          \
+  void name##_init(name##_observer* o) {                                                                     \
+    name##_reset(o);                                                                                         \
+  }                                                                                                          \
+  name##_status name##_warm_start(name##_observer* o, const Scalar* y) {                                     \
+    name##_resumed resumed(*o, name##_model);                                                                \
+    return resumed.written<name##_status>(resumed.observer.warm_start(nlo::shim::output<name##_output>(y))); \
+  }                                                                                                          \
+  name##_status name##_step(name##_observer* o, const Scalar* y) {                                           \
+    name##_resumed resumed(*o, name##_model);                                                                \
+    return resumed.written<name##_status>(resumed.observer.step(nlo::shim::output<name##_output>(y)));       \
+  }                                                                                                          \
+  name##_status name##_step_dt(name##_observer* o, const Scalar* y, Scalar dt_s) {                           \
+    name##_resumed resumed(*o, name##_model);                                                                \
+    return resumed.written<name##_status>(resumed.observer.step(nlo::shim::output<name##_output>(y), dt_s)); \
+  }                                                                                                          \
+  name##_status name##_step_missed(name##_observer* o) {                                                     \
+    name##_resumed resumed(*o, name##_model);                                                                \
+    return resumed.written<name##_status>(resumed.observer.step_missed());                                   \
+  }                                                                                                          \
+  void name##_estimate(const name##_observer* o, Scalar* x_hat) {                                            \
+    name##_observer copy = *o;                                                                               \
+    const auto estimate = name##_resumed(copy, name##_model).observer.estimate();                            \
+    for (int i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];                                        \
+  }                                                                                                          \
+  name##_status name##_last_status(const name##_observer* o) {                                               \
+    return static_cast<name##_status>(o->status);                                                            \
+  }                                                                                                          \
+  bool name##_in_domain(const name##_observer* o) {                                                          \
+    name##_observer copy = *o;                                                                               \
+    return name##_resumed(copy, name##_model).observer.in_domain();                                          \
+  }                                                                                                          \
+  bool name##_restore(name##_observer* o, const name##_observer* saved) {                                    \
+    name##_observer copy = *saved;                                                                           \
+    const bool good = name##_resumed(copy, name##_model).good;                                               \
+    if (good) *o = copy;                                                                                     \
+    return good;                                                                                             \
+  }

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// The texts of C99 exports; compile_c99.sh compiles and runs them.
+#include "codegen/targets/c99.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "codegen/embedded_text.h"
+#include "codegen/error.h"
+#include "codegen/targets/replay.h"
+#include "tests/codegen/example_models.h"
+#include "tests/codegen/golden.h"
+
+namespace nlo::codegen {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+std::string error_of(const Model& model, const ExportOptions& options = {}) {
+  try {
+    c99(model, options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(C99, IsTheCommittedOne) {
+  for (const NamedText& file : c99(tiny_model(), {.name = "tiny_c99"})) expect_golden(file.text, file.path);
+}
+
+TEST(C99, RefusesOtherStructuresAndNamesTheMend) {
+  for (const Model& model : structure_models()) {
+    EXPECT_THAT(error_of(model), testing::AllOf(HasSubstr("target c99 writes kkl"), HasSubstr("--target cpp")));
+    EXPECT_THROW(replay_c99(model, {}), Error);
+  }
+}
+
+TEST(C99, RefusesWhatFloatCannotHoldAndModelsThatAreNotValid) {
+  Model m = tiny_model();
+  m.inverse_map.layers[0].weights(2, 1) = 1e39;
+  EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));
+  EXPECT_EQ(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), "no error");
+  m = tiny_model();
+  m.eigenvalues(1) = 0.5;
+  EXPECT_THAT(error_of(m), HasSubstr("must be negative"));
+}
+
+TEST(C99, UserTextCanNeitherEndNorContinueAComment) {
+  Model m = tiny_model();
+  m.outputs[0].unit = "m\n#error unit\\";
+  m.provenance = {{"a\n#error key", "*/ #error"}, {"escape", "ends with \\"}, {"return", "a\r#error"}};
+  for (const NamedText& file : c99(m, {})) {
+    EXPECT_THAT(file.text, Not(HasSubstr("\n#error u")));
+    EXPECT_THAT(file.text, Not(HasSubstr("\\\n")));
+    EXPECT_THAT(file.text, Not(HasSubstr("\r")));
+    EXPECT_THAT(file.text, Not(HasSubstr("@"))) << "a key was left unfilled";
+  }
+}
+
+TEST(C99, BothFilesOfAnExportNameTheSameOneAndNoOther) {
+  const auto key = [](const std::string& text) { return text.substr(text.find("0x"), 10); };
+  const auto files = c99(tiny_model(), {});
+  EXPECT_THAT(files[1].text, HasSubstr("tiny_EXPORT != " + key(files[0].text)));
+  Model other = tiny_model();
+  other.inverse_map.layers[1].bias(0) += 1e-6;
+  EXPECT_NE(key(c99(other, {})[0].text), key(files[0].text));
+}
+
+TEST(EmbeddedText, FillsKeysAndLeavesOtherAtSigns) {
+  EXPECT_EQ(filled("a @KEY@ b@c @ @@ @key@", {{"KEY", "x@Y@"}}), "a x@Y@ b@c @ @@ @key@");
+  EXPECT_THROW(filled("@OTHER@", {}), std::logic_error);
+  EXPECT_THROW(embedded_text("none"), std::logic_error);
+}
+
+}  // namespace
+}  // namespace nlo::codegen

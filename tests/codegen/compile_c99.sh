@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# C99 exports of all KKL examples: strict C without a warning, no undefined symbol, the golden replay, and bit for bit what
+# the C++ runtime's deterministic policy gives, at any optimisation level. Three controls show that each would be seen.
+#   compile_c99.sh EXPORT_MODEL SOURCE_DIR C_COMPILER C++_COMPILER
+set -euo pipefail
+export_model=$1 source=$2 cc=$3 cxx=$4
+command -v "$cc" >/dev/null && command -v "$cxx" >/dev/null || { echo "SKIPPED: no $cc here"; exit 77; }
+tests=$source/tests/codegen/c99
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+mkdir "$work/cpp"
+warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror)
+strict=(-std=c99 "${warnings[@]}" -Wstrict-prototypes -Wmissing-prototypes)
+
+names=()
+for entry in rig:double tiny:double $("$export_model" | grep -vE '^(pendulum|general|driven)$' | sed 's/$/:float/'); do
+  example=${entry%:*} scalar=${entry#*:} name=$example
+  if [[ $scalar == double ]]; then name=${example}_double; fi
+  names+=("$name:$scalar")
+  "$export_model" "$example" c99 "$scalar" "$name" "$work/$name.h"
+  "$export_model" "$example" replay-c99 "$scalar" "$name" "$work/${name}_replay.h"
+  "$export_model" "$example" cpp "$scalar" "$name" "$work/cpp/$name.h"
+done
+sources=() objects=()
+for entry in "${names[@]}"; do sources+=("$work/${entry%:*}.c") && objects+=("$work/${entry%:*}.o"); done
+
+# One program for all of them, the C++ runtime behind the same headers, and a check of the bytes that headers state.
+{
+  for entry in "${names[@]}"; do
+    name=${entry%:*}
+    echo "#include \"${name}_replay.h\""
+    echo "#define NLO_NAME $name"
+    echo "#define NLO_SCALAR ${entry#*:}"
+    echo "#include \"$tests/drive.h\""
+    bytes=$(sed -n 's|.*_observer takes \([0-9]*\) bytes of RAM.*|\1|p' "$work/$name.h")
+    echo "typedef char ${name}_takes_its_bytes[sizeof(${name}_observer) == $bytes ? 1 : -1];"
+  done
+  echo "int main(void) { return 0"
+  for entry in "${names[@]}"; do echo "  + ${entry%:*}_drive()"; done
+  echo "  ; }"
+} >"$work/main.c"
+{
+  for entry in "${names[@]}"; do
+    name=${entry%:*}
+    echo "#include \"$work/$name.h\""
+    echo "#include \"$work/cpp/$name.h\""
+  done
+  echo "#include \"$tests/shim.h\""
+  for entry in "${names[@]}"; do echo "NLO_C99_SHIM(${entry%:*}, ${entry#*:})"; done
+} >"$work/shim.cpp"
+
+"$cc" "${strict[@]}" -O1 -c "$work/main.c" -o "$work/main.o"
+"$cxx" -std=c++20 "${warnings[@]}" -O1 -I "$source/runtime/include" -c "$work/shim.cpp" -o "$work/shim.o"
+"$cxx" "$work/main.o" "$work/shim.o" -o "$work/want" && "$work/want" >"$work/want.txt"
+
+contracted=-ffp-contract=fast
+if [[ $cc == *clang* ]]; then contracted=-ffp-contract=on; fi # clang's `fast` overrides what the file asks for
+failed=0
+for flags in '-std=c99 -O0' '-std=c99 -Os' '-std=c99 -O2' "-std=gnu11 -O3 -march=native $contracted"; do
+  # shellcheck disable=SC2086
+  (cd "$work" && "$cc" "${strict[@]}" $flags -c "${sources[@]}")
+  for entry in "${names[@]}"; do
+    undefined=$(nm -u "$work/${entry%:*}.o")
+    [ -z "$undefined" ] || { echo "FAILED  ${entry%:*} $flags references $undefined" && failed=1; }
+  done
+  "$cc" "$work/main.o" "${objects[@]}" -o "$work/got"
+  if "$work/got" | diff "$work/want.txt" -; then echo "ok      $flags"; else echo "FAILED  $flags" && failed=1; fi
+done
+cat "$work/want.txt"
+
+# Controls: half a percent on one weight; fused arithmetic; a header with the source of another export; a call of libm.
+"$export_model" rig c99 float rig "$work/rig.h" spoilt
+(cd "$work" && "$cc" "${strict[@]}" -O2 -c rig.c && "$cc" main.o "${objects[@]}" -o control)
+! "$work/control" >"$work/control.txt" || { echo 'FAILED  a wrong weight went unseen' && failed=1; }
+grep -q '^rig answers' "$work/control.txt" || { echo 'FAILED  it was not the replay that saw it' && failed=1; }
+
+"$export_model" rig c99 float rig "$work/rig.h"
+cp "$work/rig.c" "$work/rig_good.c"
+"$export_model" rig c99 float rig "$work/cpp/rig.h" spoilt
+cp "$work/cpp/rig.c" "$work/rig.c"
+(cd "$work" && ! "$cc" "${strict[@]}" -c rig.c 2>control.txt) || { echo 'FAILED  a mixed pair compiles' && failed=1; }
+grep -q 'not of one export' "$work/control.txt" || { cat "$work/control.txt" && failed=1; }
+mv "$work/rig_good.c" "$work/rig.c"
+if [[ $(uname -m) == x86_64 ]] && grep -qw fma /proc/cpuinfo; then
+  for source_file in "${sources[@]}"; do sed -i '/^#pragma/d' "$source_file"; done
+  (cd "$work" && "$cc" -O2 -mfma -ffp-contract=fast -c "${sources[@]}" && "$cc" main.o "${objects[@]}" -o control)
+  ! "$work/control" | diff -q "$work/want.txt" - >"$work/control.txt" || { echo 'FAILED  fused arithmetic went unseen' && failed=1; }
+fi
+echo 'float fmodf(float, float); float control(float x); float control(float x) { return fmodf(x, 2.0f); }' >"$work/control.c"
+"$cc" "${strict[@]}" -O2 -c "$work/control.c" -o "$work/control.o"
+[ -n "$(nm -u "$work/control.o")" ] || { echo 'FAILED  a call went unseen' && failed=1; }
+exit "$failed"

@@ -1,0 +1,384 @@
+// tiny_c99: the observer that tiny_c99.h declares, generated. Do not edit.
+// Each sum is taken in the order of its terms and each operation rounded by itself, so that every IEEE 754 target, every
+// compiler and every optimisation level gives the same bits; clang's -ffp-contract=fast and any -ffast-math undo that.
+// They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
+#include "tiny_c99.h"
+
+#if tiny_c99_EXPORT != 0x8f3d3edc
+#error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
+#endif
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("fp-contract=off", "no-tree-loop-distribute-patterns")
+#else
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+typedef float Scalar;
+
+enum { kNx = 1, kNy = 1, kNz = 2 };
+enum { kPairs = 0 };  // rows of z: (re, im) of each complex pair, then real modes
+enum { kFirstOrder = 1 };  // between samples y is 1: a ramp, 0: constant
+enum { kStartsSteady = 0 };  // the first measurement sets z to its steady state
+enum { kStaleAfter = 13 };
+enum { kLongestGap = 1000 };  // sample periods
+
+static const Scalar kSamplePeriod = 0.02f;  // s
+static const Scalar kLargest = 1.2676506e+30f;  // |z| that a step can still take
+static const Scalar kTiny = 7.888609e-31f;  // |z| that is as good as none
+
+// z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}
+typedef struct {
+  Scalar a_minus_1[kNz], b0[kNz][kNy], b1[kNz][kNy];
+} Recurrence;
+
+static const Recurrence kStep = {  // over one sample period
+    {-0.019801326f, -0.07688365f},
+    {{0.009867662f}, {0.009482331f}},
+    {{0.009933665f}, {0.009738582f}}};
+
+// D [1/s], F, the steady state S y of a constant y, and z before the first measurement.
+static const Scalar kEigenvalues[kNz] = {-1.0f, -4.0f};
+static const Scalar kOutputInjection[kNz][kNy] = {{1.0f}, {1.0f}};
+static const Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
+static const Scalar kInitial[kNz] = {0.0f, 0.0f};
+static const Scalar kNoOutput[kNy] = {0.0f};
+
+// What a measurement may be; a full turn of an angle, or 0. The box of z that training has filled.
+static const Scalar kOutputMin[kNy] = {-3.0f};
+static const Scalar kOutputMax[kNy] = {3.0f};
+static const Scalar kWrap[kNy] = {0.0f};
+static const Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
+static const Scalar kLatentMax[kNz] = {4.0f, 1.0f};
+
+// Finite, told from the bits: no compiler flag can reason it away.
+static bool is_finite(Scalar value) {
+  union {
+    Scalar value;
+    uint32_t bits;
+  } both;
+  both.value = value;
+  return (both.bits & 0x7f800000U) != 0x7f800000U;
+}
+
+// Volatile, or compilers make a call of it.
+static void copy(Scalar* to, const Scalar* from, int n) {
+  volatile Scalar* target = to;
+  for (int i = 0; i < n; ++i) target[i] = from[i];
+}
+
+static Scalar whole_turns(Scalar angle, Scalar turn) {
+  const Scalar turns = angle / turn;  // bounded by the declared range: fits an int32
+  // Half a turn stays where it is: an angle resting on the wrap must not change sides, and z with it, at each step.
+  if (turns >= -0.5f && turns <= 0.5f) return 0.0f;
+  return (Scalar)(int32_t)(turns + (turns < 0.0f ? -0.5f : 0.5f));
+}
+
+// The angle less its whole turns, in [-turn/2, turn/2].
+static Scalar wrapped(Scalar angle, Scalar turn) { return angle - turn * whole_turns(angle, turn); }
+
+// Writes the outputs to use into `accepted`, which holds the last good ones. Angles come out next to those.
+static tiny_c99_status screened(const Scalar* y, Scalar* accepted) {
+  tiny_c99_status status = tiny_c99_OK;
+  for (int j = 0; j < kNy; ++j) {
+    const bool angle = kWrap[j] > 0.0f;
+    const bool outside = y[j] < kOutputMin[j] || y[j] > kOutputMax[j];
+    if (!is_finite(y[j]) || (angle && outside)) {
+      status = tiny_c99_HELD;
+    } else if (angle) {
+      accepted[j] += wrapped(y[j] - accepted[j], kWrap[j]);
+    } else if (outside) {
+      accepted[j] = y[j] < kOutputMin[j] ? kOutputMin[j] : kOutputMax[j];
+      if (status == tiny_c99_OK) status = tiny_c99_CLAMPED;
+    } else {
+      accepted[j] = y[j];
+    }
+  }
+  return status;
+}
+
+static tiny_c99_status noted(tiny_c99_observer* o, tiny_c99_status status) {
+  o->status = (uint8_t)status;
+  return status;
+}
+
+static tiny_c99_status one_more_held(tiny_c99_observer* o) {
+  if (o->held < 0xffffU) ++o->held;
+  return noted(o, o->held >= kStaleAfter ? tiny_c99_STALE : tiny_c99_HELD);
+}
+
+// A complex number with plain arithmetic: C's own may call a library.
+typedef struct {
+  Scalar re, im;
+} Complex;
+
+static Complex sum(Complex a, Complex b) {
+  const Complex c = {a.re + b.re, a.im + b.im};
+  return c;
+}
+static Complex difference(Complex a, Complex b) {
+  const Complex c = {a.re - b.re, a.im - b.im};
+  return c;
+}
+static Complex product(Complex a, Complex b) {
+  const Complex c = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+  return c;
+}
+static Complex scaled(Complex a, Scalar s) {
+  const Complex c = {a.re * s, a.im * s};
+  return c;
+}
+static Complex shifted(Complex a, Scalar s) {
+  const Complex c = {a.re + s, a.im};
+  return c;
+}
+static Scalar magnitude(Complex c) { return (c.re < 0.0f ? -c.re : c.re) + (c.im < 0.0f ? -c.im : c.im); }
+
+// D and F over a step of h seconds, by exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w at
+// w = lambda h: Taylor series at w / 2^s, then s doublings (Higham, Functions of Matrices, section 10.7.4).
+static void discretise(Scalar h, Recurrence* step) {
+  for (int r = 0; r < kNz; ++r) {
+    const bool paired = r < 2 * kPairs;
+    const Complex lambda = {kEigenvalues[r], paired ? kEigenvalues[paired ? r + 1 : r] : 0.0f};
+    Complex w = scaled(lambda, h), phi2 = {1.0f, 0.0f};
+    int doublings = 0;
+    while (magnitude(w) > 0.5f) {
+      w = scaled(w, 0.5f);
+      ++doublings;
+    }
+    for (int k = 15; k >= 1; --k) phi2 = shifted(scaled(product(w, phi2), 1.0f / (Scalar)(k + 2)), 1.0f);
+    phi2 = scaled(phi2, 0.5f);
+    Complex phi1 = shifted(product(w, phi2), 1.0f);
+    Complex exp_minus_1 = product(w, phi1);
+    for (; doublings > 0; --doublings) {
+      phi2 = scaled(sum(product(phi1, phi1), scaled(phi2, 2.0f)), 0.25f);
+      phi1 = scaled(product(phi1, shifted(exp_minus_1, 2.0f)), 0.5f);
+      exp_minus_1 = product(exp_minus_1, shifted(exp_minus_1, 2.0f));
+    }
+    const Complex b0 = scaled(kFirstOrder ? difference(phi1, phi2) : phi1, h);
+    Complex b1;  // no initialiser: clang makes a call of one that is all zeros
+    b1.re = kFirstOrder ? phi2.re * h : 0.0f;
+    b1.im = kFirstOrder ? phi2.im * h : 0.0f;
+    step->a_minus_1[r] = exp_minus_1.re;
+    if (!paired) {
+      for (int j = 0; j < kNy; ++j) {
+        step->b0[r][j] = b0.re * kOutputInjection[r][j];
+        step->b1[r][j] = b1.re * kOutputInjection[r][j];
+      }
+      continue;
+    }
+    const int next = paired ? r + 1 : r;
+    step->a_minus_1[next] = exp_minus_1.im;
+    for (int j = 0; j < kNy; ++j) {
+      const Complex f = {kOutputInjection[r][j], kOutputInjection[next][j]};
+      const Complex c0 = product(b0, f), c1 = product(b1, f);
+      step->b0[r][j] = c0.re;
+      step->b0[next][j] = c0.im;
+      step->b1[r][j] = c1.re;
+      step->b1[next][j] = c1.im;
+    }
+    r = next;
+  }
+}
+
+// z <- A z + B0 y_k + B1 y_{k+1}
+static void advance(const Recurrence* step, Scalar* z, const Scalar* y, const Scalar* y_next) {
+  const Scalar* a = step->a_minus_1;
+  Scalar change[kNz];
+  for (int r = 0; r < 2 * kPairs; r += 2) {
+    change[r] = a[r] * z[r] - a[r + 1] * z[r + 1];
+    change[r + 1] = a[r] * z[r + 1] + a[r + 1] * z[r];
+  }
+  for (int r = 2 * kPairs; r < kNz; ++r) change[r] = a[r] * z[r];
+  for (int r = 0; r < kNz; ++r) {
+    for (int j = 0; j < kNy; ++j) change[r] += step->b0[r][j] * y[j] + step->b1[r][j] * y_next[j];
+    z[r] += change[r];
+    // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
+    if (z[r] < kTiny && z[r] > -kTiny) z[r] = 0.0f;
+  }
+}
+
+static void start(tiny_c99_observer* o, const Scalar* y, bool steady) {
+  for (int j = 0; j < kNy; ++j) {
+    const Scalar turn = kWrap[j];
+    o->y[j] = turn > 0.0f ? wrapped(y[j], turn) : y[j];
+  }
+  for (int r = 0; steady && r < kNz; ++r) {
+    for (int j = 0; j < kNy; ++j) o->z[r] += kSteadyGain[r][j] * o->y[j];
+  }
+  o->started = 1;
+}
+
+// An angle that has left its first turn goes back by whole turns, and z with it: S is the response to a constant, so the
+// latent system does not notice.
+static void turn_back(tiny_c99_observer* o) {
+  for (int j = 0; j < kNy; ++j) {
+    const Scalar turn = kWrap[j];
+    if (!(turn > 0.0f)) continue;
+    const Scalar back = turn * whole_turns(o->y[j], turn);
+    if (!(back < 0.0f || back > 0.0f)) continue;
+    o->y[j] -= back;
+    for (int r = 0; r < kNz; ++r) o->z[r] -= kSteadyGain[r][j] * back;
+  }
+}
+
+// `irregular`: the recurrence of a step that is not the sample period.
+static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Recurrence* recurrence) {
+  Scalar next[kNy];
+  copy(next, o->y, kNy);
+  const tiny_c99_status status = screened(y, next);
+  if (status == tiny_c99_HELD) {
+    one_more_held(o);
+    if (o->started == 0) return tiny_c99_last_status(o);  // nothing to hold yet
+  } else {
+    o->held = 0;
+    noted(o, status);
+    if (o->started == 0) {
+      start(o, next, kStartsSteady);
+      return status;
+    }
+  }
+  advance(recurrence, o->z, o->y, next);
+  copy(o->y, next, kNy);
+  turn_back(o);
+  return tiny_c99_last_status(o);
+}
+
+void tiny_c99_reset(tiny_c99_observer* observer) {
+  copy(observer->z, kInitial, kNz);
+  copy(observer->y, kNoOutput, kNy);
+  observer->held = 0;
+  observer->status = (uint8_t)tiny_c99_OK;
+  observer->started = 0;
+}
+
+void tiny_c99_init(tiny_c99_observer* observer) { tiny_c99_reset(observer); }
+
+tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]) {
+  Scalar accepted[kNy];
+  copy(accepted, observer->y, kNy);
+  const tiny_c99_status status = screened(y, accepted);
+  if (status == tiny_c99_HELD) return one_more_held(observer);
+  tiny_c99_reset(observer);
+  start(observer, accepted, true);
+  return noted(observer, status);
+}
+
+tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) { return take(observer, y, &kStep); }
+
+tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
+  const bool possible = is_finite(dt_s) && dt_s > 0.0f && dt_s <= (Scalar)kLongestGap * kSamplePeriod;
+  if (!possible) return noted(observer, tiny_c99_REJECTED);
+  Recurrence recurrence;
+  discretise(dt_s, &recurrence);
+  return take(observer, y, &recurrence);
+}
+
+tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
+  union {
+    uint32_t bits;
+    Scalar value;
+  } not_finite;
+  not_finite.bits = 0x7f800000U;
+  Scalar y[kNy];
+  for (int j = 0; j < kNy; ++j) y[j] = not_finite.value;
+  return take(observer, y, &kStep);
+}
+
+tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) { return (tiny_c99_status)observer->status; }
+
+bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
+  bool inside = true;
+  for (int r = 0; r < kNz; ++r) {
+    Scalar relative = observer->z[r];
+    for (int j = 0; j < kNy; ++j) {
+      if (kWrap[j] > 0.0f) relative -= kSteadyGain[r][j] * observer->y[j];
+    }
+    inside = inside && relative >= kLatentMin[r] && relative <= kLatentMax[r];
+  }
+  return inside;
+}
+
+bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved) {
+  bool good = saved->started <= 1 && saved->status <= (uint8_t)tiny_c99_REJECTED;
+  for (int r = 0; r < kNz; ++r)
+    good = good && is_finite(saved->z[r]) && saved->z[r] >= -kLargest && saved->z[r] <= kLargest;
+  for (int j = 0; j < kNy; ++j) {
+    const Scalar y = saved->y[j];
+    const bool in_range = y >= kOutputMin[j] && y <= kOutputMax[j];
+    const bool in_turn = kWrap[j] > 0.0f && y >= -kWrap[j] && y <= kWrap[j];
+    const bool none = y <= 0.0f && y >= 0.0f;
+    good = good && is_finite(y) && (saved->started == 1 ? in_range || in_turn : none);
+  }
+  if (!good) return false;
+  copy(observer->z, saved->z, kNz);
+  copy(observer->y, saved->y, kNy);
+  observer->held = saved->held;
+  observer->status = saved->status;
+  observer->started = saved->started;
+  return true;
+}
+
+// T*: one neuron per line.
+static const Scalar kWeights1[4 * 2] = {
+    0.232917f, 3.440228f,
+    1.6481663f, -0.7788087f,
+    -0.19503292f, 3.679755f,
+    1.3204453f, 0.32287326f,
+};
+static const Scalar kBias1[4] = {-0.5352224f, 0.5366941f, -0.48333663f, 0.20517758f};
+static const Scalar kWeights2[1 * 4] = {
+    -0.14829469f, 0.09898687f, -0.21073124f, -1.0957534f,
+};
+static const Scalar kBias2[1] = {0.5261358f};
+
+// out = W in + b, weights one neuron after the other. `out` may be `bias`, not `in`.
+static void dense(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+  int o = 0;
+  for (; o + 4 <= outputs; o += 4) {  // four sums side by side: an input is loaded once for four weights
+    const Scalar *w0 = weights, *w1 = w0 + inputs, *w2 = w1 + inputs, *w3 = w2 + inputs;
+    Scalar sum0 = bias[o], sum1 = bias[o + 1], sum2 = bias[o + 2], sum3 = bias[o + 3];
+    for (int i = 0; i < inputs; ++i) {
+      const Scalar x = in[i];
+      sum0 += w0[i] * x;
+      sum1 += w1[i] * x;
+      sum2 += w2[i] * x;
+      sum3 += w3[i] * x;
+    }
+    out[o] = sum0;
+    out[o + 1] = sum1;
+    out[o + 2] = sum2;
+    out[o + 3] = sum3;
+    weights = w3 + inputs;
+  }
+  for (; o < outputs; ++o, weights += inputs) {
+    Scalar total = bias[o];
+    for (int i = 0; i < inputs; ++i) total += weights[i] * in[i];
+    out[o] = total;
+  }
+}
+
+// x P(x^2) / Q(x^2), degrees 9/8, x clamped to +-7.75: within 5e-7 of tanh.
+static Scalar tanh_rational(Scalar x) {
+  const Scalar limit = 7.75f;
+  x = x < limit ? x : limit;
+  x = x > -limit ? x : -limit;
+  const Scalar s = x * x;
+  const Scalar p = (((1.55599142e-08f * s + 2.20985712e-05f) * s + 0.00358292833f) * s + 0.134537607f) * s + 1.0f;
+  const Scalar q = (((8.646428e-07f * s + 0.000343050633f) * s + 0.0262066592f) * s + 0.467870831f) * s + 1.0f;
+  return x * p / q;
+}
+static Scalar activated(Scalar v) { return tanh_rational(v); }
+
+static void hidden(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+  dense(inputs, outputs, weights, bias, in, out);
+  for (int o = 0; o < outputs; ++o) out[o] = activated(out[o]);
+}
+
+void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]) {
+  const Scalar* in = observer->z;
+  Scalar here[4];
+  hidden(2, 4, kWeights1, kBias1, in, here);
+  dense(4, 1, kWeights2, kBias2, here, x_hat);
+}
+

@@ -1,0 +1,100 @@
+// tiny_c99: a learned state observer (Kazantzis-Kravaris/Luenberger) in C99, generated. Do not edit; make it again by
+//   nlo export model.json --target c99 --name tiny_c99 -o tiny_c99.h
+//
+// Estimates position [m] from y [m], sampled every 0.02 s.
+// Latent state: 2 (0 complex pairs), first_order hold. Inverse map T*: 2-4-1 tanh, reads z.
+// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler and
+// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).
+//
+// About the model
+//   plant                         Van der Pol
+//   seed                          1
+//   norm N(0, 0.5)                0.17
+//
+// tiny_c99_observer takes 16 bytes of RAM; the tables are constants. No heap, no library.
+//
+// Use
+//   #include "tiny_c99.h"
+//   static tiny_c99_observer observer;  // tiny_c99_init(&observer) at start
+//
+//   void on_timer(void) {  // every 0.02 s
+//     const float y[tiny_c99_NY] = {read_y()};
+//     float x_hat[tiny_c99_NX];
+//     if (tiny_c99_step(&observer, y) != tiny_c99_OK) note_fault(tiny_c99_last_status(&observer));
+//     if (!tiny_c99_in_domain(&observer)) { enter_safe_mode(); return; }
+//     tiny_c99_estimate(&observer, x_hat);
+//     use(x_hat[tiny_c99_state_position]);
+//   }
+
+#ifndef tiny_c99_H
+#define tiny_c99_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define tiny_c99_EXPORT 0x8f3d3edc  // tiny_c99.c has the same
+
+// Sizes: estimate, measurement, latent state.
+enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };
+
+// Positions in a measurement and in an estimate.
+enum { tiny_c99_output_y };
+enum { tiny_c99_state_position };
+
+// What became of a measurement. The latent state is finite after every one of them.
+typedef enum {
+  tiny_c99_OK,       // used as it came
+  tiny_c99_CLAMPED,  // an output outside its declared range was clamped to it
+  tiny_c99_HELD,     // an output was not finite (or an angle out of range): its last good value was used
+  tiny_c99_STALE,    // held 13 times in a row or more: estimates are no longer to be trusted
+  tiny_c99_REJECTED  // the time step was not positive, or longer than 1000 sample periods: nothing was done
+} tiny_c99_status;
+
+// An observer is this and nothing else: copy it to save it.
+typedef struct {
+  float z[2];     // latent state
+  float y[1];     // last good measurement; angles within their first turn
+  uint16_t held;   // measurements held in a row
+  uint8_t status;  // of the latest step
+  uint8_t started; // 1 once a first measurement has come
+} tiny_c99_observer;
+
+// Makes an observer, or makes it forget everything: it waits for its first measurement. One before anything else.
+void tiny_c99_init(tiny_c99_observer* observer);
+void tiny_c99_reset(tiny_c99_observer* observer);
+
+// Starts from the steady state of y: a shorter transient when the plant is at rest, or after a gap.
+tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]);
+
+// One sample period on, with the measurement at its end. The first one after a reset only starts the observer. One that
+// is not finite stands for a missed one. 6 multiply-adds.
+tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]);
+
+// The same over dt_s seconds: for jitter, and for what comes after missed samples. Some 60 operations per latent state.
+tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s);
+
+// One sample period on without a measurement: the last good one is held.
+tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer);
+
+// x_hat. Computed on each call: 12 multiply-adds, 4 activations.
+void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]);
+
+// Status of the latest step.
+tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer);
+
+// z is where training has been. False tells that an estimate extrapolates.
+bool tiny_c99_in_domain(const tiny_c99_observer* observer);
+
+// Continues from a saved observer. Refused (false, nothing changed) unless it is one that stepping can reach: what comes
+// from storage may be damaged.
+bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
