@@ -82,4 +82,5 @@ can_sudo() { command -v sudo >/dev/null && { sudo -n true 2>/dev/null || { [[ -t
 build_packages=(g++ cmake ninja libeigen3-dev libtoml11-dev libcli11-dev libfmt-dev nlohmann-json3-dev libmuparser-dev
   gnuplot)
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev clang++ libclang-rt-dev clang-format clang-tidy
-  gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm valgrind)
+  gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm g++-aarch64-linux-gnu g++-riscv64-linux-gnu qemu-user
+  gcc-riscv64-unknown-elf qemu-system-misc valgrind)

@@ -1,8 +1,10 @@
-# 32-bit RISC-V without an operating system, rv32imac, C only: Debian has gcc-riscv64-unknown-elf with picolibc, but no
-# C++ library for it. Serves what `nlo export --target c99` writes.
+# 32-bit RISC-V without an operating system, rv32imac, C only. Serves what `nlo export --target c99` writes, which needs no
+# library: Debian's gcc-riscv64-unknown-elf is enough. With picolibc, add --specs=picolibc.specs.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR riscv32)
 set(CMAKE_C_COMPILER riscv64-unknown-elf-gcc)
-set(CMAKE_C_FLAGS_INIT "-march=rv32imac -mabi=ilp32 --specs=picolibc.specs -ffunction-sections -fdata-sections")
+set(CMAKE_ASM_COMPILER riscv64-unknown-elf-gcc)
+set(CMAKE_C_FLAGS_INIT "-march=rv32imac -mabi=ilp32 -ffreestanding -ffunction-sections -fdata-sections")
+set(CMAKE_ASM_FLAGS_INIT "-march=rv32imac -mabi=ilp32")
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)

@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x8f3d3edc
+#if tiny_c99_EXPORT != 0xc766a95c
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -334,10 +334,9 @@ static const Scalar kBias2[1] = {0.5261358f};
 
 // out = W in + b, weights one neuron after the other. `out` may be `bias`, not `in`.
 static void dense(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
-  int o = 0;
-  for (; o + 4 <= outputs; o += 4) {  // four sums side by side: an input is loaded once for four weights
+  for (int fours = outputs / 4; fours > 0; --fours) {  // four sums side by side: an input is loaded once for four weights
     const Scalar *w0 = weights, *w1 = w0 + inputs, *w2 = w1 + inputs, *w3 = w2 + inputs;
-    Scalar sum0 = bias[o], sum1 = bias[o + 1], sum2 = bias[o + 2], sum3 = bias[o + 3];
+    Scalar sum0 = bias[0], sum1 = bias[1], sum2 = bias[2], sum3 = bias[3];
     for (int i = 0; i < inputs; ++i) {
       const Scalar x = in[i];
       sum0 += w0[i] * x;
@@ -345,16 +344,18 @@ static void dense(int inputs, int outputs, const Scalar* weights, const Scalar* 
       sum2 += w2[i] * x;
       sum3 += w3[i] * x;
     }
-    out[o] = sum0;
-    out[o + 1] = sum1;
-    out[o + 2] = sum2;
-    out[o + 3] = sum3;
-    weights = w3 + inputs;
+    out[0] = sum0;
+    out[1] = sum1;
+    out[2] = sum2;
+    out[3] = sum3;
+    weights += 4 * inputs;
+    bias += 4;
+    out += 4;
   }
-  for (; o < outputs; ++o, weights += inputs) {
-    Scalar total = bias[o];
+  for (int rest = outputs % 4; rest > 0; --rest, weights += inputs) {
+    Scalar total = *bias++;
     for (int i = 0; i < inputs; ++i) total += weights[i] * in[i];
-    out[o] = total;
+    *out++ = total;
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "semihosting.h"
+#include "../semihosting.h"
 
 enum { kWriteString = 4, kExit = 0x18 };
 

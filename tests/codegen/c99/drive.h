@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 #if defined(NLO_ON_BOARD)
-#include "toolchains/cortex_m/semihosting.h"
+#include "toolchains/semihosting.h"
 static void put(const char* text) {
   board_write(text);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The two things a program on an emulated board wants from its host: a line of text, and an end. */
-#ifndef NLO_CORTEX_M_SEMIHOSTING_H
-#define NLO_CORTEX_M_SEMIHOSTING_H
+#ifndef NLO_SEMIHOSTING_H
+#define NLO_SEMIHOSTING_H
 
 #ifdef __cplusplus
 extern "C" {

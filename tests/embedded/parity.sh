@@ -1,0 +1,53 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# The deterministic policy by a compiler: the golden bits, whatever it is allowed to fuse, vectorise or leave unoptimised,
+# for whatever CPU; the plain versions of the Cortex-M kernels, and int16.
+#   usage: parity.sh COMPILER SOURCE_DIR WORK_DIR [RUNNER]
+#   RUNNER runs the programs of a cross compiler, as qemu-aarch64 does.
+set -euo pipefail
+compiler=$1 source=$2 work=$3 runner=${4:-}
+mkdir -p "$work"
+strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror
+  -I"$source" -I"$source/runtime/include")
+if [[ -n $runner ]]; then strict+=(-static); fi # needs no library of the target then
+failed=0
+
+# run PROGRAM FLAG...: prints what it prints.
+run() {
+  local program=$1
+  shift
+  "$compiler" "${strict[@]}" "$@" "$source/tests/embedded/target/$program.cpp" -o "$work/$program" && $runner "$work/$program"
+}
+
+# expect PROGRAM GOLDEN FLAG...
+expect() {
+  local program=$1 golden=$source/tests/golden/$2
+  shift 2
+  if run "$program" "$@" | diff "$golden" -; then echo "ok      $program $*"; else echo "FAILED  $program $*" && failed=1; fi
+}
+
+fused=() # flags by which the compiler may fuse, where the target can
+variants=(-O0 -O2)
+case $("$compiler" -dumpmachine) in
+  x86_64*)
+    variants+=(-O3 '-O2 -DNLO_SCALAR_KERNELS' '-O2 -march=x86-64-v2')
+    if grep -qw fma /proc/cpuinfo; then fused=(-march=x86-64-v3 -ffp-contract=fast); fi
+    if grep -qw avx512vl /proc/cpuinfo; then variants+=('-O3 -march=x86-64-v4 -ffp-contract=fast'); fi
+    variants+=('-O3 -march=native')
+    ;;
+  *) fused=(-ffp-contract=fast) ;;
+esac
+if ((${#fused[@]})); then variants+=("-O3 ${fused[*]}"); fi
+for flags in "${variants[@]}"; do
+  # shellcheck disable=SC2086
+  expect parity parity.txt $flags
+done
+if [[ -z $runner ]]; then expect kernels kernels_cortex_m.txt -O2; fi # plain C++ and long to compile
+expect int16 int16.txt -O2
+
+# The control: the same program with fused arithmetic in the place of the deterministic one.
+if ((${#fused[@]})) && run parity -O2 "${fused[@]}" -DNLO_PARITY_POLICY=kFast | diff -q "$source/tests/golden/parity.txt" - >"$work/control"; then
+  echo 'FAILED  the control: fused arithmetic went unseen'
+  failed=1
+fi
+exit "$failed"

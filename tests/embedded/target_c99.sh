@@ -1,0 +1,55 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# C99 exports built with a toolchain file: strict C without a warning, no symbol that the target does not bring, the golden
+# replay, and the bits that this machine computes.
+#   usage: target_c99.sh CMAKE EXPORT_MODEL SOURCE_DIR TOOLCHAIN WORK_DIR
+set -euo pipefail
+cmake=$1 export_model=$2 source=$3 toolchain=$4 work=$5
+rm -rf "$work"
+mkdir -p "$work/exports"
+
+case $toolchain in
+  cortex-m0plus) board=microbit floats='__aeabi_(f|cf|i2f|ui2f).*' ;;
+  cortex-m4f) board=mps2-an386 ;;
+  cortex-m7) board=mps2-an500 ;;
+  cortex-m33) board=mps2-an505 ;;
+  riscv32) floats='__((add|sub|mul|div)sf3|(eq|ne|lt|le|gt|ge)sf2|fixsfsi|floatsisf)' ;;
+esac
+
+for name in van_der_pol rig tiny_relu tiny_silu; do
+  "$export_model" $name c99 float $name "$work/exports/$name.h"
+  "$export_model" $name replay-c99 float $name "$work/exports/${name}_replay.h"
+  printf '#include "%s_replay.h"\n#define NLO_NAME %s\n#define NLO_SCALAR float\n#include "tests/codegen/c99/drive.h"\n' \
+    $name $name
+done >"$work/exports/main.c"
+echo 'int main(void) { return van_der_pol_drive() + rig_drive() + tiny_relu_drive() + tiny_silu_drive(); }' \
+  >>"$work/exports/main.c"
+cc -std=c99 -O1 -I"$source" "$work"/exports/*.c -o "$work/here"
+"$work/here" >"$work/want.txt"
+
+"$cmake" -S "$source/tests/embedded/c99" -B "$work/build" -G Ninja --toolchain "$source/toolchains/$toolchain.cmake" \
+  -DCMAKE_BUILD_TYPE=None -DNLO_SOURCE="$source" -DNLO_EXPORTS="$work/exports" >"$work/build.log" 2>&1 &&
+  "$cmake" --build "$work/build" >>"$work/build.log" 2>&1 || { cat "$work/build.log"; exit 1; }
+
+failed=0
+nm=$(sed -n 's/^CMAKE_NM:FILEPATH=//p' "$work/build/CMakeCache.txt")
+# outside OBJECT: what it needs that the target's compiler does not bring.
+outside() { "$nm" -u "$1" | awk '{ print $NF }' | grep -vxE "${floats:-none}"; }
+objects=$(find "$work/build" -path '*observers_*' -name '*.o*')
+[[ $(wc -w <<<"$objects") -eq 16 ]] || { echo 'FAILED  not all objects are there' && failed=1; }
+for object in $objects; do
+  if outside "$object"; then echo "FAILED  ${object#"$work"/build/} needs the above" && failed=1; fi
+done
+outside "$(find "$work/build" -name 'main.c.o*')" >"$work/control.txt" || { echo 'FAILED  the audit sees no call' && failed=1; }
+
+case $toolchain in
+  cortex-*) "$source/tests/embedded/run_on_board.sh" "$board" "$work/build/drive.elf" "$work/want.txt" || failed=1 ;;
+  riscv32)
+    timeout 250 qemu-system-riscv32 -M virt -bios none -nographic -monitor none -serial null \
+      -semihosting-config enable=on,target=native -kernel "$work/build/drive" </dev/null 2>&1 |
+      diff "$work/want.txt" - || failed=1 # what semihosting writes comes out as stderr
+    ;;
+  *) "qemu-$toolchain" "$work/build/drive" | diff "$work/want.txt" - || failed=1 ;;
+esac
+if ((failed == 0)); then echo "the bits of this machine on $toolchain:" && cat "$work/want.txt"; fi
+exit "$failed"

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// What a compiler may call in any program, where there is no C library. Volatile, or it makes a call of the loop
+// itself.
+#include <stddef.h>
+
+void* memcpy(void* restrict to, const void* restrict from, size_t count);
+void* memset(void* at, int value, size_t count);
+
+void* memcpy(void* restrict to, const void* restrict from, size_t count) {
+  volatile unsigned char* target = to;
+  const unsigned char* source = from;
+  for (; count > 0; --count) *target++ = *source++;
+  return to;
+}
+
+void* memset(void* at, int value, size_t count) {
+  volatile unsigned char* target = at;
+  for (; count > 0; --count) *target++ = (unsigned char)value;
+  return at;
+}
