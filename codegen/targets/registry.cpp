@@ -5,6 +5,7 @@
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/generated_text.h"
+#include "codegen/targets/library.h"
 #include "codegen/targets/replay.h"
 
 namespace nlo::codegen {
@@ -27,6 +28,10 @@ const std::vector<ExportTarget>& export_targets() {
       {"c99", "C99 header and source with the observer, no C++ and no library", ExportForm::kFiles, c99},
       one_file("replay-c99", "C99 header with inputs and the answers that the c99 pair must give", "_replay.h",
                replay_c99),
+      {"arduino", "folder with an Arduino and PlatformIO library: header, runtime, C99 pair, sketch",
+       ExportForm::kDirectory, arduino_library},
+      {"zephyr", "folder with a Zephyr module: header, runtime, C99 pair, sample", ExportForm::kDirectory,
+       zephyr_module},
   };
   return targets;
 }

@@ -79,6 +79,18 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_THAT(misnamed.err, HasSubstr("write -o tiny.h"));
   EXPECT_FALSE(scratch.has("other.h"));
   EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "--target", "c99", "-o", "-"}).exit_code, 2);
+
+  for (const char* target : {"arduino", "zephyr"}) {
+    const std::string folder = std::string(target) + "_tiny";
+    const std::vector<std::string> command = {"export", "runs/tiny/model.json", "--target", target, "-o", folder};
+    EXPECT_EQ(scratch.run(command).exit_code, 0);
+    EXPECT_EQ(scratch.run(command).exit_code, 0) << "its own folder is not replaced";
+    scratch.write(folder + "/mine.txt", "mine");
+    const auto refused = scratch.run(command);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("mine.txt: was added or changed"));
+    EXPECT_EQ(scratch.read(folder + "/mine.txt"), "mine");
+  }
 }
 
 TEST(Program, RecordsWhatTheModelWasTrainedBy) {

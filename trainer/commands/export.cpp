@@ -108,7 +108,10 @@ void add_export(CLI::App& app, Action& action) {
       "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"
       "  nlo export model.json --scalar int16 --max-error x1=0.01,x2=0.02 -o van_der_pol.h\n"
       "  nlo export model.json --scalar int16 --fit flash=32K,ram=2K,core=m4f -o van_der_pol.h\n"
-      "  nlo export model.json --target replay -o van_der_pol_replay.h");
+      "  nlo export model.json --target replay -o van_der_pol_replay.h\n"
+      "  nlo export model.json --target c99 -o van_der_pol.h                      (and van_der_pol.c)\n"
+      "  nlo export model.json --target arduino -o ~/Arduino/libraries/van_der_pol\n"
+      "A folder is replaced only while all of it is as nlo has written it.");
   command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
 }
 

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/targets/library.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "codegen/embedded_text.h"
+#include "codegen/targets/c99.h"
+#include "codegen/targets/cpp_header.h"
+#include "codegen/targets/export_parts.h"
+#include "codegen/targets/generated_text.h"
+
+namespace nlo::codegen {
+namespace {
+
+using Values = std::map<std::string, std::string>;
+
+/// An older C++ gets one error that says what to do, rather than hundreds.
+std::string guarded(const std::string& header, const std::string& name, bool has_c99) {
+  constexpr std::string_view kOnce = "#pragma once\n";
+  const std::size_t at = header.find(kOnce) + kOnce.size();
+  return header.substr(0, at) +
+         fmt::format(
+             "\n#if __cplusplus < 202002L\n"
+             "#error \"{0}.h needs C++20: compile with -std=gnu++20 (README.md says where){1}\"\n"
+             "#else\n",
+             name, has_c99 ? fmt::format(", or include {}_c99.h, which any compiler takes", name) : "") +
+         header.substr(at) + "\n#endif\n";
+}
+
+std::string calls(const char* prefix, const std::vector<Channel>& channels) {
+  std::string text;
+  for (const Channel& channel : channels)
+    text += fmt::format("{}{}{}()", text.empty() ? "" : ", ", prefix, channel.name);
+  return text;
+}
+
+/// One function per output; `body` is given its range and its number.
+template <class Body>
+std::string reads(const Model& m, const Initialiser& init, const Body& body) {
+  std::string text;
+  for (int j = 0; j < m.ny(); ++j)
+    text += fmt::format("static {} read_{}() {{ return {}; }}\n", init.scalar_name(),
+                        m.outputs[static_cast<std::size_t>(j)].name, body(j, m.output_min(j), m.output_max(j)));
+  if (!m.drive) return text;
+  text += "// What your controller commands.\n";
+  for (const Channel& input : m.drive->inputs)
+    text += fmt::format("static {} command_{}() {{ return 0; }}\n", init.scalar_name(), input.name);
+  return text;
+}
+
+Values values_of(const Model& m, const ExportOptions& options, const std::string& name) {
+  const Initialiser init(options.scalar);
+  const bool single = init.scalar_bytes() == 4, c = structure(m) == "kkl";
+  std::string upper = name, flags;
+  for (char& letter : upper) letter = static_cast<char>(letter >= 'a' && letter <= 'z' ? letter - 'a' + 'A' : letter);
+  if (options.scalar == ScalarType::kDouble) flags += " --scalar double";
+  if (name != m.name) flags += " --name " + name;
+  const std::string input = m.drive ? fmt::format("const nlo::{}::Observer::Input u = {{{{{}}}}};\n", name,
+                                                  calls("command_", m.drive->inputs))
+                                    : "";
+  return {
+      {"NAME", name},
+      {"UPPER", upper},
+      {"FLAGS", flags},
+      {"SCALAR", init.scalar_name()},
+      {"MICRO", single ? "1e-6f" : "1e-6"},
+      {"STATES", channel_list(m.states, true)},
+      {"OUTPUTS", channel_list(m.outputs, true)},
+      {"PERIOD", fmt::format("{}", m.sample_period_s)},
+      {"PERIOD_US", fmt::format("{:.0f}", std::clamp(std::round(m.sample_period_s * 1e6), 1.0, 4e9))},
+      {"STEPS_PER_S", fmt::format("{:.0f}", std::clamp(std::round(1.0 / m.sample_period_s), 1.0, 1e9))},
+      {"RAM", std::to_string(init.scalar_bytes() * static_cast<std::size_t>(2 + m.nz() + m.ny() + m.nu()))},
+      {"CPP_CALLS", calls("read_", m.outputs)},
+      {"CPP_READS", reads(m, init,
+                          [&](int j, double min, double max) {
+                            return fmt::format("static_cast<{}>(analogRead(A0 + {})) * {} + {}", init.scalar_name(), j,
+                                               init((max - min) / 1023.0, "output_max"), init(min, "output_min"));
+                          })},
+      {"ZEPHYR_READS", reads(m, init,
+                             [&](int, double min, double max) {
+                               return fmt::format("triangle({}, {})", init(min, "output_min"), init(max, "output_max"));
+                             })},
+      {"CPP_INPUT", m.drive ? "  " + input : ""},
+      {"ZEPHYR_INPUT", m.drive ? "    " + input : ""},
+      {"CPP_U", m.drive ? ", u" : ""},
+      {"C99_CMAKE", c ? fmt::format("if(CONFIG_NLO_{1}_C99)\n  zephyr_library_named(nlo_{0})\n"
+                                    "  zephyr_library_sources(src/{0}_c99.c)\nendif()\n",
+                                    name, upper)
+                      : ""},
+      {"C99_KCONFIG", c ? fmt::format("\nconfig NLO_{1}_C99\n\tbool \"State observer {0} (C99)\"\n"
+                                      "\timply FPU if CPU_HAS_FPU\n\thelp\n\t  The same without C++: <{0}_c99.h>.\n",
+                                      name, upper)
+                        : ""},
+  };
+}
+
+/// The templates of `kind`, filled, with the header and the runtime in the folder `headers`.
+std::vector<NamedText> library(const Model& m, const ExportOptions& options, std::string_view kind,
+                               const std::string& headers, std::string_view c99_row) {
+  const std::string name = export_name(m, options);
+  Values values = values_of(m, options, name);
+  const bool c = structure(m) == "kkl";
+  values["C99_ROW"] = c ? filled(c99_row, values) : "";
+  const std::string header = cpp_header(m, options);
+
+  std::vector<NamedText> files = {{headers + name + ".h", guarded(header, name, c)}};
+  for (const std::string& runtime : runtime_headers(header))
+    files.push_back({headers + runtime, std::string(embedded_text(runtime))});
+  if (c) {
+    ExportOptions renamed = options;
+    renamed.name = name + "_c99";
+    for (NamedText& file : c99(m, renamed))
+      files.push_back({(file.path.ends_with(".h") ? headers : "src/") + file.path, file.text});
+  }
+  files.push_back({"LICENSE", std::string(embedded_text("LICENSE"))});
+  for (const EmbeddedText& text : embedded_texts()) {
+    if (!text.name.starts_with(kind) || (!c && text.name.find("_c99") != std::string_view::npos)) continue;
+    std::string path(text.name.substr(kind.size(), text.name.size() - kind.size() - 3));  // arduino/PATH.in
+    for (std::size_t at = 0; (at = path.find("NAME", at)) != std::string::npos; at += name.size())
+      path.replace(at, 4, name);
+    files.push_back({path, filled(text.text, values)});
+  }
+  return files;
+}
+
+}  // namespace
+
+std::vector<std::string> runtime_headers(std::string_view text) {
+  std::set<std::string> found;
+  const auto follow = [&found](auto&& self, std::string_view in) -> void {
+    for (const EmbeddedText& header : embedded_texts()) {
+      if (!header.name.starts_with("nlo/") || found.contains(std::string(header.name))) continue;
+      const std::string name(header.name);
+      if (in.find("#include <" + name + ">") == std::string_view::npos &&
+          in.find("#include \"" + name + "\"") == std::string_view::npos)
+        continue;
+      found.insert(name);
+      self(self, header.text);
+    }
+  };
+  follow(follow, text);
+  return {found.begin(), found.end()};
+}
+
+std::vector<NamedText> arduino_library(const Model& model, const ExportOptions& options) {
+  return library(model, options, "arduino/", "src/", "| `<@NAME@_c99.h>` | C99, any core | `examples/@NAME@_c99` |\n");
+}
+
+std::vector<NamedText> zephyr_module(const Model& model, const ExportOptions& options) {
+  return library(model, options, "zephyr/", "include/", "| `CONFIG_NLO_@UPPER@_C99=y` | `<@NAME@_c99.h>` | C99 |\n");
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// Folders that the package managers of microcontrollers take as they are: the exported header with the headers of the
+// runtime that it includes, the C99 pair where there is one, and a program to start from. Each file comes from a
+// template (templates/arduino, templates/zephyr): another one is another template.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "codegen/file.h"
+#include "codegen/targets/registry.h"
+
+namespace nlo::codegen {
+
+/// A library for the Arduino IDE and PlatformIO. Throws Error as the exports in it do.
+std::vector<NamedText> arduino_library(const Model& model, const ExportOptions& options);
+
+/// A module for Zephyr's build system. Throws Error as the exports in it do.
+std::vector<NamedText> zephyr_module(const Model& model, const ExportOptions& options);
+
+/// The names of the runtime's headers that `text` includes, and those that they include, in order.
+std::vector<std::string> runtime_headers(std::string_view text);
+
+}  // namespace nlo::codegen

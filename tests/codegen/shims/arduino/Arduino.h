@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// What a generated sketch asks of an Arduino core, on a clock that runs by itself: enough to compile a sketch without
+// the vendor's tools, and to run it for some simulated seconds.
+#pragma once
+
+#include <stdint.h>
+#include <stdio.h>
+
+enum { A0 = 14 };
+
+struct SimulatedBoard {
+  uint32_t now_us = 0xffff0000U;  // micros() overflows soon
+  uint32_t calls = 0;
+};
+inline SimulatedBoard& simulated_board() {
+  static SimulatedBoard board;
+  return board;
+}
+
+// 0.1 ms per call; once, the loop is kept busy for 65 ms.
+inline uint32_t micros() {
+  SimulatedBoard& board = simulated_board();
+  board.now_us += ++board.calls == 5000 ? 65000U : 100U;
+  return board.now_us;
+}
+
+// 10 bits: a slow triangle around the middle.
+inline int analogRead(int pin) {
+  const int phase = static_cast<int>(simulated_board().calls / 16U % 400U) + pin - A0;
+  return 412 + (phase < 200 ? phase : 400 - phase);
+}
+
+struct SimulatedSerial {
+  void begin(unsigned long) {}
+  void print(double value, int digits) { printf("%.*f", digits, value); }
+  void print(char c) { putchar(c); }
+  void println(const char* text = "") { printf("%s\n", text); }
+};
+inline SimulatedSerial& simulated_serial() {
+  static SimulatedSerial serial;
+  return serial;
+}
+#define Serial simulated_serial()
