@@ -26,29 +26,29 @@ struct Arguments {
   std::string model, target = "cpp", scalar = "float", name, output, max_error, fit;
 };
 
-/// Prints what the arithmetic costs. Throws RunFailure when that is more than `max_error` (empty: any) allows.
-void check_error(const codegen::Model& model, const codegen::ExportOptions& options, const std::string& max_error,
-                 std::FILE* to) {
-  std::optional<Eigen::VectorXd> limits;
-  if (!max_error.empty()) limits = codegen::error_limits(max_error, model);
-  const codegen::ExportError error = codegen::export_error(model, options);
-  fmt::print(to, "{}", codegen::error_table(model, options, error));
-  if (!limits) return;
-  if (const std::string beyond = codegen::beyond_limits(model, options, error, *limits); !beyond.empty())
-    throw RunFailure(beyond);
-}
+/// What the user is told of an export beside its file, and why it is refused (empty: it is not).
+struct Verdict {
+  std::string tables, refusal;
+};
 
-/// Prints what each core needs. Throws RunFailure when that is more than the budget `fit` (empty: do not ask).
-void check_fit(const codegen::Model& model, const Arguments& arguments, const codegen::ExportOptions& options,
-               std::FILE* to) {
-  if (arguments.fit.empty()) return;
-  const codegen::Budget budget = codegen::budget(arguments.fit);
-  if (arguments.target == "replay" || arguments.target == "c99")
+/// Throws Error when --max-error or --fit are not understood.
+Verdict judge(const codegen::Model& model, const codegen::ExportOptions& options, const Arguments& arguments) {
+  std::optional<Eigen::VectorXd> limits;
+  std::optional<codegen::Budget> budget;
+  if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, model);
+  if (!arguments.fit.empty()) budget = codegen::budget(arguments.fit);
+  if (budget && (arguments.target == "replay" || arguments.target == "c99"))
     throw codegen::Error(fmt::format(
         "--fit knows what the C++ runtime takes, not --target {}; leave it out, or export cpp", arguments.target));
+
+  const codegen::ExportError error = codegen::export_error(model, options);
+  Verdict verdict{codegen::error_table(model, options, error), {}};
+  if (limits) verdict.refusal = codegen::beyond_limits(model, options, error, *limits);
+  if (!budget) return verdict;
   const std::vector<codegen::Need> needs = codegen::needs(model, options);
-  fmt::print(to, "{}", codegen::needs_table(needs));
-  if (const std::string shortfall = codegen::shortfall(needs, budget); !shortfall.empty()) throw RunFailure(shortfall);
+  verdict.tables += codegen::needs_table(needs);
+  if (verdict.refusal.empty()) verdict.refusal = codegen::shortfall(needs, *budget);
+  return verdict;
 }
 
 void run(const Arguments& arguments) {
@@ -68,14 +68,19 @@ void run(const Arguments& arguments) {
   const codegen::Model model = codegen::read_model(arguments.model);
   const std::vector<codegen::NamedText> files = target.generate(model, options);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
-  check_error(model, options, arguments.max_error, to_stdout ? stderr : stdout);
-  check_fit(model, arguments, options, to_stdout ? stderr : stdout);
+  const Verdict verdict = judge(model, options, arguments);
+  if (!verdict.refusal.empty()) {
+    fmt::print(stderr, "{}", verdict.tables);
+    throw RunFailure(verdict.refusal);
+  }
   if (to_stdout) {
+    fmt::print(stderr, "{}", verdict.tables);
     fmt::print("{}", files.front().text);
     return;
   }
   std::vector<std::string> written;
   run_phase([&] { written = codegen::write_export(target, files, arguments.output); });
+  fmt::print("{}", verdict.tables);
   for (std::size_t i = 0; i < written.size(); ++i) fmt::print("{}: {} bytes\n", written[i], files[i].text.size());
 }
 
