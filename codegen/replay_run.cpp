@@ -85,6 +85,7 @@ ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, con
   ReferenceObserver<double> exact(m);
   ExportedObserver exported(m, folded, options.scalar);
   Screen screen(m, folded.stale_after);
+  const InputBox box = options.scalar == ScalarType::kInt16 ? input_box(m, folded) : InputBox{};
   const Eigen::Index samples = run.inputs.dt_s.size();
   run.z = run.exported_z = MatrixXd(m.nz(), samples);
   run.x_hat = run.exported_x_hat = MatrixXd(m.nx(), samples);
@@ -98,7 +99,6 @@ ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, con
     run.z.col(k) = exact.latent() - back;
     run.x_hat.col(k) = exact.estimate();
     if (options.scalar == ScalarType::kInt16) {
-      const InputBox box = input_box(m, folded);
       const VectorXd nearest = run.z.col(k).cwiseMax(box.min.head(m.nz())).cwiseMin(box.max.head(m.nz()));
       run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
     }
