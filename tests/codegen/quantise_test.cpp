@@ -213,6 +213,37 @@ TEST(Quantise, InputsThatHardlyMoveAndWideOnesKeepTheirBound) {
   EXPECT_THAT(error_of(m), HasSubstr("input 0 of inverse_map is beyond float"));
 }
 
+TEST(Quantise, AnyWeightsGiveAnErrorOrSumsThatFit) {
+  // Weights and biases over many decades, inputs at all corners: the sanitizers of the whole test see an overflow.
+  bench::RandomUniform random{3};
+  const auto decades = [&random](float most) { return std::pow(10.0, static_cast<double>(most * random())); };
+  int refused = 0, made = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    Model m = activation_model(trial % 2 == 0 ? "tanh" : "relu");
+    for (DenseLayer& layer : m.inverse_map.layers) {
+      const double weight = decades(4.0F), bias = decades(6.0F);
+      for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
+        layer.weights.row(o) *= random() < -0.8F ? 0.0 : weight * decades(1.0F);
+        layer.bias(o) *= bias;
+      }
+    }
+    const FoldedModel folded = fold(m);
+    try {
+      const QuantisedNetwork q = quantise(m, folded);
+      expect_no_overflow(q);
+      for (int corner = 0; corner < 4; ++corner)
+        EXPECT_TRUE(
+            evaluate(q, Eigen::Vector2f(corner % 2 == 0 ? -1e30F : 1e30F, corner < 2 ? -1e30F : 1e30F)).allFinite());
+      ++made;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("inverse_map.layers["));
+      ++refused;
+    }
+  }
+  EXPECT_GT(made, 100);
+  EXPECT_GT(refused, 5);
+}
+
 /// Mean of quantised minus exact over the box: what rounding down all the time would shift.
 TEST(Quantise, RoundingDownIsMadeUpFor) {
   Model m = activation_model("tanh");

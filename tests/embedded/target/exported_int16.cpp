@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // An exported int16 observer on a core: the golden samples of its model, whose equations know nothing of integers.
+#include <van_der_pol.h>  // generated, both
+#include <van_der_pol_replay.h>
+
 #include "tests/embedded/target/text.h"
-#include "van_der_pol.h"
-#include "van_der_pol_replay.h"
 
 namespace nlo::target {
 namespace {
