@@ -37,7 +37,7 @@ Verdict judge(const codegen::Model& model, const codegen::ExportOptions& options
   std::optional<codegen::Budget> budget;
   if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, model);
   if (!arguments.fit.empty()) budget = codegen::budget(arguments.fit);
-  if (budget && (arguments.target == "replay" || arguments.target == "c99"))
+  if (budget && (arguments.target.starts_with("replay") || arguments.target == "c99"))
     throw codegen::Error(fmt::format(
         "--fit knows what the C++ runtime takes, not --target {}; leave it out, or export cpp", arguments.target));
 
