@@ -36,7 +36,7 @@ trap 'rm -rf "$work"' EXIT
 failed=
 run=1
 while [ "$run" -le "$runs" ]; do
-  for bench in step_latency step_latency_portable training_epoch rt_loop; do
+  for bench in step_latency step_latency_portable step_latency_portable_o2 training_epoch rt_loop; do
     case " $failed " in *" $bench "*) continue ;; esac
     options=
     if [ "$bench" = rt_loop ]; then options="--seconds 5 --plot $work/rt_loop.svg"; fi

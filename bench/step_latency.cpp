@@ -1,77 +1,183 @@
 // SPDX-License-Identifier: MIT
-// What one sample costs: step, estimate, and both in a loop in which each estimate feeds the next measurement. Beside
-// it, in the same run, the same network as plain loops and as fixed-size Eigen products. Ends with the ratios.
+// What one sample costs: one step of the latent state and one estimate, each estimate feeding the next measurement, so
+// that nothing of a sample can start before the one before it is done. In the same run, on the same weights: plain
+// loops and fixed-size Eigen products (with and without -ffast-math), the time to load the weights from L1, many plants
+// at once, and all of it with the weights pushed out of L1 and out of L2. Ends with the ratios.
+//   step_latency [--json FILE] [--benchmark_filter=...]      the fastest of several repetitions counts
 #include <benchmark/benchmark.h>
+#include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
+#include "bench/cache.h"
 #include "bench/machine_peak.h"
 #include "bench/random_model.h"
 #include "bench/random_structures.h"
-#include "bench/reference_networks.h"
+#include "bench/ratios.h"
+#include "bench/references.h"
 
 namespace {
 
 using nlo::Activation;
 
-/// A measurement that depends on the last estimate: nothing of the next sample can start before this one is done.
+// NLO_BENCH_PORTABLE: compiled for any CPU of its kind, and how many times as long observers may take then.
+#if defined(NLO_BENCH_PORTABLE)
+constexpr bool kNative = false;
+constexpr double kMayTake = NLO_BENCH_PORTABLE;
+#else
+constexpr bool kNative = true;
+constexpr double kMayTake = 1.0;
+#endif
+constexpr int kRepetitions = 7, kFleet = 32;
+constexpr std::size_t kPastL1 = 256 << 10, kPastL2 = 6 << 20;
+
+/// One dependent sample.
+using Sample = std::function<void()>;
+
+/// A measurement that depends on the last estimate.
 float next_measurement(float x_hat) {
   return 0.5F * x_hat + 0.1F;
 }
 
-template <Activation kKind, int kWidth, int kDepth>
-void step(benchmark::State& state) {
-  static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, kWidth, kDepth>();
-  nlo::KklObserver observer{kModel};
-  float y = 1.0F;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(observer.step(y));
-    y = next_measurement(observer.latent()[0]);
-  }
-}
-
-template <Activation kKind, int kWidth, int kDepth>
-void estimate(benchmark::State& state) {
-  static constexpr auto kMap = nlo::bench::random_mlp<kKind, 3, kWidth, kDepth, 2>();
-  float z[3] = {0.1F, 0.2F, 0.3F};
-  float x_hat[2];
-  for (auto _ : state) {
-    kMap.evaluate(z, x_hat);
-    z[0] = next_measurement(x_hat[0]);
-    benchmark::DoNotOptimize(x_hat);
-  }
-}
-
-template <Activation kKind, int kWidth, int kDepth>
-void step_and_estimate(benchmark::State& state) {
-  static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, kWidth, kDepth>();
-  nlo::KklObserver observer{kModel};
-  float y = 1.0F;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(observer.step(y));
-    const auto x_hat = observer.estimate();
-    y = next_measurement(x_hat[0]);
-  }
-  benchmark::DoNotOptimize(y);
-}
-
-/// One step and one estimate of an observer that is not plain KKL.
-template <class Observer, class Model>
-void structure(benchmark::State& state, const Model& model) {
-  Observer observer{model};
-  float y = 1.0F;
-  for (auto _ : state) {
+template <class Observer>
+Sample sample_of(const typename Observer::Model& model) {
+  return [observer = Observer{model}, y = 1.0F]() mutable {
     if constexpr (Observer::kDriven) {
       benchmark::DoNotOptimize(observer.step(y, 0.1F));
     } else {
       benchmark::DoNotOptimize(observer.step(y));
     }
     y = next_measurement(observer.estimate()[0]);
+  };
+}
+
+/// step() of the runtime, then another network on its latent state.
+template <class Model>
+Sample sample_with(const Model& model, nlo::bench::References::Evaluate evaluate) {
+  return [observer = nlo::KklObserver{model}, evaluate, y = 1.0F]() mutable {
+    benchmark::DoNotOptimize(observer.step(y));
+    float x_hat[2];
+    evaluate(observer.latent().data(), x_hat);
+    y = next_measurement(x_hat[0]);
+  };
+}
+
+/// A sample of every plant of a batch.
+template <class Model>
+Sample sample_of_fleet(const Model& model) {
+  struct Fleet {
+    nlo::KklBatch<Model, kFleet> batch;
+    float y[1][kFleet], x_hat[2][kFleet];
+  };
+  const auto fleet = std::make_shared<Fleet>(Fleet{nlo::KklBatch<Model, kFleet>{model}, {}, {}});
+  return [fleet] {
+    benchmark::DoNotOptimize(fleet->batch.step(fleet->y));
+    fleet->batch.estimate(fleet->x_hat);
+    for (int n = 0; n < kFleet; ++n) fleet->y[0][n] = next_measurement(fleet->x_hat[0][n]);
+    benchmark::ClobberMemory();
+  };
+}
+
+/// What the clock takes to be read twice [s].
+double clock_time() {
+  double fastest = 1.0;
+  for (int k = 0; k < 1000; ++k) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    fastest = std::min(fastest, elapsed.count());
   }
-  benchmark::DoNotOptimize(y);
+  return fastest;
+}
+
+void add(const std::string& network, const std::string& what, const Sample& sample) {
+  benchmark::RegisterBenchmark((network + "/" + what).c_str(), [sample](benchmark::State& state) {
+    for (auto _ : state) sample();
+  })->Repetitions(kRepetitions);
+}
+
+/// Each sample after so much other memory.
+void add_cold(const std::string& network, const std::string& what, const Sample& sample) {
+  for (const auto& [cache, bytes] : {std::pair{", from L2", kPastL1}, std::pair{", from L3", kPastL2}}) {
+    benchmark::RegisterBenchmark((network + "/" + what + cache).c_str(),
+                                 [sample, bytes = bytes](benchmark::State& state) {
+                                   nlo::bench::Evictor other(bytes);
+                                   const double clock_s = clock_time();
+                                   for (auto _ : state) {
+                                     other.evict();
+                                     const auto start = std::chrono::steady_clock::now();
+                                     sample();
+                                     const std::chrono::duration<double> elapsed =
+                                         std::chrono::steady_clock::now() - start;
+                                     state.SetIterationTime(std::max(elapsed.count() - clock_s, 1e-9));
+                                   }
+                                 })
+        ->Repetitions(kRepetitions)
+        ->UseManualTime()
+        ->Iterations(bytes == kPastL1 ? 400 : 60);
+  }
+}
+
+/// The same network as plain loops and with Eigen.
+template <class Model>
+void add_references(const std::string& network, const Model& model, Activation kind, int width, int depth, bool cold) {
+  const auto plain = nlo::bench::plain_references(kind, width, depth);
+  const auto fast = nlo::bench::fast_math_references(kind, width, depth);
+  add(network, "naive loops", sample_with(model, plain.naive));
+  add(network, "naive loops, -ffast-math", sample_with(model, fast.naive));
+  for (const auto& [what, evaluate] : {std::pair{"Eigen, rows", plain.eigen_rows},
+                                       {"Eigen, columns", plain.eigen_columns},
+                                       {"Eigen, rows, -ffast-math", fast.eigen_rows},
+                                       {"Eigen, columns, -ffast-math", fast.eigen_columns}}) {
+    add(network, what, sample_with(model, evaluate));
+    if (cold) add_cold(network, what, sample_with(model, evaluate));
+  }
+}
+
+template <class Model>
+void add_observer(const std::string& network, const std::string& what, const Model& model, bool cold) {
+  add(network, what, sample_of<nlo::KklObserver<Model>>(model));
+  if (cold) add_cold(network, what, sample_of<nlo::KklObserver<Model>>(model));
+}
+
+/// The paper's size: everything.
+template <Activation kKind>
+void add_paper_network(const std::string& network) {
+  static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, 50, 4>();
+  add_observer(network, "nlo", kModel, true);
+  if constexpr (kKind == Activation::kTanh || kKind == Activation::kRelu) {
+    add_references(network, kModel, kKind, 50, 4, true);
+  }
+  constexpr std::size_t kBytes = sizeof(kModel.inverse_map.mlp) / 512 * 512;
+  struct alignas(64) Line {
+    char bytes[64];
+  };
+  const auto lines = std::make_shared<std::vector<Line>>(kBytes / sizeof(Line));
+  for (Line& line : *lines) line.bytes[0] = 1;  // see Evictor
+  add(network, "loading the weights from L1", [lines] { nlo::bench::load_all(lines->data(), kBytes); });
+  if constexpr (kNative) add(network, "nlo, 32 plants", sample_of_fleet(kModel));
+}
+
+template <Activation kKind, int kWidth>
+void add_small_network(const std::string& network) {
+  static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, kWidth, 2>();
+  add_observer(network, "nlo", kModel, false);
+  add_references(network, kModel, kKind, kWidth, 2, false);
+}
+
+template <class Weight>
+void add_half_weights(const std::string& network, const std::string& what) {
+  static constexpr auto kModel = nlo::bench::random_kkl_model<Activation::kTanh, 50, 4, Weight>();
+  add_observer(network, what, kModel, true);
 }
 
 /// The other structures with networks of 2 x 16: four evaluations of each per step.
@@ -79,111 +185,156 @@ void add_structures() {
   static constexpr auto kLuenberger = nlo::bench::random_luenberger_model<Activation::kTanh, 16, 2>();
   static constexpr auto kGeneral = nlo::bench::random_general_model<Activation::kTanh, 16, 2>();
   static constexpr auto kDriven = nlo::bench::random_driven_model<Activation::kTanh, 16, 2>();
-  benchmark::RegisterBenchmark("16x2 tanh/luenberger", [](benchmark::State& state) {
-    structure<nlo::LuenbergerObserver<decltype(kLuenberger)>>(state, kLuenberger);
-  });
-  benchmark::RegisterBenchmark("16x2 tanh/general", [](benchmark::State& state) {
-    structure<nlo::GeneralObserver<decltype(kGeneral)>>(state, kGeneral);
-  });
-  benchmark::RegisterBenchmark("16x2 tanh/driven KKL", [](benchmark::State& state) {
-    structure<nlo::DrivenKklObserver<decltype(kDriven)>>(state, kDriven);
-  });
+  const std::string network = "16x2 tanh";
+  add(network, "luenberger",
+      sample_of<nlo::LuenbergerObserver<std::remove_cvref_t<decltype(kLuenberger)>>>(kLuenberger));
+  add(network, "general", sample_of<nlo::GeneralObserver<std::remove_cvref_t<decltype(kGeneral)>>>(kGeneral));
+  add(network, "driven KKL", sample_of<nlo::DrivenKklObserver<std::remove_cvref_t<decltype(kDriven)>>>(kDriven));
 }
 
-/// step() of the runtime, then another network on its latent state.
-template <class Network, class Model>
-void step_and_evaluate(benchmark::State& state, const Network& network, const Model& model) {
-  nlo::KklObserver observer{model};
-  float y = 1.0F;
-  float x_hat[2];
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(observer.step(y));
-    network.evaluate(observer.latent().data(), x_hat);
-    y = next_measurement(x_hat[0]);
-  }
-  benchmark::DoNotOptimize(y);
-}
-
-template <Activation kKind, int kWidth, int kDepth>
-void naive(benchmark::State& state) {
-  static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, kWidth, kDepth>();
-  static const auto network = nlo::bench::naive_network<kKind>(nlo::bench::random_layers<3, kWidth, kDepth, 2>());
-  step_and_evaluate(state, network, kModel);
-}
-
-template <Activation kKind, int kWidth, int kDepth, int kOrder>
-void eigen(benchmark::State& state) {
-  static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, kWidth, kDepth>();
-  static const auto network =
-      nlo::bench::eigen_network<kKind, kOrder>(nlo::bench::random_layers<3, kWidth, kDepth, 2>());
-  step_and_evaluate(state, network, kModel);
-}
-
-template <Activation kKind, int kWidth, int kDepth>
-void add(const std::string& network) {
-  const auto add_one = [&](const char* what, void (*function)(benchmark::State&)) {
-    benchmark::RegisterBenchmark((network + "/" + what).c_str(), function);
-  };
-  add_one("step", step<kKind, kWidth, kDepth>);
-  add_one("estimate", estimate<kKind, kWidth, kDepth>);
-  add_one("step+estimate", step_and_estimate<kKind, kWidth, kDepth>);
-  add_one("naive loops", naive<kKind, kWidth, kDepth>);
-  add_one("Eigen, rows", eigen<kKind, kWidth, kDepth, Eigen::RowMajor>);
-  add_one("Eigen, columns", eigen<kKind, kWidth, kDepth, Eigen::ColMajor>);
-}
-
-/// Google Benchmark's table, then the ratios to step+estimate per network.
-class RatioReporter : public benchmark::ConsoleReporter {
+/// Keeps the fastest repetition of each; nothing is printed but dots.
+class FastestReporter : public benchmark::BenchmarkReporter {
  public:
-  RatioReporter() : benchmark::ConsoleReporter(OO_Tabular) {}
+  bool ReportContext(const Context&) override { return true; }
 
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
-      // With repetitions the median speaks for all.
-      const bool single = run.run_type == Run::RT_Iteration && run.repetitions <= 1;
-      if (!single && run.aggregate_name != "median") continue;
+      if (run.run_type != Run::RT_Iteration) continue;
       const std::string name = run.run_name.function_name;
       const auto slash = name.find('/');
-      times_ns_[name.substr(0, slash)][name.substr(slash + 1)] = run.GetAdjustedCPUTime();
+      double& fastest = fastest_ns_[name.substr(0, slash)][name.substr(slash + 1)];
+      const double ns = run.GetAdjustedRealTime();
+      fastest = fastest > 0.0 ? std::min(fastest, ns) : ns;
     }
-    benchmark::ConsoleReporter::ReportRuns(runs);
+    std::fputc('.', stderr);
   }
 
-  void Finalize() override {
-    std::printf("\n%-14s %14s   %s\n", "network", "step+estimate", "the same with");
-    for (const auto& [network, times] : times_ns_) {
-      const auto own = times.find("step+estimate");
-      if (own == times.end()) continue;
-      std::printf("%-14s %11.1f ns  ", network.c_str(), own->second);
-      for (const char* reference : {"naive loops", "Eigen, rows", "Eigen, columns"}) {
-        const auto other = times.find(reference);
-        if (other != times.end()) std::printf("   %s: %.1f x as long", reference, other->second / own->second);
-      }
-      std::printf("\n");
+  /// [ns]; 0 when that benchmark did not run.
+  double ns(const std::string& network, const std::string& what) const {
+    const auto of_network = fastest_ns_.find(network);
+    if (of_network == fastest_ns_.end()) return 0.0;
+    const auto found = of_network->second.find(what);
+    return found == of_network->second.end() ? 0.0 : found->second;
+  }
+
+  void print() const {
+    for (const auto& [network, of_network] : fastest_ns_) {
+      for (const auto& [what, ns] : of_network)
+        std::printf("%-28s %-44s %9.1f ns\n", network.c_str(), what.c_str(), ns);
     }
   }
 
  private:
-  std::map<std::string, std::map<std::string, double>> times_ns_;
+  std::map<std::string, std::map<std::string, double>> fastest_ns_;
 };
+
+/// Ratios of what ran, printed and kept.
+class Table {
+ public:
+  Table(const FastestReporter& times, nlo::bench::Ratios& ratios) : times_(times), ratios_(ratios) {}
+
+  /// The fastest of `over`, `times` as often, over what `under` takes.
+  void add(const std::string& network, const std::vector<std::string>& over, const std::string& under, double target,
+           const std::string& name, double times = 1.0) {
+    double fastest = 0.0;
+    for (const std::string& what : over) {
+      const double ns = times_.ns(network, what);
+      if (ns > 0.0 && (fastest == 0.0 || ns < fastest)) fastest = ns;
+    }
+    const double ns = times_.ns(network, under);
+    if (fastest > 0.0 && ns > 0.0) add_value(network + ": " + name, times * fastest / ns, target);
+  }
+
+  void add_value(const std::string& name, double value, double target) {
+    ratios_.add(name, value, target);
+    std::printf("%-66s %6.2f", name.c_str(), value);
+    if (target > 0.0) std::printf("   (%s %.2f)", value >= target ? "at least" : "MISSES", target);
+    std::printf("\n");
+  }
+
+ private:
+  const FastestReporter& times_;
+  nlo::bench::Ratios& ratios_;
+};
+
+void add_reference_ratios(Table& table, const std::string& network, const std::string& cache, double eigen_target,
+                          double naive_target) {
+  std::vector<std::string> eigen;
+  for (const char* what :
+       {"Eigen, rows", "Eigen, columns", "Eigen, rows, -ffast-math", "Eigen, columns, -ffast-math"}) {
+    eigen.push_back(what + cache);
+  }
+  table.add(network, eigen, "nlo" + cache, kNative ? eigen_target : 0.0, "best Eigen / nlo" + cache);
+  if (!cache.empty()) return;
+  table.add(network, {"naive loops, -ffast-math"}, "nlo", kNative ? naive_target : 0.0,
+            "naive loops, -ffast-math / nlo");
+  table.add(network, {"naive loops"}, "nlo", 0.0, "naive loops / nlo");
+}
+
+/// Multiply-adds of `plants` networks of the paper's size in `ns`, over what this machine's units do at most.
+double share_of_peak(int plants, double ns) {
+  constexpr double kMultiplyAdds = 3 * 50 + 3 * 50 * 50 + 50 * 2;
+  return 2.0 * kMultiplyAdds * plants / (ns * 1e-9) / nlo::bench::peak_flops_of_one_thread<float>();
+}
+
+void add_paper_ratios(Table& table, const FastestReporter& times, const std::string& network, bool relu) {
+  add_reference_ratios(table, network, "", 2.0, relu ? 1.5 : 2.0);
+  for (const std::string cache : {", from L2", ", from L3"}) add_reference_ratios(table, network, cache, 1.5, 0.0);
+  table.add(network, {"loading the weights from L1"}, "nlo", relu ? 1 / 1.25 / kMayTake : 0.0,
+            "loading the weights from L1 / nlo");
+  table.add(network, {"nlo, 32 plants"}, "nlo", relu ? 0.0 : 1 / 1.35, "one plant of 32 / one alone", 1.0 / kFleet);
+  const double fleet_ns = times.ns(network, "nlo, 32 plants");
+  if (fleet_ns > 0.0) {
+    table.add_value(network + ": 32 plants, share of the multiply-add peak", share_of_peak(kFleet, fleet_ns),
+                    relu ? 0.9 : 0.75);
+  }
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  char peak[64];
-  std::snprintf(peak, sizeof peak, "%.1f GFLOP/s on one thread, %d floats to a vector",
-                nlo::bench::peak_flops_of_one_thread<float>() * 1e-9, nlo::simd::kLanes<float>);
-  benchmark::AddCustomContext("measured peak", peak);
+  nlo::bench::Ratios ratios(NLO_BENCH_NAME, argc, argv);
+  // Shorter than the library's half a second each: the fastest repetition is what counts.
+  char min_time[] = "--benchmark_min_time=0.02";
+  std::vector<char*> arguments(argv, argv + argc);
+  arguments.insert(arguments.begin() + 1, min_time);
+  int count = static_cast<int>(arguments.size());
+  arguments.push_back(nullptr);
+  benchmark::Initialize(&count, arguments.data());
+  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
 
-  add<Activation::kTanh, 50, 4>("3-50x4-2 tanh");  // the paper's
-  add<Activation::kRelu, 50, 4>("3-50x4-2 relu");
-  add<Activation::kTanh, 32, 2>("3-32x2-2 tanh");
-  add<Activation::kTanh, 16, 2>("3-16x2-2 tanh");
-  add_structures();
-  RatioReporter reporter;
-  benchmark::RunSpecifiedBenchmarks(&reporter);
+  const std::string relu = "3-50x4-2 relu";
+  const std::string tanhs[] = {"3-50x4-2 tanh", "3-50x4-2 tanh within 5e-6", "3-50x4-2 tanh within 5e-5"};
+  const std::string small[] = {"3-32x2-2 tanh", "3-32x2-2 relu", "3-16x2-2 tanh", "3-16x2-2 relu"};
+  add_paper_network<Activation::kTanh>(tanhs[0]);
+  add_paper_network<Activation::kRelu>(relu);
+  if constexpr (kNative) {
+    add_paper_network<Activation::kTanh5e6>(tanhs[1]);
+    add_paper_network<Activation::kTanh5e5>(tanhs[2]);
+    add_half_weights<nlo::Bfloat16>(tanhs[0], "nlo, bf16 weights");
+    add_half_weights<nlo::Float16>(tanhs[0], "nlo, fp16 weights");
+    add_small_network<Activation::kTanh, 32>(small[0]);
+    add_small_network<Activation::kRelu, 32>(small[1]);
+    add_small_network<Activation::kTanh, 16>(small[2]);
+    add_small_network<Activation::kRelu, 16>(small[3]);
+    add_structures();
+  }
+
+  FastestReporter times;
+  benchmark::RunSpecifiedBenchmarks(&times);
   benchmark::Shutdown();
-  return 0;
+  std::fputc('\n', stderr);
+  times.print();
+  std::printf("\nRatios: the larger, the better for nlo\n");
+  Table table(times, ratios);
+  add_paper_ratios(table, times, relu, true);
+  for (const std::string& network : tanhs) add_paper_ratios(table, times, network, false);
+  for (const std::string& network : small) add_reference_ratios(table, network, "", 1.5, 0.0);
+  for (const std::string half : {"bf16", "fp16"}) {
+    for (const std::string cache : {"", ", from L2", ", from L3"}) {
+      table.add(tanhs[0], {"nlo" + cache}, "nlo, " + half + " weights" + cache, cache == ", from L3" ? 1.0 : 0.0,
+                "float weights / " + half + " weights" + cache);
+    }
+  }
+  return ratios.write();
 }

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// What one would write first, as functions to call: plain loops and products of fixed-size Eigen matrices, on the
+// weights of random_mlp(). Compiled twice, each time into a shared library of its own, as a program must not have two
+// versions of Eigen's templates: with the flags of the benchmark, and with -ffast-math on top.
+#pragma once
+
+#include <nlo/activation.h>
+
+namespace nlo::bench {
+
+/// One network 3-WxD-2 by each of them: out (2) = net(in), in (3).
+struct References {
+  using Evaluate = void (*)(const float* in, float* out);
+  Evaluate naive, eigen_rows, eigen_columns;
+};
+
+/// Networks there are: tanh and relu, 50x4, 32x2 and 16x2. Null pointers for others.
+__attribute__((visibility("default"))) References plain_references(Activation kind, int width, int depth);
+__attribute__((visibility("default"))) References fast_math_references(Activation kind, int width, int depth);
+
+}  // namespace nlo::bench
