@@ -335,6 +335,8 @@ int main(int argc, char** argv) {
       table.add(tanhs[0], {"nlo" + cache}, "nlo, " + half + " weights" + cache, cache == ", from L3" ? 1.0 : 0.0,
                 "float weights / " + half + " weights" + cache);
     }
+    table.add(tanhs[0], all_eigen(", from L3"), "nlo, " + half + " weights, from L3", 1.5,
+              "best Eigen / nlo with " + half + " weights, from L3");
   }
   return ratios.write();
 }

@@ -30,7 +30,7 @@ fused=() # flags by which the compiler may fuse, where the target can
 variants=(-O0 -O2)
 case $("$compiler" -dumpmachine) in
   x86_64*)
-    variants+=(-O3 '-O2 -DNLO_SCALAR_KERNELS' '-O2 -march=x86-64-v2')
+    variants+=(-O3 '-O2 -DNLO_SCALAR_KERNELS' '-O2 -DNLO_CPU_DISPATCH' '-O2 -march=x86-64-v2')
     if grep -qw fma /proc/cpuinfo; then fused=(-march=x86-64-v3 -ffp-contract=fast); fi
     if grep -qw avx512vl /proc/cpuinfo; then variants+=('-O3 -march=x86-64-v4 -ffp-contract=fast'); fi
     variants+=('-O3 -march=native')
