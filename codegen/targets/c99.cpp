@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "codegen/embedded_text.h"
 #include "codegen/error.h"
 #include "codegen/fold.h"
 #include "codegen/number.h"
+#include "codegen/quantise.h"
 #include "codegen/targets/c99_map.h"
 #include "codegen/targets/cpp_structure.h"
 #include "codegen/targets/export_parts.h"
@@ -86,11 +88,14 @@ std::vector<NamedText> c99(const Model& m, const ExportOptions& options) {
   check_rounding(m, options.scalar);
   const FoldedModel folded = fold(m);
   const Initialiser init(options.scalar);
-  const std::unique_ptr<CppStructure> parts = cpp_structure(m, folded, init);
+  std::optional<QuantisedNetwork> quantised;
+  if (options.scalar == ScalarType::kInt16) quantised = quantise(m, folded);
+  const std::unique_ptr<CppStructure> parts = cpp_structure(m, folded, init, quantised ? &*quantised : nullptr);
   const bool single = options.scalar != ScalarType::kDouble;
   const std::string suffix = single ? "f" : "";
 
-  const std::string map = c99_map(name, folded, init, suffix);
+  const std::string map =
+      quantised ? c99_int16_map(name, folded, *quantised, init) : c99_map(name, folded, init, suffix);
   std::map<std::string, std::string> values = {
       {"NAME", name},
       {"SCALAR", init.scalar_name()},
@@ -121,7 +126,7 @@ std::vector<NamedText> c99(const Model& m, const ExportOptions& options) {
   values["EXPORT"] = fmt::format("0x{:08x}", hash);
 
   std::string flags;
-  if (!single) flags += " --scalar double";
+  if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
   if (name != m.name) flags += " --name " + name;
   const std::size_t bytes = init.scalar_bytes(), state = bytes * static_cast<std::size_t>(m.nz() + m.ny()) + 4;
   values["TOP"] =
@@ -134,8 +139,8 @@ std::vector<NamedText> c99(const Model& m, const ExportOptions& options) {
           literal(m.sample_period_s)) +
       parts->description() +
       "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "
-      "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n//\n" +
-      facts(m) +
+      "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n" +
+      (quantised ? integer_arithmetic(m, options) : "") + "//\n" + facts(m) +
       fmt::format("// {0}_observer takes {1} bytes of RAM; the tables are constants. No heap, no library.\n//\n", name,
                   (state + bytes - 1) / bytes * bytes) +
       example(m, name, init.scalar_name());

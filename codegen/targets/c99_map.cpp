@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <nlo/kernels/int16.h>
 #include <algorithm>
 #include <utility>
 
@@ -37,6 +38,34 @@ constexpr const char* kHidden =
     "  dense(inputs, outputs, weights, bias, in, out);\n"
     "  for (int o = 0; o < outputs; ++o) out[o] = activated(out[o]);\n"
     "}\n\n";
+
+/// Integers of whatever type as an initialiser, `columns` to a line.
+template <class Values>
+std::string integers(const Values& values, std::size_t columns) {
+  std::string text = "{";
+  std::size_t i = 0;
+  for (const auto value : values) text += (i++ % columns == 0 ? "\n    " : " ") + std::to_string(value) + ",";
+  return text + "\n}";
+}
+
+std::string integer_activation(const std::string& kind) {
+  if (kind != "tanh")
+    return "// relu in Q15.\n"
+           "static int16_t activated(int32_t value) {\n"
+           "  return (int16_t)(value > 32767 ? 32767 : value < 0 ? 0 : value);\n"
+           "}\n\n";
+  return filled(embedded_text("c99/int16_tanh.c.in"), {{"TABLE", integers(kernels::int16::kTanhTable, 16)}});
+}
+
+/// The head of NAME_estimate, up to where `in` is what T* reads.
+std::string estimate_head(const std::string& name, const FoldedModel& folded, const Initialiser& init,
+                          Eigen::Index outputs) {
+  const std::string head = fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name,
+                                       init.scalar_name(), outputs);
+  return head + (folded.reads_output ? "  Scalar in[kNz + kNy];\n  copy(in, observer->z, kNz);\n"
+                                       "  copy(in + kNz, observer->y, kNy);\n"
+                                     : "  const Scalar* in = observer->z;\n");
+}
 
 }  // namespace
 
@@ -76,18 +105,49 @@ std::string c99_map(const std::string& name, const FoldedModel& folded, const In
   text += "\n" + std::string(embedded_text("c99/dense.c.in")) + "\n";
   if (map.layers.size() > 1) text += activation(map.activation, suffix) + kHidden;
 
-  text += fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name, init.scalar_name(),
-                      map.layers.back().bias.size());
-  if (folded.reads_output) {
-    text += "  Scalar in[kNz + kNy];\n  copy(in, observer->z, kNz);\n  copy(in + kNz, observer->y, kNy);\n";
-  } else {
-    text += "  const Scalar* in = observer->z;\n";
-  }
+  text += estimate_head(name, folded, init, map.layers.back().bias.size());
   // Two buffers, taken by turns: one per layer would be a kilobyte of stack.
   if (map.layers.size() > 1) text += fmt::format("  Scalar here[{}]", widest);
   if (map.layers.size() > 2) text += fmt::format(", there[{}]", widest);
   if (map.layers.size() > 1) text += ";\n";
   return text + body + "}\n";
+}
+
+std::string c99_int16_map(const std::string& name, const FoldedModel& folded, const QuantisedNetwork& map,
+                          const Initialiser& init) {
+  std::string text = "// T* in int16: one neuron per line.\n", body;
+  Eigen::Index widest = map.inputs(), most_sums = 0;
+  for (std::size_t l = 0; l < map.layers.size(); ++l) {
+    const QuantisedLayer& layer = map.layers[l];
+    const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
+    const Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> by_rows = layer.weights.transpose();
+    text += fmt::format("static const int16_t kWeights{}[{} * {}] = {};\n", l + 1, rows, columns,
+                        integers(by_rows.reshaped(), static_cast<std::size_t>(columns)));
+    text += fmt::format("static const int32_t kBias{}[{}] = {};\n", l + 1, rows, integers(layer.bias, 8));
+    const bool last = l + 1 == map.layers.size();
+    body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, here, sums);\n", last ? "dense" : "hidden", columns,
+                        rows, last ? "" : fmt::format("{}, ", layer.shift), l + 1);
+    if (!last) widest = std::max(widest, rows);
+    most_sums = std::max(most_sums, rows);
+  }
+  const Eigen::Index in = map.inputs(), out = map.outputs();
+  text += fmt::format("static const Scalar kCentre[{0}] = {1};\nstatic const Scalar kGain[{0}] = {2};  // to +-32767\n",
+                      in, init.vector(map.centre.cast<double>(), "latent_min"),
+                      init.vector(map.gain.cast<double>(), "latent_max"));
+  text += fmt::format("static const Scalar kScale[{}] = {};\n", out,
+                      init.vector(map.scale.cast<double>(), "inverse_map.layers"));
+  const bool linear = map.linear_path.size() != 0;
+  if (linear) text += table(init, "kLinearPath", map.linear_path.cast<double>(), "inverse_map.skip");
+  text += "\n" + std::string(embedded_text("c99/int16.c.in"));
+  if (map.layers.size() > 1)
+    text += integer_activation(map.activation) + std::string(embedded_text("c99/int16_hidden.c.in"));
+
+  text += estimate_head(name, folded, init, out);
+  text += fmt::format("  int16_t here[{}];\n  int32_t sums[{}];\n", widest, most_sums);
+  text += fmt::format("  for (int i = 0; i < {}; ++i) here[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;
+  text += fmt::format("  for (int o = 0; o < {}; ++o) {{\n    Scalar total = kScale[o] * (Scalar)sums[o];\n", out);
+  if (linear) text += fmt::format("    for (int i = 0; i < {0}; ++i) total += kLinearPath[{0} * o + i] * in[i];\n", in);
+  return text + "    x_hat[o] = total;\n  }\n}\n";
 }
 
 }  // namespace nlo::codegen

@@ -9,7 +9,6 @@
 #include "codegen/error.h"
 #include "codegen/fold.h"
 #include "codegen/number.h"
-#include "codegen/replay_run.h"
 #include "codegen/targets/cpp_cost.h"
 #include "codegen/targets/cpp_structure.h"
 #include "codegen/targets/export_parts.h"
@@ -67,23 +66,6 @@ std::string example(const Source& s) {
       s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name);
 }
 
-/// What a reader of an int16 header must know of its numbers.
-std::string integer_arithmetic(const Source& s) {
-  const ExportError error = export_error(s.model, s.options);
-  const bool has_table = s.model.inverse_map.activation == "tanh" && s.model.inverse_map.layers.size() > 1;
-  std::string text = fmt::format(
-      "//\n"
-      "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
-      "// Where z leaves its domain, T* is that of the nearest point in it. What this arithmetic costs, over {} "
-      "samples\n"
-      "// of a replay inside the domain (largest error, rms):\n",
-      has_table ? ", tanh by a table" : "", error.samples);
-  for (int i = 0; i < s.model.nx(); ++i)
-    text += fmt::format("//   {:<26}  {:.1e}, {:.1e}\n", channel_text(s.model.states[static_cast<std::size_t>(i)]),
-                        error.max(i), error.rms(i));
-  return text;
-}
-
 std::string top_comment(const Source& s) {
   std::string options;
   if (s.options.scalar != ScalarType::kFloat) options += fmt::format(" --scalar {}", scalar_name(s.options.scalar));
@@ -97,8 +79,8 @@ std::string top_comment(const Source& s) {
              s.name, options, channel_list(s.model.states, true), channel_list(s.model.outputs, true), inputs,
              literal(s.model.sample_period_s), s.structure.title()) +
          s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
-         (s.options.scalar == ScalarType::kInt16 ? integer_arithmetic(s) : "") + "//\n" + facts(s.model) + costs(s) +
-         "//\n" + example(s);
+         (s.options.scalar == ScalarType::kInt16 ? integer_arithmetic(s.model, s.options) : "") + "//\n" +
+         facts(s.model) + costs(s) + "//\n" + example(s);
 }
 
 std::string enumeration(const char* name, const std::vector<Channel>& channels) {

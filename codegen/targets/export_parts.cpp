@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "codegen/error.h"
+#include "codegen/replay_run.h"
 #include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
@@ -35,6 +36,22 @@ std::string facts(const Model& m) {
                         safe_comment(fact, kLongestFact));
   }
   return text.empty() ? "" : "// About the model\n" + text + "//\n";
+}
+
+std::string integer_arithmetic(const Model& m, const ExportOptions& options) {
+  const ExportError error = export_error(m, options);
+  const bool has_table = m.inverse_map.activation == "tanh" && m.inverse_map.layers.size() > 1;
+  std::string text = fmt::format(
+      "//\n"
+      "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
+      "// Where z leaves its domain, T* is that of the nearest point in it. What this arithmetic costs, over {} "
+      "samples\n"
+      "// of a replay inside the domain (largest error, rms):\n",
+      has_table ? ", tanh by a table" : "", error.samples);
+  for (int i = 0; i < m.nx(); ++i)
+    text += fmt::format("//   {:<26}  {:.1e}, {:.1e}\n", channel_text(m.states[static_cast<std::size_t>(i)]),
+                        error.max(i), error.rms(i));
+  return text;
 }
 
 void check_rounding(const Model& m, ScalarType scalar) {

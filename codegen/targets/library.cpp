@@ -58,7 +58,7 @@ Values values_of(const Model& m, const ExportOptions& options, const std::string
   const bool single = init.scalar_bytes() == 4, c = structure(m) == "kkl";
   std::string upper = name, flags;
   for (char& letter : upper) letter = static_cast<char>(letter >= 'a' && letter <= 'z' ? letter - 'a' + 'A' : letter);
-  if (options.scalar == ScalarType::kDouble) flags += " --scalar double";
+  if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
   if (name != m.name) flags += " --name " + name;
   const std::string input = m.drive ? fmt::format("const nlo::{}::Observer::Input u = {{{{{}}}}};\n", name,
                                                   calls("command_", m.drive->inputs))

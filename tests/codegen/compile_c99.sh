@@ -14,10 +14,10 @@ warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wer
 strict=(-std=c99 "${warnings[@]}" -Wstrict-prototypes -Wmissing-prototypes)
 
 names=()
-for entry in rig:double tiny:double $("$export_model" | grep -vE '^(pendulum|general|driven)$' | sed 's/$/:float/'); do
+for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 $("$export_model" | grep -vE '^(pendulum|general|driven)$' | sed 's/$/:float/'); do
   example=${entry%:*} scalar=${entry#*:} name=$example
-  if [[ $scalar == double ]]; then name=${example}_double; fi
-  names+=("$name:$scalar")
+  if [[ $scalar != float ]]; then name=${example}_$scalar; fi
+  names+=("$name:${scalar/int16/float}") # all but T* is float
   "$export_model" "$example" c99 "$scalar" "$name" "$work/$name.h"
   "$export_model" "$example" replay-c99 "$scalar" "$name" "$work/${name}_replay.h"
   "$export_model" "$example" cpp "$scalar" "$name" "$work/cpp/$name.h"
