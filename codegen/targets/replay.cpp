@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <tuple>
 
 #include "codegen/embedded_text.h"
 #include "codegen/replay_run.h"
@@ -52,7 +51,8 @@ std::string signal(const Initialiser& init, const Eigen::VectorXd& y, const std:
 /// One line per sample. `missed` is a NaN in the file's language, and `status_text` writes a status in it.
 template <class StatusText>
 std::string samples_text(const Golden& golden, const std::string& missed, const StatusText& status_text) {
-  const auto& [init, run] = std::tie(golden.init, golden.run);
+  const Initialiser& init = golden.init;
+  const ReplayRun& run = golden.run;
   const ReplayInputs& inputs = run.inputs;
   std::string text;
   for (Eigen::Index k = 0; k < inputs.dt_s.size(); ++k)
@@ -133,11 +133,11 @@ int first_mismatch(Observer& observer) {{
 
 Golden golden(const Model& m, const ExportOptions& options) {
   Golden result{export_name(m, options), "", Initialiser(options.scalar), run_replay(m, options), "", "", ""};
-  const auto& [init, run] = std::tie(result.init, result.run);
+  const ReplayRun& run = result.run;
   const bool is_int16 = options.scalar == ScalarType::kInt16;
   const double times = is_int16 ? kTimesMeasuredInt16 : kTimesMeasured;
   const auto within = [&](const Eigen::MatrixXd& want, const Eigen::MatrixXd& got, double factor) {
-    return init.vector(tolerance(want, got, factor, options.scalar), "tolerance");
+    return result.init.vector(tolerance(want, got, factor, options.scalar), "tolerance");
   };
 
   if (options.scalar != ScalarType::kFloat) result.flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
