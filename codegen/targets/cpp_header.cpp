@@ -34,10 +34,11 @@ std::string costs(const Source& s) {
       "// Cost\n"
       "//   step()      {}\n"
       "//   estimate()  {}\n"
-      "//   kModel      {} bytes of constants\n"
+      "//   kModel      {} bytes of constants{}\n"
       "//   Observer    {} bytes of RAM where pointers have 32 bits\n",
       with_activations(cost.step_multiply_adds, cost.step_activations),
       with_activations(cost.estimate_multiply_adds, cost.estimate_activations), grouped(cost.constant_bytes),
+      s.options.scalar == ScalarType::kInt16 ? "" : " (more where layers are padded to cache lines for SIMD)",
       grouped(cost.observer_bytes));
 }
 

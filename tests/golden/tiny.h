@@ -13,7 +13,7 @@
 // Cost
 //   step()      6 multiply-adds
 //   estimate()  12 multiply-adds, 4 activations
-//   kModel      168 bytes of constants
+//   kModel      168 bytes of constants (more where layers are padded to cache lines for SIMD)
 //   Observer    20 bytes of RAM where pointers have 32 bits
 //
 // Use
