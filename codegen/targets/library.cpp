@@ -132,15 +132,12 @@ std::vector<NamedText> library(const Model& m, const ExportOptions& options, std
 
 std::vector<std::string> runtime_headers(std::string_view text) {
   std::set<std::string> found;
-  const auto follow = [&found](auto&& self, std::string_view in) -> void {
-    for (const EmbeddedText& header : embedded_texts()) {
-      if (!header.name.starts_with("nlo/") || found.contains(std::string(header.name))) continue;
-      const std::string name(header.name);
-      if (in.find("#include <" + name + ">") == std::string_view::npos &&
-          in.find("#include \"" + name + "\"") == std::string_view::npos)
-        continue;
-      found.insert(name);
-      self(self, header.text);
+  const auto follow = [&found](const auto& self, std::string_view in) -> void {
+    constexpr std::string_view kInclude = "#include ";
+    for (std::size_t at = 0; (at = in.find(kInclude, at)) != std::string_view::npos;) {
+      at += kInclude.size() + 1;  // behind the quote or bracket
+      const std::string name(in.substr(at, in.find_first_of("\">\n", at) - at));
+      if (name.starts_with("nlo/") && found.insert(name).second) self(self, embedded_text(name));
     }
   };
   follow(follow, text);
