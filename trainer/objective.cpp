@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trainer/structures/make_dynamics.h"
 
@@ -23,7 +24,7 @@ Objective::Objective(const Experiment& experiment, const ObserverStructure& stru
       data_(&data),
       pool_(&pool),
       rollout_(data),
-      chunks_(kChunks),
+      chunks_(2 * kChunks),
       transposed_(static_cast<std::size_t>(structure.network.parameters)) {}
 
 void Objective::prepare(const float* parameters) {
@@ -77,13 +78,14 @@ void Objective::draw(long step, bool all, const LossConfig& loss) {
     horizon_s_ = data_->sample_period_s * steps / segments;
   }
   running_share_ = horizon_s_ / total_weight_;
+  for (int first = 0; loss.pde_residual > 0.0 && first < data_->collocation.count; first += kBlock)
+    blocks_.push_back({BlockKind::kCollocation, nullptr, 0, first, std::min(kBlock, data_->collocation.count - first)});
+  first_terminal_ = blocks_.size();
   if (loss.terminal > 0.0) {
     terminal_share_ = 1.0 / segments;
     ends_ = segment_ends();
     add_blocks(BlockKind::kTerminal, ends_);
   }
-  for (int first = 0; loss.pde_residual > 0.0 && first < data_->collocation.count; first += kBlock)
-    blocks_.push_back({BlockKind::kCollocation, nullptr, 0, first, std::min(kBlock, data_->collocation.count - first)});
 }
 
 void Objective::add_blocks(BlockKind kind, const std::vector<SampleSet>& sets) {
@@ -291,18 +293,12 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
     transpose_weights(structure_->network, network, transposed_.data());
     for (SegmentGroup& group : rollout_.groups()) group.cotangent.assign(group.latent.size(), 0.0F);
   }
-  const int blocks = static_cast<int>(blocks_.size());
   const auto inverse_size = static_cast<std::size_t>(structure_->network.parameters);
-  pool_->run(kChunks, [&](int chunk, int thread) {
-    Workspace& workspace = workspaces_[static_cast<std::size_t>(thread)];
-    ChunkResult& result = chunks_[static_cast<std::size_t>(chunk)];
+  const auto run_chunk = [&](std::size_t begin, std::size_t end, ChunkResult& result, Workspace& workspace) {
     result.loss = result.squares = 0.0;
-    const int begin = static_cast<int>(static_cast<long>(blocks) * chunk / kChunks);
-    const int end = static_cast<int>(static_cast<long>(blocks) * (chunk + 1) / kChunks);
     if (backward && workspace.network) workspace.network->clear_gradient();
     if (backward && maps) workspace.maps->clear_gradient();
-    for (int b = begin; b < end; ++b)
-      run_block(blocks_[static_cast<std::size_t>(b)], network, workspace, result, backward);
+    for (std::size_t b = begin; b < end; ++b) run_block(blocks_[b], network, workspace, result, backward);
     if (!backward) return;
     result.gradient.assign(static_cast<std::size_t>(structure_->parameters() - structure_->dynamics_parameters()),
                            0.0F);
@@ -312,9 +308,20 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
     std::vector<float> inverse_part(inverse_size);
     workspace.maps->gradient(inverse_part.data(), result.gradient.data() + inverse_size, result.eigenvalues.data());
     for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
-  });
+  };
+  // The end of a segment may be a running sample too: two threads must not add to its cotangent at a time.
+  used_chunks_ = 0;
+  for (const auto& [first, last] : {std::pair{std::size_t{0}, first_terminal_}, {first_terminal_, blocks_.size()}}) {
+    if (first == last) continue;
+    pool_->run(kChunks, [&, first = first, blocks = last - first](int chunk, int thread) {
+      const auto c = static_cast<std::size_t>(chunk);
+      run_chunk(first + blocks * c / kChunks, first + blocks * (c + 1) / kChunks, chunks_[used_chunks_ + c],
+                workspaces_[static_cast<std::size_t>(thread)]);
+    });
+    used_chunks_ += kChunks;
+  }
   ObjectiveValue value;
-  for (const ChunkResult& chunk : chunks_) {
+  for (const ChunkResult& chunk : results()) {
     value.loss += chunk.loss;
     value.rmse += chunk.squares / total_weight_;
   }
@@ -331,7 +338,7 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
 void Objective::add_gradients(const float* parameters, float* gradient) {
   std::fill(gradient, gradient + structure_->parameters(), 0.0F);
   const int dynamics_size = structure_->dynamics_parameters();
-  for (const ChunkResult& chunk : chunks_) {
+  for (const ChunkResult& chunk : results()) {
     for (std::size_t i = 0; i < chunk.gradient.size(); ++i)
       gradient[static_cast<std::size_t>(dynamics_size) + i] += chunk.gradient[i];
   }
@@ -346,7 +353,7 @@ void Objective::add_gradients(const float* parameters, float* gradient) {
     if (structure_->is_kkl()) {  // both -exp(p) and exp(p) have the slope lambda
       const double lambda = eigenvalues[at];
       total += 2.0 * loss_->eigenvalue_penalty * horizon_s_ * lambda * lambda;
-      for (const ChunkResult& chunk : chunks_) total += chunk.eigenvalues[at] * lambda;
+      for (const ChunkResult& chunk : results()) total += chunk.eigenvalues[at] * lambda;
     }
     for (const SegmentGroup& group : groups) total += group.gradient[at];
     gradient[at] = static_cast<float>(total);

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "trainer/config.h"
@@ -77,6 +78,7 @@ class Objective {
   void map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
   void collocation_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
   void add_gradients(const float* parameters, float* gradient);
+  std::span<const ChunkResult> results() const { return std::span(chunks_).first(used_chunks_); }
 
   const Experiment* experiment_;
   const ObserverStructure* structure_;
@@ -87,11 +89,13 @@ class Objective {
   const LossConfig* loss_ = nullptr;                     ///< of what was drawn last
   std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
   std::vector<Block> blocks_;
-  double running_share_ = 0.0;   ///< of a sample with weight 1 in the running cost
-  double terminal_share_ = 0.0;  ///< of a segment's end in the terminal cost
+  std::size_t first_terminal_ = 0;  ///< block; terminal ones are the last
+  double running_share_ = 0.0;      ///< of a sample with weight 1 in the running cost
+  double terminal_share_ = 0.0;     ///< of a segment's end in the terminal cost
   double total_weight_ = 0.0;
   double horizon_s_ = 1.0;  ///< mean length of the segments for the integral, else 1
   std::vector<ChunkResult> chunks_;
+  std::size_t used_chunks_ = 0;        ///< by the latest accumulate()
   std::vector<Workspace> workspaces_;  // one per thread
   std::vector<float> transposed_;
 };
