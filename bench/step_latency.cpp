@@ -257,14 +257,14 @@ class Table {
   nlo::bench::Ratios& ratios_;
 };
 
+std::vector<std::string> all_eigen(const std::string& cache) {
+  return {"Eigen, rows" + cache, "Eigen, columns" + cache, "Eigen, rows, -ffast-math" + cache,
+          "Eigen, columns, -ffast-math" + cache};
+}
+
 void add_reference_ratios(Table& table, const std::string& network, const std::string& cache, double eigen_target,
                           double naive_target) {
-  std::vector<std::string> eigen;
-  for (const char* what :
-       {"Eigen, rows", "Eigen, columns", "Eigen, rows, -ffast-math", "Eigen, columns, -ffast-math"}) {
-    eigen.push_back(what + cache);
-  }
-  table.add(network, eigen, "nlo" + cache, kNative ? eigen_target : 0.0, "best Eigen / nlo" + cache);
+  table.add(network, all_eigen(cache), "nlo" + cache, kNative ? eigen_target : 0.0, "best Eigen / nlo" + cache);
   if (!cache.empty()) return;
   table.add(network, {"naive loops, -ffast-math"}, "nlo", kNative ? naive_target : 0.0,
             "naive loops, -ffast-math / nlo");
