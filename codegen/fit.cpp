@@ -24,7 +24,7 @@ using Eigen::Index;
 /// of 4 to 128, n_z of 2 to 7: real programs take up to 1.5 KB less.
 struct Calibration {
   Index base, per_latent;  ///< a program with a linear T*
-  Index per_layer;         ///< each hidden layer (with an FPU: each of another shape)
+  Index per_layer;         ///< each hidden layer of another shape (int16 without DSP instructions: each)
   Index second_block;      ///< float kernel: a layer whose blocks of outputs have two sizes
   Index tanh;              ///< int16: the table, and its use
   Index stack;             ///< beside the activations
@@ -35,7 +35,7 @@ struct Core {
   Calibration in_float, in_int16;
 };
 constexpr Calibration kFpuFloat{1340, 50, 680, 420, 0, 150}, kFpuInt16{1440, 50, 300, 0, 1180, 180};
-constexpr Calibration kSoftFloat{5080, 50, 870, 0, 0, 200}, kSoftInt16{5390, 70, 420, 0, 1260, 210};
+constexpr Calibration kSoftFloat{5080, 50, 660, 0, 0, 72}, kSoftInt16{5390, 70, 420, 0, 1260, 210};
 constexpr std::array kCores = {
     Core{"m0plus", "M0+", false, kSoftFloat, kSoftInt16}, Core{"m4f", "M4F", true, kFpuFloat, kFpuInt16},
     Core{"m7", "M7", true, kFpuFloat, kFpuInt16}, Core{"m33", "M33", true, kFpuFloat, kFpuInt16}};
@@ -70,7 +70,7 @@ Index int16_blocks(const QuantisedNetwork& q) {
 
 Index code_bytes(const Model& m, const FoldedNetwork& map, const Core& core, const QuantisedNetwork* quantised) {
   const Calibration& c = quantised ? core.in_int16 : core.in_float;
-  const Index hidden = hidden_layers(map.layers, core.fpu, quantised);
+  const Index hidden = hidden_layers(map.layers, core.fpu || !quantised, quantised);
   Index bytes = c.base + c.per_latent * m.nz() + c.per_layer * hidden;
   if (quantised && map.layers.size() > 1 && map.activation == "tanh") bytes += c.tanh;
   if (quantised && core.fpu) bytes += int16_blocks(*quantised);

@@ -45,14 +45,12 @@ row() {
   case $variant in
     eigen* | naive*) return ;;
   esac
-  if [[ $core-$variant != m0plus-float* ]]; then # soft floats: no kernel of ours, and no use either
-    gate "$core $variant: painted stack" "$painted" 512
-    gate "$core $variant: bound of the stack" "$bound" 512
-  fi
+  gate "$core $variant: painted stack" "$painted" 512
+  gate "$core $variant: bound of the stack" "$bound" 512
   gate "$core $variant: RAM of an observer" "$observer" 32
   case $variant in
     int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((21 * 1024)) ;; # 3 KB of soft floats there
-    float*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((37 * 1024)) ;;
+    float*) gate "$core $variant: flash" "$flash" $((37 * 1024)) ;;
   esac
   [[ $core == m0plus ]] && return
   case $variant in

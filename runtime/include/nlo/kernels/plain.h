@@ -15,6 +15,13 @@ namespace nlo::kernels::plain {
 template <int kOut>
 inline constexpr bool kByColumns = kOut >= 8;
 
+/// Outputs summed side by side. Where each operation on floats is a call, sums beside the first live on the stack only.
+#if defined(__ARM_ARCH_PROFILE) && !defined(__ARM_FP)
+inline constexpr int kSums = 1;
+#else
+inline constexpr int kSums = 4;
+#endif
+
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
   return kByColumns<kOut> ? i * kOut + o : o * kIn + i;
@@ -43,11 +50,11 @@ NLO_INLINE void columns(const Weight* weights, const Scalar* bias, const Scalar*
   for (int o = 0; o < kCount; ++o) out[o] = finished<kKind, kArithmetic, kLast>(sums[o]);
 }
 
-/// out = f(W in + b). `out` must not overlap `in`.
+/// out = f(W in + b). `out` must not overlap `in`. Layers of one shape share the code where flash is short.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
-NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+NLO_OWN_FRAME inline void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
   if constexpr (kByColumns<kOut>) {
-    constexpr int kCount = 4, kLeft = kOut % kCount;
+    constexpr int kCount = kSums, kLeft = kOut % kCount;
     int o = 0;
     for (; o + kCount <= kOut; o += kCount) {
       columns<kKind, kArithmetic, kLast, kIn, kOut, kCount>(weights + o, bias + o, in, out + o);
