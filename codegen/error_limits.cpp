@@ -7,6 +7,7 @@
 
 #include "codegen/checks.h"
 #include "codegen/key_values.h"
+#include "codegen/number_formats.h"
 #include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
@@ -43,11 +44,12 @@ Eigen::VectorXd error_limits(const std::string& text, const Model& m) {
 
 std::string error_table(const Model& m, const ExportOptions& options, const ExportError& error) {
   std::string text = fmt::format("error of {} against the model's equations, over {} of {} replay samples\n",
-                                 scalar_name(options.scalar), error.samples, options.samples);
+                                 numbers_name(options), error.samples, options.samples);
   for (int i = 0; i < m.nx(); ++i)
     text += fmt::format("  {:<24}  max {:.1e}  rms {:.1e}\n", named(m.states[static_cast<std::size_t>(i)]),
                         error.max(i), error.rms(i));
-  return text;
+  const std::string tanh = tanh_note(options);
+  return tanh.empty() ? text : text + "  " + tanh + "\n";
 }
 
 std::string beyond_limits(const Model& m, const ExportOptions& options, const ExportError& error,
@@ -57,13 +59,16 @@ std::string beyond_limits(const Model& m, const ExportOptions& options, const Ex
     std::string mend = "allow more, or train again with weight_decay or over a smaller range of states";
     if (options.scalar != ScalarType::kDouble) {
       ExportOptions finer = options;
-      finer.scalar = options.scalar == ScalarType::kInt16 ? ScalarType::kFloat : ScalarType::kDouble;
-      mend = fmt::format("--scalar {} is off by {:.1e}; or {}", scalar_name(finer.scalar),
+      const bool half = options.weights != WeightType::kFull;
+      finer.weights = WeightType::kFull;
+      if (!half) finer.scalar = options.scalar == ScalarType::kInt16 ? ScalarType::kFloat : ScalarType::kDouble;
+      mend = fmt::format("--{} is off by {:.1e}; or {}",
+                         half ? "weights float" : fmt::format("scalar {}", scalar_name(finer.scalar)),
                          export_error(m, finer).max(i), mend);
     }
     return fmt::format("{} is off by {:.1e} in {}, and --max-error allows {:.1e}; nothing is written. {}",
-                       named(m.states[static_cast<std::size_t>(i)]), error.max(i), scalar_name(options.scalar),
-                       limits(i), mend);
+                       named(m.states[static_cast<std::size_t>(i)]), error.max(i), numbers_name(options), limits(i),
+                       mend);
   }
   return "";
 }

@@ -132,8 +132,10 @@ std::vector<Need> needs(const Model& m, const ExportOptions& options) {
          structure(m));
   if (options.scalar == ScalarType::kDouble)
     fail("--fit knows float and int16: Cortex-M cores emulate double; export with --scalar float");
+  if (options.weights != WeightType::kFull)
+    fail("--fit does not know what weights in {} take; leave --weights out", weight_name(options.weights));
   const FoldedModel folded = fold(m);
-  const Initialiser init(options.scalar);
+  const Initialiser init(options);
   std::optional<QuantisedNetwork> quantised;
   if (options.scalar == ScalarType::kInt16) quantised = quantise(m, folded);
   const QuantisedNetwork* q = quantised ? &*quantised : nullptr;

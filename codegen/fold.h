@@ -14,7 +14,7 @@ namespace nlo::codegen {
 
 /// out = mlp(in) + linear_path in: normalisation and features are in the layers.
 struct FoldedNetwork {
-  std::string activation;
+  std::string activation;  ///< tanh, relu or silu; once it is chosen, tanh5e6 or tanh5e5
   std::vector<DenseLayer> layers;
   Eigen::MatrixXd linear_path;  ///< n_out x n_in; 0 x 0: none (one layer takes it up)
 

@@ -20,7 +20,7 @@ class ReferenceNetwork {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-  /// Copies the network, rounded to Scalar.
+  /// Copies the network, rounded to Scalar. With the runtime's activations, tanh5e6 and tanh5e5 are its coarser tanh.
   explicit ReferenceNetwork(const Network& network, Activations activations = Activations::kExact)
       : activation_(network.activation),
         exact_(activations == Activations::kExact),
@@ -82,12 +82,14 @@ class ReferenceNetwork {
 
   Scalar runtime_activation(Scalar v) const {
     if (activation_ == "tanh") return activate<Activation::kTanh>(v);
+    if (activation_ == "tanh5e6") return activate<Activation::kTanh5e6>(v);
+    if (activation_ == "tanh5e5") return activate<Activation::kTanh5e5>(v);
     return activation_ == "relu" ? activate<Activation::kRelu>(v) : activate<Activation::kSilu>(v);
   }
 
   /// da/dv, from v and a = activated(v).
   Matrix slope(const Matrix& v, const Matrix& a) const {
-    if (activation_ == "tanh") return Scalar(1) - a.array().square();
+    if (activation_.starts_with("tanh")) return Scalar(1) - a.array().square();
     if (activation_ == "relu") return (v.array() > Scalar(0)).template cast<Scalar>();
     const Matrix s = Scalar(1) / (Scalar(1) + (-v.array()).exp());
     return s.array() + a.array() * (Scalar(1) - s.array());

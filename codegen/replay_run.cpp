@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/number_formats.h"
 #include "codegen/validate.h"
 
 namespace nlo::codegen {
@@ -146,7 +147,7 @@ ReplayRun run_replay(const Model& m, const ExportOptions& options) {
   if (options.samples < kFewest || options.samples > kMost)
     throw Error(fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewest, kMost));
   validate(m);
-  const FoldedModel folded = fold(m);
+  const FoldedModel folded = fold(m, options);
   constexpr double kQuietest = 1.0 / 64.0;
   for (double loudness = 1.0;; loudness /= 2.0) {
     ReplayRun run = run_at(loudness, m, folded, options);

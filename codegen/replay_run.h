@@ -17,8 +17,9 @@
 
 namespace nlo::codegen {
 
-/// The observer as it is exported: networks folded, rounded to the scalar of the target, the runtime's activations.
-/// int16: the inverse map with the very bits of the runtime. Another format of numbers is one more case here.
+/// The observer as it is exported: `folded` as fold(model, options) of number_formats.h gives it, rounded to the scalar
+/// of the target, the runtime's activations. int16: the inverse map with the very bits of the runtime. Another format
+/// of numbers is one more case here.
 class ExportedObserver {
  public:
   ExportedObserver(const Model& model, const FoldedModel& folded, ScalarType scalar);

@@ -1,12 +1,14 @@
-# nlo_add_model(TARGET MODEL file.json [NAME identifier] [SCALAR float|double|int16])
+# nlo_add_model(TARGET MODEL file.json [NAME identifier] [SCALAR float|double|int16]
+#   [WEIGHTS float|bf16|fp16] [MAX_ERROR limit])
 #
 # Generates NAME.h from a model file at build time, and again whenever the file (or the program `nlo`) changes.
 #   TARGET  an executable or library that exists: its sources may include "NAME.h". Any other name becomes an
 #           INTERFACE library to link, for a model that several targets share.
 #   NAME    the observer is nlo::NAME::Observer; the file's name without its ending unless given
 #   SCALAR  float unless given
+#   WEIGHTS, MAX_ERROR  as --weights and --max-error of nlo export; beyond its limit of error a model does not build
 function(nlo_add_model target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "MODEL;NAME;SCALAR" "")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "MODEL;NAME;SCALAR;WEIGHTS;MAX_ERROR" "")
   if(arg_UNPARSED_ARGUMENTS OR NOT arg_MODEL)
     message(FATAL_ERROR "nlo_add_model(${target}): wants MODEL file.json, does not know \"${arg_UNPARSED_ARGUMENTS}\"")
   endif()
@@ -20,6 +22,13 @@ function(nlo_add_model target)
   if(NOT arg_SCALAR)
     set(arg_SCALAR float)
   endif()
+  set(options --scalar ${arg_SCALAR})
+  if(arg_WEIGHTS)
+    list(APPEND options --weights ${arg_WEIGHTS})
+  endif()
+  if(arg_MAX_ERROR)
+    list(APPEND options --max-error ${arg_MAX_ERROR})
+  endif()
 
   set(program nlo) # inside nlo's own tree
   if(NLO_PROGRAM) # a cross build: the program of the host
@@ -31,7 +40,7 @@ function(nlo_add_model target)
   set(header ${folder}/${arg_NAME}.h)
   file(MAKE_DIRECTORY ${folder})
   add_custom_command(OUTPUT ${header}
-    COMMAND ${program} export ${model} --target cpp --scalar ${arg_SCALAR} --name ${arg_NAME} -o ${header}
+    COMMAND ${program} export ${model} --target cpp ${options} --name ${arg_NAME} -o ${header}
     DEPENDS ${model} ${program}
     COMMENT "Exporting ${arg_NAME}.h"
     VERBATIM)

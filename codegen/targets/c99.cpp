@@ -12,6 +12,7 @@
 #include "codegen/error.h"
 #include "codegen/fold.h"
 #include "codegen/number.h"
+#include "codegen/number_formats.h"
 #include "codegen/quantise.h"
 #include "codegen/targets/c99_map.h"
 #include "codegen/targets/cpp_structure.h"
@@ -85,9 +86,10 @@ std::vector<NamedText> c99(const Model& m, const ExportOptions& options) {
   validate(m);
   const std::string name = export_name(m, options);
   check_c99(m);
+  check_weights(options, "c99");
   check_rounding(m, options.scalar);
   const FoldedModel folded = fold(m);
-  const Initialiser init(options.scalar);
+  const Initialiser init(options);
   std::optional<QuantisedNetwork> quantised;
   if (options.scalar == ScalarType::kInt16) quantised = quantise(m, folded);
   const std::unique_ptr<CppStructure> parts = cpp_structure(m, folded, init, quantised ? &*quantised : nullptr);
@@ -140,7 +142,7 @@ std::vector<NamedText> c99(const Model& m, const ExportOptions& options) {
       parts->description() +
       "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "
       "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n" +
-      (quantised ? integer_arithmetic(m, options) : "") + "//\n" + facts(m) +
+      (quantised ? arithmetic_note(m, options) : "") + "//\n" + facts(m) +
       fmt::format("// {0}_observer takes {1} bytes of RAM; the tables are constants. No heap, no library.\n//\n", name,
                   (state + bytes - 1) / bytes * bytes) +
       example(m, name, init.scalar_name());

@@ -9,6 +9,7 @@
 #include "codegen/error.h"
 #include "codegen/fold.h"
 #include "codegen/number.h"
+#include "codegen/number_formats.h"
 #include "codegen/targets/cpp_cost.h"
 #include "codegen/targets/cpp_structure.h"
 #include "codegen/targets/export_parts.h"
@@ -68,8 +69,7 @@ std::string example(const Source& s) {
 }
 
 std::string top_comment(const Source& s) {
-  std::string options;
-  if (s.options.scalar != ScalarType::kFloat) options += fmt::format(" --scalar {}", scalar_name(s.options.scalar));
+  std::string options = number_flags(s.options);
   if (s.name != s.model.name) options += " --name " + s.name;
   const std::string inputs = s.model.drive ? " and the inputs " + channel_list(s.model.drive->inputs, true) : "";
   return fmt::format(
@@ -80,8 +80,7 @@ std::string top_comment(const Source& s) {
              s.name, options, channel_list(s.model.states, true), channel_list(s.model.outputs, true), inputs,
              literal(s.model.sample_period_s), s.structure.title()) +
          s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
-         (s.options.scalar == ScalarType::kInt16 ? integer_arithmetic(s.model, s.options) : "") + "//\n" +
-         facts(s.model) + costs(s) + "//\n" + example(s);
+         arithmetic_note(s.model, s.options) + "//\n" + facts(s.model) + costs(s) + "//\n" + example(s);
 }
 
 std::string enumeration(const char* name, const std::vector<Channel>& channels) {
@@ -111,8 +110,8 @@ std::string model_constant(const Source& s) {
 std::string cpp_header(const Model& model, const ExportOptions& options) {
   validate(model);
   check_rounding(model, options.scalar);
-  const FoldedModel folded = fold(model);
-  const Initialiser init(options.scalar);
+  const FoldedModel folded = fold(model, options);
+  const Initialiser init(options);
   std::optional<QuantisedNetwork> quantised;
   if (options.scalar == ScalarType::kInt16) quantised = quantise(model, folded);
   const auto structure = cpp_structure(model, folded, init, quantised ? &*quantised : nullptr);

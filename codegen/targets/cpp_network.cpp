@@ -2,14 +2,43 @@
 #include "codegen/targets/cpp_network.h"
 
 #include <fmt/format.h>
+#include <nlo/kernels/panels.h>
+
+#include <vector>
+
+#include "codegen/number_formats.h"
 
 namespace nlo::codegen {
 namespace {
 
 std::string activation_of(const FoldedNetwork& n) {
-  return n.activation == "tanh"   ? "Activation::kTanh"
-         : n.activation == "relu" ? "Activation::kRelu"
-                                  : "Activation::kSilu";
+  for (const TanhTier& tier : kTanhTiers)
+    if (n.activation == tier.name) return tier.identifier;
+  return n.activation == "relu" ? "Activation::kRelu" : "Activation::kSilu";
+}
+
+// Laying a layer out as a constant costs a compiler some 20 us per weight, and clang++ gives up on large ones. Smaller
+// networks keep the readable form.
+constexpr Eigen::Index kLargeNetwork = 16384, kLargeLayer = 1024;  // weights
+
+/// The initialiser of PanelDense::weights: the order in memory, one input of one tile of outputs per line.
+std::string panels(const Initialiser& init, const Eigen::MatrixXd& weights, const std::string& field) {
+  const kernels::PanelLayout layout{static_cast<int>(weights.cols()), static_cast<int>(weights.rows())};
+  Eigen::VectorXd packed = Eigen::VectorXd::Zero(layout.weights());
+  std::vector<bool> starts_line(static_cast<std::size_t>(layout.weights()), false);
+  for (int o = 0; o < layout.out; ++o) {
+    const bool by_rows = layout.rest_by_rows() && o >= layout.wide() + layout.eight();
+    for (int i = 0; i < layout.in; ++i) {
+      const int at = layout.weight_position(o, i);
+      packed(at) = weights(o, i);
+      starts_line[static_cast<std::size_t>(at)] =
+          by_rows ? i == 0 : o == 0 || layout.weight_position(o - 1, i) != at - 1;
+    }
+  }
+  std::string text = "{";
+  for (int at = 0; at < layout.weights(); ++at)
+    text += (starts_line[static_cast<std::size_t>(at)] ? "\n      " : " ") + init(packed(at), field) + ",";
+  return text + "\n    }";
 }
 
 /// Small integers of whatever type, `{a, b, c}`.
@@ -45,6 +74,9 @@ std::string CppNetwork::made() const {
 
 std::string CppNetwork::layers(const Initialiser& init) const {
   std::string text;
+  Eigen::Index weights = 0;
+  for (const DenseLayer& dense : network.layers) weights += dense.weights.size();
+  const bool is_large = weights > kLargeNetwork;
   for (std::size_t l = 0; l < network.layers.size(); ++l) {
     const DenseLayer& dense = network.layers[l];
     const std::string layer_reads = l == 0 ? reads : fmt::format("layer {}", l);
@@ -52,15 +84,19 @@ std::string CppNetwork::layers(const Initialiser& init) const {
       text += integer_layer(quantised->layers[l], fmt::format("k{}{}", layer, l + 1), layer_reads);
       continue;
     }
+    const std::string weights_field = fmt::format("{}.layers[{}].weights", field, l);
+    const bool laid_out = is_large && dense.weights.size() > kLargeLayer;
     text += fmt::format(
-        "\n// {0} x {1}: one neuron per line, reads {2}.\n"
-        "inline constexpr Dense<{3}, {1}, {0}> k{4}{5} = {{\n"
+        "\n// {0} x {1}: {8}, reads {2}.\n"
+        "inline constexpr {9}<{3}, {1}, {0}> k{4}{5} = {{\n"
         "    .weights = {6},\n"
         "    .bias = {7},\n"
         "}};\n",
-        dense.weights.rows(), dense.weights.cols(), layer_reads, init.scalar_name(), layer, l + 1,
-        init.rows(dense.weights, 6, fmt::format("{}.layers[{}].weights", field, l)),
-        init.vector(dense.bias, fmt::format("{}.layers[{}].bias", field, l)));
+        dense.weights.rows(), dense.weights.cols(), layer_reads, init.weight_type(), layer, l + 1,
+        laid_out ? panels(init, dense.weights, weights_field) : init.rows(dense.weights, 6, weights_field),
+        init.vector(dense.bias, fmt::format("{}.layers[{}].bias", field, l)),
+        laid_out ? "one input of a tile of neurons per line, as panels.h lays them out" : "one neuron per line",
+        laid_out ? "PanelDense" : "Dense");
   }
   return text;
 }
@@ -94,7 +130,7 @@ std::string CppNetwork::initialiser(const Initialiser& init, const std::string& 
 std::string CppNetwork::description() const {
   std::string text = std::to_string(network.inputs());
   for (const DenseLayer& dense : network.layers) text += fmt::format("-{}", dense.bias.size());
-  text += network.layers.size() == 1 ? ", linear" : " " + network.activation;
+  text += network.layers.size() == 1 ? ", linear" : " " + network.activation.substr(0, 4);  // no tier
   return text + (has_linear_path() ? " and a linear path" : "") + ", reads " + reads;
 }
 
@@ -112,8 +148,12 @@ Eigen::Index CppNetwork::activations() const {
 
 Eigen::Index CppNetwork::constant_bytes(const Initialiser& init) const {
   if (quantised) return packed_bytes(*quantised);
-  const Eigen::Index scalars = multiply_adds() + activations() + network.layers.back().bias.size();
-  return scalars * static_cast<Eigen::Index>(init.scalar_bytes());
+  const auto scalar = static_cast<Eigen::Index>(init.scalar_bytes()),
+             one = static_cast<Eigen::Index>(init.weight_bytes());
+  Eigen::Index bytes = network.linear_path.size() * scalar;
+  for (const DenseLayer& dense : network.layers)  // biases are aligned
+    bytes += (dense.weights.size() * one + scalar - 1) / scalar * scalar + dense.bias.size() * scalar;
+  return bytes;
 }
 
 }  // namespace nlo::codegen

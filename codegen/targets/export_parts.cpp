@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "codegen/error.h"
+#include "codegen/number_formats.h"
 #include "codegen/replay_run.h"
 #include "codegen/targets/generated_text.h"
 
@@ -38,16 +39,25 @@ std::string facts(const Model& m) {
   return text.empty() ? "" : "// About the model\n" + text + "//\n";
 }
 
-std::string integer_arithmetic(const Model& m, const ExportOptions& options) {
+std::string arithmetic_note(const Model& m, const ExportOptions& options) {
+  const bool is_int16 = options.scalar == ScalarType::kInt16, half = options.weights != WeightType::kFull;
+  const std::string tanh = tanh_note(options);
+  if (!is_int16 && !half && tanh.empty()) return "";
   const ExportError error = export_error(m, options);
   const bool has_table = m.inverse_map.activation == "tanh" && m.inverse_map.layers.size() > 1;
-  std::string text = fmt::format(
-      "//\n"
-      "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
-      "// Where z leaves its domain, T* is that of the nearest point in it. What this arithmetic costs, over {} "
-      "samples\n"
-      "// of a replay inside the domain (largest error, rms):\n",
-      has_table ? ", tanh by a table" : "", error.samples);
+  std::string text = "//\n";
+  if (is_int16)
+    text += fmt::format(
+        "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
+        "// Where z leaves its domain, T* is that of the nearest point in it. ",
+        has_table ? ", tanh by a table" : "");
+  if (half)
+    text += fmt::format("// Weights of layers are in {}, 2 bytes each; the arithmetic and all else is float.\n",
+                        weight_name(options.weights));
+  if (!tanh.empty()) text += fmt::format("// {}.\n", tanh);
+  text += fmt::format(
+      "{}What this arithmetic costs, over {} samples\n// of a replay inside the domain (largest error, rms):\n",
+      is_int16 ? "" : "// ", error.samples);
   for (int i = 0; i < m.nx(); ++i)
     text += fmt::format("//   {:<26}  {:.1e}, {:.1e}\n", channel_text(m.states[static_cast<std::size_t>(i)]),
                         error.max(i), error.rms(i));

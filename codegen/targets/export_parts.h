@@ -24,8 +24,9 @@ std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activation
 /// The model's provenance as lines of comment, a heading above them; empty when there is none.
 std::string facts(const Model& model);
 
-/// What a reader of an int16 export must know of its numbers: lines of comment.
-std::string integer_arithmetic(const Model& model, const ExportOptions& options);
+/// What a reader must know of numbers that are not plainly those of the scalar (int16, weights of 16 bits, a chosen
+/// tanh), as lines of comment; else empty.
+std::string arithmetic_note(const Model& model, const ExportOptions& options);
 
 /// Throws Error when the sample period or an output's range is lost in the scalar.
 void check_rounding(const Model& model, ScalarType scalar);

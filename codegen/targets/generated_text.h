@@ -14,10 +14,16 @@ namespace nlo::codegen {
 /// Initialisers of C arrays. Rounds each number once to the scalar; throws Error, naming the field, when one overflows.
 class Initialiser {
  public:
-  explicit Initialiser(ScalarType scalar) : scalar_(scalar) {}
+  explicit Initialiser(const ExportOptions& options) : scalar_(options.scalar), weights_(options.weights) {}
 
   const char* scalar_name() const { return scalar_ == ScalarType::kDouble ? "double" : "float"; }
   std::size_t scalar_bytes() const { return scalar_ == ScalarType::kDouble ? 8 : 4; }
+
+  /// Of a layer's weights, and their bytes.
+  const char* weight_type() const {
+    return weights_ == WeightType::kFull ? scalar_name() : weights_ == WeightType::kBfloat16 ? "Bfloat16" : "Float16";
+  }
+  std::size_t weight_bytes() const { return weights_ == WeightType::kFull ? scalar_bytes() : 2; }
 
   std::string operator()(double value, std::string_view field) const;
 
@@ -32,6 +38,7 @@ class Initialiser {
 
  private:
   ScalarType scalar_;
+  WeightType weights_;
 };
 
 /// At most `longest` characters of a set that can neither end nor continue a `//` comment: others become '_'.

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "codegen/embedded_text.h"
+#include "codegen/number_formats.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/export_parts.h"
@@ -54,11 +55,11 @@ std::string reads(const Model& m, const Initialiser& init, const Body& body) {
 }
 
 Values values_of(const Model& m, const ExportOptions& options, const std::string& name) {
-  const Initialiser init(options.scalar);
+  const Initialiser init(options);
   const bool single = init.scalar_bytes() == 4, c = structure(m) == "kkl";
   std::string upper = name, flags;
   for (char& letter : upper) letter = static_cast<char>(letter >= 'a' && letter <= 'z' ? letter - 'a' + 'A' : letter);
-  if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
+  flags += number_flags(options);
   if (name != m.name) flags += " --name " + name;
   const std::string input = m.drive ? fmt::format("const nlo::{}::Observer::Input u = {{{{{}}}}};\n", name,
                                                   calls("command_", m.drive->inputs))
@@ -102,6 +103,7 @@ Values values_of(const Model& m, const ExportOptions& options, const std::string
 /// The templates of `kind`, filled, with the header and the runtime in the folder `headers`.
 std::vector<NamedText> library(const Model& m, const ExportOptions& options, std::string_view kind,
                                const std::string& headers, std::string_view c99_row) {
+  check_weights(options, kind.substr(0, kind.size() - 1));
   const std::string name = export_name(m, options);
   Values values = values_of(m, options, name);
   const bool c = structure(m) == "kkl";

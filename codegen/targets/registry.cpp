@@ -55,4 +55,14 @@ const char* scalar_name(ScalarType scalar) {
   return scalar == ScalarType::kFloat ? "float" : scalar == ScalarType::kDouble ? "double" : "int16";
 }
 
+WeightType weight_type(const std::string& name) {
+  for (const WeightType type : {WeightType::kFull, WeightType::kBfloat16, WeightType::kFloat16})
+    if (name == weight_name(type)) return type;
+  throw Error("unknown type of weights \"" + name + "\"; there are float, bf16, fp16");
+}
+
+const char* weight_name(WeightType type) {
+  return type == WeightType::kFull ? "float" : type == WeightType::kBfloat16 ? "bf16" : "fp16";
+}
+
 }  // namespace nlo::codegen

@@ -2,6 +2,7 @@
 // What a model can be exported to. A new target is one file beside this one and one line in registry.cpp.
 #pragma once
 
+#include <nlo/activation.h>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -18,11 +19,21 @@ enum class ScalarType {
   kInt16,  ///< the inverse map in int16 (codegen/quantise.h), all around it in float
 };
 
+/// How the weights of layers are stored; biases and linear paths are of the scalar.
+enum class WeightType : std::uint8_t {
+  kFull,      ///< "float": as the scalar
+  kBfloat16,  ///< "bf16"
+  kFloat16,   ///< "fp16"
+};
+
 struct ExportOptions {
   std::string name;  ///< namespace and file name of what is generated; empty: the model's own
   ScalarType scalar = ScalarType::kFloat;
-  std::uint64_t seed = 1;  ///< replay: of the golden inputs
-  int samples = 400;       ///< replay: how many
+  WeightType weights = WeightType::kFull;
+  Activation tanh = Activation::kTanh;  ///< of the runtime's three; with_cheapest_tanh() sets both of these
+  std::string max_error = {};           ///< the limit by which tanh was chosen; empty: it was not
+  std::uint64_t seed = 1;               ///< replay: of the golden inputs
+  int samples = 400;                    ///< replay: how many
 };
 
 /// What an export is made of.
@@ -48,5 +59,9 @@ const ExportTarget& export_target(const std::string& name);
 /// "float", "double" or "int16". Throws Error.
 ScalarType scalar_type(const std::string& name);
 const char* scalar_name(ScalarType scalar);
+
+/// "float", "bf16" or "fp16". Throws Error.
+WeightType weight_type(const std::string& name);
+const char* weight_name(WeightType type);
 
 }  // namespace nlo::codegen

@@ -117,6 +117,16 @@ Model paper_model() {
                     {50, 50, 50, 50});
 }
 
+Model large_model() {
+  return model_with("large", Eigen::Vector3d(-0.81, -0.83, -0.63), {{"x1", "m", 0.0}, {"x2", "m/s", 0.0}},
+                    {256, 256, 256});
+}
+
+Model mixed_model() {
+  return model_with("mixed", Eigen::Vector3d(-0.81, -0.83, -0.63), {{"x1", "m", 0.0}, {"x2", "m/s", 0.0}},
+                    {18, 300, 60});
+}
+
 Model tiny_model() {
   return model_with("tiny", Eigen::Vector2d(-1.0, -4.0), {{"position", "m", 0.0}}, {4});
 }

@@ -39,7 +39,14 @@ Model general_model();
 /// linear path each.
 Model driven_model();
 
-/// The last three: a model of every structure but the plain KKL.
+/// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.
+Model large_model();
+
+/// T* 3-18-300-60-2, large, with layers of either form and what the panels' layout has: tiles of two sizes, eight,
+/// rest.
+Model mixed_model();
+
+/// The last three of example_models(): a model of every structure but the plain KKL.
 std::vector<Model> structure_models();
 
 /// All of the above; names are distinct.

@@ -2,13 +2,15 @@
 // Writes the exports of an example model, for tests that compile them:
 //   export_model                                           lists the examples
 //   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  TARGET model: its model file; spoilt: times FACTOR on one
-//   weight of a last layer
+//   weight of a last layer. SCALAR may be SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR: float,bf16
 #include <cstdio>
 #include <exception>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "codegen/model_file.h"
+#include "codegen/number_formats.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "tests/codegen/example_models.h"
@@ -16,7 +18,9 @@
 int main(int argc, char** argv) {
   using namespace nlo::codegen;
   try {
-    for (Model& model : example_models()) {
+    std::vector<Model> models = example_models();
+    if (argc > 1) models.insert(models.end(), {large_model(), mixed_model()});
+    for (Model& model : models) {
       if (argc == 1) std::printf("%s\n", model.name.c_str());
       if (argc < 6 || model.name != argv[1]) continue;
       Network& network = model.luenberger ? model.luenberger->nonlinearity
@@ -25,7 +29,12 @@ int main(int argc, char** argv) {
                                           : model.inverse_map;
       if (argc == 7) network.layers.back().weights(0, 0) *= std::stod(argv[6]);
       ExportOptions options;
-      options.scalar = scalar_type(argv[3]);
+      std::istringstream numbers(argv[3]);
+      std::string scalar, weights = "float", max_error;
+      std::getline(numbers, scalar, ',') && std::getline(numbers, weights, ',') && std::getline(numbers, max_error);
+      options.scalar = scalar_type(scalar);
+      options.weights = weight_type(weights.empty() ? "float" : weights);
+      if (!max_error.empty()) options = with_cheapest_tanh(model, options, max_error);
       options.name = argv[4];
       if (std::string(argv[2]) == "model") {
         write_model(model, argv[5]);

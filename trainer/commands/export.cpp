@@ -14,6 +14,7 @@
 #include "codegen/fit.h"
 #include "codegen/identifier.h"
 #include "codegen/model_file.h"
+#include "codegen/number_formats.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "trainer/commands/command.h"
@@ -23,7 +24,7 @@ namespace nlo::trainer {
 namespace {
 
 struct Arguments {
-  std::string model, target = "cpp", scalar = "float", name, output, max_error, fit;
+  std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit;
 };
 
 /// What the user is told of an export beside its file, and why it is refused (empty: it is not).
@@ -55,6 +56,7 @@ void run(const Arguments& arguments) {
   const codegen::ExportTarget& target = codegen::export_target(arguments.target);
   codegen::ExportOptions options;
   options.scalar = codegen::scalar_type(arguments.scalar);
+  options.weights = codegen::weight_type(arguments.weights);
   options.name = arguments.name;
   if (!options.name.empty() && !codegen::is_identifier(options.name))
     throw codegen::Error(
@@ -66,6 +68,9 @@ void run(const Arguments& arguments) {
     throw codegen::Error(fmt::format("-o -: target {} writes several files; name where they go", target.name));
   if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output);
   const codegen::Model model = codegen::read_model(arguments.model);
+  const bool has_tiers = !arguments.target.ends_with("c99");  // of tanh; C99 has the most accurate
+  if (has_tiers && !arguments.max_error.empty())
+    options = codegen::with_cheapest_tanh(model, options, arguments.max_error);
   const std::vector<codegen::NamedText> files = target.generate(model, options);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   const Verdict verdict = judge(model, options, arguments);
@@ -96,10 +101,16 @@ void add_export(CLI::App& app, Action& action) {
   command->add_option("--target", arguments->target, targets)->capture_default_str();
   command->add_option("--scalar", arguments->scalar, "arithmetic on the target: float, double, or int16 (kkl)")
       ->capture_default_str();
+  command
+      ->add_option("--weights", arguments->weights,
+                   "weights of layers, computed with in float: float, or half the bytes in bf16 or fp16 (cpp, replay)")
+      ->capture_default_str();
   command->add_option("--name", arguments->name, "namespace of what is generated, an identifier (the model's name)");
   command
-      ->add_option("--max-error", arguments->max_error,
-                   "refuse when a state's largest error on the replay is beyond VALUE, or STATE=VALUE,...")
+      ->add_option(
+          "--max-error", arguments->max_error,
+          "refuse when a state's largest error on the replay is beyond VALUE, or STATE=VALUE,...; in float, take "
+          "the cheapest tanh that keeps within it")
       ->type_name("VALUE");
   command
       ->add_option(
@@ -113,6 +124,7 @@ void add_export(CLI::App& app, Action& action) {
       "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"
       "  nlo export model.json --scalar int16 --max-error x1=0.01,x2=0.02 -o van_der_pol.h\n"
       "  nlo export model.json --scalar int16 --fit flash=32K,ram=2K,core=m4f -o van_der_pol.h\n"
+      "  nlo export model.json --weights bf16 --max-error 0.02 -o van_der_pol.h\n"
       "  nlo export model.json --target replay -o van_der_pol_replay.h\n"
       "  nlo export model.json --target c99 -o van_der_pol.h                      (and van_der_pol.c)\n"
       "  nlo export model.json --target arduino -o ~/Arduino/libraries/van_der_pol\n"
