@@ -17,7 +17,7 @@ std::string activation_of(const FoldedNetwork& n) {
   return n.activation == "relu" ? "Activation::kRelu" : "Activation::kSilu";
 }
 
-// Laying a layer out as a constant costs a compiler some 20 us per weight, and clang++ gives up on large ones. Smaller
+// Laying a layer out as a constant costs g++ some 25 us per weight, and clang++ gives up on large ones. Smaller
 // networks keep the readable form.
 constexpr Eigen::Index kLargeNetwork = 16384, kLargeLayer = 1024;  // weights
 
