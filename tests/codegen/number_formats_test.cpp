@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlo/mlp.h>
 #include <nlo/weight.h>
 
 #include <bit>
@@ -13,6 +14,7 @@
 #include <limits>
 #include <random>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "codegen/error.h"
@@ -180,6 +182,26 @@ TEST(LargeNetworks, AreWrittenAsTheyLieInMemory) {
   for (const char* layer : {"constexpr Dense<float, 3, 18>", "constexpr PanelDense<float, 18, 300>",
                             "constexpr PanelDense<float, 300, 60>", "constexpr Dense<float, 60, 2>"})
     EXPECT_THAT(header, HasSubstr(layer));
+}
+
+TEST(LargeNetworks, LieAsTheRuntimeLaysOutTheirNeurons) {
+  constexpr int kIn = 18, kOut = 300;
+  using Panels = PanelDense<float, kIn, kOut>;
+  const Eigen::MatrixXd weights = fold(mixed_model()).inverse_map.layers[1].weights;
+  static Dense<float, kIn, kOut> layer;
+  for (int o = 0; o < kOut; ++o)
+    for (int i = 0; i < kIn; ++i) layer.weights[o][i] = static_cast<float>(weights(o, i));
+  if constexpr (std::is_same_v<decltype(pack(layer)), Panels>) {  // this machine has vectors
+    const Panels packed = pack(layer);
+    const std::string header = cpp_header(mixed_model(), {});
+    std::size_t at = header.find("{", header.find(".weights = ", header.find("kLayer2 = "))) + 1;
+    for (const float weight : packed.weights) {
+      std::size_t length = 0;
+      ASSERT_EQ(std::stof(header.substr(at, 40), &length), weight);
+      at += length + 2;  // "f,"
+    }
+    EXPECT_EQ(header.substr(at, 8), "\n    },\n");
+  }
 }
 
 }  // namespace
