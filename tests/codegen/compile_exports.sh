@@ -95,8 +95,8 @@ for pair in rig_bf16:rig van_der_pol_fp16:van_der_pol van_der_pol_coarse:van_der
   [ "$status" -eq 3 ] || { echo "$name passes for $exact (exit $status)"; exit 1; }
 done
 
-# The control: half a percent on one weight of a last layer; five in int16, which rounds that much more.
-for entry in rig:float:1.005 rig:float,bf16:1.05 rig:int16:1.05 tiny_tanh:int16:1.05 pendulum:float:1.005 general:float:1.005 driven:float:1.005; do
+# The control: half a percent on one weight of a last layer; more where weights are rounded by as much.
+for entry in rig:float:1.005 rig:float,fp16:1.02 rig:float,bf16:1.1 rig:int16:1.05 tiny_tanh:int16:1.05 pendulum:float:1.005 general:float:1.005 driven:float:1.005; do
   IFS=: read -r name scalar factor <<<"$entry"
   [ "$scalar" = float ] || "$export_model" $name replay $scalar $name "$work/${name}_replay.h"
   "$export_model" $name cpp $scalar $name "$work/$name.h" "$factor"
