@@ -100,7 +100,8 @@ TEST(LuenbergerObserver, FollowsAKnownPlantToTheTruth) {
 
 /// z after 1 s of y = 0.5 - 2 t (a ramp at any sample period), sampled `steps` times.
 template <class Model>
-Eigen::Vector2d after_a_second(Model model, int steps) {
+Eigen::Vector2d after_a_second(const Model& pattern, int steps) {
+  Model model = pattern;
   model.sample_period_s = 1.0 / steps;
   SampledObserver<Model> observer(model);
   for (int k = 0; k <= steps; ++k) EXPECT_EQ(observer.step(0.5 - 2.0 * k / steps), StepStatus::kOk);
