@@ -40,7 +40,7 @@ function(nlo_add_model target)
   set(header ${folder}/${arg_NAME}.h)
   file(MAKE_DIRECTORY ${folder})
   add_custom_command(OUTPUT ${header}
-    COMMAND ${program} export ${model} --target cpp ${options} --name ${arg_NAME} -o ${header}
+    COMMAND ${program} export ${model} --quiet --target cpp ${options} --name ${arg_NAME} -o ${header}
     DEPENDS ${model} ${program}
     COMMENT "Exporting ${arg_NAME}.h"
     VERBATIM)

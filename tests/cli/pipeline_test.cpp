@@ -70,6 +70,13 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_THAT(int16.out, HasSubstr("error of int16 against the model's equations"));
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("QuantisedDense<"));
   EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "-o", "-"}).out.empty(), false);
+  const auto quiet = scratch.run({"export", "runs/tiny/model.json", "--quiet", "-o", "tiny.h"});
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_EQ(quiet.out + quiet.err, "");
+  const auto halves = scratch.run({"export", "runs/tiny/model.json", "--weights", "bf16", "-o", "tiny.h"});
+  EXPECT_EQ(halves.exit_code, 0) << halves.err;
+  EXPECT_THAT(halves.out, HasSubstr("bf16"));
+  EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("Dense<Bfloat16"));
 
   const auto pair = scratch.run({"export", "runs/tiny/model.json", "--target", "c99", "--name", "fly", "-o", "fly.h"});
   EXPECT_EQ(pair.exit_code, 0) << pair.err;

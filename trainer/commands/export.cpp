@@ -25,6 +25,7 @@ namespace {
 
 struct Arguments {
   std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit;
+  bool quiet = false;
 };
 
 /// What the user is told of an export beside its file, and why it is refused (empty: it is not).
@@ -79,12 +80,13 @@ void run(const Arguments& arguments) {
     throw RunFailure(verdict.refusal);
   }
   if (to_stdout) {
-    fmt::print(stderr, "{}", verdict.tables);
+    if (!arguments.quiet) fmt::print(stderr, "{}", verdict.tables);
     fmt::print("{}", files.front().text);
     return;
   }
   std::vector<std::string> written;
   run_phase([&] { written = codegen::write_export(target, files, arguments.output); });
+  if (arguments.quiet) return;
   fmt::print("{}", verdict.tables);
   for (std::size_t i = 0; i < written.size(); ++i) fmt::print("{}: {} bytes\n", written[i], files[i].text.size());
 }
@@ -118,6 +120,7 @@ void add_export(CLI::App& app, Action& action) {
           "print what M0+, M4F, M7 and M33 need; refuse what is beyond flash=32K,ram=2K,mac=5000,core=m4f (any "
           "of them)")
       ->type_name("BUDGET");
+  command->add_flag("-q,--quiet", arguments->quiet, "say nothing of an export that succeeds");
   command->add_option("-o,--output", arguments->output, "file or folder to write; - for stdout")->required();
   command->footer(
       "Examples:\n"
