@@ -28,7 +28,7 @@ constexpr auto model() {
 
 /// Measurements of every kind: good ones, missed ones, out of range, infinite, late first ones.
 float measurement(std::mt19937& random, int sample, int plant) {
-  const float y = testing::uniform<float>(random, -0.9F, 0.9F);
+  const float y = testing::uniform<float>(random, -0.9, 0.9);
   if (sample < plant % 4) return std::numeric_limits<float>::quiet_NaN();  // starts later than others
   switch (testing::uniform<float>(random, 0, 1) < 0.9F ? 0 : sample % 4) {
     case 1:
