@@ -9,19 +9,7 @@ declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=mic
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
 failed=0
 
-# Deepest path of the call graph below step_and_estimate [bytes], from GCC's .ci file. Calls that it cannot follow
-# (libm, libgcc) count as nothing: the painted stack has them.
-stack_bound() {
-  awk -F'"' '
-    /^node:/ { if (match($4, /[0-9]+ bytes/)) size[$2] = substr($4, RSTART, RLENGTH) + 0 }
-    /^edge:/ { calls[$2] = calls[$2] SUBSEP $4 }
-    function depth(f,    list, n, i, d, most) {
-      n = split(calls[f], list, SUBSEP)
-      for (i = 2; i <= n; ++i) if ((d = depth(list[i])) > most) most = d
-      return size[f] + most
-    }
-    END { print depth("step_and_estimate") }' "$1"
-}
+source "$(dirname "${BASH_SOURCE[0]}")/stack_bound.sh"
 
 # gate WHAT VALUE LIMIT
 gate() {

@@ -25,18 +25,7 @@ judge() {
   [[ $verdict == ok ]] || failed=1
 }
 
-# Deepest path of the call graph below step_and_estimate, from GCC's .ci file.
-stack_of() {
-  awk -F'"' '
-    /^node:/ { if (match($4, /[0-9]+ bytes/)) size[$2] = substr($4, RSTART, RLENGTH) + 0 }
-    /^edge:/ { calls[$2] = calls[$2] SUBSEP $4 }
-    function depth(f,    list, n, i, d, most) {
-      n = split(calls[f], list, SUBSEP)
-      for (i = 2; i <= n; ++i) if ((d = depth(list[i])) > most) most = d
-      return size[f] + most
-    }
-    END { print depth("step_and_estimate") }' "$1"
-}
+source "$source/bench/embedded/stack_bound.sh"
 
 arm-none-eabi-gcc "${cross[@]}" -c "$source/toolchains/cortex_m/startup.S" -o "$work/startup.o"
 arm-none-eabi-gcc "${cross[@]}" -O2 -c "$source/toolchains/cortex_m/semihosting.c" -o "$work/semihosting.o"
@@ -75,7 +64,7 @@ END_OF_PROGRAM
       --specs=nano.specs --specs=nosys.specs -L"$source/toolchains/cortex_m" -T"$board.ld" -Wl,--gc-sections \
       -Wl,--no-warn-rwx-segments -o "$work/$name.elf"
     flash=$(arm-none-eabi-size "$work/$name.elf" | awk 'NR == 2 { print $1 + $2 }')
-    stack=$(stack_of "$work/$name.ci")
+    stack=$(stack_bound "$work/$name.ci")
     judge "$core $model $scalar flash" "$flash" "$said_flash" $((flash * (100 + slack_percent) / 100 + slack_bytes))
     judge "$core $model $scalar stack" "$stack" "$said_stack" $((stack + slack_stack))
   done

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "nlo/activation.h"
 #include "nlo/simd.h"
 
 // Cortex-M with a single-precision FPU, optimised builds (the plain version gives the same bits).
@@ -16,11 +17,11 @@
 
 namespace nlo::kernels::cortex_m {
 
-inline constexpr float kTanhLimit = 7.75F;
-/// Coefficients of tanh_rational(): the leading ones of P and Q, then the other four of each, highest power first.
-inline constexpr float kTanhCoefficients[10] = {1.55599142e-08F, 8.646428e-07F,                       //
-                                                2.20985712e-05F, 0.00358292833F, 0.134537607F, 1.0F,  //
-                                                0.000343050633F, 0.0262066592F,  0.467870831F, 1.0F};
+/// The fit of tanh_rational(): the leading coefficients of P and Q, then the other four of each, highest power first.
+inline constexpr auto& kBestTanh = kTanhFit<Activation::kTanh, float>;
+inline constexpr float kTanhCoefficients[10] = {kBestTanh.p[4], kBestTanh.q[4],                                  //
+                                                kBestTanh.p[3], kBestTanh.p[2], kBestTanh.p[1], kBestTanh.p[0],  //
+                                                kBestTanh.q[3], kBestTanh.q[2], kBestTanh.q[1], kBestTanh.q[0]};
 
 #if defined(NLO_CORTEX_M_FLOAT)
 
