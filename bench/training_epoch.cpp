@@ -67,7 +67,7 @@ std::vector<double> time_steps(const Experiment& experiment, const Dataset& data
   ThreadPool pool(threads);
   Objective objective(experiment, structure, data, pool);
   const std::vector<float> eigenvalues = parameters_from_eigenvalues(structure.latent, structure.eigenvalues.data());
-  Rollout& rollout = objective.roll_out_all(eigenvalues.data());
+  const Rollout& rollout = objective.roll_out_flight(eigenvalues.data());
   normalise(structure, rollout);
   std::vector<float> parameters = initial_parameters(structure, experiment, rollout);
   std::vector<float> gradient(parameters.size());

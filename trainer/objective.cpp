@@ -41,8 +41,8 @@ void Objective::roll_out(const float* parameters, const std::vector<Segment>& se
                static_cast<std::uint64_t>(step), *pool_);
 }
 
-Rollout& Objective::roll_out_all(const float* parameters) {
-  roll_out(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
+const Rollout& Objective::roll_out_flight(const float* parameters) {
+  roll_out(parameters, flight_segments(*experiment_, *data_), Purpose::kValidationNoise, 0);
   return rollout_;
 }
 
@@ -53,7 +53,7 @@ ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gr
 }
 
 double Objective::validate(const float* parameters) {
-  roll_out_all(parameters);
+  roll_out(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
   static const LossConfig kStateErrorAlone;
   draw(0, true, kStateErrorAlone);
   return accumulate(parameters, nullptr).rmse;

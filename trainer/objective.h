@@ -39,8 +39,9 @@ class Objective {
   double validate(const float* parameters);
 
   Rollout& rollout() { return rollout_; }
-  /// Rolls whole runs out at these parameters of the latent system, with noise: for normalisation and for the domain.
-  Rollout& roll_out_all(const float* parameters);
+  /// Rolls out what flight_segments() gives at these parameters of the latent system, with noise: for scales, the start
+  /// of the linear path and the domain.
+  const Rollout& roll_out_flight(const float* parameters);
 
  private:
   enum class BlockKind { kRunning, kTerminal, kCollocation };

@@ -73,4 +73,11 @@ struct ObserverStructure {
   std::vector<double> eigenvalues_at(const float* parameters) const;
 };
 
+/// The feature is a row exp(-t / tau) of the latent system, which no output drives.
+inline bool is_clock(const ObserverStructure& structure, const Feature& feature) {
+  for (const Mode& mode : structure.latent.modes)
+    if (mode.output < 0 && mode.row == feature.latent) return true;
+  return false;
+}
+
 }  // namespace nlo::trainer

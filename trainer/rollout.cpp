@@ -22,6 +22,7 @@ TrainingData::TrainingData(const Dataset& dataset)
   for (const Trajectory& trajectory : dataset.trajectories) {
     Run run;
     run.samples = static_cast<int>(trajectory.samples());
+    run.first_estimate = static_cast<int>(trajectory.first_estimate);
     run.outputs = row_major(trajectory.outputs);
     run.states = row_major(trajectory.states);
     run.derivatives = row_major(trajectory.derivatives);

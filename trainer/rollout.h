@@ -24,6 +24,7 @@ struct TrainingData {
   struct Run {
     int samples = 0;
     int first_step = 0;              ///< number of the step that leaves sample 0
+    int first_estimate = 0;          ///< see Trajectory
     std::vector<float> outputs;      ///< n_y x samples
     std::vector<float> states;       ///< n_x x samples
     std::vector<float> weight;       ///< samples

@@ -61,6 +61,20 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
   return segments;
 }
 
+std::vector<Segment> flight_segments(const Experiment& experiment, const TrainingData& data) {
+  std::vector<Segment> segments = whole_runs(data);
+  if (experiment.training.mirror) {
+    for (Segment run : whole_runs(data)) {
+      run.sign = -1.0F;
+      segments.push_back(run);
+    }
+  }
+  if (experiment.training.mode == "full_batch") return segments;
+  constexpr long kNoStep = -1;  // a draw that no step of the training makes
+  for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);
+  return segments;
+}
+
 std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout& rollout, long step, bool all,
                                     ThreadPool& pool) {
   const TrainingConfig& training = experiment.training;

@@ -9,6 +9,7 @@
 
 #include "codegen/error.h"
 #include "codegen/file.h"
+#include "trainer/no_progress.h"
 #include "trainer/number_text.h"
 #include "trainer/objective.h"
 #include "trainer/optim/optimiser.h"
@@ -44,6 +45,15 @@ std::string hex(std::uint64_t value) {
   return text;
 }
 
+/// A run may be resumed with another number of steps: everything else makes it another run.
+std::string without_steps(const std::string& source_text) {
+  constexpr std::string_view kKey = "\nsteps = ";
+  const auto begin = source_text.find(kKey);
+  if (begin == std::string::npos) return source_text;
+  const auto end = source_text.find('\n', begin + 1);
+  return source_text.substr(0, begin) + (end == std::string::npos ? "" : source_text.substr(end));
+}
+
 void require_trainable(const Dataset& dataset, const std::string& which) {
   if (dataset.trajectories.empty()) throw codegen::Error("the " + which + " set holds no trajectories");
   bool counts = false;
@@ -69,7 +79,7 @@ class Training {
         validator_(experiment_, structure_, validation_data_, pool_),
         optimiser_(experiment.training.optimiser, parameter_groups()),
         data_hash_(data_fingerprint(validation, data_fingerprint(training, fingerprint(nullptr, 0)))) {
-    const std::string identity = experiment.source_text + '\n' + std::to_string(experiment.seed);
+    const std::string identity = without_steps(experiment.source_text) + '\n' + std::to_string(experiment.seed);
     fingerprint_ = fingerprint(identity.data(), identity.size(), data_hash_);
   }
 
@@ -115,6 +125,7 @@ class Training {
       report(value, first_step, elapsed_s);
     }
     save();
+    if (result.outcome == TrainOutcome::kFinished) judge(result);
     result.model = model();
     result.metrics = state_.metrics;
     result.steps_done = state_.step;
@@ -155,7 +166,7 @@ class Training {
   void start() {
     // The features' scales come from the initial latent system; they are part of the structure, not of the parameters.
     normalise_dynamics(structure_, training_data_, pool_);
-    Rollout& rollout = objective_.roll_out_all(initial_dynamics(structure_, experiment_).data());
+    const Rollout& rollout = objective_.roll_out_flight(initial_dynamics(structure_, experiment_).data());
     normalise(structure_, rollout);
     if (options_.resume) {
       state_ = read_checkpoint(path("checkpoint.bin"), fingerprint_);
@@ -164,6 +175,11 @@ class Training {
         throw codegen::Error(path("checkpoint.bin") +
                              ": its sizes do not fit the experiment; start afresh without --resume");
       }
+      if (state_.step > experiment_.training.steps)
+        throw codegen::Error(path("checkpoint.bin") + ": " + std::to_string(state_.step) +
+                             " steps are done and training.steps asks for " +
+                             std::to_string(experiment_.training.steps) +
+                             "; ask for more, or start afresh without --resume");
       optimiser_.memory() = state_.memory;
       return;
     }
@@ -181,8 +197,16 @@ class Training {
           "\"first_order\" or slower eigenvalues");
     }
     state_.best_rmse = initial_rmse;
-    add_metrics({.loss = initial_rmse * initial_rmse, .rmse = initial_rmse}, initial_rmse,
+    add_metrics(objective_.evaluate(state_.parameters.data(), 0, nullptr), initial_rmse,
                 experiment_.training.learning_rate);
+  }
+
+  void judge(TrainingResult& result) {
+    result.message = no_progress(state_.metrics);
+    if (result.message.empty()) return;
+    result.outcome = TrainOutcome::kNoProgress;
+    const Rollout& flight = objective_.roll_out_flight(state_.parameters.data());
+    result.message += ". " + likely_causes(experiment_, state_.metrics, structure_, dataset_, flight);
   }
 
   /// Exponential average of the weights, with a short memory at first so that it soon forgets where it came from.
@@ -261,7 +285,7 @@ class Training {
   }
 
   codegen::Model model() {
-    Rollout& rollout = objective_.roll_out_all(state_.best.data());
+    const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
     codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
     double time_s = 0.0;
     for (const Trajectory& trajectory : dataset_.trajectories) {

@@ -30,7 +30,12 @@ struct TrainOptions {
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
 };
 
-enum class TrainOutcome { kFinished, kInterrupted, kDiverged };
+enum class TrainOutcome {
+  kFinished,
+  kInterrupted,
+  kDiverged,   ///< stopped early: a number was not finite, or the loss grew without bounds
+  kNoProgress  ///< ran to its end and got nowhere: see no_progress.h
+};
 
 struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
@@ -39,7 +44,7 @@ struct TrainingResult {
   long steps_done = 0;
   double elapsed_s = 0.0;
   double validation_rmse = 0.0;  ///< of `model`
-  std::string message;           ///< diverged: what happened and what to try
+  std::string message;           ///< diverged, no progress: what happened and what to try
 };
 
 /// Trains on `training`; picks the model by its error on `validation` (with the training noise).

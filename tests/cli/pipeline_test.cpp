@@ -13,6 +13,7 @@
 namespace nlo::trainer {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -138,10 +139,40 @@ TEST(Program, AnInterruptedRunGoesOnToTheSameModel) {
   ASSERT_EQ(interrupted.exit_code, 1) << interrupted.err;
   EXPECT_THAT(interrupted.err, HasSubstr("interrupted after"));
   EXPECT_THAT(interrupted.err, HasSubstr("nlo train tiny.toml -o a --resume"));
-  EXPECT_FALSE(scratch.has("a/model.json"));
+  EXPECT_THAT(interrupted.err, HasSubstr("a/model.json has the best so far"));
+  EXPECT_EQ(scratch.run({"evaluate", "a/model.json", "--trajectories", "2"}).exit_code, 0);
   ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q", "--resume"}).exit_code, 0);
   ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "b", "-q"}).exit_code, 0);
   EXPECT_TRUE(scratch.read("a/model.json") == scratch.read("b/model.json"));
+}
+
+TEST(Program, AFinishedRunIsResumedWithMoreSteps) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  const auto with_steps = [&](const char* steps) {
+    return scratch.run({"train", "tiny.toml", "-o", "a", "-q", "--resume", "--set", steps});
+  };
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q"}).exit_code, 0);
+  const auto more = with_steps("training.steps=40");
+  EXPECT_EQ(more.exit_code, 0) << more.err;
+  EXPECT_THAT(scratch.read("a/metrics.csv"), AllOf(HasSubstr("\n20,"), HasSubstr("\n40,")));
+  const auto fewer = with_steps("training.steps=30");
+  EXPECT_NE(fewer.exit_code, 0);
+  EXPECT_THAT(fewer.err, HasSubstr("40 steps are done and training.steps asks for 30"));
+  const auto other = with_steps("training.learning_rate=0.5");
+  EXPECT_NE(other.exit_code, 0) << "control: all else makes it another run";
+}
+
+TEST(Program, ATrainingThatGotNowhereFailsAndKeepsItsModel) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  const auto run = scratch.run({"train", "tiny.toml", "-o", "a", "-q", "--set", "inverse_map.linear_path=true", "--set",
+                                "training.learning_rate=30"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("training got nowhere"));
+  EXPECT_THAT(run.err, HasSubstr("learning_rate = 30 may be too high"));
+  EXPECT_TRUE(scratch.has("a/model.json"));
+  EXPECT_TRUE(scratch.has("a/report.html"));
 }
 
 TEST(Program, ADivergingRunSaysWhatToTryAndKeepsTheLastGoodModel) {

@@ -83,6 +83,7 @@ hidden = [8]
 
 [training]
 steps = 20
+learning_rate = 0.1
 trajectories_per_step = 1
 samples_per_step = 64
 )";

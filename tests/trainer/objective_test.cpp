@@ -36,7 +36,7 @@ struct Problem {
         structure(make_structure(experiment, dataset.outputs, dataset.states)),
         objective(experiment, structure, data, pool) {
     normalise_dynamics(structure, data, pool);
-    Rollout& rollout = objective.roll_out_all(initial_dynamics(structure, experiment).data());
+    const Rollout& rollout = objective.roll_out_flight(initial_dynamics(structure, experiment).data());
     normalise(structure, rollout);
     parameters = initial_parameters(structure, experiment, rollout);
     std::mt19937 random(4);
@@ -48,6 +48,12 @@ struct Problem {
   }
   Problem(const Problem&) = delete;
 
+  /// Scales depend on the segments that training draws: for comparisons both must have the same.
+  void take_scales_of(const Problem& other) {
+    structure.features = other.structure.features;
+    structure.state_mean = other.structure.state_mean;
+    structure.state_scale = other.structure.state_scale;
+  }
   double loss(const std::vector<float>& at, long step) { return objective.evaluate(at.data(), step, nullptr).loss; }
   std::vector<float> gradient(long step) {
     std::vector<float> out(parameters.size());
@@ -249,14 +255,14 @@ TEST(Objective, ErrorIsThatOfTheModelRunPlainly) {
   }
 }
 
-TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesThatCount) {
+TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesFlownMaskedOrNot) {
   constexpr double kTolerance = 1e-4;  // float32 of the filter
   Experiment experiment = small_experiment();
   experiment.inverse_map.activation = "relu";
   experiment.observer.features = "latent_and_output";
   experiment.training.noise = {};
   Dataset dataset = harmonics(kUnequal, false);
-  dataset.trajectories[2].outputs.col(5) *= 50.0;  // masked samples must not set the range
+  dataset.trajectories[2].outputs.col(5) *= 50.0;  // masks are about the truth: the observer meets this
   for (Eigen::Index k = 5; k < dataset.trajectories[2].samples(); ++k) dataset.trajectories[2].weight(k) = 0.0;
   Problem problem(experiment, dataset);
   const codegen::Model model =
@@ -267,7 +273,6 @@ TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesThatCount) {
     Eigen::MatrixXd in(model.nz() + model.ny(), run.samples());
     in << codegen::ReferenceObserver<double>(model).run(run.outputs, {}, run.time_s, true).z, run.outputs;
     for (Eigen::Index k = 0; k < run.samples(); ++k) {
-      if (run.weight(k) <= 0.0) continue;
       Eigen::VectorXd a = (map.features * in.col(k) - map.feature_mean).cwiseQuotient(map.feature_scale);
       for (std::size_t l = 0; l < largest.size(); ++l) {
         a = (map.layers[l].weights * a + map.layers[l].bias).cwiseMax(0.0).eval();
@@ -369,6 +374,7 @@ TEST(Objective, RandomSamplesAgreeWithFullBatchesInExpectation) {
   experiment.training.trajectories_per_step = 64;
   experiment.training.samples_per_step = 64 * 16;
   Problem random(experiment, dataset);
+  random.take_scales_of(full);
   double sum = 0.0;
   double squares = 0.0;
   for (long step = 0; step < kSteps; ++step) {
@@ -421,7 +427,7 @@ TEST(Objective, NoiseHasTheNamedDeviation) {
        {std::pair{NoiseKind::kGaussian, 0.3}, std::pair{NoiseKind::kUniform, 0.3 / std::sqrt(3.0)}}) {
     experiment.training.noise = {kind, 0.3};
     Problem problem(experiment, dataset);
-    Rollout& rollout = problem.objective.roll_out_all(problem.parameters.data());
+    const Rollout& rollout = problem.objective.roll_out_flight(problem.parameters.data());
     double sum = 0.0;
     double squares = 0.0;
     double count = 0.0;
@@ -450,6 +456,8 @@ TEST(Objective, MirroredRunsOfAnOddMapCostTheSame) {
   Problem plain(experiment, harmonics(kUnequal, false));
   experiment.training.mirror = true;
   Problem mirrored(experiment, harmonics(kUnequal, false));
+  mirrored.take_scales_of(plain);
+  mirrored.parameters = plain.parameters;
   for (Problem* problem : {&plain, &mirrored}) {
     for (Feature& feature : problem->structure.features) feature.mean = 0.0F;
     for (float& mean : problem->structure.state_mean) mean = 0.0F;

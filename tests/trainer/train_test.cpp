@@ -102,7 +102,7 @@ TEST(Train, ResumedRunsGiveTheBytesOfAnUninterruptedOne) {
       experiment.training.ema = ema;
       if (experiment.training.optimiser != "adam") experiment.training.learning_rate = 1e-3;
       const TrainingResult whole = train_here(experiment);
-      ASSERT_EQ(whole.outcome, TrainOutcome::kFinished);
+      ASSERT_NE(whole.outcome, TrainOutcome::kDiverged);
       const ScratchDirectory directory;
       const TrainingResult first = train_for(experiment, directory.path(), false, 4);
       EXPECT_EQ(first.outcome, TrainOutcome::kInterrupted);
@@ -112,7 +112,7 @@ TEST(Train, ResumedRunsGiveTheBytesOfAnUninterruptedOne) {
       EXPECT_EQ(second.steps_done, 17);
       experiment.threads = 2;
       const TrainingResult last = train_for(experiment, directory.path(), true, 1000);
-      EXPECT_EQ(last.outcome, TrainOutcome::kFinished);
+      EXPECT_EQ(last.outcome, whole.outcome);
       EXPECT_EQ(codegen::to_json(last.model), codegen::to_json(whole.model)) << optimiser << ", ema " << ema;
       ASSERT_EQ(last.metrics.size(), whole.metrics.size());
       for (std::size_t i = 0; i < last.metrics.size(); ++i) {
@@ -271,8 +271,9 @@ TEST(Train, EigenvaluesThatOverflowAreADivergence) {
 TEST(Train, KeepsTheBestModelNotTheLast) {
   // A run that goes astray late: the model is of the lowest validation error on record.
   Experiment experiment = small_experiment();
-  experiment.training.learning_rate = 0.5;
-  experiment.training.schedule = "constant";
+  experiment.training.learning_rate = 0.01;
+  experiment.training.schedule = "exponential";  // growing: the run learns first and is thrown off in the end
+  experiment.training.decay = 1.3;
   experiment.training.validate_every = 1;
   const TrainingResult result = train_here(experiment);
   double lowest = result.metrics.front().validation_rmse;
@@ -361,7 +362,7 @@ TEST(Train, ADrawOfMaskedSamplesAloneIsNoDivergence) {
     run.weight.setZero();
     run.weight(50) = 1.0;
   }
-  EXPECT_EQ(train(experiment, sparse, validation_set(), {}).outcome, TrainOutcome::kFinished);
+  EXPECT_NE(train(experiment, sparse, validation_set(), {}).outcome, TrainOutcome::kDiverged);
 }
 
 TEST(Train, JitteredLogsTakeSegmentLengthsByTheNominalPeriod) {

@@ -105,16 +105,16 @@ void run(Arguments arguments) {
   run_phase([&] {
     make_output_directory(arguments.output);
     const TrainingResult result = train_with_progress(experiment, data, arguments);
-    if (result.outcome == TrainOutcome::kInterrupted)
-      throw RunFailure(
-          fmt::format("interrupted after {} of {} steps; all is saved, and this goes on to the same bytes: {}",
-                      result.steps_done, experiment.training.steps, resume_command(arguments)));
     codegen::write_model(result.model, arguments.output + "/model.json");
-    if (result.outcome == TrainOutcome::kDiverged) throw RunFailure(result.message);
+    if (result.outcome == TrainOutcome::kInterrupted)
+      throw RunFailure(fmt::format(
+          "interrupted after {} of {} steps; {}/model.json has the best so far, and this goes on to the same bytes: {}",
+          result.steps_done, experiment.training.steps, arguments.output, resume_command(arguments)));
     const Judgement judgement = judge(experiment, data, result.model);
     fmt::print("{}", judgement_text(result.model, judgement));
     write_run_report(result.model, judgement, arguments.output);
     fmt::print("model    {0}/model.json\nmetrics  {0}/metrics.csv\nreport   {0}/report.html\n", arguments.output);
+    if (result.outcome != TrainOutcome::kFinished) throw RunFailure(result.message);
   });
 }
 

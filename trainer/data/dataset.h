@@ -20,6 +20,8 @@ struct Trajectory {
   Eigen::MatrixXd outputs;  ///< n_y x N, noise-free when simulated, as measured when logged
   Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
   Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)
+  Eigen::Index first_estimate = 0;   ///< before it the latent state only settles (a dropped transient, a lead-in): no
+                                     ///< estimate is asked for there, in training or in flight
   Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x): where the PDE residual asks for it; else 0 x 0
   Eigen::MatrixXd inputs = {};       ///< n_u x N, what excited the plant; 0 x 0 when nothing did
 

@@ -23,7 +23,9 @@ void drop_transient(Dataset& dataset, double transient_s) {
   for (Trajectory& run : dataset.trajectories) {
     if (run.samples() == 0) continue;
     const Eigen::ArrayXd since_start = run.time_s.array() - run.time_s(0);
-    run.weight = (since_start < transient_s - rounding).select(0.0, run.weight);
+    const auto dropped = since_start < transient_s - rounding;
+    run.weight = dropped.select(0.0, run.weight);
+    run.first_estimate = std::max(run.first_estimate, static_cast<Eigen::Index>(dropped.count()));
     if (run.weight.maxCoeff() > 0.0) continue;
     throw codegen::Error(
         fmt::format("{}: transient = \"drop\" leaves no sample of its {:.4g} s, as the transient lasts {:.4g} s; take "

@@ -14,7 +14,8 @@ namespace nlo::trainer {
 /// t_c [s] for the initial eigenvalues of `observer` (clocks not counted) and k = `factor`; infinite without any.
 double transient_time_s(const ObserverConfig& observer, double factor);
 
-/// Sets the weight of all samples to 0 that lie less than transient_s behind the first of their trajectory. Throws
+/// Sets the weight of all samples to 0 that lie less than transient_s behind the first of their trajectory, and has
+/// estimates begin behind them. Throws
 /// codegen::Error naming the trajectory that has none left.
 void drop_transient(Dataset& dataset, double transient_s);
 

@@ -42,6 +42,7 @@ void prepend(const Eigen::MatrixXd& past_states, const Eigen::MatrixXd& past_out
   const double first = -static_cast<double>(n);
   run.time_s = joined(Eigen::RowVectorXd::LinSpaced(n, first, -1.0) * h, run.time_s.transpose()).transpose();
   run.weight = joined(Eigen::RowVectorXd::Zero(n), run.weight.transpose()).transpose();
+  run.first_estimate += n;
 }
 
 }  // namespace

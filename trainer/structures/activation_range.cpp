@@ -39,7 +39,7 @@ class LargestActivations {
 
 }  // namespace
 
-void record_largest_activations(codegen::Model& model, Rollout& rollout) {
+void record_largest_activations(codegen::Model& model, const Rollout& rollout) {
   const codegen::Network& map = model.inverse_map;
   if (map.layers.size() < 2 || map.activation == "tanh") return;
 
@@ -53,8 +53,8 @@ void record_largest_activations(codegen::Model& model, Rollout& rollout) {
   MatrixXd block(map.inputs(), kBlock);  // [z; y], or z
   Index filled = 0;
   long visited = 0;
-  for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
-    if (visited++ % stride != 0 || weight(rollout, segment, time) <= 0.0F) return;
+  for_each_sample(rollout, [&](const Segment&, const SegmentGroup& group, int lane, int time) {
+    if (visited++ % stride != 0) return;
     for (Index i = 0; i < block.rows(); ++i) {
       const bool is_latent = i < model.nz();
       const std::vector<float>& signal = is_latent ? group.latent : group.outputs;

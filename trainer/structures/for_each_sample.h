@@ -1,22 +1,35 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
+#include "trainer/observer_structure.h"
 #include "trainer/rollout.h"
 
 namespace nlo::trainer {
 
-/// Calls visit(segment, group, lane, time) for every recorded sample of a rollout.
+/// Calls visit(segment, group, lane, time) for every sample of a rollout at which an estimate is asked for, from the
+/// first of each segment on, whether its truth is masked or not.
 template <class Visit>
-void for_each_sample(Rollout& rollout, const Visit& visit) {
+void for_each_sample(const Rollout& rollout, const Visit& visit) {
   for (std::size_t g = 0; g < rollout.groups().size(); ++g) {
     const SegmentGroup& group = rollout.groups()[g];
     for (int l = 0; l < group.lanes; ++l) {
       const Segment& segment = rollout.segment(static_cast<int>(g), l);
-      for (int t = 0; t < segment.length; ++t) visit(segment, group, l, t);
+      const int first_estimate = rollout.data().runs[static_cast<std::size_t>(segment.run)].first_estimate;
+      for (int t = std::max(0, first_estimate - segment.start); t < segment.length; ++t) visit(segment, group, l, t);
     }
   }
+}
+
+/// A feature of T* there, not normalised.
+inline float feature_value(const Feature& feature, const SegmentGroup& group, int lane, int time) {
+  float u = 0.0F;
+  if (feature.latent >= 0) u += group.latent[group.at(feature.latent, time) + static_cast<std::size_t>(lane)];
+  if (feature.output >= 0)
+    u += feature.output_gain * group.outputs[group.at(feature.output, time) + static_cast<std::size_t>(lane)];
+  return u;
 }
 
 /// How much the truth counts there; 0: masked.

@@ -33,15 +33,6 @@ std::complex<double> eigenvalue(const Mode& mode, const std::vector<double>& eig
   return {eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0};
 }
 
-float feature_value(const Feature& feature, const SegmentGroup& group, int lane, int time) {
-  float u = 0.0F;
-  if (feature.latent >= 0) u += group.latent[group.at(feature.latent, time) + static_cast<std::size_t>(lane)];
-  if (feature.output >= 0) {
-    u += feature.output_gain * group.outputs[group.at(feature.output, time) + static_cast<std::size_t>(lane)];
-  }
-  return u;
-}
-
 float target(const Rollout& rollout, const Segment& segment, int state, int time) {
   const TrainingData::Run& run = rollout.data().runs[static_cast<std::size_t>(segment.run)];
   return segment.sign * run.states[static_cast<std::size_t>(state * run.samples + segment.start + time)];
@@ -240,16 +231,15 @@ std::vector<float> initial_dynamics(const ObserverStructure& structure, const Ex
   return parameters;
 }
 
-void normalise(ObserverStructure& structure, Rollout& rollout) {
+void normalise(ObserverStructure& structure, const Rollout& rollout) {
   std::vector<Moments> features(structure.features.size());
   std::vector<Moments> states(structure.state_mean.size());
   std::vector<Moments> latent(structure.latent_mean.size());
   for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
-    const auto w = static_cast<double>(weight(rollout, segment, time));
-    if (w <= 0.0) return;  // T* is not trained there: a dropped transient, a masked edge
     for (std::size_t f = 0; f < features.size(); ++f) {
       features[f].add(static_cast<double>(feature_value(structure.features[f], group, lane, time)), 1.0);
     }
+    const auto w = static_cast<double>(weight(rollout, segment, time));
     for (std::size_t i = 0; i < states.size(); ++i) {
       states[i].add(static_cast<double>(target(rollout, segment, static_cast<int>(i), time)), w);
     }
@@ -261,6 +251,9 @@ void normalise(ObserverStructure& structure, Rollout& rollout) {
   for (std::size_t f = 0; f < features.size(); ++f) {
     structure.features[f].mean = static_cast<float>(features[f].mean);
     structure.features[f].scale = safe_scale(features[f].deviation());
+    // A clock runs from 1 to 0, known without data; most samples are late, so their deviation says nothing of its
+    // start.
+    if (is_clock(structure, structure.features[f])) structure.features[f].mean = structure.features[f].scale = 0.5F;
   }
   for (std::size_t i = 0; i < states.size(); ++i) {
     structure.state_mean[i] = static_cast<float>(states[i].mean);
@@ -273,7 +266,7 @@ void normalise(ObserverStructure& structure, Rollout& rollout) {
 }
 
 std::vector<float> initial_parameters(const ObserverStructure& structure, const Experiment& experiment,
-                                      Rollout& rollout) {
+                                      const Rollout& rollout) {
   std::vector<float> parameters = initial_dynamics(structure, experiment);
   if (structure.features.empty()) return parameters;
   // Beside a linear path the network starts as no correction at all: exactly from the ridge regression.

@@ -18,18 +18,20 @@ ObserverStructure make_structure(const Experiment& experiment, const std::vector
 /// Sets the means and scales of what a network within the latent system reads; before anything is rolled out.
 void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool);
 
-/// Sets means and scales from filtered training data: the features' from the rollout, the states' from the data.
-void normalise(ObserverStructure& structure, Rollout& rollout);
+/// Sets means and scales from the training data as flown (flight_segments): those of features over all samples, masked
+/// or not, as masks concern the truth alone; those of states over the truth that counts. A clock gets the
+/// centre and the half width of its range, [0, 1].
+void normalise(ObserverStructure& structure, const Rollout& rollout);
 
 /// Initial parameters of the latent system: eigenvalues, or a network.
 std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment);
 
 /// Initial parameters; with a linear path, L is the ridge regression of the states on the features.
 std::vector<float> initial_parameters(const ObserverStructure& structure, const Experiment& experiment,
-                                      Rollout& rollout);
+                                      const Rollout& rollout);
 
-/// The trained model. `rollout`: training data rolled out with these parameters, for the domain.
+/// The trained model. `rollout`: training data as flown (flight_segments) with these parameters, for the domain.
 codegen::Model to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
-                        const Dataset& dataset, Rollout& rollout);
+                        const Dataset& dataset, const Rollout& rollout);
 
 }  // namespace nlo::trainer

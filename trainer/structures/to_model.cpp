@@ -110,20 +110,19 @@ MatrixXd set_linear_latent(codegen::Model& model, const ObserverStructure& struc
 
 /// The domain: what latent states training has seen, relative to S y for angles, and a tenth of their range more.
 /// Outputs: one more range on either side before a measurement is called impossible; angles may count 64 turns.
-void set_ranges(codegen::Model& model, Rollout& rollout, const MatrixXd& steady_gain) {
+void set_ranges(codegen::Model& model, const Rollout& rollout, const MatrixXd& steady_gain) {
   const Index nz = model.nz(), ny = model.ny();
   model.latent_min = VectorXd::Constant(nz, std::numeric_limits<double>::infinity());
   model.latent_max = -model.latent_min;
   VectorXd output_min = VectorXd::Constant(ny, std::numeric_limits<double>::infinity()), output_max = -output_min;
   VectorXd y(ny);
-  for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
+  for_each_sample(rollout, [&](const Segment&, const SegmentGroup& group, int lane, int time) {
     const auto at = [&](const std::vector<float>& signal, Index row) {
       return static_cast<double>(signal[group.at(static_cast<int>(row), time) + static_cast<std::size_t>(lane)]);
     };
     for (Index j = 0; j < ny; ++j) y(j) = at(group.outputs, j);
     output_min = output_min.cwiseMin(y);
     output_max = output_max.cwiseMax(y);
-    if (weight(rollout, segment, time) <= 0.0F) return;  // a transient that was dropped is not of the domain
     for (Index r = 0; r < nz; ++r) {
       double z = at(group.latent, r);
       for (Index j = 0; j < ny; ++j) {
@@ -150,7 +149,7 @@ void set_ranges(codegen::Model& model, Rollout& rollout, const MatrixXd& steady_
 }  // namespace
 
 codegen::Model to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
-                        const Dataset& dataset, Rollout& rollout) {
+                        const Dataset& dataset, const Rollout& rollout) {
   codegen::Model model;
   model.name = experiment.name;
   model.outputs = dataset.outputs;
