@@ -48,6 +48,7 @@ struct ColumnConfig {
   double wrap = 0.0;                ///< full turn of an angle, in its unit; 0: not an angle
   std::string encoding = "unwrap";  ///< of an angle: "unwrap", or "sincos": two channels NAME_sin and NAME_cos
   std::string derivative_of;        ///< a state that is the derivative of this column (see VelocityFilter)
+  bool odd = true;                  ///< the mirror image of a run has its sign turned; false: a temperature, a distance
 };
 
 /// [log.velocity_filter]: Butterworth low-pass run forwards and backwards, then a central difference.

@@ -225,5 +225,21 @@ TEST(ConfigErrors, Columns) {
             "no error");
 }
 
+TEST(ConfigErrors, AMirrorThatIsNone) {
+  const std::string plant = with(kPlantExperiment, "model = \"van_der_pol\"\nparameters = { mu = 1.5 }",
+                                 "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a + a^2\"]\noutputs = [\"a\"]");
+  expect_rows(plant, {{"steps = 10", "mirror = true", "e.toml:20", "mirror = true: the plant is not odd: at x = ("}});
+  EXPECT_EQ(error_of(with(kPlantExperiment, "steps = 10", "mirror = true")), "no error") << "control: odd";
+  const std::string log = kLogExperiment + "[training]\nmirror = true\n";
+  EXPECT_EQ(error_of(log), "no error") << "control: an unwrapped angle and its rate";
+  const std::string refused = error_of(
+      with(log, "[observer]", "[[log.columns]]\nname = \"temperature\"\nrole = \"state\"\nodd = false\n[observer]"));
+  EXPECT_THAT(refused, HasSubstr("the column temperature is declared odd = false"));
+  const std::string cosine =
+      with(log, "[observer]",
+           "[[log.columns]]\nname = \"turn\"\nrole = \"state\"\nwrap = 360\nencoding = \"sincos\"\n[observer]");
+  EXPECT_THAT(error_of(cosine), HasSubstr("cos(turn) keeps its sign"));
+}
+
 }  // namespace
 }  // namespace nlo::trainer

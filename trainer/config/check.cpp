@@ -10,6 +10,7 @@
 #include "trainer/data/log_schema.h"
 #include "trainer/data/transient.h"
 #include "trainer/number_text.h"
+#include "trainer/plants/odd_symmetry.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/observer_gain.h"
 
@@ -288,12 +289,28 @@ class Check {
     if (t.noise_level_max > 0.0 && t.noise.kind == NoiseKind::kNone)
       fail("training.noise_level_max",
            "[training] noise_level_max scales the noise, and there is none; set noise = \"gaussian:1\" or remove it");
-    if (t.mirror && e_.log)
-      for (const ColumnConfig& column : e_.log->columns)
-        if (column.role == ColumnRole::kOutput && column.wrap > 0.0 && column.encoding == "sincos")
-          fail("training.mirror", fmt::format("[training] mirror turns every output's sign, and cos({}) has none to "
-                                              "turn; set mirror = false, or the angle's encoding = \"unwrap\"",
-                                              column.name));
+    if (t.mirror) mirror();
+  }
+
+  void mirror() const {
+    const auto refuse = [&](const std::string& why) { fail("training.mirror", "[training] mirror = true: " + why); };
+    if (e_.plant)
+      if (const auto found = odd_counterexample(*make_plant(*e_.plant), e_.simulation))
+        refuse(fmt::format("{}; set mirror = false", *found));
+    if (!e_.log) return;
+    for (const ColumnConfig& column : e_.log->columns) {
+      if (column.role != ColumnRole::kOutput && column.role != ColumnRole::kState) continue;
+      if (column.wrap > 0.0 && column.encoding == "sincos")
+        refuse(
+            fmt::format("the mirror image of a run has the sign of every channel turned, and cos({}) keeps its sign; "
+                        "set mirror = false, or the angle's encoding = \"unwrap\"",
+                        column.name));
+      if (!column.odd)
+        refuse(
+            fmt::format("the column {} is declared odd = false, so the mirror image of a log is no run of this "
+                        "rig; set mirror = false",
+                        column.name));
+    }
   }
 
   /// It lies at the start of whole trajectories: what draws samples elsewhere contradicts that.

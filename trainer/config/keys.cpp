@@ -101,6 +101,7 @@ const std::vector<Key<ColumnConfig>>& keys() {
       key("encoding", &C::encoding, one_of({"unwrap", "sincos"}),
           "of an angle; sincos: two channels NAME_sin and NAME_cos"),
       key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
+      key("odd", &C::odd, any(), "mirror turns its sign; false (a temperature, a distance): no mirror image exists"),
   };
   return kKeys;
 }
@@ -211,7 +212,7 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("noise", &T::noise, any(), "added to the outputs, drawn afresh in each step"),
       key("noise_level_max", &T::noise_level_max, at_least(0),
           "> 0: each trajectory's noise is scaled by a number in [0, max]"),
-      key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it"),
+      key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it; checked"),
       key("gradient", &T::gradient, one_of({"automatic", "backprop", "adjoint"}),
           "of the latent system; automatic: the exact filter where it is linear, else backprop"),
       key("transient", &T::transient, one_of({"keep", "drop", "backward"}),

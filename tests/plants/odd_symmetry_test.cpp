@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/plants/odd_symmetry.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+
+std::string counterexample(const std::vector<std::string>& derivative, const std::string& output) {
+  PlantConfig plant;
+  for (std::size_t i = 0; i < derivative.size(); ++i) plant.states.push_back("x" + std::to_string(i + 1));
+  plant.derivative = derivative;
+  plant.outputs = {output};
+  SimulationConfig simulation;
+  simulation.initial_low.assign(derivative.size(), -2.0);
+  simulation.initial_high.assign(derivative.size(), 3.0);
+  return odd_counterexample(*make_plant(plant), simulation).value_or("odd");
+}
+
+TEST(OddSymmetry, IsFoundInOddPlantsAndOnlyThere) {
+  const std::vector<std::string> van_der_pol = {"x2", "(1 - x1^2) * x2 - x1"};
+  EXPECT_EQ(counterexample(van_der_pol, "x1"), "odd");
+  EXPECT_EQ(counterexample(van_der_pol, "x1 + x2^3 + sin(x1)"), "odd");
+  EXPECT_EQ(counterexample({"x2", "-x1 + 0 * x1^2"}, "x1"), "odd");
+  EXPECT_THAT(counterexample(van_der_pol, "x1 + 0.001 * x2^2"), HasSubstr("the output of y"));
+  EXPECT_THAT(counterexample({"x2", "-x1 - 0.001"}, "x1"), HasSubstr("dx/dt of x2"));
+  EXPECT_THAT(counterexample(van_der_pol, "cos(x1)"), HasSubstr("the output of y"));
+}
+
+TEST(OddSymmetry, TheLorenzSystemIsRefusedWithACounterexample) {
+  const std::string found = counterexample({"10 * (x2 - x1)", "x1 * (28 - x3) - x2", "x1 * x2 - 8 / 3 * x3"}, "x1");
+  EXPECT_THAT(found, HasSubstr("at x = ("));
+  EXPECT_THAT(found, HasSubstr("and at -x it is"));
+}
+
+TEST(OddSymmetry, WhereThePlantHasNoValueNothingIsClaimed) {
+  EXPECT_EQ(counterexample({"x2", "-x1 * sqrt(x1^2 - 100)"}, "x1"), "odd");
+}
+
+TEST(OddSymmetry, TheBuiltInOscillatorsAreOdd) {
+  for (const char* name : {"van_der_pol", "reverse_duffing", "harmonic_oscillator"}) {
+    PlantConfig plant;
+    plant.model = name;
+    SimulationConfig simulation;
+    simulation.initial_low = {-1.0, -1.0};
+    simulation.initial_high = {1.0, 1.0};
+    EXPECT_EQ(odd_counterexample(*make_plant(plant), simulation).value_or("odd"), "odd") << name;
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer
