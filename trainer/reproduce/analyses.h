@@ -14,6 +14,10 @@ Section luenberger_like(const Workbench& bench);
 Section table_1(const Workbench& bench);
 Section table_2(const Workbench& bench);
 
+// eigenvalue_starts.cpp
+std::vector<std::string_view> start_experiments();
+Section eigenvalue_starts(const Workbench& bench);
+
 // van_der_pol_figures.cpp
 Section van_der_pol_with_noise(const Workbench& bench);
 Section van_der_pol_without_noise(const Workbench& bench);

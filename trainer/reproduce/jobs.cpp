@@ -59,13 +59,20 @@ TrainingResult train_job(const Job& job, const std::string& directory, const std
 }  // namespace
 
 Experiment paper_experiment(std::string_view name, const Size& size, int seed) {
-  const std::string shipped_name = "paper/" + std::string(name);
+  std::vector<std::string> overrides{fmt::format("seed={}", seed)};
+  std::string shipped_name = "paper/" + std::string(name.substr(0, name.find(' ')));
+  for (std::size_t at = name.find(' '); at != std::string_view::npos;) {
+    const std::size_t next = name.find(' ', at + 1);
+    overrides.emplace_back(name.substr(at + 1, next == std::string_view::npos ? next : next - at - 1));
+    at = next;
+  }
   for (const ShippedExperiment& shipped : shipped_experiments()) {
     if (shipped.name != shipped_name) continue;
-    const std::string file = shipped_name + ".toml", seeded = fmt::format("seed={}", seed);
-    const Experiment full = parse_experiment(shipped.text, file, {seeded});
+    const std::string file = shipped_name + ".toml";
+    const Experiment full = parse_experiment(shipped.text, file, overrides);
     const int steps = std::max(1, static_cast<int>(std::lround(full.training.steps * size.steps)));
-    return parse_experiment(shipped.text, file, {seeded, fmt::format("training.steps={}", steps)});
+    overrides.push_back(fmt::format("training.steps={}", steps));
+    return parse_experiment(shipped.text, file, overrides);
   }
   throw codegen::Error(fmt::format("{}: there is no such experiment of the paper", name));
 }
