@@ -53,7 +53,9 @@ TEST(Evaluate, SameBytesForAnyNumberOfThreads) {
     const Evaluation many = evaluate_on_plant(low_pass_model(), set, kGaussian, 7, threads);
     EXPECT_EQ(evaluation_json("m", {one}, 1.0), evaluation_json("m", {many}, 1.0));
     EXPECT_EQ(one.metrics.curve, many.metrics.curve);
-    EXPECT_EQ(one.example.estimate, many.example.estimate);
+    ASSERT_EQ(one.examples.size(), many.examples.size());
+    for (std::size_t i = 0; i < one.examples.size(); ++i)
+      EXPECT_EQ(one.examples[i].estimate, many.examples[i].estimate);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "codegen/error.h"
 #include "codegen/reference_observer.h"
+#include "trainer/analysis/examples.h"
 #include "trainer/analysis/measurement_noise.h"
 #include "trainer/parallel.h"
 
@@ -33,6 +34,7 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
   std::vector<ErrorAccumulator> sums(chunks, ErrorAccumulator(clean.states, clean.sample_period_s));
   ThreadPool pool(threads);
   std::vector<Estimator> estimators(static_cast<std::size_t>(pool.threads()));
+  FirstAndWorst examples(clean);
   pool.run(static_cast<int>(chunks), [&](int task, int thread) {
     const auto chunk = static_cast<std::size_t>(task);
     Estimator& estimate = estimators[static_cast<std::size_t>(thread)];
@@ -41,13 +43,14 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
       Eigen::MatrixXd measured = MeasurementNoise(noise, seed, i).on(runs[i].outputs);
       Eigen::MatrixXd estimates = estimate(measured, runs[i].inputs, runs[i].time_s);
       sums[chunk].add(runs[i], estimates);
-      if (i == 0) result.example = {runs[i], std::move(measured), std::move(estimates)};
+      examples.offer(i, std::move(measured), std::move(estimates));
     }
   });
 
   ErrorAccumulator total(clean.states, clean.sample_period_s);
   for (const auto& sum : sums) total.merge(sum);
   result.metrics = total.metrics();
+  result.examples = examples.take();
   return result;
 }
 
@@ -85,7 +88,9 @@ Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, 
     throw Error("evaluation: model " + model.name + " maps " + std::to_string(model.ny()) + " outputs to " +
                 std::to_string(model.nx()) + " states, the test set has " + std::to_string(clean.outputs.size()) +
                 " and " + std::to_string(clean.states.size()));
-  return evaluate("observer", observer_estimator(model, clean.uniform), clean, noise, seed, threads);
+  Evaluation result = evaluate("observer", observer_estimator(model, clean.uniform), clean, noise, seed, threads);
+  for (EvaluatedRun& run : result.examples) run.outside = outside_of_domain(model, run, clean.uniform);
+  return result;
 }
 
 }  // namespace nlo::trainer

@@ -30,9 +30,11 @@ using EstimatorFactory = std::function<Estimator()>;
 
 /// One run of the test, kept for plots.
 struct EvaluatedRun {
-  Trajectory truth;          ///< clean outputs and states
-  Eigen::MatrixXd measured;  ///< n_y x N, what the estimator saw
-  Eigen::MatrixXd estimate;  ///< n_x x N
+  Trajectory truth;              ///< clean outputs and states
+  Eigen::MatrixXd measured;      ///< n_y x N, what the estimator saw
+  Eigen::MatrixXd estimate;      ///< n_x x N
+  std::string why = {};          ///< "first", "best", "worst": why it is among the examples; may be empty
+  Eigen::VectorXd outside = {};  ///< N: 1 where z is outside of the training domain; size 0: not known
 };
 
 struct Evaluation {
@@ -43,7 +45,7 @@ struct Evaluation {
   double horizon_s = 0.0;
   std::vector<Channel> states, outputs;
   ErrorMetrics metrics;
-  EvaluatedRun example;                                              ///< the first trajectory
+  std::vector<EvaluatedRun> examples;                                ///< the first trajectory, then the worst
   std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: name, expression over t
 };
 
@@ -58,7 +60,7 @@ EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_st
 /// Always the mean state of `dataset`: what knowing nothing but the set's average is worth.
 EstimatorFactory constant_estimator(const Dataset& dataset);
 
-/// evaluate() of a model.
+/// evaluate() of a model, whose examples also say where z leaves the training domain.
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
                              std::uint64_t seed, int threads);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "codegen/error.h"
+#include "trainer/analysis/examples.h"
 #include "trainer/analysis/measurement_noise.h"
 #include "trainer/analysis/text.h"
 #include "trainer/data/log_baselines.h"
@@ -78,14 +79,21 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   const Estimator observer = observer_estimator(model, logs.uniform)();
   std::vector<Eigen::MatrixXd> estimates;
   ErrorAccumulator sum(logs.states, logs.sample_period_s);
+  std::vector<double> errors;
+  const Eigen::VectorXd scale = state_scale(logs);
   for (std::size_t i = 0; i < logs.trajectories.size(); ++i) {
     const Trajectory& run = measured.trajectories[i];
     estimates.push_back(observer(run.outputs, run.inputs, run.time_s));
     sum.add(logs.trajectories[i], estimates.back());
+    errors.push_back(relative_error(logs.trajectories[i], estimates.back(), logs.states, scale));
   }
   judge("observer", {}, estimates);
   result.metrics = sum.metrics();
-  result.example = {logs.trajectories.front(), measured.trajectories.front().outputs, estimates.front()};
+  for (const Chosen& chosen : spread_choice(errors)) {
+    const std::size_t i = chosen.run;
+    result.examples.push_back({logs.trajectories[i], measured.trajectories[i].outputs, estimates[i], chosen.why});
+    result.examples.back().outside = outside_of_domain(model, result.examples.back(), logs.uniform);
+  }
 
   // The baselines see the noise that the observer sees, with draws of their own for fitting.
   const Dataset fitted_on = with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1);

@@ -30,7 +30,7 @@ struct LogEvaluation {
   std::uint64_t seed = 0;
   std::string baselines_fitted_on;  ///< "the training logs", "these logs"
   std::vector<Channel> states, outputs;
-  EvaluatedRun example;  ///< the first log
+  std::vector<EvaluatedRun> examples;  ///< all logs, or kMostExamples of them (examples.h); the first is the first
 };
 
 /// A state whose error after 2 s exceeds this share of the constant predictor's is called out as not seen.

@@ -237,7 +237,7 @@ void add_plant_sections(Page& page, const ReportData& data) {
   page.text(plant_table(data.evaluations));
   page.figure(error_figure(data.evaluations));
   page.heading("One run of the test set");
-  Figure run = run_figure(group.front().example, group.front().states, group.front().outputs, kShownS);
+  Figure run = run_figure(group.front().examples.front(), group.front().states, group.front().outputs, kShownS);
   run.caption = fmt::format("The first run of the test set with {}: the observer starts without knowing the state.",
                             noise_title(group.front().noise));
   page.figure(std::move(run));
@@ -248,8 +248,8 @@ void add_log_sections(Page& page, const ReportData& data) {
   page.heading("Errors on logs that were not trained on");
   page.text(log_tables(*data.logs));
   page.heading("One of these logs");
-  Figure run = run_figure(data.logs->example, data.logs->states, data.logs->outputs, kShownS);
-  run.caption = fmt::format("The first {} s of {}.", significant(kShownS, 2), data.logs->example.truth.source);
+  Figure run = run_figure(data.logs->examples.front(), data.logs->states, data.logs->outputs, kShownS);
+  run.caption = fmt::format("The first {} s of {}.", significant(kShownS, 2), data.logs->examples.front().truth.source);
   page.figure(std::move(run));
 }
 
