@@ -51,7 +51,7 @@ std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
 int run(int argc, char** argv) {
   CLI::App app("Neural Luenberger observers: train one from a plant or from logs, evaluate it, export it for firmware.",
                "nlo");
-  app.set_version_flag("--version", "nlo " NLO_VERSION);
+  app.set_version_flag("-V,--version", "nlo " NLO_VERSION);
   app.require_subcommand(1);
   app.footer(
       "Start with:\n"
@@ -66,6 +66,8 @@ int run(int argc, char** argv) {
   nlo::trainer::add_report(app, action);
   nlo::trainer::add_reproduce(app, action);
   nlo::trainer::add_simulate(app, action);
+  nlo::trainer::add_completion(app, action);
+  nlo::trainer::add_man(app, action);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {  // --help, --version

@@ -20,7 +20,8 @@ using testing::StartsWith;
 TEST(Program, SaysItsVersionAndHelpsWithExamples) {
   const Scratch scratch;
   EXPECT_THAT(scratch.run({"--version"}).out, StartsWith("nlo "));
-  for (const char* command : {"train", "evaluate", "bound", "export", "report", "simulate"}) {
+  EXPECT_EQ(scratch.run({"-V"}).out, scratch.run({"--version"}).out);
+  for (const char* command : {"train", "evaluate", "bound", "export", "report", "simulate", "completion", "man"}) {
     const auto help = scratch.run({command, "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.out, HasSubstr("Example")) << command;

@@ -26,3 +26,6 @@ estimates=$(printf '0.5\n0.51\n0.52\n' | "$work/minimal/minimal")
 echo "$estimates"
 [ "$(echo "$estimates" | wc -l)" -eq 3 ] || { echo "FAILED: three measurements should give three estimates"; exit 1; }
 "$work/prefix/bin/nlo" --help | head -n 3
+for file in share/man/man1/nlo.1 share/bash-completion/completions/nlo; do
+  [ -s "$work/prefix/$file" ] || { echo "FAILED: $file is not installed"; exit 1; }
+done

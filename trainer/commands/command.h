@@ -36,6 +36,8 @@ std::string check_scale(const std::string& text);
 /// Each adds a subcommand; when it was chosen, parsing sets `action` to what it does.
 using Action = std::function<void()>;
 void add_bound(CLI::App& app, Action& action);
+void add_completion(CLI::App& app, Action& action);
+void add_man(CLI::App& app, Action& action);
 void add_train(CLI::App& app, Action& action);
 void add_evaluate(CLI::App& app, Action& action);
 void add_export(CLI::App& app, Action& action);
