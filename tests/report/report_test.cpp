@@ -57,8 +57,7 @@ bool gnuplot_is_here() {
 }
 
 TEST(Report, HoldsEverySectionOnce) {
-  for (const char* heading :
-       {"Errors", "One run of the test set", "In a control loop", "Training", "How this came about"})
+  for (const char* heading : {"Errors", "Runs of the test set", "In a control loop", "Training", "How this came about"})
     EXPECT_EQ(occurrences(sample_page(), std::string("<h2>") + heading + "</h2>"), 1) << heading;
   EXPECT_THAT(sample_page(), HasSubstr("N(0, 0.5)"));
   EXPECT_THAT(sample_page(), HasSubstr("extended Kalman filter"));
@@ -66,8 +65,9 @@ TEST(Report, HoldsEverySectionOnce) {
 
 TEST(Report, HasAPlotForEachPartOfTheRun) {
   if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
-  // Error over time, one run, latency, training, eigenvalues over steps, eigenvalue map.
-  EXPECT_EQ(occurrences(sample_page(), "<svg"), 6);
+  // Error over time, the runs, the start of the first, latency, training, eigenvalues over steps, eigenvalue map.
+  const auto runs = static_cast<long>(test::sample_report(kFewTrajectories).evaluations[1][0].examples.size());
+  EXPECT_EQ(occurrences(sample_page(), "<svg"), runs + 6);
   EXPECT_THAT(sample_page(), Not(HasSubstr("The plots are missing")));
 }
 
@@ -112,6 +112,69 @@ TEST(Report, SaysSoWhenGnuplotIsMissingOrFails) {
     EXPECT_THAT(page, HasSubstr("<table>"));
     expect_balanced(page);
   }
+}
+
+TEST(Report, WarnsBeforeAllElse) {
+  ReportData data = test::sample_report(kFewTrajectories);
+  EXPECT_THAT(render_report(data, "false"), Not(HasSubstr("class=\"alarm\"")));
+  data.warning = "the training got <nowhere>";
+  const std::string page = render_report(data, "false");
+  EXPECT_THAT(page, HasSubstr("the training got &lt;nowhere&gt;"));
+  EXPECT_LT(page.find("class=\"alarm\""), page.find("class=\"verdict\""));
+  expect_balanced(page);
+}
+
+TEST(Report, DrawsTheFirstAndTheWorstRun) {
+  if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
+  ReportData data = test::sample_report(kFewTrajectories);
+  std::vector<EvaluatedRun>& examples = data.evaluations[1][0].examples;  // Gaussian noise: the group that is drawn
+  examples.resize(1, {});
+  const long alone = occurrences(render_report(data), "<svg");
+  examples.push_back(examples[0]);
+  examples[0].why = "first";
+  examples[1].why = "worst";
+  const std::string page = render_report(data);
+  EXPECT_EQ(occurrences(page, "<svg"), alone + 1);
+  EXPECT_EQ(occurrences(page, "(first of 3)"), 1);
+  EXPECT_EQ(occurrences(page, "(worst of 3)"), 1);
+  EXPECT_EQ(occurrences(page, "2 of the 3 runs: the first and the worst"), 1);
+}
+
+TEST(Report, DrawsEveryTestLogOrEightOfThem) {
+  if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
+  for (const int count : {1, 3, 11}) {
+    ReportData data;
+    data.title = "logs";
+    data.logs = test::sample_logs(count);
+    const std::string page = render_report(data);
+    const int drawn = std::min(count, 8);
+    EXPECT_EQ(occurrences(page, "<svg"), drawn + 1) << "each log, and the start of the first";
+    EXPECT_EQ(occurrences(page, "8 of the 11 runs: the first, the best, the worst"), count == 11 ? 1 : 0);
+    for (const char* log : {"run_1.csv", "run_11.csv"})  // the first, which is the best, and the worst
+      EXPECT_EQ(occurrences(page, std::string("<figcaption>") + log), count == 11 || log == std::string("run_1.csv"));
+    EXPECT_EQ(occurrences(page, "Grey: not scored, the truth is masked there, 10 % of the samples."), drawn);
+    EXPECT_EQ(occurrences(page, "Purple: z is outside of the training domain, 2.0 % of the samples."), drawn);
+    expect_balanced(page);
+  }
+}
+
+TEST(Report, SaysWhichLogsTheseAre) {
+  ReportData data;
+  data.logs = test::sample_logs(2);
+  EXPECT_THAT(render_report(data, "false"), HasSubstr("On 2 logs that were not used for training"));
+  data.logs->split = "validation";
+  const std::string page = render_report(data, "false");
+  EXPECT_THAT(page, HasSubstr("On 2 validation logs: "));
+  EXPECT_THAT(page, Not(HasSubstr("not used for training")));
+  EXPECT_THAT(page, Not(HasSubstr("unseen")));
+}
+
+TEST(Report, AddsUpErrorsOfOneUnitOnly) {
+  if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
+  ReportData data = test::sample_report(kFewTrajectories);
+  for (auto& group : data.evaluations)
+    for (Evaluation& evaluation : group) evaluation.states[1].unit = "rad/s";
+  EXPECT_EQ(occurrences(render_report(data), "<svg"), occurrences(sample_page(), "<svg") - 1);
 }
 
 TEST(Report, EmptyDataStillMakeAPage) {

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "tests/analysis/van_der_pol_set.h"
+#include "trainer/analysis/examples.h"
 #include "trainer/report/report.h"
 
 namespace nlo::trainer::test {
@@ -55,6 +57,43 @@ inline ControlLoopResult sample_loop() {
     if (count < 1.0) count = below > 20'000.0 ? 1.0 : 0.0;
   }
   return loop;
+}
+
+/// Logs of a pendulum that turns: its angle measured, angle and rate estimated with a bad start and a lasting error
+/// that grows from log to log; a tenth of each log masked at its end, z outside of its domain at the start.
+inline LogEvaluation sample_logs(int count) {
+  constexpr Eigen::Index kSamples = 1500;
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  Dataset logs{{{"angle", "rad", kTurn}}, {{"angle", "rad", kTurn}, {"rate", "rad/s", 0.0}}, 0.01, true, {}};
+  std::vector<Eigen::MatrixXd> estimates;
+  std::vector<double> errors;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(kSamples, 0.0, 0.01 * (kSamples - 1));
+    const Eigen::ArrayXd phase = 1.7 * t.array() + i;
+    Eigen::MatrixXd x(2, kSamples), x_hat;
+    x.row(0) = (0.8 * t.array() + 1.5 * phase.sin()).matrix().transpose();
+    x.row(1) = (0.8 + 1.5 * 1.7 * phase.cos()).matrix().transpose();
+    x_hat = x;
+    x_hat.row(0).array() += kTurn + 0.02 * (i + 1) * (5.0 * t.array().transpose()).sin();
+    x_hat.row(1).array() += 200.0 * (-12.0 * t.array().transpose()).exp() + 0.05 * (9.0 * t.array().transpose()).sin();
+    Eigen::VectorXd weight = Eigen::VectorXd::Ones(kSamples);
+    weight.tail(kSamples / 10).setZero();
+    logs.trajectories.push_back({"run_" + std::to_string(i + 1) + ".csv", t, x.row(0), x, weight});
+    estimates.push_back(x_hat);
+    errors.push_back(relative_error(logs.trajectories.back(), x_hat, logs.states, Eigen::Vector2d(1.0, 2.0)));
+  }
+  LogEvaluation evaluation;
+  evaluation.entries.push_back({"observer", {}, log_metrics(logs, estimates)});
+  evaluation.states = logs.states;
+  evaluation.outputs = logs.outputs;
+  evaluation.split = "test";
+  evaluation.baselines_fitted_on = "the training logs";
+  for (const Chosen& chosen : spread_choice(errors)) {
+    const Trajectory& log = logs.trajectories[chosen.run];
+    evaluation.examples.push_back({log, log.outputs, estimates[chosen.run], chosen.why});
+    evaluation.examples.back().outside = (log.time_s.array() < 0.3).cast<double>();
+  }
+  return evaluation;
 }
 
 inline ReportData sample_report(int trajectories = 40) {

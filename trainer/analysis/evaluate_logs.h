@@ -28,6 +28,7 @@ struct LogEvaluation {
   std::vector<std::string> notes;  ///< plain words on states that are not estimated better than by a constant
   NoiseConfig noise;               ///< added to the logged outputs
   std::uint64_t seed = 0;
+  std::string split;                ///< "test", "validation" or "training" of an experiment; empty: other logs
   std::string baselines_fitted_on;  ///< "the training logs", "these logs"
   std::vector<Channel> states, outputs;
   std::vector<EvaluatedRun> examples;  ///< all logs, or kMostExamples of them (examples.h); the first is the first

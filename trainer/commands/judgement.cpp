@@ -17,13 +17,27 @@ Judgement judge_on_plant(const codegen::Model& model, const Experiment& experime
   return judgement;
 }
 
+JudgedLogs logs_to_judge_by(const LogSplits& splits) {
+  if (!splits.test.trajectories.empty()) return {splits.test, "test"};
+  if (!splits.validation.trajectories.empty()) return {splits.validation, "validation"};
+  return {splits.train, "training"};
+}
+
 Judgement judge_on_logs(const codegen::Model& model, const Experiment& experiment, const Dataset& training,
-                        const Dataset& test, const LogReport& clock) {
+                        const JudgedLogs& judged, const LogReport& clock) {
   Judgement judgement;
   judgement.log_clock = clock;
-  if (!test.trajectories.empty())
-    judgement.logs =
-        evaluate_on_logs(model, test, resolve_columns(*experiment.log), &training, NoiseConfig{}, experiment.seed);
+  LogEvaluation& logs = judgement.logs.emplace(evaluate_on_logs(model, judged.logs, resolve_columns(*experiment.log),
+                                                                &training, NoiseConfig{}, experiment.seed));
+  logs.split = judged.split;
+  if (judged.split == "validation")
+    logs.notes.insert(logs.notes.begin(),
+                      "These are the validation logs, which chose among the models of the training: new logs may fare "
+                      "worse. Name some as test_files in [log].");
+  if (judged.split == "training")
+    logs.notes.insert(logs.notes.begin(),
+                      "These are the training logs: the errors say how well the model fits them, not how well it does "
+                      "on others. Name logs as validation_files and test_files in [log].");
   return judgement;
 }
 

@@ -24,9 +24,17 @@ struct Judgement {
 /// A plant: `test`; without noises in it, none and the noise of the training.
 Judgement judge_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test);
 
-/// Logs: the test split, beside baselines that learn from the training split. Empty without test files.
+/// What a model of logs is judged by: the test split; without one the validation split, without that the training
+/// split.
+struct JudgedLogs {
+  Dataset logs;
+  std::string split;  ///< "test", "validation" or "training"
+};
+JudgedLogs logs_to_judge_by(const LogSplits& splits);
+
+/// Logs, beside baselines that learn from the training split. A note says so when they are not test logs.
 Judgement judge_on_logs(const codegen::Model& model, const Experiment& experiment, const Dataset& training,
-                        const Dataset& test, const LogReport& clock);
+                        const JudgedLogs& judged, const LogReport& clock);
 
 /// Tables for a terminal.
 std::string judgement_text(const codegen::Model& model, const Judgement& judgement);

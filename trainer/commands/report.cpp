@@ -32,7 +32,8 @@ void run(Arguments arguments) {
   } else {
     if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");
     const LogSplits splits = load_log_splits(*experiment.log, arguments.data);
-    judgement = run_phase([&] { return judge_on_logs(model, experiment, splits.train, splits.test, splits.report); });
+    judgement = run_phase(
+        [&] { return judge_on_logs(model, experiment, splits.train, logs_to_judge_by(splits), splits.report); });
   }
   run_phase([&] { write_run_report(model, judgement, arguments.directory); });
   fmt::print("report   {}/report.html\n", arguments.directory);

@@ -33,8 +33,8 @@ struct Arguments {
 /// What an experiment trains on, is chosen by and is judged by.
 struct Data {
   Dataset training, validation;
-  Dataset test;     ///< of logs; a plant is tested on new trajectories
-  LogReport clock;  ///< of logs
+  JudgedLogs judged;  ///< of logs; a plant is tested on new trajectories
+  LogReport clock;    ///< of logs
 };
 
 Data simulated(const Experiment& experiment) {
@@ -46,6 +46,7 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
   LogSplits splits = load_log_splits(*experiment.log, arguments.data);
   if (!arguments.quiet) fmt::print(stderr, "{}", to_text(splits.report));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
+  JudgedLogs judged = logs_to_judge_by(splits);
   if (splits.validation.trajectories.empty()) {
     if (!arguments.quiet)
       fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs\n");
@@ -55,7 +56,7 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
     const double transient_s = transient_time_s(experiment.observer, experiment.training.transient_factor);
     for (Dataset* split : {&splits.train, &splits.validation}) drop_transient(*split, transient_s);
   }
-  return {std::move(splits.train), std::move(splits.validation), std::move(splits.test), std::move(splits.report)};
+  return {std::move(splits.train), std::move(splits.validation), std::move(judged), std::move(splits.report)};
 }
 
 TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const Arguments& arguments) {
@@ -72,7 +73,7 @@ TrainingResult train_with_progress(const Experiment& experiment, const Data& dat
 }
 
 Judgement judge(const Experiment& experiment, const Data& data, const codegen::Model& model) {
-  if (experiment.log) return judge_on_logs(model, experiment, data.training, data.test, data.clock);
+  if (experiment.log) return judge_on_logs(model, experiment, data.training, data.judged, data.clock);
   StrictTest test;
   test.seed = experiment.seed;
   test.threads = experiment.threads;

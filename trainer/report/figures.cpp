@@ -13,10 +13,6 @@ namespace {
 
 using Style = Series::Style;
 
-std::string labelled(const Channel& channel) {
-  return channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
-}
-
 std::string subscript(std::size_t number) {
   std::string text;
   for (const char digit : std::to_string(number))
@@ -26,19 +22,6 @@ std::string subscript(std::size_t number) {
 
 bool any_finite(const Eigen::VectorXd& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-}
-
-Eigen::VectorXd first(const Eigen::VectorXd& values, Eigen::Index samples) {
-  return thinned(values.head(samples));
-}
-
-/// An angle as the sensor shows it; jumps become gaps in the line.
-Eigen::VectorXd wrapped(Eigen::VectorXd values, double wrap) {
-  if (wrap <= 0.0) return values;
-  for (double& value : values) value = wrapped_difference(value, 0.0, wrap);
-  for (Eigen::Index i = values.size() - 1; i > 0; --i)
-    if (std::abs(values[i] - values[i - 1]) > 0.5 * wrap) values[i] = std::nan("");
-  return values;
 }
 
 }  // namespace
@@ -115,46 +98,6 @@ Figure eigenvalue_map(const TrainingCurves& curves) {
   return figure;
 }
 
-Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
-                  double seconds) {
-  Figure figure{"", 960, 230, false, {}};
-  const Eigen::VectorXd& time_s = run.truth.time_s;
-  const auto shown =
-      static_cast<Eigen::Index>(std::upper_bound(time_s.begin(), time_s.end(), time_s[0] + seconds) - time_s.begin());
-  const Eigen::VectorXd t = first(time_s, shown);
-  const double end_s = time_s[shown - 1];
-  const auto measured = [&](std::size_t j) {
-    const auto row = static_cast<Eigen::Index>(j);
-    Eigen::VectorXd y = run.measured.row(row).transpose();
-    const double wrap = outputs[j].wrap;
-    if (wrap > 0.0)
-      for (double& value : y) value = wrapped_difference(value, 0.0, wrap);
-    return Series{"measured", Style::kDots, 5, t, first(y, shown), {}};
-  };
-
-  std::vector<bool> drawn(outputs.size(), false);
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    Panel panel{"time [s]", labelled(states[i]), false, false, true, false, time_s[0], end_s, 0, 0, {}};
-    for (std::size_t j = 0; j < outputs.size(); ++j) {
-      if (run.truth.outputs.row(static_cast<Eigen::Index>(j)) != run.truth.states.row(row)) continue;
-      panel.series.push_back(measured(j));
-      drawn[j] = true;
-    }
-    const double wrap = states[i].wrap;
-    panel.series.push_back({"truth", Style::kLine, 0, t, first(wrapped(run.truth.states.row(row), wrap), shown), {}});
-    panel.series.push_back({"estimate", Style::kLine, 1, t, first(wrapped(run.estimate.row(row), wrap), shown), {}});
-    figure.panels.push_back(std::move(panel));
-  }
-  for (std::size_t j = 0; j < outputs.size(); ++j) {
-    if (drawn[j]) continue;
-    Panel panel{"time [s]", labelled(outputs[j]), false, false, true, false, time_s[0], end_s, 0, 0, {}};
-    panel.series.push_back(measured(j));
-    figure.panels.push_back(std::move(panel));
-  }
-  return figure;
-}
-
 Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
   Figure figure{
       "Error over time, root mean square over the test set. Dashed: the extended Kalman filter, which knows "
@@ -163,6 +106,8 @@ Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
       330,
       false,
       {}};
+  for (const Channel& state : groups.front().front().states)
+    if (state.unit != groups.front().front().states.front().unit) return figure;
   Panel panel{"time [s]", "error norm", false, true, false, false, 0, 0, 0, 0, {}};
   double low = 1e300, high = 0.0;
   for (std::size_t g = 0; g < groups.size(); ++g) {

@@ -20,12 +20,8 @@ Figure eigenvalue_figure(const TrainingCurves& curves);
 /// Their paths in the complex plane, from start (cross) to end (dot).
 Figure eigenvalue_map(const TrainingCurves& curves);
 
-/// Truth, estimate and measurement over the first `seconds`; a panel per state, and one for the outputs unless each is
-/// a state itself.
-Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
-                  double seconds);
-
-/// Error over time, averaged over the test set; one colour per noise, alternatives dashed.
+/// Error over time, averaged over the test set; one colour per noise, alternatives dashed. Without panels when the
+/// states' units differ: their errors do not add up.
 Figure error_figure(const std::vector<std::vector<Evaluation>>& groups);
 
 /// Time that one step and estimate took.

@@ -151,11 +151,13 @@ std::string range_text(const char* axis, double low, double high) {
                      : fmt::format("set {}range [{:.6g}:{:.6g}]\n", axis, low, high);
 }
 
-/// The commands of one panel; its data go to files beside. `written` turns false when one of them cannot be written.
+/// The commands of one panel, `nothing` in place of a plot without data; its data go to files beside. `written` turns
+/// false when one of them cannot be written.
 std::string panel_script(const Panel& panel, std::size_t figure, std::size_t index, const fs::path& directory,
-                         bool& written) {
+                         bool& written, const char* nothing) {
   constexpr const char* kZero = "nohead lw 0.8 lc rgb '#8f949b'";
-  std::string script = "unset logscale\nunset arrow\nset format x '%g'\nset format y '%g'\n";
+  std::string script = fmt::format("unset logscale\nunset arrow\nunset object\nset format x '{}'\nset format y '%g'\n",
+                                   panel.x_numbers ? "%g" : "");
   if (panel.log_x) script += "set logscale x\n";
   if (panel.log_y) script += "set logscale y\n";
   script += range_text("x", panel.x_low, panel.x_high) + range_text("y", panel.y_low, panel.y_high);
@@ -164,6 +166,11 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
   if (panel.zero_line) script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
   if (panel.zero_column) script += fmt::format("set arrow from first 0, graph 0 to first 0, graph 1 {}\n", kZero);
+  for (const Band& band : panel.bands)
+    script += fmt::format(
+        "set object rectangle from first {:.6g}, graph 0 to first {:.6g}, graph 1 behind fc rgb '{}' "
+        "fs transparent solid 0.2 noborder\n",
+        band.from, band.to, kColours[std::abs(band.colour) % kColourCount]);
   script +=
       panel.title.empty() ? "unset title\n" : fmt::format("set title {} offset 0,-0.4\n", gnuplot_quoted(panel.title));
   std::string plots;
@@ -182,7 +189,7 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
                          series.style == Series::Style::kBars ? "1:2:3" : "1:2", style_text(series),
                          series.title.empty() ? "notitle" : fmt::format("title {}", gnuplot_quoted(series.title)));
   }
-  return script + (plots.empty() ? "set multiplot next\n" : plots + "\n");
+  return script + (plots.empty() ? nothing : plots + "\n");
 }
 
 /// Margins and gaps of a figure whose panels stand on a regular grid: gnuplot wants them in shares of the whole. Else
@@ -200,21 +207,44 @@ std::string grid_text(const Figure& figure, std::size_t rows, std::size_t column
                      columns > 1 ? kColumnGap / width : 0.0, rows > 1 ? kRowGap / height : 0.0, key);
 }
 
+/// Panels below each other, each of its own height: gnuplot's layouts know only equal ones.
+std::string stack_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
+  double total = 0.0;
+  for (const Panel& panel : figure.panels) total += panel.height;
+  std::string script = "set multiplot\n";
+  double top = 1.0;
+  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+    const double share = figure.panels[i].height / total;
+    top -= share;
+    script += fmt::format("set origin 0,{:.5f}\nset size 1,{:.5f}\n", std::max(top, 0.0), share);
+    script += panel_script(figure.panels[i], number, i, directory, written, "");
+  }
+  return script;
+}
+
 std::string figure_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
   const std::size_t count = figure.panels.size();
   const std::size_t columns = figure.side_by_side ? count : static_cast<std::size_t>(std::max(figure.columns, 1));
   const std::size_t rows = (count + columns - 1) / columns;
   const bool wide = std::any_of(figure.panels.begin(), figure.panels.end(),
                                 [](const Panel& panel) { return panel.log_y; });  // tics such as 1e+06
+  const std::string grid = grid_text(figure, rows, columns);
+  const bool stacked = columns == 1 && grid.empty();
+  double height = 0.0;  // in panel heights
+  for (const Panel& panel : figure.panels) height += panel.height;
+  if (!stacked) height = static_cast<double>(rows);
   std::string script = fmt::format(
-      "reset\nset encoding utf8\nset terminal svg size {},{} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
+      "reset\nset encoding utf8\nset terminal svg size {},{:.0f} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
       "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
-      "set key outside top right horizontal samplen 2 height 0.2\nset lmargin {}\nset rmargin 2\n"
-      "set multiplot layout {},{}{}\n",
-      figure.width, static_cast<std::size_t>(figure.panel_height) * rows, number, wide ? 12 : 9, rows, columns,
-      grid_text(figure, rows, columns));
-  for (std::size_t i = 0; i < figure.panels.size(); ++i)
-    script += panel_script(figure.panels[i], number, i, directory, written);
+      "set key outside top right horizontal samplen 2 height 0.2\nset lmargin {}\nset rmargin 2\n",
+      figure.width, figure.panel_height * height, number, wide ? 12 : 9);
+  if (stacked) {
+    script += stack_script(figure, number, directory, written);
+  } else {
+    script += fmt::format("set multiplot layout {},{}{}\n", rows, columns, grid);
+    for (std::size_t i = 0; i < count; ++i)
+      script += panel_script(figure.panels[i], number, i, directory, written, "set multiplot next\n");
+  }
   return script + "unset multiplot\nunset output\n";
 }
 

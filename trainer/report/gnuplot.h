@@ -29,6 +29,12 @@ struct HeatMap {
   bool show_scale = true;    ///< draw it beside the panel
 };
 
+/// A stretch of the x axis, shaded over the whole height of its panel.
+struct Band {
+  double from, to;
+  int colour;  ///< index into the palette
+};
+
 struct Panel {
   std::string x_label, y_label;  ///< with units
   bool log_x = false, log_y = false;
@@ -39,6 +45,9 @@ struct Panel {
   std::vector<Series> series;
   std::string title = {};                ///< above the panel
   std::optional<HeatMap> heat_map = {};  ///< below the series
+  std::vector<Band> bands = {};          ///< behind the series
+  double height = 1.0;                   ///< in panel heights of the figure, for panels below each other
+  bool x_numbers = true;                 ///< at the tics; without, the panel below has them
 };
 
 /// Panels below each other, or row by row on a grid.

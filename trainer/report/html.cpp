@@ -33,6 +33,7 @@ figure { margin: 1.2rem 0; } figcaption { font-size: .9rem; max-width: 46rem; }
 svg { display: block; width: 100%; height: auto; color: var(--text); }
 figure.narrow svg { max-width: 40rem; }
 .note { background: var(--card); border-left: 4px solid #e07b1f; padding: .5rem 1rem; margin: 1rem 0; }
+.alarm { background: color-mix(in srgb, #d1495b 14%, transparent); border: 2px solid #d1495b; border-radius: .5rem; padding: .8rem 1rem; margin: 1.2rem 0; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .2rem 1.2rem; font-size: .9rem; margin: 0; }
 dd { margin: 0; overflow-wrap: anywhere; }
 dl.reports { font-size: 1rem; max-width: 54rem; margin: .8rem 0; }
@@ -45,7 +46,7 @@ td.outside { background: color-mix(in srgb, var(--warn) 12%, transparent); }
 .far { color: var(--warn); font-weight: 600; } .held { color: var(--good); }
 table.claims td:not(:first-child), table.claims th:not(:first-child) { white-space: nowrap; text-align: left; }
 pre { background: var(--card); padding: .8rem 1rem; border-radius: .5rem; overflow-x: auto; font-size: .82rem; line-height: 1.45; }
-@media print { body { max-width: none; padding: 0; font-size: 11pt; } h2 { break-after: avoid; } figure, .tiles, tr, .note { break-inside: avoid; }
+@media print { body { max-width: none; padding: 0; font-size: 11pt; } h2 { break-after: avoid; } figure, .tiles, tr, .note, .alarm { break-inside: avoid; }
                .tile, pre, tr.ours td { background: none; border: 1px solid #d9dde2; } }
 )css";
 
@@ -95,6 +96,10 @@ std::string html_table(const std::vector<std::string>& headings, const std::vect
 
 std::string note(const std::string& text) {
   return fmt::format("<div class=\"note\">{}</div>\n", escaped(text));
+}
+
+std::string alarm(const std::string& text) {
+  return fmt::format("<div class=\"alarm\" role=\"alert\"><b>Warning.</b> {}</div>\n", escaped(text));
 }
 
 std::string html_page(std::string_view title, std::string_view body) {

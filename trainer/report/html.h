@@ -17,6 +17,9 @@ std::string html_table(const std::vector<std::string>& headings, const std::vect
 /// A paragraph that stands out: something is missing or needs attention.
 std::string note(const std::string& text);
 
+/// The same in red: do not trust what follows.
+std::string alarm(const std::string& text);
+
 /// A whole document around `body`, with its style sheet: light and dark, screen and paper.
 std::string html_page(std::string_view title, std::string_view body);
 

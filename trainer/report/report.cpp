@@ -14,6 +14,7 @@
 #include "trainer/report/figures.h"
 #include "trainer/report/html.h"
 #include "trainer/report/page.h"
+#include "trainer/report/run_figure.h"
 
 namespace nlo::trainer {
 namespace {
@@ -81,9 +82,14 @@ std::string plant_verdict(const std::vector<Evaluation>& group) {
 std::string log_verdict(const LogEvaluation& logs) {
   constexpr std::size_t kAfter2s = 1;
   const LogMetrics& own = logs.entries.front().metrics;
-  std::string text = fmt::format("On {} that {} not used for training: ",
-                                 own.files.size() == 1 ? "a log" : fmt::format("{} logs", own.files.size()),
-                                 own.files.size() == 1 ? "was" : "were");
+  const bool one = own.files.size() == 1;
+  const std::string kind = logs.split.empty() || logs.split == "test" ? "" : logs.split + " ";
+  std::string text =
+      fmt::format("On {}{}{}: ", one ? "a " : fmt::format("{} ", own.files.size()), kind, one ? "log" : "logs");
+  if (kind.empty())
+    text =
+        fmt::format("On {} that {} not used for training: ", one ? "a log" : fmt::format("{} logs", own.files.size()),
+                    one ? "was" : "were");
   for (std::size_t i = 0; i < own.pooled.size(); ++i) {
     const StateError& state = own.pooled[i];
     const LogEvaluation::Entry* best = nullptr;
@@ -111,7 +117,8 @@ std::string tiles(const ReportData& data) {
   if (data.logs) {
     for (const StateError& state : data.logs->entries.front().metrics.pooled)
       html += tile(fmt::format("{} {}", rmse(state.rmse[1]), state.unit),
-                   fmt::format("{} after 2 s, unseen logs", state.name));
+                   fmt::format("{} after 2 s, {} logs", state.name,
+                               data.logs->split.empty() || data.logs->split == "test" ? "unseen" : data.logs->split));
   }
   if (data.control_loop) {
     html += tile(nanoseconds(data.control_loop->step_and_estimate.p50), "step + estimate, median");
@@ -231,26 +238,24 @@ std::string facts_list(const std::vector<std::pair<std::string, std::string>>& f
 }
 
 void add_plant_sections(Page& page, const ReportData& data) {
-  constexpr double kShownS = 20.0;
-  const std::vector<Evaluation>& group = *main_group(data.evaluations);
+  const Evaluation& main = main_group(data.evaluations)->front();
   page.heading("Errors");
   page.text(plant_table(data.evaluations));
   page.figure(error_figure(data.evaluations));
-  page.heading("One run of the test set");
-  Figure run = run_figure(group.front().examples.front(), group.front().states, group.front().outputs, kShownS);
-  run.caption = fmt::format("The first run of the test set with {}: the observer starts without knowing the state.",
-                            noise_title(group.front().noise));
-  page.figure(std::move(run));
+  page.heading("Runs of the test set");
+  add_runs(page, {main.examples, main.states, main.outputs, fmt::format("with {}", noise_title(main.noise)),
+                  static_cast<std::size_t>(main.trajectories)});
 }
 
-void add_log_sections(Page& page, const ReportData& data) {
-  constexpr double kShownS = 10.0;
-  page.heading("Errors on logs that were not trained on");
-  page.text(log_tables(*data.logs));
-  page.heading("One of these logs");
-  Figure run = run_figure(data.logs->examples.front(), data.logs->states, data.logs->outputs, kShownS);
-  run.caption = fmt::format("The first {} s of {}.", significant(kShownS, 2), data.logs->examples.front().truth.source);
-  page.figure(std::move(run));
+void add_log_sections(Page& page, const LogEvaluation& logs) {
+  page.heading(logs.split == "training"     ? "Errors on the training logs"
+               : logs.split == "validation" ? "Errors on the validation logs"
+                                            : "Errors on logs that were not trained on");
+  page.text(log_tables(logs));
+  page.heading(logs.split.empty() ? "The logs" : fmt::format("The {} logs", logs.split));
+  add_runs(page, {logs.examples, logs.states, logs.outputs,
+                  logs.noise.kind == NoiseKind::kNone ? "" : fmt::format("with {} added", noise_title(logs.noise)),
+                  logs.entries.front().metrics.files.size()});
 }
 
 }  // namespace
@@ -277,12 +282,13 @@ std::string render_report(const ReportData& data, const std::string& gnuplot) {
       "<h1>{}</h1>\n<p class=\"soft\">A learned Luenberger observer: what it was trained on and how well it "
       "estimates the state.</p>\n",
       escaped(data.title)));
+  if (!data.warning.empty()) page.text(alarm(data.warning));
   const auto* group = main_group(data.evaluations);
   if (group != nullptr) page.text(fmt::format("<p class=\"verdict\">{}</p>\n", escaped(plant_verdict(*group))));
   if (data.logs) page.text(fmt::format("<p class=\"verdict\">{}</p>\n", escaped(log_verdict(*data.logs))));
   page.text(tiles(data));
   if (group != nullptr) add_plant_sections(page, data);
-  if (data.logs) add_log_sections(page, data);
+  if (data.logs) add_log_sections(page, *data.logs);
   if (data.control_loop) {
     page.heading("In a control loop");
     page.text(loop_table(*data.control_loop));

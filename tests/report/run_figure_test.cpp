@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/report/run_figure.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/report/sample_report.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Figure figure_of(const LogEvaluation& logs, double t0 = 0.0, double t1 = 1e9) {
+  return run_figure(logs.examples.front(), logs.states, logs.outputs, t0, t1);
+}
+
+double largest(const Eigen::VectorXd& values) {
+  return values.cwiseAbs().maxCoeff<Eigen::PropagateNumbers>();
+}
+
+TEST(RunFigure, HasTheErrorUnderEachStateOnTheSameTimeAxis) {
+  const Figure figure = figure_of(test::sample_logs(1));
+  ASSERT_EQ(figure.panels.size(), 4U);  // two states, each with its error; the output is a state
+  for (const Panel& panel : figure.panels) {
+    EXPECT_EQ(panel.x_low, figure.panels[0].x_low);
+    EXPECT_EQ(panel.x_high, figure.panels[0].x_high);
+  }
+  EXPECT_EQ(figure.panels[0].y_label, "angle [rad]");
+  EXPECT_EQ(figure.panels[1].y_label, "error [rad]");
+  EXPECT_EQ(figure.panels[3].y_label, "error [rad/s]");
+}
+
+TEST(RunFigure, TakesErrorsOfAnglesTheShortWayRound) {
+  // The estimate is a whole turn and at most 0.02 rad off.
+  const Panel error = figure_of(test::sample_logs(1)).panels[1];
+  EXPECT_NEAR(largest(error.series.back().y), 0.02, 1e-3);  // peaks fall between samples
+}
+
+TEST(RunFigure, ErrorIsEstimateMinusTruth) {
+  EXPECT_NEAR(figure_of(test::sample_logs(1)).panels[3].series.back().y[0], 200.0, 1e-9);
+}
+
+TEST(RunFigure, AWildStartDoesNotSetTheScaleAndIsSaid) {
+  const Figure whole = figure_of(test::sample_logs(1));
+  EXPECT_LT(whole.panels[3].y_high, 100.0);
+  EXPECT_THAT(whole.panels[3].series.back().title, HasSubstr("largest 200 (beyond the scale)"));
+  EXPECT_THAT(whole.panels[2].series.back().title, HasSubstr("beyond the scale"));
+  EXPECT_LT(whole.panels[2].y_high, 10.0);
+  // Control: the angle's error has no such start.
+  EXPECT_THAT(whole.panels[1].series.back().title, Not(HasSubstr("beyond")));
+  EXPECT_GT(whole.panels[1].y_high, largest(whole.panels[1].series.back().y));
+}
+
+TEST(RunFigure, ShadesWhatIsMaskedAndWhatIsOutsideOfTheDomain) {
+  const LogEvaluation logs = test::sample_logs(1);
+  for (const Panel& panel : figure_of(logs).panels) {
+    ASSERT_EQ(panel.bands.size(), 2U);
+    EXPECT_NEAR(panel.bands[0].from, 13.495, 1e-6);  // half a step before the first masked sample
+    EXPECT_NEAR(panel.bands[0].to, 14.99, 1e-2 + 0.02);
+    EXPECT_NEAR(panel.bands[1].from, 0.0, 1e-9);
+    EXPECT_NEAR(panel.bands[1].to, 0.295, 1e-6);
+    EXPECT_NE(panel.bands[0].colour, panel.bands[1].colour);
+  }
+  EXPECT_TRUE(figure_of(logs, 1.0, 12.0).panels[0].bands.empty());
+}
+
+TEST(RunFigure, OneSampleOutsideIsWideEnoughToBeSeen) {
+  LogEvaluation logs = test::sample_logs(1);
+  logs.examples[0].outside.setZero();
+  logs.examples[0].outside[700] = 1.0;
+  const std::vector<Band> bands = figure_of(logs).panels[0].bands;
+  ASSERT_EQ(bands.size(), 2U);
+  EXPECT_GE(bands[1].to - bands[1].from, (14.99 / 960.0));  // a pixel of the figure
+}
+
+TEST(RunFigure, TooShortARunHasNoPanels) {
+  EXPECT_TRUE(figure_of(test::sample_logs(1), 3.001, 3.002).panels.empty());
+}
+
+TEST(RunErrors, AreRootMeanSquaresOfScoredSamplesWithUnits) {
+  LogEvaluation logs = test::sample_logs(1);
+  EvaluatedRun& run = logs.examples[0];
+  run.estimate = run.truth.states;
+  run.estimate.row(1).array() += 0.25;
+  run.estimate(1, run.truth.samples() - 1) = 1e6;  // masked
+  EXPECT_EQ(run_errors(run, logs.states), "angle 0 rad, rate 0.250 rad/s");
+}
+
+TEST(WithPeaks, KeepsEveryPeakAndEveryGap) {
+  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(100'000, 0.0, 1.0);
+  Eigen::VectorXd y = (30.0 * x.array()).sin();
+  y[54'321] = 1650.0;
+  y[77'777] = -9.0;
+  y[12'345] = std::nan("");
+  const Line line = with_peaks(x, y, 500);
+  EXPECT_LE(line.x.size(), 3 * 500);
+  EXPECT_EQ(line.x.size(), line.y.size());
+  EXPECT_EQ(line.y.maxCoeff<Eigen::PropagateNumbers>(), 1650.0);
+  EXPECT_EQ(line.y.minCoeff<Eigen::PropagateNumbers>(), -9.0);
+  EXPECT_EQ(line.y.array().isNaN().count(), 1);
+  for (Eigen::Index k = 1; k < line.x.size(); ++k) ASSERT_GT(line.x[k], line.x[k - 1]);
+  EXPECT_LT(largest(thinned(y, 1000)), 1650.0);  // control: taking each hundredth loses it
+}
+
+TEST(WithPeaks, LeavesShortLinesAsTheyAre) {
+  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(900, 0.0, 1.0);
+  EXPECT_EQ(with_peaks(x, x, 500).y, x);
+  EXPECT_EQ(with_peaks(Eigen::VectorXd(), Eigen::VectorXd(), 500).y.size(), 0);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/report/run_figure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "trainer/analysis/metrics.h"
+#include "trainer/analysis/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Style = Series::Style;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr int kTruth = 0, kEstimate = 1, kError = 4, kMeasured = 5;
+constexpr int kMasked = 5, kOutside = 3;  // bands
+
+std::string labelled(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
+}
+
+/// An angle as the sensor shows it; jumps become gaps in the line.
+VectorXd wrapped(VectorXd values, double wrap) {
+  if (wrap <= 0.0) return values;
+  for (double& value : values) value = wrapped_difference(value, 0.0, wrap);
+  for (Index i = values.size() - 1; i > 0; --i)
+    if (std::abs(values[i] - values[i - 1]) > 0.5 * wrap) values[i] = std::nan("");
+  return values;
+}
+
+/// Samples with t0 <= t <= t1.
+struct Window {
+  Index from = 0, count = 0;
+
+  Window(const VectorXd& time_s, double t0, double t1)
+      : from(std::lower_bound(time_s.begin(), time_s.end(), t0) - time_s.begin()),
+        count(std::upper_bound(time_s.begin(), time_s.end(), t1) - time_s.begin() - from) {}
+  VectorXd of(const VectorXd& values) const { return values.segment(from, count); }
+};
+
+/// Stretches of time where `flagged`. Each reaches half a step beyond its samples and is at least a pixel wide; nearer
+/// than that, they are one.
+void add_bands(std::vector<Band>& bands, const VectorXd& t, const Eigen::Array<bool, Eigen::Dynamic, 1>& flagged,
+               int colour) {
+  const Index n = t.size();
+  const double pixel = (t[n - 1] - t[0]) / 800.0;
+  const std::size_t first = bands.size();
+  for (Index k = 0; k < n; ++k) {
+    if (!flagged[k]) continue;
+    const double from = k > 0 ? 0.5 * (t[k - 1] + t[k]) : t[k];
+    const double to = k + 1 < n ? 0.5 * (t[k] + t[k + 1]) : t[k];
+    if (bands.size() > first && from <= bands.back().to + pixel)
+      bands.back().to = to;
+    else
+      bands.push_back({from, to, colour});
+  }
+  for (std::size_t i = first; i < bands.size(); ++i) bands[i].to = std::max(bands[i].to, bands[i].from + pixel);
+}
+
+std::vector<Band> bands_of(const EvaluatedRun& run, const Window& window, const VectorXd& t) {
+  std::vector<Band> bands;
+  add_bands(bands, t, window.of(run.truth.weight).array() <= 0.0, kMasked);
+  if (run.outside.size() > 0) add_bands(bands, t, window.of(run.outside).array() > 0.0, kOutside);
+  return bands;
+}
+
+VectorXd error_of(const EvaluatedRun& run, Index state, double wrap) {
+  VectorXd error(run.truth.samples());
+  for (Index k = 0; k < error.size(); ++k)
+    error[k] = -wrapped_difference(run.truth.states(state, k), run.estimate(state, k), wrap);
+  return error;
+}
+
+/// Truth and estimate, what was measured of it, on a scale that the estimate does not set when it is far out.
+Panel state_panel(const Channel& channel, const VectorXd& t, const VectorXd& truth, const VectorXd& estimate,
+                  std::vector<Series> measured) {
+  Panel panel{"", labelled(channel.name, channel.unit), false, false, true, false, t[0], t[t.size() - 1], 0, 0, {}};
+  panel.height = 1.8;
+  panel.x_numbers = false;
+  panel.series = std::move(measured);
+  double low = truth.minCoeff<Eigen::PropagateNumbers>(), high = truth.maxCoeff<Eigen::PropagateNumbers>();
+  for (const Series& series : panel.series) {
+    low = std::min(low, series.y.minCoeff<Eigen::PropagateNumbers>());
+    high = std::max(high, series.y.maxCoeff<Eigen::PropagateNumbers>());
+  }
+  const double range = high - low, least = estimate.minCoeff<Eigen::PropagateNumbers>(),
+               most = estimate.maxCoeff<Eigen::PropagateNumbers>();
+  std::string name = "estimate";
+  if (range > 0.0 && (least < low - 0.5 * range || most > high + 0.5 * range)) {
+    panel.y_low = low - 0.25 * range;
+    panel.y_high = high + 0.25 * range;
+    name += fmt::format(" (beyond the scale: {} to {})", significant(least), significant(most));
+  }
+  const Line true_line = with_peaks(t, truth), line = with_peaks(t, estimate);
+  panel.series.push_back({"truth", Style::kLine, kTruth, true_line.x, true_line.y, {}});
+  panel.series.push_back({name, Style::kLine, kEstimate, line.x, line.y, {}});
+  return panel;
+}
+
+Panel error_panel(const Channel& channel, const VectorXd& t, const VectorXd& error) {
+  Panel panel{"", labelled("error", channel.unit), false, false, true, false, t[0], t[t.size() - 1], 0, 0, {}};
+  panel.height = 1.2;
+  panel.x_numbers = false;
+  std::vector<double> sizes;
+  for (const double value : error)
+    if (std::isfinite(value)) sizes.push_back(std::abs(value));
+  std::sort(sizes.begin(), sizes.end());
+  std::string name = "estimate - truth";
+  if (!sizes.empty() && sizes.back() > 0.0) {
+    // The transient may be a hundred times the rest; on its scale the rest would be a line at zero.
+    constexpr double kFarOut = 5.0;
+    const double usual = sizes[(sizes.size() - 1) * 98 / 100];
+    const bool far_out = usual > 0.0 && sizes.back() > kFarOut * usual;
+    panel.y_high = far_out ? 2.5 * usual : 1.1 * sizes.back();
+    panel.y_low = -panel.y_high;
+    name += fmt::format(", largest {}{}", significant(sizes.back()), far_out ? " (beyond the scale)" : "");
+  }
+  const Line line = with_peaks(t, error);
+  panel.series.push_back({name, Style::kThinLine, kError, line.x, line.y, {}});
+  return panel;
+}
+
+std::string caption_of(const EvaluatedRun& run, const ShownRuns& shown) {
+  std::string text = run.truth.source;
+  if (!shown.condition.empty()) text += ", " + shown.condition;
+  if (!run.why.empty() && shown.of > 1) text += fmt::format(" ({} of {})", run.why, shown.of);
+  text += ": RMSE " + run_errors(run, shown.states) + ".";
+  const auto share = [&](const VectorXd& flags, double flagged, const char* meaning) {
+    const double part = (flags.array() == flagged).cast<double>().mean();
+    return part > 0.0 ? fmt::format(" {}, {} % of the samples.", meaning, significant(100.0 * part, 2)) : "";
+  };
+  text += share(run.truth.weight, 0.0, "Grey: not scored, the truth is masked there");
+  if (run.outside.size() > 0) text += share(run.outside, 1.0, "Purple: z is outside of the training domain");
+  return text;
+}
+
+}  // namespace
+
+Line with_peaks(const VectorXd& x, const VectorXd& y, Index points) {
+  const Index step = (y.size() + points - 1) / std::max<Index>(points, 1);
+  if (step <= 2) return {x, y};
+  std::vector<Index> kept;
+  for (Index from = 0; from < y.size(); from += step) {
+    Index low = -1, high = -1, gap = -1;
+    for (Index k = from; k < std::min(from + step, y.size()); ++k) {
+      if (!std::isfinite(y[k])) {
+        gap = k;
+        continue;
+      }
+      if (low < 0 || y[k] < y[low]) low = k;
+      if (high < 0 || y[k] > y[high]) high = k;
+    }
+    std::vector<Index> own;
+    for (const Index k : {low, high, gap})
+      if (k >= 0) own.push_back(k);
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    kept.insert(kept.end(), own.begin(), own.end());
+  }
+  return {x(kept), y(kept)};
+}
+
+Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
+                  double t0, double t1) {
+  Figure figure{"", 960, 100, false, {}};
+  const Window window(run.truth.time_s, t0, t1);
+  if (window.count < 2) return figure;
+  const VectorXd t = window.of(run.truth.time_s);
+  const auto measured = [&](std::size_t j) {
+    VectorXd y = window.of(run.measured.row(static_cast<Index>(j)).transpose());
+    if (const double wrap = outputs[j].wrap; wrap > 0.0)
+      for (double& value : y) value = wrapped_difference(value, 0.0, wrap);
+    return Series{"measured", Style::kDots, kMeasured, thinned(t), thinned(y), {}};
+  };
+
+  std::vector<bool> drawn(outputs.size(), false);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    const double wrap = states[i].wrap;
+    std::vector<Series> sensors;
+    for (std::size_t j = 0; j < outputs.size(); ++j) {
+      if (run.truth.outputs.row(static_cast<Index>(j)) != run.truth.states.row(row)) continue;
+      sensors.push_back(measured(j));
+      drawn[j] = true;
+    }
+    figure.panels.push_back(state_panel(states[i], t, window.of(wrapped(run.truth.states.row(row), wrap)),
+                                        window.of(wrapped(run.estimate.row(row), wrap)), std::move(sensors)));
+    figure.panels.push_back(error_panel(states[i], t, window.of(error_of(run, row, wrap))));
+  }
+  for (std::size_t j = 0; j < outputs.size(); ++j) {
+    if (drawn[j]) continue;
+    Panel panel{"", labelled(outputs[j].name, outputs[j].unit), false, false, true, false, t[0], t[t.size() - 1], 0, 0,
+                {}};
+    panel.height = 1.2;
+    panel.x_numbers = false;
+    panel.series.push_back(measured(j));
+    figure.panels.push_back(std::move(panel));
+  }
+  for (Panel& panel : figure.panels) panel.bands = bands_of(run, window, t);
+  Panel& last = figure.panels.back();
+  last.x_label = "time [s]";
+  last.x_numbers = true;
+  last.height += 0.3;
+  return figure;
+}
+
+std::string run_errors(const EvaluatedRun& run, const std::vector<Channel>& states) {
+  std::string text;
+  const double weight = run.truth.weight.sum();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const VectorXd squares = error_of(run, static_cast<Index>(i), states[i].wrap).cwiseAbs2();
+    const std::string value = weight > 0.0 ? significant(std::sqrt(run.truth.weight.dot(squares) / weight)) : "-";
+    text += fmt::format("{}{} {}{}{}", i > 0 ? ", " : "", states[i].name, value, states[i].unit.empty() ? "" : " ",
+                        states[i].unit);
+  }
+  return text;
+}
+
+void add_runs(Page& page, const ShownRuns& shown) {
+  constexpr double kStart = 0.1;           // of the run
+  constexpr Index kEnoughToMagnify = 200;  // samples of the run
+  if (shown.runs.size() < shown.of)
+    page.text(fmt::format("<p class=\"soft\">{} of the {} runs: {}.</p>\n", shown.runs.size(), shown.of,
+                          shown.runs.size() > 2
+                              ? "the first, the best, the worst and others evenly spread over the rest"
+                              : "the first and the worst"));
+  page.text(
+      "<p class=\"soft\">Under each state its error, on a scale of its own. The observer starts without knowing the "
+      "state. Best and worst by errors in shares of each state's own spread.</p>\n");
+  bool first = true;
+  for (const EvaluatedRun& run : shown.runs) {
+    const VectorXd& t = run.truth.time_s;
+    if (t.size() < 2) continue;
+    const double from = t[0], to = t[t.size() - 1];
+    Figure whole = run_figure(run, shown.states, shown.outputs, from, to);
+    whole.caption = caption_of(run, shown);
+    page.figure(std::move(whole));
+    if (first && t.size() >= kEnoughToMagnify) {
+      Figure start = run_figure(run, shown.states, shown.outputs, from, from + kStart * (to - from));
+      start.caption = fmt::format("The same, its start: the first {} s.", significant(kStart * (to - from), 2));
+      page.figure(std::move(start));
+    }
+    first = false;
+  }
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Runs of a test as plots: truth, estimate and measurement over time, under each state its error.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "trainer/analysis/evaluate.h"
+#include "trainer/report/gnuplot.h"
+#include "trainer/report/page.h"
+
+namespace nlo::trainer {
+
+/// From t0 to t1 [s]: a panel per state and below it the error x_hat - x, angles the short way round, on a scale of its
+/// own; then a panel per output that is not a state itself. Shaded where the truth is masked and where z is outside of
+/// the training domain. A few samples far out of the rest do not set a scale: the legend says how far they go.
+Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
+                  double t0, double t1);
+
+/// Root mean square error of each state over the run's scored samples, with names and units: "x1 0.12 m, x2 0.3 m/s".
+std::string run_errors(const EvaluatedRun& run, const std::vector<Channel>& states);
+
+struct ShownRuns {
+  const std::vector<EvaluatedRun>& runs;
+  const std::vector<Channel>& states;
+  const std::vector<Channel>& outputs;
+  std::string condition;  ///< "with N(0, 0.5)"; may be empty
+  std::size_t of = 0;     ///< how many runs the test has
+};
+
+/// A figure for each run, and one for the start of the first; captions say which runs these are.
+void add_runs(Page& page, const ShownRuns& shown);
+
+/// At most about 2 `points` samples of a line, every peak kept: of each stretch its smallest and largest value, and a
+/// gap where it has one.
+struct Line {
+  Eigen::VectorXd x, y;
+};
+Line with_peaks(const Eigen::VectorXd& x, const Eigen::VectorXd& y, Eigen::Index points = 500);
+
+}  // namespace nlo::trainer
