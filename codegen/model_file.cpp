@@ -6,6 +6,7 @@
 
 #include "codegen/error.h"
 #include "codegen/file.h"
+#include "codegen/model_upgrade.h"
 #include "codegen/number.h"
 #include "codegen/validate.h"
 
@@ -119,7 +120,7 @@ std::string drive(const Drive& d, const std::string& indent) {
 std::string to_json(const Model& m) {
   Object object("");
   object.field("format", "\"nlo-model\"");
-  object.field("version", "2");
+  object.field("version", std::to_string(kModelVersion));
   object.field("structure", quoted(std::string(structure(m))));
   object.field("name", quoted(m.name));
   object.field("outputs", channels(m.outputs, object.inner()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Model files: JSON with the fields of codegen/model.h by their names, "format": "nlo-model" and a version. Numbers are
-// written in their shortest form that reads back to the same bits; the same model gives the same bytes.
+// written in their shortest form that reads back to the same bits; the same model gives the same bytes. Files of older
+// versions are read too (model_upgrade.h); docs/model_files.md has the policy.
 #pragma once
 
 #include <string>

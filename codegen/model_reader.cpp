@@ -13,6 +13,7 @@
 
 #include "codegen/error.h"
 #include "codegen/model_file.h"
+#include "codegen/model_upgrade.h"
 #include "codegen/validate.h"
 
 namespace nlo::codegen {
@@ -59,9 +60,9 @@ struct Field {
     expect(value.is_object(), "an object");
     for (const auto& [key, unused] : value.items())
       if (std::none_of(keys.begin(), keys.end(), [&k = key](const char* known) { return k == known; }))
-        throw Error(fmt::format("{}{}: unknown field; remove it or correct its spelling",
-                                path.empty() ? "" : path + ".",
-                                Json(key).dump(-1, ' ', true, Json::error_handler_t::replace)));
+        throw Error(
+            fmt::format("{}{}: unknown field; correct its spelling, or update nlo when a newer one wrote the file",
+                        path.empty() ? "" : path + ".", Json(key).dump(-1, ' ', true, Json::error_handler_t::replace)));
   }
 };
 
@@ -169,16 +170,20 @@ std::vector<std::pair<std::string, std::string>> facts(const Field& field) {
   return list;
 }
 
-constexpr int kVersion = 2;
-
-void check_format(const Field& file) {
+/// The version of the file, one that this program reads. Throws Error when it is no model file or a newer one.
+int version_of(const Field& file) {
   if (!file.value.is_object() || !file.value.contains("format") || file.value["format"] != "nlo-model")
     throw Error("is JSON but no nlo model (no \"format\": \"nlo-model\"); give the model.json that nlo train wrote");
   const Field version = file["version"];
-  if (version.value == kVersion) return;
-  if (!version.value.is_number()) version.fail(fmt::format("is no number; this nlo reads version {}", kVersion));
-  version.fail(fmt::format("is {}; this nlo reads version {}: use the nlo that wrote the file, or train again",
-                           version.value.dump(), kVersion));
+  if (!version.value.is_number_integer())
+    version.fail(fmt::format("is no whole number; this nlo reads versions 1 to {}", kModelVersion));
+  const double number = version.value.get<double>();  // whatever its size
+  if (number > kModelVersion)
+    version.fail(fmt::format("is {}; this nlo reads versions 1 to {}: a newer nlo wrote the file, update this one",
+                             version.value.dump(), kModelVersion));
+  if (number < 1)
+    version.fail(fmt::format("is {}; this nlo reads versions 1 to {}", version.value.dump(), kModelVersion));
+  return static_cast<int>(number);
 }
 
 /// The fields of a structure, beside those that all have.
@@ -201,7 +206,6 @@ const Fields& fields_of(const Field& file) {
 }
 
 Model model_of(const Field& file) {
-  check_format(file);
   const Fields& fields = fields_of(file);
   std::vector<const char*> keys = {
       "format", "version",        "structure",  "name",       "outputs",    "states",          "provenance",
@@ -266,7 +270,8 @@ std::string line_and_column(std::string_view json, std::size_t byte) {
 
 Model parse_model(std::string_view json, const std::string& origin) {
   try {
-    const Json file = Json::parse(json, Guard());
+    Json file = Json::parse(json, Guard());
+    upgrade(file, version_of({file, ""}));
     return model_of({file, ""});
   } catch (const Error& error) {
     throw Error(origin + ": " + error.what());

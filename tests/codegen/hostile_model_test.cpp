@@ -52,10 +52,13 @@ TEST_P(HostileModel, IsRefusedWithItsFileFieldAndMend) {
 }
 
 const Row kRows[] = {
-    {"OlderVersion", "\"version\": 2", "\"version\": 1",
-     "version: is 1; this nlo reads version 2: use the nlo that wrote"},
-    {"NewerVersion", "\"version\": 2", "\"version\": 3", "version: is 3; this nlo reads version 2"},
-    {"VersionAsText", "\"version\": 2", "\"version\": \"2\"", "version: is no number"},
+    {"VersionTooLow", "\"version\": 2", "\"version\": 1", "structure: is no field of version 1"},
+    {"VersionZero", "\"version\": 2", "\"version\": 0", "version: is 0; this nlo reads versions 1 to 2"},
+    {"NewerVersion", "\"version\": 2", "\"version\": 3",
+     "version: is 3; this nlo reads versions 1 to 2: a newer nlo wrote the file, update this one"},
+    {"MuchNewerVersion", "\"version\": 2", "\"version\": 18446744073709551615", "a newer nlo wrote the file"},
+    {"VersionFraction", "\"version\": 2", "\"version\": 2.5", "version: is no whole number"},
+    {"VersionAsText", "\"version\": 2", "\"version\": \"2\"", "version: is no whole number"},
     {"VersionMissing", "\"version\": 2,", "", "version: is missing"},
     {"OtherFormat", "nlo-model", "onnx", "is JSON but no nlo model"},
     {"FormatMissing", "\"format\": \"nlo-model\",", "", "is JSON but no nlo model"},

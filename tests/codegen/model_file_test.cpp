@@ -59,6 +59,19 @@ TEST(ModelFile, CommittedModelsStandAsTheyWouldBeWritten) {
   }
 }
 
+TEST(ModelFile, OfVersion1IsReadAndWrittenAsOfToday) {
+  // A file that the nlo of its time wrote: the networks were fields of the model, and KKL the only structure.
+  const Model old = read_model(NLO_SOURCE_DIR "/tests/golden/model_version_1.json");
+  EXPECT_EQ(structure(old), "kkl");
+  EXPECT_EQ(old.nz(), 6);
+  EXPECT_EQ(old.inverse_map.feature_scale(0), 1.4289392232894897);
+  EXPECT_EQ(old.inverse_map.layers.size(), 3U);
+  EXPECT_EQ(old.inverse_map.outputs(), 2);
+  const std::string json = to_json(old);
+  EXPECT_NE(json.find("\"version\": 2"), std::string::npos);
+  EXPECT_EQ(to_json(parse_model(json, "upgraded")), json);
+}
+
 TEST(ModelFile, RoundTripKeepsEveryBit) {
   Model m = rig_model();
   m.inverse_map.layers[0].weights(0, 0) = std::numeric_limits<double>::denorm_min();
