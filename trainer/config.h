@@ -21,7 +21,12 @@ struct PlantConfig {
   std::vector<std::string> state_units, output_units;  ///< of expressions; empty: dimensionless
   std::vector<std::string> derivative;                 ///< dx/dt, one expression per state
   std::vector<std::string> output_names;
-  std::vector<std::string> outputs;              ///< y = h(x), one expression per output
+  std::vector<std::string> outputs;  ///< y = h(x), one expression per output
+  /// Full turns of angles, in their units; 0: not an angle. Empty: none is.
+  std::vector<double> state_wraps, output_wraps;
+  /// Of angles: "unwrap", or "sincos": two channels NAME_sin and NAME_cos. Empty: "unwrap".
+  std::vector<std::string> state_encodings, output_encodings;
+  std::vector<std::string> estimated;            ///< the states that the observer estimates, in this order; empty: all
   std::vector<std::string> inputs, input_units;  ///< names; empty: the plant is autonomous
   /// g(x) of dx/dt = f(x) + g(x) u: a row per state, in it one expression per input
   std::vector<std::vector<std::string>> input_field;
@@ -33,8 +38,13 @@ struct SimulationConfig {
   double horizon_s = 50.0;
   double sample_period_s = 0.02;
   int trajectories = 50;
-  std::string initial_distribution = "uniform";   ///< uniform over the box; gaussian: box centre, half width = 1 sigma
-  std::vector<double> initial_low, initial_high;  ///< the training box, n_x each
+  /// Of the initial states: "uniform" over the box; "gaussian": box centre, half widths = 1 sigma; "circle": c + a cos
+  /// phi + b sin phi with phi uniform; "list": the states of a list in shuffled rounds.
+  std::string initial_distribution = "uniform";
+  std::vector<double> initial_low, initial_high;    ///< the training box, n_x each; equal ones hold a state fixed
+  std::vector<double> initial_centre;               ///< c of the circle, n_x; empty: the origin
+  std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
+  std::vector<std::vector<double>> initial_states;  ///< the list, n_x each
 };
 
 enum class ColumnRole { kTime, kOutput, kState, kInput, kIgnored };

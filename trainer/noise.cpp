@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "codegen/error.h"
 #include "trainer/number_text.h"
 
 namespace nlo::trainer {
+namespace {
 
-NoiseConfig parse_noise(std::string_view text) {
+SensorNoise parse_sensor(std::string_view text) {
   if (text == "none") return {};
   const auto colon = text.find(':');
   const std::string_view kind = text.substr(0, colon);
@@ -24,7 +27,24 @@ NoiseConfig parse_noise(std::string_view text) {
   return {kind == "gaussian" ? NoiseKind::kGaussian : NoiseKind::kUniform, *scale};
 }
 
-std::string format_noise(const NoiseConfig& noise) {
+}  // namespace
+
+bool NoiseConfig::none() const {
+  return std::all_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.kind == NoiseKind::kNone; });
+}
+
+NoiseConfig parse_noise(std::string_view text) {
+  NoiseConfig noise;
+  noise.sensors.clear();
+  for (std::size_t start = 0; start <= text.size();) {
+    const std::size_t end = std::min(text.find(',', start), text.size());
+    noise.sensors.push_back(parse_sensor(text.substr(start, end - start)));
+    start = end + 1;
+  }
+  return noise;
+}
+
+std::string format_noise(const SensorNoise& noise) {
   switch (noise.kind) {
     case NoiseKind::kGaussian:
       return "gaussian:" + shortest_text(noise.scale);
@@ -34,6 +54,20 @@ std::string format_noise(const NoiseConfig& noise) {
       break;
   }
   return "none";
+}
+
+std::string format_noise(const NoiseConfig& noise) {
+  std::string text;
+  for (const SensorNoise& sensor : noise.sensors) text += (text.empty() ? "" : ",") + format_noise(sensor);
+  return text;
+}
+
+void check_noise(const NoiseConfig& noise, std::size_t outputs) {
+  if (noise.sensors.size() == 1 || noise.sensors.size() == outputs) return;
+  throw codegen::Error(
+      fmt::format("noise \"{}\" is of {} outputs, but there {} {}; give one for all of them, or one for "
+                  "each (\"none\" where there is none)",
+                  format_noise(noise), noise.sensors.size(), outputs == 1 ? "is" : "are", outputs));
 }
 
 }  // namespace nlo::trainer

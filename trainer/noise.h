@@ -1,25 +1,48 @@
 // SPDX-License-Identifier: MIT
-// Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3".
+// Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3"; of several
+// outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02".
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace nlo::trainer {
 
 enum class NoiseKind { kNone, kGaussian, kUniform };
 
-struct NoiseConfig {
+/// Of one sensor.
+struct SensorNoise {
   NoiseKind kind = NoiseKind::kNone;
-  double scale = 0.0;  ///< Gaussian: standard deviation; uniform: half width. In the outputs' units.
+  double scale = 0.0;  ///< Gaussian: standard deviation; uniform: half width. In the output's unit.
+
+  bool operator==(const SensorNoise&) const = default;
+};
+
+/// Of all sensors of a plant or a rig. An output that is given as its sine and cosine has one sensor: the noise is on
+/// the angle, as an encoder has it.
+struct NoiseConfig {
+  std::vector<SensorNoise> sensors = {SensorNoise{}};  ///< one for all outputs, or one for each, in their order
+
+  NoiseConfig() = default;
+  NoiseConfig(NoiseKind kind, double scale) : sensors{{kind, scale}} {}
+
+  const SensorNoise& of(std::size_t output) const { return sensors.size() == 1 ? sensors.front() : sensors.at(output); }
+  bool none() const;  ///< no sensor has any
 
   bool operator==(const NoiseConfig&) const = default;
 };
 
-/// Throws codegen::Error naming what is wrong and the three forms. A scale must be finite and not negative.
+/// One noise, or several with commas between them. Throws codegen::Error naming what is wrong and the three forms. A
+/// scale must be finite and not negative.
 NoiseConfig parse_noise(std::string_view text);
 
 /// The text that parse_noise reads back to the same value.
+std::string format_noise(const SensorNoise& noise);
 std::string format_noise(const NoiseConfig& noise);
+
+/// Throws codegen::Error unless it is one for all of `outputs` sensors, or one for each.
+void check_noise(const NoiseConfig& noise, std::size_t outputs);
 
 }  // namespace nlo::trainer

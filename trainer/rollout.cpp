@@ -2,14 +2,36 @@
 #include "trainer/rollout.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace nlo::trainer {
+namespace {
+
+/// Two numbers per lane: normal, or uniform in [-1, 1).
+void draw_pair(RandomLanes& random, NoiseKind kind, float (&draw)[2][kGroup]) {
+  if (kind == NoiseKind::kGaussian) return random.normal_pair(draw[0], draw[1]);
+  for (auto& lane : draw) {
+    random.uniform(lane);
+    for (float& u : lane) u = 2.0F * u - 1.0F;
+  }
+}
+
+/// Noise on an angle that is given by its sine and cosine turns the two.
+void turn(float& sine, float& cosine, float angle) {
+  const float s = std::sin(angle), c = std::cos(angle), before = sine;
+  sine = before * c + cosine * s;
+  cosine = cosine * c - before * s;
+}
+
+}  // namespace
 
 TrainingData::TrainingData(const Dataset& dataset)
     : sample_period_s(dataset.sample_period_s),
       uniform(dataset.uniform),
       nx(static_cast<int>(dataset.states.size())),
-      ny(static_cast<int>(dataset.outputs.size())) {
+      ny(static_cast<int>(dataset.outputs.size())),
+      output_angles(dataset.output_angles) {
   if (uniform) steps_s.push_back(dataset.sample_period_s);
   const auto row_major = [](const Eigen::MatrixXd& m) {
     std::vector<float> out(static_cast<std::size_t>(m.size()));
@@ -73,7 +95,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
   for (int l = 0; l < kGroup; ++l) {
     const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
     runs[l] = &data_->runs[static_cast<std::size_t>(segment.run)];
-    level[l] = segment.noise_level * static_cast<float>(noise.scale);
+    level[l] = segment.noise_level;
     sign[l] = segment.sign;
     last[l] = segment.length - 1;  // past its end a segment repeats its last sample
     start[l] = segment.start;
@@ -90,23 +112,44 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
     int* to = group.step_of.data() + group.at(0, t);
     for (int l = 0; l < kGroup; ++l) to[l] = runs[l]->first_step + start[l] + std::min(t, last[l]);
   }
-  if (noise.kind == NoiseKind::kNone) return;
+  add_noise(group, noise, level, stream);
+}
+
+/// `level`: of each lane, times the configured noise.
+void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const float* level, std::uint64_t stream) const {
   RandomLanes random(stream);
-  const std::size_t count = group.outputs.size();
-  float* y = group.outputs.data();
   float draw[2][kGroup];
-  for (std::size_t at = 0; at < count; at += 2 * kGroup) {
-    if (noise.kind == NoiseKind::kGaussian) {
-      random.normal_pair(draw[0], draw[1]);
-    } else {
-      for (auto& lane : draw) {
-        random.uniform(lane);
-        for (float& u : lane) u = 2.0F * u - 1.0F;
+  int left = 0;  // of `draw`: normal numbers come in pairs
+  NoiseKind kind = NoiseKind::kNone;
+  auto angle = data_->output_angles.begin();
+  std::size_t sensor = 0;
+  for (int row = 0; row < data_->ny; ++sensor) {
+    const bool encoded = angle != data_->output_angles.end() && angle->sine == row;
+    const SensorNoise& own = noise.of(sensor);
+    if (own.kind != kind) left = 0;
+    kind = own.kind;
+    float scale[kGroup];
+    for (int l = 0; l < kGroup; ++l) {
+      scale[l] = level[l] * static_cast<float>(own.scale);
+      if (encoded) scale[l] *= static_cast<float>(2.0 * std::numbers::pi / angle->wrap);
+    }
+    float* y = group.outputs.data() + group.at(row, 0);
+    float* cosine = encoded ? group.outputs.data() + group.at(row + 1, 0) : nullptr;
+    for (int t = 0; kind != NoiseKind::kNone && t < group.length; ++t, y += kGroup) {
+      if (left == 0) {
+        draw_pair(random, kind, draw);
+        left = 2;
       }
+      const float* v = draw[2 - left--];
+      if (!encoded) {
+        for (int l = 0; l < kGroup; ++l) y[l] += scale[l] * v[l];
+        continue;
+      }
+      for (int l = 0; l < kGroup; ++l) turn(y[l], cosine[l], scale[l] * v[l]);
+      cosine += kGroup;
     }
-    for (std::size_t half = 0; half < 2 && at + half * kGroup < count; ++half) {
-      for (std::size_t l = 0; l < kGroup; ++l) y[at + half * kGroup + l] += level[l] * draw[half][l];
-    }
+    row += encoded ? 2 : 1;
+    if (encoded) ++angle;
   }
 }
 

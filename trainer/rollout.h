@@ -36,6 +36,7 @@ struct TrainingData {
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;
   int nx = 0, ny = 0;
+  std::vector<EncodedAngle> output_angles;  ///< among the outputs: their noise is on the angle
 
   explicit TrainingData(const Dataset& dataset);
 };
@@ -56,7 +57,7 @@ class Rollout {
   explicit Rollout(const TrainingData& data) : data_(&data) {}
 
   /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and runs the prepared
-  /// dynamics over them.
+  /// dynamics over them. `noise` has an entry for all of the data's sensors, or one for each.
   void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseConfig& noise, std::uint64_t seed,
            Purpose purpose, std::uint64_t step, ThreadPool& pool);
 
@@ -70,6 +71,7 @@ class Rollout {
 
  private:
   void gather(int index, const NoiseConfig& noise, std::uint64_t stream);
+  void add_noise(SegmentGroup& group, const NoiseConfig& noise, const float* level, std::uint64_t stream) const;
 
   const TrainingData* data_;
   std::vector<Segment> segments_;

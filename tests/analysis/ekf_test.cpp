@@ -40,7 +40,8 @@ TEST(Ekf, LinearPlantMeetsTheScalarKalmanRecursion) {
   const double phi = 1.0 - kStep + kStep * kStep / 2 - std::pow(kStep, 3) / 6 + std::pow(kStep, 4) / 24;
   const EkfPlant plant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(-x); },
                        [](const Eigen::MatrixXd& x) { return x; }};
-  const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, kP0), kQ, kR};
+  const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, kP0), kQ,
+                         Eigen::VectorXd::Constant(1, kR)};
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 4.9);
   const Eigen::MatrixXd y = Eigen::MatrixXd::Random(1, 50);
   const Eigen::MatrixXd estimate = ekf_estimator([&] { return plant; }, config)()(y, {}, time_s);
@@ -56,6 +57,44 @@ TEST(Ekf, LinearPlantMeetsTheScalarKalmanRecursion) {
     // Central differences of a linear map are exact but for rounding over their step of 6e-6.
     ASSERT_NEAR(estimate(0, k), x, 1e-9) << k;
   }
+}
+
+TEST(Ekf, TrustsEachOutputByItsOwnNoise) {
+  // Two sensors of one state, the second so noisy that it says nothing: the estimate is that of the first alone.
+  const auto plant = [](Eigen::Index outputs) {
+    return EkfPlant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(-x); },
+                    [outputs](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.replicate(outputs, 1)); }};
+  };
+  const auto estimate = [&](const Eigen::MatrixXd& y, const Eigen::VectorXd& variance) {
+    const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1), 1e-6, variance};
+    const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(y.cols(), 0.0, 2.0);
+    return Eigen::MatrixXd(ekf_estimator([&] { return plant(y.rows()); }, config)()(y, {}, time_s));
+  };
+  const Eigen::MatrixXd y = Eigen::MatrixXd::Random(2, 40);
+  const Eigen::MatrixXd first = estimate(y.row(0), Eigen::VectorXd::Constant(1, 0.3));
+  EXPECT_LE((estimate(y, Eigen::Vector2d(0.3, 1e9)) - first).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_GT((estimate(y, Eigen::VectorXd::Constant(1, 0.3)) - first).cwiseAbs().maxCoeff(), 0.1) << "control";
+}
+
+TEST(Ekf, TakesTheInnovationOfAnAngleTheShortWayRound) {
+  // dx1/dt = x2 = 5 rad/s: an angle that wraps five times in 6 s.
+  constexpr double kTurn = 2.0 * 3.141592653589793;
+  EkfPlant plant{[](const Eigen::MatrixXd& x) {
+                   return Eigen::MatrixXd((Eigen::Matrix2d() << 0.0, 1.0, 0.0, 0.0).finished() * x);
+                 },
+                 [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
+  const EkfConfig config{Eigen::Vector2d::Zero(), 30.0 * Eigen::Matrix2d::Identity(), 1e-6,
+                         Eigen::VectorXd::Constant(1, 1e-2)};
+  const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(301, 0.0, 6.0);
+  const Eigen::MatrixXd y =
+      (5.0 * time_s.transpose()).unaryExpr([](double angle) { return std::remainder(angle, kTurn); });
+  const auto rate_error = [&] {
+    return std::abs(ekf_estimator([&] { return plant; }, config)()(y, {}, time_s)(1, 300) - 5.0);
+  };
+  const double without = rate_error();
+  plant.output_wraps = Eigen::VectorXd::Constant(1, kTurn);
+  EXPECT_LT(rate_error(), 1e-3);
+  EXPECT_GT(without, 1.0) << "control: the jumps are large";
 }
 
 TEST(Ekf, KnowsTheInputThatExcitesThePlant) {
@@ -77,7 +116,8 @@ TEST(Ekf, KnowsTheInputThatExcitesThePlant) {
                    return Eigen::MatrixXd((Eigen::Matrix2d() << 0.0, 1.0, -1.0, 0.0).finished() * x);
                  },
                  [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
-  const EkfConfig config{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity(), 1e-6, 1e-2};
+  const EkfConfig config{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity(), 1e-6,
+                         Eigen::VectorXd::Constant(1, 1e-2)};
   const auto norm = [&] {
     return evaluate("ekf", ekf_estimator([&] { return plant; }, config), set, {}, 1, 1).metrics.norm;
   };

@@ -15,7 +15,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr NoiseConfig kGaussian{NoiseKind::kGaussian, 0.5}, kUniform{NoiseKind::kUniform, 3.0};
+const NoiseConfig kGaussian{NoiseKind::kGaussian, 0.5}, kUniform{NoiseKind::kUniform, 3.0};
 
 /// An observer whose right answers are known: one latent state z with dz/dt = -2 z + 2 y, and x_hat = (z, y).
 codegen::Model low_pass_model() {
@@ -71,7 +71,7 @@ TEST(Evaluate, EstimatorThatEchoesTheSensorShowsTheNoiseItself) {
   // are 5 / sqrt(2 * 12,020) = 3.2 % (Gaussian; a uniform draw has less).
   const Dataset set = test::van_der_pol_set(20, 12.0, 3);
   for (const NoiseConfig& noise : {kGaussian, kUniform}) {
-    const double deviation = noise.kind == NoiseKind::kGaussian ? 0.5 : std::sqrt(3.0);
+    const double deviation = noise.of(0).kind == NoiseKind::kGaussian ? 0.5 : std::sqrt(3.0);
     const Evaluation result = evaluate("echo", echo_first_output, set, noise, 5, 1);
     EXPECT_NEAR(result.metrics.per_component[0], deviation, 0.033 * deviation);
   }

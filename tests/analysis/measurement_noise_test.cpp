@@ -9,13 +9,13 @@ namespace nlo::trainer {
 namespace {
 
 constexpr int kDraws = 200'000;
-constexpr NoiseConfig kGaussian{NoiseKind::kGaussian, 0.5}, kUniform{NoiseKind::kUniform, 3.0};
+const NoiseConfig kGaussian{NoiseKind::kGaussian, 0.5}, kUniform{NoiseKind::kUniform, 3.0};
 
 /// Mean of |v / scale|^power.
 double moment(const NoiseConfig& noise, int power, std::uint64_t seed) {
   MeasurementNoise source(noise, seed, 0);
   double sum = 0.0;
-  for (int i = 0; i < kDraws; ++i) sum += std::pow(source.draw() / noise.scale, power);
+  for (int i = 0; i < kDraws; ++i) sum += std::pow(source.draw() / noise.of(0).scale, power);
   return sum / kDraws;
 }
 
@@ -60,6 +60,35 @@ TEST(MeasurementNoise, OtherSeedsAndRunsAreUnrelated) {
     const double correlation = one.cwiseProduct(other).sum() / (one.norm() * other.norm());
     EXPECT_LT(std::abs(correlation), 5.0 / std::sqrt(1000.0)) << seed << " " << run;
   }
+}
+
+TEST(MeasurementNoise, IsOfEachSensorItsOwn) {
+  const NoiseConfig noise = parse_noise("gaussian:0.5,none,uniform:3");
+  const Eigen::MatrixXd clean = Eigen::MatrixXd::Constant(3, 5000, 2.0);
+  const Eigen::MatrixXd v = MeasurementNoise(noise, 3, 0).on(clean) - clean;
+  // Standard error of a deviation from 5,000 draws: 1 %; four of them.
+  EXPECT_NEAR(std::sqrt(v.row(0).squaredNorm() / 5000.0), 0.5, 0.02);
+  EXPECT_TRUE((v.row(1).array() == 0.0).all());
+  EXPECT_NEAR(std::sqrt(v.row(2).squaredNorm() / 5000.0), std::sqrt(3.0), 0.07);
+  EXPECT_LE(v.row(2).cwiseAbs().maxCoeff(), 3.0);
+  EXPECT_EQ(noise_variances(noise), Eigen::Vector3d(0.25, 0.0, 3.0));
+  EXPECT_EQ(noise_title(noise), "N(0, 0.5), no noise, U(-3, 3)");
+}
+
+TEST(MeasurementNoise, OfAnAngleIsOnTheAngleNotOnItsSine) {
+  constexpr Eigen::Index kSamples = 100;
+  constexpr double kDegree = 3.141592653589793 / 180.0;
+  const Eigen::RowVectorXd angle = Eigen::RowVectorXd::LinSpaced(kSamples, -400.0, 400.0);
+  Eigen::MatrixXd plain(2, kSamples), encoded(3, kSamples);
+  plain << angle, angle;
+  encoded << (kDegree * angle.array()).sin(), (kDegree * angle.array()).cos(), angle;
+  const NoiseConfig noise{NoiseKind::kGaussian, 20.0};
+  const Eigen::MatrixXd expected = MeasurementNoise(noise, 3, 0).on(plain);
+  const Eigen::MatrixXd measured = MeasurementNoise(noise, 3, 0).on(encoded, {{0, 360.0}});
+  // The same draws: the sine and the cosine of the angle that a plain sensor shows.
+  EXPECT_LE((measured.row(0).array() - (kDegree * expected.row(0).array()).sin()).abs().maxCoeff(), 1e-13);
+  EXPECT_LE((measured.row(1).array() - (kDegree * expected.row(0).array()).cos()).abs().maxCoeff(), 1e-13);
+  EXPECT_EQ(measured.row(2), expected.row(1));
 }
 
 TEST(MeasurementNoise, NoneLeavesTheOutputsAlone) {

@@ -20,7 +20,7 @@ TEST(Override, ReplacesAValue) {
   EXPECT_EQ(overridden("seed=9").seed, 9u);
   EXPECT_THAT(overridden("observer.eigenvalues=[-3, -4]").observer.eigenvalues, ElementsAre(-3.0, -4.0));
   EXPECT_EQ(overridden("plant.parameters.mu=2").plant->parameters[0].second, 2.0);
-  EXPECT_EQ(overridden("training.noise=\"uniform:3\"").training.noise.kind, NoiseKind::kUniform);
+  EXPECT_EQ(overridden("training.noise=\"uniform:3\"").training.noise.of(0).kind, NoiseKind::kUniform);
 }
 
 TEST(Override, MakesASectionThatTheFileLeftOut) {
@@ -29,7 +29,7 @@ TEST(Override, MakesASectionThatTheFileLeftOut) {
 
 TEST(Override, TakesABareWordAsText) {
   EXPECT_EQ(overridden("training.mode=full_batch").training.mode, "full_batch");
-  EXPECT_EQ(overridden("training.noise=uniform:3").training.noise.scale, 3.0);
+  EXPECT_EQ(overridden("training.noise=uniform:3").training.noise.of(0).scale, 3.0);
   EXPECT_FALSE(overridden("observer.learn_eigenvalues=false").observer.learn_eigenvalues);
 }
 

@@ -42,6 +42,16 @@ TEST(OddSymmetry, WhereThePlantHasNoValueNothingIsClaimed) {
   EXPECT_EQ(counterexample({"x2", "-x1 * sqrt(x1^2 - 100)"}, "x1"), "odd");
 }
 
+TEST(OddSymmetry, OneInitialStateIsEnoughToLookAround) {
+  PlantConfig plant;
+  plant.states = {"a", "b"};
+  plant.derivative = {"b", "-a + a^2"};
+  plant.outputs = {"a"};
+  SimulationConfig simulation;
+  simulation.initial_low = simulation.initial_high = {0.0, 0.0};  // where every f(0) = 0 looks odd
+  EXPECT_TRUE(odd_counterexample(*make_plant(plant), simulation).has_value());
+}
+
 TEST(OddSymmetry, TheBuiltInOscillatorsAreOdd) {
   for (const char* name : {"van_der_pol", "reverse_duffing", "harmonic_oscillator"}) {
     PlantConfig plant;

@@ -50,7 +50,7 @@ std::string bound_json(const BoundReport& report) {
   Json json = {{"model", report.model},
                {"plant", report.plant},
                {"exact", report.exact},
-               {"noise", format_noise({NoiseKind::kUniform, report.test.noise})},
+               {"noise", format_noise(NoiseConfig{NoiseKind::kUniform, report.test.noise})},
                {"disturbance", report.test.disturbance},
                {"trajectories", report.test.trajectories},
                {"horizon_s", report.horizon_s},

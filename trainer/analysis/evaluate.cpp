@@ -40,7 +40,7 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
     Estimator& estimate = estimators[static_cast<std::size_t>(thread)];
     if (!estimate) estimate = factory();
     for (std::size_t i = chunk * kChunk; i < std::min(runs.size(), (chunk + 1) * kChunk); ++i) {
-      Eigen::MatrixXd measured = MeasurementNoise(noise, seed, i).on(runs[i].outputs);
+      Eigen::MatrixXd measured = MeasurementNoise(noise, seed, i).on(runs[i].outputs, clean.output_angles);
       Eigen::MatrixXd estimates = estimate(measured, runs[i].inputs, runs[i].time_s);
       sums[chunk].add(runs[i], estimates);
       examples.offer(i, std::move(measured), std::move(estimates));

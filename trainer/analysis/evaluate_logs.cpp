@@ -18,7 +18,7 @@ using codegen::Error;
 Dataset with_noise(Dataset data, const NoiseConfig& noise, std::uint64_t seed) {
   for (std::size_t i = 0; i < data.trajectories.size(); ++i) {
     Eigen::MatrixXd& y = data.trajectories[i].outputs;
-    y = MeasurementNoise(noise, seed, i).on(y);
+    y = MeasurementNoise(noise, seed, i).on(y, data.output_angles);
   }
   return data;
 }

@@ -49,11 +49,10 @@ std::string evaluation_text(const std::string& model, const std::vector<Evaluati
 
 std::string evaluation_text(const std::string& model, const LogEvaluation& evaluation) {
   const LogMetrics& observer = evaluation.entries.front().metrics;
-  std::string text =
-      fmt::format("{} on {} {}, noise added: {}{} (alternatives fitted on {})\n\n", model, observer.files.size(),
-                  observer.files.size() == 1 ? "log" : "logs", format_noise(evaluation.noise),
-                  evaluation.noise.kind == NoiseKind::kNone ? "" : fmt::format(", seed {}", evaluation.seed),
-                  evaluation.baselines_fitted_on);
+  std::string text = fmt::format(
+      "{} on {} {}, noise added: {}{} (alternatives fitted on {})\n\n", model, observer.files.size(),
+      observer.files.size() == 1 ? "log" : "logs", format_noise(evaluation.noise),
+      evaluation.noise.none() ? "" : fmt::format(", seed {}", evaluation.seed), evaluation.baselines_fitted_on);
 
   TextTable table({"RMSE", "", kErrorWindows[0].name, kErrorWindows[1].name, kErrorWindows[2].name});
   for (std::size_t i = 0; i < observer.pooled.size(); ++i) {

@@ -2,6 +2,7 @@
 #include "trainer/analysis/measurement_noise.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "trainer/number_text.h"
 
@@ -42,25 +43,41 @@ double MeasurementNoise::normal() {
   return v1 * factor;
 }
 
-double MeasurementNoise::draw() {
-  switch (config_.kind) {
+double MeasurementNoise::draw(std::size_t sensor) {
+  const SensorNoise& own = config_.of(sensor);
+  switch (own.kind) {
     case NoiseKind::kNone:
       return 0.0;
     case NoiseKind::kGaussian:
-      return config_.scale * normal();
+      return own.scale * normal();
     case NoiseKind::kUniform:
-      return config_.scale * (2.0 * uniform01() - 1.0);
+      return own.scale * (2.0 * uniform01() - 1.0);
   }
   return 0.0;
 }
 
-Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs) {
+Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles) {
   Eigen::MatrixXd noisy = outputs;
-  for (double& y : noisy.reshaped()) y += draw();
+  for (Eigen::Index k = 0; k < noisy.cols(); ++k) {
+    auto angle = angles.begin();
+    std::size_t sensor = 0;
+    for (Eigen::Index row = 0; row < noisy.rows(); ++row) {
+      const double v = draw(sensor++);
+      if (angle == angles.end() || angle->sine != row) {
+        noisy(row, k) += v;
+        continue;
+      }
+      const double radians = 2.0 * std::numbers::pi * v / angle->wrap;
+      const double sine = noisy(row, k), cosine = noisy(row + 1, k), s = std::sin(radians), c = std::cos(radians);
+      noisy(row, k) = sine * c + cosine * s;
+      noisy(++row, k) = cosine * c - sine * s;
+      ++angle;
+    }
+  }
   return noisy;
 }
 
-double noise_variance(const NoiseConfig& noise) {
+double noise_variance(const SensorNoise& noise) {
   switch (noise.kind) {
     case NoiseKind::kNone:
       return 0.0;
@@ -72,7 +89,16 @@ double noise_variance(const NoiseConfig& noise) {
   return 0.0;
 }
 
-std::string noise_title(const NoiseConfig& noise) {
+Eigen::VectorXd noise_variances(const NoiseConfig& noise) {
+  Eigen::VectorXd variances(static_cast<Eigen::Index>(noise.sensors.size()));
+  for (std::size_t i = 0; i < noise.sensors.size(); ++i)
+    variances(static_cast<Eigen::Index>(i)) = noise_variance(noise.sensors[i]);
+  return variances;
+}
+
+namespace {
+
+std::string sensor_title(const SensorNoise& noise) {
   switch (noise.kind) {
     case NoiseKind::kNone:
       return "no noise";
@@ -82,6 +108,15 @@ std::string noise_title(const NoiseConfig& noise) {
       return "U(-" + shortest_text(noise.scale) + ", " + shortest_text(noise.scale) + ")";
   }
   return "no noise";
+}
+
+}  // namespace
+
+std::string noise_title(const NoiseConfig& noise) {
+  if (noise.none()) return "no noise";
+  std::string title;
+  for (const SensorNoise& sensor : noise.sensors) title += (title.empty() ? "" : ", ") + sensor_title(sensor);
+  return title;
 }
 
 }  // namespace nlo::trainer

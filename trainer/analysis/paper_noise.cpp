@@ -108,7 +108,8 @@ JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& pl
   const auto measured = [&](const Eigen::MatrixXd& x) {
     Eigen::MatrixXd y = plant.output(x);
     for (Eigen::Index i = 0; i < batch; ++i)
-      for (double& channel : y.col(i)) channel += sensors[static_cast<std::size_t>(i)].draw();
+      for (Eigen::Index j = 0; j < y.rows(); ++j)
+        y(j, i) += sensors[static_cast<std::size_t>(i)].draw(static_cast<std::size_t>(j));
     return y;
   };
 

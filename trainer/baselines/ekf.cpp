@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "trainer/analysis/measurement_noise.h"
+#include "trainer/data/angle.h"
 
 namespace nlo::trainer {
 namespace {
@@ -60,7 +61,9 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
   const Index nx = config.initial_state.size(), ny = outputs.rows();
   const MatrixXd identity = MatrixXd::Identity(nx, nx);
   const MatrixXd q = config.process_variance * identity;
-  const MatrixXd r = std::max(config.output_variance, kLeastOutputVariance) * MatrixXd::Identity(ny, ny);
+  VectorXd variance = config.output_variance.cwiseMax(kLeastOutputVariance);
+  if (variance.size() == 1) variance = VectorXd::Constant(ny, variance[0]);
+  const MatrixXd r = variance.asDiagonal();
 
   VectorXd x = config.initial_state;
   MatrixXd p = config.initial_covariance, estimates(nx, outputs.cols());
@@ -79,7 +82,10 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
     const MatrixXd predicted = plant.h(stencil.points);
     const MatrixXd h = stencil.jacobian(predicted);
     const MatrixXd gain = (h * p * h.transpose() + r).ldlt().solve(h * p).transpose();  // P H' S^-1, S and P symmetric
-    x += gain * (outputs.col(k) - predicted.col(0));
+    VectorXd innovation = outputs.col(k) - predicted.col(0);
+    for (Index j = 0; j < plant.output_wraps.size(); ++j)
+      if (plant.output_wraps[j] > 0.0) innovation[j] = wrap_difference(innovation[j], plant.output_wraps[j]);
+    x += gain * innovation;
     const MatrixXd kept = identity - gain * h;
     p = kept * p * kept.transpose() + gain * r * gain.transpose();
     estimates.col(k) = x;
@@ -91,7 +97,7 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
 
 EkfConfig ekf_config(const VectorXd& low, const VectorXd& high, const NoiseConfig& noise) {
   const VectorXd variance = (high - low).cwiseAbs2() / 12.0;
-  return {0.5 * (low + high), MatrixXd(variance.asDiagonal()), 1e-6, noise_variance(noise)};
+  return {0.5 * (low + high), MatrixXd(variance.asDiagonal()), 1e-6, noise_variances(noise)};
 }
 
 EstimatorFactory ekf_estimator(std::function<EkfPlant()> make_plant, const EkfConfig& config) {

@@ -14,18 +14,21 @@ namespace nlo::trainer {
 struct EkfPlant {
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd&x)> f, h;
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::VectorXd& u)> drive = {};  ///< null: autonomous
+  Eigen::VectorXd output_wraps = {};  ///< full turns of outputs that are angles, else 0, n_y; empty: none is
 };
 
 /// Discrete EKF between samples,
 ///   x- = Phi(x+),  P- = J P+ J' + Q            Phi: one RK4 step of f, J = dPhi/dx
 ///   K = P- H' (H P- H' + R)^-1,  x+ = x- + K (y - h(x-)),  P+ = (I - K H) P- (I - K H)' + K R K'   (Joseph form)
-/// with Jacobians by central differences. The first sample corrects the initial guess at once.
+/// with Jacobians by central differences; the innovation y - h(x-) of an angle is the short way round. The first sample
+/// corrects the initial guess at once.
 struct EkfConfig {
   Eigen::VectorXd initial_state;       ///< n_x
   Eigen::MatrixXd initial_covariance;  ///< P0, n_x x n_x
   double process_variance = 1e-6;      ///< Q = this times I, per step
-  double output_variance =
-      0.0;  ///< R = this times I; at least 1e-4: a noise-free output is no reason to trust a linearisation
+  /// Diagonal of R, one for all outputs or n_y; at least 1e-4 each: a noise-free output is no reason to trust a
+  /// linearisation.
+  Eigen::VectorXd output_variance = Eigen::VectorXd::Zero(1);
 };
 
 /// Guess at the centre of the box [low, high] (n_x each), P0 the variance of a uniform draw from it, R that of the

@@ -17,6 +17,7 @@
 #include "trainer/commands/scaled_training.h"
 #include "trainer/commands/strict_test.h"
 #include "trainer/number_text.h"
+#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/report/bound_page.h"
 
@@ -55,16 +56,21 @@ double noise_limit(const std::string& text, const NoiseConfig& training) {
   constexpr double kDefault = 0.1;
   const double root3 = std::sqrt(3.0);  // half width over deviation of a uniform distribution
   if (text.empty()) {
-    if (training.scale == 0.0) return kDefault;
-    return training.kind == NoiseKind::kGaussian ? root3 * training.scale : training.scale;
+    double largest = 0.0;  // one V for all outputs: that of the strongest
+    for (const SensorNoise& own : training.sensors)
+      largest = std::max(largest, own.kind == NoiseKind::kGaussian ? root3 * own.scale : own.scale);
+    return largest == 0.0 ? kDefault : largest;
   }
   const NoiseConfig noise = parse_noise(text);
-  if (noise.kind == NoiseKind::kGaussian)
+  if (noise.sensors.size() > 1)
+    throw codegen::Error(fmt::format("--noise {}: the bound has one V for all outputs; give one noise", text));
+  const SensorNoise& own = noise.sensors.front();
+  if (own.kind == NoiseKind::kGaussian)
     throw codegen::Error(
         fmt::format("--noise {}: Gaussian noise has no bound, and Proposition 2 speaks of bounded noise; write "
                     "uniform:{:.4g}, which is as strong",
-                    text, root3 * noise.scale));
-  return noise.scale;
+                    text, root3 * own.scale));
+  return own.scale;
 }
 
 double disturbance_limit(const std::string& text) {
@@ -79,6 +85,8 @@ void check_model(const codegen::Model& model, const Experiment& experiment, cons
   if (codegen::structure(model) != "kkl")
     refuse(fmt::format("is a {} observer; Proposition 2 is about KKL observers without inputs, structure \"kkl\"",
                        codegen::structure(model)));
+  if (!PlantChannels(*experiment.plant, *make_plant(*experiment.plant)).plain())
+    refuse("gives angles as sine and cosine, or leaves states out; the bound is about the plant's own states");
   for (const auto* channels : {&model.outputs, &model.states})
     for (const codegen::Channel& channel : *channels)
       if (channel.wrap != 0.0)

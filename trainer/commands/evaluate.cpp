@@ -14,6 +14,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/plants/excitation.h"
+#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -37,7 +38,9 @@ void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny,
 
 void on_plant(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment) {
   const auto plant = make_plant(*experiment.plant);
-  check_channels(model, plant->states().size(), plant->outputs().size(), arguments.model);
+  const PlantChannels channels(*experiment.plant, *plant);
+  check_channels(model, channels.states().size(), channels.outputs().size(), arguments.model);
+  for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, plant->outputs().size());
   parse_excitation(*plant, arguments.test.inputs);  // wrong usage is said before anything runs
   const double scale = arguments.test.box_scale;
   const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
@@ -49,6 +52,7 @@ void on_plant(const Arguments& arguments, const codegen::Model& model, const Exp
 void on_logs(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment) {
   const LogSchema schema = resolve_columns(*experiment.log);
   check_channels(model, schema.state_channels.size(), schema.output_channels.size(), arguments.model);
+  for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, schema.outputs.size());
   const Dataset logs = load_logs(*experiment.log, "", arguments.data);
   for (const NoiseConfig& noise : arguments.test.noises) {
     const LogEvaluation evaluation =
@@ -87,14 +91,18 @@ void add_evaluate(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("evaluate", "Measure how well a model estimates the state");
   command->add_option("MODEL", arguments->model, "model.json of nlo train")->required();
   command
-      ->add_option("--noise", arguments->noises,
-                   "on the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH; may be repeated")
+      ->add_option(
+          "--noise", arguments->noises,
+          "on the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, or one for each output with commas between; may "
+          "be repeated")
       ->allow_extra_args(false);
   command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
   CLI::Option* box =
-      command->add_option("--box-scale", arguments->test.box_scale, "initial states from the training box times this")
+      command
+          ->add_option("--box-scale", arguments->test.box_scale,
+                       "initial states from the training box times this (circle: its axes; list: about its mean)")
           ->check(check_scale)
           ->capture_default_str();
   CLI::Option* count = command->add_option("--trajectories", arguments->test.trajectories, "how many new trajectories")

@@ -10,7 +10,7 @@ namespace nlo::trainer {
 Judgement judge_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test) {
   if (test.noises.empty()) {
     test.noises.emplace_back();
-    if (experiment.training.noise.kind != NoiseKind::kNone) test.noises.push_back(experiment.training.noise);
+    if (!experiment.training.noise.none()) test.noises.push_back(experiment.training.noise);
   }
   Judgement judgement;
   judgement.evaluations = run_strict_test(model, experiment, test);

@@ -9,6 +9,7 @@
 #include "trainer/commands/command.h"
 #include "trainer/commands/judgement.h"
 #include "trainer/commands/output_directory.h"
+#include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
 namespace {
@@ -28,6 +29,8 @@ void run(Arguments arguments) {
   Judgement judgement;
   if (experiment.plant) {
     if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
+    for (const NoiseConfig& noise : arguments.test.noises)
+      check_noise(noise, make_plant(*experiment.plant)->outputs().size());
     judgement = run_phase([&] { return judge_on_plant(model, experiment, arguments.test); });
   } else {
     if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");

@@ -12,6 +12,7 @@
 #include "trainer/analysis/measurement_noise.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
+#include "trainer/data/angle.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/number_text.h"
 #include "trainer/plants/excitation.h"
@@ -47,6 +48,14 @@ std::string output_heading(const Dataset& data, std::size_t output) {
       std::any_of(data.states.begin(), data.states.end(), [&](const Channel& s) { return s.name == name; });
   return taken ? name + "_clean" : name;
 }
+/// Angles as a sensor shows them, within half a turn of 0.
+Eigen::MatrixXd shown(Eigen::MatrixXd values, const std::vector<Channel>& channels) {
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    if (channels[i].wrap > 0.0)
+      for (double& value : values.row(static_cast<Eigen::Index>(i))) value = wrap_difference(value, channels[i].wrap);
+  return values;
+}
+
 
 std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured) {
   const Trajectory& run = data.trajectories[static_cast<std::size_t>(index)];
@@ -55,15 +64,17 @@ std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured)
   for (const Channel& output : data.outputs) text += "," + output.name + "_measured";
   for (const Channel& state : data.states) text += "," + state.name;
   for (const Channel& input : data.inputs) text += "," + input.name;
+  const Eigen::MatrixXd outputs = shown(run.outputs, data.outputs), noisy = shown(measured, data.outputs),
+                        states = shown(run.states, data.states);
   text += "\n";
   for (Eigen::Index k = 0; k < run.samples(); ++k) {
     text += fmt::format("{},{}", index + 1, shortest_text(run.time_s(k)));
     const auto append = [&](const Eigen::MatrixXd& values) {
       for (Eigen::Index i = 0; i < values.rows(); ++i) text += "," + shortest_text(values(i, k));
     };
-    append(run.outputs);
-    append(measured);
-    append(run.states);
+    append(outputs);
+    append(noisy);
+    append(states);
     append(run.inputs);
     text += "\n";
   }
@@ -106,7 +117,10 @@ void add_simulate(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, kMostTrajectories))
       ->capture_default_str();
   command
-      ->add_option("--noise", arguments->noise, "on the column NAME_measured: none, gaussian:SIGMA, uniform:HALF_WIDTH")
+      ->add_option(
+          "--noise", arguments->noise,
+          "on the column NAME_measured: none, gaussian:SIGMA, uniform:HALF_WIDTH, or one for each output with commas "
+          "between")
       ->capture_default_str();
   command
       ->add_option("--input", arguments->inputs,
@@ -120,7 +134,8 @@ void add_simulate(CLI::App& app, Action& action) {
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
   command->footer(
-      "Columns: trajectory, time [s], each output, each output as measured, each state, with --input each input.\n"
+      "Columns: trajectory, time [s], each output, each output as measured, each state, with --input each input. "
+      "Angles are as sensors show them, within half a turn of 0.\n"
       "Examples:\n"
       "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv\n"
       "  nlo simulate van_der_pol --input \"cos(12*t)\" -o excited.csv");

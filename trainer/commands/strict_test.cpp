@@ -6,22 +6,28 @@
 #include <memory>
 
 #include "codegen/error.h"
+#include "trainer/analysis/measurement_noise.h"
 #include "trainer/baselines/ekf.h"
+#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {
 namespace {
 
+Eigen::VectorXd wraps_of(const std::vector<Channel>& outputs) {
+  Eigen::VectorXd wraps(static_cast<Eigen::Index>(outputs.size()));
+  for (std::size_t j = 0; j < outputs.size(); ++j) wraps(static_cast<Eigen::Index>(j)) = outputs[j].wrap;
+  return wraps;
+}
+
 EstimatorFactory alternative(const std::string& name, const Experiment& experiment, const Dataset& set,
                              const NoiseConfig& noise) {
   if (name == "constant") return constant_estimator(set);
   if (name != "ekf") throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, constant", name));
-  const auto& low = experiment.simulation.initial_low;
-  const auto& high = experiment.simulation.initial_high;
-  const auto n = static_cast<Eigen::Index>(low.size());
-  const EkfConfig config = ekf_config(Eigen::VectorXd::Map(low.data(), n), Eigen::VectorXd::Map(high.data(), n), noise);
-  return ekf_estimator(
+  const InitialMoments start = initial_moments(experiment.simulation);
+  const EkfConfig config{start.mean, start.covariance, 1e-6, noise_variances(noise)};
+  const EstimatorFactory filter = ekf_estimator(
       [plant_config = *experiment.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
         return EkfPlant{[plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
@@ -30,9 +36,18 @@ EstimatorFactory alternative(const std::string& name, const Experiment& experime
                           Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(x.rows(), x.cols());
                           for (Eigen::Index j = 0; j < u.size(); ++j) sum += u(j) * plant->input_field(x, j);
                           return sum;
-                        }};
+                        },
+                        wraps_of(plant->outputs())};
       },
       config);
+  const PlantChannels channels(*experiment.plant, *make_plant(*experiment.plant));
+  if (channels.plain()) return filter;
+  return [filter, channels]() -> Estimator {
+    return [ekf = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                      const Eigen::VectorXd& time_s) {
+      return channels.states(ekf(channels.plant_outputs(outputs), inputs, time_s));
+    };
+  };
 }
 
 }  // namespace
@@ -47,8 +62,9 @@ Experiment experiment_of(const codegen::Model& model, const std::string& origin)
 std::vector<std::vector<Evaluation>> run_strict_test(const codegen::Model& model, const Experiment& experiment,
                                                      const StrictTest& test) {
   const auto plant = make_plant(*experiment.plant);
-  const Dataset set = simulate(*plant, experiment.simulation, initial_state_seed(test.seed, SeedStream::kTest),
-                               test.trajectories, test.box_scale, parse_excitation(*plant, test.inputs));
+  Dataset set = simulate(*plant, experiment.simulation, initial_state_seed(test.seed, SeedStream::kTest),
+                         test.trajectories, test.box_scale, parse_excitation(*plant, test.inputs));
+  PlantChannels(*experiment.plant, *plant).apply(set);
   std::vector<std::vector<Evaluation>> result;
   for (const NoiseConfig& noise : test.noises) {
     auto& group = result.emplace_back();

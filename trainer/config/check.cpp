@@ -7,10 +7,12 @@
 #include <complex>
 
 #include "codegen/error.h"
+#include "trainer/config/check_plant.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/transient.h"
 #include "trainer/number_text.h"
 #include "trainer/plants/odd_symmetry.h"
+#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/observer_gain.h"
 
@@ -26,7 +28,7 @@ class Check {
     if (e_.plant) plant_and_simulation();
     if (e_.log) log();
     observer();
-    if (e_.log) angles();
+    if (const auto fault = angle_fault(e_)) fail(fault->path, fault->what);
     losses();
     training();
     if (e_.training.transient != "keep") transient();
@@ -50,26 +52,14 @@ class Check {
   void plant_and_simulation() const {
     std::size_t nx = 0;
     try {
-      nx = make_plant(*e_.plant)->states().size();
+      const auto plant = make_plant(*e_.plant);
+      PlantChannels(*e_.plant, *plant);
+      nx = plant->states().size();
     } catch (const codegen::Error& error) {
       fail(plant_key_named_by(error.what()), error.what());
     }
     const SimulationConfig& s = e_.simulation;
-    for (const auto& [key, size] :
-         {std::pair{"initial_low", s.initial_low.size()}, std::pair{"initial_high", s.initial_high.size()}}) {
-      if (size == nx) continue;
-      const std::string path = std::string("simulation.") + key;
-      if (size == 0)
-        fail("simulation", fmt::format("[simulation] {} is missing; give the corner of the training box, "
-                                       "{} numbers, one for each state",
-                                       key, nx));
-      fail(path, fmt::format("[simulation] {} has {} numbers; the plant has {} states", key, size, nx));
-    }
-    for (std::size_t i = 0; i < nx; ++i)
-      if (!(s.initial_low[i] < s.initial_high[i]))
-        fail("simulation.initial_high",
-             fmt::format("[simulation] initial_high[{0}] is {1}; it must be above initial_low[{0}], {2}", i,
-                         shortest_text(s.initial_high[i]), shortest_text(s.initial_low[i])));
+    if (const auto fault = initial_state_fault(s, nx)) fail(fault->path, fault->what);
     const double samples = s.horizon_s / s.sample_period_s;
     if (!(samples >= 1.0))
       fail("simulation.horizon_s", fmt::format("[simulation] horizon_s is {} and sample_period_s {}; the horizon must "
@@ -87,7 +77,8 @@ class Check {
 
   /// make_plant says "[plant] derivative[1] ..." or "plant NAME has no parameter ...": find the line of that key.
   std::string plant_key_named_by(std::string_view message) const {
-    for (const char* key : {"derivative", "output_names", "outputs", "input_field", "states", "parameters", "model"})
+    for (const char* key : {"derivative", "output_names", "output_wraps", "output_encodings", "outputs", "input_field",
+                            "state_wraps", "state_encodings", "states", "estimated", "parameters", "model"})
       if (message.starts_with(fmt::format("[plant] {}", key))) return fmt::format("plant.{}", key);
     return message.find("parameter") != std::string_view::npos ? "plant.parameters" : "plant";
   }
@@ -181,14 +172,19 @@ class Check {
     return "observer";
   }
 
-  /// n_x and n_y of the plant or the log.
+  /// n_x and n_y as the observer has them.
   std::pair<std::size_t, std::size_t> sizes() const {
     if (e_.plant) {
-      const auto plant = make_plant(*e_.plant);
-      return {plant->states().size(), plant->outputs().size()};
+      const PlantChannels channels(*e_.plant, *make_plant(*e_.plant));
+      return {channels.states().size(), channels.outputs().size()};
     }
     const LogSchema schema = resolve_columns(*e_.log);
     return {schema.state_channels.size(), schema.output_channels.size()};
+  }
+
+  /// How many quantities are measured: an angle as sine and cosine is one.
+  std::size_t sensors() const {
+    return e_.plant ? make_plant(*e_.plant)->outputs().size() : resolve_columns(*e_.log).outputs.size();
   }
 
   void general() const {
@@ -246,7 +242,7 @@ class Check {
          {std::pair{"collocation_low", &l.collocation_low}, {"collocation_high", &l.collocation_high}}) {
       if (!box && !corner->empty())
         fail(fmt::format("loss.{}", key), fmt::format("[loss] {} needs collocation = \"box\"", key));
-      const std::size_t nx = box ? sizes().first : 0;
+      const std::size_t nx = !box ? 0 : e_.plant ? make_plant(*e_.plant)->states().size() : sizes().first;
       if (corner->size() != nx)
         fail(fmt::format("loss.{}", key),
              fmt::format("[loss] {} has {} numbers; the plant has {} states", key, corner->size(), nx));
@@ -258,37 +254,19 @@ class Check {
                          shortest_text(l.collocation_high[i]), shortest_text(l.collocation_low[i])));
   }
 
-  /// When y turns by 2 pi, so does z, if its DC gain is one; then z - y never sees the turn.
-  void angles() const {
-    const ObserverConfig& o = e_.observer;
-    for (const ColumnConfig& column : e_.log->columns) {
-      if (column.role != ColumnRole::kOutput || column.wrap == 0.0 || column.encoding != "unwrap") continue;
-      if (o.structure == "luenberger" || o.structure == "general")
-        fail("observer.structure",
-             fmt::format("[observer] structure = \"{}\" cannot follow the output {}, an unwrapped "
-                         "angle; set its encoding = \"sincos\"",
-                         o.structure, column.name));
-      const auto want = [&](const char* key, const std::string& is, const char* needed) {
-        if (is != needed)
-          fail(fmt::format("observer.{}", key),
-               fmt::format("[observer] {} is \"{}\", but the output {} is an unwrapped angle; set {} = \"{}\", or its "
-                           "encoding = \"sincos\"",
-                           key, is, column.name, key, needed));
-      };
-      want("features", o.features, "latent_minus_output");
-      want("output_injection", o.output_injection, "unit_gain");
-      want("start", o.start, "steady");
-    }
-  }
-
   void training() const {
     const TrainingConfig& t = e_.training;
     if (t.gradient != "automatic") starts_at_zero("a roll-out by gradient = \"backprop\" or \"adjoint\"");
     if (t.early_share > 0.0 && t.early_s == 0.0)
       fail("training.early_share", "[training] early_share needs early_s, the time it speaks of; set both or none");
-    if (t.noise_level_max > 0.0 && t.noise.kind == NoiseKind::kNone)
+    if (t.noise_level_max > 0.0 && t.noise.none())
       fail("training.noise_level_max",
            "[training] noise_level_max scales the noise, and there is none; set noise = \"gaussian:1\" or remove it");
+    try {
+      check_noise(t.noise, sensors());
+    } catch (const codegen::Error& error) {
+      fail("training.noise", fmt::format("[training] {}", error.what()));
+    }
     if (t.mirror) mirror();
   }
 
@@ -300,11 +278,6 @@ class Check {
     if (!e_.log) return;
     for (const ColumnConfig& column : e_.log->columns) {
       if (column.role != ColumnRole::kOutput && column.role != ColumnRole::kState) continue;
-      if (column.wrap > 0.0 && column.encoding == "sincos")
-        refuse(
-            fmt::format("the mirror image of a run has the sign of every channel turned, and cos({}) keeps its sign; "
-                        "set mirror = false, or the angle's encoding = \"unwrap\"",
-                        column.name));
       if (!column.odd)
         refuse(
             fmt::format("the column {} is declared odd = false, so the mirror image of a log is no run of this "
@@ -343,7 +316,8 @@ class Check {
                                              shortest_text(s.horizon_s), length));
     const double samples = (t_c + s.horizon_s) / s.sample_period_s;
     if (t.transient == "backward" &&
-        (samples > kMostSamples || samples * s.trajectories * static_cast<double>(s.initial_low.size()) > kMostNumbers))
+        (samples > kMostSamples ||
+         samples * s.trajectories * static_cast<double>(make_plant(*e_.plant)->nx()) > kMostNumbers))
       fail("training.transient",
            fmt::format("[training] transient = \"backward\" makes trajectories of {:.3g} samples, "
                        "which do not fit into memory: {}; take faster eigenvalues",

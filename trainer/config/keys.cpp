@@ -27,6 +27,14 @@ std::vector<Key<Section>> network_keys() {
   };
 }
 
+/// Full turns, one for each state or output.
+Key<PlantConfig> wraps_key(std::string name, std::vector<double> PlantConfig::*field, std::string meaning) {
+  return {
+      std::move(name), "[number >= 0, \"2pi\" or \"360deg\", ...]", std::move(meaning),
+      [=](PlantConfig& plant, const Toml& value, const std::string& where) { read_wraps(value, where, plant.*field); },
+      [=](const PlantConfig& plant) { return show_value(plant.*field); }};
+}
+
 }  // namespace
 
 template <>
@@ -51,6 +59,12 @@ const std::vector<Key<PlantConfig>>& keys() {
       key("output_names", &P::output_names, identifiers(), "y, or y1, y2, ... unless given"),
       key("output_units", &P::output_units, any(), "one for each output, if they have any"),
       key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
+      wraps_key("state_wraps", &P::state_wraps, "full turns of angles in their units, one for each state; 0: no angle"),
+      wraps_key("output_wraps", &P::output_wraps, "the same, one for each output"),
+      key("state_encodings", &P::state_encodings, one_of({"unwrap", "sincos"}),
+          "of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
+      key("output_encodings", &P::output_encodings, one_of({"unwrap", "sincos"}), "the same, one for each output"),
+      key("estimated", &P::estimated, identifiers(), "names of the states to estimate; all unless given"),
       key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; training leaves them at 0"),
       key("input_units", &P::input_units, any(), "one for each input, if they have any"),
       key("input_field", &P::input_field, any(),
@@ -67,10 +81,14 @@ const std::vector<Key<SimulationConfig>>& keys() {
       key("horizon_s", &S::horizon_s, positive(), "length of a trajectory [s]"),
       key("sample_period_s", &S::sample_period_s, positive(), "of the observer and of the simulation (RK4) [s]"),
       key("trajectories", &S::trajectories, between(1, 1e6), "how many are simulated to train on"),
-      key("initial_distribution", &S::initial_distribution, one_of({"uniform", "gaussian"}),
-          "over the box; gaussian: its centre, half widths = 1 sigma"),
+      key("initial_distribution", &S::initial_distribution, one_of({"uniform", "gaussian", "circle", "list"}),
+          "over the box; gaussian: its centre, half widths = 1 sigma; circle: initial_axes; list: initial_states"),
       key("initial_low", &S::initial_low, any(), "lower corner of the training box, one number for each state"),
-      key("initial_high", &S::initial_high, any(), "its upper corner"),
+      key("initial_high", &S::initial_high, any(), "its upper corner; where both are equal, the state starts there"),
+      key("initial_centre", &S::initial_centre, any(), "circle: its centre, one number for each state (the origin)"),
+      key("initial_axes", &S::initial_axes, any(), "circle: two half axes, each with one number for each state"),
+      key("initial_states", &S::initial_states, any(),
+          "list: states to start from, each as often as the others; one alone: always there"),
   };
   return kKeys;
 }
@@ -209,7 +227,7 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("decay", &T::decay, Rule{.low = 0, .high = 1, .low_is_open = true}, "of the exponential schedule, per step"),
       key("weight_decay", &T::weight_decay, at_least(0), "of T*'s weights, decoupled as in AdamW"),
       key("ema", &T::ema, share_below_one(), "weight averaging: the model is the exponential average; 0: off"),
-      key("noise", &T::noise, any(), "added to the outputs, drawn afresh in each step"),
+      key("noise", &T::noise, any(), "added to the outputs, drawn afresh in each step; a list: one for each output"),
       key("noise_level_max", &T::noise_level_max, at_least(0),
           "> 0: each trajectory's noise is scaled by a number in [0, max]"),
       key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it; checked"),

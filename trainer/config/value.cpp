@@ -134,8 +134,24 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, s
   field = text;
 }
 
-void read_value(const Toml& value, const std::string& where, const Rule&, NoiseConfig& field) {
-  if (!value.is_string()) fail(value, where, "it must be \"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\"");
+void read_value(const Toml& value, const std::string& where, const Rule& rule, NoiseConfig& field) {
+  if (value.is_array()) {
+    NoiseConfig all;
+    all.sensors.clear();
+    for (const Toml& element : list_of(value, where, rule)) {
+      const std::string index = fmt::format("{}[{}]", where, all.sensors.size());
+      NoiseConfig one;
+      if (element.is_array()) fail(element, index, "it must be the noise of one output");
+      read_value(element, index, rule, one);
+      if (one.sensors.size() != 1) fail(element, index, "it must be the noise of one output");
+      all.sensors.push_back(one.sensors.front());
+    }
+    if (all.sensors.empty()) fail(value, where, "it must have one noise for each output; or write \"none\"");
+    field = std::move(all);
+    return;
+  }
+  if (!value.is_string())
+    fail(value, where, "it must be \"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\", or a list of these");
   try {
     field = parse_noise(value.as_string().str);
   } catch (const codegen::Error& error) {
@@ -183,6 +199,15 @@ void read_wrap(const Toml& value, const std::string& where, double& field) {
   }
 }
 
+void read_wraps(const Toml& value, const std::string& where, std::vector<double>& field) {
+  std::vector<double> result;
+  for (const Toml& element : list_of(value, where, any())) {
+    const std::string index = fmt::format("{}[{}]", where, result.size());
+    read_wrap(element, index, result.emplace_back());
+  }
+  field = std::move(result);
+}
+
 const Toml::array_type& list_of(const Toml& value, const std::string& where, const Rule& rule) {
   if (!value.is_array()) fail(value, where, "it must be a list [...]");
   const Toml::array_type& list = value.as_array();
@@ -211,8 +236,12 @@ std::string show_value(double field) {
 std::string show_value(const std::string& field) {
   return toml_text(field);
 }
+
 std::string show_value(const NoiseConfig& field) {
-  return toml_text(format_noise(field));
+  if (field.sensors.size() == 1) return toml_text(format_noise(field));
+  std::vector<std::string> each;
+  for (const SensorNoise& noise : field.sensors) each.push_back(format_noise(noise));
+  return show_value(each);
 }
 
 std::string show_value(ColumnRole field) {

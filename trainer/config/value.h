@@ -65,6 +65,9 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule,
 /// An angle's full turn: a number, "2pi" or "360deg".
 void read_wrap(const Toml& value, const std::string& where, double& field);
 
+/// A list of them.
+void read_wraps(const Toml& value, const std::string& where, std::vector<double>& field);
+
 /// Throws unless it is a list of at most rule.at_most elements.
 const Toml::array_type& list_of(const Toml& value, const std::string& where, const Rule& rule);
 
@@ -111,7 +114,7 @@ inline std::string type_of(const std::string&) {
   return "text";
 }
 inline std::string type_of(const NoiseConfig&) {
-  return "\"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\"";
+  return "\"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\", or a list of these";
 }
 inline std::string type_of(const std::array<double, 2>&) {
   return "[re, im]";

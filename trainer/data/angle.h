@@ -6,6 +6,12 @@
 
 namespace nlo::trainer {
 
+/// Two neighbouring channels that are the sine and the cosine of one angle.
+struct EncodedAngle {
+  Eigen::Index sine;  ///< channel of the sine; the cosine's is the next
+  double wrap;        ///< full turn of the angle
+};
+
 /// The same angle difference, turned into (-wrap/2, wrap/2].
 double wrap_difference(double difference, double wrap);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "codegen/model.h"
+#include "trainer/data/angle.h"
 
 namespace nlo::trainer {
 
@@ -42,6 +43,10 @@ struct Dataset {
   Collocation collocation = {};
   codegen::DenseLayer input_field = {};  ///< g of a plant that a driven observer is trained for, as in codegen::Drive
   std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
+  std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
+
+  /// How many quantities are measured: an angle as sine and cosine is one.
+  std::size_t sensors() const { return outputs.size() - output_angles.size(); }
 };
 
 }  // namespace nlo::trainer

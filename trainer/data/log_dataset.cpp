@@ -169,6 +169,10 @@ Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector
   Dataset data;
   data.outputs = schema.output_channels;
   data.states = schema.state_channels;
+  for (Index channel = 0; const LogColumn& output : schema.outputs) {
+    if (output.sincos) data.output_angles.push_back({channel, output.wrap});
+    channel += output.sincos ? 2 : 1;
+  }
   data.uniform = schema.time_heading.empty();
   if (logs.empty()) {
     data.sample_period_s = config.sample_period_s;

@@ -26,9 +26,11 @@ Eigen::MatrixXd check_points(const Eigen::VectorXd& low, const Eigen::VectorXd& 
 codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd& low, const Eigen::VectorXd& high) {
   if (plant.nu() == 0) throw codegen::Error(fmt::format("plant {} has no input, so no input field", plant.name()));
   const Eigen::Index nx = plant.nx();
-  const Eigen::VectorXd centre = 0.5 * (low + high), half_width = 0.5 * (high - low);
+  const Eigen::VectorXd centre = 0.5 * (low + high);
+  // A state that starts at one value moves on from there: W needs its slope too.
+  const Eigen::VectorXd half_width = (high.array() > low.array()).select(0.5 * (high - low), 1.0);
   const Eigen::MatrixXd offsets = half_width.asDiagonal();
-  const Eigen::MatrixXd points = check_points(low, high);
+  const Eigen::MatrixXd points = check_points(centre - half_width, centre + half_width);
 
   codegen::DenseLayer field{Eigen::MatrixXd(nx * plant.nu(), nx), Eigen::VectorXd(nx * plant.nu())};
   for (Eigen::Index j = 0; j < plant.nu(); ++j) {

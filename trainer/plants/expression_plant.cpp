@@ -14,12 +14,19 @@ namespace nlo::trainer {
 namespace {
 
 std::vector<codegen::Channel> named_channels(const std::vector<std::string>& names,
-                                             const std::vector<std::string>& units, std::string_view what) {
+                                             const std::vector<std::string>& units, const std::vector<double>& wraps,
+                                             std::string_view key, std::string_view what) {
   if (!units.empty() && units.size() != names.size())
     throw codegen::Error(
         fmt::format("[plant] has {} {} but {} units; give one unit for each", names.size(), what, units.size()));
+  if (!wraps.empty() && wraps.size() != names.size())
+    throw codegen::Error(
+        fmt::format("[plant] {}_wraps has {} entries, but there are {} {}; give one for each, 0 where "
+                    "there is no angle",
+                    key, wraps.size(), names.size(), what));
   std::vector<codegen::Channel> result;
-  for (std::size_t i = 0; i < names.size(); ++i) result.push_back({names[i], units.empty() ? "" : units[i], 0.0});
+  for (std::size_t i = 0; i < names.size(); ++i)
+    result.push_back({names[i], units.empty() ? "" : units[i], wraps.empty() ? 0.0 : wraps[i]});
   return result;
 }
 
@@ -103,9 +110,9 @@ class ExpressionPlant::Formulas {
 };
 
 ExpressionPlant::ExpressionPlant(const PlantConfig& config)
-    : Plant("expressions", named_channels(config.states, config.state_units, "states"),
-            named_channels(output_names(config), config.output_units, "outputs"),
-            named_channels(config.inputs, config.input_units, "inputs")) {
+    : Plant("expressions", named_channels(config.states, config.state_units, config.state_wraps, "state", "states"),
+            named_channels(output_names(config), config.output_units, config.output_wraps, "output", "outputs"),
+            named_channels(config.inputs, config.input_units, {}, "input", "inputs")) {
   check_counts(config);
   check_names(config);
   for (std::size_t i = 0; i < outputs().size(); ++i) {

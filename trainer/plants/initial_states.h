@@ -9,6 +9,9 @@
 //   uniform = centre + half width (2u - 1) of the box
 //   normal  = Marsaglia's polar method: v = 2u - 1 twice until 0 < q = v1^2 + v2^2 < 1, then v1 sqrt(-2 ln q / q); the
 //             second of the two draws is dropped
+//   circle  = centre + a cos phi + b sin phi, phi = 2 pi u: one u for a trajectory
+//   list    = rounds of all states, each in a new order: Fisher and Yates from the last place down, place i exchanged
+//             with place floor(u (i + 1))
 // State by state within a trajectory, trajectory after trajectory: the first n do not depend on how many follow.
 #pragma once
 
@@ -25,9 +28,25 @@ enum class SeedStream : std::uint64_t { kTraining = 0, kValidation = 1, kTest = 
 /// The engine's seed for a stream.
 std::uint64_t initial_state_seed(std::uint64_t seed, SeedStream stream);
 
-/// n_x x count. Uniform over the box of `config` scaled by box_scale about its centre, or Gaussian about the centre
-/// with the (scaled) half widths as standard deviations.
+/// n_x x count, by config.initial_distribution. `box_scale` stretches it about its middle:
+///   uniform   the box about its centre; a state whose two corners are equal stays there
+///   gaussian  the half widths, which are the standard deviations
+///   circle    the half axes
+///   list      each state about the mean of the list; a list of one stays there
 Eigen::MatrixXd draw_initial_states(const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
                                     double box_scale = 1.0);
+
+/// The smallest box around all initial states (gaussian: one standard deviation about the centre).
+struct InitialBox {
+  Eigen::VectorXd low, high;  ///< n_x each
+};
+InitialBox initial_box(const SimulationConfig& config);
+
+/// Mean and covariance of the initial states: what a Kalman filter may know of them.
+struct InitialMoments {
+  Eigen::VectorXd mean;        ///< n_x
+  Eigen::MatrixXd covariance;  ///< n_x x n_x
+};
+InitialMoments initial_moments(const SimulationConfig& config);
 
 }  // namespace nlo::trainer

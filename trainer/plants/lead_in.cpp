@@ -77,6 +77,7 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
     if ((x.col(i).array().abs() > most.array()).any())
       fail(plant, initial.col(i), -static_cast<double>(n) * h, "has grown faster than the filter forgets");
   for (std::size_t i = 0; i < states.size(); ++i) prepend(states[i], outputs[i], h, dataset.trajectories[i]);
+  unwrap_outputs(dataset);
 }
 
 void keep_out_transient(const Experiment& experiment, const Plant& plant, Dataset& dataset) {

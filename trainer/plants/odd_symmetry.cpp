@@ -36,17 +36,20 @@ std::optional<std::string> difference(const char* what, const std::vector<codege
 }  // namespace
 
 std::optional<std::string> odd_counterexample(const Plant& plant, const SimulationConfig& simulation) {
-  // The seed is any: an equation that is not odd shows it almost everywhere.
-  for (const double box_scale : {1.0, 2.0}) {
-    const Eigen::MatrixXd x =
-        draw_initial_states(simulation, initial_state_seed(1, SeedStream::kCollocation), kStates, box_scale);
-    const Eigen::MatrixXd mirrored = -x;
-    if (auto found = difference("dx/dt", plant.states(), x, plant.derivative(x), plant.derivative(mirrored)))
-      return found;
-    if (auto found = difference("the output", plant.outputs(), x, plant.output(x), plant.output(mirrored)))
-      return found;
-  }
-  return std::nullopt;
+  // About the initial states, twice as far out, as these may be one point. Any seed will do: an equation that is not
+  // odd shows it almost everywhere.
+  const std::uint64_t seed = initial_state_seed(1, SeedStream::kCollocation);
+  Eigen::MatrixXd x = draw_initial_states(simulation, seed, kStates);
+  const Eigen::VectorXd furthest = x.cwiseAbs().rowwise().maxCoeff();
+  const Eigen::VectorXd reach = (furthest.array() > 0.0).select(2.0 * furthest, 1.0);
+  SimulationConfig around;
+  around.initial_low.assign(static_cast<std::size_t>(plant.nx()), -1.0);
+  around.initial_high.assign(static_cast<std::size_t>(plant.nx()), 1.0);
+  x += reach.asDiagonal() * draw_initial_states(around, seed + 1, kStates);
+  const Eigen::MatrixXd mirrored = -x;
+  if (auto found = difference("dx/dt", plant.states(), x, plant.derivative(x), plant.derivative(mirrored)))
+    return found;
+  return difference("the output", plant.outputs(), x, plant.output(x), plant.output(mirrored));
 }
 
 }  // namespace nlo::trainer

@@ -11,8 +11,7 @@
 
 namespace nlo::trainer {
 
-/// A state of the training box (or of twice that) at which f or h is not odd, in words; empty when 64 random ones agree
-/// to rounding.
+/// A state about the initial ones at which f or h is not odd, in words; empty when 64 random ones agree to rounding.
 std::optional<std::string> odd_counterexample(const Plant& plant, const SimulationConfig& simulation);
 
 }  // namespace nlo::trainer

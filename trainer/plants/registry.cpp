@@ -57,6 +57,11 @@ std::unique_ptr<Plant> make_plant(const PlantConfig& config) {
   if (!config.states.empty() || !config.derivative.empty() || !config.output_names.empty() || !config.outputs.empty() ||
       !config.inputs.empty() || !config.input_field.empty())
     throw codegen::Error("[plant] has both a model and equations; keep either `model` or states, derivative, outputs");
+  for (const auto& [key, wraps] :
+       {std::pair{"state_wraps", &config.state_wraps}, std::pair{"output_wraps", &config.output_wraps}})
+    if (!wraps->empty())
+      throw codegen::Error(
+          fmt::format("[plant] {} is of a plant given by equations; no built-in one has an angle: remove it", key));
   std::vector<std::string> known;
   for (const PlantEntry& entry : plant_registry()) {
     if (entry.name == config.model) return entry.make(complete_parameters(entry, config.parameters));

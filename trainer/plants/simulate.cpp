@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "codegen/error.h"
+#include "trainer/data/angle.h"
 
 namespace nlo::trainer {
 namespace {
@@ -54,6 +55,17 @@ Eigen::Index sample_count(const SimulationConfig& config) {
   return static_cast<Eigen::Index>(std::floor(config.horizon_s / config.sample_period_s + kRounding)) + 1;
 }
 
+void unwrap_outputs(Dataset& dataset) {
+  for (std::size_t j = 0; j < dataset.outputs.size(); ++j) {
+    const double wrap = dataset.outputs[j].wrap;
+    if (wrap <= 0.0) continue;
+    for (Trajectory& run : dataset.trajectories) {
+      auto row = run.outputs.row(static_cast<Eigen::Index>(j));
+      row = unwrap(row.transpose(), wrap).transpose();
+    }
+  }
+}
+
 Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
                       const Excitation& excitation) {
   const Eigen::Index samples = sample_count(config), count = initial.cols();
@@ -87,9 +99,11 @@ Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const 
       run.outputs.col(k) = y.col(i);
       if (excitation) run.inputs.col(k) = u;
     }
-    if (k + 1 == samples) return dataset;
+    if (k + 1 == samples) break;
     x = rk4_step(plant, x, h, excitation, t);
   }
+  unwrap_outputs(dataset);
+  return dataset;
 }
 
 Dataset simulate(const Plant& plant, const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,

@@ -26,9 +26,12 @@ Eigen::Index first_escaped(const Eigen::MatrixXd& x);
 /// Samples of [0, horizon_s] at the sample period, both ends included: 2,501 for 50 s at 0.02 s.
 Eigen::Index sample_count(const SimulationConfig& config);
 
+/// Takes the jumps out of outputs that are angles (h may be an atan2), each trajectory from its first sample.
+void unwrap_outputs(Dataset& dataset);
+
 /// Noise-free trajectories from the columns of `initial` (n_x x count), all with the same excitation; u at the samples
-/// is recorded. Throws codegen::Error naming the plant, the initial state and the time when a trajectory leaves the
-/// numbers (|x| > 1e9 or NaN).
+/// is recorded. States and outputs are the plant's own (see PlantChannels), angles unwrapped. Throws codegen::Error
+/// naming the plant, the initial state and the time when a trajectory leaves the numbers (|x| > 1e9 or NaN).
 Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
                       const Excitation& excitation = {});
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/plants/training_sets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "codegen/error.h"
 #include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/lead_in.h"
+#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 
@@ -27,6 +31,23 @@ void add_equations(Dataset& dataset, const Plant& plant, const Experiment& exper
   dataset.collocation = {x, plant.derivative(x), plant.output(x)};
 }
 
+/// An unwrapped angle to estimate may swing, not turn over: no function of z counts turns.
+void check_swinging(const Dataset& dataset) {
+  for (std::size_t i = 0; i < dataset.states.size(); ++i) {
+    const auto& [name, unit, wrap] = dataset.states[i];
+    if (wrap <= 0.0) continue;
+    for (const Trajectory& run : dataset.trajectories) {
+      const auto state = run.states.row(static_cast<Eigen::Index>(i));
+      if (state.maxCoeff() - state.minCoeff() <= wrap) continue;
+      throw codegen::Error(
+          fmt::format("{}: the state {} turns over, and T* cannot count turns; give it as sine and cosine, [plant] "
+                      "state_encodings, "
+                      "leave it out of `estimated`, or start within a smaller range",
+                      run.source, name));
+    }
+  }
+}
+
 }  // namespace
 
 TrainingSets simulate_training_sets(const Experiment& experiment) {
@@ -41,11 +62,14 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
   TrainingSets sets{set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation)};
   if (experiment.loss.pde_residual > 0.0) add_equations(sets.training, *plant, experiment);
   if (experiment.observer.structure == "driven_kkl") {
-    const auto corner = [](const std::vector<double>& values) {
-      return Eigen::VectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
-    };
+    const InitialBox box = initial_box(config);
     sets.training.inputs = plant->inputs();
-    sets.training.input_field = affine_input_field(*plant, corner(config.initial_low), corner(config.initial_high));
+    sets.training.input_field = affine_input_field(*plant, box.low, box.high);
+  }
+  const PlantChannels channels(*experiment.plant, *plant);
+  for (Dataset* data : {&sets.training, &sets.validation}) {
+    channels.apply(*data);
+    check_swinging(*data);
   }
   return sets;
 }

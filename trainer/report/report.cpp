@@ -46,7 +46,9 @@ std::string tile(const std::string& value, const std::string& meaning) {
 const std::vector<Evaluation>* main_group(const std::vector<std::vector<Evaluation>>& groups) {
   for (const NoiseKind kind : {NoiseKind::kGaussian, NoiseKind::kUniform, NoiseKind::kNone})
     for (const auto& group : groups)
-      if (!group.empty() && group.front().noise.kind == kind) return &group;
+      if (!group.empty() && std::ranges::any_of(group.front().noise.sensors,
+                                                [kind](const SensorNoise& noise) { return noise.kind == kind; }))
+        return &group;
   return nullptr;
 }
 

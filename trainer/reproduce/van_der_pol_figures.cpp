@@ -59,7 +59,7 @@ Section compared(const Workbench& bench, const NoiseConfig& noise, const char* c
         return error_between(curves[1].by_seed[seed], 0.0, kTransientS) >
                error_between(curves[2].by_seed[seed], 0.0, kTransientS);
       }));
-  if (noise.kind != NoiseKind::kNone)
+  if (!noise.none())
     section.orderings.push_back(per_seed(
         bench, "the fast D suffers more from noise than the learned one (error after 10 s)", [&](std::size_t seed) {
           return error_between(curves[0].by_seed[seed], kTransientS, kEndS) >
