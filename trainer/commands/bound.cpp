@@ -28,7 +28,7 @@ struct Arguments {
   std::string model, factors = "1,2,4,8", noise, disturbance = "0", output;
   BoundTest test;
   int steps = 0;  ///< 0: the experiment's, at most 2,000
-  bool json = false, quiet = false;
+  bool json = false, csv = false, quiet = false;
 };
 
 std::vector<double> parse_factors(const std::string& text) {
@@ -122,17 +122,22 @@ void run(Arguments arguments) {
   check_model(model, experiment, arguments.model);
   arguments.test.noise = noise_limit(arguments.noise, experiment.training.noise);
   for (const double k : factors) scaled_experiment(experiment, model, k, arguments.steps);  // its refusals come first
+  if (is_stdout(arguments.output))
+    throw codegen::Error(
+        "-o -: bound.html and bound.csv are two files, and stdout is one; leave -o out: the result is on stdout, with "
+        "--csv or --json in that form");
   if (!arguments.output.empty()) check_output_directory({arguments.output, false, true}, model.name);
   const auto plant = make_plant(*experiment.plant);
 
   run_phase([&] {
     const BoundReport report = study(arguments, model, experiment, *plant, factors);
-    fmt::print("{}", arguments.json ? bound_json(report) : bound_text(report));
+    fmt::print("{}", arguments.json ? bound_json(report) : arguments.csv ? bound_csv(report) : bound_text(report));
     if (!arguments.output.empty()) {
       make_output_directory(arguments.output);
       codegen::write_file_atomically(arguments.output + "/bound.csv", bound_csv(report));
       codegen::write_file_atomically(arguments.output + "/bound.html", bound_page(report));
-      if (!arguments.json) fmt::print("table    {0}/bound.csv\nreport   {0}/bound.html\n", arguments.output);
+      if (!arguments.json && !arguments.csv)
+        fmt::print("table    {0}/bound.csv\nreport   {0}/bound.html\n", arguments.output);
     }
     if (const std::string broken = broken_bound(report); !broken.empty())
       throw RunFailure(
@@ -167,7 +172,8 @@ void add_bound(CLI::App& app, Action& action) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   command->add_option("-o,--output", arguments->output, "writes bound.html and bound.csv there")->type_name("DIR");
-  command->add_flag("--json", arguments->json, "one JSON object instead of the table");
+  CLI::Option* json = command->add_flag("--json", arguments->json, "one JSON object instead of the table");
+  command->add_flag("--csv", arguments->csv, "CSV instead of the table")->excludes(json);
   command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");
   command->footer(
       "Examples:\n"

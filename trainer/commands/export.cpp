@@ -66,7 +66,8 @@ void run(const Arguments& arguments) {
                     options.name));
   const bool to_stdout = arguments.output == "-";
   if (to_stdout && target.form != codegen::ExportForm::kFile)
-    throw codegen::Error(fmt::format("-o -: target {} writes several files; name where they go", target.name));
+    throw codegen::Error(
+        fmt::format("-o -: target {} writes several files, and stdout is one; name where they go", target.name));
   if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output);
   const codegen::Model model = codegen::read_model(arguments.model);
   const bool has_tiers = !arguments.target.ends_with("c99");  // of tanh; C99 has the most accurate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/commands/judgement.h"
 
+#include "codegen/file.h"
 #include "trainer/analysis/evaluation_text.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/report/report.h"
@@ -48,12 +49,16 @@ std::string judgement_text(const codegen::Model& model, const Judgement& judgeme
   return text;
 }
 
-void write_run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory) {
+std::string run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory) {
   ReportData data = report_of(model, directory);
   data.evaluations = judgement.evaluations;
   data.logs = judgement.logs;
   data.log_clock = judgement.log_clock;
-  write_report(data, directory + "/report.html");
+  return render_report(data);
+}
+
+void write_run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory) {
+  codegen::write_file_atomically(directory + "/report.html", run_report(model, judgement, directory));
 }
 
 }  // namespace nlo::trainer

@@ -39,7 +39,10 @@ Judgement judge_on_logs(const codegen::Model& model, const Experiment& experimen
 /// Tables for a terminal.
 std::string judgement_text(const codegen::Model& model, const Judgement& judgement);
 
-/// Replaces DIR/report.html.
+/// report.html of a run that lies in `directory`.
+std::string run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory);
+
+/// Replaces DIR/report.html by it.
 void write_run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory);
 
 }  // namespace nlo::trainer

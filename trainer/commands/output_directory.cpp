@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <filesystem>
 
 #include "codegen/error.h"
+#include "codegen/file.h"
 #include "codegen/model_file.h"
 
 namespace nlo::trainer {
@@ -38,6 +40,10 @@ std::string owner_of(const std::string& model) {
 }  // namespace
 
 void check_output_directory(const OutputDirectory& directory, const std::string& experiment_name) {
+  if (is_stdout(directory.path))
+    throw codegen::Error(
+        "-o -: this command writes a folder of files, and stdout is one; name a folder: -o DIR (./- for one of that "
+        "name)");
   const fs::path existing = nearest_existing(directory.path);
   std::error_code ignored;
   if (!fs::is_directory(existing, ignored))
@@ -72,7 +78,12 @@ void make_output_directory(const std::string& path) {
         fmt::format("{}: cannot make the directory: {}; choose another with -o DIR", path, error.message()));
 }
 
+bool is_stdout(const std::string& output) {
+  return output == "-";
+}
+
 void check_output_file(const std::string& file) {
+  if (is_stdout(file)) return;
   std::error_code ignored;
   if (file.empty()) throw codegen::Error("-o: the file name is empty; write -o FILE");
   if (fs::is_directory(file, ignored))
@@ -83,6 +94,14 @@ void check_output_file(const std::string& file) {
     throw codegen::Error(fmt::format("{}: there is no directory {}; make it first", file, parent.string()));
   if (!writable(parent) && ::access(file.c_str(), W_OK) != 0)
     throw codegen::Error(fmt::format("{}: no permission to write in {}", file, parent.string()));
+}
+
+void write_output_file(const std::string& file, const std::string& text) {
+  if (is_stdout(file)) {
+    std::fwrite(text.data(), 1, text.size(), stdout);  // main() looks at what became of it
+  } else {
+    codegen::write_file_atomically(file, text);
+  }
 }
 
 }  // namespace nlo::trainer

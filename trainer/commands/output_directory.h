@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where a training run writes: checked before anything is computed, created only when there is something to write.
+// Where a command writes: checked before anything is computed, created only when there is something to write.
 #pragma once
 
 #include <string>
@@ -13,13 +13,19 @@ struct OutputDirectory {
 };
 
 /// Throws codegen::Error when the directory cannot be made or written to, when it holds another experiment's model (and
-/// not `force`), or when there is no checkpoint to resume from.
+/// not `force`), when there is no checkpoint to resume from, or when it is "-": stdout is no folder.
 void check_output_directory(const OutputDirectory& directory, const std::string& experiment_name);
 
 /// Makes it, with what is above it. Throws codegen::Error.
 void make_output_directory(const std::string& path);
 
-/// Throws codegen::Error when `file` cannot be made: no such directory, or itself a directory.
+/// "-", which stands for stdout where a command writes one file; nothing else goes there then.
+bool is_stdout(const std::string& output);
+
+/// Throws codegen::Error when `file` cannot be made: no such directory, or itself a directory. Stdout always can.
 void check_output_file(const std::string& file);
+
+/// Replaces `file`, or writes to stdout.
+void write_output_file(const std::string& file, const std::string& text);
 
 }  // namespace nlo::trainer

@@ -15,7 +15,7 @@ namespace nlo::trainer {
 namespace {
 
 struct Arguments {
-  std::string directory, data;
+  std::string directory, data, output;
   std::vector<std::string> noises;
   StrictTest test;
 };
@@ -25,12 +25,13 @@ void run(Arguments arguments) {
   const std::string file = arguments.directory + "/model.json";
   const codegen::Model model = codegen::read_model(file);
   const Experiment experiment = experiment_of(model, file);
-  check_output_file(arguments.directory + "/report.html");
+  if (arguments.output.empty()) arguments.output = arguments.directory + "/report.html";
+  check_output_file(arguments.output);
   Judgement judgement;
   if (experiment.plant) {
-    if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
     for (const NoiseConfig& noise : arguments.test.noises)
       check_noise(noise, make_plant(*experiment.plant)->outputs().size());
+    if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
     judgement = run_phase([&] { return judge_on_plant(model, experiment, arguments.test); });
   } else {
     if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");
@@ -38,8 +39,8 @@ void run(Arguments arguments) {
     judgement = run_phase(
         [&] { return judge_on_logs(model, experiment, splits.train, logs_to_judge_by(splits), splits.report); });
   }
-  run_phase([&] { write_run_report(model, judgement, arguments.directory); });
-  fmt::print("report   {}/report.html\n", arguments.directory);
+  run_phase([&] { write_output_file(arguments.output, run_report(model, judgement, arguments.directory)); });
+  if (!is_stdout(arguments.output)) fmt::print("report   {}\n", arguments.output);
 }
 
 }  // namespace
@@ -57,6 +58,8 @@ void add_report(CLI::App& app, Action& action) {
   command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
+  command->add_option("-o,--output", arguments->output, "file to write (DIR/report.html); - for stdout")
+      ->type_name("FILE");
   command->add_option("--data", arguments->data, "directory of the logs, for a model trained on logs")
       ->type_name("DIR");
   command->footer(

@@ -9,6 +9,7 @@
 
 #include "trainer/commands/command.h"
 #include "trainer/commands/interrupt.h"
+#include "trainer/commands/output_directory.h"
 #include "trainer/reproduce/page.h"
 #include "trainer/reproduce/run.h"
 #include "trainer/status_line.h"
@@ -28,6 +29,7 @@ void run(Arguments arguments) {
   if (request.quick) request.size = reproduction::kQuickSize;
   request.seeds = arguments.seeds > 0 ? arguments.seeds : (request.quick ? 1 : 3);
   request.stop = &stop_on_interrupt();
+  check_output_directory({request.directory, false, true}, "");
   (void)reproduction::select_items(request.what);  // an unknown name is wrong usage, not a failed run
   run_phase([&] {
     StatusLine line(stderr);

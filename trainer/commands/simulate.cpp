@@ -8,12 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "codegen/file.h"
 #include "trainer/analysis/measurement_noise.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
-#include "trainer/data/angle.h"
 #include "trainer/commands/output_directory.h"
+#include "trainer/data/angle.h"
 #include "trainer/number_text.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
@@ -48,6 +47,7 @@ std::string output_heading(const Dataset& data, std::size_t output) {
       std::any_of(data.states.begin(), data.states.end(), [&](const Channel& s) { return s.name == name; });
   return taken ? name + "_clean" : name;
 }
+
 /// Angles as a sensor shows them, within half a turn of 0.
 Eigen::MatrixXd shown(Eigen::MatrixXd values, const std::vector<Channel>& channels) {
   for (std::size_t i = 0; i < channels.size(); ++i)
@@ -56,7 +56,6 @@ Eigen::MatrixXd shown(Eigen::MatrixXd values, const std::vector<Channel>& channe
   return values;
 }
 
-
 std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured) {
   const Trajectory& run = data.trajectories[static_cast<std::size_t>(index)];
   std::string text = "trajectory,time";
@@ -64,9 +63,9 @@ std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured)
   for (const Channel& output : data.outputs) text += "," + output.name + "_measured";
   for (const Channel& state : data.states) text += "," + state.name;
   for (const Channel& input : data.inputs) text += "," + input.name;
+  text += "\n";
   const Eigen::MatrixXd outputs = shown(run.outputs, data.outputs), noisy = shown(measured, data.outputs),
                         states = shown(run.states, data.states);
-  text += "\n";
   for (Eigen::Index k = 0; k < run.samples(); ++k) {
     text += fmt::format("{},{}", index + 1, shortest_text(run.time_s(k)));
     const auto append = [&](const Eigen::MatrixXd& values) {
@@ -89,6 +88,10 @@ void run(const Arguments& arguments) {
         fmt::format("{}: has no [plant] to simulate; its data are logs", arguments.experiment.experiment));
   const auto plant = make_plant(*experiment.plant);
   const Excitation excitation = parse_excitation(*plant, arguments.inputs);
+  check_noise(noise, plant->outputs().size());
+  if (is_stdout(arguments.output) && arguments.trajectories > 1)
+    throw codegen::Error(fmt::format(
+        "-o -: stdout is one file, and {} trajectories are as many; name them: -o FILE.csv", arguments.trajectories));
   for (int i = 0; i < arguments.trajectories; ++i)
     check_output_file(file_of(arguments.output, i, arguments.trajectories));
   run_phase([&] {
@@ -97,9 +100,9 @@ void run(const Arguments& arguments) {
     for (int i = 0; i < arguments.trajectories; ++i) {
       MeasurementNoise sensor(noise, arguments.seed, static_cast<std::uint64_t>(i));
       const std::string file = file_of(arguments.output, i, arguments.trajectories);
-      codegen::write_file_atomically(file,
-                                     csv(data, i, sensor.on(data.trajectories[static_cast<std::size_t>(i)].outputs)));
-      fmt::print("{}: {} samples\n", file, data.trajectories[static_cast<std::size_t>(i)].samples());
+      const Trajectory& run = data.trajectories[static_cast<std::size_t>(i)];
+      write_output_file(file, csv(data, i, sensor.on(run.outputs)));
+      if (!is_stdout(file)) fmt::print("{}: {} samples\n", file, run.samples());
     }
   });
 }
@@ -111,7 +114,9 @@ void add_simulate(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("simulate", "Write trajectories of a plant as CSV logs");
   command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one")
       ->required();
-  command->add_option("-o,--output", arguments->output, "CSV file; FILE_1.csv, FILE_2.csv... for several trajectories")
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "CSV file, - for stdout; FILE_1.csv, FILE_2.csv... for several trajectories")
       ->required();
   command->add_option("--trajectories", arguments->trajectories, "how many, each in a file of its own")
       ->check(CLI::Range(1, kMostTrajectories))
@@ -138,7 +143,8 @@ void add_simulate(CLI::App& app, Action& action) {
       "Angles are as sensors show them, within half a turn of 0.\n"
       "Examples:\n"
       "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv\n"
-      "  nlo simulate van_der_pol --input \"cos(12*t)\" -o excited.csv");
+      "  nlo simulate van_der_pol --input \"cos(12*t)\" -o excited.csv\n"
+      "  nlo simulate van_der_pol -o - | column -s, -t | less");
   command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
 }
 
