@@ -18,6 +18,7 @@
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/ignored_inputs.h"
 #include "trainer/commands/output_directory.h"
 
 namespace nlo::trainer {
@@ -76,6 +77,7 @@ void run(const Arguments& arguments) {
   const std::vector<codegen::NamedText> files = target.generate(model, options);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   const Verdict verdict = judge(model, options, arguments);
+  if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(model));
   if (!verdict.refusal.empty()) {
     fmt::print(stderr, "{}", verdict.tables);
     throw RunFailure(verdict.refusal);

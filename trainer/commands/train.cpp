@@ -11,6 +11,7 @@
 #include "codegen/model_file.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/ignored_inputs.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/judgement.h"
 #include "trainer/commands/output_directory.h"
@@ -105,7 +106,9 @@ void run(Arguments arguments) {
 
   run_phase([&] {
     make_output_directory(arguments.output);
-    const TrainingResult result = train_with_progress(experiment, data, arguments);
+    TrainingResult result = train_with_progress(experiment, data, arguments);
+    record_ignored_inputs(experiment, result.model);
+    if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(result.model));
     codegen::write_model(result.model, arguments.output + "/model.json");
     if (result.outcome == TrainOutcome::kInterrupted)
       throw RunFailure(fmt::format(

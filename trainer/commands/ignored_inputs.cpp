@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/commands/ignored_inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr const char* kFact = "ignored_inputs";
+
+}  // namespace
+
+std::string ignored_inputs(const Experiment& experiment) {
+  if (experiment.observer.structure == "driven_kkl") return "";
+  std::string names;
+  const auto add = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
+  if (experiment.plant) {
+    const auto plant = make_plant(*experiment.plant);
+    for (const codegen::Channel& input : plant->inputs()) add(input.name);
+  }
+  if (experiment.log)
+    for (const ColumnConfig& column : experiment.log->columns)
+      if (column.role == ColumnRole::kInput) add(column.name);
+  return names;
+}
+
+void record_ignored_inputs(const Experiment& experiment, codegen::Model& model) {
+  const std::string names = ignored_inputs(experiment);
+  if (names.empty()) return;
+  // Before the config, which is long: a reader of model.json meets it first.
+  const auto config = std::find_if(model.provenance.begin(), model.provenance.end(),
+                                   [](const auto& fact) { return fact.first == "config"; });
+  model.provenance.insert(config, {kFact, names});
+}
+
+std::string ignored_inputs_note(const codegen::Model& model) {
+  for (const auto& [name, inputs] : model.provenance)
+    if (name == kFact)
+      return fmt::format(
+          "note: a {} observer takes no input, so this one does not know {}: where an input acts, its "
+          "estimates are off; of a plant, structure = \"driven_kkl\" takes inputs\n",
+          codegen::structure(model), inputs);
+  return "";
+}
+
+}  // namespace nlo::trainer
