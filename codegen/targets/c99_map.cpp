@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <nlo/activation.h>
 #include <nlo/kernels/int16.h>
 #include <algorithm>
 #include <utility>
@@ -18,8 +19,19 @@ std::string table(const Initialiser& init, const std::string& name, const Eigen:
                      c99_rows(init, values, field));
 }
 
-std::string activation(const std::string& kind, const std::string& suffix) {
-  const std::string tanh = filled(embedded_text("c99/tanh.c.in"), {{"F", suffix}});
+/// `static Scalar tanh_rational(Scalar)`: the runtime's fit for the scalar.
+std::string tanh_text(const Initialiser& init, const std::string& suffix) {
+  if (init.scalar_bytes() == 4) return filled(embedded_text("c99/tanh.c.in"), {{"F", suffix}});
+  constexpr const auto& kFit = kTanhFit<Activation::kTanh, double>;
+  static_assert(kFit.kTerms == 10 && kFit.limit == 18.0, "the template has these");
+  const auto terms = [&init](const double(&c)[kFit.kTerms]) {
+    return init.vector(Eigen::Map<const Eigen::VectorXd>(c, kFit.kTerms), "tanh");
+  };
+  return filled(embedded_text("c99/tanh_double.c.in"), {{"P", terms(kFit.p)}, {"Q", terms(kFit.q)}});
+}
+
+std::string activation(const std::string& kind, const Initialiser& init, const std::string& suffix) {
+  const std::string tanh = tanh_text(init, suffix);
   if (kind == "tanh") return tanh + "static Scalar activated(Scalar v) { return tanh_rational(v); }\n\n";
   if (kind == "relu")
     return fmt::format("static Scalar activated(Scalar v) {{ return v > 0.0{0} ? v : 0.0{0}; }}\n\n", suffix);
@@ -103,7 +115,7 @@ std::string c99_map(const std::string& name, const FoldedModel& folded, const In
                         map.linear_path.rows());
   }
   text += "\n" + std::string(embedded_text("c99/dense.c.in")) + "\n";
-  if (map.layers.size() > 1) text += activation(map.activation, suffix) + kHidden;
+  if (map.layers.size() > 1) text += activation(map.activation, init, suffix) + kHidden;
 
   text += estimate_head(name, folded, init, map.layers.back().bias.size());
   // Two buffers, taken by turns: one per layer would be a kilobyte of stack.
