@@ -42,12 +42,22 @@ Eigen::VectorXd error_limits(const std::string& text, const Model& m) {
   return limits;
 }
 
+std::string samples_text(const ExportError& error) {
+  const std::string count = grouped(error.samples) + " samples in its domain, ";
+  if (error.recorded == 0) return count + "of synthetic tones, for want of recorded flights";
+  if (error.recorded == error.samples) return count + "of flights that training recorded";
+  return count + grouped(error.recorded) + " of flights that training recorded, the others of synthetic tones";
+}
+
 std::string error_table(const Model& m, const ExportOptions& options, const ExportError& error) {
-  std::string text = fmt::format("error of {} against the model's equations, over {} of {} replay samples\n",
-                                 numbers_name(options), error.samples, options.samples);
+  std::string text =
+      fmt::format("error of {} against the model's equations, over {}\n  {:<24}  {:>8}  {:>8}  {:>8}  {:>11}\n",
+                  numbers_name(options), samples_text(error), "", "max", "99.9 %", "rms", "max outside");
   for (int i = 0; i < m.nx(); ++i)
-    text += fmt::format("  {:<24}  max {:.1e}  rms {:.1e}\n", named(m.states[static_cast<std::size_t>(i)]),
-                        error.max(i), error.rms(i));
+    text += fmt::format("  {:<24}  {:>8.1e}  {:>8.1e}  {:>8.1e}  {:>11}\n",
+                        named(m.states[static_cast<std::size_t>(i)]), error.max(i), error.quantile999(i), error.rms(i),
+                        error.outside == 0 ? "-" : fmt::format("{:.1e}", error.max_outside(i)));
+  text += fmt::format("  outside: over {} samples where in_domain() is false\n", grouped(error.outside));
   const std::string tanh = tanh_note(options);
   return tanh.empty() ? text : text + "  " + tanh + "\n";
 }
@@ -66,9 +76,9 @@ std::string beyond_limits(const Model& m, const ExportOptions& options, const Ex
                          half ? "weights float" : fmt::format("scalar {}", scalar_name(finer.scalar)),
                          export_error(m, finer).max(i), mend);
     }
-    return fmt::format("{} is off by {:.1e} in {}, and --max-error allows {:.1e}; nothing is written. {}",
-                       named(m.states[static_cast<std::size_t>(i)]), error.max(i), numbers_name(options), limits(i),
-                       mend);
+    return fmt::format(
+        "{} is off by {:.1e} in {} within its domain, and --max-error allows {:.1e}; nothing is written. {}",
+        named(m.states[static_cast<std::size_t>(i)]), error.max(i), numbers_name(options), limits(i), mend);
   }
   return "";
 }

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "codegen/export_error.h"
 #include "codegen/model.h"
-#include "codegen/replay_run.h"
 
 namespace nlo::codegen {
 
@@ -14,11 +14,14 @@ namespace nlo::codegen {
 /// Error that names the states there are.
 Eigen::VectorXd error_limits(const std::string& text, const Model& model);
 
-/// One line per state: `  x2 [m/s]  max 5.9e-04  rms 2.2e-04`.
+/// "11,602 samples in its domain, of flights that training recorded".
+std::string samples_text(const ExportError& error);
+
+/// A line per state: the largest error in the domain, what 99.9 % are within, rms, and the largest outside.
 std::string error_table(const Model& model, const ExportOptions& options, const ExportError& error);
 
-/// Empty when every maximum is within its limit (n_x; infinite: free); else which state is not, by how much, and what
-/// would mend it.
+/// Empty when every maximum in the domain is within its limit (n_x; infinite: free); else which state is not, by how
+/// much, and what would mend it.
 std::string beyond_limits(const Model& model, const ExportOptions& options, const ExportError& error,
                           const Eigen::VectorXd& limits);
 

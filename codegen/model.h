@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "codegen/flight.h"
+
 namespace nlo::codegen {
 
 /// One measured output, estimated state or known input.
@@ -100,6 +102,8 @@ struct Model {
   /// Facts for the reader and for reproduction, in the order they are shown: version, seed, config, data hash,
   /// errors...
   std::vector<std::pair<std::string, std::string>> provenance;
+
+  Flight flight = {};  ///< no runs: a model made by hand, or before training recorded them
 
   int nx() const { return static_cast<int>(states.size()); }
   int ny() const { return static_cast<int>(outputs.size()); }

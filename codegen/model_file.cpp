@@ -9,6 +9,7 @@
 #include "codegen/model_upgrade.h"
 #include "codegen/number.h"
 #include "codegen/validate.h"
+#include "codegen/vlq.h"
 
 namespace nlo::codegen {
 namespace {
@@ -115,6 +116,29 @@ std::string drive(const Drive& d, const std::string& indent) {
   return object.text();
 }
 
+std::string counts(const Eigen::MatrixXi& channels) {
+  std::string text = "[";
+  for (Eigen::Index j = 0; j < channels.rows(); ++j)
+    text += std::string(j == 0 ? "\"" : ", \"") + to_vlq(channels.row(j)) + "\"";
+  return text + "]";
+}
+
+std::string flight(const Flight& f, const std::string& indent) {
+  Object object(indent);
+  object.field("output_step", array(f.output_step));
+  object.field("input_step", array(f.input_step));
+  object.field("dt_step_s", literal(f.dt_step_s));
+  std::string runs = "[";
+  for (const FlightRun& run : f.runs) {
+    runs += (runs.size() == 1 ? "\n" : ",\n") + object.inner() + "  {\"outputs\": " + counts(run.outputs);
+    if (run.inputs.size() != 0) runs += ", \"inputs\": " + counts(run.inputs);
+    if (run.dt.size() != 0) runs += ", \"dt\": " + counts(run.dt.transpose());
+    runs += "}";
+  }
+  object.field("runs", runs + "\n" + object.inner() + "]");
+  return object.text();
+}
+
 }  // namespace
 
 std::string to_json(const Model& m) {
@@ -143,6 +167,7 @@ std::string to_json(const Model& m) {
   if (m.dynamics) object.field("dynamics", network(*m.dynamics, object.inner()));
   if (m.drive) object.field("drive", drive(*m.drive, object.inner()));
   if (!m.luenberger) object.field("inverse_map", network(m.inverse_map, object.inner()));
+  if (!m.flight.runs.empty()) object.field("flight", flight(m.flight, object.inner()));
   return object.text() + "\n";
 }
 

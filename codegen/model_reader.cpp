@@ -9,105 +9,20 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "codegen/error.h"
+#include "codegen/json_field.h"
 #include "codegen/model_file.h"
 #include "codegen/model_upgrade.h"
 #include "codegen/validate.h"
+#include "codegen/vlq.h"
 
 namespace nlo::codegen {
 namespace {
 
-using Json = nlohmann::ordered_json;  // provenance keeps its order
-
 constexpr int kDeepest = 8;  // a model nests 7 levels: { drive { forward_map { layers [ { weights [ [
-
-/// A value and its place in the file, for messages.
-struct Field {
-  const Json& value;
-  std::string path;
-
-  [[noreturn]] void fail(const std::string& what) const { throw Error(path + ": " + what); }
-
-  void expect(bool is_expected, const char* kind) const {
-    if (!is_expected) fail(fmt::format("is {}; expected {}", described(), kind));
-  }
-
-  std::string described() const {
-    return value.is_null() ? "null (not finite when it was written?)" : std::string("a JSON ") + value.type_name();
-  }
-
-  Field operator[](const char* key) const {
-    expect(value.is_object(), "an object");
-    const auto found = value.find(key);
-    const std::string name = path.empty() ? key : path + "." + key;
-    if (found == value.end()) throw Error(name + ": is missing; export or train the model again");
-    return {*found, name};
-  }
-
-  /// For the few that may be left out.
-  bool has(const char* key) const { return value.is_object() && value.contains(key); }
-
-  Field operator[](std::size_t i) const { return {value[i], fmt::format("{}[{}]", path, i)}; }
-
-  std::size_t array_size() const {
-    expect(value.is_array(), "an array");
-    return value.size();
-  }
-
-  void allow_only(const std::vector<const char*>& keys) const {
-    expect(value.is_object(), "an object");
-    for (const auto& [key, unused] : value.items())
-      if (std::none_of(keys.begin(), keys.end(), [&k = key](const char* known) { return k == known; }))
-        throw Error(
-            fmt::format("{}{}: unknown field; correct its spelling, or update nlo when a newer one wrote the file",
-                        path.empty() ? "" : path + ".", Json(key).dump(-1, ' ', true, Json::error_handler_t::replace)));
-  }
-};
-
-double number(const Field& field) {
-  field.expect(field.value.is_number(), "a number");
-  return field.value.get<double>();
-}
-
-std::string text(const Field& field) {
-  field.expect(field.value.is_string(), "a text");
-  return field.value.get<std::string>();
-}
-
-bool boolean(const Field& field) {
-  field.expect(field.value.is_boolean(), "true or false");
-  return field.value.get<bool>();
-}
-
-int small_integer(const Field& field) {
-  constexpr int kLargest = 1 << 20;
-  field.expect(field.value.is_number_integer(), "an integer");
-  const double value = field.value.get<double>();
-  if (!(value >= 0 && value <= kLargest)) field.fail(fmt::format("is {}; expected 0 to {}", value, kLargest));
-  return static_cast<int>(value);
-}
-
-Eigen::VectorXd vector(const Field& field) {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(field.array_size()));
-  for (Eigen::Index i = 0; i < values.size(); ++i) values(i) = number(field[static_cast<std::size_t>(i)]);
-  return values;
-}
-
-Eigen::MatrixXd matrix(const Field& field) {
-  Eigen::MatrixXd values;
-  const std::size_t rows = field.array_size();
-  for (std::size_t i = 0; i < rows; ++i) {
-    const Eigen::VectorXd row = vector(field[i]);
-    if (i == 0) values.resize(static_cast<Eigen::Index>(rows), row.size());
-    if (row.size() != values.cols())
-      field[i].fail(
-          fmt::format("has {} numbers and the rows above have {}; make them equal", row.size(), values.cols()));
-    values.row(static_cast<Eigen::Index>(i)) = row.transpose();
-  }
-  return values;
-}
 
 std::vector<Channel> channels(const Field& field) {
   std::vector<Channel> list;
@@ -163,6 +78,41 @@ Drive drive(const Field& field) {
           network(field["forward_map"])};
 }
 
+/// A text for each of `channels`, all of one length.
+Eigen::MatrixXi counts(const Field& field, Eigen::Index channels) {
+  if (static_cast<Eigen::Index>(field.array_size()) != channels)
+    field.fail(fmt::format("has {} texts; it must have one for each of {} channels", field.array_size(), channels));
+  Eigen::MatrixXi all;
+  for (Eigen::Index j = 0; j < channels; ++j) {
+    const Field one = field[static_cast<std::size_t>(j)];
+    const auto row = from_vlq(text(one), kMostFlightCount);
+    if (!row) one.fail("is no Base64 VLQ of numbers within 2^24; take the model file as nlo train wrote it");
+    if (j == 0) all.resize(channels, row->size());
+    if (row->size() != all.cols())
+      one.fail(fmt::format("has {} samples and the one before {}; make them equal", row->size(), all.cols()));
+    all.row(j) = row->transpose();
+  }
+  return all;
+}
+
+Flight flight(const Field& field) {
+  field.allow_only({"output_step", "input_step", "dt_step_s", "runs"});
+  Flight flight{vector(field["output_step"]), vector(field["input_step"]), number(field["dt_step_s"])};
+  const Field runs = field["runs"];
+  const std::size_t size = runs.array_size();
+  for (std::size_t i = 0; i < size; ++i) {
+    const Field run = runs[i];
+    run.allow_only({"outputs", "inputs", "dt"});
+    FlightRun read{counts(run["outputs"], flight.output_step.size()), Eigen::MatrixXi(), Eigen::VectorXi()};
+    if (run.has("inputs")) read.inputs = counts(run["inputs"], flight.input_step.size());
+    if (run.has("dt")) read.dt = counts(run["dt"], 1).row(0);
+    flight.runs.push_back(std::move(read));
+    if (flight.samples() > kMostFlightSamples)
+      runs.fail(fmt::format("have more than {} samples in all; leave some out", kMostFlightSamples));
+  }
+  return flight;
+}
+
 std::vector<std::pair<std::string, std::string>> facts(const Field& field) {
   field.expect(field.value.is_object(), "an object of texts");
   std::vector<std::pair<std::string, std::string>> list;
@@ -208,8 +158,8 @@ const Fields& fields_of(const Field& file) {
 Model model_of(const Field& file) {
   const Fields& fields = fields_of(file);
   std::vector<const char*> keys = {
-      "format", "version",        "structure",  "name",       "outputs",    "states",          "provenance",
-      "hold",   "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max"};
+      "format",         "version",    "structure",  "name",       "outputs",         "states",     "provenance", "hold",
+      "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max", "flight"};
   keys.insert(keys.end(), fields.own.begin(), fields.own.end());
   file.allow_only(keys);
   const auto has = [&](std::string_view key) {
@@ -238,6 +188,7 @@ Model model_of(const Field& file) {
   if (has("dynamics")) m.dynamics = network(file["dynamics"]);
   if (has("drive")) m.drive = drive(file["drive"]);
   if (has("inverse_map")) m.inverse_map = network(file["inverse_map"]);
+  if (file.has("flight")) m.flight = flight(file["flight"]);
   validate(m);
   return m;
 }

@@ -83,10 +83,11 @@ ExportOptions with_cheapest_tanh(const Model& model, const ExportOptions& option
   if (options.scalar != ScalarType::kFloat || !has_tanh(fold(model))) return options;
   ExportOptions chosen = options;
   chosen.max_error = max_error;
+  const ErrorReplay replay(model);
   for (const TanhTier& tier : kTanhTiers) {
     chosen.tanh = tier.kind;
     if (tier.kind == Activation::kTanh) break;
-    if ((export_error(model, chosen).max.array() <= limits.array()).all()) break;
+    if ((replay.error(chosen).max.array() <= limits.array()).all()) break;
   }
   return chosen;
 }

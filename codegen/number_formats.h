@@ -41,7 +41,7 @@ double rounded(double value, WeightType type);
 /// Throws Error when `options` ask for weights that `target` does not write.
 void check_weights(const ExportOptions& options, std::string_view target);
 
-/// `options` with the cheapest tanh that keeps the largest error of every state on the replay within `max_error` (as
+/// `options` with the cheapest tanh that keeps the largest error of every state in the domain within `max_error` (as
 /// error_limits() reads it), or the most accurate when none does. As they are when nothing is to choose: another scalar
 /// than float, or no tanh. The same model and options give the same tanh on the same machine.
 ExportOptions with_cheapest_tanh(const Model& model, const ExportOptions& options, const std::string& max_error);

@@ -193,4 +193,8 @@ class ReferenceObserver {
   bool started_ = false, diverged_ = false;
 };
 
+// Compiled once, for speed, in reference_observer.cpp.
+extern template class ReferenceObserver<float>;
+extern template class ReferenceObserver<double>;
+
 }  // namespace nlo::codegen

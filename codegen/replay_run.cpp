@@ -59,22 +59,6 @@ class Screen {
   int stale_after_, held_ = 0;
 };
 
-/// Whole turns of the angles among `y`, which the exported observer takes back.
-VectorXd turns_in(const Model& m, const VectorXd& y) {
-  VectorXd turned = VectorXd::Zero(m.ny());
-  for (int j = 0; j < m.ny(); ++j) {
-    const double wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
-    if (wrap > 0.0) turned(j) = wrap * std::round(y(j) / wrap);
-  }
-  return turned;
-}
-
-bool is_in_domain(const Model& m, const FoldedModel& folded, VectorXd z, const VectorXd& y) {
-  for (int j = 0; j < m.ny(); ++j)
-    if (m.outputs[static_cast<std::size_t>(j)].wrap > 0.0) z -= folded.steady_gain.col(j) * y(j);
-  return ((z - m.latent_min).array() >= 0.0).all() && ((m.latent_max - z).array() >= 0.0).all();
-}
-
 ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, const ExportOptions& options) {
   ReplayRun run;
   run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, loudness);
@@ -104,7 +88,7 @@ ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, con
       run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
     }
     run.status.emplace_back(screen.status(y, u));
-    run.in_domain.push_back(is_in_domain(m, folded, exact.latent(), exact.output()));
+    run.in_domain.push_back(in_domain(m, folded, exact.latent(), exact.output()));
     run.exported_z.col(k) = exported.latent() - back;
     run.exported_x_hat.col(k) = exported.estimate(run.exported_z.col(k), exact.output() - turned);
   }
@@ -119,9 +103,28 @@ std::variant<ReferenceObserver<float>, ReferenceObserver<double>> rounded_observ
 
 }  // namespace
 
+VectorXd turns_in(const Model& m, const VectorXd& y) {
+  VectorXd turned = VectorXd::Zero(m.ny());
+  for (int j = 0; j < m.ny(); ++j) {
+    const double wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
+    if (wrap > 0.0) turned(j) = wrap * std::round(y(j) / wrap);
+  }
+  return turned;
+}
+
+bool in_domain(const Model& m, const FoldedModel& folded, VectorXd z, const VectorXd& y) {
+  for (int j = 0; j < m.ny(); ++j)
+    if (m.outputs[static_cast<std::size_t>(j)].wrap > 0.0) z -= folded.steady_gain.col(j) * y(j);
+  return ((z - m.latent_min).array() >= 0.0).all() && ((m.latent_max - z).array() >= 0.0).all();
+}
+
 ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, ScalarType scalar)
     : observer_(rounded_observer(as_exported(m, folded), scalar)) {
   if (scalar == ScalarType::kInt16) quantised_ = quantise(m, folded);
+}
+
+void ExportedObserver::reset() {
+  std::visit([](auto& observer) { observer.reset(); }, observer_);
 }
 
 void ExportedObserver::step(const VectorXd& y, const VectorXd& u, double dt_s) {
@@ -142,6 +145,14 @@ VectorXd ExportedObserver::estimate(const VectorXd& z, const VectorXd& y) const 
   return evaluate(*quantised_, in).cast<double>();
 }
 
+MatrixXd ExportedObserver::estimates(const MatrixXd& z, const MatrixXd& y) const {
+  if (!quantised_)
+    return std::visit([&](const auto& observer) -> MatrixXd { return observer.estimates(z, y); }, observer_);
+  MatrixXd x_hat(quantised_->outputs(), z.cols());
+  for (Eigen::Index k = 0; k < z.cols(); ++k) x_hat.col(k) = estimate(z.col(k), y.col(k));
+  return x_hat;
+}
+
 ReplayRun run_replay(const Model& m, const ExportOptions& options) {
   constexpr int kFewest = 20, kMost = 1000000;
   if (options.samples < kFewest || options.samples > kMost)
@@ -154,25 +165,6 @@ ReplayRun run_replay(const Model& m, const ExportOptions& options) {
     const auto inside = std::count(run.in_domain.begin(), run.in_domain.end(), true);
     if (2 * inside >= options.samples || loudness <= kQuietest) return run;
   }
-}
-
-ExportError export_error(const ReplayRun& run) {
-  const Eigen::Index nx = run.x_hat.rows();
-  ExportError error{VectorXd::Zero(nx), VectorXd::Zero(nx)};
-  const bool any = std::count(run.in_domain.begin(), run.in_domain.end(), true) > 0;
-  for (Eigen::Index k = 0; k < run.x_hat.cols(); ++k) {
-    if (any && !run.in_domain[static_cast<std::size_t>(k)]) continue;
-    const VectorXd difference = (run.exported_x_hat.col(k) - run.x_hat.col(k)).cwiseAbs();
-    error.max = error.max.cwiseMax(difference);
-    error.rms += difference.cwiseAbs2();
-    ++error.samples;
-  }
-  error.rms = (error.rms / error.samples).cwiseSqrt();
-  return error;
-}
-
-ExportError export_error(const Model& model, const ExportOptions& options) {
-  return export_error(run_replay(model, options));
 }
 
 }  // namespace nlo::codegen

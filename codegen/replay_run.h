@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // An export against its model: replay inputs through the model's equations in double and, beside them, through the
-// exported arithmetic, emulated on this machine. The golden answers and the error that an export states come from here.
+// exported arithmetic, emulated on this machine. Golden answers come from here; what an export states of its error,
+// from export_error.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,6 +25,7 @@ class ExportedObserver {
  public:
   ExportedObserver(const Model& model, const FoldedModel& folded, ScalarType scalar);
 
+  void reset();
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s);
 
   /// z, n_z; angles unwrapped, as ReferenceObserver::latent().
@@ -32,10 +34,19 @@ class ExportedObserver {
   /// x_hat from z and y.
   Eigen::VectorXd estimate(const Eigen::VectorXd& z, const Eigen::VectorXd& y) const;
 
+  /// The same of each column, n_x x N. The sums of floats may round otherwise.
+  Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
+
  private:
   std::variant<ReferenceObserver<float>, ReferenceObserver<double>> observer_;
   std::optional<QuantisedNetwork> quantised_;
 };
+
+/// Whole turns of the angles among `y`, n_y, which the exported observer takes back.
+Eigen::VectorXd turns_in(const Model& model, const Eigen::VectorXd& y);
+
+/// z lies where training has been; z and y with their angles unwrapped, or both turned back.
+bool in_domain(const Model& model, const FoldedModel& folded, Eigen::VectorXd z, const Eigen::VectorXd& y);
 
 /// N samples.
 struct ReplayRun {
@@ -50,13 +61,5 @@ struct ReplayRun {
 /// Runs `options.samples` replay inputs, quiet enough that at least half of them stay in the domain where that can be.
 /// Throws Error when the model cannot be exported so.
 ReplayRun run_replay(const Model& model, const ExportOptions& options);
-
-/// What the arithmetic of an export costs: |exported - exact| over the samples in the domain, each state in its unit.
-struct ExportError {
-  Eigen::VectorXd max, rms;  ///< n_x
-  int samples = 0;           ///< in the domain, of all that were replayed
-};
-ExportError export_error(const ReplayRun& run);
-ExportError export_error(const Model& model, const ExportOptions& options);
 
 }  // namespace nlo::codegen

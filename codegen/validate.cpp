@@ -50,6 +50,37 @@ void check_sampling(const Model& m) {
   check_range(m.latent_min, m.latent_max, "latent");
 }
 
+void check_flight(const Model& m) {
+  const Flight& f = m.flight;
+  if (f.runs.empty()) return;
+  check_shape(f.output_step, m.ny(), "flight.output_step", "n_y");
+  check_shape(f.input_step, m.nu(), "flight.input_step", "n_u");
+  check_positive(f.output_step, "flight.output_step");
+  check_positive(f.input_step, "flight.input_step");
+  if (!(f.dt_step_s > 0.0) || !std::isfinite(f.dt_step_s))
+    fail("flight.dt_step_s is {}; it must be positive", f.dt_step_s);
+  if (f.samples() > kMostFlightSamples)
+    fail("flight.runs have {} samples; leave some out, {} are the most", f.samples(), kMostFlightSamples);
+  for (std::size_t i = 0; i < f.runs.size(); ++i) {
+    const FlightRun& run = f.runs[i];
+    const Eigen::Index samples = run.outputs.cols();
+    if (samples == 0) fail("flight.runs[{}] is empty; leave it out", i);
+    if (run.outputs.rows() != m.ny() || run.inputs.rows() != m.nu() || (m.nu() > 0 && run.inputs.cols() != samples) ||
+        (run.dt.size() != 0 && run.dt.size() != samples))
+      fail(
+          "flight.runs[{}] has {} outputs, {} inputs and {} times over {} samples; it must have {}, {} and 0 or one "
+          "each",
+          i, run.outputs.rows(), run.inputs.rows(), run.dt.size(), samples, m.ny(), m.nu());
+    const auto beyond = [](const Eigen::MatrixXi& counts) {
+      return counts.size() != 0 && (counts.minCoeff() < -kMostFlightCount || counts.maxCoeff() > kMostFlightCount);
+    };
+    if (beyond(run.outputs) || beyond(run.inputs))
+      fail("flight.runs[{}] has a count beyond 2^24; take a larger step", i);
+    if (run.dt.size() != 0 && (run.dt.minCoeff() < 1 || run.dt.maxCoeff() > kMostFlightCount))
+      fail("flight.runs[{}].dt has a count that is not within 1 and 2^24; time must go on", i);
+  }
+}
+
 }  // namespace
 
 void validate(const Model& m) {
@@ -72,6 +103,7 @@ void validate(const Model& m) {
     check_network(m.inverse_map, m.nz(), m.nx(), "inverse_map", "n_u x n_z");
   }
 
+  check_flight(m);
   for (std::size_t i = 0; i < m.provenance.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (m.provenance[i].first == m.provenance[j].first)

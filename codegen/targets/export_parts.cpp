@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include "codegen/error.h"
+#include "codegen/error_limits.h"
 #include "codegen/number_formats.h"
-#include "codegen/replay_run.h"
 #include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
@@ -56,11 +56,13 @@ std::string arithmetic_note(const Model& m, const ExportOptions& options) {
                         weight_name(options.weights));
   if (!tanh.empty()) text += fmt::format("// {}.\n", tanh);
   text += fmt::format(
-      "{}What this arithmetic costs, over {} samples\n// of a replay inside the domain (largest error, rms):\n",
-      is_int16 ? "" : "// ", error.samples);
+      "{}What this arithmetic costs, over\n// {}\n"
+      "// (largest error, 99.9 % of samples within, rms; largest outside of the domain):\n",
+      is_int16 ? "" : "// ", samples_text(error));
   for (int i = 0; i < m.nx(); ++i)
-    text += fmt::format("//   {:<26}  {:.1e}, {:.1e}\n", channel_text(m.states[static_cast<std::size_t>(i)]),
-                        error.max(i), error.rms(i));
+    text += fmt::format("//   {:<26}  {:.1e}, {:.1e}, {:.1e}; {}\n",
+                        channel_text(m.states[static_cast<std::size_t>(i)]), error.max(i), error.quantile999(i),
+                        error.rms(i), error.outside == 0 ? "-" : fmt::format("{:.1e}", error.max_outside(i)));
   return text;
 }
 

@@ -58,7 +58,8 @@ double irregular_step(Uniform& uniform) {
 
 }  // namespace
 
-ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double loudness) {
+ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double loudness,
+                           const Eigen::MatrixXd& ranges) {
   Uniform uniform(seed);
   const double h = m.sample_period_s;
   ReplayInputs inputs{Eigen::VectorXd::Zero(samples), Eigen::MatrixXd(m.ny(), samples),
@@ -73,9 +74,11 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
   for (int j = 0; j < m.ny(); ++j) {
     const double low = m.output_min(j), high = m.output_max(j), wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
     const bool turns = wrap > 0.0 && high - low >= wrap * (1.0 - 1e-6);
+    const bool narrowed = ranges.size() != 0 && !turns;
+    const double from = narrowed ? ranges(j, 0) : low, to = narrowed ? ranges(j, 1) : high;
     const Eigen::VectorXd tone = tones(time_s, h, uniform);
     for (int k = 0; k < samples; ++k) {
-      double y = (low + high) / 2.0 + (turns ? 1.0 : loudness) * 0.85 * (high - low) / 2.0 * tone(k);
+      double y = (from + to) / 2.0 + (turns ? 1.0 : loudness) * 0.85 * (to - from) / 2.0 * tone(k);
       if (turns) y = measured_angle(y + 2.5 * wrap * k / samples, low, wrap);
       inputs.outputs(j, k) = y;
     }
@@ -93,7 +96,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     }
   }
   for (int i = 0; i < m.nu(); ++i) {
-    inputs.inputs.row(i) = tones(time_s, h, uniform);
+    inputs.inputs.row(i) = loudness * tones(time_s, h, uniform);
     inputs.inputs(i, samples / 3) = missed;
   }
   const int gap = std::min(stale_after + 2, samples / 8);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tests/codegen/example_models.h"
+#include "tests/codegen/flown.h"
 
 #include <cmath>
 #include <cstdint>
@@ -248,6 +249,39 @@ std::vector<Model> example_models() {
                                hold_model("rk4")};
   for (const Model& m : structure_models()) models.push_back(m);
   return models;
+}
+
+Model flown(Model model, int runs, int samples, double share) {
+  Uniform uniform(5);
+  Flight& flight = model.flight;
+  const Eigen::VectorXd half = (model.output_max - model.output_min) / 4.0;
+  const Eigen::VectorXd middle = (model.output_max + model.output_min) / 2.0;
+  flight.output_step.resize(model.ny());
+  for (int j = 0; j < model.ny(); ++j)
+    flight.output_step(j) = flight_step(2.0 * half(j), std::abs(middle(j)) + half(j));
+  flight.input_step = Eigen::VectorXd::Constant(model.nu(), flight_step(2.0, 1.0));
+  flight.dt_step_s = flight_step(16.0 * model.sample_period_s, 2.0 * model.sample_period_s);
+  // An autoregression of order one and uniform noise: within +-1.
+  const auto wander = [&](Eigen::Index n) {
+    Eigen::VectorXd values(n);
+    double value = uniform(1.0);
+    for (double& v : values) v = value = 0.7 * value + 0.3 * uniform(1.0);
+    return values;
+  };
+  for (int r = 0; r < runs; ++r) {
+    FlightRun run{Eigen::MatrixXi(model.ny(), samples), Eigen::MatrixXi(model.nu(), samples), Eigen::VectorXi(samples)};
+    for (int j = 0; j < model.ny(); ++j)
+      run.outputs.row(j) = ((middle(j) + share * half(j) * wander(samples).array()) / flight.output_step(j))
+                               .round()
+                               .matrix()
+                               .cast<int>();
+    for (int i = 0; i < model.nu(); ++i)
+      run.inputs.row(i) = (share * wander(samples).array() / flight.input_step(i)).round().matrix().cast<int>();
+    const double period = model.sample_period_s / flight.dt_step_s;
+    run.dt = (period * (1.0 + 0.3 * wander(samples).array())).round().matrix().cast<int>();
+    flight.runs.push_back(run);
+  }
+  return model;
 }
 
 }  // namespace nlo::codegen

@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: MIT
 // What an export says about its own arithmetic.
-#include "codegen/error_limits.h"
+#include "codegen/export_error.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "codegen/error.h"
+#include "codegen/error_limits.h"
 #include "codegen/model_file.h"
 #include "tests/codegen/example_models.h"
+#include "tests/codegen/flown.h"
 
 namespace nlo::codegen {
 namespace {
@@ -23,18 +29,23 @@ ExportError error_in(const Model& m, ScalarType scalar) {
 }
 
 TEST(ExportError, IsOfTheOrderOfTheArithmetic) {
-  // Rounding units of double and float, a few layers of them; 12 of int16's bits are left for weights.
+  // Rounding units of double and float, a few layers of them and the tanh of each; 12 of int16's bits are left for
+  // weights.
   constexpr double kDouble = 1e-13, kFloat = 1e-5, kInt16 = 2e-3;
   for (const Model& m : example_models()) {
     const double largest = run_replay(m, {}).x_hat.cwiseAbs().maxCoeff();
-    const double in_double = error_in(m, ScalarType::kDouble).max.maxCoeff() / largest;
-    const double in_float = error_in(m, ScalarType::kFloat).max.maxCoeff() / largest;
-    // The runtime's rational tanh, too, is within 5e-7 of tanh.
-    EXPECT_LT(in_double, kFloat) << m.name;
+    const ErrorReplay replay(m);
+    const auto in = [&](ScalarType scalar) {
+      ExportOptions options;
+      options.scalar = scalar;
+      return replay.error(options).max.maxCoeff() / largest;
+    };
+    const double in_double = in(ScalarType::kDouble), in_float = in(ScalarType::kFloat);
+    EXPECT_LT(in_double, kDouble) << m.name;
     EXPECT_LT(in_float, kFloat) << m.name;
     EXPECT_GT(in_float, kDouble) << m.name;
     if (structure(m) != "kkl" || m.inverse_map.activation == "silu") continue;
-    const double in_int16 = error_in(m, ScalarType::kInt16).max.maxCoeff() / largest;
+    const double in_int16 = in(ScalarType::kInt16);
     EXPECT_LT(in_int16, kInt16) << m.name;
     EXPECT_GT(in_int16, in_float) << m.name;
   }
@@ -46,16 +57,90 @@ TEST(ExportError, OfTheShippedObserverIsFarBelowItsEstimationError) {
   EXPECT_LT(error_in(m, ScalarType::kInt16).max.maxCoeff(), kBound);
 }
 
-TEST(ExportError, IsMeasuredInsideTheDomain) {
-  Model m = tiny_model();
-  m.latent_min *= 0.05;  // the tones at full loudness leave it
-  m.latent_max *= 0.05;
-  const ReplayRun run = run_replay(m, {});
-  EXPECT_GE(2 * export_error(run).samples, 400);
-  for (std::size_t k = 0; k < run.in_domain.size(); ++k) {
-    const Eigen::VectorXd z = run.z.col(static_cast<Eigen::Index>(k));
-    EXPECT_EQ(run.in_domain[k], (z.array() >= m.latent_min.array()).all() && (z.array() <= m.latent_max.array()).all());
+TEST(ExportError, IsOverTenThousandSamplesInTheDomainOrMore) {
+  for (const Model& m : {paper_model(), rig_model(), luenberger_model(), driven_model()}) {
+    const ExportError error = error_in(m, ScalarType::kFloat);
+    EXPECT_GE(error.samples, 10000) << m.name;
+    EXPECT_EQ(error.recorded, 0) << m.name;
   }
+}
+
+TEST(ExportError, OfASmallDomainIsOverAsMany) {
+  Model m = paper_model();  // z = y / |lambda| at rest: y within 2 and 2.08, where tones about the middle do not go
+  m.latent_min = 0.50 * m.latent_max;
+  m.latent_max *= 0.52;
+  const ReplayRun run = run_replay(m, {});
+  EXPECT_LT(std::count(run.in_domain.begin(), run.in_domain.end(), true), 20) << "the golden replay has few there";
+  EXPECT_GE(error_in(m, ScalarType::kInt16).samples, 10000);
+}
+
+TEST(ExportError, OverTooFewSamplesIsAnErrorWithItsMend) {
+  Model m = tiny_model();
+  m.latent_min = Eigen::Vector2d(0.5, -0.9).cwiseProduct(m.latent_max);  // y cannot be high and low at once
+  m.latent_max = Eigen::Vector2d(0.6, -0.8).cwiseProduct(m.latent_max);
+  try {
+    error_in(m, ScalarType::kFloat);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    for (const char* part : {"samples lie in the domain of \"tiny\"", "1000 at least", "train again", "latent_min"})
+      EXPECT_THAT(error.what(), HasSubstr(part));
+  }
+}
+
+TEST(ExportError, CountsTheSamplesOfRecordedFlights) {
+  const Model m = flown(paper_model(), 24, 500, 0.8);
+  const ExportError error = error_in(m, ScalarType::kFloat);
+  EXPECT_EQ(error.recorded, 12000);
+  EXPECT_THAT(error_table(m, {}, error), HasSubstr("12,000 of flights that training recorded"));
+}
+
+TEST(ExportError, OfFlightsRefusesWhatTheTonesOfAReplayPassed) {
+  const Model m = flown(activation_model("tanh"), 24, 500);
+  ExportOptions options;
+  options.scalar = ScalarType::kInt16;
+  const ReplayRun run = run_replay(m, options);
+  Eigen::VectorXd of_tones = Eigen::VectorXd::Zero(m.nx());
+  for (std::size_t k = 0; k < run.in_domain.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    if (run.in_domain[k]) of_tones = of_tones.cwiseMax((run.exported_x_hat.col(at) - run.x_hat.col(at)).cwiseAbs());
+  }
+  const ExportError error = export_error(m, options);
+  EXPECT_GT(error.max(0), 1.1 * of_tones(0));
+  EXPECT_THAT(beyond_limits(m, options, error, 1.05 * of_tones),
+              HasSubstr("within its domain, and --max-error allows"));
+}
+
+TEST(ExportError, OutsideOfTheDomainIsStatedBesideAndJudgedByNobody) {
+  Model m = paper_model();
+  m.latent_min *= 0.3;  // the tones at full loudness leave it, and int16 stays at its edge
+  m.latent_max *= 0.3;
+  ExportOptions options;
+  options.scalar = ScalarType::kInt16;
+  const ExportError error = export_error(m, options);
+  EXPECT_GT(error.outside, 20);
+  EXPECT_GT(error.max_outside.maxCoeff(), 50.0 * error.max.maxCoeff());
+  EXPECT_EQ(beyond_limits(m, options, error, 1.01 * error.max), "");
+  EXPECT_THAT(error_table(m, options, error), HasSubstr(fmt::format("{:.1e}\n", error.max_outside(1))));
+}
+
+TEST(ExportError, ItsNumbersAreInOrder) {
+  for (const ScalarType scalar : {ScalarType::kFloat, ScalarType::kInt16}) {
+    const ExportError error = error_in(flown(rig_model(), 4, 500), scalar);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_LT(error.rms(i), error.quantile999(i));
+      EXPECT_LE(error.quantile999(i), error.max(i));
+    }
+  }
+}
+
+TEST(Quantile, IsTheValueOfItsRank) {
+  std::vector<double> values;
+  for (int k = 0; k < 10000; ++k) values.push_back(static_cast<double>((k * 7919) % 10000 + 1));  // 1 to 10,000, mixed
+  EXPECT_EQ(quantile(values, 0.999), 9990.0);
+  EXPECT_EQ(quantile(values, 0.5), 5000.0);
+  EXPECT_EQ(quantile(values, 1.0), 10000.0);
+  EXPECT_EQ(quantile({3.0}, 0.999), 3.0);
+  EXPECT_EQ(quantile({}, 0.999), 0.0);
 }
 
 TEST(ErrorLimits, AreOneForAllOrOneEach) {

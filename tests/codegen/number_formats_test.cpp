@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "codegen/error.h"
+#include "codegen/export_error.h"
 #include "codegen/replay_run.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
@@ -38,8 +39,8 @@ ExportOptions with_weights(WeightType weights) {
   return options;
 }
 
-double error_with(const Model& m, const ExportOptions& options) {
-  return export_error(m, options).max.maxCoeff();
+double error_with(const ErrorReplay& replay, const ExportOptions& options) {
+  return replay.error(options).max.maxCoeff();
 }
 
 TEST(Rounded, IsWhatTheRuntimeMakesOfEveryFloat) {
@@ -78,12 +79,13 @@ TEST(HalfWeights, CostAnErrorOfTheOrderOfTheirRounding) {
   // Relative roundings 2^-9 and 2^-12, some layers of them; a replay in float is off by 1e-6.
   for (const Model& m : {paper_model(), rig_model(), luenberger_model(), general_model(), driven_model()}) {
     const double largest = run_replay(m, {}).x_hat.cwiseAbs().maxCoeff();
-    const double bf16 = error_with(m, with_weights(WeightType::kBfloat16)) / largest;
-    const double fp16 = error_with(m, with_weights(WeightType::kFloat16)) / largest;
+    const ErrorReplay replay(m);
+    const double bf16 = error_with(replay, with_weights(WeightType::kBfloat16)) / largest;
+    const double fp16 = error_with(replay, with_weights(WeightType::kFloat16)) / largest;
     EXPECT_LT(bf16, 8 * 0x1p-9) << m.name;
     EXPECT_LT(fp16, 8 * 0x1p-12) << m.name;
     EXPECT_LT(fp16, bf16) << m.name;
-    EXPECT_GT(fp16, 3 * error_with(m, {}) / largest) << m.name;
+    EXPECT_GT(fp16, 3 * error_with(replay, {}) / largest) << m.name;
   }
 }
 
@@ -132,11 +134,12 @@ TEST(HalfWeights, AreForFloatAndForTheCppTargets) {
 
 TEST(CheapestTanh, IsTheFirstWhoseMeasuredErrorIsWithinTheLimit) {
   for (const Model& m : {paper_model(), general_model(), driven_model()}) {
+    const ErrorReplay replay(m);
     std::vector<double> errors;
     for (const TanhTier& tier : kTanhTiers) {
       ExportOptions options;
       options.tanh = tier.kind;
-      errors.push_back(error_with(m, options));
+      errors.push_back(error_with(replay, options));
     }
     ASSERT_GT(errors[0], 2.0 * errors[1]) << m.name;
     const auto chosen = [&m](double limit) { return with_cheapest_tanh(m, {}, fmt::format("{}", limit)).tanh; };

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// What an observer met in training, kept with its model: the measurements on which the arithmetic of an export is
+// tried.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace nlo::codegen {
+
+/// N samples from a reset on, each a whole number of steps, as a sensor of some 14 bits gives them.
+struct FlightRun {
+  Eigen::MatrixXi outputs;  ///< n_y x N, noise included; angles less whole turns
+  Eigen::MatrixXi inputs;   ///< n_u x N
+  Eigen::VectorXi dt;       ///< N, time since the sample before; size 0: one sample period each
+};
+
+/// value = step * count. Steps are powers of two and counts have 24 bits at most, so that floats hold every value.
+struct Flight {
+  Eigen::VectorXd output_step, input_step;  ///< n_y, n_u, in the channels' units
+  double dt_step_s = 0.0;
+  std::vector<FlightRun> runs = {};  ///< empty: nothing was recorded
+
+  Eigen::Index samples() const {
+    Eigen::Index count = 0;
+    for (const FlightRun& run : runs) count += run.outputs.cols();
+    return count;
+  }
+};
+
+inline constexpr int kMostFlightCount = 1 << 24;    ///< |count|
+inline constexpr int kMostFlightSamples = 1 << 20;  ///< of all runs together
+/// The power of two next to 2^-14 of `range` from above, or larger where `largest`, of all |value|, asks for it.
+double flight_step(double range, double largest);
+
+}  // namespace nlo::codegen
