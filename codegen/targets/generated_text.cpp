@@ -25,7 +25,7 @@ constexpr std::array kRuntimeNames = {
     "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "OutputRange", "PackedDense", "PackedQuantisedDense",
     "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "StepStatus", "Tableau",
     "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced", "advance", "as_eigen", "between",
-    "dense_tangent", "discretise", "estrin", "evaluate_inverse", "explicit_rk_step", "exponential_rk_step", "forced_step",
+    "discretise", "estrin", "evaluate_inverse", "explicit_rk_step", "exponential_rk_step", "forced_step",
     "forced_weights", "from_eigen", "horner", "integrate", "is_finite", "is_tanh", "kEuler", "kHeun", "kMostPieces",
     "kRk4", "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "make_mlp",
     "make_quantised_mlp", "multiply_add", "native", "note_evenly", "note_held", "pack", "padded_inputs", "pieces_of",

@@ -63,7 +63,9 @@ class KklBatch {
 
   /// x_hat[i][plant] of every plant.
   void estimate(Scalar (&x_hat)[kNx][kPlants]) const {
-    for (int first = 0; first < kPadded; first += kBlock) estimate_block(x_hat, first);
+    kernels::for_batch_block<Scalar>([&](auto block) {
+      for (int first = 0; first < kPlants; first += block) estimate_block<block>(x_hat, first);
+    });
   }
 
   /// Status of a plant's latest step.
@@ -100,11 +102,11 @@ class KklBatch {
   }
 
  private:
-  // Two vectors of plants go through the network together.
+  // Two vectors of plants are stepped together; how many go through the network together, the CPU may decide.
   using P = simd::Pack<Scalar>;
   static constexpr int kWidth = sizeof(P) / sizeof(Scalar);
   static constexpr int kBlock = 2 * kWidth;
-  static constexpr int kPadded = kernels::rounded_up(kPlants, kBlock);
+  static constexpr int kPadded = kernels::rounded_up(kPlants, kernels::kMostBatchBlock<Scalar>);
   static constexpr int kAlignment = kernels::kHasVectors ? 64 : alignof(Scalar);
 
   constexpr void put(int n, const State& state) {
@@ -165,18 +167,19 @@ class KklBatch {
     }
   }
 
+  template <int kTogether>
   void estimate_block(Scalar (&x_hat)[kNx][kPlants], int first) const {
     using Map = typename Model::InverseMap;
     constexpr int kIn = Map::kIn;
-    alignas(kAlignment) Scalar in[kIn * kBlock], out[kNx * kBlock];
+    alignas(kAlignment) Scalar in[kIn * kTogether], out[kNx * kTogether];
     for (int i = 0; i < kIn; ++i) {
       const Scalar* from = i < kNz ? &z_[i][first] : &y_[i - kNz][first];
-      for (int n = 0; n < kBlock; ++n) in[i * kBlock + n] = from[n];
+      for (int n = 0; n < kTogether; ++n) in[i * kTogether + n] = from[n];
     }
-    model_->inverse_map.template evaluate_batch<kArithmetic, kBlock>(in, out);
-    const int count = kPlants - first < kBlock ? kPlants - first : kBlock;
+    model_->inverse_map.template evaluate_batch<kArithmetic, kTogether>(in, out);
+    const int count = kPlants - first < kTogether ? kPlants - first : kTogether;
     for (int i = 0; i < kNx; ++i) {
-      for (int n = 0; n < count; ++n) x_hat[i][first + n] = out[i * kBlock + n];
+      for (int n = 0; n < count; ++n) x_hat[i][first + n] = out[i * kTogether + n];
     }
   }
 

@@ -99,13 +99,6 @@ NLO_INLINE const Scalar* padded_inputs(const Scalar* in,
   }
 }
 
-/// W d, the derivative of a layer along d: the layer without its bias. Writes exactly kOut values.
-template <Activation kKind, class Layer, class Scalar>
-NLO_INLINE void dense_tangent(const Layer& layer, const Scalar* direction, Scalar* out) {
-  static constexpr Scalar kNoBias[Layer::Layout::kBiases]{};
-  kernels::layer<kKind, Arithmetic::kFast, true, Layer::kIn, Layer::kOut>(layer.weights, kNoBias, direction, out);
-}
-
 /// Hidden values and their tangents on the way through a network.
 template <class Scalar, int kWidest>
 struct JvpBuffer {
@@ -138,14 +131,10 @@ struct Mlp<kKind, Last> {
     kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, here.values, there.values);
   }
 
-  void jvp(const Scalar*, const Scalar* direction, Scalar* out) const {
-    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
-    dense_tangent<kKind>(layer, padded_inputs<kIn>(direction, inputs), out);
-  }
-
-  template <class Buffer>
-  NLO_INLINE void run_jvp(const Scalar*, const Scalar* direction, Scalar* out, Buffer&, Buffer&) const {
-    dense_tangent<kKind>(layer, direction, out);
+  void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
+    JvpBuffer<Scalar, kWidest> here, there;
+    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> directions;
+    kernels::jvp<kKind>(*this, in, padded_inputs<kIn>(direction, directions), out, here, there);
   }
 };
 
@@ -179,21 +168,8 @@ struct Mlp<kKind, First, Rest...> {
   void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
     JvpBuffer<Scalar, kWidest> here, there;
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs, directions;
-    run_jvp(padded_inputs<kIn>(in, inputs), padded_inputs<kIn>(direction, directions), out, here, there);
-  }
-
-  template <class Buffer>
-  NLO_INLINE void run_jvp(const Scalar* in, const Scalar* direction, Scalar* out, Buffer& here, Buffer& there) const {
-    Scalar *value = here.value.values, *tangent = here.tangent.values;
-    kernels::layer<kKind, Arithmetic::kFast, true, kIn, First::kOut>(layer.weights, layer.bias, in, value);
-    dense_tangent<kKind>(layer, direction, tangent);
-    for (int o = 0; o < First::kOut; ++o) {
-      const Scalar v = value[o];
-      value[o] = activate<kKind>(v);
-      tangent[o] *= activation_slope<kKind>(v, value[o]);
-    }
-    for (int o = First::kOut; o < kernels::padded(First::kOut); ++o) value[o] = tangent[o] = Scalar(0);
-    tail.run_jvp(value, tangent, out, there, here);
+    kernels::jvp<kKind>(*this, padded_inputs<kIn>(in, inputs), padded_inputs<kIn>(direction, directions), out, here,
+                        there);
   }
 };
 
@@ -245,7 +221,8 @@ struct InverseMap {
     }
   }
 
-  /// The same for kPlants inputs side by side: in [kIn][kPlants], out [kOut][kPlants], two vectors of plants.
+  /// The same for kPlants inputs side by side: in [kIn][kPlants], out [kOut][kPlants]. How many suit the CPU:
+  /// kernels::for_batch_block.
   template <Arithmetic kArithmetic, int kPlants>
   void evaluate_batch(const Scalar* in, Scalar* out) const {
     mlp.template evaluate_batch<kArithmetic, kPlants>(in, out);

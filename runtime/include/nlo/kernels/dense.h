@@ -40,11 +40,6 @@ struct TargetLayout {
   }
 };
 
-/// Room that the values of a layer take between layers, the zeros included that kernels put behind them.
-constexpr int padded(int values) {
-  return kHasVectors ? rounded_up(values, 4) : values;
-}
-
 /// Inputs of a first layer must lie in a buffer with zeros behind them.
 template <int kIn>
 inline constexpr bool kPadsInputs = kHasVectors&& kIn >= 16 && kIn % 4 != 0;
@@ -66,6 +61,7 @@ NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* i
 
 #define NLO_CODE NLO_INLINE
 #include "nlo/kernels/per_isa/network.inc"
+#include "nlo/kernels/per_isa/tangent.inc"
 #undef NLO_CODE
 
 /// The same by the best instruction set there is: the compiler's, or with NLO_CPU_DISPATCH that of the CPU.
@@ -84,10 +80,70 @@ NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scal
   network<kKind, kArithmetic>(net, in, out, here, there);
 }
 
-/// Many inputs at once, kPlants of them side by side (two vectors); buffers [widest][kPlants].
+/// The forward-mode product, likewise; see network_jvp().
+template <Activation kKind, class Network, class Scalar, class Buffer>
+NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& here,
+                    Buffer& there) {
+#if defined(NLO_DISPATCHES)
+  switch (x86::level()) {
+    case x86::Level::kAvx512:
+      return x86::jvp_avx512<kKind>(net, in, direction, out, here, there);
+    case x86::Level::kAvx2:
+      return x86::jvp_avx2<kKind>(net, in, direction, out, here, there);
+    default:
+      break;
+  }
+#endif
+  network_jvp<kKind>(net, in, direction, out, here, there);
+}
+
+/// Plants side by side that keep an instruction set of that many bytes busy: two vectors of them.
+template <class Scalar, int kBytes>
+inline constexpr int kBatchBlock = 2 * (kBytes > static_cast<int>(sizeof(Scalar))
+                                            ? kBytes / static_cast<int>(sizeof(Scalar))
+                                            : 1);
+
+/// The most that for_batch_block() may ask for.
+#if defined(NLO_DISPATCHES)
+template <class Scalar>
+inline constexpr int kMostBatchBlock = kBatchBlock<Scalar, 64>;
+#else
+template <class Scalar>
+inline constexpr int kMostBatchBlock = kBatchBlock<Scalar, NLO_NATIVE_BYTES>;
+#endif
+
+/// Calls work(std::integral_constant<int, kPlants>) with the kPlants for evaluate_batch() that suit the CPU.
+template <class Scalar, class Work>
+NLO_INLINE void for_batch_block(const Work& work) {
+#if defined(NLO_DISPATCHES)
+  switch (x86::level()) {
+    case x86::Level::kAvx512:
+      return work(std::integral_constant<int, kBatchBlock<Scalar, 64>>{});
+    case x86::Level::kAvx2:
+      return work(std::integral_constant<int, kBatchBlock<Scalar, 32>>{});
+    default:
+      break;
+  }
+#endif
+  work(std::integral_constant<int, kBatchBlock<Scalar, NLO_NATIVE_BYTES>>{});
+}
+
+/// Many inputs at once, kPlants of them side by side; buffers [widest][kPlants]. One by one where kPlants is not what
+/// suits the CPU.
 template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
 NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out, Scalar* here, Scalar* there) {
-  if constexpr (kHasVectors) {
+#if defined(NLO_DISPATCHES)
+  const x86::Level level = x86::level();
+  if constexpr (kPlants == kBatchBlock<Scalar, 64>) {
+    if (level == x86::Level::kAvx512)
+      return x86::evaluate_batch_avx512<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+  }
+  if constexpr (kPlants == kBatchBlock<Scalar, 32>) {
+    if (level == x86::Level::kAvx2)
+      return x86::evaluate_batch_avx2<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+  }
+#endif
+  if constexpr (kHasVectors && kPlants == kBatchBlock<Scalar, NLO_NATIVE_BYTES>) {
     native::batch_network<kKind, kArithmetic, kPlants>(net, in, out, here, there);
   } else {
     for (int n = 0; n < kPlants; ++n) {

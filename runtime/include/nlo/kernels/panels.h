@@ -35,6 +35,11 @@ constexpr int rounded_up(int n, int multiple) {
   return (n + multiple - 1) / multiple * multiple;
 }
 
+/// Room that the values of a layer take between layers, the zeros included that kernels put behind them.
+constexpr int padded(int values) {
+  return kHasVectors ? rounded_up(values, 4) : values;
+}
+
 /// The layout of one layer; sizes as values, for generators of headers too.
 struct PanelLayout {
   int in, out;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks are compiled
-// for AVX2 and AVX-512 too. The first evaluation asks the CPU once; each one after that costs a load and a jump. No
-// ifunc and no static initialiser: observers work in static initialisation as anywhere. Nothing changes where the
-// compiler may use AVX-512 anyway.
+// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks, their batches
+// and their forward-mode products are compiled for AVX2 and AVX-512 too. The first evaluation asks the CPU once; each
+// one after that costs a load and a jump. No ifunc and no static initialiser: observers work in static initialisation
+// as anywhere. Nothing changes where the compiler may use AVX-512 anyway.
 #pragma once
 
 #include "nlo/kernels/panels.h"
@@ -26,7 +26,9 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/vectors.inc"
 #include "nlo/kernels/per_isa/activations.inc"
 #include "nlo/kernels/per_isa/panels.inc"
+#include "nlo/kernels/per_isa/batch.inc"
 #include "nlo/kernels/per_isa/network.inc"
+#include "nlo/kernels/per_isa/tangent.inc"
 // clang-format on
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
@@ -45,7 +47,9 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/vectors.inc"
 #include "nlo/kernels/per_isa/activations.inc"
 #include "nlo/kernels/per_isa/panels.inc"
+#include "nlo/kernels/per_isa/batch.inc"
 #include "nlo/kernels/per_isa/network.inc"
+#include "nlo/kernels/per_isa/tangent.inc"
 // clang-format on
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
@@ -86,6 +90,31 @@ template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_avx512(const Network& net, const Scalar* in, Scalar* out,
                                                                   Scalar* here, Scalar* there) {
   avx512::network<kKind, kArithmetic>(net, in, out, here, there);
+}
+
+template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX2)) void evaluate_batch_avx2(const Network& net, const Scalar* in, Scalar* out,
+                                                                    Scalar* here, Scalar* there) {
+  avx2::batch_network<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+}
+
+template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_batch_avx512(const Network& net, const Scalar* in,
+                                                                        Scalar* out, Scalar* here, Scalar* there) {
+  avx512::batch_network<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+}
+
+template <Activation kKind, class Network, class Scalar, class Buffer>
+__attribute__((noinline, NLO_TARGET_AVX2)) void jvp_avx2(const Network& net, const Scalar* in, const Scalar* direction,
+                                                         Scalar* out, Buffer& here, Buffer& there) {
+  avx2::network_jvp<kKind>(net, in, direction, out, here, there);
+}
+
+template <Activation kKind, class Network, class Scalar, class Buffer>
+__attribute__((noinline, NLO_TARGET_AVX512)) void jvp_avx512(const Network& net, const Scalar* in,
+                                                             const Scalar* direction, Scalar* out, Buffer& here,
+                                                             Buffer& there) {
+  avx512::network_jvp<kKind>(net, in, direction, out, here, there);
 }
 
 }  // namespace nlo::kernels::x86

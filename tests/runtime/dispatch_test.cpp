@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// A program for any x86-64 that asks the CPU computes what one compiled for that CPU does, bit for bit: networks, their
+// batches and their forward-mode products.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/runtime/instruction_set_run.h"
+
+namespace nlo {
+namespace {
+
+using instruction_set::Bits;
+namespace x86 = kernels::x86;
+
+template <class Values>
+bool same(const Values& a, const Values& b) {
+  return std::memcmp(&a, &b, sizeof(Values)) == 0;
+}
+
+TEST(Dispatch, GivesTheBitsOfTheCpusInstructionSet) {
+  const Bits ours = testing::run_networks();
+  const bool avx512 = x86::level() == x86::Level::kAvx512;
+  const Bits native = avx512 ? instruction_set::bits_of_avx512() : instruction_set::bits_of_avx2();
+  EXPECT_TRUE(same(ours.estimate, native.estimate));
+  EXPECT_TRUE(same(ours.jvp, native.jvp));
+  EXPECT_TRUE(same(ours.silu_jvp, native.silu_jvp));
+  EXPECT_TRUE(same(ours.batch, native.batch));
+}
+
+/// By the code for AVX2, whatever more the CPU has.
+Bits run_avx2() {
+  constexpr auto& kMlp = testing::InstructionSetModel<Activation::kTanh>::kModel.inverse_map.mlp;
+  constexpr auto& kSilu = testing::InstructionSetModel<Activation::kSilu>::kModel.inverse_map.mlp;
+  using Mlp = std::remove_cvref_t<decltype(kMlp)>;
+  constexpr int kBlock = kernels::kBatchBlock<float, 32>;
+  Bits bits{};
+  LayerBuffer<float, Mlp::kWidest * kBlock> here, there;
+  JvpBuffer<float, Mlp::kWidest> jvp_here, jvp_there;
+  testing::for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
+    x86::evaluate_avx2<Activation::kTanh, Arithmetic::kFast>(kMlp, in, bits.estimate[round], here.values, there.values);
+    x86::jvp_avx2<Activation::kTanh>(kMlp, in, direction, bits.jvp[round], jvp_here, jvp_there);
+    x86::jvp_avx2<Activation::kSilu>(kSilu, in, direction, bits.silu_jvp[round], jvp_here, jvp_there);
+  });
+  for (int first = 0; first < instruction_set::kPlants; first += kBlock) {
+    float in[3 * kBlock] = {}, out[2 * kBlock];
+    for (int n = 0; n < kBlock; ++n)
+      for (int r = 0; r < 3; ++r)
+        in[r * kBlock + n] = 0.05F * static_cast<float>(first + n + 1) - static_cast<float>(r);
+    x86::evaluate_batch_avx2<Activation::kTanh, Arithmetic::kFast, kBlock>(kMlp, in, out, here.values, there.values);
+    for (int n = 0; n < kBlock && first + n < instruction_set::kPlants; ++n)
+      for (int i = 0; i < 2; ++i) bits.batch[i][first + n] = out[i * kBlock + n];
+  }
+  return bits;
+}
+
+TEST(Dispatch, GivesTheBitsOfAvx2WhereThatIsAll) {
+  const Bits ours = run_avx2(), native = instruction_set::bits_of_avx2();
+  EXPECT_TRUE(same(ours.estimate, native.estimate));
+  EXPECT_TRUE(same(ours.jvp, native.jvp));
+  EXPECT_TRUE(same(ours.silu_jvp, native.silu_jvp));
+  EXPECT_TRUE(same(ours.batch, native.batch));
+}
+
+TEST(Dispatch, TheBitsTellInstructionSetsApart) {  // the control of the tests above
+  if (x86::level() != x86::Level::kAvx512) GTEST_SKIP() << "one instruction set alone";
+  const Bits avx2 = instruction_set::bits_of_avx2(), avx512 = instruction_set::bits_of_avx512();
+  EXPECT_FALSE(same(avx2.estimate, avx512.estimate));
+  EXPECT_FALSE(same(avx2.jvp, avx512.jvp));
+}
+
+TEST(Dispatch, TakesBatchesOfAnySize) {
+  constexpr auto& kMap = testing::InstructionSetModel<Activation::kTanh>::kModel.inverse_map;
+  float in[3 * 6], out[2 * 6];
+  for (int i = 0; i < 3 * 6; ++i) in[i] = 0.1F * static_cast<float>(i);
+  kMap.evaluate_batch<Arithmetic::kFast, 6>(in, out);
+  for (int n = 0; n < 6; ++n) {
+    const float one_in[3] = {in[n], in[6 + n], in[12 + n]};
+    float one_out[2];
+    kMap.evaluate(one_in, one_out);
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(out[i * 6 + n], one_out[i]);
+  }
+}
+
+}  // namespace
+}  // namespace nlo

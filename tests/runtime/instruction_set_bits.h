@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// What networks of one instruction set compute, to compare bit for bit. Plain numbers: files that include this are
+// compiled for different CPUs, and share no inline function.
+#pragma once
+
+namespace instruction_set {
+
+inline constexpr int kRounds = 20, kPlants = 37;
+
+struct Bits {
+  float estimate[kRounds][2], jvp[kRounds][2], batch[2][kPlants], silu_jvp[kRounds][2];
+};
+
+/// Of the compiler's own instruction set, told of AVX2 with FMA or of AVX-512.
+Bits bits_of_avx2();
+Bits bits_of_avx512();
+
+}  // namespace instruction_set

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// The networks behind instruction_set_bits.h: estimates, products and batches of the fast policy, whose bits depend on
+// the length of vectors and on fused multiply-adds.
+#pragma once
+
+#include <nlo/kkl_batch.h>
+#include <nlo/kkl_observer.h>
+
+#include "bench/random_model.h"
+#include "tests/runtime/instruction_set_bits.h"
+
+namespace nlo::testing {
+
+template <Activation kKind>
+struct InstructionSetModel {
+  static constexpr auto kModel = bench::random_kkl_model<kKind, 50, 2>();
+};
+
+/// Calls work(in, direction) with inputs of size one.
+template <class Work>
+void for_each_round(const Work& work) {
+  bench::RandomUniform random{7};
+  for (int round = 0; round < instruction_set::kRounds; ++round) {
+    float in[3], direction[3];
+    for (float& value : in) value = random();
+    for (float& value : direction) value = random();
+    work(round, in, direction);
+  }
+}
+
+inline instruction_set::Bits run_networks() {
+  static constexpr auto& kTanh = InstructionSetModel<Activation::kTanh>::kModel;
+  static constexpr auto& kSilu = InstructionSetModel<Activation::kSilu>::kModel;
+  instruction_set::Bits bits{};
+  for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
+    kTanh.inverse_map.evaluate(in, bits.estimate[round]);
+    kTanh.inverse_map.jvp(in, direction, bits.jvp[round]);
+    kSilu.inverse_map.jvp(in, direction, bits.silu_jvp[round]);
+  });
+  KklBatch<std::remove_cvref_t<decltype(kTanh)>, instruction_set::kPlants> batch{kTanh};
+  for (int n = 0; n < instruction_set::kPlants; ++n) {
+    auto state = batch.save(n);
+    for (int r = 0; r < 3; ++r) state.z[r] = 0.05F * static_cast<float>(n + 1) - static_cast<float>(r);
+    (void)batch.restore(n, state);
+  }
+  batch.estimate(bits.batch);
+  return bits;
+}
+
+}  // namespace nlo::testing
