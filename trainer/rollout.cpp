@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <unordered_map>
 
 namespace nlo::trainer {
 namespace {
@@ -24,6 +25,25 @@ void turn(float& sine, float& cosine, float angle) {
   cosine = cosine * c - before * s;
 }
 
+/// Numbers the distinct steps. A grain of 1/4096 of the period misplaces y by at most 1/8192 of what it moves in a
+/// sample, below any sensor's resolution; and the errors do not add up, since the latent system forgets.
+class DistinctSteps {
+ public:
+  DistinctSteps(double period_s, std::vector<double>& steps_s) : grain_s_(period_s / 4096.0), steps_s_(steps_s) {}
+
+  int index_of(double step_s) {
+    const long long grains = std::max(1LL, std::llround(step_s / grain_s_));
+    const auto [found, is_new] = index_.try_emplace(grains, static_cast<int>(steps_s_.size()));
+    if (is_new) steps_s_.push_back(static_cast<double>(grains) * grain_s_);
+    return found->second;
+  }
+
+ private:
+  double grain_s_;
+  std::vector<double>& steps_s_;
+  std::unordered_map<long long, int> index_;
+};
+
 }  // namespace
 
 TrainingData::TrainingData(const Dataset& dataset)
@@ -33,6 +53,7 @@ TrainingData::TrainingData(const Dataset& dataset)
       ny(static_cast<int>(dataset.outputs.size())),
       output_angles(dataset.output_angles) {
   if (uniform) steps_s.push_back(dataset.sample_period_s);
+  DistinctSteps distinct(sample_period_s, steps_s);
   const auto row_major = [](const Eigen::MatrixXd& m) {
     std::vector<float> out(static_cast<std::size_t>(m.size()));
     Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(out.data(), m.rows(), m.cols()) =
@@ -53,9 +74,9 @@ TrainingData::TrainingData(const Dataset& dataset)
       run.weight[static_cast<std::size_t>(k)] = static_cast<float>(trajectory.weight(k));
     }
     if (!uniform) {
-      run.first_step = static_cast<int>(steps_s.size());
-      for (int k = 0; k + 1 < run.samples; ++k) steps_s.push_back(trajectory.time_s(k + 1) - trajectory.time_s(k));
-      steps_s.push_back(dataset.sample_period_s);
+      for (int k = 0; k + 1 < run.samples; ++k)
+        run.step_of.push_back(distinct.index_of(trajectory.time_s(k + 1) - trajectory.time_s(k)));
+      run.step_of.push_back(distinct.index_of(sample_period_s));
     }
     runs.push_back(std::move(run));
   }
@@ -110,7 +131,8 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
   }
   for (int t = 0; !data_->uniform && t < group.length; ++t) {
     int* to = group.step_of.data() + group.at(0, t);
-    for (int l = 0; l < kGroup; ++l) to[l] = runs[l]->first_step + start[l] + std::min(t, last[l]);
+    for (int l = 0; l < kGroup; ++l)
+      to[l] = runs[l]->step_of[static_cast<std::size_t>(start[l] + std::min(t, last[l]))];
   }
   add_noise(group, noise, level, stream);
 }

@@ -14,7 +14,7 @@
 
 namespace nlo::trainer {
 
-/// A dataset as training reads it: float32, one row per channel, steps numbered through all trajectories.
+/// A dataset as training reads it: float32, one row per channel, each distinct step between samples once.
 struct TrainingData {
   /// Points of a box with f and h there, row by row: where the PDE residual (5) is asked for beyond the data.
   struct Points {
@@ -23,8 +23,8 @@ struct TrainingData {
   };
   struct Run {
     int samples = 0;
-    int first_step = 0;              ///< number of the step that leaves sample 0
     int first_estimate = 0;          ///< see Trajectory
+    std::vector<int> step_of;        ///< samples: which of steps_s leaves the sample; empty when uniform
     std::vector<float> outputs;      ///< n_y x samples
     std::vector<float> states;       ///< n_x x samples
     std::vector<float> weight;       ///< samples
@@ -32,7 +32,9 @@ struct TrainingData {
   };
   std::vector<Run> runs;
   Points collocation;
-  std::vector<double> steps_s;   ///< one entry when uniform; else the step after each sample (the last: nominal)
+  /// One entry when uniform; else the distinct steps, to 1/4096 of a period: coefficients are made once for each, and
+  /// a jittering clock of 20,000 samples has some hundred of them.
+  std::vector<double> steps_s;
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;
   int nx = 0, ny = 0;

@@ -50,7 +50,7 @@ struct ModeCoefficients {
   std::complex<float> da, db0, db1;
 };
 
-/// Coefficients of all modes for a set of steps: one for uniform sampling, or one per sample of a jittered log.
+/// Coefficients of all modes for a set of steps: one for uniform sampling, else the distinct steps of a log.
 class Coefficients {
  public:
   /// steps_s: the distinct steps [s].
