@@ -71,7 +71,8 @@ struct VelocityFilterConfig {
 struct LogConfig {
   std::vector<ColumnConfig> columns;
   VelocityFilterConfig velocity_filter;
-  double sample_period_s = 0.0;                                        ///< nominal; 0: the median of the time stamps
+  double sample_period_s = 0.0;  ///< nominal; 0: that of the time stamps
+  double max_gap_s = 0.0;        ///< a longer step splits a log into runs; 0: 10 nominal periods
   std::vector<std::string> train_files, validation_files, test_files;  ///< names or globs under --data DIR
 };
 

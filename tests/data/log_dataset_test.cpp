@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "tests/data/testing.h"
 
 namespace nlo::trainer {
@@ -36,7 +38,7 @@ TEST_F(LogDataset, UnwrapsOutputsAndStartsTimeAtZero) {
   const Trajectory& run = data.trajectories[0];
   EXPECT_EQ(run.source, "log.csv");
   ASSERT_EQ(run.samples(), log_.samples);
-  EXPECT_FALSE(data.uniform);
+  EXPECT_TRUE(data.uniform);  // 5 % of jitter
   EXPECT_EQ(data.sample_period_s, 0.005);
   EXPECT_EQ(data.outputs[0].unit, "rad");
   for (int k = 0; k < log_.samples; ++k) {
@@ -79,10 +81,10 @@ TEST_F(LogDataset, EncodesAnglesAsSineAndCosine) {
   EXPECT_NEAR(run.states(0, 300), SyntheticLog::velocity(log_.time_s(300)), 1e-3);  // of the angle, not of its sine
 }
 
-TEST_F(LogDataset, TakesTheMedianStepWhenNoPeriodIsGiven) {
+TEST_F(LogDataset, TakesThePeriodOfTheStampsWhenNoneIsGiven) {
   LogConfig config = SyntheticLog::config();
   config.sample_period_s = 0.0;
-  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 0.005, 0.1 * 0.005);
+  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 0.005, 1e-6);  // 5 % of jitter, 600 samples
   EXPECT_EQ(report_.sample_period_s, load(config, log_.csv()).sample_period_s);
 }
 
@@ -105,11 +107,90 @@ TEST_F(LogDataset, ReadsTimeInMilliseconds) {
   EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 5e-6, 0.1 * 5e-6);
 }
 
+/// Without rows `from` to `to` - 1.
+std::string without_rows(const std::string& csv, int from, int to) {
+  std::istringstream lines(csv);
+  std::string text;
+  int row = -1;  // the header
+  for (std::string line; std::getline(lines, line); ++row)
+    if (row < from || row >= to) text += line + "\n";
+  return text;
+}
+
+TEST_F(LogDataset, SplitsALogAtItsGaps) {
+  const Dataset data = load(SyntheticLog::config(), without_rows(log_.csv(), 250, 300));  // 0.25 s
+  ASSERT_EQ(data.trajectories.size(), 2u);
+  EXPECT_TRUE(data.uniform);
+  const Trajectory& second = data.trajectories[1];
+  EXPECT_EQ(data.trajectories[0].source, "log.csv (1 of 2)");
+  EXPECT_EQ(second.source, "log.csv (2 of 2)");
+  EXPECT_EQ(data.trajectories[0].samples(), 250);
+  ASSERT_EQ(second.samples(), 300);
+  EXPECT_EQ(second.time_s[0], 0.0);
+  EXPECT_LE(std::abs(second.outputs(0, 0)), 0.5 * kTurn);  // whole turns are counted from its start
+  for (int k = 0; k < 300; ++k) {
+    const bool edge = second.time_s[k] < 0.2 || second.time_s[k] > second.time_s[299] - 0.2;
+    ASSERT_EQ(second.weight[k], edge ? 0.0 : 1.0);
+    if (edge) continue;
+    ASSERT_NEAR(second.states(0, k), SyntheticLog::velocity(log_.time_s(300 + k)), 1e-3);  // as without a gap
+  }
+  EXPECT_THAT(report_.notes, ElementsAre(AllOf(HasSubstr("log.csv:252: a gap of 0.2"), HasSubstr("split into 2 runs"),
+                                               HasSubstr("[log] max_gap_s, now 0.05 s"))));
+  EXPECT_EQ(report_.files.size(), 2u);
+}
+
+TEST_F(LogDataset, KeepsALogWholeWhoseGapsAreAllowed) {
+  LogConfig config = SyntheticLog::config();
+  config.max_gap_s = 0.3;
+  const Dataset data = load(config, without_rows(log_.csv(), 250, 300));
+  ASSERT_EQ(data.trajectories.size(), 1u);
+  EXPECT_EQ(data.trajectories[0].source, "log.csv");
+  EXPECT_FALSE(data.uniform);  // one step is 51 periods
+  EXPECT_TRUE(report_.notes.empty());
+}
+
+TEST_F(LogDataset, DropsRunsThatAreTooShort) {
+  const std::string csv = without_rows(without_rows(log_.csv(), 310, 360), 250, 300);  // 10 samples between two gaps
+  const Dataset data = load(SyntheticLog::config(), csv);
+  ASSERT_EQ(data.trajectories.size(), 2u);
+  EXPECT_EQ(data.trajectories[1].source, "log.csv (3 of 3)");
+  EXPECT_THAT(report_.notes,
+              ElementsAre(HasSubstr("split into 3 runs"), AllOf(HasSubstr("too short, and dropped: log.csv (2 of 3)"),
+                                                                HasSubstr("samples are too few"))));
+  LogConfig config = SyntheticLog::config();
+  config.velocity_filter.mask_edges_s = 1.0;
+  EXPECT_THAT(error_in(config, csv),
+              AllOf(HasSubstr("log.csv: no run between its gaps can be used"), HasSubstr("raise [log] max_gap_s")));
+}
+
+TEST_F(LogDataset, TakesTheGridForRoundedStamps) {
+  std::string csv = "time,phi\n";
+  for (int k = 0; k < 800; ++k) {
+    char row[64];
+    std::snprintf(row, sizeof row, "%.3f,%.9g\n", 7.1 + 0.0025 * k,
+                  std::remainder(SyntheticLog::angle(0.0025 * k), kTurn));
+    csv += row;
+  }
+  LogConfig config = SyntheticLog::config();
+  config.sample_period_s = 0.0;
+  const Dataset data = load(config, csv);
+  EXPECT_TRUE(data.uniform);
+  EXPECT_NEAR(data.sample_period_s, 0.0025, 1.5e-3 / 800);  // the worst of 1 ms over 800 samples
+  EXPECT_TRUE(report_.files[0].nominal);
+  const Trajectory& run = data.trajectories[0];
+  for (int k = 100; k < 700; ++k) {
+    ASSERT_NEAR(run.time_s[k], 0.0025 * k, 2.5e-4);
+    // Half a millisecond at 7 rad/s would be 3.5 mrad of noise in the angle, and 0.2 rad/s in its velocity.
+    ASSERT_NEAR(run.states(0, k), SyntheticLog::velocity(0.0025 * k), 5e-3);
+  }
+}
+
 TEST_F(LogDataset, NotesInputsThatItChecksAndDoesNotUse) {
   LogConfig config = SyntheticLog::config();
   config.columns.push_back(column("torque", ColumnRole::kInput));
   load(config, log_.csv());
-  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("input \"torque\" is read and not used")));
+  EXPECT_THAT(report_.notes, ElementsAre(AllOf(HasSubstr("input \"torque\" is read and checked, and nothing uses it"),
+                                               HasSubstr("role \"output\""))));
   config.columns.back().column = "comment";
   EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv:2:comment: \"row, 0\" is no number"));
 }

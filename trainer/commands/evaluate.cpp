@@ -13,6 +13,7 @@
 #include "trainer/commands/strict_test.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/data/training_logs.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
@@ -49,14 +50,27 @@ void on_plant(const Arguments& arguments, const codegen::Model& model, const Exp
                                     : evaluation_text(arguments.model, evaluations, note));
 }
 
+/// A model of an older version does not remember its logs: nothing is said then.
+void note_training_logs(const codegen::Model& model, const Dataset& logs, LogReport& report) {
+  for (const auto& [name, fact] : model.provenance) {
+    if (name != kTrainingLogsFact) continue;
+    const TrainingLogs training = parse_training_logs(fact);
+    note_rows_of_training(training, report.contents, report.notes);
+    note_outputs_beyond(training, logs, report.notes);
+  }
+}
+
 void on_logs(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment) {
   const LogSchema schema = resolve_columns(*experiment.log);
   check_channels(model, schema.state_channels.size(), schema.output_channels.size(), arguments.model);
   for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, schema.outputs.size());
-  const Dataset logs = load_logs(*experiment.log, "", arguments.data);
+  LogReport report;
+  const Dataset logs = load_logs(*experiment.log, "", arguments.data, &report);
+  note_training_logs(model, logs, report);
   for (const NoiseConfig& noise : arguments.test.noises) {
-    const LogEvaluation evaluation =
+    LogEvaluation evaluation =
         run_phase([&] { return evaluate_on_logs(model, logs, schema, nullptr, noise, arguments.test.seed); });
+    evaluation.notes.insert(evaluation.notes.end(), report.notes.begin(), report.notes.end());
     fmt::print("{}", arguments.json ? evaluation_json(arguments.model, evaluation)
                                     : evaluation_text(arguments.model, evaluation));
   }

@@ -35,7 +35,7 @@ void run(Arguments arguments) {
     judgement = run_phase([&] { return judge_on_plant(model, experiment, arguments.test); });
   } else {
     if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");
-    const LogSplits splits = load_log_splits(*experiment.log, arguments.data);
+    const LogSplits splits = load_log_splits(*experiment.log, arguments.data, experiment.training.mirror);
     judgement = run_phase(
         [&] { return judge_on_logs(model, experiment, splits.train, logs_to_judge_by(splits), splits.report); });
   }

@@ -36,6 +36,7 @@ struct Data {
   Dataset training, validation;
   JudgedLogs judged;  ///< of logs; a plant is tested on new trajectories
   LogReport clock;    ///< of logs
+  TrainingLogs remembered = {};
 };
 
 Data simulated(const Experiment& experiment) {
@@ -44,7 +45,7 @@ Data simulated(const Experiment& experiment) {
 }
 
 Data logged(const Experiment& experiment, const Arguments& arguments) {
-  LogSplits splits = load_log_splits(*experiment.log, arguments.data);
+  LogSplits splits = load_log_splits(*experiment.log, arguments.data, experiment.training.mirror);
   if (!arguments.quiet) fmt::print(stderr, "{}", to_text(splits.report));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
   JudgedLogs judged = logs_to_judge_by(splits);
@@ -57,7 +58,8 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
     const double transient_s = transient_time_s(experiment.observer, experiment.training.transient_factor);
     for (Dataset* split : {&splits.train, &splits.validation}) drop_transient(*split, transient_s);
   }
-  return {std::move(splits.train), std::move(splits.validation), std::move(judged), std::move(splits.report)};
+  return {std::move(splits.train), std::move(splits.validation), std::move(judged), std::move(splits.report),
+          std::move(splits.remembered)};
 }
 
 TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const Arguments& arguments) {
@@ -107,6 +109,7 @@ void run(Arguments arguments) {
   run_phase([&] {
     make_output_directory(arguments.output);
     TrainingResult result = train_with_progress(experiment, data, arguments);
+    if (experiment.log) result.model.provenance.emplace_back(kTrainingLogsFact, to_text(data.remembered));
     record_ignored_inputs(experiment, result.model);
     if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(result.model));
     codegen::write_model(result.model, arguments.output + "/model.json");

@@ -97,7 +97,9 @@ template <>
 const std::vector<Key<LogConfig>>& keys() {
   using L = LogConfig;
   static const std::vector<Key<L>> kKeys = {
-      key("sample_period_s", &L::sample_period_s, at_least(0), "nominal [s]; 0: the median of the time stamps"),
+      key("sample_period_s", &L::sample_period_s, at_least(0), "nominal [s]; 0: that of the time stamps"),
+      key("max_gap_s", &L::max_gap_s, at_least(0),
+          "a longer step splits a log into runs that start anew [s]; 0: 10 nominal periods"),
       key("train_files", &L::train_files, any(), "CSV files or globs (*, ?) under --data DIR"),
       key("validation_files", &L::validation_files, any(), "the same, for the errors shown while training"),
       key("test_files", &L::test_files, any(), "the same, for the report; never seen by training"),

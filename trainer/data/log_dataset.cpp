@@ -5,14 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <numbers>
+#include <utility>
 
 #include "codegen/error.h"
 #include "trainer/data/angle.h"
-#include "trainer/data/csv.h"
+#include "trainer/data/log_checks.h"
+#include "trainer/data/log_file.h"
 #include "trainer/data/log_files.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/data/logged_velocity.h"
 #include "trainer/data/zero_phase_filter.h"
 
 namespace nlo::trainer {
@@ -22,85 +23,52 @@ using codegen::Error;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Notes are kept in order and once each: a note about a column holds for all logs.
-void note(std::vector<std::string>& notes, const std::string& text) {
-  if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
-}
+constexpr double kGapPeriods = 10.0;  // of max_gap_s = 0
 
-VectorXd read_time(const CsvTable& table, const LogSchema& schema, double sample_period_s) {
-  if (table.rows() < 2)
-    throw Error(fmt::format("{}: one data row: expected a log of at least two samples", table.file()));
-  if (schema.time_heading.empty())
-    return VectorXd::LinSpaced(table.rows(), 0.0, sample_period_s * static_cast<double>(table.rows() - 1));
-  const VectorXd stamps = table.column(schema.time_heading);
-  for (Index k = 1; k < stamps.size(); ++k)
-    if (!(stamps[k] > stamps[k - 1]))
-      throw Error(fmt::format("{}:{}:{}: time does not increase: {} follows {}: sort the rows and drop repeated ones",
-                              table.file(), table.line(k), schema.time_heading, stamps[k], stamps[k - 1]));
-  return (stamps.array() - stamps[0]) * schema.time_unit_s;
-}
-
-double half_turn_in(const std::string& unit) {
-  return unit == "rad" ? std::numbers::pi : unit == "deg" || unit == "°" ? 180.0 : 0.0;
-}
-
-void note_suspicious_steps(const LogColumn& column, const VectorXd& values, const std::string& file,
-                           std::vector<std::string>& notes) {
-  const auto steps = (values.tail(values.size() - 1) - values.head(values.size() - 1)).array().abs();
-  if (const double half_turn = half_turn_in(column.unit); column.wrap == 0.0 && !column.derivative && half_turn > 0.0)
-    if (const Index jumps = (steps > half_turn).count(); jumps > 0)
-      note(notes, fmt::format("{}: \"{}\" jumps by more than half a turn {} times: an angle that wraps? give its wrap",
-                              file, column.heading, jumps));
-  if (column.wrap > 0.0)
-    if (const Index wide = (steps > column.wrap / 3.0).count(); wide > 0)
-      note(notes, fmt::format("{}: \"{}\" turns by more than a third of a turn between samples {} times: unwrapping is "
-                              "uncertain there",
-                              file, column.heading, wide));
-}
-
-/// A log's column, unwrapped when it is an angle.
-VectorXd read_column(const CsvTable& table, const LogColumn& column, std::vector<std::string>& notes) {
-  VectorXd values = table.column(column.heading);
-  if (column.wrap > 0.0) values = unwrap(values, column.wrap);
-  note_suspicious_steps(column, values, std::filesystem::path(table.file()).filename().string(), notes);
-  return values;
-}
-
-/// What a log holds before its channels are made: read first, since the nominal period may come from all of them.
-struct Log {
-  CsvTable table;
-  VectorXd time_s;
-};
-
+/// A run as training reads it.
 class Loader {
  public:
-  Loader(const LogConfig& config, const LogSchema& schema, double sample_period_s, LogReport& report)
-      : config_(config), schema_(schema), sample_period_s_(sample_period_s), report_(report) {}
+  Loader(const LogConfig& config, const LogSchema& schema, double sample_period_s, std::vector<std::string>& notes)
+      : config_(config), schema_(schema), sample_period_s_(sample_period_s), notes_(notes) {
+    filtered_ = std::any_of(schema.states.begin(), schema.states.end(), [](const auto& s) { return s.derivative; });
+  }
 
-  Trajectory load(const Log& log) const {
-    Trajectory run;
-    run.source = std::filesystem::path(log.table.file()).filename().string();
-    run.time_s = log.time_s;
-    report_.files.push_back(report_time_stamps(run.source, run.time_s, sample_period_s_));
-    check_rate(report_.files.back(), log.table.file());
-    run.outputs = channels(log, schema_.outputs, schema_.output_channels.size());
-    run.states = channels(log, schema_.states, schema_.state_channels.size());
-    run.weight = weights(log);
-    for (const LogColumn& input : schema_.inputs) {
-      log.table.column(input.heading);
-      note(report_.notes, fmt::format("input \"{}\" is read and not used: this observer is not driven", input.name));
-    }
-    return run;
+  Trajectory load(const LogFile& log, const LogRun& run) const {
+    Trajectory result;
+    result.source = run.source;
+    result.time_s = time_of(run);
+    result.outputs = channels(log, run, result.time_s, schema_.outputs, schema_.output_channels.size());
+    result.states = channels(log, run, result.time_s, schema_.states, schema_.state_channels.size());
+    result.weight = weights(result.time_s);
+    if (result.weight.sum() == 0.0)
+      throw Error(fmt::format("{:.3g} s long, all of it within mask_edges_s = {} s of its ends: use a longer log",
+                              result.time_s[run.rows - 1], config_.velocity_filter.mask_edges_s));
+    return result;
   }
 
  private:
-  Eigen::MatrixXd channels(const Log& log, const std::vector<LogColumn>& columns, std::size_t count) const {
-    Eigen::MatrixXd values(static_cast<Index>(count), log.time_s.size());
+  /// Rounded stamps of a moving angle are noise in its velocity (1 ms at 10 rad/s: 10 mrad): the grid is the better
+  /// clock. Stamps that jitter beyond their rounding are taken at their word.
+  VectorXd time_of(const LogRun& run) const {
+    if (!run.grid.rounded) return run.time_s;
+    return run.grid.counts * (has_period(run.grid, sample_period_s_) ? sample_period_s_ : run.grid.period_s);
+  }
+
+  VectorXd read(const LogFile& log, const LogRun& run, const LogColumn& column) const {
+    VectorXd values = log.column(column.heading).segment(run.first, run.rows);
+    if (column.wrap > 0.0) values = unwrap(values, column.wrap);
+    note_suspicious_steps(column, values, log.name, notes_);
+    return values;
+  }
+
+  Eigen::MatrixXd channels(const LogFile& log, const LogRun& run, const VectorXd& time_s,
+                           const std::vector<LogColumn>& columns, std::size_t count) const {
+    Eigen::MatrixXd values(static_cast<Index>(count), run.rows);
     Index channel = 0;
     for (const LogColumn& column : columns) {
-      const VectorXd raw = read_column(log.table, column, report_.notes);
+      const VectorXd raw = read(log, run, column);
       if (column.derivative) {
-        values.row(channel++) = velocity(log, raw).transpose();
+        values.row(channel++) = zero_phase_velocity(config_.velocity_filter, time_s, raw, sample_period_s_).transpose();
       } else if (column.sincos) {
         values.row(channel++) = sine_of(raw, column.wrap).transpose();
         values.row(channel++) = cosine_of(raw, column.wrap).transpose();
@@ -111,61 +79,110 @@ class Loader {
     return values;
   }
 
-  VectorXd velocity(const Log& log, const VectorXd& position) const {
-    try {
-      return zero_phase_velocity(config_.velocity_filter, log.time_s, position, sample_period_s_);
-    } catch (const Error& error) {
-      throw Error(fmt::format("{}: {}", log.table.file(), error.what()));
-    }
-  }
-
-  VectorXd weights(const Log& log) const {
-    const bool filtered =
-        std::any_of(schema_.states.begin(), schema_.states.end(), [](const auto& s) { return s.derivative; });
-    VectorXd weight = VectorXd::Ones(log.time_s.size());
-    if (!filtered) return weight;
-    const double mask_s = config_.velocity_filter.mask_edges_s, end_s = log.time_s[log.time_s.size() - 1];
-    weight = (log.time_s.array() < mask_s || log.time_s.array() > end_s - mask_s).select(0.0, weight);
-    if (weight.sum() == 0.0)
-      throw Error(fmt::format("{}: {:.3g} s long, all of it within mask_edges_s = {} s of its ends: use a longer log",
-                              log.table.file(), end_s, mask_s));
-    return weight;
-  }
-
-  void check_rate(const TimeStampReport& found, const std::string& path) const {
-    const double ratio = found.median_s / sample_period_s_;
-    if (ratio > 100.0 || ratio < 0.01)
-      throw Error(
-          fmt::format("{}: the median step is {:.6g} s, the nominal sample period {:.6g} s: is the unit of the time "
-                      "column s, ms, us or ns?",
-                      path, found.median_s, sample_period_s_));
-    if (ratio > 2.0 || ratio < 0.5)
-      note(report_.notes, fmt::format("{}: the median step is {:.6g} s, the nominal sample period {:.6g} s", found.file,
-                                      found.median_s, sample_period_s_));
+  VectorXd weights(const VectorXd& time_s) const {
+    const VectorXd weight = VectorXd::Ones(time_s.size());
+    if (!filtered_) return weight;
+    const double mask_s = config_.velocity_filter.mask_edges_s, end_s = time_s[time_s.size() - 1];
+    return (time_s.array() < mask_s || time_s.array() > end_s - mask_s).select(0.0, weight);
   }
 
   const LogConfig& config_;
   const LogSchema& schema_;
   double sample_period_s_;
-  LogReport& report_;
+  bool filtered_;
+  std::vector<std::string>& notes_;
 };
 
-double nominal_period(const LogConfig& config, const std::vector<Log>& logs) {
-  if (config.sample_period_s > 0.0) return config.sample_period_s;
-  std::vector<VectorXd> times;
-  for (const Log& log : logs) times.push_back(log.time_s);
-  return median_step(times);
+std::string set_period(double period_s) {
+  return fmt::format(
+      "set [log] sample_period_s = {:.6g}, or 0 to take it from the stamps, if that is the rate in flight", period_s);
 }
 
-/// Loads files that exist, adding what is found to `report`.
-Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector<std::string>& paths,
-             LogReport& report) {
-  std::vector<Log> logs;
-  for (const std::string& path : paths) {
-    CsvTable table = CsvTable::read(path);
-    VectorXd time_s = read_time(table, schema, config.sample_period_s);
-    logs.push_back({std::move(table), std::move(time_s)});
+/// A log on another clock than the nominal one is used as it is stamped, and slowly.
+void check_period(const LogFile& log, const LogRun& run, double nominal_s, std::vector<std::string>& notes) {
+  const double median_s = median_step({run.time_s}), ratio = median_s / nominal_s;
+  if (ratio > 100.0 || ratio < 0.01)
+    throw Error(
+        fmt::format("{}: the median step is {:.6g} s, the nominal sample period {:.6g} s: is the unit of the time "
+                    "column s, ms, us or ns?",
+                    log.path, median_s, nominal_s));
+  if (run.grid.regular && !has_period(run.grid, nominal_s))
+    note_once(notes,
+              fmt::format("{}: its stamps are regular at {:.6g} s, and the nominal sample period is {:.6g} s: {}",
+                          log.name, run.grid.period_s, nominal_s, set_period(run.grid.period_s)));
+  else if (!run.grid.regular && (ratio > 1.05 || ratio < 0.95))
+    note_once(notes, fmt::format("{}: the median step is {:.6g} s, the nominal sample period {:.6g} s: {}", log.name,
+                                 median_s, nominal_s, set_period(median_s)));
+}
+
+using Runs = std::vector<std::vector<LogRun>>;  // of each file
+
+/// Regular logs of one clock: their mean step, over all of them, which does not drift; else the median.
+double nominal_period(const LogConfig& config, const Runs& runs) {
+  if (config.sample_period_s > 0.0) return config.sample_period_s;
+  double duration_s = 0.0, steps = 0.0;
+  std::vector<VectorXd> times;
+  for (const auto& file : runs)
+    for (const LogRun& run : file) {
+      const double count = run.grid.counts[run.rows - 1];
+      duration_s += count * run.grid.period_s;
+      steps += count;
+      times.push_back(run.time_s);
+    }
+  const double mean_s = duration_s / steps;
+  for (const auto& file : runs)
+    for (const LogRun& run : file)
+      if (!run.grid.regular || !has_period(run.grid, mean_s)) return median_step(times);
+  return mean_s;
+}
+
+Runs split(const LogConfig& config, const std::vector<LogFile>& logs, std::vector<std::string>& notes) {
+  std::vector<VectorXd> times;
+  for (const LogFile& log : logs) times.push_back(log.time_s);
+  const double about_s = config.sample_period_s > 0.0 ? config.sample_period_s : median_step(times);
+  Runs runs;
+  for (const LogFile& log : logs)
+    runs.push_back(split_at_gaps(log, config.max_gap_s > 0.0 ? config.max_gap_s : kGapPeriods * about_s, notes));
+  return runs;
+}
+
+/// A run that is too short is dropped and noted; a log without a gap, or with no run left, is an error.
+void load_runs(const Loader& loader, const LogFile& log, const std::vector<LogRun>& runs, Dataset& data,
+               LogReport& report) {
+  std::string dropped, why;
+  std::size_t kept = 0;
+  for (const LogRun& run : runs) {
+    try {
+      data.trajectories.push_back(loader.load(log, run));
+    } catch (const Error& error) {
+      if (runs.size() == 1) throw Error(fmt::format("{}: {}", log.path, error.what()));
+      if (why.empty()) why = error.what();
+      dropped += fmt::format("{}{}", dropped.empty() ? "" : ", ", run.source);
+      continue;
+    }
+    ++kept;
+    const bool nominal = run.grid.regular && run.grid.complete && has_period(run.grid, data.sample_period_s);
+    data.uniform = data.uniform && nominal;
+    report.files.push_back(report_time_stamps(run.source, run.time_s, data.sample_period_s));
+    report.files.back().nominal = nominal;
   }
+  if (kept == 0)
+    throw Error(
+        fmt::format("{}: no run between its gaps can be used, the first since: {}: raise [log] max_gap_s, or use "
+                    "a longer log",
+                    log.path, why.empty() ? "it has one sample" : why));
+  if (!dropped.empty())
+    note_once(report.notes,
+              fmt::format("{}: too short, and dropped: {} ({}); raise [log] max_gap_s to keep the log whole", log.name,
+                          dropped, why));
+}
+
+/// Loads files that exist, adding what is found to `report`. `check_columns`: of the logs that decide, not of each
+/// split.
+Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector<std::string>& paths,
+             bool check_columns, LogReport& report) {
+  std::vector<LogFile> logs;
+  for (const std::string& path : paths) logs.push_back(read_log(path, schema, config.sample_period_s));
   Dataset data;
   data.outputs = schema.output_channels;
   data.states = schema.state_channels;
@@ -173,14 +190,26 @@ Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector
     if (output.sincos) data.output_angles.push_back({channel, output.wrap});
     channel += output.sincos ? 2 : 1;
   }
-  data.uniform = schema.time_heading.empty();
   if (logs.empty()) {
     data.sample_period_s = config.sample_period_s;
     return data;
   }
-  data.sample_period_s = report.sample_period_s = nominal_period(config, logs);
-  const Loader loader(config, schema, data.sample_period_s, report);
-  for (const Log& log : logs) data.trajectories.push_back(loader.load(log));
+  const Runs runs = split(config, logs, report.notes);
+  data.sample_period_s = report.sample_period_s = nominal_period(config, runs);
+  const Loader loader(config, schema, data.sample_period_s, report.notes);
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    if (!runs[i].empty()) check_period(logs[i], runs[i].front(), data.sample_period_s, report.notes);
+    load_runs(loader, logs[i], runs[i], data, report);
+    report.contents.push_back(content_of(logs[i], listed_headings(schema)));
+  }
+  if (check_columns) {
+    note_suspicious_columns(schema, logs, report.notes);
+    note_logged_velocities(schema, config.velocity_filter, logs, runs, data.sample_period_s, report.notes);
+    note_unused_inputs(schema, report.notes);
+  }
+  // One run as it is stamped decides for all: their steps share a table.
+  if (!data.uniform)
+    for (TimeStampReport& file : report.files) file.nominal = false;
   return data;
 }
 
@@ -191,21 +220,35 @@ Dataset load_logs(const LogConfig& config, const std::string& directory, const s
   const std::vector<std::string> paths = expand_files(directory, files);
   if (paths.empty()) throw Error("no logs are named: expected at least one file or glob");
   LogReport found;
-  Dataset data = load(config, resolve_columns(config), paths, found);
+  Dataset data = load(config, resolve_columns(config), paths, true, found);
   found.data_hash = content_hash(paths);
   if (report != nullptr) *report = std::move(found);
   return data;
 }
 
-LogSplits load_log_splits(const LogConfig& config, const std::string& directory) {
+LogSplits load_log_splits(const LogConfig& config, const std::string& directory, bool mirrored) {
   const LogSchema schema = resolve_columns(config);
   const SplitFiles files = expand_splits(config, directory);
   LogSplits splits;
-  splits.train = load(config, schema, files.train, splits.report);
+  splits.train = load(config, schema, files.train, true, splits.report);
+  const std::vector<LogContent> trained = splits.report.contents;
+  splits.remembered = remember(trained, splits.train, mirrored);
+
   LogConfig on_training_clock = config;
   on_training_clock.sample_period_s = splits.train.sample_period_s;
-  splits.validation = load(on_training_clock, schema, files.validation, splits.report);
-  splits.test = load(on_training_clock, schema, files.test, splits.report);
+  const auto load_other = [&](const std::vector<std::string>& paths, const char* name) {
+    LogReport found;
+    Dataset data = load(on_training_clock, schema, paths, false, found);
+    note_shared_rows(trained, found.contents, name, found.notes);
+    note_outputs_beyond(splits.remembered, data, found.notes);
+    for (const std::string& text : found.notes) note_once(splits.report.notes, text);
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(splits.report.files, found.files);
+    append(splits.report.contents, found.contents);
+    return data;
+  };
+  splits.validation = load_other(files.validation, "validation");
+  splits.test = load_other(files.test, "test");
 
   std::vector<std::string> all = files.train;
   all.insert(all.end(), files.validation.begin(), files.validation.end());
@@ -219,11 +262,12 @@ std::string to_text(const LogReport& report) {
   for (const TimeStampReport& file : report.files) width = std::max(width, file.file.size());
   std::string text =
       fmt::format("nominal sample period {:.4g} ms; steps between time stamps in ms:\n", 1e3 * report.sample_period_s);
-  text += fmt::format("{:<{}}  samples  seconds   median     1 %    99 %     max  gaps > 1.5 periods\n", "file", width);
+  text += fmt::format("{:<{}}  samples  seconds   median     1 %    99 %     max  gaps > 1.5 periods  steps used\n",
+                      "file", width);
   for (const TimeStampReport& file : report.files)
-    text += fmt::format("{:<{}}  {:7}  {:7.2f}  {:7.3f} {:7.3f} {:7.3f} {:7.3f}  {:4}\n", file.file, width,
+    text += fmt::format("{:<{}}  {:7}  {:7.2f}  {:7.3f} {:7.3f} {:7.3f} {:7.3f}  {:18}  {}\n", file.file, width,
                         file.samples, file.duration_s, 1e3 * file.median_s, 1e3 * file.p01_s, 1e3 * file.p99_s,
-                        1e3 * file.max_s, file.gaps);
+                        1e3 * file.max_s, file.gaps, file.nominal ? "nominal" : "as stamped");
   for (const std::string& line : report.notes) text += "note: " + line + "\n";
   return text;
 }

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+// Each warning about a log: a log that has the fault, and one that nearly has it and must be left in peace.
+#include "trainer/data/log_checks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "tests/data/testing.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/data/logged_velocity.h"
+
+namespace nlo::trainer {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kPeriod_s = 0.01;
+constexpr double kDegree = kTurn / 360.0;
+
+/// 6 s at 100 Hz of a(t) and b(t).
+std::string two_columns(const std::function<double(double)>& a, const std::function<double(double)>& b) {
+  std::string text = "time,a,b\n";
+  for (int k = 0; k < 600; ++k) {
+    char row[80];
+    std::snprintf(row, sizeof row, "%.3f,%.7g,%.7g\n", kPeriod_s * k, a(kPeriod_s * k), b(kPeriod_s * k));
+    text += row;
+  }
+  return text;
+}
+
+double swing(double t) {
+  return 1.3 * std::sin(3.0 * t) * std::exp(-0.1 * t);
+}
+double swing_rate(double t) {
+  return 1.3 * std::exp(-0.1 * t) * (3.0 * std::cos(3.0 * t) - 0.1 * std::sin(3.0 * t));
+}
+double other(double t) {
+  return std::cos(1.7 * t) + 0.4 * std::sin(5.0 * t);
+}
+
+class LogChecks : public ::testing::Test {
+ protected:
+  /// Output `a`, state `b`.
+  std::vector<std::string> notes(const std::string& csv, const ColumnOptions& a = {}, const ColumnOptions& b = {}) {
+    LogConfig config;
+    config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput, a),
+                      column("b", ColumnRole::kState, b)};
+    scratch_.write("log.csv", csv);
+    LogReport report;
+    load_logs(config, scratch_.path(), {"log.csv"}, &report);
+    return report.notes;
+  }
+
+  ScratchDirectory scratch_;
+};
+
+TEST_F(LogChecks, ConstantColumn) {
+  EXPECT_THAT(notes(two_columns([](double) { return 0.25; }, other)),
+              ElementsAre(AllOf(HasSubstr("\"a\" is 0.25 in every row"), HasSubstr("leave it out"))));
+  EXPECT_THAT(notes(two_columns([](double t) { return t < 5.9 ? 0.25 : 0.26; }, other)), IsEmpty());
+}
+
+TEST_F(LogChecks, CopiedColumn) {
+  EXPECT_THAT(notes(two_columns(swing, swing)), ElementsAre(HasSubstr("\"a\" and \"b\" hold the same signal: ")));
+  EXPECT_THAT(notes(two_columns(swing, [](double t) { return 3.0 - 2.0 * swing(t); })),
+              ElementsAre(HasSubstr("the second is -2 times the first, +3")));
+  std::mt19937 engine(1);  // a second sensor: 1 % of noise
+  std::normal_distribution<double> noise(0.0, 0.01);
+  EXPECT_THAT(notes(two_columns(swing, [&](double t) { return swing(t) + noise(engine); })), IsEmpty());
+}
+
+TEST_F(LogChecks, DegreesCalledRad) {
+  const auto degrees = [](double t) { return swing(t) / kDegree; };  // to 74
+  EXPECT_THAT(notes(two_columns(degrees, other), {.unit = "rad"}),
+              ElementsAre(AllOf(HasSubstr("degrees that are called rad?"), HasSubstr("set unit to deg"))));
+  EXPECT_THAT(notes(two_columns(degrees, other), {.unit = "deg"}), IsEmpty());
+  EXPECT_THAT(notes(two_columns([](double t) { return 8.0 * swing(t); }, other), {.unit = "rad"}), IsEmpty());
+  // A wrap of the wrong unit: jumps of 360 tell.
+  const auto wrapped = [](double t) { return std::remainder(3.0 * swing(t) / kDegree, 360.0); };
+  EXPECT_THAT(notes(two_columns(wrapped, other), {.unit = "rad", .wrap = kTurn}),
+              Contains(AllOf(HasSubstr("and jumps by 360: degrees"), HasSubstr("unit and wrap"))));
+}
+
+TEST_F(LogChecks, RadCalledDegrees) {
+  const auto wrapped = [](double t) { return std::remainder(3.0 * swing(t), kTurn); };
+  EXPECT_THAT(notes(two_columns(wrapped, other), {.unit = "deg", .wrap = 360.0}),
+              ElementsAre(AllOf(HasSubstr("and jumps by 2 pi: rad that are called degrees?"), HasSubstr("to rad"))));
+  EXPECT_THAT(notes(two_columns(swing, other), {.unit = "deg"}), IsEmpty());  // a few degrees may be just that
+}
+
+TEST_F(LogChecks, WrapThatNeverWraps) {
+  EXPECT_THAT(notes(two_columns(swing, other), {.unit = "rad", .wrap = kTurn}),
+              ElementsAre(AllOf(HasSubstr("\"a\" never wraps"), HasSubstr("leave its wrap out"))));
+  // It does not wrap in this log, and comes near enough that another will.
+  EXPECT_THAT(notes(two_columns([](double t) { return 2.0 * swing(t); }, other), {.unit = "rad", .wrap = kTurn}),
+              IsEmpty());
+}
+
+TEST_F(LogChecks, WrapThatAlwaysWraps) {
+  const auto spin = [](double per_second) {
+    return two_columns([=](double t) { return std::remainder(per_second * t, kTurn); }, other);
+  };
+  EXPECT_THAT(notes(spin(370.0), {.unit = "rad", .wrap = kTurn}),
+              Contains(AllOf(HasSubstr("\"a\" crosses its wrap in"), HasSubstr("check unit and wrap"))));
+  EXPECT_THAT(notes(spin(150.0), {.unit = "rad", .wrap = kTurn}), IsEmpty());  // once in four steps
+}
+
+TEST_F(LogChecks, LoggedVelocityThatLags) {
+  double rate = 0.0, last = swing(0.0);
+  const auto logged = [&](double t) {  // what many rigs do
+    rate = 0.8 * rate + 0.2 * (swing(t) - last) / kPeriod_s;
+    last = swing(t);
+    return rate;
+  };
+  // 0.8 / 0.2 samples of the low-pass, and half of one of the difference.
+  EXPECT_THAT(notes(two_columns(swing, logged)),
+              ElementsAre(AllOf(HasSubstr("log.csv: "), HasSubstr("\"b\" is the velocity of \"a\", 4.5 samples late"),
+                                HasSubstr("derivative_of = \"a\""))));
+  EXPECT_THAT(notes(two_columns(swing, swing_rate)), IsEmpty());
+  EXPECT_THAT(notes(two_columns(swing, other)), IsEmpty());
+}
+
+TEST_F(LogChecks, LoggedVelocityThatIsADifference) {
+  const auto difference = [](double t) { return (swing(t) - swing(t - kPeriod_s)) / kPeriod_s; };
+  EXPECT_THAT(notes(two_columns(swing, difference)), ElementsAre(HasSubstr("0.5 samples late")));
+}
+
+TEST_F(LogChecks, LoggedVelocityInAnotherUnit) {
+  EXPECT_THAT(
+      notes(two_columns(swing, [](double t) { return swing_rate(t) / kDegree; }), {.unit = "rad"}, {.unit = "rad/s"}),
+      ElementsAre(HasSubstr("57.3 times as large, in degrees: check units")));
+}
+
+TEST(LoggedVelocity, LagIsExactToAFractionOfASample) {
+  Eigen::VectorXd velocity(1000), late(1000);
+  for (int k = 0; k < 1000; ++k) {
+    velocity[k] = swing_rate(0.01 * k);
+    late[k] = 0.5 * swing_rate(0.01 * (k - 3.3));
+  }
+  const auto match = match_velocity(late, velocity, 20);
+  ASSERT_TRUE(match.has_value());
+  EXPECT_NEAR(match->lag_samples, 3.3, 0.05);  // the damping within a lag is not a delay
+  EXPECT_NEAR(match->gain, 0.5, 0.01);
+  EXPECT_FALSE(match_velocity(late.head(100), velocity.head(100), 20).has_value());
+  EXPECT_FALSE(match_velocity(Eigen::VectorXd::Ones(1000), velocity, 20).has_value());
+}
+
+TEST_F(LogChecks, PeriodThatIsNotThatOfTheStamps) {
+  LogConfig config;
+  config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput),
+                    column("b", ColumnRole::kState)};
+  scratch_.write("log.csv", two_columns(swing, other));
+  const auto load = [&](double period_s) {
+    config.sample_period_s = period_s;
+    LogReport report;
+    const bool uniform = load_logs(config, scratch_.path(), {"log.csv"}, &report).uniform;
+    EXPECT_EQ(uniform, report.notes.empty());
+    return report.notes;
+  };
+  EXPECT_THAT(load(0.0102), ElementsAre(AllOf(HasSubstr("regular at 0.01 s"), HasSubstr("sample_period_s = 0.01"))));
+  EXPECT_THAT(load(0.010005), IsEmpty());  // half a thousandth
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/log_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using Notes = std::vector<std::string>;
+
+constexpr double kTurnRad = 2.0 * std::numbers::pi, kTurnDeg = 360.0;
+
+/// Two columns are copies when a line through one leaves less than this share of the other's deviation: printing with
+/// three or more digits does, a second sensor of the same quantity does not.
+constexpr double kCopy = 1e-3;
+
+bool is_degrees(const std::string& unit) {
+  return unit == "deg" || unit == "°";
+}
+
+double half_turn_in(const std::string& unit) {
+  return unit == "rad" ? std::numbers::pi : is_degrees(unit) ? 180.0 : 0.0;
+}
+
+/// What a column does over all logs.
+struct Spread {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  Index steps = 0;
+  Index jumps_rad = 0, jumps_deg = 0;  ///< steps of nearly 2 pi, of nearly 360
+  Index crossings = 0;                 ///< steps of more than half a wrap
+  double largest() const { return std::max(std::abs(low), std::abs(high)); }
+};
+
+Spread spread_of(const LogColumn& column, const std::vector<LogFile>& logs) {
+  Spread spread;
+  const auto nearly = [](const auto& steps, double turn) {
+    return (steps > 0.9 * turn && steps < 1.02 * turn).count();
+  };
+  for (const LogFile& log : logs) {
+    const VectorXd& x = log.column(column.heading);
+    const Eigen::ArrayXd steps = (x.tail(x.size() - 1) - x.head(x.size() - 1)).array().abs();
+    spread.low = std::min(spread.low, x.minCoeff());
+    spread.high = std::max(spread.high, x.maxCoeff());
+    spread.steps += steps.size();
+    spread.jumps_rad += nearly(steps, kTurnRad);
+    spread.jumps_deg += nearly(steps, kTurnDeg);
+    if (column.wrap > 0.0) spread.crossings += (steps > 0.5 * column.wrap).count();
+  }
+  return spread;
+}
+
+void note_constant(const LogColumn& column, const Spread& spread, Notes& notes) {
+  if (spread.low < spread.high) return;
+  notes.push_back(
+      fmt::format("\"{}\" is {:.6g} in every row: a sensor that is off, or the wrong column? take the right "
+                  "one, or leave it out",
+                  column.heading, spread.low));
+}
+
+/// True when it found something: the wrap is then as doubtful as the unit.
+bool note_unit(const LogColumn& column, const Spread& spread, Notes& notes) {
+  const char* mend = column.wrap > 0.0 ? "unit and wrap" : "unit";
+  // Two turns either way in rad, and within what degrees of one turn may be.
+  const bool too_wide = spread.largest() > 2.0 * kTurnRad &&
+                        (spread.largest() <= 0.5 * kTurnDeg || (spread.low >= 0.0 && spread.high <= kTurnDeg));
+  if (column.unit == "rad" && (spread.jumps_deg > 0 || too_wide)) {
+    notes.push_back(
+        fmt::format("\"{}\" runs from {:.4g} to {:.4g} {}: degrees that are called rad? if so, set {} to deg",
+                    column.heading, spread.low, spread.high, spread.jumps_deg > 0 ? "and jumps by 360" : "rad", mend));
+    return true;
+  }
+  const bool too_narrow = spread.largest() < 1.02 * kTurnRad && (column.wrap > 0.0 || spread.jumps_rad > 0);
+  if (is_degrees(column.unit) && too_narrow) {
+    notes.push_back(fmt::format(
+        "\"{}\" runs from {:.4g} to {:.4g} {}: rad that are called degrees? if so, set {} to rad", column.heading,
+        spread.low, spread.high, spread.jumps_rad > 0 ? "and jumps by 2 pi" : "deg, a fiftieth of its turn", mend));
+    return true;
+  }
+  return false;
+}
+
+void note_wrap(const LogColumn& column, const Spread& spread, Notes& notes) {
+  if (column.wrap == 0.0) return;
+  if (spread.crossings == 0 && spread.high - spread.low < 0.5 * column.wrap)
+    notes.push_back(
+        fmt::format("\"{}\" never wraps: it stays from {:.4g} to {:.4g}, within half a turn; unless the rig "
+                    "can turn further, leave its wrap out: an observer of a plain output has more features "
+                    "to choose from",
+                    column.heading, spread.low, spread.high));
+  // Half a turn in each step crosses in every second one; a third in every third, where unwrapping becomes a guess.
+  if (3 * spread.crossings > spread.steps)
+    notes.push_back(
+        fmt::format("\"{}\" crosses its wrap in {:.0f} % of the steps: its full turn is not {:.4g}, or it "
+                    "turns too fast for the sample period; check unit and wrap",
+                    column.heading, 100.0 * static_cast<double>(spread.crossings) / static_cast<double>(spread.steps),
+                    column.wrap));
+}
+
+/// The line b = slope a + offset over all logs, and what it leaves of b's deviation.
+struct Line {
+  double slope = 0.0, offset = 0.0, rest = 1.0;
+};
+
+Line line_through(const std::string& a, const std::string& b, const std::vector<LogFile>& logs) {
+  double count = 0.0, mean_a = 0.0, mean_b = 0.0, aa = 0.0, ab = 0.0, bb = 0.0;
+  for (const LogFile& log : logs) {
+    mean_a += log.column(a).sum();
+    mean_b += log.column(b).sum();
+    count += static_cast<double>(log.time_s.size());
+  }
+  mean_a /= count;
+  mean_b /= count;
+  for (const LogFile& log : logs) {
+    const Eigen::ArrayXd x = log.column(a).array() - mean_a, y = log.column(b).array() - mean_b;
+    aa += x.square().sum();
+    ab += (x * y).sum();
+    bb += y.square().sum();
+  }
+  if (!(aa > 0.0 && bb > 0.0)) return {};  // a constant: noted as such
+  const double slope = ab / aa;
+  return {slope, mean_b - slope * mean_a, std::sqrt(std::max(0.0, 1.0 - slope * ab / bb))};
+}
+
+void note_copies(const std::vector<std::string>& headings, const std::vector<LogFile>& logs, Notes& notes) {
+  for (std::size_t i = 0; i < headings.size(); ++i)
+    for (std::size_t j = i + 1; j < headings.size(); ++j) {
+      const Line line = line_through(headings[i], headings[j], logs);
+      if (line.rest > kCopy) continue;
+      const bool same = std::abs(line.slope - 1.0) < kCopy && std::abs(line.offset) < kCopy;
+      notes.push_back(fmt::format(
+          "\"{}\" and \"{}\" hold the same signal{}: one of them tells an observer nothing; "
+          "leave it out, or take the column that was meant",
+          headings[i], headings[j],
+          same ? "" : fmt::format(" (the second is {:.4g} times the first, {:+.4g})", line.slope, line.offset)));
+    }
+}
+
+}  // namespace
+
+void note_once(Notes& notes, const std::string& text) {
+  if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
+}
+
+void note_suspicious_steps(const LogColumn& column, const VectorXd& values, const std::string& file, Notes& notes) {
+  const auto steps = (values.tail(values.size() - 1) - values.head(values.size() - 1)).array().abs();
+  if (const double half_turn = half_turn_in(column.unit); column.wrap == 0.0 && !column.derivative && half_turn > 0.0)
+    if (const Index jumps = (steps > half_turn).count(); jumps > 0)
+      note_once(notes,
+                fmt::format("{}: \"{}\" jumps by more than half a turn {} times: an angle that wraps? give its wrap",
+                            file, column.heading, jumps));
+  if (column.wrap > 0.0)
+    if (const Index wide = (steps > column.wrap / 3.0).count(); wide > 0)
+      note_once(notes,
+                fmt::format("{}: \"{}\" turns by more than a third of a turn between samples {} times: unwrapping is "
+                            "uncertain there",
+                            file, column.heading, wide));
+}
+
+void note_unused_inputs(const LogSchema& schema, Notes& notes) {
+  if (schema.inputs.empty()) return;
+  std::string names;
+  for (const LogColumn& input : schema.inputs) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", input.name);
+  note_once(notes,
+            fmt::format("input {} is read and checked, and nothing uses it: no observer that is trained on logs knows "
+                        "inputs yet; give it the role \"output\" for the observer to see it as a measurement",
+                        names));
+}
+
+void note_suspicious_columns(const LogSchema& schema, const std::vector<LogFile>& logs, Notes& notes) {
+  if (logs.empty()) return;
+  std::set<std::string> seen;
+  for (const auto* columns : {&schema.outputs, &schema.states, &schema.inputs})
+    for (const LogColumn& column : *columns) {
+      if (!seen.insert(column.heading).second) continue;
+      const Spread spread = spread_of(column, logs);
+      note_constant(column, spread, notes);
+      if (column.derivative || !(spread.low < spread.high)) continue;
+      if (!note_unit(column, spread, notes)) note_wrap(column, spread, notes);
+    }
+  note_copies(listed_headings(schema), logs, notes);
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// A CSV log as numbers: the columns that an experiment lists, its clock, and the runs between its gaps. Read once; the
+// channels of a Dataset and every check of the logs come from here.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "trainer/data/log_schema.h"
+#include "trainer/data/time_stamps.h"
+
+namespace nlo::trainer {
+
+/// A stretch of a log without a gap.
+struct LogRun {
+  std::string source;  ///< "run3.csv", or "run3.csv (2 of 3)"
+  Eigen::Index first = 0, rows = 0;
+  Eigen::VectorXd time_s;  ///< from its first sample, as stamped
+  TimeGrid grid;
+};
+
+struct LogFile {
+  std::string path, name;                          ///< name: without its folders
+  std::map<std::string, Eigen::VectorXd> columns;  ///< by heading, as they stand in the file
+  Eigen::VectorXd time_s;                          ///< from the first sample, increasing
+  double resolution_s = 0.0;                       ///< of the printed stamps; 0: none, or no time column
+  std::vector<int> lines;                          ///< of each row, in the file
+
+  const Eigen::VectorXd& column(const std::string& heading) const { return columns.at(heading); }
+};
+
+/// Reads the columns that `schema` lists. Throws codegen::Error naming file, line and column: see CsvTable; fewer than
+/// two samples; time stamps that do not increase.
+LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s);
+
+/// The runs between steps longer than `max_gap_s`, which `notes` name. Runs of one sample are dropped, and noted.
+std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes);
+
+/// Of all listed columns but time, each once, in the order of the list.
+std::vector<std::string> listed_headings(const LogSchema& schema);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// Is a logged state the velocity of a logged output, and how late is it? Rigs log causal differences of their encoders,
+// low-passed and late: an observer that learns them learns the delay.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trainer/config.h"
+#include "trainer/data/log_file.h"
+#include "trainer/data/log_schema.h"
+
+namespace nlo::trainer {
+
+struct VelocityMatch {
+  double lag_samples = 0.0;  ///< > 0: the signal is late; to a fraction of a sample
+  double correlation = 0.0;  ///< at that lag
+  double gain = 1.0;         ///< signal per velocity at that lag
+};
+
+/// Where the correlation of `signal` with `velocity` (N each) is largest within `max_lag` samples either way; nothing
+/// when that is at an end, when one of them rests, or when there are fewer than 10 max_lag samples.
+std::optional<VelocityMatch> match_velocity(const Eigen::VectorXd& signal, const Eigen::VectorXd& velocity,
+                                            int max_lag);
+
+/// Compares each state that stands in the file with the zero-phase velocity of each output, on the longest run.
+void note_logged_velocities(const LogSchema& schema, const VelocityFilterConfig& filter,
+                            const std::vector<LogFile>& logs, const std::vector<std::vector<LogRun>>& runs,
+                            double sample_period_s, std::vector<std::string>& notes);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/training_logs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+
+#include "codegen/error.h"
+#include "trainer/number_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr std::size_t kSketch = 16;
+
+/// A fact of a model is UTF-8 in lines; names of files are any bytes.
+std::string printable(const std::string& name) {
+  std::string text = name;
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c >= 0x7f; }, '?');
+  return text;
+}
+
+/// Takes the text up to the next `separator`, or all of it, from the front.
+std::string_view take(std::string_view& text, char separator) {
+  const std::size_t end = std::min(text.find(separator), text.size());
+  const std::string_view part = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return part;
+}
+
+template <typename Number, typename... Base>
+Number number(std::string_view text, Base... base) {
+  Number value{};
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
+  if (status != std::errc() || end != text.data() + text.size())
+    throw codegen::Error(fmt::format("provenance.{}: \"{}\" is no number; train the model again", kTrainingLogsFact,
+                                     text.substr(0, 40)));
+  return value;
+}
+
+}  // namespace
+
+TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training, bool mirrored) {
+  TrainingLogs result;
+  for (const LogContent& content : contents) {
+    const auto count = static_cast<std::ptrdiff_t>(std::min(kSketch, content.windows.size()));
+    result.logs.push_back(
+        {printable(content.name), content.rows, {content.windows.begin(), content.windows.begin() + count}});
+  }
+  for (std::size_t j = 0; j < training.outputs.size(); ++j) {
+    if (training.outputs[j].wrap > 0.0 || training.trajectories.empty()) continue;
+    TrainingLogs::Range range{training.outputs[j].name, std::numeric_limits<double>::infinity(), 0.0};
+    range.high = -range.low;
+    for (const Trajectory& run : training.trajectories) {
+      const auto row = run.outputs.row(static_cast<Eigen::Index>(j));
+      range.low = std::min(range.low, mirrored ? -row.cwiseAbs().maxCoeff() : row.minCoeff());
+      range.high = std::max(range.high, mirrored ? row.cwiseAbs().maxCoeff() : row.maxCoeff());
+    }
+    result.outputs.push_back(std::move(range));
+  }
+  return result;
+}
+
+std::string to_text(const TrainingLogs& logs) {
+  std::string text;
+  for (const TrainingLogs::Range& range : logs.outputs)
+    text += fmt::format("output {} {} {}\n", shortest_text(range.low), shortest_text(range.high), range.output);
+  for (const TrainingLogs::Log& log : logs.logs) {
+    text += fmt::format("log {} ", log.rows);
+    for (const std::uint64_t hash : log.sketch) text += fmt::format("{:x},", hash);
+    text += fmt::format(" {}\n", log.name);
+  }
+  return text;
+}
+
+TrainingLogs parse_training_logs(std::string_view text) {
+  TrainingLogs result;
+  while (!text.empty()) {
+    std::string_view line = take(text, '\n');
+    const std::string_view kind = take(line, ' ');
+    if (kind == "output") {
+      TrainingLogs::Range range;
+      range.low = number<double>(take(line, ' '));
+      range.high = number<double>(take(line, ' '));
+      range.output = line;
+      result.outputs.push_back(std::move(range));
+    } else if (kind == "log") {
+      TrainingLogs::Log log;
+      log.rows = number<Eigen::Index>(take(line, ' '));
+      for (std::string_view hashes = take(line, ' '); !hashes.empty();)
+        log.sketch.push_back(number<std::uint64_t>(take(hashes, ','), 16));
+      log.name = line;
+      result.logs.push_back(std::move(log));
+    } else {
+      throw codegen::Error(
+          fmt::format("provenance.{}: a line begins with \"{}\"; expected output or log: train the "
+                      "model again",
+                      kTrainingLogsFact, kind.substr(0, 40)));
+    }
+  }
+  return result;
+}
+
+void note_rows_of_training(const TrainingLogs& training, const std::vector<LogContent>& contents,
+                           std::vector<std::string>& notes) {
+  for (const LogContent& content : contents)
+    for (const TrainingLogs::Log& log : training.logs)
+      if (const double share = share_found(log.sketch, content.windows); share > 0.0)
+        notes.push_back(
+            fmt::format("{}: trained this model: it holds about {:.0f} % of the training log {}, so its "
+                        "errors here are those of training; evaluate on a log that training has not seen",
+                        content.name, 100.0 * share, log.name));
+}
+
+void note_outputs_beyond(const TrainingLogs& training, const Dataset& logs, std::vector<std::string>& notes) {
+  for (const TrainingLogs::Range& range : training.outputs) {
+    const auto output = std::find_if(logs.outputs.begin(), logs.outputs.end(),
+                                     [&](const codegen::Channel& channel) { return channel.name == range.output; });
+    if (output == logs.outputs.end() || !(range.high > range.low)) continue;
+    const double allowed = kBeyondRange * (range.high - range.low);
+    Eigen::Index outside = 0, samples = 0;
+    double worst = 0.0;
+    std::string where;
+    for (const Trajectory& run : logs.trajectories) {
+      const Eigen::ArrayXd y = run.outputs.row(output - logs.outputs.begin()).transpose().array();
+      const Eigen::ArrayXd beyond = (range.low - y).max(y - range.high);
+      outside += (beyond > allowed).count();
+      samples += y.size();
+      if (beyond.maxCoeff() <= worst) continue;
+      worst = beyond.maxCoeff();
+      where = run.source;
+    }
+    if (outside == 0) continue;
+    const std::string unit = output->unit.empty() ? "" : " " + output->unit;
+    notes.push_back(
+        fmt::format("{}: output \"{}\" leaves its training range, {:.4g} to {:.4g}{}, by up to {:.3g}{}; "
+                    "{:.3g} % of the samples of these logs are outside: estimates there are extrapolated; "
+                    "train on logs that go as far",
+                    where, range.output, range.low, range.high, unit, worst, unit,
+                    100.0 * static_cast<double>(outside) / static_cast<double>(samples)));
+  }
+}
+
+}  // namespace nlo::trainer

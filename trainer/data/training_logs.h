@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// What a model remembers of the logs that trained it: a few hashes of their rows and the range of each output. With
+// them `nlo evaluate` says which of its logs the model has seen, and where they lead beyond training.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trainer/data/dataset.h"
+#include "trainer/data/log_content.h"
+
+namespace nlo::trainer {
+
+/// An output that strays this far beyond its training range, as a share of the range, is noted; less is noise.
+inline constexpr double kBeyondRange = 0.05;
+
+struct TrainingLogs {
+  struct Log {
+    std::string name;
+    Eigen::Index rows = 0;
+    std::vector<std::uint64_t> sketch;  ///< the smallest hashes of its windows: a fair sample of its rows
+  };
+  struct Range {
+    std::string output;
+    double low = 0.0, high = 0.0;
+  };
+  std::vector<Log> logs;
+  std::vector<Range> outputs;  ///< without angles that are unwrapped, which turn without end
+};
+
+/// `mirrored`: training sees -y for each y, too.
+TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training, bool mirrored);
+
+/// One line per output and log; a fact of the model's provenance under kTrainingLogsFact.
+inline constexpr std::string_view kTrainingLogsFact = "training_logs";
+std::string to_text(const TrainingLogs& logs);
+
+/// Reads it back. Throws codegen::Error on any other text.
+TrainingLogs parse_training_logs(std::string_view text);
+
+/// Notes each of `contents` that holds rows of a log that trained the model. A cut of a tenth of a log is missed in one
+/// case of five, one of a third in one of 600.
+void note_rows_of_training(const TrainingLogs& training, const std::vector<LogContent>& contents,
+                           std::vector<std::string>& notes);
+
+/// Notes each output that strays beyond its training range on `logs`: how often, how far, and where worst.
+void note_outputs_beyond(const TrainingLogs& training, const Dataset& logs, std::vector<std::string>& notes);
+
+}  // namespace nlo::trainer
