@@ -35,6 +35,7 @@ std::string home_of(const std::string& name) {
     if (home.empty() && std::find(names.begin(), names.end(), name) != names.end()) home = section_title<Section>();
   };
   look(TrainingConfig{});
+  look(EvaluationConfig{});
   look(ObserverConfig{});
   look(DynamicsConfig{});
   look(InverseMapConfig{});
@@ -166,7 +167,8 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   Reader reader(filename, places);
   Experiment experiment;
   reader.read(root, "", experiment,
-              {"plant", "simulation", "log", "observer", "dynamics", "inverse_map", "forward_map", "loss", "training"});
+              {"plant", "simulation", "log", "observer", "dynamics", "inverse_map", "forward_map", "loss", "training",
+               "evaluation"});
   if (const Toml* table = reader.section(root, "plant", "plant"))
     reader.read(*table, "plant", experiment.plant.emplace());
   if (const Toml* table = reader.section(root, "simulation", "simulation"))
@@ -183,6 +185,8 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   if (const Toml* table = reader.section(root, "loss", "loss")) reader.read(*table, "loss", experiment.loss);
   if (const Toml* table = reader.section(root, "training", "training"))
     reader.read(*table, "training", experiment.training);
+  if (const Toml* table = reader.section(root, "evaluation", "evaluation"))
+    reader.read(*table, "evaluation", experiment.evaluation);
   check_experiment(experiment, places);
   experiment.source_text = format_experiment(experiment);
   return experiment;
@@ -190,6 +194,21 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
 
 Experiment read_experiment(const std::string& path, const std::vector<std::string>& overrides) {
   return parse_experiment(codegen::read_file(path, kMaxConfigBytes), path, overrides);
+}
+
+LogConfig read_log_columns(const std::string& path) {
+  const Toml root = parse_toml(codegen::read_file(path, kMaxConfigBytes), path);
+  Places places(path);
+  Reader reader(path, places);
+  for (const auto& [name, value] : members_in_order(root))
+    if (name != "log")
+      throw codegen::Error(fmt::format("{}: {} has no use in a table of columns; it holds [[log.columns]] alone",
+                                       reader.place(*value), toml_text(name)));
+  const Toml* table = reader.section(root, "log", "log");
+  if (table == nullptr)
+    throw codegen::Error(
+        fmt::format("{}: no [[log.columns]]; name the columns of the logs, each with name and role", path));
+  return read_log(reader, *table);
 }
 
 std::string format_experiment(const Experiment& experiment) {
@@ -213,6 +232,9 @@ std::string format_experiment(const Experiment& experiment) {
   if (experiment.uses_forward_map()) text += format_keys(experiment.forward_map, "[forward_map]");
   text += format_keys(experiment.loss, "[loss]");
   text += format_keys(experiment.training, "[training]");
+  if (const EvaluationConfig& evaluation = experiment.evaluation;
+      !evaluation.windows.empty() || evaluation.settling_window_s > 0.0)
+    text += format_keys(evaluation, "[evaluation]");
   return text;
 }
 
@@ -220,7 +242,8 @@ std::string describe_experiment_keys() {
   return describe_keys<Experiment>() + describe_keys<PlantConfig>() + describe_keys<SimulationConfig>() +
          describe_keys<LogConfig>() + describe_keys<VelocityFilterConfig>() + describe_keys<ColumnConfig>() +
          describe_keys<ObserverConfig>() + describe_keys<DynamicsConfig>() + describe_keys<InverseMapConfig>() +
-         describe_keys<ForwardMapConfig>() + describe_keys<LossConfig>() + describe_keys<TrainingConfig>();
+         describe_keys<ForwardMapConfig>() + describe_keys<LossConfig>() + describe_keys<TrainingConfig>() +
+         describe_keys<EvaluationConfig>();
 }
 
 }  // namespace nlo::trainer

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -161,6 +162,20 @@ struct TrainingConfig {
   double checkpoint_every_s = 10.0;
 };
 
+/// A stretch of time since the start of a run, from_s <= t < to_s, that errors are told for.
+struct EvaluationWindow {
+  std::string name;  ///< an identifier; "all" is the whole run and always there
+  double from_s = 0.0;
+  double to_s = std::numeric_limits<double>::infinity();  ///< infinite: to the end of the run
+};
+
+/// [evaluation]: how a run's time axis is read when an observer is judged. Decides nothing in training. What is left
+/// out comes from the observer's slowest time constant and the horizon (analysis/windows.h).
+struct EvaluationConfig {
+  std::vector<EvaluationWindow> windows;
+  double settling_window_s = 0.0;  ///< errors are averaged over it before the settling time is read; 0: derived
+};
+
 struct Experiment {
   std::string name;  ///< an identifier: names the model and what is exported
   unsigned long long seed = 1;
@@ -174,6 +189,7 @@ struct Experiment {
   ForwardMapConfig forward_map;
   LossConfig loss;
   TrainingConfig training;
+  EvaluationConfig evaluation;
 
   bool uses_dynamics_network() const { return observer.structure == "luenberger" || observer.structure == "general"; }
   bool uses_inverse_map() const { return observer.structure != "luenberger"; }
@@ -189,6 +205,10 @@ Experiment read_experiment(const std::string& path, const std::vector<std::strin
 /// The same from text; `filename` stands for the file in messages.
 Experiment parse_experiment(std::string_view text, const std::string& filename,
                             const std::vector<std::string>& overrides = {});
+
+/// The [log] of a file that says which columns of a log are what: [[log.columns]] and what goes with them, and nothing
+/// else. Throws codegen::Error as read_experiment does.
+LogConfig read_log_columns(const std::string& path);
 
 /// Every key with its value, as TOML: the same text for the same experiment, whatever its file looked like. `threads`
 /// is left out, as it decides nothing.

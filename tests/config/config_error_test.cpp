@@ -113,6 +113,24 @@ TEST(ConfigErrors, Transient) {
   EXPECT_EQ(error_of(with(kLogExperiment, "[observer]", "[training]\ntransient = \"drop\"\n[observer]")), "no error");
 }
 
+TEST(ConfigErrors, Evaluation) {
+  const auto windows = [](const std::string& list) { return "steps = 10\n[evaluation]\nwindows = " + list + "\n#"; };
+  const std::string at = "e.toml:21";
+  expect_rows(
+      with(kPlantExperiment, "noise = \"gaussian:0.5\"\n", ""),
+      {
+          {"steps = 10", windows("[{ name = \"all\" }]"), at, "window \"all\" is the whole run"},
+          {"steps = 10", windows("[{ name = \"a\" }, { name = \"a\", to_s = 2 }]"), at, "\"a\" stands there twice"},
+          {"steps = 10", windows("[{ name = \"a\", from_s = 2, to_s = 2 }]"), at, "from_s must be the smaller one"},
+          {"steps = 10", windows("[{ name = \"a\", from_s = -1 }]"), at,
+           "from_s is -1; it must be a finite number >= 0"},
+          {"steps = 10", windows("[{ name = \"a\", until_s = 1 }]"), at, "there are: name, from_s, to_s"},
+          {"steps = 10", windows("[{ from_s = 1 }]"), at, "has no name"},
+          {"steps = 10", windows("[{ name = \"after 2 s\" }]"), at, "it must be an identifier"},
+          {"steps = 10", windows("[2.0]"), at, "it must be a table"},
+      });
+}
+
 TEST(ConfigErrors, Structures) {
   const std::string known = "structure = \"luenberger\"\nstate_matrix = [[0, 1], [-1, 0]]\noutput_matrix = [[1, 0]]\n";
   std::string luenberger = kPlantExperiment;

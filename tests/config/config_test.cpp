@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "tests/config/experiment_text.h"
@@ -80,6 +81,19 @@ TEST(Config, TheShippedExperimentsAreValid) {
     EXPECT_EQ(read_experiment(entry.path().string()).name, entry.path().stem().string());
   }
   EXPECT_GE(found, 2);
+}
+
+TEST(Config, WindowsOfTheEvaluationReadBackAndAreLeftOutWhenDerived) {
+  const std::string windows =
+      "[evaluation]\nwindows = [{ name = \"settled\", from_s = 2.5 }, "
+      "{ name = \"early\", from_s = 0.5, to_s = 5 }]\n";
+  const Experiment read = parse_experiment(kPlantExperiment + windows, "f");
+  ASSERT_EQ(read.evaluation.windows.size(), 2U);
+  EXPECT_EQ(read.evaluation.windows[0].from_s, 2.5);
+  EXPECT_FALSE(std::isfinite(read.evaluation.windows[0].to_s));
+  EXPECT_EQ(read.evaluation.windows[1].to_s, 5.0);
+  EXPECT_EQ(parse_experiment(read.source_text, "again").source_text, read.source_text);
+  EXPECT_EQ(parse_experiment(kPlantExperiment, "f").source_text.find("[evaluation]"), std::string::npos);
 }
 
 TEST(Config, HelpNamesEveryKeyOnce) {

@@ -32,6 +32,7 @@ class Check {
     losses();
     training();
     if (e_.training.transient != "keep") transient();
+    evaluation();
   }
 
  private:
@@ -322,6 +323,22 @@ class Check {
            fmt::format("[training] transient = \"backward\" makes trajectories of {:.3g} samples, "
                        "which do not fit into memory: {}; take faster eigenvalues",
                        samples, length));
+  }
+
+  void evaluation() const {
+    const auto& windows = e_.evaluation.windows;
+    const auto refuse = [&](const EvaluationWindow& window, const std::string& what) {
+      fail("evaluation.windows", fmt::format("[evaluation] window \"{}\" {}", window.name, what));
+    };
+    for (std::size_t i = 0; i < windows.size(); ++i) {
+      const EvaluationWindow& window = windows[i];
+      if (window.name == "all") refuse(window, "is the whole run, which is always told; give it another name");
+      for (std::size_t j = 0; j < i; ++j)
+        if (windows[j].name == window.name) refuse(window, "stands there twice; give one of them another name");
+      if (!(window.from_s < window.to_s))
+        refuse(window, fmt::format("runs from {} s to {} s; from_s must be the smaller one",
+                                   shortest_text(window.from_s), shortest_text(window.to_s)));
+    }
   }
 
   const Experiment& e_;

@@ -245,6 +245,18 @@ const std::vector<Key<TrainingConfig>>& keys() {
   return kKeys;
 }
 
+template <>
+const std::vector<Key<EvaluationConfig>>& keys() {
+  using V = EvaluationConfig;
+  static const std::vector<Key<V>> kKeys = {
+      key("windows", &V::windows, Rule{.at_most = 6},
+          "stretches of a run that errors are told for; left out: a transient and a settled one that fit the plant"),
+      key("settling_window_s", &V::settling_window_s, at_least(0),
+          "the settling time is read from errors averaged over this [s]; 0: a tenth of the transient"),
+  };
+  return kKeys;
+}
+
 // clang-format off
 template <> std::string_view section_title<Experiment>() { return "the experiment"; }
 template <> std::string_view section_title<PlantConfig>() { return "[plant]"; }
@@ -258,6 +270,7 @@ template <> std::string_view section_title<InverseMapConfig>() { return "[invers
 template <> std::string_view section_title<ForwardMapConfig>() { return "[forward_map]"; }
 template <> std::string_view section_title<LossConfig>() { return "[loss]"; }
 template <> std::string_view section_title<TrainingConfig>() { return "[training]"; }
+template <> std::string_view section_title<EvaluationConfig>() { return "[evaluation]"; }
 // clang-format on
 
 }  // namespace nlo::trainer

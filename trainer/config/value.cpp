@@ -187,6 +187,26 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule,
   field = std::move(result);
 }
 
+void read_value(const Toml& value, const std::string& where, const Rule&, EvaluationWindow& field) {
+  if (!value.is_table()) fail(value, where, "it must be a table { name = TEXT, from_s = number, to_s = number }");
+  EvaluationWindow window;
+  for (const auto& [name, member] : members_in_order(value)) {
+    const std::string at = where + "." + name;
+    if (name == "name") {
+      read_value(*member, at, identifiers(), window.name);
+    } else if (name == "from_s") {
+      read_value(*member, at, at_least(0.0), window.from_s);
+    } else if (name == "to_s") {
+      read_value(*member, at, positive(), window.to_s);
+    } else {
+      throw codegen::Error(fmt::format("{}: unknown key {} in {}; there are: name, from_s, to_s", place_of(*member),
+                                       toml_text(name), where));
+    }
+  }
+  if (window.name.empty()) fail(value, where, "it has no name; give one: { name = \"settled\", from_s = 2.0 }");
+  field = window;
+}
+
 void read_wrap(const Toml& value, const std::string& where, double& field) {
   if (value.is_string() && value.as_string().str == "2pi") {
     field = 6.283185307179586;
@@ -252,6 +272,13 @@ std::string show_value(ColumnRole field) {
 
 std::string show_value(const std::array<double, 2>& field) {
   return fmt::format("[{}, {}]", show_value(field[0]), show_value(field[1]));
+}
+
+std::string show_value(const EvaluationWindow& field) {
+  std::string text = fmt::format("{{ name = {}", toml_text(field.name));
+  if (field.from_s > 0.0) text += fmt::format(", from_s = {}", show_value(field.from_s));
+  if (std::isfinite(field.to_s)) text += fmt::format(", to_s = {}", show_value(field.to_s));
+  return text + " }";
 }
 
 std::string show_value(const std::vector<std::pair<std::string, double>>& field) {

@@ -61,6 +61,7 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, C
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::array<double, 2>& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule,
                 std::vector<std::pair<std::string, double>>& field);
+void read_value(const Toml& value, const std::string& where, const Rule& rule, EvaluationWindow& field);
 
 /// An angle's full turn: a number, "2pi" or "360deg".
 void read_wrap(const Toml& value, const std::string& where, double& field);
@@ -89,6 +90,7 @@ std::string show_value(const std::string& field);
 std::string show_value(const NoiseConfig& field);
 std::string show_value(ColumnRole field);
 std::string show_value(const std::array<double, 2>& field);
+std::string show_value(const EvaluationWindow& field);
 std::string show_value(const std::vector<std::pair<std::string, double>>& field);
 
 template <class T>
@@ -123,6 +125,9 @@ inline std::string type_of(const std::vector<std::pair<std::string, double>>&) {
   return "{ NAME = number, ... }";
 }
 std::string type_of(const ColumnRole&);
+inline std::string type_of(const EvaluationWindow&) {
+  return "{ name = TEXT, from_s = number, to_s = number }";
+}
 
 template <class T>
 std::string type_of(const std::vector<T>&) {
