@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "codegen/checks.h"
+#include "codegen/domain.h"
 #include "codegen/number_formats.h"
 #include "codegen/validate.h"
 
@@ -107,6 +108,7 @@ void ErrorReplay::add(ReplayInputs inputs) {
   inputs.inputs = in_float(inputs.inputs);
   const Index samples = inputs.dt_s.size();
   ReferenceObserver<double> exact(model_);
+  const LatentDomain domain(model_);
   MatrixXd z(model_.nz(), samples), y(model_.ny(), samples), turned(model_.ny(), samples);
   std::vector<bool> inside;
   for (Index k = 0; k < samples; ++k) {
@@ -115,7 +117,7 @@ void ErrorReplay::add(ReplayInputs inputs) {
     turned.col(k) = turns_in(model_, exact.output());
     y.col(k) = exact.output() - turned.col(k);
     z.col(k) = exact.latent();
-    inside.push_back(in_domain(model_, folded_, exact.latent(), exact.output()));
+    inside.push_back(domain.contains(exact.latent(), exact.output()));
   }
   if (has_linear_latent(model_)) z -= folded_.steady_gain * turned;
   samples_ += static_cast<int>(std::count(inside.begin(), inside.end(), true));

@@ -24,6 +24,7 @@ namespace nlo::codegen {
 struct Run {
   Eigen::MatrixXd x_hat;  ///< n_x x N
   Eigen::MatrixXd z;      ///< n_z x N
+  Eigen::MatrixXd y;      ///< n_y x N, the outputs as they were taken: held, clamped
 };
 
 template <class Scalar>
@@ -77,8 +78,9 @@ class ReferenceObserver {
   bool diverged() const { return diverged_; }
 
   /// A whole trajectory from reset: `outputs` n_y x N with angles unwrapped, `inputs` n_u x N (0 x 0 unless driven),
-  /// `time_s` N. With `uniform` each step is the sample period, else it is the difference of the time stamps. Estimates
-  /// are matrix products over blocks of samples. Throws Error when the inputs are not those of the model.
+  /// `time_s` N. With `uniform` each step is the sample period, else it is the difference of the time stamps, where
+  /// what is the sample period but for the stamps' rounding counts as it. Estimates are matrix products over blocks of
+  /// samples. Throws Error when the inputs are not those of the model.
   Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform) {
     const Eigen::Index samples = outputs.cols();
     if (model_.nu() != inputs.rows() || (model_.nu() > 0 && inputs.cols() != samples))
@@ -86,14 +88,18 @@ class ReferenceObserver {
           fmt::format("\"{}\" has {} inputs over {} samples; it was given {} x {}: name the data's inputs as the "
                       "model does",
                       model_.name, model_.nu(), samples, inputs.rows(), inputs.cols()));
-    Run run{Eigen::MatrixXd(model_.nx(), samples), Eigen::MatrixXd(model_.nz(), samples)};
+    Run run{Eigen::MatrixXd(model_.nx(), samples), Eigen::MatrixXd(model_.nz(), samples),
+            Eigen::MatrixXd(model_.ny(), samples)};
     Matrix z(model_.nz(), samples), y(model_.ny(), samples);
     reset();
     for (Eigen::Index k = 0; k < samples; ++k) {
-      const double dt_s = uniform || k == 0 ? model_.sample_period_s : time_s(k) - time_s(k - 1);
+      const double since_last_s = uniform || k == 0 ? model_.sample_period_s : time_s(k) - time_s(k - 1);
+      const bool nominal = std::abs(since_last_s - model_.sample_period_s) <= kSameStep * model_.sample_period_s;
+      const double dt_s = nominal ? model_.sample_period_s : since_last_s;
       take(accepted(outputs.col(k), false), model_.drive ? accepted_input(inputs.col(k)) : u_, dt_s);
       z.col(k) = z_;
       y.col(k) = y_.cast<Scalar>();
+      run.y.col(k) = y_;
     }
     run.x_hat = estimates_in_blocks(z, y);
     run.z = z.template cast<double>();
@@ -106,6 +112,9 @@ class ReferenceObserver {
   }
 
  private:
+  /// Relative. Stamps of 10^5 s in double have steps good to 1e-8 at 1 kHz; float's z cannot tell either.
+  static constexpr double kSameStep = 1e-8;
+
   static const Model& validated(const Model& model) {
     validate(model);
     return model;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/domain.h"
 #include "codegen/number_formats.h"
 #include "codegen/validate.h"
 
@@ -70,6 +71,7 @@ ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, con
   ReferenceObserver<double> exact(m);
   ExportedObserver exported(m, folded, options.scalar);
   Screen screen(m, folded.stale_after);
+  const LatentDomain domain(m);
   const InputBox box = options.scalar == ScalarType::kInt16 ? input_box(m, folded) : InputBox{};
   const Eigen::Index samples = run.inputs.dt_s.size();
   run.z = run.exported_z = MatrixXd(m.nz(), samples);
@@ -88,7 +90,7 @@ ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, con
       run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
     }
     run.status.emplace_back(screen.status(y, u));
-    run.in_domain.push_back(in_domain(m, folded, exact.latent(), exact.output()));
+    run.in_domain.push_back(domain.contains(exact.latent(), exact.output()));
     run.exported_z.col(k) = exported.latent() - back;
     run.exported_x_hat.col(k) = exported.estimate(run.exported_z.col(k), exact.output() - turned);
   }
@@ -110,12 +112,6 @@ VectorXd turns_in(const Model& m, const VectorXd& y) {
     if (wrap > 0.0) turned(j) = wrap * std::round(y(j) / wrap);
   }
   return turned;
-}
-
-bool in_domain(const Model& m, const FoldedModel& folded, VectorXd z, const VectorXd& y) {
-  for (int j = 0; j < m.ny(); ++j)
-    if (m.outputs[static_cast<std::size_t>(j)].wrap > 0.0) z -= folded.steady_gain.col(j) * y(j);
-  return ((z - m.latent_min).array() >= 0.0).all() && ((m.latent_max - z).array() >= 0.0).all();
 }
 
 ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, ScalarType scalar)

@@ -45,9 +45,6 @@ class ExportedObserver {
 /// Whole turns of the angles among `y`, n_y, which the exported observer takes back.
 Eigen::VectorXd turns_in(const Model& model, const Eigen::VectorXd& y);
 
-/// z lies where training has been; z and y with their angles unwrapped, or both turned back.
-bool in_domain(const Model& model, const FoldedModel& folded, Eigen::VectorXd z, const Eigen::VectorXd& y);
-
 /// N samples.
 struct ReplayRun {
   ReplayInputs inputs;              ///< as the export reads them: rounded to its scalar

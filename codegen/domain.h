@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Whether a latent state lies where training has been: the runtime's in_domain() for the model's equations.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "codegen/latent_step.h"
+#include "codegen/model.h"
+
+namespace nlo::codegen {
+
+class LatentDomain {
+ public:
+  explicit LatentDomain(const Model& model) : low_(model.latent_min), high_(model.latent_max) {
+    turns_ = Eigen::MatrixXd::Zero(model.nz(), model.ny());
+    if (!has_linear_latent(model)) return;
+    const Eigen::MatrixXd gain = steady_gain(model);
+    for (int j = 0; j < model.ny(); ++j)
+      if (model.outputs[static_cast<std::size_t>(j)].wrap > 0.0) turns_.col(j) = gain.col(j);
+  }
+
+  /// z (n_z) at a sample whose outputs were taken as y (n_y), angles unwrapped: z is judged relative to S y of those.
+  template <class Z, class Y>
+  bool contains(const Eigen::MatrixBase<Z>& z, const Eigen::MatrixBase<Y>& y) const {
+    const Eigen::VectorXd relative = z - turns_ * y;
+    return (relative.array() >= low_.array()).all() && (relative.array() <= high_.array()).all();
+  }
+
+ private:
+  Eigen::VectorXd low_, high_;
+  Eigen::MatrixXd turns_;  ///< S for angles, 0 for the other outputs; n_z x n_y
+};
+
+}  // namespace nlo::codegen
