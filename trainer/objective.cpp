@@ -54,8 +54,14 @@ ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gr
 
 double Objective::validate(const float* parameters) {
   roll_out(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
-  static const LossConfig kStateErrorAlone;
-  draw(0, true, kStateErrorAlone);
+  static const LossConfig kPhysical;
+  static const LossConfig kNormalised = [] {
+    LossConfig loss;
+    loss.scale = "normalised";
+    return loss;
+  }();
+  const bool normalised = experiment_->loss.scale == "normalised";
+  draw(0, true, normalised ? kNormalised : kPhysical);
   return accumulate(parameters, nullptr).rmse;
 }
 
@@ -193,8 +199,9 @@ void Objective::state_error(const Block& block, Workspace& workspace, ChunkResul
       }
     }
     if (n != nullptr) std::fill(network_cotangent + block.count, network_cotangent + kBlock, 0.0F);
-    if (running) result.squares += static_cast<double>(squares);
-    result.loss += share * static_cast<double>(per_unit) * static_cast<double>(squares);
+    const double scaled = static_cast<double>(per_unit) * static_cast<double>(squares);
+    if (running) result.squares += scaled;
+    result.loss += share * scaled;
   }
 }
 

@@ -18,10 +18,10 @@
 
 namespace nlo::trainer {
 
-/// The cost as it is minimised, and the state error in the states' units as a root.
+/// The cost as it is minimised, and the state error as a root: in the states' units, or normalised where the loss is.
 struct ObjectiveValue {
   double loss = 0.0;
-  double rmse = 0.0;  ///< sqrt(mean |x - x_hat|^2)
+  double rmse = 0.0;  ///< sqrt(mean |x - x_hat|^2), each state in the units of the loss
 };
 
 class Objective {
@@ -35,7 +35,8 @@ class Objective {
   ///   gradient  n parameters, or null for the value alone
   ObjectiveValue evaluate(const float* parameters, long step, float* gradient);
 
-  /// sqrt(mean |x - x_hat|^2) over whole runs and all samples, with noise that is the same in every call.
+  /// sqrt(mean |x - x_hat|^2) over whole runs and all samples, with noise that is the same in every call. Where the
+  /// loss is normalised, so is this: else the state of the largest unit alone would choose the model.
   double validate(const float* parameters);
 
   Rollout& rollout() { return rollout_; }

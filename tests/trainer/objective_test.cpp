@@ -475,5 +475,22 @@ TEST(Objective, MirroredRunsOfAnOddMapCostTheSame) {
       << "control: some runs are mirrored";
 }
 
+/// The validation error at the same network, with position in units of `metres`.
+double validated(const char* scale, double metres) {
+  Experiment experiment = small_experiment();
+  experiment.loss.scale = scale;
+  Dataset dataset = harmonics(kUnequal, false);
+  for (Trajectory& run : dataset.trajectories) run.states.row(0) /= metres;
+  Problem problem(experiment, dataset);
+  return problem.objective.validate(problem.parameters.data());
+}
+
+TEST(Objective, ChoosesByErrorsThatNoUnitDecidesWhereTheLossIsNormalised) {
+  constexpr double kFloat = 1e-5;  // sums of some 400 squares in float32
+  const double in_metres = validated("normalised", 1.0);
+  EXPECT_NEAR(validated("normalised", 1e-3), in_metres, kFloat * in_metres);
+  EXPECT_GT(validated("physical", 1e-3), 100.0 * validated("physical", 1.0)) << "control: the unit decides";
+}
+
 }  // namespace
 }  // namespace nlo::trainer
