@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "codegen/error.h"
@@ -61,8 +62,14 @@ codegen::Model differentiator(double guess) {
   return model;
 }
 
-LogEvaluation evaluated(const NoiseConfig& noise = {}, double guess = 1.0) {
-  return evaluate_on_logs(differentiator(guess), swing_logs(), swing_schema(), nullptr, noise, 1);
+MetricsConfig after_2_s() {
+  MetricsConfig config;
+  config.windows.push_back({"after_2_s", 2.0, std::numeric_limits<double>::infinity()});
+  return config;
+}
+
+LogEvaluation evaluated(const NoiseConfig& noise = {}, double guess = 1.0, const Dataset& logs = swing_logs()) {
+  return evaluate_on_logs(differentiator(guess), logs, swing_schema(), nullptr, noise, 1, after_2_s());
 }
 
 TEST(EvaluateLogs, FilteredDerivativeMeetsItsFrequencyResponse) {
@@ -85,8 +92,9 @@ TEST(EvaluateLogs, BaselinesStandBesideAndDifferencesNeedAMeasurement) {
 
 TEST(EvaluateLogs, StateThatIsNotSeenIsCalledOutPlainly) {
   const LogEvaluation result = evaluated();
-  ASSERT_EQ(result.notes.size(), 1U);  // control: dq, which is seen, has no note
-  EXPECT_THAT(result.notes[0], HasSubstr("hidden is not seen"));
+  ASSERT_EQ(result.notes.size(), 2U);                              // control: dq is seen
+  EXPECT_THAT(result.notes[0], HasSubstr("dq needs no network"));  // its map is linear in what it reads
+  EXPECT_THAT(result.notes[1], HasSubstr("hidden is not seen"));
   EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("no better than that of a constant"));
 }
 
@@ -99,7 +107,10 @@ TEST(EvaluateLogs, AddedNoiseCostsAndItsSeedDecides) {
 
 TEST(EvaluateLogs, JsonNamesStatesUnitsAndFilesAndHoldsNoNonFiniteNumber) {
   const auto json = nlohmann::json::parse(evaluation_json("differentiator", evaluated()));
-  EXPECT_TRUE(json.at("norm").is_null());  // rad/s and m do not add up
+  EXPECT_EQ(json.at("norm_of"), "states over their standard deviation");  // rad/s and m do not add up
+  EXPECT_TRUE(json.at("norm").is_number());
+  EXPECT_EQ(json.at("in_domain").at("share"), 1.0);
+  EXPECT_EQ(json.at("unscored").at("share"), 0.0);
   EXPECT_EQ(json.at("per_component").size(), 2U);
   EXPECT_EQ(json.at("per_state").at(0).at("name"), "dq");
   EXPECT_EQ(json.at("per_state").at(0).at("unit"), "rad/s");
@@ -107,6 +118,34 @@ TEST(EvaluateLogs, JsonNamesStatesUnitsAndFilesAndHoldsNoNonFiniteNumber) {
   EXPECT_TRUE(json.at("per_state").at(1).at("against").at("difference").at("all").is_null());
   EXPECT_EQ(json.at("files").size(), 2U);
   EXPECT_EQ(json.at("noise"), "none");
+}
+
+TEST(EvaluateLogs, UnscoredSamplesAreSaidAndTheirEstimatesChecked) {
+  Dataset logs = swing_logs();
+  for (Trajectory& run : logs.trajectories) {
+    run.weight.head(20).setZero();
+    run.weight.tail(20).setZero();
+  }
+  const LogEvaluation sane = evaluated({}, 1.0, logs);
+  EXPECT_NEAR(sane.unscored.share, 40.0 / 1201.0, 1e-12);
+  EXPECT_EQ(sane.unscored.where, "the first 0.20 s and the last 0.20 s of each log");
+  const std::string text = evaluation_text("differentiator", sane);
+  EXPECT_THAT(text, HasSubstr("unscored: 3.33 % of the samples, the first 0.20 s"));
+  EXPECT_THAT(text, HasSubstr("in domain: 100 % of the samples; 2 of 2 first samples of a log"));
+  EXPECT_EQ(sane.notes.size(), 2U);  // control: nothing about unscored samples
+
+  logs.trajectories[1].outputs(0, 3) += 10.0;  // a jump of the sensor where nothing is scored: dq is off by 500 rad/s
+  const LogEvaluation wild = evaluated({}, 1.0, logs);
+  ASSERT_EQ(wild.notes.size(), 3U);
+  EXPECT_THAT(wild.notes[2], HasSubstr("dq is estimated as"));
+  EXPECT_THAT(wild.notes[2], HasSubstr("at t = 0.0300 s of second.csv, where nothing is scored"));
+  EXPECT_THAT(wild.notes[2], HasSubstr("the truth lies within -2.00 and 2.00 rad/s"));
+}
+
+TEST(EvaluateLogs, UnscoredSamplesInsideALogAreCounted) {
+  Dataset logs = swing_logs();
+  logs.trajectories[0].weight.segment(100, 5).setZero();
+  EXPECT_EQ(find_unscored(logs).where, "5 samples inside");
 }
 
 TEST(EvaluateLogs, OtherColumnsAreRefusedByName) {

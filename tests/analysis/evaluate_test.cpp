@@ -139,6 +139,41 @@ TEST(Evaluate, ConstantEstimatorErrsByTheSpreadOfTheStates) {
   EXPECT_NEAR(result.metrics.per_component[1], std::sqrt(square / n - mean * mean / n / n), 1e-10);  // rounding
 }
 
+TEST(Evaluate, DomainIsCountedAndTheFirstSampleApart) {
+  const Dataset set = test::van_der_pol_set(5, 20.0, 3);
+  codegen::Model model = low_pass_model();
+  const DomainShare all = evaluate_on_plant(model, set, {}, 1, 2).domain.value();
+  EXPECT_EQ(all.share(), 1.0);
+  EXPECT_EQ(all.samples, 5 * 1000);
+  EXPECT_EQ(all.first_inside, 5);
+  model.latent_min.setConstant(0.5);  // z starts at 0 and swings to both sides
+  const DomainShare half = evaluate_on_plant(model, set, {}, 1, 2).domain.value();
+  EXPECT_GT(half.share(), 0.2);
+  EXPECT_LT(half.share(), 0.5);
+  EXPECT_EQ(half.first_inside, 0);
+}
+
+TEST(Evaluate, ReadoutOfTheFeaturesIsTheBestLinearEstimate) {
+  // T* reads z and y, and x1 is y: the readout has it exactly, but for its ridge; x2 is no linear function of both.
+  const Dataset set = test::van_der_pol_set(10, 20.0, 3), other = test::van_der_pol_set(5, 20.0, 4);
+  const Evaluation ridge = evaluate("ridge", readout_estimator(low_pass_model(), set, {}, 1), other, {}, 1, 2);
+  EXPECT_LT(ridge.metrics.per_component[0], 1e-4);
+  EXPECT_GT(ridge.metrics.per_component[1], 0.05);
+  const Evaluation constant = evaluate("constant", constant_estimator(set), other, {}, 1, 1);
+  EXPECT_LT(ridge.metrics.per_component[1], constant.metrics.per_component[1]);
+}
+
+TEST(Evaluate, StatesOfDifferentUnitsHaveANormalisedNorm) {
+  Dataset set = test::van_der_pol_set(3, 20.0, 3);
+  EXPECT_FALSE(evaluate("constant", constant_estimator(set), set, {}, 1, 1).metrics.normalised);
+  set.states[0].unit = "m";
+  set.states[1].unit = "m/s";
+  const Evaluation constant = evaluate("constant", constant_estimator(set), set, {}, 1, 1);
+  EXPECT_TRUE(constant.metrics.normalised);
+  EXPECT_NEAR(constant.metrics.nrmse.value(), 1.0, 1e-12);  // rounding: knowing nothing is one deviation off
+  EXPECT_NE(evaluation_text("m", {constant}).find("normalised norm"), std::string::npos);
+}
+
 TEST(Evaluate, ForeignTestSetIsRefused) {
   Dataset set = test::van_der_pol_set(1, 1.0, 3);
   set.states.push_back({"x3", "", 0.0});

@@ -26,9 +26,16 @@ Trajectory constant_run(const Eigen::VectorXd& value, double horizon_s, double s
   return run;
 }
 
+/// Settled from 10 s on, as in the paper's protocol.
+MetricsConfig protocol() {
+  MetricsConfig config;
+  config.windows.push_back({"settled", 10.0, std::numeric_limits<double>::infinity()});
+  return config;
+}
+
 ErrorMetrics metrics_of(const std::vector<Channel>& states, const Trajectory& run, const Eigen::MatrixXd& estimate,
                         double step_s) {
-  ErrorAccumulator sum(states, step_s);
+  ErrorAccumulator sum(states, step_s, protocol());
   sum.add(run, estimate);
   return sum.metrics();
 }
@@ -138,7 +145,7 @@ TEST(Metrics, EmptyTestIsAnError) {
 
 TEST(Metrics, JoinedPartsEqualTheWhole) {
   const Trajectory run = constant_run(Eigen::Vector2d(1.0, 2.0), 12.0, 0.1);
-  ErrorAccumulator whole(kTwoStates, 0.1), first(kTwoStates, 0.1), second(kTwoStates, 0.1);
+  ErrorAccumulator whole(kTwoStates, 0.1, protocol()), first = whole, second = whole;
   for (int i = 0; i < 6; ++i) {
     const Eigen::MatrixXd estimate = run.states * (1.0 + 0.1 * i);
     whole.add(run, estimate);
@@ -148,6 +155,58 @@ TEST(Metrics, JoinedPartsEqualTheWhole) {
   EXPECT_NEAR(first.metrics().norm, whole.metrics().norm, kRounding);
   EXPECT_NEAR(*first.metrics().settled, *whole.metrics().settled, kRounding);
   EXPECT_LT((first.metrics().curve - whole.metrics().curve).norm(), kRounding);
+}
+
+TEST(Metrics, WindowsSeparateWhatTheyName) {
+  MetricsConfig config = protocol();
+  config.windows.push_back({"early", 0.5, 5.0});
+  config.windows.push_back({"never", 30.0, 40.0});
+  const Trajectory run = constant_run(Eigen::Vector2d::Zero(), 20.0, 0.1);
+  Eigen::MatrixXd estimate = run.states;
+  estimate.row(0).segment(5, 45).setConstant(2.0);  // 0.5 s <= t < 5 s
+  ErrorAccumulator sum(kTwoStates, 0.1, config);
+  sum.add(run, estimate);
+  const ErrorMetrics m = sum.metrics();
+  ASSERT_EQ(m.windows.size(), 4U);
+  EXPECT_NEAR(m.windows[0].norm.value(), std::sqrt(45.0 * 4.0 / 201.0), kRounding);
+  EXPECT_EQ(m.windows[1].norm.value(), 0.0);
+  EXPECT_NEAR(m.windows[2].norm.value(), 2.0, kRounding);
+  EXPECT_NEAR(m.windows[2].per_component[0], 2.0, kRounding);
+  EXPECT_FALSE(m.windows[3].norm.has_value());
+}
+
+/// x1 moves by 0.5 m, x2 by 2000 degrees; the estimate is off by a tenth of each.
+ErrorMetrics of_mixed_units(double degrees_per_unit) {
+  const std::vector<Channel> states = {{"x1", "m", 0.0}, {"x2", degrees_per_unit == 1.0 ? "deg" : "turn", 0.0}};
+  Trajectory run = constant_run(Eigen::Vector2d::Zero(), 20.0, 0.1);
+  run.states.row(0) = 0.5 * run.time_s.transpose().array().sin();
+  run.states.row(1) = 2000.0 / degrees_per_unit * run.time_s.transpose().array().cos();
+  Dataset set{{}, states, 0.1, true, {run}};
+  MetricsConfig config;
+  config.state_scale = state_deviation(set);
+  ErrorAccumulator sum(states, 0.1, config);
+  sum.add(run, 1.1 * run.states);
+  return sum.metrics();
+}
+
+TEST(Metrics, NormOfStatesOverTheirDeviationDoesNotDependOnUnits) {
+  const ErrorMetrics degrees = of_mixed_units(1.0), turns = of_mixed_units(360.0);
+  EXPECT_TRUE(degrees.normalised);
+  EXPECT_NEAR(degrees.norm, turns.norm, kRounding);
+  EXPECT_NEAR(degrees.per_component[1], 360.0 * turns.per_component[1], 1e-9);  // control: RMSE keep their unit
+  // A tenth of each state: its mean over 20 s is not zero, so the deviation is a little below the RMS.
+  EXPECT_NEAR(degrees.nrmse.value(), 0.1, 0.005);
+}
+
+TEST(Metrics, DeviationOfAnAngleIsAboutItsMeanDirection) {
+  Trajectory run = constant_run(Eigen::VectorXd::Zero(1), 20.0, 0.1);
+  run.states.row(0) = kPi + 0.1 * run.time_s.transpose().array().sin();  // swings about the wrap
+  run.weight[0] = 0.0;
+  run.states(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  const double deviation = state_deviation({{}, {{"alpha", "rad", 2.0 * kPi}}, 0.1, true, {run}})[0];
+  EXPECT_NEAR(deviation, 0.1 / std::sqrt(2.0), 0.005);  // 20 s are 3.2 periods, not a whole number
+  EXPECT_TRUE(share_a_unit({{"a", "m", 0.0}, {"b", "m", 0.0}}));
+  EXPECT_FALSE(share_a_unit({{"a", "m", 0.0}, {"b", "", 0.0}}));
 }
 
 TEST(Metrics, LongerRunWeighsMore) {

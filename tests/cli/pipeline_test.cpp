@@ -45,7 +45,8 @@ TEST(Program, TrainsEvaluatesAndExports) {
   const auto json = scratch.run({"evaluate", "runs/tiny/model.json", "--noise", "gaussian:0.5", "--seed", "5",
                                  "--box-scale", "2", "--trajectories", "7", "--json"});
   ASSERT_EQ(json.exit_code, 0) << json.err;
-  const auto result = nlohmann::json::parse(json.out);
+  ASSERT_EQ(nlohmann::json::parse(json.out).size(), 1U) << "one noise: an array of one";
+  const auto result = nlohmann::json::parse(json.out)[0];
   for (const char* key : {"norm", "nrmse", "settled", "per_component", "settling_time_s", "seed", "noise"})
     EXPECT_TRUE(result.contains(key)) << key;
   EXPECT_EQ(result["seed"], 5);
@@ -55,7 +56,8 @@ TEST(Program, TrainsEvaluatesAndExports) {
   const auto table = scratch.run({"evaluate", "runs/tiny/model.json", "--noise", "none", "--noise", "uniform:1",
                                   "--trajectories", "3", "--against", "ekf,constant"});
   ASSERT_EQ(table.exit_code, 0) << table.err;
-  for (const char* word : {"uniform:1", "observer", "ekf", "constant"}) EXPECT_THAT(table.out, HasSubstr(word));
+  for (const char* word : {"uniform:1", "observer", "ekf", "constant", "ridge", "in domain"})
+    EXPECT_THAT(table.out, HasSubstr(word));
 
   const auto report = scratch.run({"report", "runs/tiny", "--noise", "uniform:1", "--against", "ekf"});
   EXPECT_EQ(report.exit_code, 0) << report.err;
@@ -206,7 +208,80 @@ TEST(Program, SimulatedLogsCanBeTrainedOn) {
   ASSERT_EQ(train.exit_code, 0) << train.err;
   const auto evaluate = scratch.run({"evaluate", "out/model.json", "--data", "logs/run_2.csv", "--json"});
   ASSERT_EQ(evaluate.exit_code, 0) << evaluate.err;
-  EXPECT_TRUE(nlohmann::json::parse(evaluate.out).contains("per_component"));
+  EXPECT_TRUE(nlohmann::json::parse(evaluate.out)[0].contains("per_component"));
+}
+
+TEST(Program, ManyTestSetsAndTrainingSeedsHaveStandardErrors) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  for (const char* seed : {"1", "2"})
+    ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q", "--seed", seed, "-o", seed}).exit_code, 0);
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"evaluate", "1/model.json", "--trajectories", "3", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto result = scratch.run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out);
+  };
+  const auto both = run({"2/model.json", "--seeds", "3", "--seed", "4", "--noise", "none", "--noise", "gaussian:0.5"});
+  ASSERT_EQ(both.size(), 2U) << "an object for each noise";
+  for (const auto& noise : both) {
+    EXPECT_GT(noise["standard_error"]["over_test_sets"]["norm"].get<double>(), 0.0);
+    EXPECT_GT(noise["standard_error"]["over_training_seeds"]["norm"].get<double>(), 0.0);
+    EXPECT_TRUE(noise["against"].contains("constant") && noise["against"].contains("ridge"));
+  }
+  // The mean over seeds 4 to 6 is that of three single tests.
+  double sum = 0.0;
+  for (const char* seed : {"4", "5", "6"}) sum += run({"--seed", seed})[0]["norm"].get<double>();
+  EXPECT_NEAR(run({"--seeds", "3", "--seed", "4"})[0]["norm"].get<double>(), sum / 3.0, 1e-12);
+}
+
+TEST(Program, AChangedPlantIsKnownToTheTrueFilterAlone) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "a"}).exit_code, 0);
+  const auto run = scratch.run({"evaluate", "a/model.json", "--trajectories", "3", "--json", "--set",
+                                "plant.parameters.mu=1.5", "--against", "ekf,ekf_true"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto result = nlohmann::json::parse(run.out)[0];
+  EXPECT_EQ(result["changed"], "plant.parameters.mu=1.5");
+  EXPECT_EQ(result["against"]["ekf"]["label"], "ekf, nominal parameters");
+  EXPECT_GT(result["against"]["ekf"]["norm"].get<double>(), 2.0 * result["against"]["ekf_true"]["norm"].get<double>());
+}
+
+TEST(Program, APlantsModelCanBeEvaluatedOnLogs) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "a"}).exit_code, 0);
+  ASSERT_EQ(scratch.run({"simulate", "tiny.toml", "--seed", "4", "-o", "run.csv"}).exit_code, 0);
+  const auto by_heading = scratch.run({"evaluate", "a/model.json", "--data", "run.csv", "--json"});
+  ASSERT_EQ(by_heading.exit_code, 0) << by_heading.err;
+  const auto result = nlohmann::json::parse(by_heading.out)[0];
+  EXPECT_EQ(result["per_state"].size(), 2U);
+  EXPECT_EQ(result["samples"], 241);
+
+  std::string renamed = scratch.read("run.csv");
+  renamed = with(renamed, "time,y,y_measured,x1,x2", "ms,pos,y_measured,p,v");
+  scratch.write("renamed.csv", renamed);
+  scratch.write("columns.toml", R"([log]
+sample_period_s = 0.05
+[[log.columns]]
+name = "y"
+column = "pos"
+role = "output"
+[[log.columns]]
+name = "x1"
+column = "p"
+role = "state"
+[[log.columns]]
+name = "x2"
+column = "v"
+role = "state"
+)");
+  const auto by_table =
+      scratch.run({"evaluate", "a/model.json", "--data", "renamed.csv", "--columns", "columns.toml", "--json"});
+  ASSERT_EQ(by_table.exit_code, 0) << by_table.err;
+  EXPECT_NEAR(nlohmann::json::parse(by_table.out)[0]["norm"].get<double>(), result["norm"].get<double>(), 1e-9);
 }
 
 TEST(Program, ExcitesThePlantThatIsSimulatedAndEvaluated) {
@@ -226,7 +301,7 @@ TEST(Program, ExcitesThePlantThatIsSimulatedAndEvaluated) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto run = scratch.run(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    return nlohmann::json::parse(run.out);
+    return nlohmann::json::parse(run.out)[0];
   };
   const auto alone = norms({}), excited = norms({"--input", "2*cos(12*t)"});
   EXPECT_TRUE(alone["excitation"].empty());

@@ -16,6 +16,8 @@ using Eigen::MatrixXd;
 using ::testing::HasSubstr;
 
 constexpr double kRounding = 1e-12;
+constexpr double kEnd = std::numeric_limits<double>::infinity();
+const EvaluationWindows kWindows = {{"all", 0.0, kEnd}, {"after_2_s", 2.0, kEnd}, {"early", 0.5, 5.0}};
 
 /// Ten seconds at 10 Hz, all states zero, every sample counts.
 Dataset at_rest(std::vector<Channel> states) {
@@ -36,7 +38,7 @@ TEST(LogMetrics, SeparatesItsWindows) {
   estimate.leftCols(5).setConstant(6.0);          // before 0.5 s
   estimate.block(0, 5, 1, 15).setConstant(2.0);   // 0.5 to 2 s
   estimate.block(0, 50, 1, 51).setConstant(1.0);  // from 5 s on
-  const StateError error = log_metrics(data, {estimate}).pooled[0];
+  const StateError error = log_metrics(data, {estimate}, {}, kWindows).pooled[0];
   EXPECT_EQ(error.unit, "rad/s");
   EXPECT_NEAR(error.rmse[0], std::sqrt((5 * 36.0 + 15 * 4.0 + 51 * 1.0) / 101.0), kRounding);
   EXPECT_NEAR(error.rmse[1], std::sqrt(51.0 / 81.0), kRounding);
@@ -90,7 +92,7 @@ TEST(LogMetrics, PoolsSamplesNotFiles) {
 TEST(LogMetrics, SaysNothingWhereNothingCounts) {
   Dataset data = at_rest({{"v", "", 0.0}});
   data.trajectories[0].time_s *= 0.1;  // one second: no sample after 2 s
-  const StateError error = log_metrics(data, {MatrixXd::Zero(1, 101)}).pooled[0];
+  const StateError error = log_metrics(data, {MatrixXd::Zero(1, 101)}, {}, kWindows).pooled[0];
   EXPECT_EQ(error.rmse[0], 0.0);
   EXPECT_TRUE(std::isnan(error.rmse[1]));
   EXPECT_TRUE(std::isnan(log_metrics(data, {MatrixXd::Constant(1, 101, std::nan(""))}).pooled[0].rmse[0]));

@@ -2,12 +2,16 @@
 #include "trainer/analysis/evaluate.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <memory>
 
+#include "codegen/domain.h"
 #include "codegen/error.h"
 #include "codegen/reference_observer.h"
 #include "trainer/analysis/examples.h"
 #include "trainer/analysis/measurement_noise.h"
+#include "trainer/data/log_baselines.h"
 #include "trainer/parallel.h"
 
 namespace nlo::trainer {
@@ -22,7 +26,7 @@ constexpr std::size_t kChunk = 4;
 }  // namespace
 
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
-                    const NoiseConfig& noise, std::uint64_t seed, int threads) {
+                    const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config) {
   const auto& runs = clean.trajectories;
   if (runs.empty()) throw Error("evaluation: the test set has no trajectory");
 
@@ -30,8 +34,10 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
   for (const Trajectory& run : runs)
     if (run.samples() > 0) result.horizon_s = std::max(result.horizon_s, run.time_s[run.samples() - 1]);
 
+  MetricsConfig metrics = config;
+  if (!share_a_unit(clean.states)) metrics.state_scale = state_deviation(clean);
   const std::size_t chunks = (runs.size() + kChunk - 1) / kChunk;
-  std::vector<ErrorAccumulator> sums(chunks, ErrorAccumulator(clean.states, clean.sample_period_s));
+  std::vector<ErrorAccumulator> sums(chunks, ErrorAccumulator(clean.states, clean.sample_period_s, metrics));
   ThreadPool pool(threads);
   std::vector<Estimator> estimators(static_cast<std::size_t>(pool.threads()));
   FirstAndWorst examples(clean);
@@ -47,35 +53,66 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
     }
   });
 
-  ErrorAccumulator total(clean.states, clean.sample_period_s);
+  ErrorAccumulator total(clean.states, clean.sample_period_s, metrics);
   for (const auto& sum : sums) total.merge(sum);
   result.metrics = total.metrics();
   result.examples = examples.take();
   return result;
 }
 
+ObserverRun observer_run(const codegen::Model& model, bool uniform_steps) {
+  auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
+  const Eigen::Index nu = model.nu();
+  return [observer, uniform_steps, nu](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                       const Eigen::VectorXd& time_s) {
+    const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? outputs.cols() : 0);
+    const bool takes_inputs = nu > 0 && inputs.size() > 0;
+    return observer->run(outputs, takes_inputs ? inputs : none, time_s, uniform_steps);
+  };
+}
+
+bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model) {
+  return dataset.uniform &&
+         std::abs(dataset.sample_period_s - model.sample_period_s) <= 1e-9 * model.sample_period_s;  // TOML's rounding
+}
+
+void count_domain(const codegen::Model& model, const codegen::Run& run, DomainShare& share) {
+  const codegen::LatentDomain domain(model);
+  for (Eigen::Index k = 0; k < run.z.cols(); ++k) {
+    const bool inside = domain.contains(run.z.col(k), run.y.col(k));
+    (k == 0 ? share.runs : share.samples) += 1;
+    (k == 0 ? share.first_inside : share.inside) += inside ? 1 : 0;
+  }
+}
+
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps) {
   return [model, uniform_steps]() -> Estimator {
-    auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
-    const Eigen::Index nu = model.nu();
-    return [observer, uniform_steps, nu](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                         const Eigen::VectorXd& time_s) {
-      const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? outputs.cols() : 0);
-      const bool takes_inputs = nu > 0 && inputs.size() > 0;
-      return observer->run(outputs, takes_inputs ? inputs : none, time_s, uniform_steps).x_hat;
+    return [run = observer_run(model, uniform_steps)](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                                      const Eigen::VectorXd& time_s) {
+      return run(outputs, inputs, time_s).x_hat;
+    };
+  };
+}
+
+EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training, const NoiseConfig& noise,
+                                   std::uint64_t seed) {
+  auto readout = std::make_shared<LinearReadout>(model);
+  const ObserverRun run = observer_run(model, has_uniform_steps(training, model));
+  for (std::size_t i = 0; i < training.trajectories.size(); ++i) {
+    const Trajectory& truth = training.trajectories[i];
+    readout->add(run(MeasurementNoise(noise, seed, i).on(truth.outputs), truth.inputs, truth.time_s), truth);
+  }
+  readout->fit();
+  return [model, readout]() -> Estimator {
+    return [readout, own = observer_run(model, false)](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                                       const Eigen::VectorXd& time_s) {
+      return readout->estimate(own(outputs, inputs, time_s));
     };
   };
 }
 
 EstimatorFactory constant_estimator(const Dataset& dataset) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(dataset.states.size()));
-  double weight = 0.0;
-  for (const Trajectory& run : dataset.trajectories) {
-    sum += run.states * run.weight;
-    weight += run.weight.sum();
-  }
-  const Eigen::VectorXd mean = weight > 0.0 ? Eigen::VectorXd(sum / weight) : sum;
-  return [mean]() -> Estimator {
+  return [mean = mean_states(dataset)]() -> Estimator {
     return [mean](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd&) {
       return Eigen::MatrixXd(mean.replicate(1, outputs.cols()));
     };
@@ -83,13 +120,30 @@ EstimatorFactory constant_estimator(const Dataset& dataset) {
 }
 
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
-                             std::uint64_t seed, int threads) {
+                             std::uint64_t seed, int threads, const MetricsConfig& config) {
   if (model.nx() != static_cast<int>(clean.states.size()) || model.ny() != static_cast<int>(clean.outputs.size()))
     throw Error("evaluation: model " + model.name + " maps " + std::to_string(model.ny()) + " outputs to " +
                 std::to_string(model.nx()) + " states, the test set has " + std::to_string(clean.outputs.size()) +
                 " and " + std::to_string(clean.states.size()));
-  Evaluation result = evaluate("observer", observer_estimator(model, clean.uniform), clean, noise, seed, threads);
-  for (EvaluatedRun& run : result.examples) run.outside = outside_of_domain(model, run, clean.uniform);
+  // Whole numbers: their sums do not depend on the order in which threads add.
+  std::atomic<std::int64_t> samples = 0, inside = 0, firsts = 0, first_inside = 0;
+  const bool uniform = has_uniform_steps(clean, model);
+  const EstimatorFactory factory = [&]() -> Estimator {
+    return [&, run = observer_run(model, uniform)](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                                   const Eigen::VectorXd& time_s) {
+      codegen::Run answer = run(outputs, inputs, time_s);
+      DomainShare share;
+      count_domain(model, answer, share);
+      samples += share.samples;
+      inside += share.inside;
+      firsts += share.runs;
+      first_inside += share.first_inside;
+      return std::move(answer.x_hat);
+    };
+  };
+  Evaluation result = evaluate("observer", factory, clean, noise, seed, threads, config);
+  result.domain = DomainShare{samples, inside, firsts, first_inside};
+  for (EvaluatedRun& run : result.examples) run.outside = outside_of_domain(model, run, uniform);
   return result;
 }
 

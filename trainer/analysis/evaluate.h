@@ -6,11 +6,13 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "codegen/model.h"
+#include "trainer/analysis/linear_readout.h"
 #include "trainer/analysis/metrics.h"
 #include "trainer/data/dataset.h"
 #include "trainer/noise.h"
@@ -37,8 +39,17 @@ struct EvaluatedRun {
   Eigen::VectorXd outside = {};  ///< N: 1 where z is outside of the training domain; size 0: not known
 };
 
+/// How often z was where training has been. The first sample of each run is counted apart: there z is what the observer
+/// starts from.
+struct DomainShare {
+  std::int64_t samples = 0, inside = 0;  ///< after the first of each run
+  std::int64_t runs = 0, first_inside = 0;
+
+  double share() const { return samples > 0 ? static_cast<double>(inside) / static_cast<double>(samples) : 1.0; }
+};
+
 struct Evaluation {
-  std::string estimator;  ///< "observer", "ekf", "constant"
+  std::string estimator;  ///< "observer", "ekf", "ekf_true", "constant", "ridge"
   NoiseConfig noise;
   std::uint64_t seed = 0;
   int trajectories = 0;
@@ -47,21 +58,41 @@ struct Evaluation {
   ErrorMetrics metrics;
   std::vector<EvaluatedRun> examples;                                ///< the first trajectory, then the worst
   std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: name, expression over t
+  std::optional<DomainShare> domain = {};                            ///< of the observer
+  std::string label = {};               ///< the estimator for people, where its name does not say all
+  std::vector<std::string> notes = {};  ///< of the observer: see comparison.h
+  std::string changed = {};             ///< what of the plant is not as the model was trained: KEY=VALUE, ...
 };
 
 /// Strict noise (measurement_noise.h) on `clean`, then the estimator. `threads` 0: all cores. The result has the same
-/// bytes for any number of threads.
+/// bytes for any number of threads. Norms over states whose units differ are of states over their deviation in `clean`.
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
-                    const NoiseConfig& noise, std::uint64_t seed, int threads);
+                    const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config = {});
 
-/// The observer in float, as it flies. A model without phi(z) u (25) has no use for the inputs.
+/// A model's whole answer over one run, in float, as it flies; arguments as those of an Estimator. A model without
+/// phi(z) u (25) has no use for the inputs. Not for two threads at once.
+using ObserverRun = std::function<codegen::Run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                               const Eigen::VectorXd& time_s)>;
+ObserverRun observer_run(const codegen::Model& model, bool uniform_steps);
+
+/// Every step of the data is the model's own sample period: time stamps need not be asked.
+bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);
+
+/// Adds what a run says of the model's domain.
+void count_domain(const codegen::Model& model, const codegen::Run& run, DomainShare& share);
+
+/// x_hat of observer_run().
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);
+
+/// The linear readout of the model's features, fitted on `training` with strict noise on its outputs.
+EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training, const NoiseConfig& noise,
+                                   std::uint64_t seed);
 
 /// Always the mean state of `dataset`: what knowing nothing but the set's average is worth.
 EstimatorFactory constant_estimator(const Dataset& dataset);
 
-/// evaluate() of a model, whose examples also say where z leaves the training domain.
+/// evaluate() of a model, with its domain; its examples also say where z leaves it.
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
-                             std::uint64_t seed, int threads);
+                             std::uint64_t seed, int threads, const MetricsConfig& config = {});
 
 }  // namespace nlo::trainer

@@ -9,34 +9,53 @@
 #include <vector>
 
 #include "trainer/data/dataset.h"
+#include "trainer/data/evaluation_windows.h"
 
 namespace nlo::trainer {
 
-/// How the time axis is read. Errors at t >= settled_from_s are "settled".
+/// How errors are read.
 ///
-/// Settling time: the first t from which the error averaged over the trajectories and over the window [t, t + window)
-/// (root mean square) stays within `settling_ratio` times its settled value for the rest of the run.
+/// Settling time: the first t from which the error averaged over the trajectories and over [t, t + settling_window_s)
+/// (root mean square) stays within `settling_ratio` times that of the settled window for the rest of the run.
 struct MetricsConfig {
-  double settled_from_s = 10.0;
+  EvaluationWindows windows = whole_run();  ///< "all" first
   double settling_ratio = 1.5;
   double settling_window_s = 1.0;
+  /// n_x: each state's unit in norms, for states whose units differ (state_deviation()); empty: norms are physical.
+  Eigen::VectorXd state_scale = {};
 };
 
 /// Every number here is finite; what a run is too short or too quiet to define is empty.
 struct ErrorMetrics {
+  /// Of the samples in one window.
+  struct Window {
+    EvaluationWindow window;
+    std::optional<double> norm;
+    Eigen::VectorXd per_component;  ///< n_x, RMSE of each state in its unit; size 0 when no sample counts
+  };
+
+  bool normalised = false;        ///< norms are of states over their deviation: a constant estimate gives sqrt(n_x)
   double norm = 0.0;              ///< sqrt(mean of |x - x_hat|^2) over trajectories and samples, transient included
-  std::optional<double> nrmse;    ///< norm / RMS|x|; empty when the truth is zero
-  std::optional<double> settled;  ///< norm over t >= 10 s; empty when no run is that long
+  std::optional<double> nrmse;    ///< norm / RMS|x|; normalised: norm / sqrt(n_x); empty when the truth is zero
+  std::optional<double> settled;  ///< norm in the settled window; empty without one, or without a sample in it
   Eigen::VectorXd per_component;  ///< n_x, RMSE of each state in its unit
-  Eigen::VectorXd settled_per_component;  ///< n_x, the same over t >= 10 s; size 0 when no run is that long
+  Eigen::VectorXd settled_per_component;  ///< n_x, the same in the settled window; size 0 where `settled` is empty
+  std::vector<Window> windows;            ///< as configured, "all" first
   std::optional<double> settling_time_s;  ///< see MetricsConfig; empty when the error never settles
   Eigen::VectorXd curve_time_s;           ///< error versus time, one entry per sample instant
-  Eigen::VectorXd curve;                  ///< sqrt(mean over trajectories of |x - x_hat|^2) at that instant
+  Eigen::VectorXd curve;                  ///< the norm over the trajectories at that instant
   std::int64_t samples = 0;               ///< how many samples counted (weight > 0)
 };
 
 /// truth - estimate; of an angle the short way round, in [-wrap/2, wrap/2].
 double wrapped_difference(double truth, double estimate, double wrap);
+
+/// All states share a unit (dimensionless is one): only then does |x - x_hat| mean something as it stands.
+bool share_a_unit(const std::vector<Channel>& states);
+
+/// n_x: standard deviation of each state where its truth counts; of an angle about its mean direction. 1 for a state
+/// that never moves. What a norm over states of different units is taken of.
+Eigen::VectorXd state_deviation(const Dataset& dataset);
 
 /// Sums of squared errors over trajectories. Adding in the same order gives the same bits; merge() joins parts that
 /// were gathered apart (the order of the merges counts, not the number of threads behind them).
@@ -59,11 +78,15 @@ class ErrorAccumulator {
     double weight = 0.0;
   };
 
+  double norm_of(const Eigen::VectorXd& squared_error, double weight) const;
+
   std::vector<Channel> states_;
   double sample_period_s_;
   MetricsConfig config_;
-  Eigen::VectorXd squared_error_, settled_squared_error_;  ///< n_x, weighted sums
-  double squared_truth_ = 0.0, weight_ = 0.0, settled_weight_ = 0.0;
+  Eigen::VectorXd inverse_square_scale_;  ///< n_x
+  Eigen::MatrixXd squared_error_;         ///< n_x x windows, weighted sums
+  Eigen::VectorXd weight_;                ///< per window
+  double squared_truth_ = 0.0;
   std::int64_t samples_ = 0;
   std::vector<Instant> instants_;
 };

@@ -51,7 +51,7 @@ std::size_t display_width(std::string_view utf8) {
   return width;
 }
 
-std::string TextTable::to_string(std::size_t indent) const {
+std::string TextTable::to_string(std::size_t indent, std::size_t width) const {
   std::vector<std::size_t> widths;
   const auto measure = [&](const std::vector<std::string>& row) {
     if (row.size() > widths.size()) widths.resize(row.size());
@@ -61,19 +61,33 @@ std::string TextTable::to_string(std::size_t indent) const {
   for (const auto& row : rows_) measure(row);
 
   std::string text;
+  for (std::size_t from = 1, to = 0; to < widths.size(); from = to) {
+    std::size_t total = indent + (widths.empty() ? 0 : widths[0]);
+    for (to = from; to < widths.size() && (to == from || total + 2 + widths[to] <= width); ++to)
+      total += 2 + widths[to];
+    text += (text.empty() ? "" : "\n") + part(indent, widths, from, to);
+  }
+  return text;
+}
+
+/// The first column, and those from `from` to before `to`.
+std::string TextTable::part(std::size_t indent, const std::vector<std::size_t>& widths, std::size_t from,
+                            std::size_t to) const {
+  std::string text;
   const auto line = [&](const std::vector<std::string>& row) {
     std::string out(indent, ' ');
-    for (std::size_t i = 0; i < widths.size(); ++i) {
-      const std::string cell = i < row.size() ? row[i] : "";
-      const std::string padding(widths[i] - display_width(cell), ' ');
-      if (i > 0) out += "  ";
-      out += i == 0 ? cell + padding : padding + cell;
-    }
+    const auto cell = [&](std::size_t i) {
+      const std::string content = i < row.size() ? row[i] : "";
+      const std::string padding(widths[i] - display_width(content), ' ');
+      out += i == 0 ? content + padding : "  " + padding + content;
+    };
+    if (!widths.empty()) cell(0);
+    for (std::size_t i = from; i < to; ++i) cell(i);
     out.erase(out.find_last_not_of(' ') + 1);
     text += out + '\n';
   };
-  std::size_t total = widths.empty() ? 0 : 2 * (widths.size() - 1);
-  for (const std::size_t width : widths) total += width;
+  std::size_t total = widths.empty() ? 0 : widths[0];
+  for (std::size_t i = from; i < to; ++i) total += 2 + widths[i];
   const auto rule = [&] {
     text += std::string(indent, ' ');
     for (std::size_t i = 0; i < total; ++i) text += "─";

@@ -34,10 +34,15 @@ class TextTable {
 
   bool empty() const { return rows_.empty(); }
 
-  /// One line per row, each ending in a newline, indented by `indent` blanks.
-  std::string to_string(std::size_t indent = 0) const;
+  /// One line per row, each ending in a newline, indented by `indent` blanks. Columns that would reach past `width`
+  /// follow below, beside the first column once more.
+  std::string to_string(std::size_t indent = 0, std::size_t width = kWidest) const;
 
  private:
+  static constexpr std::size_t kWidest = 100;
+
+  std::string part(std::size_t indent, const std::vector<std::size_t>& widths, std::size_t from, std::size_t to) const;
+
   std::vector<std::string> headings_;
   std::vector<std::vector<std::string>> rows_;  ///< an empty row is a rule
 };

@@ -10,6 +10,8 @@
 #include "trainer/analysis/evaluate_logs.h"
 #include "trainer/analysis/evaluation_text.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/log_columns.h"
+#include "trainer/commands/patient_progress.h"
 #include "trainer/commands/strict_test.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
@@ -22,11 +24,11 @@ namespace nlo::trainer {
 namespace {
 
 struct Arguments {
-  std::string model;
-  std::vector<std::string> noises, data;
+  std::vector<std::string> models, noises, data;
+  std::string columns;
   StrictTest test;
   bool json = false;
-  bool plant_options_given = false;  ///< --box-scale, --trajectories or --input
+  std::string plant_option;  ///< the first that was given of those that are for plants
 };
 
 void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny, const std::string& path) {
@@ -37,17 +39,51 @@ void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny,
                   path, model.states.size(), model.outputs.size(), nx, ny));
 }
 
-void on_plant(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment) {
-  const auto plant = make_plant(*experiment.plant);
-  const PlantChannels channels(*experiment.plant, *plant);
-  check_channels(model, channels.states().size(), channels.outputs().size(), arguments.model);
+/// Standard errors over training seeds mean something only when nothing but the seed differs.
+void require_one_experiment(const std::vector<NamedModel>& models) {
+  std::string first;
+  for (const NamedModel& model : models) {
+    Experiment experiment = experiment_of(model.model, model.name);
+    experiment.seed = 0;
+    const std::string text = format_experiment(experiment);
+    if (first.empty()) first = text;
+    if (text != first)
+      throw codegen::Error(
+          fmt::format("{}: was trained by another experiment than {}; several models must differ in "
+                      "their seed alone: evaluate them one by one",
+                      model.name, models.front().name));
+  }
+}
+
+void print(const Arguments& arguments, const std::vector<std::string>& results) {
+  if (arguments.json) return fmt::print("{}", json_array(results));
+  for (const std::string& result : results) fmt::print("{}{}", &result == &results.front() ? "" : "\n", result);
+}
+
+void on_plant(const Arguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
+  require_one_experiment(models);
+  const Experiment tested = changed_experiment(experiment, arguments.test.changes);
+  const auto plant = make_plant(*tested.plant);
+  const PlantChannels channels(*tested.plant, *plant);
+  for (const NamedModel& model : models)
+    check_channels(model.model, channels.states().size(), channels.outputs().size(), model.name);
   for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, plant->outputs().size());
   parse_excitation(*plant, arguments.test.inputs);  // wrong usage is said before anything runs
+  const auto& against = arguments.test.against;
+  if (arguments.test.changes.empty() && std::find(against.begin(), against.end(), "ekf_true") != against.end())
+    throw codegen::Error("--against ekf_true is for a plant that --set changes; here ekf knows the true plant");
   const double scale = arguments.test.box_scale;
   const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
-  for (const auto& evaluations : run_phase([&] { return run_strict_test(model, experiment, arguments.test); }))
-    fmt::print("{}", arguments.json ? evaluation_json(arguments.model, evaluations, scale)
-                                    : evaluation_text(arguments.model, evaluations, note));
+  PatientProgress progress;
+  const auto studies = run_phase([&] {
+    return run_strict_study(models, experiment, arguments.test,
+                            [&](double share) { progress.update(share, "test sets"); });
+  });
+  progress.finish();
+  std::vector<std::string> results;
+  for (const EvaluationStudy& study : studies)
+    results.push_back(arguments.json ? evaluation_json(study, scale) : evaluation_text(study, note));
+  print(arguments, results);
 }
 
 /// A model of an older version does not remember its logs: nothing is said then.
@@ -60,41 +96,64 @@ void note_training_logs(const codegen::Model& model, const Dataset& logs, LogRep
   }
 }
 
-void on_logs(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment) {
-  const LogSchema schema = resolve_columns(*experiment.log);
-  check_channels(model, schema.state_channels.size(), schema.output_channels.size(), arguments.model);
+double longest_s(const Dataset& logs) {
+  double longest = 0.0;
+  for (const Trajectory& run : logs.trajectories) longest = std::max(longest, run.time_s[run.samples() - 1]);
+  return longest;
+}
+
+void on_logs(const Arguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
+  PatientProgress progress;
+  const LogConfig columns = columns_for(models.front().model, experiment, arguments.columns);
+  const LogSchema schema = resolve_columns(columns);
+  for (const NamedModel& model : models)
+    if (arguments.columns.empty())
+      check_channels(model.model, schema.state_channels.size(), schema.output_channels.size(), model.name);
   for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, schema.outputs.size());
+  progress.update(0.0, "reading the logs");
   LogReport report;
-  const Dataset logs = load_logs(*experiment.log, "", arguments.data, &report);
-  note_training_logs(model, logs, report);
-  for (const NoiseConfig& noise : arguments.test.noises) {
-    LogEvaluation evaluation =
-        run_phase([&] { return evaluate_on_logs(model, logs, schema, nullptr, noise, arguments.test.seed); });
-    evaluation.notes.insert(evaluation.notes.end(), report.notes.begin(), report.notes.end());
-    fmt::print("{}", arguments.json ? evaluation_json(arguments.model, evaluation)
-                                    : evaluation_text(arguments.model, evaluation));
+  const Dataset logs = load_logs(columns, "", arguments.data, &report);
+  const MetricsConfig config = metrics_config(experiment, longest_s(logs));
+  std::vector<std::string> results;
+  const auto all = static_cast<double>(models.size() * arguments.test.noises.size());
+  for (const NamedModel& model : models) {
+    LogReport found = report;
+    note_training_logs(model.model, logs, found);
+    for (const NoiseConfig& noise : arguments.test.noises) {
+      const auto done = static_cast<double>(results.size());
+      LogEvaluation evaluation = run_phase([&] {
+        return evaluate_on_logs(
+            model.model, logs, schema, nullptr, noise, arguments.test.seed, config,
+            [&](double share, const std::string& what) { progress.update((done + share) / all, what); });
+      });
+      evaluation.notes.insert(evaluation.notes.end(), found.notes.begin(), found.notes.end());
+      results.push_back(arguments.json ? evaluation_json(model.name, evaluation)
+                                       : evaluation_text(model.name, evaluation));
+    }
   }
+  progress.finish();
+  print(arguments, results);
 }
 
 void run(Arguments arguments) {
   for (const std::string& noise : arguments.noises) arguments.test.noises.push_back(parse_noise(noise));
   if (arguments.noises.empty()) arguments.test.noises.emplace_back();
-  const codegen::Model model = codegen::read_model(arguments.model);
-  const Experiment experiment = experiment_of(model, arguments.model);
-  const auto refuse = [&](const char* what) { throw codegen::Error(fmt::format("{}: {}", arguments.model, what)); };
-  if (experiment.plant) {
-    if (!arguments.data.empty())
-      refuse("was trained on a plant, whose config names no columns of logs; evaluate it without --data");
-    on_plant(arguments, model, experiment);
+  std::vector<NamedModel> models;
+  for (const std::string& path : arguments.models) models.push_back({path, codegen::read_model(path)});
+  const std::string& first = arguments.models.front();
+  const Experiment experiment = experiment_of(models.front().model, first);
+  const auto refuse = [&](const std::string& what) { throw codegen::Error(fmt::format("{}: {}", first, what)); };
+  if (arguments.data.empty()) {
+    if (!experiment.plant) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
+    if (!arguments.columns.empty()) refuse("--columns is about logs; name them too: --data FILE...");
+    on_plant(arguments, models, experiment);
   } else {
-    if (arguments.data.empty()) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
-    if (arguments.plant_options_given)
+    if (!arguments.plant_option.empty())
       refuse(
-          "was trained on logs; --box-scale, --trajectories and --input are for plants, logs are evaluated as they "
-          "are");
-    if (!arguments.test.against.empty())
-      refuse("was trained on logs; --against is for plants, on logs the alternatives are always shown");
-    on_logs(arguments, model, experiment);
+          fmt::format("{} is for new trajectories of a plant; logs are evaluated as they are, beside all alternatives: "
+                      "leave it out",
+                      arguments.plant_option));
+    on_logs(arguments, models, experiment);
   }
 }
 
@@ -103,7 +162,10 @@ void run(Arguments arguments) {
 void add_evaluate(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("evaluate", "Measure how well a model estimates the state");
-  command->add_option("MODEL", arguments->model, "model.json of nlo train")->required();
+  command
+      ->add_option("MODEL", arguments->models,
+                   "model.json of nlo train; several of one experiment: means over training seeds")
+      ->required();
   command
       ->add_option(
           "--noise", arguments->noises,
@@ -113,38 +175,65 @@ void add_evaluate(CLI::App& app, Action& action) {
   command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
-  CLI::Option* box =
+  std::vector<CLI::Option*> for_plants;
+  for_plants.push_back(command
+                           ->add_option("--seeds", arguments->test.test_sets,
+                                        "this many test sets, by seeds from --seed on: means and standard errors")
+                           ->check(CLI::Range(1, 10000))
+                           ->capture_default_str());
+  for_plants.push_back(
       command
           ->add_option("--box-scale", arguments->test.box_scale,
                        "initial states from the training box times this (circle: its axes; list: about its mean)")
           ->check(check_scale)
-          ->capture_default_str();
-  CLI::Option* count = command->add_option("--trajectories", arguments->test.trajectories, "how many new trajectories")
-                           ->check(CLI::Range(1, 100000))
-                           ->capture_default_str();
-  CLI::Option* input =
+          ->capture_default_str());
+  for_plants.push_back(
+      command->add_option("--trajectories", arguments->test.trajectories, "how many new trajectories in a test set")
+          ->check(CLI::Range(1, 100000))
+          ->capture_default_str());
+  for_plants.push_back(
       command
           ->add_option("--input", arguments->test.inputs,
                        "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order")
           ->allow_extra_args(false)
-          ->type_name("EXPR");
-  command->add_option("--data", arguments->data, "CSV logs (or globs) to evaluate on, for a model trained on logs");
-  command->add_option("--against", arguments->test.against, "alternatives: ekf (knows the plant exactly), constant")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember({"ekf", "constant"}));
+          ->type_name("EXPR"));
+  for_plants.push_back(
+      command
+          ->add_option("--set", arguments->test.changes,
+                       "test on another plant than trained for: plant.KEY=VALUE, simulation.KEY=VALUE; may be repeated")
+          ->allow_extra_args(false)
+          ->type_name("KEY=VALUE"));
+  for_plants.push_back(
+      command
+          ->add_option("--against", arguments->test.against,
+                       "ekf (knows the plant trained for), ekf_true (knows what --set made of it); constant and ridge "
+                       "are always shown")
+          ->delimiter(',')
+          ->allow_extra_args(false)
+          ->check(CLI::IsMember({"ekf", "ekf_true", "constant", "ridge"})));
+  command->add_option("--data", arguments->data, "CSV logs (or globs) to evaluate on, instead of the plant");
+  command
+      ->add_option("--columns", arguments->columns,
+                   "which columns of the logs are what: [[log.columns]] as in an experiment; else those the model was "
+                   "trained with, or headings that are the names of its outputs and states, and \"time\"")
+      ->type_name("FILE.toml");
   command->add_option("--threads", arguments->test.threads, "0: all cores")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  command->add_flag("--json", arguments->json, "one JSON object per noise instead of tables");
+  command->add_flag("--json", arguments->json, "one JSON array instead of tables: an object for each noise");
   command->footer(
+      "Beside the observer stand a constant and a ridge regression on the observer's own features.\n"
       "Examples:\n"
       "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
+      "  nlo evaluate runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n"
+      "  nlo evaluate runs/van_der_pol/model.json --set plant.parameters.mu=1.2 --against ekf,ekf_true\n"
       "  nlo evaluate runs/van_der_pol/model.json --noise uniform:3 --seed 7 --box-scale 2 --json\n"
       "  nlo evaluate runs/van_der_pol/model.json --input \"0.5*sin(2*t)\" --against ekf\n"
-      "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv");
-  command->callback([arguments, &action, box, count, input] {
-    arguments->plant_options_given = box->count() + count->count() + input->count() > 0;
+      "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv\n"
+      "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml");
+  command->callback([arguments, &action, for_plants] {
+    for (const CLI::Option* option : for_plants)
+      if (option->count() > 0 && arguments->plant_option.empty()) arguments->plant_option = option->get_name();
     action = [arguments] { run(*arguments); };
   });
 }

@@ -2,12 +2,15 @@
 #include "trainer/commands/strict_test.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "codegen/error.h"
 #include "trainer/analysis/measurement_noise.h"
 #include "trainer/baselines/ekf.h"
+#include "trainer/nearest_name.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
@@ -21,14 +24,11 @@ Eigen::VectorXd wraps_of(const std::vector<Channel>& outputs) {
   return wraps;
 }
 
-EstimatorFactory alternative(const std::string& name, const Experiment& experiment, const Dataset& set,
-                             const NoiseConfig& noise) {
-  if (name == "constant") return constant_estimator(set);
-  if (name != "ekf") throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, constant", name));
-  const InitialMoments start = initial_moments(experiment.simulation);
+EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise) {
+  const InitialMoments start = initial_moments(knows.simulation);
   const EkfConfig config{start.mean, start.covariance, 1e-6, noise_variances(noise)};
   const EstimatorFactory filter = ekf_estimator(
-      [plant_config = *experiment.plant] {
+      [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
         return EkfPlant{[plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
                         [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
@@ -40,7 +40,7 @@ EstimatorFactory alternative(const std::string& name, const Experiment& experime
                         wraps_of(plant->outputs())};
       },
       config);
-  const PlantChannels channels(*experiment.plant, *make_plant(*experiment.plant));
+  const PlantChannels channels(*knows.plant, *make_plant(*knows.plant));
   if (channels.plain()) return filter;
   return [filter, channels]() -> Estimator {
     return [ekf = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
@@ -49,6 +49,100 @@ EstimatorFactory alternative(const std::string& name, const Experiment& experime
     };
   };
 }
+
+/// What the constant and the readout learn from: runs of the training's own distribution.
+Dataset fresh_training_runs(const Experiment& experiment) {
+  constexpr int kEnough = 100;  // 250,000 samples of the shipped plants for some ten coefficients
+  const auto plant = make_plant(*experiment.plant);
+  Dataset runs = simulate(*plant, experiment.simulation, initial_state_seed(experiment.seed, SeedStream::kTraining),
+                          std::min(experiment.simulation.trajectories, kEnough));
+  PlantChannels(*experiment.plant, *plant).apply(runs);
+  return runs;
+}
+
+/// Runs one strict study; what does not depend on the test set is made once.
+class Study {
+ public:
+  Study(const std::vector<NamedModel>& models, const Experiment& experiment, const StrictTest& test)
+      : models_(models),
+        nominal_(experiment),
+        tested_(changed_experiment(experiment, test.changes)),
+        test_(test),
+        plant_(make_plant(*tested_.plant)),
+        config_(metrics_config(tested_, tested_.simulation.horizon_s)),
+        training_(fresh_training_runs(experiment)) {}
+
+  std::vector<EvaluationStudy> run(const StudyProgress& progress) {
+    std::vector<EvaluationStudy> studies(test_.noises.size());
+    for (EvaluationStudy& study : studies) {
+      for (const NamedModel& model : models_) study.models.push_back(model.name);
+      study.results.resize(models_.size());
+    }
+    // The same noise in another order of runs than a test set's: seeded by what no user's seed is.
+    const std::uint64_t noise_seed = initial_state_seed(nominal_.seed, SeedStream::kTraining);
+    std::vector<std::vector<EstimatorFactory>> readouts(test_.noises.size());
+    for (std::size_t n = 0; n < test_.noises.size(); ++n)
+      for (const NamedModel& model : models_)
+        readouts[n].push_back(readout_estimator(model.model, training_, test_.noises[n], noise_seed));
+
+    const auto sets = static_cast<std::size_t>(test_.test_sets);
+    for (std::size_t s = 0; s < sets; ++s) {
+      const std::uint64_t seed = test_.seed + s;
+      Dataset set = simulate(*plant_, tested_.simulation, initial_state_seed(seed, SeedStream::kTest),
+                             test_.trajectories, test_.box_scale, parse_excitation(*plant_, test_.inputs));
+      PlantChannels(*tested_.plant, *plant_).apply(set);
+      for (std::size_t n = 0; n < test_.noises.size(); ++n) {
+        const NoiseConfig& noise = test_.noises[n];
+        const std::vector<Evaluation> shared = alternatives(set, noise, seed);
+        for (std::size_t m = 0; m < models_.size(); ++m) {
+          std::vector<Evaluation>& group = studies[n].results[m].emplace_back();
+          group.push_back(evaluate_on_plant(models_[m].model, set, noise, seed, test_.threads, config_));
+          group.insert(group.end(), shared.begin(), shared.end());
+          group.push_back(judged("ridge", readouts[n][m], set, noise, seed));
+          for (Evaluation& evaluation : group) {
+            evaluation.excitation = name_expressions(*plant_, test_.inputs);
+            evaluation.changed = fmt::format("{}", fmt::join(test_.changes, ", "));
+          }
+          if (progress)
+            progress((static_cast<double>((s * test_.noises.size() + n) * models_.size() + m) + 1.0) /
+                     static_cast<double>(sets * test_.noises.size() * models_.size()));
+        }
+      }
+    }
+    for (EvaluationStudy& study : studies)
+      if (study.is_single()) study.results.front().front().front().notes = study_notes(study);
+    return studies;
+  }
+
+ private:
+  Evaluation judged(const std::string& name, const EstimatorFactory& estimator, const Dataset& set,
+                    const NoiseConfig& noise, std::uint64_t seed) const {
+    return evaluate(name, estimator, set, noise, seed, test_.threads, config_);
+  }
+
+  /// Those that know nothing of the models.
+  std::vector<Evaluation> alternatives(const Dataset& set, const NoiseConfig& noise, std::uint64_t seed) const {
+    const bool changed = !test_.changes.empty();
+    std::vector<Evaluation> result;
+    for (const std::string& name : test_.against) {
+      if (name == "constant" || name == "ridge") continue;  // always there
+      if (name != "ekf" && name != "ekf_true")
+        throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ekf_true, constant, ridge", name));
+      result.push_back(judged(name, ekf(name == "ekf" ? nominal_ : tested_, noise), set, noise, seed));
+      if (changed) result.back().label = name == "ekf" ? "ekf, nominal parameters" : "ekf, true parameters";
+    }
+    result.push_back(judged("constant", constant_estimator(training_), set, noise, seed));
+    return result;
+  }
+
+  const std::vector<NamedModel>& models_;
+  const Experiment& nominal_;
+  Experiment tested_;
+  const StrictTest& test_;
+  std::unique_ptr<Plant> plant_;
+  MetricsConfig config_;
+  Dataset training_;
+};
 
 }  // namespace
 
@@ -59,20 +153,48 @@ Experiment experiment_of(const codegen::Model& model, const std::string& origin)
       fmt::format("{}: has no provenance \"config\", so plant and columns are not known; train it again", origin));
 }
 
+MetricsConfig metrics_config(const Experiment& experiment, double horizon_s) {
+  MetricsConfig config;
+  config.windows = evaluation_windows(experiment.evaluation, experiment.observer, horizon_s);
+  config.settling_window_s = settling_window_s(experiment.evaluation, config.windows, horizon_s);
+  return config;
+}
+
+Experiment changed_experiment(const Experiment& experiment, const std::vector<std::string>& changes) {
+  if (changes.empty()) return experiment;
+  for (const std::string& change : changes) {
+    const std::string key = change.substr(0, change.find('='));
+    if (!key.starts_with("plant.") && !key.starts_with("simulation."))
+      throw codegen::Error(
+          fmt::format("--set {}: only plant.KEY and simulation.KEY can be changed for a test; the model "
+                      "is what it was trained to be",
+                      change));
+    const std::string parameter = "plant.parameters.";
+    if (!key.starts_with(parameter) || !experiment.plant->model.empty()) continue;  // a built-in plant knows its own
+    std::vector<std::string> names;
+    for (const auto& known : experiment.plant->parameters) names.push_back(known.first);
+    const std::string name = key.substr(parameter.size());
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    const std::string nearest = nearest_name(name, names);
+    throw codegen::Error(fmt::format("--set {}: the plant has no parameter \"{}\"; {}", change, name,
+                                     nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
+                                                     : fmt::format("did you mean \"{}\"?", nearest)));
+  }
+  return parse_experiment(experiment.source_text, "the model's experiment", changes);
+}
+
+std::vector<EvaluationStudy> run_strict_study(const std::vector<NamedModel>& models, const Experiment& experiment,
+                                              const StrictTest& test, const StudyProgress& progress) {
+  return Study(models, experiment, test).run(progress);
+}
+
 std::vector<std::vector<Evaluation>> run_strict_test(const codegen::Model& model, const Experiment& experiment,
                                                      const StrictTest& test) {
-  const auto plant = make_plant(*experiment.plant);
-  Dataset set = simulate(*plant, experiment.simulation, initial_state_seed(test.seed, SeedStream::kTest),
-                         test.trajectories, test.box_scale, parse_excitation(*plant, test.inputs));
-  PlantChannels(*experiment.plant, *plant).apply(set);
+  StrictTest once = test;
+  once.test_sets = 1;
   std::vector<std::vector<Evaluation>> result;
-  for (const NoiseConfig& noise : test.noises) {
-    auto& group = result.emplace_back();
-    group.push_back(evaluate_on_plant(model, set, noise, test.seed, test.threads));
-    for (const std::string& name : test.against)
-      group.push_back(evaluate(name, alternative(name, experiment, set, noise), set, noise, test.seed, test.threads));
-    for (Evaluation& evaluation : group) evaluation.excitation = name_expressions(*plant, test.inputs);
-  }
+  for (EvaluationStudy& study : run_strict_study({{model.name, model}}, experiment, once))
+    result.push_back(std::move(study.results.front().front()));
   return result;
 }
 

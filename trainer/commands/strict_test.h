@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The strict test of a model on new trajectories of its own plant, by the experiment that the model carries.
+// The strict test of models on new trajectories of their own plant, by the experiment that they carry, beside what a
+// user would do without them.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "codegen/model.h"
 #include "trainer/analysis/evaluate.h"
+#include "trainer/analysis/evaluation_study.h"
 #include "trainer/config.h"
 
 namespace nlo::trainer {
@@ -14,17 +17,42 @@ namespace nlo::trainer {
 /// The experiment a model was trained by. `origin` names the model's file. Throws codegen::Error when it has none.
 Experiment experiment_of(const codegen::Model& model, const std::string& origin);
 
+/// Windows and settling as the experiment says, else by its observer and this horizon.
+MetricsConfig metrics_config(const Experiment& experiment, double horizon_s);
+
 struct StrictTest {
   std::vector<NoiseConfig> noises;
-  std::vector<std::string> against;  ///< ekf, constant
+  std::vector<std::string> against;  ///< ekf, ekf_true; constant and ridge are always there
   unsigned long long seed = 1;       ///< of the initial states and the noise
   int trajectories = 200;
-  double box_scale = 1.0;                ///< initial states from the training box times this
-  int threads = 0;                       ///< 0: all cores
-  std::vector<std::string> inputs = {};  ///< what excites the plant, see parse_excitation; empty: nothing
+  double box_scale = 1.0;                 ///< initial states from the training box times this
+  int threads = 0;                        ///< 0: all cores
+  std::vector<std::string> inputs = {};   ///< what excites the plant, see parse_excitation; empty: nothing
+  int test_sets = 1;                      ///< by the seeds seed, seed + 1, ...
+  std::vector<std::string> changes = {};  ///< plant.KEY=VALUE or simulation.KEY=VALUE of the plant that is tested on
 };
 
-/// Per noise the observer and then its alternatives. Throws codegen::Error when a trajectory leaves the numbers.
+/// The experiment with `changes`. Throws codegen::Error for a key that does not exist, or that is no key of [plant] or
+/// [simulation].
+Experiment changed_experiment(const Experiment& experiment, const std::vector<std::string>& changes);
+
+struct NamedModel {
+  std::string name;
+  codegen::Model model;
+};
+
+using StudyProgress = std::function<void(double share)>;
+
+/// Per noise the observers and then their alternatives. Models must come from `experiment`, whatever their seeds.
+///   ekf       knows the plant that the models were trained for: with `changes`, wrong parameters
+///   ekf_true  knows the plant that it is tested on
+///   constant  the mean state of new runs of the plant that the models were trained for
+///   ridge     the linear readout of each model's features, fitted on those runs under the noise of the row
+/// Throws codegen::Error when a trajectory leaves the numbers.
+std::vector<EvaluationStudy> run_strict_study(const std::vector<NamedModel>& models, const Experiment& experiment,
+                                              const StrictTest& test, const StudyProgress& progress = {});
+
+/// The same of one model on one test set: per noise the observer and then its alternatives.
 std::vector<std::vector<Evaluation>> run_strict_test(const codegen::Model& model, const Experiment& experiment,
                                                      const StrictTest& test);
 

@@ -62,9 +62,22 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
           std::move(splits.remembered)};
 }
 
+/// What the rmse of the progress is of, where the states' units do not add up.
+void say_units(const Experiment& experiment, const Dataset& training) {
+  if (experiment.loss.scale == "normalised")
+    fmt::print(stderr, "rmse: of each state over its standard deviation, as the loss is\n");
+  else if (!share_a_unit(training.states))
+    fmt::print(stderr,
+               "rmse: adds up states of different units as they are, as the loss does; [loss] scale = "
+               "\"normalised\" weighs the states alike\n");
+}
+
 TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const Arguments& arguments) {
   std::optional<ProgressDisplay> display;
-  if (!arguments.quiet) display.emplace(stderr);
+  if (!arguments.quiet) {
+    say_units(experiment, data.training);
+    display.emplace(stderr);
+  }
   TrainOptions options;
   options.directory = arguments.output;
   options.resume = arguments.resume;

@@ -12,7 +12,6 @@
 
 #include "codegen/error.h"
 #include "trainer/data/angle.h"
-#include "trainer/data/scaling.h"
 #include "trainer/nearest_name.h"
 
 namespace nlo::trainer {
@@ -33,23 +32,34 @@ VectorXd measured_signal(const StateSource& source, const Trajectory& run) {
   return unwrap(angle_of(output, run.outputs.row(source.cosine), source.wrap), source.wrap);
 }
 
-VectorXd estimate_state(const StateSource& source, const EndPointPolynomial& polynomial, const Trajectory& run) {
+/// At every `stride`-th sample of the measured quantity.
+VectorXd estimate_state(const StateSource& source, const EndPointPolynomial& polynomial, const VectorXd& time_s,
+                        const VectorXd& signal, Index stride = 1) {
   const int derivative = source.kind == StateKind::kDerivativeOfMeasured ? 1 : 0;
-  const VectorXd estimate = end_point_estimate(polynomial, derivative, run.time_s, measured_signal(source, run));
+  const VectorXd estimate = end_point_estimate(polynomial, derivative, time_s, signal, stride);
   if (source.kind == StateKind::kSineOfMeasured) return sine_of(estimate, source.wrap);
   if (source.kind == StateKind::kCosineOfMeasured) return cosine_of(estimate, source.wrap);
   return estimate;
 }
 
+/// Every so many samples of a long log are enough to choose by: 48 candidates over 10^6 samples took minutes.
+Index stride_of(const Dataset& training) {
+  constexpr Index kEnough = 20000;
+  Index samples = 0;
+  for (const Trajectory& run : training.trajectories) samples += run.samples();
+  return std::max<Index>(1, samples / kEnough);
+}
+
 double squared_error(const Dataset& training, int state, const StateSource& source,
-                     const EndPointPolynomial& polynomial) {
+                     const EndPointPolynomial& polynomial, const std::vector<VectorXd>& signals, Index stride) {
   const double wrap = training.states[static_cast<std::size_t>(state)].wrap;
   double sum = 0.0;
-  for (const Trajectory& run : training.trajectories) {
-    const VectorXd estimate = estimate_state(source, polynomial, run);
-    for (Index k = 0; k < run.samples(); ++k) {
-      const double error = estimate[k] - run.states(state, k);
-      sum += run.weight[k] * std::pow(wrap > 0.0 ? wrap_difference(error, wrap) : error, 2);
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    const Trajectory& run = training.trajectories[i];
+    const VectorXd estimate = estimate_state(source, polynomial, run.time_s, signals[i], stride);
+    for (Index j = 0; j < estimate.size(); ++j) {
+      const double error = estimate[j] - run.states(state, j * stride);
+      sum += run.weight[j * stride] * std::pow(wrap > 0.0 ? wrap_difference(error, wrap) : error, 2);
     }
   }
   return sum;
@@ -57,45 +67,32 @@ double squared_error(const Dataset& training, int state, const StateSource& sour
 
 EndPointPolynomial best_polynomial(const Dataset& training, int state, const StateSource& source) {
   EndPointPolynomial best;
+  std::vector<VectorXd> signals;
+  for (const Trajectory& run : training.trajectories) signals.push_back(measured_signal(source, run));
+  const Index stride = stride_of(training);
   double least = std::numeric_limits<double>::infinity();
   for (int degree = 1; degree <= kHighestDegree; ++degree)
     for (const int samples : kWindows) {
       if (samples <= degree) continue;
       const EndPointPolynomial candidate{samples, degree};
-      const double error = squared_error(training, state, source, candidate);
+      const double error = squared_error(training, state, source, candidate, signals, stride);
       if (error < least) least = error, best = candidate;
     }
   return best;
 }
 
-/// The mean of an angle is the direction of its mean sine and cosine: -pi and pi average to pi, not to 0.
-VectorXd constant_predictor(const Dataset& training) {
-  VectorXd mean = state_scaling(training).mean;
-  for (Index i = 0; i < mean.size(); ++i) {
-    const double wrap = training.states[static_cast<std::size_t>(i)].wrap;
-    if (wrap == 0.0) continue;
-    VectorXd sine = VectorXd::Zero(1), cosine = VectorXd::Zero(1);
-    for (const Trajectory& run : training.trajectories) {
-      const VectorXd angle = run.states.row(i);
-      sine[0] += sine_of(angle, wrap).dot(run.weight);
-      cosine[0] += cosine_of(angle, wrap).dot(run.weight);
-    }
-    mean[i] = angle_of(sine, cosine, wrap)[0];
-  }
-  return mean;
-}
-
 }  // namespace
 
 VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int derivative, const VectorXd& time_s,
-                            const VectorXd& measured) {
+                            const VectorXd& measured, Index stride) {
   using Powers = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 64, kHighestDegree + 1>;
-  VectorXd estimate(measured.size());
-  for (Index k = 0; k < measured.size(); ++k) {
+  VectorXd estimate((measured.size() + stride - 1) / stride);
+  for (Index at = 0; at < estimate.size(); ++at) {
+    const Index k = at * stride;
     const Index n = std::min<Index>(k + 1, polynomial.samples);
     const Index terms = std::min<Index>(polynomial.degree + 1, n);
     if (terms <= derivative) {
-      estimate[k] = 0.0;
+      estimate[at] = 0.0;
       continue;
     }
     // Time runs from -1 to 0 over the window and the newest measurement is zero: the normal equations stay well
@@ -108,9 +105,32 @@ VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int derivative
     const auto y = measured.segment(k - n + 1, n).array() - measured[k];
     const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kHighestDegree + 1, 1> coefficients =
         (powers.transpose() * powers).ldlt().solve(powers.transpose() * y.matrix());
-    estimate[k] = derivative == 0 ? measured[k] + coefficients[0] : coefficients[1] / span_s;
+    estimate[at] = derivative == 0 ? measured[k] + coefficients[0] : coefficients[1] / span_s;
   }
   return estimate;
+}
+
+VectorXd mean_states(const Dataset& dataset) {
+  VectorXd mean = VectorXd::Zero(static_cast<Index>(dataset.states.size()));
+  for (Index i = 0; i < mean.size(); ++i) {
+    const double wrap = dataset.states[static_cast<std::size_t>(i)].wrap;
+    double sum = 0.0, sine = 0.0, cosine = 0.0, weight = 0.0;
+    for (const Trajectory& run : dataset.trajectories) {
+      const VectorXd state = run.states.row(i);
+      const VectorXd sines = wrap > 0.0 ? sine_of(state, wrap) : state;
+      const VectorXd cosines = wrap > 0.0 ? cosine_of(state, wrap) : state;
+      for (Index k = 0; k < run.samples(); ++k) {
+        if (run.weight[k] <= 0.0) continue;  // masked truth may be anything
+        sum += run.weight[k] * state[k];
+        sine += run.weight[k] * sines[k];
+        cosine += run.weight[k] * cosines[k];
+        weight += run.weight[k];
+      }
+    }
+    if (weight > 0.0) mean[i] = sum / weight;
+    if (wrap > 0.0) mean[i] = angle_of(VectorXd::Constant(1, sine), VectorXd::Constant(1, cosine), wrap)[0];
+  }
+  return mean;
 }
 
 const std::vector<std::string>& LogBaseline::names() {
@@ -124,7 +144,7 @@ LogBaseline LogBaseline::fit(std::string_view name, const Dataset& training, con
   LogBaseline baseline;
   baseline.name_ = name;
   baseline.sources_ = sources;
-  baseline.mean_ = constant_predictor(training);
+  baseline.mean_ = mean_states(training);
   if (name == "constant") return baseline;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const bool choose = name == "polynomial" && sources[i].kind != StateKind::kHidden;
@@ -150,7 +170,8 @@ MatrixXd LogBaseline::estimate(const Trajectory& run) const {
   for (std::size_t i = 0; i < sources_.size(); ++i) {
     const auto row = static_cast<Index>(i);
     if (applies(static_cast<int>(i)))
-      estimates.row(row) = estimate_state(sources_[i], polynomials_[i], run).transpose();
+      estimates.row(row) =
+          estimate_state(sources_[i], polynomials_[i], run.time_s, measured_signal(sources_[i], run)).transpose();
     else
       estimates.row(row).setConstant(kNotApplicable);
   }

@@ -21,17 +21,23 @@ struct EndPointPolynomial {
   int degree = 1;
 };
 
-/// Value (`derivative` 0) or slope (1) of the end-point polynomial at every sample, N, using its exact time stamps.
+/// Value (`derivative` 0) or slope (1) of the end-point polynomial at every sample, N, or at every `stride`-th from the
+/// first on; its windows hold neighbouring samples with their exact time stamps.
 Eigen::VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int derivative, const Eigen::VectorXd& time_s,
-                                   const Eigen::VectorXd& measured);
+                                   const Eigen::VectorXd& measured, Eigen::Index stride = 1);
+
+/// n_x: mean of each state where the truth counts. That of an angle is the direction of its mean sine and cosine: -pi
+/// and pi average to pi, not to 0.
+Eigen::VectorXd mean_states(const Dataset& dataset);
 
 class LogBaseline {
  public:
   static const std::vector<std::string>& names();  ///< constant, difference, polynomial
 
   /// Learns what the baseline called `name` needs from the training logs: the states' means, or for each state the
-  /// polynomial of the smallest RMSE (degree 1 to 3, up to 48 samples). Give it the outputs as the observer will see
-  /// them, noise included. `sources` is LogSchema::state_sources. Throws codegen::Error for an unknown name.
+  /// polynomial of the smallest RMSE (degree 1 to 3, up to 48 samples; judged at some 20,000 of their samples). Give it
+  /// the outputs as the observer will see them, noise included. `sources` is LogSchema::state_sources. Throws
+  /// codegen::Error for an unknown name.
   static LogBaseline fit(std::string_view name, const Dataset& training, const std::vector<StateSource>& sources);
 
   /// n_x x N; the rows of states to which it does not apply are NaN.

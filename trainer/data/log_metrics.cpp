@@ -16,13 +16,13 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 
 struct Sums {
-  std::array<double, kErrorWindows.size()> squares{}, weights{};
+  explicit Sums(std::size_t windows) : squares(windows), weights(windows) {}
 
-  void add(const Trajectory& run, const RowVectorXd& error) {
+  void add(const Trajectory& run, const RowVectorXd& error, const EvaluationWindows& windows) {
     for (Index k = 0; k < run.samples(); ++k) {
       if (run.weight[k] == 0.0) continue;  // masked truth may be anything
-      for (std::size_t w = 0; w < kErrorWindows.size(); ++w) {
-        if (run.time_s[k] < kErrorWindows[w].from_s || run.time_s[k] >= kErrorWindows[w].to_s) continue;
+      for (std::size_t w = 0; w < windows.size(); ++w) {
+        if (run.time_s[k] < windows[w].from_s || run.time_s[k] >= windows[w].to_s) continue;
         squares[w] += run.weight[k] * error[k] * error[k];
         weights[w] += run.weight[k];
       }
@@ -30,7 +30,7 @@ struct Sums {
   }
 
   void add(const Sums& other) {
-    for (std::size_t w = 0; w < kErrorWindows.size(); ++w) {
+    for (std::size_t w = 0; w < squares.size(); ++w) {
       squares[w] += other.squares[w];
       weights[w] += other.weights[w];
     }
@@ -39,9 +39,11 @@ struct Sums {
   /// No weight gives 0/0, NaN: nothing was measured.
   StateError finish(const std::string& name, const std::string& unit) const {
     StateError result{name, unit, {}};
-    for (std::size_t w = 0; w < kErrorWindows.size(); ++w) result.rmse[w] = std::sqrt(squares[w] / weights[w]);
+    for (std::size_t w = 0; w < squares.size(); ++w) result.rmse.push_back(std::sqrt(squares[w] / weights[w]));
     return result;
   }
+
+  std::vector<double> squares, weights;  ///< per window
 };
 
 RowVectorXd wrapped(RowVectorXd error, double wrap) {
@@ -55,15 +57,15 @@ RowVectorXd angle_row(const MatrixXd& states, const AnglePair& pair) {
 }
 
 std::vector<Sums> sums_of(const Dataset& data, const Trajectory& run, const MatrixXd& estimate,
-                          const std::vector<AnglePair>& angle_pairs) {
-  std::vector<Sums> sums(data.states.size() + angle_pairs.size());
+                          const std::vector<AnglePair>& angle_pairs, const EvaluationWindows& windows) {
+  std::vector<Sums> sums(data.states.size() + angle_pairs.size(), Sums(windows.size()));
   std::size_t next = 0;
   for (std::size_t i = 0; i < data.states.size(); ++i) {
     const auto row = static_cast<Index>(i);
-    sums[next++].add(run, wrapped(estimate.row(row) - run.states.row(row), data.states[i].wrap));
+    sums[next++].add(run, wrapped(estimate.row(row) - run.states.row(row), data.states[i].wrap), windows);
   }
   for (const AnglePair& pair : angle_pairs)
-    sums[next++].add(run, wrapped(angle_row(estimate, pair) - angle_row(run.states, pair), pair.wrap));
+    sums[next++].add(run, wrapped(angle_row(estimate, pair) - angle_row(run.states, pair), pair.wrap), windows);
   return sums;
 }
 
@@ -79,19 +81,19 @@ std::vector<StateError> finish(const Dataset& data, const std::vector<AnglePair>
 }  // namespace
 
 LogMetrics log_metrics(const Dataset& data, const std::vector<MatrixXd>& estimates,
-                       const std::vector<AnglePair>& angle_pairs) {
+                       const std::vector<AnglePair>& angle_pairs, const EvaluationWindows& windows) {
   if (estimates.size() != data.trajectories.size())
     throw codegen::Error(
         fmt::format("log metrics: estimates of {} logs for {} logs", estimates.size(), data.trajectories.size()));
-  LogMetrics metrics;
-  std::vector<Sums> pooled(data.states.size() + angle_pairs.size());
+  LogMetrics metrics{windows, {}, {}};
+  std::vector<Sums> pooled(data.states.size() + angle_pairs.size(), Sums(windows.size()));
   for (std::size_t file = 0; file < estimates.size(); ++file) {
     const Trajectory& run = data.trajectories[file];
     if (estimates[file].rows() != run.states.rows() || estimates[file].cols() != run.samples())
       throw codegen::Error(fmt::format("log metrics: {}: an estimate of {} x {} for states of {} x {}", run.source,
                                        estimates[file].rows(), estimates[file].cols(), run.states.rows(),
                                        run.samples()));
-    const std::vector<Sums> sums = sums_of(data, run, estimates[file], angle_pairs);
+    const std::vector<Sums> sums = sums_of(data, run, estimates[file], angle_pairs, windows);
     for (std::size_t i = 0; i < sums.size(); ++i) pooled[i].add(sums[i]);
     metrics.files.push_back({run.source, finish(data, angle_pairs, sums)});
   }

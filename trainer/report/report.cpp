@@ -71,7 +71,7 @@ std::string plant_verdict(const std::vector<Evaluation>& group) {
     text +=
         own.settling_time_s
             ? fmt::format(" It settles within {} s to {}.", fixed(*own.settling_time_s, 1), significant(*own.settled))
-            : fmt::format(" After 10 s it errs by {}, but does not stay settled.", significant(*own.settled));
+            : fmt::format(" Once settled it errs by {}, but does not stay there.", significant(*own.settled));
   if (const Evaluation* ekf = named(group, "ekf"))
     text += fmt::format(" An extended Kalman filter that is given the exact plant and noise reaches {}.",
                         significant(ekf->metrics.norm));
@@ -82,8 +82,8 @@ std::string plant_verdict(const std::vector<Evaluation>& group) {
 }
 
 std::string log_verdict(const LogEvaluation& logs) {
-  constexpr std::size_t kAfter2s = 1;
   const LogMetrics& own = logs.entries.front().metrics;
+  const std::size_t settled = settled_window(own.windows);
   const bool one = own.files.size() == 1;
   const std::string kind = logs.split.empty() || logs.split == "test" ? "" : logs.split + " ";
   std::string text =
@@ -96,16 +96,23 @@ std::string log_verdict(const LogEvaluation& logs) {
     const StateError& state = own.pooled[i];
     const LogEvaluation::Entry* best = nullptr;
     for (std::size_t e = 1; e < logs.entries.size(); ++e) {
-      const double error = logs.entries[e].metrics.pooled[i].rmse[kAfter2s];
-      if (std::isfinite(error) && (best == nullptr || error < best->metrics.pooled[i].rmse[kAfter2s]))
+      const double error = logs.entries[e].metrics.pooled[i].rmse[settled];
+      if (std::isfinite(error) && (best == nullptr || error < best->metrics.pooled[i].rmse[settled]))
         best = &logs.entries[e];
     }
-    text += fmt::format("{}{} is off by {}{}{} after the first 2 s", i > 0 ? "; " : "", state.name,
-                        rmse(state.rmse[kAfter2s]), state.unit.empty() ? "" : " ", state.unit);
+    text += fmt::format("{}{} is off by {}{}{}, {}", i > 0 ? "; " : "", state.name, rmse(state.rmse[settled]),
+                        state.unit.empty() ? "" : " ", state.unit, window_text(own.windows[settled]));
     if (best != nullptr)
-      text += fmt::format(" (best alternative: {}, {})", best->estimator, rmse(best->metrics.pooled[i].rmse[kAfter2s]));
+      text += fmt::format(" (best alternative: {}, {})", best->estimator, rmse(best->metrics.pooled[i].rmse[settled]));
   }
   return text + ".";
+}
+
+/// The settled window in words: "settled (t >= 10 s)".
+std::string settled_text(const ErrorMetrics& metrics) {
+  EvaluationWindows windows;
+  for (const ErrorMetrics::Window& window : metrics.windows) windows.push_back(window.window);
+  return window_text(windows[settled_window(windows)]);
 }
 
 std::string tiles(const ReportData& data) {
@@ -113,13 +120,15 @@ std::string tiles(const ReportData& data) {
   if (const auto* group = main_group(data.evaluations)) {
     const ErrorMetrics& own = group->front().metrics;
     html += tile(significant(own.norm), fmt::format("error norm, {}", noise_title(group->front().noise)));
-    if (own.settled) html += tile(significant(*own.settled), "settled (t ≥ 10 s)");
+    if (own.settled) html += tile(significant(*own.settled), settled_text(own));
     if (own.settling_time_s) html += tile(fmt::format("{} s", fixed(*own.settling_time_s, 1)), "settling time");
   }
   if (data.logs) {
-    for (const StateError& state : data.logs->entries.front().metrics.pooled)
-      html += tile(fmt::format("{} {}", rmse(state.rmse[1]), state.unit),
-                   fmt::format("{} after 2 s, {} logs", state.name,
+    const LogMetrics& own = data.logs->entries.front().metrics;
+    const std::size_t settled = settled_window(own.windows);
+    for (const StateError& state : own.pooled)
+      html += tile(fmt::format("{} {}", rmse(state.rmse[settled]), state.unit),
+                   fmt::format("{}, {}, {} logs", state.name, window_text(own.windows[settled]),
                                data.logs->split.empty() || data.logs->split == "test" ? "unseen" : data.logs->split));
   }
   if (data.control_loop) {
@@ -151,11 +160,12 @@ std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
   return html_table(headings, rows) +
          "<p class=\"soft\">norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm "
          "over "
-         "the root mean square of |x|. settled: norm over t ≥ 10 s. Settling time: from when on the error, averaged "
-         "over "
-         "the runs and one second, stays within 1.5 times its settled value. One independent draw of noise per sample; "
+         "the root mean square of |x|. settled: norm after the transient. Settling time: from when on the error, "
+         "averaged "
+         "over the runs and a short window, stays within 1.5 times its settled value. One independent draw of noise "
+         "per sample; "
          "initial states are new to the observer. ekf: extended Kalman filter that knows plant and noise exactly. "
-         "constant: the average state, always.</p>\n";
+         "constant: the average state, always. ridge: a linear map from what the observer's network reads.</p>\n";
 }
 
 std::string log_tables(const LogEvaluation& logs) {
@@ -168,11 +178,13 @@ std::string log_tables(const LogEvaluation& logs) {
       const StateError& state = entry.metrics.pooled[i];
       if (e > 0 && !std::isfinite(state.rmse[0])) continue;
       const bool described = i < entry.describe.size() && !entry.describe[i].empty();
-      rows.push_back({described ? entry.describe[i] : entry.estimator, rmse(state.rmse[0]), rmse(state.rmse[1]),
-                      rmse(state.rmse[2])});
+      rows.push_back({described ? entry.describe[i] : entry.estimator});
+      for (const double error : state.rmse) rows.back().push_back(rmse(error));
     }
   }
-  std::string html = html_table({"RMSE", kErrorWindows[0].name, kErrorWindows[1].name, kErrorWindows[2].name}, rows);
+  std::vector<std::string> windows = {"RMSE"};
+  for (const EvaluationWindow& window : own.windows) windows.push_back(window_text(window));
+  std::string html = html_table(windows, rows);
   html += fmt::format(
       "<p class=\"soft\">Alternatives are fitted on {}. Truth for velocities: the logged angle, smoothed "
       "forwards and backwards; its edges do not count. A rig at rest dilutes the whole, hence the windows.</p>\n",
@@ -180,15 +192,17 @@ std::string log_tables(const LogEvaluation& logs) {
   for (const std::string& text : logs.notes) html += note(text);
   if (own.files.size() < 2) return html;
   std::vector<std::string> headings = {"observer, file by file"};
+  std::vector<std::size_t> shown = {0};
+  if (const std::size_t settled = settled_window(own.windows); settled > 0) shown.push_back(settled);
   for (const StateError& state : own.pooled)
-    for (const std::size_t window : {0U, 1U})
-      headings.push_back(fmt::format("{}, {}", with_unit(state.name, state.unit), kErrorWindows[window].name));
+    for (const std::size_t window : shown)
+      headings.push_back(fmt::format("{}, {}", with_unit(state.name, state.unit), own.windows[window].name));
   rows.clear();
   for (const LogMetrics::File& file : own.files) {
     rows.push_back({file.source});
     rows.back().reserve(headings.size());
     for (const StateError& state : file.states)
-      for (const std::size_t window : {0U, 1U}) rows.back().push_back(rmse(state.rmse[window]));
+      for (const std::size_t window : shown) rows.back().push_back(rmse(state.rmse[window]));
   }
   return html + html_table(headings, rows);
 }
@@ -243,6 +257,8 @@ void add_plant_sections(Page& page, const ReportData& data) {
   const Evaluation& main = main_group(data.evaluations)->front();
   page.heading("Errors");
   page.text(plant_table(data.evaluations));
+  for (const auto& evaluations : data.evaluations)
+    for (const std::string& text : evaluations.front().notes) page.text(note(text));
   page.figure(error_figure(data.evaluations));
   page.heading("Runs of the test set");
   add_runs(page, {main.examples, main.states, main.outputs, fmt::format("with {}", noise_title(main.noise)),
@@ -256,7 +272,7 @@ void add_log_sections(Page& page, const LogEvaluation& logs) {
   page.text(log_tables(logs));
   page.heading(logs.split.empty() ? "The logs" : fmt::format("The {} logs", logs.split));
   add_runs(page, {logs.examples, logs.states, logs.outputs,
-                  logs.noise.kind == NoiseKind::kNone ? "" : fmt::format("with {} added", noise_title(logs.noise)),
+                  logs.noise.none() ? "" : fmt::format("with {} added", noise_title(logs.noise)),
                   logs.entries.front().metrics.files.size()});
 }
 

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// What a network must beat: the best linear map from the very features that it reads to the states, by ridge regression
+//   x_hat = W [1; u],   W = argmin sum w |x - W [1; u]|^2 + ridge |W'|^2      W' in features of unit RMS, 1 apart
+// An angle among the states is regressed as sine and cosine.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "codegen/model.h"
+#include "codegen/reference_observer.h"
+#include "trainer/data/dataset.h"
+
+namespace nlo::trainer {
+
+class LinearReadout {
+ public:
+  /// The features are those of the model's T*; of a Luenberger observer, which has none, z and y.
+  explicit LinearReadout(const codegen::Model& model);
+
+  /// Adds a run of the model on training data: samples whose truth counts.
+  void add(const codegen::Run& run, const Trajectory& truth);
+
+  /// Solves for W. Throws codegen::Error when nothing was added.
+  void fit();
+
+  /// n_x x N, for the samples of a run. After fit().
+  Eigen::MatrixXd estimate(const codegen::Run& run) const;
+
+ private:
+  Eigen::MatrixXd features(const codegen::Run& run) const;
+  Eigen::MatrixXd targets(const Eigen::MatrixXd& states) const;
+
+  std::vector<codegen::Channel> states_;
+  Eigen::MatrixXd map_;           ///< [z; y] or z to features, n_u x n_in
+  Eigen::VectorXd mean_, scale_;  ///< n_u, as training normalised them
+  Eigen::MatrixXd gram_, cross_;  ///< weighted sums of [1; u] [1; u]' and of targets [1; u]'
+  double weight_ = 0.0;
+  Eigen::MatrixXd weights_;  ///< W, targets x (1 + n_u)
+};
+
+}  // namespace nlo::trainer

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Which columns of a log a model is evaluated on: those of its own experiment, of a table in a file, or those whose
+// headings are the names of its channels.
+#pragma once
+
+#include <string>
+
+#include "codegen/model.h"
+#include "trainer/config.h"
+
+namespace nlo::trainer {
+
+/// `file` (--columns) decides if it is not empty; else the experiment's [log]; else, for a model of a plant, the
+/// heading of each output and state is its name and that of the time [s] is "time". Without a column of time and a
+/// period of their own, rows are the model's sample period apart. Throws codegen::Error as read_log_columns does.
+LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file);
+
+}  // namespace nlo::trainer

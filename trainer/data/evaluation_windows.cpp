@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/evaluation_windows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "trainer/data/transient.h"
+#include "trainer/number_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// To two digits, downwards: a window that must fit into the horizon still does.
+double two_digits(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  // 16 / 0.1 may read 159.99...: what is a whole number of units up to rounding stays.
+  const double units = std::floor(value / unit * (1.0 + 1e-9));
+  return unit < 1.0 ? units / std::round(1.0 / unit) : units * unit;
+}
+
+double transient_length_s(const ObserverConfig& observer, double horizon_s) {
+  constexpr double kTimeConstants = 5.0;
+  // (11) and (15) may list eigenvalues to start from; none of them is one of a D.
+  const bool has_d = observer.structure == "kkl" || observer.structure == "driven_kkl";
+  const double t_c = has_d ? transient_time_s(observer, kTimeConstants) : horizon_s;
+  return std::isfinite(t_c) && has_d ? std::min(t_c, 0.5 * horizon_s) : 0.2 * horizon_s;
+}
+
+}  // namespace
+
+EvaluationWindows whole_run() {
+  return {{"all", 0.0, std::numeric_limits<double>::infinity()}};
+}
+
+EvaluationWindows evaluation_windows(const EvaluationConfig& evaluation, const ObserverConfig& observer,
+                                     double horizon_s) {
+  EvaluationWindows windows = whole_run();
+  if (!evaluation.windows.empty()) {
+    windows.insert(windows.end(), evaluation.windows.begin(), evaluation.windows.end());
+  } else if (horizon_s > 0.0) {
+    const double t_c = two_digits(transient_length_s(observer, horizon_s));
+    windows.push_back({"transient", 0.0, t_c});
+    windows.push_back({"settled", t_c, std::numeric_limits<double>::infinity()});
+  }
+  return windows;
+}
+
+std::size_t settled_window(const EvaluationWindows& windows) {
+  for (std::size_t i = 1; i < windows.size(); ++i)
+    if (!std::isfinite(windows[i].to_s)) return i;
+  return 0;
+}
+
+double settling_window_s(const EvaluationConfig& evaluation, const EvaluationWindows& windows, double horizon_s) {
+  if (evaluation.settling_window_s > 0.0) return evaluation.settling_window_s;
+  const double from_s = windows[settled_window(windows)].from_s;
+  return from_s > 0.0 ? from_s / 10.0 : horizon_s / 50.0;
+}
+
+std::string window_text(const EvaluationWindow& window) {
+  if (window.name == "all") return window.name;
+  const std::string from = shortest_text(window.from_s), to = shortest_text(window.to_s);
+  if (!std::isfinite(window.to_s)) return fmt::format("{} (t >= {} s)", window.name, from);
+  if (window.from_s == 0.0) return fmt::format("{} (t < {} s)", window.name, to);
+  return fmt::format("{} ({}-{} s)", window.name, from, to);
+}
+
+}  // namespace nlo::trainer

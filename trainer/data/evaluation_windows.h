@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The stretches of a run that errors are told for: as [evaluation] says, else a transient and a settled one that fit
+// the plant, be it a motor or an epidemic.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "trainer/config.h"
+
+namespace nlo::trainer {
+
+/// Of a list of windows that begins with "all", the whole run.
+using EvaluationWindows = std::vector<EvaluationWindow>;
+
+/// "all" alone.
+EvaluationWindows whole_run();
+
+/// "all", then the windows of `evaluation`. Without any: "transient", t < t_c, and "settled", t >= t_c,
+///   t_c = min(5 / min |Re lambda|, horizon / 2)   over the initial eigenvalues of D that are no clocks: what is left
+///   of
+///                                                 z(0) is exp(-5)
+///   t_c = horizon / 5                             for structures without D
+/// rounded to two digits. It comes from the experiment, not from what training made of the eigenvalues: models of one
+/// experiment are judged alike.
+EvaluationWindows evaluation_windows(const EvaluationConfig& evaluation, const ObserverConfig& observer,
+                                     double horizon_s);
+
+/// The first window after "all" that lasts to the end of a run: what an observer is judged by once its transient is
+/// over. 0, "all", when there is none.
+std::size_t settled_window(const EvaluationWindows& windows);
+
+/// How long errors are averaged before the settling time is read: as configured, else a tenth of what comes before the
+/// settled window, else a fiftieth of the horizon.
+double settling_window_s(const EvaluationConfig& evaluation, const EvaluationWindows& windows, double horizon_s);
+
+/// "all", "settled (t >= 10 s)", "early (0.5-5 s)".
+std::string window_text(const EvaluationWindow& window);
+
+}  // namespace nlo::trainer
