@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "codegen/model_file.h"
 #include "tests/cli/program.h"
@@ -282,6 +283,29 @@ role = "state"
       scratch.run({"evaluate", "a/model.json", "--data", "renamed.csv", "--columns", "columns.toml", "--json"});
   ASSERT_EQ(by_table.exit_code, 0) << by_table.err;
   EXPECT_NEAR(nlohmann::json::parse(by_table.out)[0]["norm"].get<double>(), result["norm"].get<double>(), 1e-9);
+}
+
+TEST(Program, WithoutTestLogsTheModelIsJudgedByTheValidationLogsAndSaysSo) {
+  const Scratch scratch;
+  scratch.write("logs/a.csv", tiny_log(0.0));
+  scratch.write("logs/b.csv", tiny_log(1.0));
+  scratch.write("logs/c.csv", tiny_log(2.0));
+  const std::string with_test = with(kTinyLogExperiment, "[\"b.csv\"]", "[\"b.csv\"]\ntest_files = [\"c.csv\"]");
+  const std::string alone = with(kTinyLogExperiment, "validation_files = [\"b.csv\"]\n", "");
+  for (const auto& [config, log, said] : {std::tuple{with_test, "c.csv", ""},
+                                          {kTinyLogExperiment, "b.csv", "These are the validation logs"},
+                                          {alone, "a.csv", "These are the training logs"}}) {
+    scratch.write("log.toml", config);
+    const auto train = scratch.run({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
+    ASSERT_EQ(train.exit_code, 0) << train.err;
+    EXPECT_THAT(train.out, HasSubstr(said));
+    const std::string page = scratch.read("out/report.html");
+    EXPECT_THAT(page, HasSubstr(std::string("<figcaption>") + log));
+    EXPECT_THAT(page, HasSubstr(said));
+    EXPECT_EQ(page.find("These are the") != std::string::npos, *said != '\0');
+    ASSERT_EQ(scratch.run({"report", "out", "--data", "logs"}).exit_code, 0);
+    EXPECT_EQ(scratch.read("out/report.html"), page);
+  }
 }
 
 TEST(Program, ExcitesThePlantThatIsSimulatedAndEvaluated) {

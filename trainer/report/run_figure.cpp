@@ -198,6 +198,12 @@ Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, c
     panel.height = 1.2;
     panel.x_numbers = false;
     panel.series.push_back(measured(j));
+    const VectorXd& y = panel.series.back().y;
+    const double low = y.minCoeff<Eigen::PropagateNumbers>(), high = y.maxCoeff<Eigen::PropagateNumbers>();
+    if (high > low) {  // gnuplot's own tics would touch in so low a panel
+      panel.y_low = low - 0.1 * (high - low);
+      panel.y_high = high + 0.1 * (high - low);
+    }
     figure.panels.push_back(std::move(panel));
   }
   for (Panel& panel : figure.panels) panel.bands = bands_of(run, window, t);
