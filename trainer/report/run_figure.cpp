@@ -113,9 +113,9 @@ Panel error_panel(const Channel& channel, const VectorXd& t, const VectorXd& err
   if (!sizes.empty() && sizes.back() > 0.0) {
     // The transient may be a hundred times the rest; on its scale the rest would be a line at zero.
     constexpr double kFarOut = 5.0;
-    const double usual = sizes[(sizes.size() - 1) * 98 / 100];
+    const double usual = sizes[(sizes.size() - 1) * 9 / 10];
     const bool far_out = usual > 0.0 && sizes.back() > kFarOut * usual;
-    panel.y_high = far_out ? 2.5 * usual : 1.1 * sizes.back();
+    panel.y_high = far_out ? 3.0 * usual : 1.1 * sizes.back();
     panel.y_low = -panel.y_high;
     name += fmt::format(", largest {}{}", significant(sizes.back()), far_out ? " (beyond the scale)" : "");
   }
