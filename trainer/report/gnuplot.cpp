@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -18,6 +17,8 @@
 #include <fstream>
 #include <sstream>
 #include <thread>
+
+#include "trainer/report/gnuplot_script.h"
 
 extern char** environ;
 
@@ -27,10 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr auto kPatience = std::chrono::seconds(60);
-
-// Blue, orange, green, purple, red: told apart with common colour blindness, on light and on dark ground; then grey.
-constexpr const char* kColours[] = {"#2f7de1", "#e07b1f", "#1f9e77", "#9b59d0", "#d1495b", "#8f949b"};
-constexpr int kColourCount = static_cast<int>(std::size(kColours));
 
 /// A directory of our own that goes away with this object.
 class TemporaryDirectory {
@@ -57,195 +54,6 @@ std::string file_text(const fs::path& path) {
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
-}
-
-bool write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  return static_cast<bool>(file.flush());
-}
-
-std::string data_text(const Series& series) {
-  std::string text;
-  for (Eigen::Index i = 0; i < series.x.size(); ++i) {
-    const double x = series.x[i], y = series.y[i];
-    if (!std::isfinite(x) || !std::isfinite(y)) {
-      text += '\n';  // an empty line ends a piece of the line
-      continue;
-    }
-    text += fmt::format("{:.6g} {:.5g}", x, y);  // finer than a pixel; more digits would only swell the page
-    if (series.style == Series::Style::kBars) text += fmt::format(" {:.6g}", series.bar_width[i]);
-    text += '\n';
-  }
-  return text;
-}
-
-std::string style_text(const Series& series) {
-  const char* style = "";
-  switch (series.style) {
-    case Series::Style::kLine:
-      style = "lines lw 1.8";
-      break;
-    case Series::Style::kThinLine:
-      style = "lines lw 1";
-      break;
-    case Series::Style::kDashes:
-      style = "lines lw 1.8 dt (6,4)";
-      break;
-    case Series::Style::kDots:
-      style = "points pt 7 ps 0.3";
-      break;
-    case Series::Style::kPoints:
-      style = "points pt 7 ps 0.7";
-      break;
-    case Series::Style::kCrosses:
-      style = "points pt 2 ps 1 lw 1.6";
-      break;
-    case Series::Style::kBars:
-      style = "boxes fs solid 0.75 noborder";
-      break;
-  }
-  return fmt::format("with {} lc rgb '{}'", style, kColours[std::abs(series.colour) % kColourCount]);
-}
-
-/// One line "x y value" per cell, a blank line after each row of cells: what `with image` reads.
-std::string data_text(const HeatMap& map) {
-  std::string text;
-  for (Eigen::Index row = 0; row < map.y.size(); ++row) {
-    for (Eigen::Index column = 0; column < map.x.size(); ++column) {
-      const double value = map.values(row, column);
-      text += fmt::format("{:.6g} {:.6g} ", map.x[column], map.y[row]);
-      text += std::isfinite(value) ? fmt::format("{:.5g}\n", std::clamp(value, map.low, map.high)) : "NaN\n";
-    }
-    text += '\n';
-  }
-  return text;
-}
-
-// Viridis: even steps of lightness, so that it reads the same in grey and to the colour-blind.
-constexpr const char* kHeatPalette =
-    "set palette defined (0 '#440154', 1 '#472d7b', 2 '#3b528b', 3 '#2c728e', 4 '#21918c', 5 '#28ae80', 6 '#5ec962', "
-    "7 '#addc30', 8 '#fde725')\n";
-
-std::string heat_map_script(const HeatMap& map) {
-  return fmt::format("{}{} colorbox\n{} logscale cb\nset cbrange [{:.6g}:{:.6g}]\nset cblabel {}\nset size ratio -1\n",
-                     kHeatPalette, map.show_scale ? "set" : "unset", map.logarithmic ? "set" : "unset", map.low,
-                     map.high, gnuplot_quoted(map.label));
-}
-
-bool drawable(const Series& series) {
-  for (Eigen::Index i = 0; i < series.x.size(); ++i)
-    if (std::isfinite(series.x[i]) && std::isfinite(series.y[i])) return true;
-  return false;
-}
-
-/// A step of 1, 2 or 5 times a power of ten that makes about four tics.
-double tic_step(double range) {
-  const double rough = range / 4.0, power = std::pow(10.0, std::floor(std::log10(rough)));
-  const double lead = rough / power;
-  return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
-}
-
-std::string range_text(const char* axis, double low, double high) {
-  return low == high ? fmt::format("set {}range [*:*]\n", axis)
-                     : fmt::format("set {}range [{:.6g}:{:.6g}]\n", axis, low, high);
-}
-
-/// The commands of one panel, `nothing` in place of a plot without data; its data go to files beside. `written` turns
-/// false when one of them cannot be written.
-std::string panel_script(const Panel& panel, std::size_t figure, std::size_t index, const fs::path& directory,
-                         bool& written, const char* nothing) {
-  constexpr const char* kZero = "nohead lw 0.8 lc rgb '#8f949b'";
-  std::string script = fmt::format("unset logscale\nunset arrow\nunset object\nset format x '{}'\nset format y '%g'\n",
-                                   panel.x_numbers ? "%g" : "");
-  if (panel.log_x) script += "set logscale x\n";
-  if (panel.log_y) script += "set logscale y\n";
-  script += range_text("x", panel.x_low, panel.x_high) + range_text("y", panel.y_low, panel.y_high);
-  const bool own_tics = panel.y_low < panel.y_high && !panel.log_y;  // gnuplot's would touch in a low panel
-  script += own_tics ? fmt::format("set ytics {:.6g}\n", tic_step(panel.y_high - panel.y_low)) : "set ytics autofreq\n";
-  script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
-  if (panel.zero_line) script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
-  if (panel.zero_column) script += fmt::format("set arrow from first 0, graph 0 to first 0, graph 1 {}\n", kZero);
-  for (const Band& band : panel.bands)
-    script += fmt::format(
-        "set object rectangle from first {:.6g}, graph 0 to first {:.6g}, graph 1 behind fc rgb '{}' "
-        "fs transparent solid 0.2 noborder\n",
-        band.from, band.to, kColours[std::abs(band.colour) % kColourCount]);
-  script +=
-      panel.title.empty() ? "unset title\n" : fmt::format("set title {} offset 0,-0.4\n", gnuplot_quoted(panel.title));
-  std::string plots;
-  if (panel.heat_map) {
-    script += heat_map_script(*panel.heat_map);
-    const std::string name = fmt::format("{}-{}-map.dat", figure, index);
-    written = write_text(directory / name, data_text(*panel.heat_map)) && written;
-    plots += fmt::format("plot '{}' using 1:2:3 with image pixels notitle", name);
-  }
-  for (std::size_t s = 0; s < panel.series.size(); ++s) {
-    const Series& series = panel.series[s];
-    if (!drawable(series)) continue;
-    const std::string name = fmt::format("{}-{}-{}.dat", figure, index, s);
-    written = write_text(directory / name, data_text(series)) && written;
-    plots += fmt::format("{}'{}' using {} {} {}", plots.empty() ? "plot " : ", ", name,
-                         series.style == Series::Style::kBars ? "1:2:3" : "1:2", style_text(series),
-                         series.title.empty() ? "notitle" : fmt::format("title {}", gnuplot_quoted(series.title)));
-  }
-  return script + (plots.empty() ? nothing : plots + "\n");
-}
-
-/// Margins and gaps of a figure whose panels stand on a regular grid: gnuplot wants them in shares of the whole. Else
-/// each panel makes room for its own labels.
-std::string grid_text(const Figure& figure, std::size_t rows, std::size_t columns) {
-  constexpr double kLeft = 62, kRight = 16, kTop = 62, kBottom = 72, kColumnGap = 48, kRowGap = 40;  // pixels
-  constexpr double kScale = 84;  // of a heat map, with its numbers
-  const bool maps = std::any_of(figure.panels.begin(), figure.panels.end(), [](const Panel& p) { return p.heat_map; });
-  if (!figure.common_legend && !maps) return "";
-  const double width = figure.width, height = static_cast<double>(figure.panel_height) * static_cast<double>(rows);
-  const double top = figure.common_legend ? kTop : 0.5 * kTop;
-  const std::string key = figure.common_legend ? "set key at screen 0.985, screen 0.995 right top maxrows 1\n" : "";
-  return fmt::format(" margins {:.4f},{:.4f},{:.4f},{:.4f} spacing {:.4f},{:.4f}\n{}", kLeft / width,
-                     1.0 - (maps ? kScale : kRight) / width, kBottom / height, 1.0 - top / height,
-                     columns > 1 ? kColumnGap / width : 0.0, rows > 1 ? kRowGap / height : 0.0, key);
-}
-
-/// Panels below each other, each of its own height: gnuplot's layouts know only equal ones.
-std::string stack_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
-  double total = 0.0;
-  for (const Panel& panel : figure.panels) total += panel.height;
-  std::string script = "set multiplot\n";
-  double top = 1.0;
-  for (std::size_t i = 0; i < figure.panels.size(); ++i) {
-    const double share = figure.panels[i].height / total;
-    top -= share;
-    script += fmt::format("set origin 0,{:.5f}\nset size 1,{:.5f}\n", std::max(top, 0.0), share);
-    script += panel_script(figure.panels[i], number, i, directory, written, "");
-  }
-  return script;
-}
-
-std::string figure_script(const Figure& figure, std::size_t number, const fs::path& directory, bool& written) {
-  const std::size_t count = figure.panels.size();
-  const std::size_t columns = figure.side_by_side ? count : static_cast<std::size_t>(std::max(figure.columns, 1));
-  const std::size_t rows = (count + columns - 1) / columns;
-  const bool wide = std::any_of(figure.panels.begin(), figure.panels.end(),
-                                [](const Panel& panel) { return panel.log_y; });  // tics such as 1e+06
-  const std::string grid = grid_text(figure, rows, columns);
-  const bool stacked = columns == 1 && grid.empty();
-  double height = 0.0;  // in panel heights
-  for (const Panel& panel : figure.panels) height += panel.height;
-  if (!stacked) height = static_cast<double>(rows);
-  std::string script = fmt::format(
-      "reset\nset encoding utf8\nset terminal svg size {},{:.0f} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
-      "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
-      "set key outside top right horizontal samplen 2 height 0.2\nset lmargin {}\nset rmargin 2\n",
-      figure.width, figure.panel_height * height, number, wide ? 12 : 9);
-  if (stacked) {
-    script += stack_script(figure, number, directory, written);
-  } else {
-    script += fmt::format("set multiplot layout {},{}{}\n", rows, columns, grid);
-    for (std::size_t i = 0; i < count; ++i)
-      script += panel_script(figure.panels[i], number, i, directory, written, "set multiplot next\n");
-  }
-  return script + "unset multiplot\nunset output\n";
 }
 
 /// Runs `program -d plot.gp` in `directory`; empty when it ended well, else the reason.
@@ -304,18 +112,6 @@ std::string inline_svg(std::string svg) {
 }
 
 }  // namespace
-
-std::string gnuplot_quoted(const std::string& text) {
-  std::string quoted = "'";  // between single quotes only the quote itself has a meaning
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) continue;
-    if (c == '\'') quoted += '\'';
-    quoted += c;
-  }
-  quoted += '\'';
-  return quoted;
-}
 
 Eigen::VectorXd thinned(const Eigen::VectorXd& values, Eigen::Index points) {
   const Eigen::Index step = std::max<Eigen::Index>(1, (values.size() + points - 1) / points);

@@ -235,8 +235,9 @@ void add_runs(Page& page, const ShownRuns& shown) {
                               ? "the first, the best, the worst and others evenly spread over the rest"
                               : "the first and the worst"));
   page.text(
-      "<p class=\"soft\">Under each state its error, on a scale of its own. The observer starts without knowing the "
-      "state. Best and worst by errors in shares of each state's own spread.</p>\n");
+      fmt::format("<p class=\"soft\">Under each state its error, on a scale of its own. The observer starts without "
+                  "knowing the state.{}</p>\n",
+                  shown.of > 1 ? " Best and worst by errors in shares of each state's own spread." : ""));
   bool first = true;
   for (const EvaluatedRun& run : shown.runs) {
     const VectorXd& t = run.truth.time_s;
