@@ -86,7 +86,7 @@ Columns columns_of(const std::string& csv) {
 
 /// The flight: one measurement a line in, one estimate a line out.
 const std::string kFlight = R"(#include <stdio.h>
-#include "pendulum.h"
+#include <pendulum.h>
 int main(void) {
   static pendulum_observer observer;
   pendulum_init(&observer);
@@ -130,7 +130,7 @@ TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
   scratch.write("flight.c", kFlight);
   const std::string command = "cd " + scratch.path() +
                               " && \"" NLO_CC
-                              "\" -std=c99 -O1 flight.c pendulum.c -o flight && "
+                              "\" -std=c99 -O1 -I. flight.c pendulum.c -o flight && "
                               "./flight <y.txt >omega.txt";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::istringstream estimates(scratch.read("omega.txt"));

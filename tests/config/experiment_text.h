@@ -2,6 +2,7 @@
 // A small valid experiment to break in one place, and what its reader says then.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -76,6 +77,20 @@ inline std::string error_of(const std::string& text, const std::vector<std::stri
     return error.what();
   }
   return "no error";
+}
+
+/// What is broken where, and what the message begins with and has.
+struct Row {
+  std::string old, replacement, place, message;
+};
+
+inline void expect_rows(const std::string& text, const std::vector<Row>& rows) {
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.replacement);
+    const std::string message = error_of(with(text, row.old, row.replacement));
+    EXPECT_THAT(message, testing::StartsWith(row.place + ": "));
+    EXPECT_THAT(message, testing::HasSubstr(row.message));
+  }
 }
 
 }  // namespace nlo::trainer

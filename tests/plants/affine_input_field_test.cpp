@@ -57,6 +57,14 @@ TEST(AffineInputField, OfABilinearPlantIsItsMatricesColumnAfterColumn) {
   EXPECT_LE((g * u - sum).cwiseAbs().maxCoeff(), 10.0 * kRounding);
 }
 
+TEST(AffineInputField, HasTheSlopeAlongAStateThatStartsAtOneValue) {
+  const auto plant = driven_by({{"2 + 3*x1"}, {"-x1 + 4*x2"}});
+  const codegen::DenseLayer field = affine_input_field(*plant, Eigen::Vector2d(-1.0, 2.0), Eigen::Vector2d(3.0, 2.0));
+  const Eigen::Matrix2d weights = (Eigen::Matrix2d() << 3.0, 0.0, -1.0, 4.0).finished();
+  EXPECT_LE((field.weights - weights).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_LE((field.bias - Eigen::Vector2d(2.0, 0.0)).cwiseAbs().maxCoeff(), 1e-14);
+}
+
 TEST(AffineInputField, NamesTheInputAndTheDeviationOfAFieldThatIsNotAffine) {
   // Odd about the centre x1 = 1: the differences across the box see its chord, not its bend.
   const std::string message = error_of(*driven_by({{"0", "0"}, {"1", "(x1 - 1)^3"}}));

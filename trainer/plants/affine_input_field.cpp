@@ -28,9 +28,11 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
   const Eigen::Index nx = plant.nx();
   const Eigen::VectorXd centre = 0.5 * (low + high);
   // A state that starts at one value moves on from there: W needs its slope too.
-  const Eigen::VectorXd half_width = (high.array() > low.array()).select(0.5 * (high - low), 1.0);
+  const Eigen::Array<bool, Eigen::Dynamic, 1> wide = high.array() > low.array();
+  const Eigen::VectorXd half_width = wide.select(0.5 * (high - low), 1.0);
   const Eigen::MatrixXd offsets = half_width.asDiagonal();
-  const Eigen::MatrixXd points = check_points(centre - half_width, centre + half_width);
+  const Eigen::MatrixXd points =
+      check_points(wide.select(low, centre - half_width), wide.select(high, centre + half_width));
 
   codegen::DenseLayer field{Eigen::MatrixXd(nx * plant.nu(), nx), Eigen::VectorXd(nx * plant.nu())};
   for (Eigen::Index j = 0; j < plant.nu(); ++j) {
