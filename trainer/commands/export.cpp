@@ -112,10 +112,9 @@ void add_export(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--name", arguments->name, "namespace of what is generated, an identifier (the model's name)");
   command
-      ->add_option(
-          "--max-error", arguments->max_error,
-          "refuse when a state's largest error on the replay is beyond VALUE, or STATE=VALUE,...; in float, take "
-          "the cheapest tanh that keeps within it")
+      ->add_option("--max-error", arguments->max_error,
+                   "refuse when a state's largest error in the model's domain is beyond VALUE, or STATE=VALUE,...; in "
+                   "float, take the cheapest tanh that keeps within it")
       ->type_name("VALUE");
   command
       ->add_option(

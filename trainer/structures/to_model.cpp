@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "trainer/structures/activation_range.h"
+#include "trainer/structures/flight_record.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/structure.h"
 
@@ -181,6 +182,7 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
   }
   set_ranges(model, rollout, steady_gain);
   record_largest_activations(model, rollout);
+  record_flight(model, dataset, rollout);
   return model;
 }
 

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/structures/flight_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::MatrixXi;
+using Eigen::VectorXd;
+
+constexpr Index kSamples = 12000;  // the error of an export is stated over 10,000 in the domain
+
+/// A segment of the rollout, its place there, and the samples to record of it.
+struct Piece {
+  int group, lane;
+  Segment segment;
+  int first, length;  ///< samples of the segment
+};
+
+struct Place {
+  int group, lane;
+};
+
+/// Eight time constants of the slowest mode: the transient is over for most of a piece.
+int piece_length(const codegen::Model& model) {
+  constexpr double kShortest = 500.0, kLongest = 3000.0, kTimeConstants = 8.0;
+  double slowest = 0.0;  // time constant in sample periods
+  for (Index r = 0; r < model.eigenvalues.size(); ++r) {
+    const Index rows = r < 2 * model.pairs ? 2 : 1;
+    if (!model.output_injection.middleRows(r, rows).isZero(0.0))  // else a clock
+      slowest = std::max(slowest, -1.0 / (model.eigenvalues(r) * model.sample_period_s));
+    r += rows - 1;
+  }
+  return static_cast<int>(std::clamp(kTimeConstants * slowest, kShortest, kLongest));
+}
+
+std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
+  std::vector<Place> places;
+  Index possible = 0, total = 0;  // with one piece of each segment; with all of it
+  for (std::size_t g = 0; g < rollout.groups().size(); ++g)
+    for (int l = 0; l < rollout.groups()[g].lanes; ++l) {
+      places.push_back({static_cast<int>(g), l});
+      total += rollout.segment(static_cast<int>(g), l).length;
+      possible += std::min(rollout.segment(static_cast<int>(g), l).length, longest);
+    }
+  if (possible == 0) return {};
+  std::vector<Piece> pieces;
+  if (total <= kSamples) {
+    for (const Place& place : places) {
+      const Segment& segment = rollout.segment(place.group, place.lane);
+      pieces.push_back({place.group, place.lane, segment, 0, segment.length});
+    }
+    return pieces;
+  }
+  const auto all = static_cast<Index>(places.size());
+  const Index visited = std::clamp<Index>((kSamples * all + possible - 1) / possible, 1, all);
+  const int each = static_cast<int>((kSamples + possible - 1) / possible);  // pieces, where one of each is not enough
+  for (Index i = 0; i < visited; ++i) {
+    const Place& place = places[static_cast<std::size_t>(i * all / visited)];
+    const Segment& segment = rollout.segment(place.group, place.lane);
+    const int length = std::min(segment.length, longest);
+    const int count = visited < all ? 1 : std::clamp(segment.length / std::max(length, 1), 1, each);
+    for (int k = 0; k < count; ++k) {
+      // Several are spread from the start of a run to its end; single ones start first at the start, then anywhere.
+      constexpr double kGolden = 0.618033988749895;
+      const double at = count > 1    ? static_cast<double>(k) / (count - 1)
+                        : i % 2 == 0 ? 0.0
+                                     : std::fmod(kGolden * static_cast<double>(i), 1.0);
+      const int first = static_cast<int>(at * (segment.length - length));
+      pieces.push_back({place.group, place.lane, segment, first, length});
+    }
+  }
+  return pieces;
+}
+
+/// n_y x N, with noise; angles less whole turns.
+MatrixXd outputs_of(const Piece& piece, const Rollout& rollout, const std::vector<codegen::Channel>& channels) {
+  const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(piece.group)];
+  MatrixXd outputs(static_cast<Index>(channels.size()), piece.length);
+  for (Index j = 0; j < outputs.rows(); ++j) {
+    const double wrap = channels[static_cast<std::size_t>(j)].wrap;
+    for (int k = 0; k < piece.length; ++k) {
+      const double y = static_cast<double>(
+          group.outputs[group.at(static_cast<int>(j), piece.first + k) + static_cast<std::size_t>(piece.lane)]);
+      outputs(j, k) = wrap > 0.0 ? y - wrap * std::round(y / wrap) : y;
+    }
+  }
+  return outputs;
+}
+
+MatrixXd inputs_of(const Piece& piece, const Dataset& dataset) {
+  const Trajectory& run = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)];
+  return run.inputs.middleCols(piece.segment.start + piece.first, piece.length);
+}
+
+/// n x 2: smallest and largest of each channel over all pieces.
+MatrixXd range_of(const std::vector<MatrixXd>& signals) {
+  MatrixXd range(signals.front().rows(), 2);
+  range << signals.front().rowwise().minCoeff(), signals.front().rowwise().maxCoeff();
+  for (const MatrixXd& signal : signals) {
+    range.col(0) = range.col(0).cwiseMin(signal.rowwise().minCoeff());
+    range.col(1) = range.col(1).cwiseMax(signal.rowwise().maxCoeff());
+  }
+  return range;
+}
+
+VectorXd steps_for(const std::vector<MatrixXd>& signals) {
+  const MatrixXd range = range_of(signals);
+  VectorXd steps(range.rows());
+  for (Index j = 0; j < steps.size(); ++j)
+    steps(j) = codegen::flight_step(range(j, 1) - range(j, 0), range.row(j).cwiseAbs().maxCoeff());
+  return steps;
+}
+
+MatrixXi counts(const MatrixXd& signal, const VectorXd& steps) {
+  return (steps.cwiseInverse().asDiagonal() * signal).array().round().matrix().cast<int>();
+}
+
+}  // namespace
+
+void record_flight(codegen::Model& model, const Dataset& dataset, const Rollout& rollout) {
+  const std::vector<Piece> pieces = pieces_of(rollout, piece_length(model));
+  std::vector<MatrixXd> outputs, inputs;
+  double longest_s = dataset.sample_period_s;
+  for (const Piece& piece : pieces) {
+    outputs.push_back(outputs_of(piece, rollout, model.outputs));
+    if (model.drive) inputs.push_back(inputs_of(piece, dataset));
+    const VectorXd& time_s = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)].time_s;
+    const int start = piece.segment.start + piece.first;
+    for (int k = 1; k < piece.length; ++k) longest_s = std::max(longest_s, time_s(start + k) - time_s(start + k - 1));
+  }
+  codegen::Flight& flight = model.flight;
+  flight = {};
+  if (pieces.empty()) return;
+  flight.output_step = steps_for(outputs);
+  if (model.drive) flight.input_step = steps_for(inputs);
+  flight.dt_step_s = codegen::flight_step(16.0 * dataset.sample_period_s, longest_s);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const Piece& piece = pieces[i];
+    codegen::FlightRun run;
+    run.outputs = counts(outputs[i], flight.output_step);
+    if (model.drive) run.inputs = counts(inputs[i], flight.input_step);
+    if (!dataset.uniform) {
+      const VectorXd& time_s = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)].time_s;
+      const int start = piece.segment.start + piece.first;
+      run.dt.resize(piece.length);
+      for (int k = 0; k < piece.length; ++k) {
+        const double dt_s = k == 0 ? dataset.sample_period_s : time_s(start + k) - time_s(start + k - 1);
+        run.dt(k) = std::max(1, static_cast<int>(std::lround(dt_s / flight.dt_step_s)));
+      }
+    }
+    flight.runs.push_back(std::move(run));
+  }
+}
+
+}  // namespace nlo::trainer
