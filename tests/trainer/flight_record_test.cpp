@@ -90,6 +90,29 @@ TEST(FlightRecord, HasTheTimesOfIrregularLogsAndOfNoOthers) {
   }
 }
 
+TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
+  Experiment experiment = testing::small_experiment();
+  experiment.observer.structure = "driven_kkl";
+  experiment.observer.eigenvalues = {-1.0, -1.5, -2.0};
+  experiment.observer.pairs = {};
+  experiment.observer.learn_eigenvalues = false;
+  experiment.forward_map.hidden = {5};
+  experiment.loss.map_consistency = 1.0;
+  experiment.training.steps = 2;
+  Dataset data = testing::van_der_pol(1, 8.0, 1);
+  data.inputs = {{"u", "", 0.0}};
+  data.input_field = {Eigen::MatrixXd::Zero(2, 2), Eigen::Vector2d(0.0, 1.0)};
+  const codegen::Model quiet = train(experiment, data, data, {}).model;
+  EXPECT_EQ(quiet.flight.runs.at(0).inputs, Eigen::MatrixXi::Zero(1, 401));
+
+  const VectorXd u = (3.0 * data.trajectories[0].time_s.array()).sin();
+  data.trajectories[0].inputs = u.transpose();
+  const codegen::Model driven = train(experiment, data, data, {}).model;
+  const VectorXd flown =
+      driven.flight.input_step(0) * driven.flight.runs.at(0).inputs.row(0).cast<double>().transpose();
+  EXPECT_LE((flown - u).cwiseAbs().maxCoeff(), 0.5 * driven.flight.input_step(0));
+}
+
 TEST(FlightRecord, IsWhatTheErrorOfAnExportIsStatedOver) {
   const codegen::Model model = trained_on(testing::van_der_pol(40, 12.0, 2), 0.1);
   EXPECT_GE(codegen::export_error(model, {}).recorded, 10000);

@@ -93,8 +93,10 @@ MatrixXd outputs_of(const Piece& piece, const Rollout& rollout, const std::vecto
   return outputs;
 }
 
-MatrixXd inputs_of(const Piece& piece, const Dataset& dataset) {
+/// n_u x N: zero where the observer of a driven plant learns from runs that nothing excites.
+MatrixXd inputs_of(const Piece& piece, const Dataset& dataset, Index channels) {
   const Trajectory& run = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)];
+  if (run.inputs.rows() != channels) return MatrixXd::Zero(channels, piece.length);
   return run.inputs.middleCols(piece.segment.start + piece.first, piece.length);
 }
 
@@ -129,7 +131,7 @@ void record_flight(codegen::Model& model, const Dataset& dataset, const Rollout&
   double longest_s = dataset.sample_period_s;
   for (const Piece& piece : pieces) {
     outputs.push_back(outputs_of(piece, rollout, model.outputs));
-    if (model.drive) inputs.push_back(inputs_of(piece, dataset));
+    if (model.drive) inputs.push_back(inputs_of(piece, dataset, model.nu()));
     const VectorXd& time_s = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)].time_s;
     const int start = piece.segment.start + piece.first;
     for (int k = 1; k < piece.length; ++k) longest_s = std::max(longest_s, time_s(start + k) - time_s(start + k - 1));
