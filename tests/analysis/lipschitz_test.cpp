@@ -8,46 +8,10 @@
 #include <random>
 
 #include "codegen/reference_network.h"
+#include "tests/analysis/random_inverse_map.h"
 
 namespace nlo::trainer {
 namespace {
-
-constexpr int kNz = 3, kNy = 2, kNx = 2;
-
-Eigen::MatrixXd random(std::mt19937& engine, Eigen::Index rows, Eigen::Index cols, double scale = 1.0) {
-  std::normal_distribution<double> normal(0.0, scale);
-  return Eigen::MatrixXd::NullaryExpr(rows, cols, [&] { return normal(engine); });
-}
-
-/// A model that has an inverse map and channels: what these functions read.
-codegen::Model model_with(codegen::Network network) {
-  codegen::Model model;
-  for (int i = 0; i < kNx; ++i) model.states.push_back({"x", "", 0.0});
-  for (int i = 0; i < kNy; ++i) model.outputs.push_back({"y", "", 0.0});
-  model.initial_latent = Eigen::VectorXd::Zero(kNz);
-  model.inverse_map = std::move(network);
-  return model;
-}
-
-codegen::Model random_model(unsigned seed, const std::string& activation, int hidden_layers) {
-  std::mt19937 engine(seed);
-  codegen::Network network;
-  const int nu = kNz + (seed % 2 == 0 ? kNy : 0);  // every other one reads y
-  network.features = Eigen::MatrixXd::Identity(nu, kNz + kNy);
-  network.feature_mean = random(engine, nu, 1);
-  network.feature_scale = random(engine, nu, 1).cwiseAbs().array() + 0.2;
-  network.activation = activation;
-  int width = nu;
-  for (int l = 0; l <= hidden_layers; ++l) {
-    const int out = l == hidden_layers ? kNx : 6;
-    network.layers.push_back({random(engine, out, width, 0.7), random(engine, out, 1)});
-    width = out;
-  }
-  if (seed % 3 == 0) network.skip = random(engine, kNx, nu);
-  network.output_mean = random(engine, kNx, 1);
-  network.output_scale = random(engine, kNx, 1).cwiseAbs().array() + 0.5;
-  return model_with(std::move(network));
-}
 
 class EachActivation : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Activations, EachActivation, testing::Values("tanh", "relu", "silu"));

@@ -7,34 +7,20 @@
 #include <string>
 #include <vector>
 
+#include "trainer/analysis/activation_slope.h"
+
 namespace nlo::trainer {
 namespace {
 
 /// Slopes in [centre - radius, centre + radius].
-struct SlopeRange {
+struct CentredRange {
   double centre, radius;
 };
 
-SlopeRange slope_range(const std::string& activation) {
-  // The slope of silu is 1/2 + (t + v (1 - t^2)) / 2 with t = tanh(v/2): odd about 1/2, extreme at |v| = 2.39936.
-  if (activation == "silu") return {0.5, 0.59984};
-  return {0.5, 0.5};  // tanh, relu
-}
-
-double slope(const std::string& activation, double v) {
-  if (activation == "relu") return v > 0.0 ? 1.0 : 0.0;
-  if (activation == "silu") {
-    const double s = 1.0 / (1.0 + std::exp(-v));
-    return s + v * s * (1.0 - s);
-  }
-  const double t = std::tanh(v);
-  return 1.0 - t * t;
-}
-
-double activated(const std::string& activation, double v) {
-  if (activation == "relu") return std::max(v, 0.0);
-  if (activation == "silu") return v / (1.0 + std::exp(-v));
-  return std::tanh(v);
+CentredRange slopes_anywhere(const std::string& activation) {
+  constexpr double kFar = 1e3;
+  const SlopeRange range = slope_range(activation, -kFar, kFar);
+  return {0.5 * (range.low + range.high), 0.5 * (range.high - range.low)};
 }
 
 /// The layers with what stands around them: first = W_1 diag(1/scale) features, last = diag(output scale) W_L.
@@ -54,7 +40,7 @@ Around around(const codegen::Network& m, Eigen::Index first_input, Eigen::Index 
   return result;
 }
 
-double upper_bound(const Around& map, const SlopeRange& range) {
+double upper_bound(const Around& map, const CentredRange& range) {
   // total(i): bound of all terms that start at the input and end with a break behind layer i (or at the output).
   const std::size_t count = map.layers.size();
   std::vector<double> total(count, 0.0);
@@ -81,7 +67,7 @@ double spectral_norm(const Eigen::MatrixXd& matrix) {
 }
 
 LipschitzConstants lipschitz_upper(const codegen::Model& model) {
-  const SlopeRange range = slope_range(model.inverse_map.activation);
+  const CentredRange range = slopes_anywhere(model.inverse_map.activation);
   const Eigen::Index nz = model.nz(), ny = model.ny();
   LipschitzConstants result{upper_bound(around(model.inverse_map, 0, nz), range), 0.0};
   if (!model.inverse_map.features.rightCols(ny).isZero(0.0))
@@ -102,7 +88,7 @@ Eigen::MatrixXd inverse_map_jacobian(const codegen::Model& model, const Eigen::V
     da = (m.layers[l].weights * da).eval();
     if (l + 1 == m.layers.size()) break;
     for (Eigen::Index i = 0; i < a.size(); ++i) {
-      da.row(i) *= slope(m.activation, a(i));
+      da.row(i) *= activation_slope(m.activation, a(i));
       a(i) = activated(m.activation, a(i));
     }
   }

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// How large the Jacobian of a network can be over a box of its inputs: a proven bound of its spectral norm that gets
+// sharp as the box gets small. What local_lipschitz.h searches with.
+//
+// With the slopes of layer l as D_l(x) and C_l in their place at the centre, differences of products telescope:
+//   J(x) - J_C = sum over l of A_l (D_l(x) - C_l) V_l(x),   A_l = W_L C_(L-1) ... W_(l+1),   V_l = W_l D_(l-1) ... W_1
+// where V_l, the Jacobian of layer l's pre-activations, is bounded likewise from the layers before it. Three bounds, of
+// which the smallest one counts:
+//   norms     |D_l - C_l| by the range of slopes, each factor by its spectral norm, as lipschitz_upper() does: for
+//   large
+//             boxes
+//   entries   the same with absolute values entry by entry: for small ones, and for relu
+//   linear    D_l - C_l = s_l V_l (x - c) + a remainder of second order: the linear part of J is kept whole, signs and
+//             all, and the norm, a convex function of x, is largest at a corner of the box
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "codegen/model.h"
+
+namespace nlo::trainer {
+
+struct LayerRange;
+
+/// A box of inputs: centre +- radius.
+struct InputBox {
+  Eigen::VectorXd centre, radius;
+};
+
+class JacobianEnclosure {
+ public:
+  /// Inputs p with in = inputs p, where `in` is what the network's features read; the Jacobian is that of the outputs
+  /// along the columns of `directions` (in terms of p).
+  JacobianEnclosure(const codegen::Network& network, const Eigen::MatrixXd& inputs, Eigen::MatrixXd directions);
+
+  struct Bound {
+    double norm = 0.0;       ///< |J(p) directions| is at most this for every p of the box
+    Eigen::Index split = 0;  ///< the input whose halving promises most
+  };
+  Bound over(const InputBox& box) const;
+
+  /// Chooses the scaling of neurons that makes the bound by norms small over that box, by a search that starts from a
+  /// good guess; it then serves smaller boxes too. Bounds hold for any scaling. `rounds` cost two bounds per neuron
+  /// each.
+  void balance(const InputBox& box, int rounds);
+
+  /// |J(p) directions| at one point.
+  double at(const Eigen::VectorXd& p) const;
+
+  /// Of one over(), in the time of a multiply-add.
+  double cost() const;
+
+ private:
+  /// Every hidden layer over the box; mid: the Jacobian at the centre's slopes.
+  std::vector<LayerRange> ranges_over(const InputBox& box, Eigen::MatrixXd& mid) const;
+
+  std::string activation_;
+  std::vector<codegen::DenseLayer> layers_;  ///< features, normalisation and scales folded in
+  Eigen::MatrixXd linear_path_;              ///< n_out x n_p
+  Eigen::MatrixXd directions_;
+  std::vector<Eigen::VectorXd> balance_;  ///< per hidden layer, positive
+};
+
+}  // namespace nlo::trainer
