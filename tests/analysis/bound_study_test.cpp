@@ -90,11 +90,12 @@ TEST(Bound19, IsTheFormulaOfThePaper) {
   EXPECT_NEAR(bound.at(0.7, 2.0), factor * std::exp(-0.7) * 2.0 + factor / 1.0 * (0.8 / 2.0 * 0.1 + 0.3), 1e-12);
 }
 
-TEST(ErrorBound, TransientEndsWhereItsTermMeetsTheLevel) {
+TEST(ErrorBound, TransientEndsWhereAllOfItMeetsTheLevel) {
   const ErrorBound bound{3.0, -0.5, 0.2};
-  const double t = bound.transient_s(2.0, 0.1);
+  const double t = bound.transient_s(2.0, 0.3);
   EXPECT_NEAR(bound.at(t, 2.0), 0.3, 1e-12);
-  EXPECT_EQ(bound.transient_s(0.01, 0.1), 0.0);
+  EXPECT_EQ(bound.transient_s(0.01, 0.3), 0.0);
+  EXPECT_TRUE(std::isinf(bound.transient_s(2.0, 0.2))) << "it settles there, and comes no lower";
 }
 
 TEST(InjectedBound, IsReachedAtTheWorstCorner) {
@@ -279,6 +280,65 @@ TEST(BoundStudy, FasterEigenvaluesForgetSoonerAndAmplifyMore) {
   EXPECT_GT(fast.measured.steady_rms, 2.0 * slow.measured.steady_rms);
   EXPECT_LT(fast.transient_weights_s, slow.transient_weights_s);
   EXPECT_GT(fast.bounds.weights.steady, slow.bounds.weights.steady);
+}
+
+/// x'' = -2 zeta x' - x.
+LinearPlant second_order(double zeta) {
+  Eigen::Matrix2d a;
+  a << 0.0, 1.0, -1.0, -2.0 * zeta;
+  return {"second_order", channels({"x1", "x2"}), channels({"y"}), a, Eigen::RowVector2d(1.0, 0.0)};
+}
+
+TEST(BoundStudy, TheTransientEndsBeforeItsBoundSays) {
+  // Undamped, damped, overdamped, and one whose bound is met: a single state that always starts in the same place.
+  BoundTest test;
+  test.trajectories = 6;
+  test.threads = 1;
+  const auto expect = [&](const LinearPlant& plant, const Eigen::VectorXd& eigenvalues, double lowest_start,
+                          const std::string& which) {
+    SimulationConfig simulation = simulation_of(plant, 12.0);
+    simulation.initial_low.assign(simulation.initial_low.size(), lowest_start);
+    for (const char* hold : {"first_order", "zero_order"}) {
+      const BoundStudy study(plant, model_of(plant, eigenvalues, 0, hold), simulation, test);
+      for (const double k : {1.0, 2.0, 4.0, 8.0}) {
+        const BoundResult result = study.at(k, study.exact_observer(k), "pseudo-inverse");
+        ASSERT_TRUE(result.measured.transient_s) << which << ", " << hold << ", k = " << k;
+        EXPECT_LE(*result.measured.transient_s, result.transient_weights_s) << which << ", " << hold << ", k = " << k;
+      }
+    }
+  };
+  for (const double start : {-1.0, 1.0}) {
+    for (const double zeta : {0.0, 0.1, 0.8, 3.0})
+      expect(second_order(zeta), Eigen::Vector3d(-0.9, -1.3, -2.1), start, "zeta = " + std::to_string(zeta));
+    expect(scalar_plant(), Eigen::VectorXd::Constant(1, -1.0), start, "scalar");
+  }
+}
+
+std::string report_of(const Plant& plant, const codegen::Model& model) {
+  BoundTest test;
+  test.trajectories = 5;
+  test.noise = 0.3;
+  test.disturbance = 0.1;
+  const BoundStudy study(plant, model, simulation_of(plant), test);
+  EXPECT_TRUE(study.exact());
+  if (!study.exact()) return "";
+  const BoundReport report{"test", "plant", true, test, 20.0, {study.at(2.0, study.exact_observer(2.0), "exact")}};
+  return bound_json(report) + bound_csv(report);
+}
+
+TEST(BoundStudy, TakesALinearPlantInExpressionsForWhatItIs) {
+  PlantConfig built_in;
+  built_in.model = "harmonic_oscillator";
+  built_in.parameters = {{"omega", 2.0}};
+  PlantConfig written;
+  written.states = {"x1", "x2"};
+  written.derivative = {"x2", "-omega^2 * x1"};
+  written.output_names = {"y"};
+  written.outputs = {"x1"};
+  written.parameters = {{"omega", 2.0}};
+  const auto a = make_plant(built_in), b = make_plant(written);
+  const codegen::Model model = model_of(*a, Eigen::Vector3d(-0.5, -1.0, -1.5));
+  EXPECT_EQ(report_of(*a, model), report_of(*b, model));
 }
 
 TEST(BoundStudy, RefusesAPlantWhoseStateCannotBeSeen) {

@@ -21,7 +21,7 @@ TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
   scratch.write("tiny.toml", kTinyExperiment);
   ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run", "-q"}).exit_code, 0);
   const auto bound = scratch.run({"bound", "run/model.json", "--k", "2,1", "--steps", "5", "--trajectories", "4",
-                                  "--noise", "uniform:0.2", "--seed", "3", "--json"});
+                                  "--noise", "uniform:0.2", "--seed", "3", "--boxes", "200", "--json"});
   ASSERT_EQ(bound.exit_code, 0) << bound.err;
   EXPECT_THAT(bound.err, HasSubstr("k = 2: training T*"));
   const auto json = nlohmann::json::parse(bound.out);
@@ -35,22 +35,41 @@ TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
   EXPECT_EQ(json["results"][1]["inverse_map"], "retrained, 5 steps");
   for (const auto& result : json["results"]) {
     std::map<std::string, std::string> standing;
+    std::map<std::string, double> value;
     for (const auto& constant : result["constants"]) {
       standing[constant["symbol"]] = constant["standing"];
       EXPECT_TRUE(constant["value"].is_number() || constant["value"].is_null());
+      if (constant["value"].is_number()) value[constant["symbol"]] = constant["value"];
     }
     EXPECT_EQ(standing["l upper"], "proven");
+    EXPECT_EQ(standing["l box"], "proven");
+    EXPECT_EQ(standing["l sampled"], "sampled");
+    EXPECT_LE(value["l box"], value["l upper"]);
+    EXPECT_GT(value["l box"], 0.0);
     EXPECT_EQ(standing["L_T"], "sampled");
     EXPECT_EQ(standing["eps"], "sampled");
     EXPECT_EQ(standing["w_bar"], "assumed");
     EXPECT_EQ(standing["v_bar"], "assumed");
-    for (const char* kind : {"paper_19", "weights", "slopes"})
+    for (const char* kind : {"paper_19", "weights", "box", "slopes"})
       EXPECT_GT(result["bounds"][kind]["steady"].get<double>(), 0.0) << kind;
     EXPECT_GT(result["measured"]["steady_rms"].get<double>(), 0.0);
     EXPECT_LT(result["pde_residual"].get<double>(), 1e-4);
   }
   EXPECT_EQ(json["results"][1]["constants"][0]["value"],
             2.0 * json["results"][0]["constants"][0]["value"].get<double>());
+}
+
+TEST(BoundCommand, SaysWhatAnAffinePlantLacks) {
+  const Scratch scratch;
+  scratch.write("affine.toml", with(kTinyExperiment, "model = \"van_der_pol\"",
+                                    "states = [\"p\", \"v\"]\nderivative = [\"v\", \"-p - 0.2 * v + 0.1\"]\n"
+                                    "output_names = [\"y\"]\noutputs = [\"p\"]"));
+  ASSERT_EQ(scratch.run({"train", "affine.toml", "-o", "run", "-q"}).exit_code, 0);
+  const auto bound = scratch.run({"bound", "run/model.json", "--k", "1", "--trajectories", "3", "--boxes", "20", "-q"});
+  ASSERT_EQ(bound.exit_code, 0) << bound.err;
+  EXPECT_THAT(bound.out, HasSubstr("linear but for offsets"));
+  EXPECT_THAT(bound.out, HasSubstr("estimates, not proofs"));
+  EXPECT_THAT(bound.out, Not(HasSubstr("from below")));
 }
 
 TEST(BoundCommand, IsExactOnALinearPlantAndWritesASelfContainedPage) {

@@ -33,12 +33,15 @@ Json result_json(const BoundResult& r) {
                                  {"meaning", constant.meaning}});
   json["bounds"] = {{"paper_19", bound_of(r.bounds.paper, r.transient_paper_s, m.ratio_paper)},
                     {"weights", bound_of(r.bounds.weights, r.transient_weights_s, m.ratio_weights)},
+                    {"box", bound_of(r.bounds.box, r.transient_box_s, m.ratio_box)},
                     {"slopes", bound_of(r.bounds.slopes, r.transient_slopes_s, m.ratio_slopes)}};
   json["measured"] = {{"steady_rms", number(m.steady_rms)},
                       {"steady_max", number(m.steady_max)},
                       {"offset_max", number(m.offset_max)},
                       {"quiet_rms", number(m.quiet_rms)},
-                      {"transient_s", m.transient_s ? number(*m.transient_s) : Json(nullptr)}};
+                      {"transient_level", number(m.transient_level)},
+                      {"transient_s", m.transient_s ? number(*m.transient_s) : Json(nullptr)},
+                      {"settling_s", m.settling_s ? number(*m.settling_s) : Json(nullptr)}};
   json["proof_steps"] = {{"L_Tk <= k^n_z L_T", r.power_claim_holds}, {"L_Tkx <= L_Tx / k", r.slope_claim_holds}};
   json["pde_residual"] = number(r.pde_residual);
   return json;

@@ -6,17 +6,13 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <memory>
 #include <utility>
 
 #include "codegen/error.h"
 #include "codegen/latent_step.h"
 #include "codegen/reference_network.h"
-#include "codegen/reference_observer.h"
 #include "trainer/analysis/lipschitz.h"
-#include "trainer/analysis/measurement_noise.h"
-#include "trainer/parallel.h"
+#include "trainer/analysis/local_lipschitz.h"
 #include "trainer/plants/initial_states.h"
 
 namespace nlo::trainer {
@@ -25,7 +21,7 @@ namespace {
 using codegen::Error;
 
 constexpr Eigen::Index kSlopePoints = 600;
-constexpr double kTransientShare = 0.1;  // "the transient is over": a tenth of the initial error is left
+constexpr Eigen::Index kMostCorners = 16;  // 2^16 of them
 
 /// Every corner of the box [low, high], n x 2^n.
 Eigen::MatrixXd corners(const Eigen::VectorXd& low, const Eigen::VectorXd& high) {
@@ -36,11 +32,11 @@ Eigen::MatrixXd corners(const Eigen::VectorXd& low, const Eigen::VectorXd& high)
   return result;
 }
 
-/// Keeps the largest error / bound; an error that is no number is beyond every bound.
-void widen(double& largest, double error, double bound) {
-  if (error == 0.0) return;
-  const double ratio = error / bound;
-  if (!(ratio <= largest)) largest = std::isnan(ratio) ? std::numeric_limits<double>::infinity() : ratio;
+/// Of the plant's own class, or from its values at `initial`'s size.
+Linearity linearity_of(const Plant& plant, const Eigen::MatrixXd& initial) {
+  if (dynamic_cast<const LinearPlant*>(&plant) != nullptr) return {};
+  const Eigen::VectorXd size = initial.cwiseAbs().rowwise().maxCoeff();
+  return recognise_linear(plant, size.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; }));
 }
 
 }  // namespace
@@ -60,11 +56,12 @@ const char* standing_name(Standing standing) {
 BoundStudy::BoundStudy(const Plant& plant, const codegen::Model& model, const SimulationConfig& simulation,
                        const BoundTest& test)
     : plant_(plant),
-      linear_(dynamic_cast<const LinearPlant*>(&plant)),
       model_(model),
       simulation_(simulation),
       test_(test),
       initial_(draw_initial_states(simulation, initial_state_seed(test.seed, SeedStream::kTest), test.trajectories)),
+      recognised_(linearity_of(plant, initial_)),
+      linear_(recognised_.plant ? recognised_.plant.get() : dynamic_cast<const LinearPlant*>(&plant)),
       quiet_(simulate_disturbed(plant, simulation, initial_, 0.0, test.seed)),
       disturbed_(test.disturbance > 0.0 ? simulate_disturbed(plant, simulation, initial_, test.disturbance, test.seed)
                                         : quiet_) {
@@ -91,14 +88,18 @@ Eigen::VectorXd BoundStudy::hold_error(const DisturbedRuns& runs, double w_bar) 
   return (steps ? h : h * h / 8.0) * (norm_a * x_max + w_bar) * rows.rowwise().norm();
 }
 
-/// sup |z(0) - T(x(0))| over the initial box of a linear plant (an affine map: at a corner), over the runs elsewhere.
+/// On a linear plant: z(0) - T(x(0)) is largest at a corner.
+bool BoundStudy::starts_are_in_a_box() const {
+  return exact() && simulation_.initial_distribution == "uniform" && plant_.nx() <= kMostCorners;
+}
+
+/// sup |z(0) - T(x(0))| over the initial box where that is known, else the largest over the runs.
 double BoundStudy::initial_error(const codegen::Model& observer, const MapConstants& map) const {
-  constexpr Eigen::Index kMostStates = 16;
   const Eigen::MatrixXd gain =
       observer.starts_steady ? codegen::steady_gain(observer) : Eigen::MatrixXd::Zero(observer.nz(), observer.ny());
   const double noise = injected_bound(gain, Eigen::VectorXd::Constant(plant_.ny(), test_.noise));
   Eigen::MatrixXd x = initial_, t = map.start;
-  if (exact() && simulation_.initial_distribution == "uniform" && plant_.nx() <= kMostStates) {
+  if (starts_are_in_a_box()) {
     x = corners(Eigen::VectorXd::Map(simulation_.initial_low.data(), plant_.nx()),
                 Eigen::VectorXd::Map(simulation_.initial_high.data(), plant_.nx()));
     t = map.matrix * x;
@@ -145,9 +146,13 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
   const double hold_bound = injected_bound(system.injection, hold);
 
   const LipschitzConstants upper = lipschitz_upper(observer);
-  LipschitzConstants lower = upper;
-  double approximation = 0.0;
+  LipschitzConstants lower = upper, box = upper;
+  double approximation = 0.0, steepest = 0.0;
   if (!exact()) {
+    const LocalLipschitzOptions options{test_.boxes};
+    const LocalLipschitz local = local_lipschitz(observer, false, options);
+    box = {local.bound, local_lipschitz(observer, true, options).bound};
+    steepest = local.found;
     const Eigen::MatrixXd y = plant_.output(map.x);
     Eigen::MatrixXd input(map.z.rows() + y.rows(), map.z.cols());
     input << map.z, y;
@@ -162,6 +167,7 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
     const double z = steady_latent_error(system, v + held, w, map.row_slopes);
     BoundSet set{bound_19(proposition, k, w, injected_bound(system.injection, v + held)),
                  {upper.latent, lambda, upper.latent * z + upper.output * v.norm() + approximation},
+                 {box.latent, lambda, box.latent * z + box.output * v.norm() + approximation},
                  {lower.latent, lambda, lower.latent * z + lower.output * v.norm() + approximation}};
     set.paper.steady += approximation;
     return set;
@@ -178,91 +184,37 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
       {"L_Tk", "as L_T, of this k's own T_k", exactly, map.l_t},
       {"L_Tkx", "as L_Tx, of this k's own T_k", exactly, map.l_tx},
       {"l upper", "Lipschitz constant of T*, from its weights", Standing::kProven, upper.latent},
-      {"l lower", "largest slope of T* at samples", Standing::kSampled, lower.latent},
+      {"l box", "the same over the domain's box", Standing::kProven, box.latent},
+      {"l found", "steepest slope of T* found there", Standing::kSampled, steepest},
+      {"l sampled", "largest slope of T* at samples of T(x)", Standing::kSampled, lower.latent},
       {"w_bar", "largest disturbance |w| of dx/dt", Standing::kAssumed, test_.disturbance},
       {"v_bar", "sup |F v| at the noise's limit", Standing::kAssumed, noise_bound},
       {"v_hold", "sup |F (held y - y)| between samples", exactly, hold_bound},
       {"eps", "approximation error of T*, sup |T*(T(x)) - x|", exactly, approximation},
-      {"e0", "initial error of z, sup |z(0) - T(x(0))|", exactly, e0},
+      {"e0", "initial error of z, sup |z(0) - T(x(0))|", starts_are_in_a_box() ? Standing::kProven : Standing::kSampled,
+       e0},
   };
-  if (exact()) std::erase_if(result.constants, [](const BoundConstant& c) { return c.symbol == "l lower"; });
+  if (exact())  // one constant of T*, and no samples
+    std::erase_if(result.constants, [](const BoundConstant& c) {
+      return c.symbol == "l box" || c.symbol == "l found" || c.symbol == "l sampled";
+    });
   if (upper.output > 0.0) {
     result.constants.push_back({"l_y upper", "as l upper, for the y that T* reads", Standing::kProven, upper.output});
-    result.constants.push_back({"l_y lower", "largest slope in y at samples", Standing::kSampled, lower.output});
+    result.constants.push_back({"l_y box", "the same over the domain's box", Standing::kProven, box.output});
+    result.constants.push_back({"l_y sampled", "largest slope in y at samples", Standing::kSampled, lower.output});
   }
   constexpr double kRounding = 1e-9;
   result.power_claim_holds = map.l_t <= std::pow(k, static_cast<double>(system.nz())) * base_.l_t * (1.0 + kRounding);
   result.slope_claim_holds = map.l_tx <= base_.l_tx / k * (1.0 + kRounding);
   result.l_tkx = map.l_tx;
 
-  const double start = kTransientShare * measure(observer, map, result.bounds, quiet, result.measured);
-  result.transient_paper_s = quiet.paper.transient_s(e0, start);
-  result.transient_weights_s = quiet.weights.transient_s(e0, start);
-  result.transient_slopes_s = quiet.slopes.transient_s(e0, start);
+  result.measured = measure(observer, map, result.bounds, quiet, approximation);
+  const double level = result.measured.transient_level;
+  result.transient_paper_s = quiet.paper.transient_s(e0, level);
+  result.transient_weights_s = quiet.weights.transient_s(e0, level);
+  result.transient_box_s = quiet.box.transient_s(e0, level);
+  result.transient_slopes_s = quiet.slopes.transient_s(e0, level);
   return result;
-}
-
-double BoundStudy::measure(const codegen::Model& observer, const MapConstants& map, const BoundSet& noisy,
-                           const BoundSet& quiet, BoundMeasurement& m) const {
-  enum Kind { kQuiet, kUniform, kAbove, kBelow, kKinds };
-  struct Sums {
-    double squares[kKinds] = {}, largest[kKinds] = {};
-    double paper = 0.0, weights = 0.0, slopes = 0.0;
-    Eigen::VectorXd quiet_squares;
-  };
-  const auto runs = quiet_.set.trajectories.size();
-  const Eigen::Index samples = quiet_.set.trajectories.front().samples(), half = samples / 2;
-  std::vector<Sums> sums(runs);
-  ThreadPool pool(test_.threads);
-  std::vector<std::unique_ptr<codegen::ReferenceObserver<double>>> observers(static_cast<std::size_t>(pool.threads()));
-  pool.run(static_cast<int>(runs), [&](int task, int thread) {
-    auto& own = observers[static_cast<std::size_t>(thread)];
-    if (!own) own = std::make_unique<codegen::ReferenceObserver<double>>(observer);
-    const auto i = static_cast<std::size_t>(task);
-    Sums& sum = sums[i];
-    for (int kind = 0; kind < kKinds; ++kind) {
-      const Trajectory& truth = (kind == kQuiet ? quiet_ : disturbed_).set.trajectories[i];
-      Eigen::MatrixXd y = truth.outputs;
-      if (kind == kUniform) y = MeasurementNoise({NoiseKind::kUniform, test_.noise}, test_.seed, i).on(y);
-      if (kind == kAbove) y.array() += test_.noise;
-      if (kind == kBelow) y.array() -= test_.noise;
-      const codegen::Run run = own->run(y, {}, truth.time_s, true);
-      const Eigen::VectorXd error = (run.x_hat - truth.states).colwise().norm();
-      const double e0 = (run.z.col(0) - map.start.col(task)).norm();
-      const BoundSet& bounds = kind == kQuiet ? quiet : noisy;
-      for (Eigen::Index n = 0; n < samples; ++n) {
-        const double t = truth.time_s(n);
-        widen(sum.paper, error(n), bounds.paper.at(t, e0));
-        widen(sum.weights, error(n), bounds.weights.at(t, e0));
-        widen(sum.slopes, error(n), bounds.slopes.at(t, e0));
-      }
-      sum.squares[kind] = error.tail(samples - half).squaredNorm();
-      sum.largest[kind] = error.tail(samples - half).maxCoeff();
-      if (kind == kQuiet) sum.quiet_squares = error.cwiseAbs2();
-    }
-  });
-
-  const double count = static_cast<double>(runs) * static_cast<double>(samples - half);
-  Eigen::VectorXd curve = Eigen::VectorXd::Zero(samples);
-  double uniform = 0.0, still = 0.0;
-  for (const Sums& sum : sums) {  // in the runs' order: the same bytes for any number of threads
-    uniform += sum.squares[kUniform];
-    still += sum.squares[kQuiet];
-    curve += sum.quiet_squares;
-    m.steady_max = std::max(m.steady_max, sum.largest[kUniform]);
-    m.offset_max = std::max({m.offset_max, sum.largest[kAbove], sum.largest[kBelow]});
-    m.ratio_paper = std::max(m.ratio_paper, sum.paper);
-    m.ratio_weights = std::max(m.ratio_weights, sum.weights);
-    m.ratio_slopes = std::max(m.ratio_slopes, sum.slopes);
-  }
-  m.steady_rms = std::sqrt(uniform / count);
-  m.quiet_rms = std::sqrt(still / count);
-  curve = (curve / static_cast<double>(runs)).cwiseSqrt();
-  const double level = kTransientShare * curve(0) + m.quiet_rms;
-  Eigen::Index last = samples;
-  while (last > 0 && curve(last - 1) <= level) --last;
-  if (last < samples) m.transient_s = quiet_.set.trajectories.front().time_s(last);
-  return curve(0);
 }
 
 }  // namespace nlo::trainer

@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 
 /// A table with a column per k: the quantities and, in the second column, their standing (proven, sampled, assumed,
-/// measured). A row of one cell is the heading of a group.
+/// measured, claimed; estimated: a bound made of sampled constants). A row of one cell is the heading of a group.
 struct BoundTable {
   std::vector<std::string> headings;
   std::vector<std::vector<std::string>> rows;

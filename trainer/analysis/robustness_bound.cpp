@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "trainer/analysis/lipschitz.h"
 
@@ -31,8 +32,9 @@ double ErrorBound::at(double t_s, double initial_latent_error) const {
 }
 
 double ErrorBound::transient_s(double initial_latent_error, double level) const {
-  const double start = gain * initial_latent_error;
-  return start <= level ? 0.0 : std::log(level / start) / rate;
+  const double start = gain * initial_latent_error, room = level - steady;
+  if (start <= room) return 0.0;
+  return room > 0.0 ? std::log(room / start) / rate : std::numeric_limits<double>::infinity();
 }
 
 ErrorBound bound_19(const Proposition2& p, double k, double w_bar, double v_bar) {

@@ -3,20 +3,19 @@
 // eigenvalues, |w| <= w_bar on the state's derivative, |F v| <= v_bar on the injected output, and e0 = |z(0) -
 // T_k(x(0))|,
 //
-//   |z - T_k(x)| <= exp(k lambda t) e0 + (L_Tkx w_bar + v_bar) / |k lambda|                       the proof's first
-//   half |x - x~|     <= k^n_z sqrt(n_x) L_T (exp(k lambda t) e0 + (L_Tx / k w_bar + v_bar) / |k lambda|)   (19), x~ =
-//   T_k*(z) |x - x_hat|  <= l (bound of |z - T_k(x)|) + eps                                           the remark, x_hat
-//   = learned
+//   |z - T_k(x)| <= exp(k lambda t) e0 + (L_Tkx w_bar + v_bar) / |k lambda|
+//   |x - x~|     <= k^n_z sqrt(n_x) L_T (exp(k lambda t) e0 + (L_Tx / k w_bar + v_bar) / |k lambda|)     (19)
+//   |x - x_hat|  <= l (bound of |z - T_k(x)|) + eps
+//
+// the proof's first half; (19) for x~ = T_k*(z); and the remark, for the learned x_hat.
 //
 // Where (19) is loose, or claims what does not hold:
 //  - L_T and L_Tx are those of k = 1; k^n_z and 1/k carry them to k. |dT_k/dx| <= L_Tx / k compares two upper bounds,
-//  not
-//    the derivatives: on the undamped oscillator it fails for every k > 1. L_Tk <= k^n_z L_T is claimed for k large
+//    not the derivatives: on the undamped oscillator it fails for every k > 1. L_Tk <= k^n_z L_T is claimed for k large
 //    enough (theorem 4.1 of the paper's source), and is far too big where it holds. Both are checked for each k and
 //    reported.
 //  - sqrt(n_x) comes from extending T^-1 component by component; an extension with the same constant exists
-//  (Kirszbraun),
-//    and the pseudo-inverse of a linear T is one.
+//    (Kirszbraun), and the pseudo-inverse of a linear T is one.
 //  - one rate, the slowest, for all modes, though the noise meets each mode at its own.
 //  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than what the plant contracts.
 // So beside (19) a sharper bound that needs none of this stands in each report: L of this k's own T*, each mode at its
@@ -38,7 +37,8 @@ struct ErrorBound {
 
   double at(double t_s, double initial_latent_error) const;
 
-  /// First t at which the transient term is at most `level`, for an initial error in z; at least 0. [s]
+  /// First t from which on the bound is at most `level`, for an initial error in z; at least 0, infinite where it
+  /// settles above. [s]
   double transient_s(double initial_latent_error, double level) const;
 };
 

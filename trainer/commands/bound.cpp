@@ -96,7 +96,8 @@ void check_model(const codegen::Model& model, const Experiment& experiment, cons
 BoundReport study(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment,
                   const Plant& plant, const std::vector<double>& factors) {
   const BoundStudy bound(plant, model, experiment.simulation, arguments.test);
-  BoundReport report{model.name, plant.name(), bound.exact(), arguments.test, experiment.simulation.horizon_s, {}};
+  BoundReport report{model.name, plant.name(),  bound.exact(), arguments.test, experiment.simulation.horizon_s,
+                     {},         bound.affine()};
   for (const double k : factors) {
     if (bound.exact()) {
       report.results.push_back(bound.at(k, bound.exact_observer(k), "pseudo-inverse of T"));
@@ -168,6 +169,10 @@ void add_bound(CLI::App& app, Action& action) {
   command->add_option("--seed", arguments->test.seed, "of the initial states, the noise and the disturbance")
       ->check(check_seed)
       ->capture_default_str();
+  command
+      ->add_option("--boxes", arguments->test.boxes,
+                   "of the domain, at most, in the search for the Lipschitz constant of T* (what takes some 2 s)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{100000000}));
   command->add_option("--threads", arguments->test.threads, "0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();

@@ -20,13 +20,13 @@ namespace {
 using Value = std::function<double(const BoundResult&)>;
 using Style = Series::Style;
 
-enum Colour { kMeasured, kSlopes, kWeights, kPaper, kOffset };
+enum Colour { kMeasured, kSlopes, kWeights, kPaper, kOffset, kBox };
 
 Eigen::VectorXd values(const BoundReport& report, const Value& value) {
   Eigen::VectorXd result(static_cast<Eigen::Index>(report.results.size()));
   for (Eigen::Index i = 0; i < result.size(); ++i) {
     const double v = value(report.results[static_cast<std::size_t>(i)]);
-    result(i) = v > 0.0 ? v : std::nan("");  // logarithmic axes
+    result(i) = v > 0.0 && std::isfinite(v) ? v : std::nan("");  // logarithmic axes
   }
   return result;
 }
@@ -68,6 +68,10 @@ Figure over_k(const BoundReport& report) {
         [](const BoundResult& r) { return r.bounds.slopes.steady; });
     add(speed, report, "bound, slopes at samples", kSlopes, Style::kDashes, k_of,
         [](const BoundResult& r) { return r.transient_slopes_s; });
+    add(noise, report, "bound, domain's box", kBox, Style::kDashes, k_of,
+        [](const BoundResult& r) { return r.bounds.box.steady; });
+    add(speed, report, "bound, domain's box", kBox, Style::kDashes, k_of,
+        [](const BoundResult& r) { return r.transient_box_s; });
   }
   const char* sharp = report.exact ? "bound, exact constants" : "bound, weights";
   add(noise, report, sharp, kWeights, Style::kDashes, k_of,
@@ -81,9 +85,9 @@ Figure over_k(const BoundReport& report) {
   figure.panel_height = 300;
   figure.panels = {std::move(noise), std::move(speed)};
   figure.caption =
-      "Largest error over the second half of the runs, and time until a tenth of the initial error is left, against "
-      "the "
-      "factor on all eigenvalues of D. Errors and times are on logarithmic axes.";
+      "Largest error over the second half of the runs, and the time at which the error without noise was last above a "
+      "tenth of its start plus eps (left out where a bound settles above that), against the factor on all eigenvalues "
+      "of D. Errors and times are on logarithmic axes.";
   return figure;
 }
 
@@ -123,7 +127,8 @@ std::string bound_page(const BoundReport& report, const std::string& gnuplot) {
   page.text(html_table(table.headings, table.rows));
   page.text(
       "<p class=\"soft\">Proven: exact, or nothing can exceed it. Sampled: the largest found at finitely many points. "
-      "Assumed: given on the command line. Claimed: what (19) says, whose steps are checked below.</p>\n");
+      "Estimated: a bound made of sampled constants, which the true one may exceed. Assumed: given on the command "
+      "line. Claimed: what (19) says, whose steps are checked below.</p>\n");
   page.heading("What it comes to");
   std::string list;
   for (const std::string& finding : findings) list += fmt::format("<li>{}</li>\n", escaped(finding));
