@@ -25,11 +25,11 @@ void turn(float& sine, float& cosine, float angle) {
   cosine = cosine * c - before * s;
 }
 
-/// Numbers the distinct steps. A grain of 1/4096 of the period misplaces y by at most 1/8192 of what it moves in a
+/// Numbers the distinct steps. A grain of 1/16384 of the period misplaces y by at most 1/32768 of what it moves in a
 /// sample, below any sensor's resolution; and the errors do not add up, since the latent system forgets.
 class DistinctSteps {
  public:
-  DistinctSteps(double period_s, std::vector<double>& steps_s) : grain_s_(period_s / 4096.0), steps_s_(steps_s) {}
+  DistinctSteps(double period_s, std::vector<double>& steps_s) : grain_s_(period_s / 16384.0), steps_s_(steps_s) {}
 
   int index_of(double step_s) {
     const long long grains = std::max(1LL, std::llround(step_s / grain_s_));

@@ -32,8 +32,8 @@ struct TrainingData {
   };
   std::vector<Run> runs;
   Points collocation;
-  /// One entry when uniform; else the distinct steps, to 1/4096 of a period: coefficients are made once for each, and
-  /// a jittering clock of 20,000 samples has some hundred of them.
+  /// One entry when uniform; else the distinct steps, to 1/16384 of a period: coefficients are made once for each, and
+  /// a log of 20,000 samples whose clock jitters by 1 % has some hundred of them.
   std::vector<double> steps_s;
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;

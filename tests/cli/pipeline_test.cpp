@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
@@ -10,12 +11,14 @@
 #include "tests/cli/program.h"
 #include "trainer/config.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/number_text.h"
 
 namespace nlo::trainer {
 namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 TEST(Program, SaysItsVersionAndHelpsWithExamples) {
@@ -306,6 +309,26 @@ TEST(Program, WithoutTestLogsTheModelIsJudgedByTheValidationLogsAndSaysSo) {
     ASSERT_EQ(scratch.run({"report", "out", "--data", "logs"}).exit_code, 0);
     EXPECT_EQ(scratch.read("out/report.html"), page);
   }
+}
+
+TEST(Program, EvaluateSaysWhichLogsTrainedTheModelAndWhichHaveAnotherClock) {
+  const Scratch scratch;
+  scratch.write("log.toml", kTinyLogExperiment);
+  scratch.write("logs/a.csv", tiny_log(0.0, 400));
+  scratch.write("logs/b.csv", tiny_log(0.5034, 400));
+  ASSERT_EQ(scratch.run({"train", "log.toml", "--data", "logs", "-o", "out", "-q"}).exit_code, 0);
+  const auto evaluate = [&](const std::string& name, const std::string& log) {
+    scratch.write(name, log);
+    const auto result = scratch.run({"evaluate", "out/model.json", "--data", name});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  EXPECT_THAT(evaluate("renamed.csv", tiny_log(0.0, 300)), HasSubstr("renamed.csv: trained this model"));
+  EXPECT_THAT(evaluate("other.csv", tiny_log(2.0071, 400)), Not(HasSubstr("trained this model")));
+  std::string half = "time,y\n";
+  for (int k = 0; k < 200; ++k)
+    half += shortest_text(0.02 * k) + "," + shortest_text(std::sin(0.02 * k + 2.0071)) + "\n";
+  EXPECT_THAT(evaluate("half.csv", half), HasSubstr("regular at 0.02 s, and the nominal sample period is 0.01 s"));
 }
 
 TEST(Program, ExcitesThePlantThatIsSimulatedAndEvaluated) {

@@ -104,7 +104,9 @@ double longest_s(const Dataset& logs) {
 
 void on_logs(const Arguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
   PatientProgress progress;
-  const LogConfig columns = columns_for(models.front().model, experiment, arguments.columns);
+  LogConfig columns = columns_for(models.front().model, experiment, arguments.columns);
+  // The model's clock: a log at another rate must not count as even.
+  columns.sample_period_s = models.front().model.sample_period_s;
   const LogSchema schema = resolve_columns(columns);
   for (const NamedModel& model : models)
     if (arguments.columns.empty())
