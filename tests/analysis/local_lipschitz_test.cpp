@@ -42,6 +42,12 @@ codegen::Model domain_model(unsigned seed, const std::string& activation, int hi
   return model;
 }
 
+LocalLipschitzOptions boxes(std::int64_t most) {
+  LocalLipschitzOptions options;
+  options.boxes = most;
+  return options;
+}
+
 class LocalLipschitzOf : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Activations, LocalLipschitzOf, testing::Values("tanh", "relu", "silu"));
 
@@ -125,7 +131,7 @@ TEST_P(LocalLipschitzOf, IsBetweenWhatIsFoundAndTheGlobalOne) {
     const codegen::Model model = domain_model(seed, GetParam(), static_cast<int>(seed % 4), 0.8);
     for (const bool of_output : {false, true}) {
       const LipschitzConstants global = lipschitz_upper(model);
-      const LocalLipschitz local = local_lipschitz(model, of_output, {300});
+      const LocalLipschitz local = local_lipschitz(model, of_output, boxes(300));
       EXPECT_LE(local.bound, of_output ? global.output : global.latent);
       EXPECT_GE(local.bound * (1.0 + kRounding), local.found);
       EXPECT_LE(local.boxes, 300);
@@ -156,8 +162,8 @@ TEST(LocalLipschitz, IsTheSteepestSlopeWhereTheSearchComesToItsEnd) {
 TEST(LocalLipschitz, FallsWithEveryBoxThatIsLookedAt) {
   const codegen::Model model = domain_model(5, "silu", 3, 1.0);
   double before = lipschitz_upper(model).latent;
-  for (const std::int64_t boxes : {1, 10, 100, 1000}) {
-    const double bound = local_lipschitz(model, false, {boxes}).bound;
+  for (const std::int64_t most : {1, 10, 100, 1000}) {
+    const double bound = local_lipschitz(model, false, boxes(most)).bound;
     EXPECT_LE(bound, before);
     before = bound;
   }
@@ -192,7 +198,8 @@ TEST(LocalLipschitz, TakesTheLatentBoxOfAnglesRelativeToTheirSteadyState) {
   model.output_min(1) = -3.0;
   model.output_max(1) = 3.0;
   const Eigen::MatrixXd gain = codegen::steady_gain(model);
-  const LocalLipschitz in_z = local_lipschitz(model, false, {2000}), in_y = local_lipschitz(model, true, {2000});
+  const LocalLipschitz in_z = local_lipschitz(model, false, boxes(2000)),
+                       in_y = local_lipschitz(model, true, boxes(2000));
   std::mt19937 engine(4);
   LipschitzConstants sampled;
   for (int i = 0; i < 4000; ++i) {
@@ -206,6 +213,21 @@ TEST(LocalLipschitz, TakesTheLatentBoxOfAnglesRelativeToTheirSteadyState) {
   EXPECT_LE(sampled.output, in_y.bound);
   EXPECT_LE(sampled.latent, in_z.found * (1.0 + kRounding)) << "the search beats 4,000 draws";
   EXPECT_LE(in_z.bound, lipschitz_upper(model).latent);
+}
+
+TEST(SteepestSlope, LooksAtThePointsItIsGiven) {
+  const codegen::Model model = domain_model(4, "tanh", 3, 1.0);  // reads y
+  std::mt19937 engine(9);
+  Eigen::MatrixXd points(kNz + kNy, 400);
+  double steepest = 0.0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    for (Eigen::Index r = 0; r < kNz; ++r) points(r, i) = uniform(engine, model.latent_min(r), model.latent_max(r));
+    for (Eigen::Index j = 0; j < kNy; ++j) points(kNz + j, i) = uniform(engine, -1.0, 1.0);
+    steepest = std::max(steepest, lipschitz_sampled(model, points.col(i).head(kNz), points.col(i).tail(kNy)).latent);
+  }
+  EXPECT_GE(steepest_slope(model, false, 1, points).found, steepest);
+  points.topRows(kNz).array() += 10.0;  // out of the box
+  EXPECT_EQ(steepest_slope(model, false, 1, points).found, steepest_slope(model, false, 1).found);
 }
 
 TEST(SteepestSlope, IsAtLeastAsSteepAsManyRandomPoints) {

@@ -149,10 +149,6 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
   LipschitzConstants lower = upper, box = upper;
   double approximation = 0.0, steepest = 0.0;
   if (!exact()) {
-    const LocalLipschitzOptions options{test_.boxes};
-    const LocalLipschitz local = local_lipschitz(observer, false, options);
-    box = {local.bound, local_lipschitz(observer, true, options).bound};
-    steepest = local.found;
     const Eigen::MatrixXd y = plant_.output(map.x);
     Eigen::MatrixXd input(map.z.rows() + y.rows(), map.z.cols());
     input << map.z, y;
@@ -160,6 +156,12 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
     approximation = (estimates - map.x).colwise().norm().maxCoeff();
     const auto thin = Eigen::seqN(0, kSlopePoints, map.x.cols() / kSlopePoints);
     lower = lipschitz_sampled(observer, map.z(Eigen::all, thin), y(Eigen::all, thin));
+    LocalLipschitzOptions options;
+    options.boxes = test_.boxes;
+    options.points = input(Eigen::all, thin);
+    const LocalLipschitz local = local_lipschitz(observer, false, options);
+    box = {local.bound, local_lipschitz(observer, true, options).bound};
+    steepest = local.found;
   }
 
   const Proposition2 proposition{plant_.nx(), system.nz(), slowest(base), base_.l_t, base_.l_tx};

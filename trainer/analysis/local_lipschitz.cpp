@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <queue>
@@ -75,7 +76,7 @@ struct Candidate {
 
 }  // namespace
 
-LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int starts) {
+LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int starts, const Eigen::MatrixXd& points) {
   constexpr int kRounds = 60, kDraws = 120;
   constexpr double kDifference = 1e-6, kFirstStep = 0.2, kLastStep = 1e-5;  // in half widths of the box
   constexpr double kMomentum = 0.7;
@@ -89,10 +90,18 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
     return Eigen::VectorXd(Eigen::VectorXd::NullaryExpr(
         n, [&] { return static_cast<double>(static_cast<std::int64_t>(engine())) * 0x1p-63; }));
   };
+  Eigen::VectorXd first = Eigen::VectorXd::Zero(n);  // the centre, or the steepest point
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::VectorXd away = domain.inputs.inverse() * points.col(i) - domain.box.centre;
+    // Relative; an input without width, as y where T* does not read it, stays where it is.
+    const Eigen::VectorXd q = (domain.box.radius.array() > 0.0).select(away.cwiseQuotient(domain.box.radius), 0.0);
+    if (q.lpNorm<Eigen::Infinity>() > 1.0) continue;
+    if (slope(q) > slope(first)) first = q;
+  }
   LocalLipschitz best;
   best.steepest = domain.inputs * domain.box.centre;
   for (int start = 0; start < starts; ++start) {
-    Eigen::VectorXd q = start == 0 ? Eigen::VectorXd(Eigen::VectorXd::Zero(n)) : draw();
+    Eigen::VectorXd q = start == 0 ? first : draw();
     Eigen::VectorXd direction = Eigen::VectorXd::Zero(n);
     double value = slope(q), step = kFirstStep;
     for (int round = 0; round < kRounds && step > kLastStep; ++round) {
@@ -136,9 +145,10 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
 }
 
 LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output, const LocalLipschitzOptions& options) {
+  constexpr int kStarts = 32;
   const LipschitzConstants everywhere = lipschitz_upper(model);
   const double global = of_output ? everywhere.output : everywhere.latent;
-  LocalLipschitz result = steepest_slope(model, of_output);
+  LocalLipschitz result = steepest_slope(model, of_output, kStarts, options.points);
   if (of_output && global == 0.0) return result;  // T* does not read y
 
   const Domain domain = domain_of(model, of_output);

@@ -17,8 +17,9 @@
 namespace nlo::trainer {
 
 struct LocalLipschitzOptions {
-  std::int64_t boxes = 0;  ///< to look at, at most; 0: what kMultiplyAdds allow
-  double gap = 0.01;       ///< relative; less is not asked for
+  std::int64_t boxes = 0;       ///< to look at, at most; 0: what kMultiplyAdds allow
+  double gap = 0.01;            ///< relative; less is not asked for
+  Eigen::MatrixXd points = {};  ///< [z; y], a column each: where the search for steep slopes looks too, in the box
 
   /// Some two seconds of one core. By counting rather than by the clock, so that a result can be had again.
   static constexpr double kMultiplyAdds = 5e9;
@@ -37,8 +38,9 @@ struct LocalLipschitz {
 LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output = false,
                                const LocalLipschitzOptions& options = {});
 
-/// The search for steep slopes: gradient ascent from `starts` random points of the box, then draws around where each
-/// ends; slopes by inverse_map_jacobian().
-LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int starts = 32);
+/// The search for steep slopes: gradient ascent from `starts` random points of the box and from the steepest of
+/// `points`, then draws around where each ends; slopes by inverse_map_jacobian().
+LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int starts = 32,
+                              const Eigen::MatrixXd& points = {});
 
 }  // namespace nlo::trainer
