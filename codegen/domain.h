@@ -12,23 +12,23 @@ namespace nlo::codegen {
 class LatentDomain {
  public:
   explicit LatentDomain(const Model& model) : low_(model.latent_min), high_(model.latent_max) {
-    turns_ = Eigen::MatrixXd::Zero(model.nz(), model.ny());
+    steady_ = Eigen::MatrixXd::Zero(model.nz(), model.ny());
     if (!has_linear_latent(model)) return;
     const Eigen::MatrixXd gain = steady_gain(model);
     for (int j = 0; j < model.ny(); ++j)
-      if (model.outputs[static_cast<std::size_t>(j)].wrap > 0.0) turns_.col(j) = gain.col(j);
+      if (is_relative(model, j)) steady_.col(j) = gain.col(j);
   }
 
   /// z (n_z) at a sample whose outputs were taken as y (n_y), angles unwrapped: z is judged relative to S y of those.
   template <class Z, class Y>
   bool contains(const Eigen::MatrixBase<Z>& z, const Eigen::MatrixBase<Y>& y) const {
-    const Eigen::VectorXd relative = z - turns_ * y;
+    const Eigen::VectorXd relative = z - steady_ * y;
     return (relative.array() >= low_.array()).all() && (relative.array() <= high_.array()).all();
   }
 
  private:
   Eigen::VectorXd low_, high_;
-  Eigen::MatrixXd turns_;  ///< S for angles, 0 for the other outputs; n_z x n_y
+  Eigen::MatrixXd steady_;  ///< S for relative outputs, 0 for the others; n_z x n_y
 };
 
 }  // namespace nlo::codegen

@@ -44,7 +44,7 @@ MatrixXd quiet_ranges(const Model& m, const FoldedModel& folded) {
   const VectorXd half_y = (m.output_max - m.output_min) / 2.0, middle_y = (m.output_max + m.output_min) / 2.0;
   MatrixXd gain = folded.steady_gain;
   for (int j = 0; j < m.ny(); ++j)
-    if (m.outputs[static_cast<std::size_t>(j)].wrap > 0.0) gain.col(j).setZero();  // the domain turns with an angle
+    if (is_relative(m, j)) gain.col(j).setZero();  // the domain goes with it
   // Least squares in units of the domain; what no latent state follows keeps its middle.
   const MatrixXd scaled = half_z.cwiseInverse().asDiagonal() * gain * half_y.asDiagonal();
   if (scaled.isZero(0.0)) return ranges;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -84,7 +85,10 @@ struct Model {
   bool starts_steady = false;        ///< warm start: the first output sets z to its steady state
 
   Eigen::VectorXd output_min, output_max;  ///< n_y: measurements outside are clamped (angles: refused)
-  Eigen::VectorXd latent_min, latent_max;  ///< n_z: training domain of z, relative to S y for angle outputs
+  Eigen::VectorXd latent_min, latent_max;  ///< n_z: training domain of z, relative to S y for relative outputs
+  std::vector<int> relative_outputs =
+      {};  ///< KKL, rising: outputs beside the angles that T* knows only through z - S y,
+           ///< so that where they are at rest is not of the domain; empty: angles alone
 
   // KKL observers, driven or not; empty for the others.
   int pairs = 0;
@@ -110,6 +114,12 @@ struct Model {
   int nz() const { return static_cast<int>(initial_latent.size()); }
   int nu() const { return drive ? static_cast<int>(drive->inputs.size()) : 0; }
 };
+
+/// The domain is of z less S y for this output: an angle, or one of relative_outputs.
+inline bool is_relative(const Model& m, int output) {
+  if (m.outputs[static_cast<std::size_t>(output)].wrap > 0.0) return true;
+  return std::find(m.relative_outputs.begin(), m.relative_outputs.end(), output) != m.relative_outputs.end();
+}
 
 /// "kkl", "driven_kkl", "luenberger" or "general".
 inline std::string_view structure(const Model& m) {

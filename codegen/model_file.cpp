@@ -159,6 +159,11 @@ std::string to_json(const Model& m) {
   object.field("latent_max", array(m.latent_max));
   if (has_linear_latent(m)) {
     object.field("starts_steady", m.starts_steady ? "true" : "false");
+    if (!m.relative_outputs.empty())
+      object.field("relative_outputs",
+                   array(Eigen::Map<const Eigen::VectorXi>(m.relative_outputs.data(),
+                                                           static_cast<Eigen::Index>(m.relative_outputs.size()))
+                             .cast<double>()));
     object.field("pairs", std::to_string(m.pairs));
     object.field("eigenvalues", array(m.eigenvalues));
     object.matrix("output_injection", m.output_injection);

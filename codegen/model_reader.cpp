@@ -144,8 +144,9 @@ struct Fields {
 
 const Fields& fields_of(const Field& file) {
   static const std::vector<Fields> known = {
-      {"kkl", {"starts_steady", "pairs", "eigenvalues", "output_injection", "inverse_map"}},
-      {"driven_kkl", {"starts_steady", "pairs", "eigenvalues", "output_injection", "inverse_map", "drive"}},
+      {"kkl", {"starts_steady", "relative_outputs", "pairs", "eigenvalues", "output_injection", "inverse_map"}},
+      {"driven_kkl",
+       {"starts_steady", "relative_outputs", "pairs", "eigenvalues", "output_injection", "inverse_map", "drive"}},
       {"luenberger", {"luenberger"}},
       {"general", {"dynamics", "inverse_map"}}};
   const Field field = file["structure"];
@@ -180,6 +181,10 @@ Model model_of(const Field& file) {
   m.latent_max = vector(file["latent_max"]);
   if (has("eigenvalues")) {
     m.starts_steady = boolean(file["starts_steady"]);
+    if (file.has("relative_outputs")) {
+      const Field list = file["relative_outputs"];
+      for (std::size_t i = 0; i < list.array_size(); ++i) m.relative_outputs.push_back(small_integer(list[i]));
+    }
     m.pairs = small_integer(file["pairs"]);
     m.eigenvalues = vector(file["eigenvalues"]);
     m.output_injection = matrix(file["output_injection"]);

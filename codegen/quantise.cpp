@@ -101,7 +101,7 @@ void check_supported(const Model& m) {
 InputBox input_box(const Model& m, const FoldedModel& folded) {
   InputBox box{m.latent_min, m.latent_max};
   for (int j = 0; j < m.ny(); ++j) {
-    if (!(m.outputs[static_cast<std::size_t>(j)].wrap > 0.0)) continue;
+    if (!is_relative(m, j)) continue;
     for (int r = 0; r < m.nz(); ++r) {
       const double a = folded.steady_gain(r, j) * m.output_min(j), b = folded.steady_gain(r, j) * m.output_max(j);
       box.min(r) += std::min(a, b);

@@ -22,6 +22,7 @@ void check_structure(const Model& m) {
     refuse(m.eigenvalues.size() != 0, "eigenvalues");
     refuse(m.output_injection.size() != 0, "output_injection");
     refuse(m.starts_steady, "starts_steady");
+    refuse(!m.relative_outputs.empty(), "relative_outputs");
     for (int j = 0; j < m.ny(); ++j)
       if (m.outputs[static_cast<std::size_t>(j)].wrap != 0.0)
         fail(
@@ -48,6 +49,11 @@ void check_sampling(const Model& m) {
   check_shape(m.latent_min, nz, "latent_min", "n_z");
   check_shape(m.latent_max, nz, "latent_max", "n_z");
   check_range(m.latent_min, m.latent_max, "latent");
+  for (std::size_t i = 0; i < m.relative_outputs.size(); ++i) {
+    const int output = m.relative_outputs[i];
+    if (output < 0 || output >= m.ny() || (i > 0 && output <= m.relative_outputs[i - 1]))
+      fail("relative_outputs[{}] is {}; the numbers of outputs, from 0 to {}, must rise", i, output, m.ny() - 1);
+  }
 }
 
 void check_flight(const Model& m) {

@@ -38,7 +38,11 @@ std::string tables(const Model& m, const FoldedModel& folded, const Initialiser&
     return fmt::format("static const Scalar {}[kNz][kNy] = {};\n", name, init.matrix(values, field));
   };
   Eigen::VectorXd wrap(m.ny());
-  for (int j = 0; j < m.ny(); ++j) wrap(j) = m.outputs[static_cast<std::size_t>(j)].wrap;
+  std::string relative;
+  for (int j = 0; j < m.ny(); ++j) {
+    wrap(j) = m.outputs[static_cast<std::size_t>(j)].wrap;
+    relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
+  }
   return fmt::format("static const Recurrence kStep = {{  // over one sample period\n    {},\n    {},\n    {}}};\n",
                      init.vector(folded.step.a_minus_1, "A"), init.matrix(folded.step.b0, "B0"),
                      init.matrix(folded.step.b1, "B1")) +
@@ -48,9 +52,12 @@ std::string tables(const Model& m, const FoldedModel& folded, const Initialiser&
          matrix("kSteadyGain", folded.steady_gain, "steady_gain") +
          vector("kInitial", "kNz", m.initial_latent, "initial_latent") +
          vector("kNoOutput", "kNy", Eigen::VectorXd::Zero(m.ny()), "") +
-         "\n// What a measurement may be; a full turn of an angle, or 0. The box of z that training has filled.\n" +
+         "\n// What a measurement may be; a full turn of an angle, or 0. The box that training has filled: of z, less "
+         "S y for\n"
+         "// relative outputs.\n" +
          vector("kOutputMin", "kNy", m.output_min, "output_min") +
          vector("kOutputMax", "kNy", m.output_max, "output_max") + vector("kWrap", "kNy", wrap, "wrap") +
+         fmt::format("static const bool kRelative[kNy] = {{{}}};\n", relative) +
          vector("kLatentMin", "kNz", m.latent_min, "latent_min") +
          vector("kLatentMax", "kNz", m.latent_max, "latent_max");
 }

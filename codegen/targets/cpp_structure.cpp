@@ -79,6 +79,11 @@ class Kkl : public Base {
     text += fmt::format("        .steady_gain = {},\n", init_.matrix(f_.steady_gain, "steady_gain"));
     text += fmt::format("        .initial = {},\n", init_.vector(m_.initial_latent, "initial_latent"));
     text += fmt::format("        .starts_steady = {},\n", m_.starts_steady);
+    if (!m_.relative_outputs.empty()) {
+      std::string list;
+      for (int j = 0; j < m_.ny(); ++j) list += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m_, j));
+      text += fmt::format("        .relative = {{{}}},\n", list);
+    }
     return text + "    },\n";
   }
 

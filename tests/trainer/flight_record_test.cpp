@@ -20,10 +20,7 @@ using Eigen::VectorXd;
 codegen::Model trained_on(const Dataset& data, double noise = 0.0) {
   Experiment experiment = testing::small_experiment();
   experiment.training.steps = 2;
-  if (noise > 0.0) {
-    experiment.training.noise.kind = NoiseKind::kGaussian;
-    experiment.training.noise.scale = noise;
-  }
+  if (noise > 0.0) experiment.training.noise = {NoiseKind::kGaussian, noise};
   return train(experiment, data, data, {}).model;
 }
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "codegen/latent_step.h"
+#include "codegen/domain.h"
 #include "codegen/reference_observer.h"
 #include "trainer/analysis/metrics.h"
 
@@ -123,18 +123,11 @@ Eigen::VectorXd outside_of_domain(const codegen::Model& model, const EvaluatedRu
   const Eigen::MatrixXd& u = run.truth.inputs;
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? samples : 0);
   const bool driven = nu > 0 && u.size() > 0;
-  Eigen::MatrixXd z = observer.run(run.measured, driven ? u : none, run.truth.time_s, uniform_steps).z;
-  if (codegen::has_linear_latent(model)) {
-    const Eigen::MatrixXd gain = codegen::steady_gain(model);
-    for (Eigen::Index j = 0; j < run.measured.rows(); ++j)
-      if (model.outputs[static_cast<std::size_t>(j)].wrap > 0.0) z -= gain.col(j) * run.measured.row(j);
-  }
+  const codegen::Run flown = observer.run(run.measured, driven ? u : none, run.truth.time_s, uniform_steps);
+  const codegen::LatentDomain domain(model);
   Eigen::VectorXd outside(samples);
-  for (Eigen::Index k = 0; k < samples; ++k) {
-    const bool inside =
-        ((z.col(k) - model.latent_min).array() >= 0.0).all() && ((model.latent_max - z.col(k)).array() >= 0.0).all();
-    outside[k] = inside ? 0.0 : 1.0;
-  }
+  for (Eigen::Index k = 0; k < samples; ++k)
+    outside[k] = domain.contains(flown.z.col(k), flown.y.col(k)) ? 0.0 : 1.0;
   return outside;
 }
 

@@ -32,12 +32,10 @@ Domain domain_of(const codegen::Model& model, bool of_output) {
   high << model.latent_max, model.output_max;
   Domain domain{{0.5 * (low + high), 0.5 * (high - low)}, Eigen::MatrixXd::Identity(n, n), {}};
   if (model.inverse_map.features.rightCols(ny).isZero(0.0)) domain.box.radius.tail(ny).setZero();
-  bool turns = false;
-  for (const codegen::Channel& output : model.outputs) turns = turns || output.wrap > 0.0;
-  if (turns) {
+  if (codegen::has_linear_latent(model)) {
     const Eigen::MatrixXd gain = codegen::steady_gain(model);
-    for (Eigen::Index j = 0; j < ny; ++j)
-      if (model.outputs[static_cast<std::size_t>(j)].wrap > 0.0) domain.inputs.block(0, nz + j, nz, 1) = gain.col(j);
+    for (int j = 0; j < model.ny(); ++j)
+      if (codegen::is_relative(model, j)) domain.inputs.block(0, nz + j, nz, 1) = gain.col(j);
   }
   domain.directions = Eigen::MatrixXd::Identity(n, n);
   if (of_output) {  // y alone: z = p_z + S y must stay where it is

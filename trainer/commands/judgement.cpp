@@ -59,6 +59,7 @@ std::string run_report(const codegen::Model& model, const Judgement& judgement, 
   data.evaluations = judgement.evaluations;
   data.logs = judgement.logs;
   data.log_clock = judgement.log_clock;
+  data.warning = judgement.warning;
   return render_report(data);
 }
 

@@ -19,6 +19,7 @@ struct Judgement {
   std::vector<std::vector<Evaluation>> evaluations;  ///< of a plant; per noise, the observer first
   std::optional<LogEvaluation> logs;                 ///< of the test logs
   std::optional<LogReport> log_clock;
+  std::string warning = {};  ///< why not to trust this model: its training diverged or got nowhere
 };
 
 /// A plant: `test`; without noises in it, none and the noise of the training.

@@ -130,7 +130,8 @@ void run(Arguments arguments) {
       throw RunFailure(fmt::format(
           "interrupted after {} of {} steps; {}/model.json has the best so far, and this goes on to the same bytes: {}",
           result.steps_done, experiment.training.steps, arguments.output, resume_command(arguments)));
-    const Judgement judgement = judge(experiment, data, result.model);
+    Judgement judgement = judge(experiment, data, result.model);
+    if (result.outcome != TrainOutcome::kFinished) judgement.warning = result.message;
     fmt::print("{}", judgement_text(result.model, judgement));
     write_run_report(result.model, judgement, arguments.output);
     fmt::print("model    {0}/model.json\nmetrics  {0}/metrics.csv\nreport   {0}/report.html\n", arguments.output);

@@ -109,7 +109,8 @@ MatrixXd set_linear_latent(codegen::Model& model, const ObserverStructure& struc
   return steady_gain;
 }
 
-/// The domain: what latent states training has seen, relative to S y for angles, and a tenth of their range more.
+/// The domain: what latent states training has seen, relative to S y for relative outputs, and a tenth of their
+/// range more.
 /// Outputs: one more range on either side before a measurement is called impossible; angles may count 64 turns.
 void set_ranges(codegen::Model& model, const Rollout& rollout, const MatrixXd& steady_gain) {
   const Index nz = model.nz(), ny = model.ny();
@@ -127,7 +128,7 @@ void set_ranges(codegen::Model& model, const Rollout& rollout, const MatrixXd& s
     for (Index r = 0; r < nz; ++r) {
       double z = at(group.latent, r);
       for (Index j = 0; j < ny; ++j) {
-        if (model.outputs[static_cast<std::size_t>(j)].wrap > 0.0) z -= steady_gain(r, j) * y(j);
+        if (is_relative(model, static_cast<int>(j))) z -= steady_gain(r, j) * y(j);
       }
       model.latent_min(r) = std::min(model.latent_min(r), z);
       model.latent_max(r) = std::max(model.latent_max(r), z);
@@ -160,6 +161,10 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
   model.initial_latent = VectorXd::Zero(structure.latent.rows);
   MatrixXd steady_gain = MatrixXd::Zero(structure.latent.rows, model.ny());
   if (structure.is_kkl()) steady_gain = set_linear_latent(model, structure, parameters);
+  // Every feature of an output is z - y then, and S is one: a rig that rests elsewhere is in the domain all the same.
+  if (experiment.observer.features == "latent_minus_output" && structure.latent.injection == Injection::kUnitGain)
+    for (int j = 0; j < model.ny(); ++j)
+      if (!is_relative(model, j)) model.relative_outputs.push_back(j);
 
   const float* network = parameters + structure.dynamics_parameters();
   const float* forward_map = network + structure.network.parameters;

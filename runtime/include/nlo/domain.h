@@ -5,8 +5,9 @@
 
 namespace nlo {
 
-/// The box that the latent states of the training set filled, per coordinate. For angle outputs the latent is taken
-/// relative to its steady state S y, which does not change when the angle turns.
+/// The box that the latent states of the training set filled, per coordinate. For angle outputs, and others
+/// that T* knows only through z - S y, the latent is taken relative to its steady state S y, which does not change when
+/// the angle turns or the output rests elsewhere.
 template <class Scalar, int kNz>
 struct Domain {
   Scalar latent_min[kNz];

@@ -33,6 +33,8 @@ struct LatentModel {
   Scalar steady_gain[kNz][kNy];       ///< S = -D^-1 F: z settles at S y when y is constant
   Scalar initial[kNz];                ///< z before the first measurement
   bool starts_steady;                 ///< the first measurement sets z to initial + S y
+  bool relative[kNy] = {};            ///< T* knows this output only through z - S y (angles always are): the domain is
+                                      ///< of that, so that it does not matter where the output is at rest
 
   /// The hold of steps that are not the sample period: the exact ramp for RK4, whose coefficients approximate it and
   /// are stable only near their own step.

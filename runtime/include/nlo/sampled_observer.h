@@ -158,7 +158,7 @@ class SampledObserver {
       relative[r] = state_.z[r];
       if constexpr (Model::kHasSteadyState) {
         for (int j = 0; j < kNy; ++j) {
-          if (!(model_->outputs.wrap[j] > Scalar(0))) continue;
+          if (!(model_->outputs.wrap[j] > Scalar(0)) && !model_->latent.relative[j]) continue;
           relative[r] -= rounded<Scalar>(model_->latent.steady_gain[r][j] * state_.y[j]);
         }
       }
