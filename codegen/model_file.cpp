@@ -2,6 +2,8 @@
 // The writing half and the entry points; model_reader.cpp has parse_model().
 #include "codegen/model_file.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "codegen/error.h"
@@ -161,9 +163,7 @@ std::string to_json(const Model& m) {
     object.field("starts_steady", m.starts_steady ? "true" : "false");
     if (!m.relative_outputs.empty())
       object.field("relative_outputs",
-                   array(Eigen::Map<const Eigen::VectorXi>(m.relative_outputs.data(),
-                                                           static_cast<Eigen::Index>(m.relative_outputs.size()))
-                             .cast<double>()));
+                   fmt::format("[{}]", fmt::join(m.relative_outputs.begin(), m.relative_outputs.end(), ", ")));
     object.field("pairs", std::to_string(m.pairs));
     object.field("eigenvalues", array(m.eigenvalues));
     object.matrix("output_injection", m.output_injection);

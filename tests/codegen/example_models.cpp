@@ -169,6 +169,11 @@ Model rig_model() {
   m.output_max = Eigen::Vector2d(std::numbers::pi, 5.0);
   m.latent_max = Eigen::VectorXd::Constant(7, 6.0);
   m.latent_min = Eigen::VectorXd::Constant(7, -6.0);
+  m.relative_outputs = {1};  // the load: z - y lies in a narrower box than z
+  for (const int row : {2, 3, 5}) {
+    m.latent_max(row) = 1.0;
+    m.latent_min(row) = -1.0;
+  }
 
   // z - y for the rows that settle at an output, z for the others, and the load itself.
   Network& map = m.inverse_map;

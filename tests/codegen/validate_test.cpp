@@ -63,6 +63,15 @@ const Row kRows[] = {
        m.latent_min = -m.latent_max;
      },
      "initial_latent has 3 entries; it must have 2 (n_x"},
+    {"RelativeOutputThatIsNotThere", rig_model, [](Model& m) { m.relative_outputs = {2}; },
+     "relative_outputs[0] is 2; the numbers of outputs, from 0 to 1, must rise"},
+    {"RelativeOutputTwice", rig_model,
+     [](Model& m) {
+       m.relative_outputs = {1, 1};
+     },
+     "relative_outputs[1] is 1"},
+    {"RelativeOutputWithoutLinearLatent", luenberger_model, [](Model& m) { m.relative_outputs = {0}; },
+     "relative_outputs is set; a luenberger observer has no linear latent system"},
     {"StateMatrixShape", luenberger_model, [](Model& m) { m.luenberger->state_matrix.conservativeResize(2, 1); },
      "luenberger.state_matrix is 2 x 1; it must be 2 x 2"},
     {"OutputMatrixShape", luenberger_model, [](Model& m) { m.luenberger->output_matrix = Eigen::Matrix2d::Identity(); },

@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0xc766a95c
+#if tiny_c99_EXPORT != 0x89124a1b
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -44,10 +44,12 @@ static const Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
 static const Scalar kInitial[kNz] = {0.0f, 0.0f};
 static const Scalar kNoOutput[kNy] = {0.0f};
 
-// What a measurement may be; a full turn of an angle, or 0. The box of z that training has filled.
+// What a measurement may be; a full turn of an angle, or 0. The box that training has filled: of z, less S y for
+// relative outputs.
 static const Scalar kOutputMin[kNy] = {-3.0f};
 static const Scalar kOutputMax[kNy] = {3.0f};
 static const Scalar kWrap[kNy] = {0.0f};
+static const bool kRelative[kNy] = {false};
 static const Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
 static const Scalar kLatentMax[kNz] = {4.0f, 1.0f};
 
@@ -292,7 +294,7 @@ bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
   for (int r = 0; r < kNz; ++r) {
     Scalar relative = observer->z[r];
     for (int j = 0; j < kNy; ++j) {
-      if (kWrap[j] > 0.0f) relative -= kSteadyGain[r][j] * observer->y[j];
+      if (kRelative[j]) relative -= kSteadyGain[r][j] * observer->y[j];
     }
     inside = inside && relative >= kLatentMin[r] && relative <= kLatentMax[r];
   }

@@ -62,9 +62,9 @@ std::string plant_verdict(const std::vector<Evaluation>& group) {
   const ErrorMetrics& own = group.front().metrics;
   std::string text = fmt::format(
       "With {} on its measurements the observer errs by {} (root mean square over {} runs of {} s, "
-      "transient included)",
+      "transient included{})",
       noise_title(group.front().noise), significant(own.norm), group.front().trajectories,
-      significant(group.front().horizon_s, 2));
+      significant(group.front().horizon_s, 2), own.normalised ? "; each state over its standard deviation" : "");
   if (own.nrmse) text += fmt::format(", {} of the state's own size", percent(*own.nrmse));
   text += ".";
   if (own.settled)
@@ -119,7 +119,8 @@ std::string tiles(const ReportData& data) {
   std::string html;
   if (const auto* group = main_group(data.evaluations)) {
     const ErrorMetrics& own = group->front().metrics;
-    html += tile(significant(own.norm), fmt::format("error norm, {}", noise_title(group->front().noise)));
+    html += tile(significant(own.norm), fmt::format("{}error norm, {}", own.normalised ? "normalised " : "",
+                                                    noise_title(group->front().noise)));
     if (own.settled) html += tile(significant(*own.settled), settled_text(own));
     if (own.settling_time_s) html += tile(fmt::format("{} s", fixed(*own.settling_time_s, 1)), "settling time");
   }
@@ -140,7 +141,9 @@ std::string tiles(const ReportData& data) {
 }
 
 std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
-  std::vector<std::string> headings = {"", "norm", "nrmse", "settled", "settling time [s]"};
+  const bool normalised = main_group(groups)->front().metrics.normalised;
+  std::vector<std::string> headings = {"", normalised ? "normalised norm" : "norm", "nrmse", "settled",
+                                       "settling time [s]"};
   for (const Channel& state : groups.front().front().states)
     headings.push_back(fmt::format("RMSE {}", with_unit(state.name, state.unit)));
   Rows rows;
@@ -160,7 +163,8 @@ std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
   return html_table(headings, rows) +
          "<p class=\"soft\">norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm "
          "over "
-         "the root mean square of |x|. settled: norm after the transient. Settling time: from when on the error, "
+         "the root mean square of |x|. Where the states' units differ, each counts over its standard deviation. "
+         "settled: norm after the transient. Settling time: from when on the error, "
          "averaged "
          "over the runs and a short window, stays within 1.5 times its settled value. One independent draw of noise "
          "per sample; "
@@ -189,6 +193,11 @@ std::string log_tables(const LogEvaluation& logs) {
       "<p class=\"soft\">Alternatives are fitted on {}. Truth for velocities: the logged angle, smoothed "
       "forwards and backwards; its edges do not count. A rig at rest dilutes the whole, hence the windows.</p>\n",
       escaped(logs.baselines_fitted_on));
+  if (logs.unscored.share > 0.0)
+    html += fmt::format("<p class=\"soft\">Unscored: {} of the samples, {}.</p>\n", percent(logs.unscored.share),
+                        escaped(logs.unscored.where));
+  html += fmt::format("<p class=\"soft\">In the training domain: {} of the samples; {} of {} first ones.</p>\n",
+                      percent(logs.domain.share()), logs.domain.first_inside, logs.domain.runs);
   for (const std::string& text : logs.notes) html += note(text);
   if (own.files.size() < 2) return html;
   std::vector<std::string> headings = {"observer, file by file"};
