@@ -69,6 +69,15 @@ TEST_F(Reproduction, ASecondRunTrainsNothingAndGivesTheSameBytes) {
   EXPECT_EQ(codegen::read_file(request.directory + "/reproduction.html"), page);
 }
 
+TEST_F(Reproduction, ADrivenObserverIsJudgedWithoutItsInputToo) {
+  Request request = tiny();
+  request.what = "figure-duff-exc";
+  request.size.steps = 0.005;
+  const Result result = run(request);
+  ASSERT_EQ(result.sections.size(), 1U);
+  EXPECT_EQ(result.sections.front().second.tables.front().rows.size(), 2U);
+}
+
 TEST_F(Reproduction, AnotherConfigOrSeedMissesTheCache) {
   Request request = tiny();
   run(request);

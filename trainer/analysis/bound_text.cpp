@@ -155,6 +155,7 @@ std::string bound_conditions(const BoundReport& report) {
 }
 
 std::string bound_text(const BoundReport& report) {
+  constexpr std::size_t kOneTable = 400;  // columns: values of k are compared line by line, however many there are
   const BoundTable table = bound_table(report);
   TextTable text(table.headings);
   bool first = true;
@@ -164,7 +165,7 @@ std::string bound_text(const BoundReport& report) {
     first = false;
   }
   std::string result = fmt::format("{} on {}: Proposition 2 with D_k = k D\n{}\n\n{}\n", report.model, report.plant,
-                                   bound_conditions(report), text.to_string(2));
+                                   bound_conditions(report), text.to_string(2, kOneTable));
   for (const std::string& finding : bound_findings(report)) result += finding + "\n";
   return result;
 }

@@ -42,7 +42,8 @@ Runs runs_of(const Workbench& bench, const Trial& trial, std::string title, std:
   const Dataset clean = bench.truth(trial);
   Runs runs{std::move(title), std::move(key), {}};
   for (int seed = 0; seed < bench.seeds; ++seed)
-    runs.by_seed.push_back(evaluate_on_plant(bench.observer(trial, seed), clean, trial.noise, kNoiseSeed, 1).examples.front());
+    runs.by_seed.push_back(
+        evaluate_on_plant(bench.observer(trial, seed), clean, trial.noise, kNoiseSeed, 1).examples.front());
   return runs;
 }
 
