@@ -58,7 +58,7 @@ release() {
 }
 
 # Long computations by code that shorter tests run too: minutes under sanitizers, seconds above.
-long_under_sanitizers='OnJitteredSamples|RealLogs\.|BoundStudy\.SeesThat|^reproduce_test\.Reproduction\.|HostileToml\.ManyKeys'
+long_under_sanitizers='OnJitteredSamples|RealLogs\.|BoundStudy\.SeesThat|^reproduce_test\.Reproduction\.|HostileToml\.ManyKeys|Docs\.TheWorked'
 
 # clang++ here: the second opinion on warnings comes with it. --full does without precompiled headers, which takes twice
 # as long and shows whether every source includes what it uses.

@@ -75,10 +75,13 @@ TEST(EvaluationStudy, TextAndJsonShowBothErrors) {
 TEST(EvaluationStudy, TablesStayWithinAHundredColumns) {
   EvaluationStudy study = two_by_two();
   for (auto& by_set : study.results)
-    for (auto& group : by_set) {
-      group.front().states.insert(group.front().states.end(), 6, {"angular_velocity", "rad/s", 0.0});
-      group.front().metrics.per_component = Eigen::VectorXd::Constant(8, 0.5);
-    }
+    for (auto& group : by_set)
+      for (Evaluation& evaluation : group) {
+        evaluation.states.insert(evaluation.states.end(), 6, {"angular_velocity", "rad/s", 0.0});
+        evaluation.metrics.per_component = Eigen::VectorXd::Constant(8, 0.5);
+        for (ErrorMetrics::Window& window : evaluation.metrics.windows)
+          window.per_component = evaluation.metrics.per_component;
+      }
   const std::string text = evaluation_text(study);
   std::size_t longest = 0;
   for (std::size_t at = 0; at < text.size(); at = text.find('\n', at) + 1)

@@ -177,8 +177,9 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     const std::string nearest = nearest_name(name, names);
     throw codegen::Error(fmt::format("--set {}: the plant has no parameter \"{}\"; {}", change, name,
-                                     nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
-                                                     : fmt::format("did you mean \"{}\"?", nearest)));
+                                     names.empty()     ? "it has none: write its numbers as parameters"
+                                     : nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
+                                                       : fmt::format("did you mean \"{}\"?", nearest)));
   }
   return parse_experiment(experiment.source_text, "the model's experiment", changes);
 }

@@ -137,8 +137,8 @@ void note_outputs_beyond(const TrainingLogs& training, const Dataset& logs, std:
     const std::string unit = output->unit.empty() ? "" : " " + output->unit;
     notes.push_back(
         fmt::format("{}: output \"{}\" leaves its training range, {:.4g} to {:.4g}{}, by up to {:.3g}{}; "
-                    "{:.3g} % of the samples of these logs are outside: estimates there are extrapolated; "
-                    "train on logs that go as far",
+                    "{:.3g} % of the samples of these logs are outside: unless T* reads it only as z - y, "
+                    "estimates there are extrapolated; train on logs that go as far",
                     where, range.output, range.low, range.high, unit, worst, unit,
                     100.0 * static_cast<double>(outside) / static_cast<double>(samples)));
   }
