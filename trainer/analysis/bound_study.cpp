@@ -18,8 +18,6 @@
 namespace nlo::trainer {
 namespace {
 
-using codegen::Error;
-
 constexpr Eigen::Index kSlopePoints = 600;
 constexpr Eigen::Index kMostCorners = 16;  // 2^16 of them
 

@@ -27,7 +27,7 @@ Eigen::VectorXd wraps_of(const std::vector<Channel>& outputs) {
 EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise) {
   const InitialMoments start = initial_moments(knows.simulation);
   const EkfConfig config{start.mean, start.covariance, 1e-6, noise_variances(noise)};
-  const EstimatorFactory filter = ekf_estimator(
+  EstimatorFactory filter = ekf_estimator(
       [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
         return EkfPlant{[plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },

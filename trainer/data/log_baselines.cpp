@@ -36,7 +36,7 @@ VectorXd measured_signal(const StateSource& source, const Trajectory& run) {
 VectorXd estimate_state(const StateSource& source, const EndPointPolynomial& polynomial, const VectorXd& time_s,
                         const VectorXd& signal, Index stride = 1) {
   const int derivative = source.kind == StateKind::kDerivativeOfMeasured ? 1 : 0;
-  const VectorXd estimate = end_point_estimate(polynomial, derivative, time_s, signal, stride);
+  VectorXd estimate = end_point_estimate(polynomial, derivative, time_s, signal, stride);
   if (source.kind == StateKind::kSineOfMeasured) return sine_of(estimate, source.wrap);
   if (source.kind == StateKind::kCosineOfMeasured) return cosine_of(estimate, source.wrap);
   return estimate;

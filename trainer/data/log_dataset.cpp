@@ -80,8 +80,8 @@ class Loader {
   }
 
   VectorXd weights(const VectorXd& time_s) const {
+    if (!filtered_) return VectorXd::Ones(time_s.size());
     const VectorXd weight = VectorXd::Ones(time_s.size());
-    if (!filtered_) return weight;
     const double mask_s = config_.velocity_filter.mask_edges_s, end_s = time_s[time_s.size() - 1];
     return (time_s.array() < mask_s || time_s.array() > end_s - mask_s).select(0.0, weight);
   }
