@@ -41,7 +41,7 @@ std::vector<std::size_t> indices(const std::vector<Chosen>& chosen) {
 
 TEST(RelativeError, CountsEachStateByItsOwnSpread) {
   const Dataset set = mixed_set(1);
-  const Eigen::VectorXd scale = state_scale(set);
+  const Eigen::VectorXd scale = state_deviation(set);
   EXPECT_NEAR(scale[1] / scale[0], 1000.0, 500.0);
   for (const Eigen::Index state : {0, 1}) {
     Eigen::MatrixXd estimate = set.trajectories[0].states;
@@ -52,7 +52,7 @@ TEST(RelativeError, CountsEachStateByItsOwnSpread) {
 
 TEST(RelativeError, TakesAnglesTheShortWayAndLeavesOutWhatIsMasked) {
   Dataset set = mixed_set(1);
-  const Eigen::VectorXd scale = state_scale(set);
+  const Eigen::VectorXd scale = state_deviation(set);
   Eigen::MatrixXd estimate = set.trajectories[0].states;
   estimate.row(0).array() += 2.0 * std::numbers::pi;
   EXPECT_NEAR(relative_error(set.trajectories[0], estimate, set.states, scale), 0.0, 1e-12);

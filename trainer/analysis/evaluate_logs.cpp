@@ -154,7 +154,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   std::vector<Eigen::MatrixXd> estimates;
   ErrorAccumulator sum(logs.states, logs.sample_period_s, config);
   std::vector<double> errors;
-  const Eigen::VectorXd scale = state_scale(logs);
+  const Eigen::VectorXd scale = state_deviation(logs);
   const auto count = static_cast<double>(logs.trajectories.size());
   for (std::size_t i = 0; i < logs.trajectories.size(); ++i) {
     const Trajectory& run = measured.trajectories[i];

@@ -44,23 +44,6 @@ std::string reason(std::size_t run, const Extremes& e) {
 
 }  // namespace
 
-Eigen::VectorXd state_scale(const Dataset& dataset) {
-  const auto n = static_cast<Eigen::Index>(dataset.states.size());
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n), squares = sum;
-  double weight = 0.0;
-  for (const Trajectory& run : dataset.trajectories) {
-    sum += run.states * run.weight;
-    weight += run.weight.sum();
-  }
-  if (weight <= 0.0) return Eigen::VectorXd::Ones(n);
-  const Eigen::VectorXd mean = sum / weight;
-  for (const Trajectory& run : dataset.trajectories) squares += (run.states.colwise() - mean).cwiseAbs2() * run.weight;
-  Eigen::VectorXd scale = (squares / weight).cwiseSqrt();
-  for (double& value : scale)
-    if (!(value > 0.0)) value = 1.0;
-  return scale;
-}
-
 double relative_error(const Trajectory& truth, const Eigen::MatrixXd& estimate, const std::vector<Channel>& states,
                       const Eigen::VectorXd& scale) {
   double squares = 0.0;

@@ -11,6 +11,7 @@
 
 #include "codegen/model.h"
 #include "trainer/analysis/evaluate.h"
+#include "trainer/analysis/metrics.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
@@ -22,9 +23,6 @@ struct Chosen {
   std::size_t run;  ///< index into the test set
   std::string why;  ///< "first", "best", "worst", "first and worst"; may be empty
 };
-
-/// n_x: the standard deviation of each state over the scored samples of all runs; 1 for a state that never changes.
-Eigen::VectorXd state_scale(const Dataset& dataset);
 
 /// Root mean square of (x - x_hat) / scale over the scored samples and states of one run; angles the short way round.
 /// NaN when no sample is scored.
@@ -40,7 +38,7 @@ std::vector<Chosen> spread_choice(const std::vector<double>& errors, std::size_t
 class FirstAndWorst {
  public:
   /// `clean`, the test set, outlives this object.
-  explicit FirstAndWorst(const Dataset& clean) : clean_(clean), scale_(state_scale(clean)) {}
+  explicit FirstAndWorst(const Dataset& clean) : clean_(clean), scale_(state_deviation(clean)) {}
 
   void offer(std::size_t run, Eigen::MatrixXd measured, Eigen::MatrixXd estimate);
 

@@ -96,12 +96,6 @@ void note_training_logs(const codegen::Model& model, const Dataset& logs, LogRep
   }
 }
 
-double longest_s(const Dataset& logs) {
-  double longest = 0.0;
-  for (const Trajectory& run : logs.trajectories) longest = std::max(longest, run.time_s[run.samples() - 1]);
-  return longest;
-}
-
 void on_logs(const Arguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
   PatientProgress progress;
   LogConfig columns = columns_for(models.front().model, experiment, arguments.columns);
@@ -115,7 +109,7 @@ void on_logs(const Arguments& arguments, const std::vector<NamedModel>& models, 
   progress.update(0.0, "reading the logs");
   LogReport report;
   const Dataset logs = load_logs(columns, "", arguments.data, &report);
-  const MetricsConfig config = metrics_config(experiment, longest_s(logs));
+  const MetricsConfig config = metrics_config(experiment, logs);
   std::vector<std::string> results;
   const auto all = static_cast<double>(models.size() * arguments.test.noises.size());
   for (const NamedModel& model : models) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/commands/judgement.h"
 
-#include <algorithm>
-
 #include "codegen/file.h"
 #include "trainer/analysis/evaluation_text.h"
 #include "trainer/data/log_schema.h"
@@ -30,11 +28,9 @@ Judgement judge_on_logs(const codegen::Model& model, const Experiment& experimen
                         const JudgedLogs& judged, const LogReport& clock) {
   Judgement judgement;
   judgement.log_clock = clock;
-  double longest_s = 0.0;
-  for (const Trajectory& run : judged.logs.trajectories) longest_s = std::max(longest_s, run.time_s[run.samples() - 1]);
   LogEvaluation& logs =
       judgement.logs.emplace(evaluate_on_logs(model, judged.logs, resolve_columns(*experiment.log), &training,
-                                              NoiseConfig{}, experiment.seed, metrics_config(experiment, longest_s)));
+                                              NoiseConfig{}, experiment.seed, metrics_config(experiment, judged.logs)));
   logs.split = judged.split;
   if (judged.split == "validation")
     logs.notes.insert(logs.notes.begin(),

@@ -160,6 +160,12 @@ MetricsConfig metrics_config(const Experiment& experiment, double horizon_s) {
   return config;
 }
 
+MetricsConfig metrics_config(const Experiment& experiment, const Dataset& logs) {
+  double longest_s = 0.0;
+  for (const Trajectory& run : logs.trajectories) longest_s = std::max(longest_s, run.time_s[run.samples() - 1]);
+  return metrics_config(experiment, longest_s);
+}
+
 Experiment changed_experiment(const Experiment& experiment, const std::vector<std::string>& changes) {
   if (changes.empty()) return experiment;
   for (const std::string& change : changes) {

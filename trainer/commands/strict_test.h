@@ -20,6 +20,9 @@ Experiment experiment_of(const codegen::Model& model, const std::string& origin)
 /// Windows and settling as the experiment says, else by its observer and this horizon.
 MetricsConfig metrics_config(const Experiment& experiment, double horizon_s);
 
+/// The same with the longest of these logs as the horizon.
+MetricsConfig metrics_config(const Experiment& experiment, const Dataset& logs);
+
 struct StrictTest {
   std::vector<NoiseConfig> noises;
   std::vector<std::string> against;  ///< ekf, ekf_true; constant and ridge are always there
