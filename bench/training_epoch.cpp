@@ -16,13 +16,13 @@
 #include "bench/machine_peak.h"
 #include "bench/ratios.h"
 #include "bench/training_limit.h"
-#include "trainer/config.h"
+#include "trainer/base/parallel.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/nn/network.h"
-#include "trainer/objective.h"
 #include "trainer/optim/optimiser.h"
-#include "trainer/parallel.h"
 #include "trainer/structures/structure.h"
+#include "trainer/training/objective.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <exception>
 #include <new>
 
+#include "trainer/base/nearest_name.h"
 #include "trainer/commands/command.h"
-#include "trainer/nearest_name.h"
 
 namespace {
 

@@ -17,7 +17,7 @@
 #include "codegen/file.h"
 #include "tests/claims/flight.h"
 #include "tests/claims/ledger.h"
-#include "trainer/parallel.h"
+#include "trainer/base/parallel.h"
 
 namespace {
 

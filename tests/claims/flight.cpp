@@ -13,10 +13,10 @@
 
 #include "codegen/file.h"
 #include "codegen/model_file.h"
-#include "trainer/analysis/evaluate.h"
-#include "trainer/analysis/measurement_noise.h"
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/measurement_noise.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <toml.hpp>
 
-#include "trainer/number_text.h"
+#include "trainer/base/number_text.h"
 
 namespace nlo::claims {
 

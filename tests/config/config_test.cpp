@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

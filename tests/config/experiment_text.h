@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "codegen/error.h"
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

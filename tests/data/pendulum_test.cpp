@@ -9,10 +9,10 @@
 #include "codegen/file.h"
 #include "tests/data/pendulum_logs.h"
 #include "tests/data/testing.h"
-#include "trainer/analysis/evaluate_logs.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/train.h"
+#include "trainer/evaluation/evaluate_logs.h"
+#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "codegen/error.h"
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

@@ -10,12 +10,12 @@
 #include <cmath>
 
 #include "codegen/error.h"
-#include "tests/trainer/plain_latent.h"
+#include "tests/sensitivity/plain_latent.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
-#include "trainer/rollout.h"
+#include "trainer/rollout/rollout.h"
 #include "trainer/structures/make_dynamics.h"
 #include "trainer/structures/structure.h"
 

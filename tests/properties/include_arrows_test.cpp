@@ -45,7 +45,7 @@ const std::vector<Arrow> kArrows = {
     {"examples/", {"nlo/"}},
 };
 
-/// What a part of the trainer must not know: `from` never includes `target`, but for the files in `except`.
+/// What a part of the trainer must not know: `from` never includes `target`, but for the files and the targets in `except`.
 struct Wall {
   std::string_view from, target;
   std::vector<std::string_view> except;
@@ -53,7 +53,7 @@ struct Wall {
 
 const std::vector<Wall> kWalls = {
     // A loss term and a sensitivity speak in cotangents at samples: no structure's equations, no plant's.
-    {"trainer/losses/", "trainer/structures/", {}},
+    {"trainer/losses/", "trainer/structures/", {"trainer/structures/observer_structure.h"}},
     {"trainer/sensitivity/", "trainer/structures/", {}},
     {"trainer/losses/", "trainer/plants/", {"trainer/losses/pde_residual"}},
     {"trainer/sensitivity/", "trainer/plants/", {}},
@@ -63,7 +63,7 @@ const std::vector<Wall> kWalls = {
     {"trainer/structures/", "trainer/plants/", {}},
     {"trainer/nn/", "trainer/plants/", {}},
     {"trainer/optim/", "trainer/plants/", {}},
-    {"trainer/train", "trainer/plants/", {}},
+    {"trainer/training/", "trainer/plants/", {}},
 };
 
 /// Standard headers that a freestanding or bare-metal C++20 compiler has, and that pull in neither libm nor the heap.
@@ -108,7 +108,8 @@ std::string objection(const std::string& file, const Include& include) {
   const bool ours = starts_with_any(include.target, kParts);
   if (ours && !starts_with_any(include.target, arrow->may)) return "is an arrow against the layering";
   for (const Wall& wall : kWalls) {
-    if (file.starts_with(wall.from) && include.target.starts_with(wall.target) && !starts_with_any(file, wall.except)) {
+    if (file.starts_with(wall.from) && include.target.starts_with(wall.target) && !starts_with_any(file, wall.except) &&
+        !starts_with_any(include.target, wall.except)) {
       return "crosses the wall between " + std::string(wall.from) + " and " + std::string(wall.target);
     }
   }
@@ -166,10 +167,12 @@ TEST(IncludeArrows, PointTheAllowedWayInEveryFile) {
 TEST(IncludeArrows, SeeAnArrowAgainstTheLayering) {
   EXPECT_THAT(violations("runtime/include/nlo/x.h", "#pragma once\n#include \"codegen/model.h\"\n"),
               ElementsAre(HasSubstr("nlo/x.h:2: codegen/model.h is an arrow against")));
-  EXPECT_THAT(violations("codegen/x.cpp", "#include \"trainer/config.h\"\n"), ElementsAre(HasSubstr("against")));
+  EXPECT_THAT(violations("codegen/x.cpp", "#include \"trainer/config/experiment.h\"\n"),
+              ElementsAre(HasSubstr("against")));
   EXPECT_THAT(violations("trainer/x.cpp", "  #  include <tests/x.h>  // why not\n"), ElementsAre(HasSubstr("against")));
-  EXPECT_THAT(violations("bench/step_latency.cpp", "#include \"trainer/config.h\""), ElementsAre(HasSubstr("against")));
-  EXPECT_THAT(violations("bench/training_epoch.cpp", "#include \"trainer/config.h\""), IsEmpty());
+  EXPECT_THAT(violations("bench/step_latency.cpp", "#include \"trainer/config/experiment.h\""),
+              ElementsAre(HasSubstr("against")));
+  EXPECT_THAT(violations("bench/training_epoch.cpp", "#include \"trainer/config/experiment.h\""), IsEmpty());
   EXPECT_THAT(violations("trainer/x.cpp", "#include \"codegen/model.h\"\n#include <nlo/latent.h>\n"), IsEmpty());
   EXPECT_THAT(violations("trainer/x.cpp", "// #include \"tests/x.h\" is what one must not do\n"), IsEmpty());
 }

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "tests/analysis/van_der_pol_set.h"
-#include "trainer/analysis/examples.h"
+#include "tests/evaluation/van_der_pol_set.h"
+#include "trainer/evaluation/examples.h"
 #include "trainer/report/report.h"
 
 namespace nlo::trainer::test {

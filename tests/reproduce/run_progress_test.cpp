@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <string>
 
-#include "trainer/analysis/text.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "trainer/analysis/measurement_noise.h"
 #include "trainer/data/angle.h"
+#include "trainer/evaluation/measurement_noise.h"
 
 namespace nlo::trainer {
 namespace {

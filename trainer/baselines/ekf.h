@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <functional>
 
-#include "trainer/analysis/evaluate.h"
+#include "trainer/evaluation/evaluate.h"
 
 namespace nlo::trainer {
 

@@ -7,8 +7,6 @@
 #include <memory>
 
 #include "codegen/model_file.h"
-#include "trainer/analysis/evaluate_logs.h"
-#include "trainer/analysis/evaluation_text.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/log_columns.h"
 #include "trainer/commands/patient_progress.h"
@@ -16,6 +14,8 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/training_logs.h"
+#include "trainer/evaluation/evaluate_logs.h"
+#include "trainer/evaluation/evaluation_text.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"

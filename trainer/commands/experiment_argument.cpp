@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "codegen/error.h"
+#include "trainer/base/nearest_name.h"
 #include "trainer/experiments/shipped.h"
-#include "trainer/nearest_name.h"
 
 namespace nlo::trainer {
 

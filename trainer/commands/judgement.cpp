@@ -2,8 +2,8 @@
 #include "trainer/commands/judgement.h"
 
 #include "codegen/file.h"
-#include "trainer/analysis/evaluation_text.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/evaluation/evaluation_text.h"
 #include "trainer/report/report.h"
 
 namespace nlo::trainer {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "codegen/model.h"
-#include "trainer/analysis/evaluate.h"
-#include "trainer/analysis/evaluate_logs.h"
 #include "trainer/commands/strict_test.h"
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/evaluate_logs.h"
 
 namespace nlo::trainer {
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "trainer/base/number_text.h"
 #include "trainer/commands/command.h"
-#include "trainer/number_text.h"
 
 namespace nlo::trainer {
 

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "trainer/progress.h"
-#include "trainer/status_line.h"
+#include "trainer/terminal/progress.h"
+#include "trainer/terminal/status_line.h"
 
 namespace nlo::trainer {
 

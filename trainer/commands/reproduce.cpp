@@ -12,7 +12,7 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/reproduce/page.h"
 #include "trainer/reproduce/run.h"
-#include "trainer/status_line.h"
+#include "trainer/terminal/status_line.h"
 
 namespace nlo::trainer {
 namespace {

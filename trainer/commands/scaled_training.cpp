@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "codegen/error.h"
-#include "trainer/analysis/latent_system.h"
-#include "trainer/number_text.h"
+#include "trainer/base/number_text.h"
+#include "trainer/bounds/latent_system.h"
 #include "trainer/plants/training_sets.h"
-#include "trainer/progress.h"
-#include "trainer/train.h"
+#include "trainer/terminal/progress.h"
+#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 Experiment scaled_experiment(const Experiment& experiment, const codegen::Model& model, double k, int steps) {

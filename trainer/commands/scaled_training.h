@@ -3,7 +3,7 @@
 #pragma once
 
 #include "codegen/model.h"
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

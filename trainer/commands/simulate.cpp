@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "trainer/analysis/measurement_noise.h"
+#include "trainer/base/number_text.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/data/angle.h"
-#include "trainer/number_text.h"
+#include "trainer/evaluation/measurement_noise.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "codegen/error.h"
-#include "trainer/analysis/measurement_noise.h"
+#include "trainer/base/nearest_name.h"
 #include "trainer/baselines/ekf.h"
-#include "trainer/nearest_name.h"
+#include "trainer/evaluation/measurement_noise.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "codegen/model.h"
-#include "trainer/analysis/evaluate.h"
-#include "trainer/analysis/evaluation_study.h"
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
+#include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/evaluation_study.h"
 
 namespace nlo::trainer {
 

@@ -19,8 +19,8 @@
 #include "trainer/data/transient.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/plants/training_sets.h"
-#include "trainer/progress.h"
-#include "trainer/train.h"
+#include "trainer/terminal/progress.h"
+#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

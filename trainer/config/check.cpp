@@ -7,10 +7,10 @@
 #include <complex>
 
 #include "codegen/error.h"
+#include "trainer/base/number_text.h"
 #include "trainer/config/check_plant.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/transient.h"
-#include "trainer/number_text.h"
 #include "trainer/plants/odd_symmetry.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"

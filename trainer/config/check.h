@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

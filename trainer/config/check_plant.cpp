@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/number_text.h"
+#include "trainer/base/number_text.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/config/toml.h"
 
 namespace nlo::trainer {

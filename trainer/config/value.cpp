@@ -10,8 +10,8 @@
 
 #include "codegen/error.h"
 #include "codegen/identifier.h"
-#include "trainer/nearest_name.h"
-#include "trainer/number_text.h"
+#include "trainer/base/nearest_name.h"
+#include "trainer/base/number_text.h"
 
 namespace nlo::trainer {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/config/toml.h"
 
 namespace nlo::trainer {

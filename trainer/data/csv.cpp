@@ -12,7 +12,7 @@
 
 #include "codegen/error.h"
 #include "codegen/file.h"
-#include "trainer/nearest_name.h"
+#include "trainer/base/nearest_name.h"
 
 namespace nlo::trainer {
 namespace {

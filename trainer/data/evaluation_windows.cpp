@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trainer/base/number_text.h"
 #include "trainer/data/transient.h"
-#include "trainer/number_text.h"
 
 namespace nlo::trainer {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/data/log_content.h"
 #include "trainer/data/time_stamps.h"

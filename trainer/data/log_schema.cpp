@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "codegen/error.h"
-#include "trainer/nearest_name.h"
+#include "trainer/base/nearest_name.h"
 
 namespace nlo::trainer {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/log_file.h"
 #include "trainer/data/log_schema.h"
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "codegen/error.h"
-#include "trainer/number_text.h"
+#include "trainer/base/number_text.h"
 
 namespace nlo::trainer {
 namespace {

@@ -6,7 +6,7 @@
 //   t_c = k / min |Re lambda|: what is left of the start is exp(-k)
 #pragma once
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer {

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

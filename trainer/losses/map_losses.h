@@ -9,9 +9,9 @@
 
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/nn/network_block.h"
-#include "trainer/observer_structure.h"
+#include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {
 

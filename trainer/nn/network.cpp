@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "trainer/random.h"
+#include "trainer/base/random.h"
 
 namespace nlo::trainer {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {

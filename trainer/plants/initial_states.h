@@ -18,7 +18,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

@@ -3,7 +3,7 @@
 // t = 0 comes, so that z(0) = T(x(0)) and every pair (z, x) from then on is one of the map T (Ramos et al. 2020).
 #pragma once
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/plants/plant.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {

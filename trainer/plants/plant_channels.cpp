@@ -8,8 +8,8 @@
 #include <set>
 
 #include "codegen/error.h"
+#include "trainer/base/nearest_name.h"
 #include "trainer/data/angle.h"
-#include "trainer/nearest_name.h"
 
 namespace nlo::trainer {
 namespace {

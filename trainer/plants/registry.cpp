@@ -7,7 +7,7 @@
 #include <array>
 
 #include "codegen/error.h"
-#include "trainer/nearest_name.h"
+#include "trainer/base/nearest_name.h"
 #include "trainer/plants/builtin.h"
 #include "trainer/plants/expression_plant.h"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/initial_states.h"

@@ -2,7 +2,7 @@
 // What an experiment with a [plant] trains on and chooses its model by.
 #pragma once
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer {

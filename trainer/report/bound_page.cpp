@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/analysis/bound_text.h"
+#include "trainer/bounds/bound_text.h"
 #include "trainer/report/gnuplot.h"
 #include "trainer/report/html.h"
 #include "trainer/report/page.h"

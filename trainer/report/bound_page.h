@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "trainer/analysis/bound_study.h"
+#include "trainer/bounds/bound_study.h"
 
 namespace nlo::trainer {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "trainer/analysis/evaluate.h"
+#include "trainer/evaluation/evaluate.h"
 #include "trainer/report/control_loop_result.h"
 #include "trainer/report/gnuplot.h"
 #include "trainer/report/training_curves.h"

@@ -8,9 +8,9 @@
 #include <filesystem>
 
 #include "codegen/file.h"
-#include "trainer/analysis/measurement_noise.h"
-#include "trainer/analysis/text.h"
-#include "trainer/number_text.h"
+#include "trainer/base/number_text.h"
+#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/evaluation/text.h"
 #include "trainer/report/figures.h"
 #include "trainer/report/html.h"
 #include "trainer/report/page.h"

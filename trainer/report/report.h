@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "codegen/model.h"
-#include "trainer/analysis/evaluate.h"
-#include "trainer/analysis/evaluate_logs.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/report/control_loop_result.h"
 #include "trainer/report/training_curves.h"
 

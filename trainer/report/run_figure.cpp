@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trainer/analysis/metrics.h"
-#include "trainer/analysis/text.h"
+#include "trainer/evaluation/metrics.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/analysis/evaluate.h"
+#include "trainer/evaluation/evaluate.h"
 #include "trainer/report/gnuplot.h"
 #include "trainer/report/page.h"
 

@@ -8,7 +8,7 @@
 
 #include "codegen/error.h"
 #include "codegen/model_file.h"
-#include "trainer/checkpoint.h"
+#include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

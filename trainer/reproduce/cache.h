@@ -7,7 +7,7 @@
 #include <string>
 
 #include "codegen/model.h"
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer::reproduction {
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "trainer/number_text.h"
+#include "trainer/base/number_text.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "trainer/analysis/rmse_map.h"
+#include "trainer/evaluation/rmse_map.h"
 #include "trainer/reproduce/analyses.h"
 #include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/trajectories.h"

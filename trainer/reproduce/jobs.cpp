@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "codegen/error.h"
+#include "trainer/base/parallel.h"
 #include "trainer/experiments/shipped.h"
-#include "trainer/parallel.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/plants/training_sets.h"
-#include "trainer/train.h"
+#include "trainer/training/train.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

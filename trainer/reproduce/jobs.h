@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "trainer/config.h"
+#include "trainer/config/experiment.h"
 #include "trainer/reproduce/cache.h"
 #include "trainer/reproduce/registry.h"
 #include "trainer/reproduce/run_progress.h"

@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "trainer/analysis/text.h"
+#include "trainer/evaluation/text.h"
 #include "trainer/report/html.h"
 #include "trainer/report/page.h"
 #include "trainer/reproduce/trajectories.h"

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "codegen/error.h"
-#include "trainer/nearest_name.h"
+#include "trainer/base/nearest_name.h"
 #include "trainer/reproduce/analyses.h"
 
 namespace nlo::trainer::reproduction {

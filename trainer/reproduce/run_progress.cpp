@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trainer/analysis/text.h"
-#include "trainer/progress.h"
+#include "trainer/evaluation/text.h"
+#include "trainer/terminal/progress.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

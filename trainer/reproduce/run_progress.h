@@ -8,7 +8,7 @@
 #include <mutex>
 #include <string>
 
-#include "trainer/status_line.h"
+#include "trainer/terminal/status_line.h"
 
 namespace nlo::trainer::reproduction {
 

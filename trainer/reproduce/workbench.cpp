@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "trainer/analysis/evaluate.h"
-#include "trainer/analysis/paper_noise.h"
+#include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/paper_noise.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 

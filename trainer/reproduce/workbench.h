@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "codegen/model.h"
-#include "trainer/config.h"
+#include "trainer/base/noise.h"
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
-#include "trainer/noise.h"
 #include "trainer/reproduce/section.h"
 
 namespace nlo::trainer::reproduction {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "codegen/model.h"
-#include "trainer/rollout.h"
+#include "trainer/rollout/rollout.h"
 
 namespace nlo::trainer {
 

@@ -3,7 +3,7 @@
 
 #include "codegen/model.h"
 #include "trainer/data/dataset.h"
-#include "trainer/rollout.h"
+#include "trainer/rollout/rollout.h"
 
 namespace nlo::trainer {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "trainer/observer_structure.h"
-#include "trainer/rollout.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {
 

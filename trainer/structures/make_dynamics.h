@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "trainer/config.h"
-#include "trainer/observer_structure.h"
+#include "trainer/config/experiment.h"
 #include "trainer/sensitivity/latent_dynamics.h"
+#include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {
 

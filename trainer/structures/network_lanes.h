@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "trainer/nn/network_block.h"
-#include "trainer/observer_structure.h"
 #include "trainer/sensitivity/ode_dynamics.h"
+#include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {
 

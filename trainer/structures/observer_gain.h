@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include "trainer/config.h"
-#include "trainer/observer_structure.h"
+#include "trainer/config/experiment.h"
+#include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {
 

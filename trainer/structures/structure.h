@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "codegen/model.h"
-#include "trainer/config.h"
-#include "trainer/observer_structure.h"
-#include "trainer/rollout.h"
+#include "trainer/config/experiment.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {
 

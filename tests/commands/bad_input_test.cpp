@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// Wrong input, one row each: the exit code, the words that the message must have, and no file made or changed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "tests/commands/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+struct BadInput {
+  std::string name;
+  std::vector<std::string> arguments;
+  int exit_code;
+  std::string message;
+  std::string file = {}, text = {};  ///< what is written before, over the fixture's file of that name
+
+  friend void PrintTo(const BadInput& row, std::ostream* out) { *out << row.name; }
+};
+
+BadInput experiment(std::string name, const std::string& old, const std::string& replacement, std::string message,
+                    int exit_code = 2) {
+  return {std::move(name), {"train", "bad.toml", "-o", "out"},     exit_code, std::move(message),
+          "bad.toml",      with(kTinyExperiment, old, replacement)};
+}
+
+BadInput log_experiment(std::string name, const std::string& old, const std::string& replacement, std::string message) {
+  return {std::move(name),
+          {"train", "bad.toml", "--data", "logs", "-o", "out"},
+          2,
+          std::move(message),
+          "bad.toml",
+          with(kTinyLogExperiment, old, replacement)};
+}
+
+BadInput csv(std::string name, std::string text, std::string message) {
+  return {std::move(name), {"train", "log.toml", "--data", "logs", "-o", "out"}, 2, std::move(message), "logs/a.csv",
+          std::move(text)};
+}
+
+BadInput model(std::string name, std::string text, std::string message) {
+  return {std::move(name), {"export", "bad.json", "-o", "out.h"}, 2, std::move(message), "bad.json", std::move(text)};
+}
+
+BadInput usage(std::string name, std::vector<std::string> arguments, std::string message, int exit_code = 2) {
+  return {std::move(name), std::move(arguments), exit_code, std::move(message)};
+}
+
+std::string lines(const std::string& head, const std::string& line, int count) {
+  std::string text = head;
+  for (int i = 0; i < count; ++i) text += line;
+  return text;
+}
+
+const std::vector<BadInput>& bad_inputs() {
+  static const std::vector<BadInput> kRows = {
+      // The command line
+      usage("NoCommand", {}, "subcommand is required"),
+      usage("UnknownCommand", {"trian", "tiny.toml"}, "unknown command \"trian\"; did you mean \"train\"?"),
+      usage("UnknownOption", {"train", "tiny.toml", "--thread", "2"}, "did you mean \"--threads\"?"),
+      usage("NoExperiment", {"train"}, "EXPERIMENT is missing"),
+      usage("MissingExperiment", {"train", "nowhere.toml"}, "nowhere.toml: no such file"),
+      usage("MisspeltShippedExperiment", {"train", "van_der_pole"}, "did you mean \"van_der_pol\"?"),
+      usage("ExperimentIsADirectory", {"train", "logs"}, "logs: "),
+      usage("SeedIsNoNumber", {"train", "tiny.toml", "--seed", "one"}, "--seed"),
+      usage("SeedIsNegative", {"train", "tiny.toml", "--seed=-1"}, "--seed"),
+      usage("ThreadsAreNegative", {"train", "tiny.toml", "--threads=-1"}, "threads is -1"),
+      usage("DataForAPlant", {"train", "tiny.toml", "--data", "logs"}, "--data is for experiments with a [log]"),
+      usage("NoModelToEvaluate", {"evaluate"}, "MODEL is required"),
+      usage("NoOutputToExport", {"export", "model.json"}, "--output is required"),
+      usage("ZeroTrajectoriesToEvaluate", {"evaluate", "model.json", "--trajectories", "0"}, "--trajectories"),
+      usage("ZeroTrajectoriesToSimulate", {"simulate", "tiny.toml", "--trajectories", "0", "-o", "x.csv"},
+            "--trajectories"),
+      usage("BoxScaleIsZero", {"evaluate", "model.json", "--box-scale", "0"}, "--box-scale"),
+      usage("BoxScaleIsNan", {"evaluate", "model.json", "--box-scale", "nan"}, "--box-scale"),
+      usage("UnknownNoise", {"evaluate", "model.json", "--noise", "gausian:1"},
+            "noise \"gausian:1\" is of no known kind"),
+      usage("NoiseWithoutScale", {"evaluate", "model.json", "--noise", "uniform"}, "has no scale"),
+      usage("NoiseIsNan", {"simulate", "tiny.toml", "-o", "x.csv", "--noise", "gaussian:nan"}, "no number"),
+      usage("InputForAPlantWithoutOne",
+            {"simulate", "tiny.toml", "--set", "plant.model=\"sine_cosine\"", "--input", "1", "-o", "x.csv"},
+            "plant sine_cosine has no input to excite; leave --input out"),
+      usage("TooManyInputs", {"simulate", "tiny.toml", "--input", "t", "--input", "1", "-o", "x.csv"},
+            "plant van_der_pol has 1 input (u), but --input gives 2"),
+      usage("TooManyInputsToEvaluate", {"evaluate", "model.json", "--input", "t", "--input", "1"},
+            "but --input gives 2"),
+      usage("InputOfAnUnknownName", {"evaluate", "model.json", "--input", "cos(12*s)"},
+            "input u \"cos(12*s)\": Unexpected token \"s\" at position 8; variables: t"),
+      usage("InputIsBroken", {"simulate", "tiny.toml", "--input", "cos(12*t", "-o", "x.csv"}, "input u \"cos(12*t\": "),
+      usage("InputIsEmpty", {"simulate", "tiny.toml", "--input", " ", "-o", "x.csv"}, "the expression is empty"),
+      usage("InputWithoutValue", {"simulate", "tiny.toml", "--input", "1/t", "-o", "x.csv"},
+            "input u \"1/t\" is no finite number at t = 0 s", 1),
+      usage("InputForLogs", {"evaluate", "log_model.json", "--data", "logs/a.csv", "--input", "t"},
+            "--input is for new trajectories of a plant"),
+      usage("UnknownAlternative", {"evaluate", "model.json", "--against", "oracle"}, "--against"),
+      usage("LogWithoutAPlantsStates", {"evaluate", "model.json", "--data", "logs/a.csv"}, "no column \"x1\""),
+      usage("MissingColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "no.toml"}, "no.toml"),
+      usage("ColumnsWithoutLogs", {"evaluate", "model.json", "--columns", "no.toml"}, "--data FILE..."),
+      usage("NoTableOfColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "tiny.toml"},
+            "tiny.toml:1: \"name\" has no use in a table of columns"),
+      usage("ChangedModel", {"evaluate", "model.json", "--set", "observer.hold=rk4"},
+            "--set observer.hold=rk4: only plant.KEY and simulation.KEY can be changed"),
+      usage("ChangedPlantOfNoSuchParameter", {"evaluate", "model.json", "--set", "plant.parameters.nu=1.2"},
+            "has no parameter \"nu\"; did you mean \"mu\"?"),
+      usage("ChangedPlantOfNoSuchKey", {"evaluate", "model.json", "--set", "simulation.horizon=1"},
+            "did you mean \"horizon_s\"?"),
+      usage("TruePlantThatIsNotChanged", {"evaluate", "model.json", "--against", "ekf_true"}, "that --set changes"),
+      usage("ModelsOfTwoExperiments", {"evaluate", "model.json", "log_model.json"},
+            "log_model.json: was trained by another experiment than model.json"),
+      usage("NoTestSets", {"evaluate", "model.json", "--seeds", "0"}, "--seeds"),
+      usage("NoDataForALogModel", {"evaluate", "log_model.json"}, "--data FILE..."),
+      usage("BoxScaleForLogs", {"evaluate", "log_model.json", "--data", "logs/a.csv", "--box-scale", "2"},
+            "--box-scale is for new trajectories of a plant"),
+      usage("MissingLogToEvaluate", {"evaluate", "log_model.json", "--data", "logs/z.csv"}, "no file matches"),
+      usage("FactorIsZero", {"bound", "model.json", "--k", "1,0"}, "--k 1,0: \"0\" is no factor"),
+      usage("FactorIsNegative", {"bound", "model.json", "--k=-2"}, "is no factor"),
+      usage("FactorIsNan", {"bound", "model.json", "--k", "nan"}, "is no factor"),
+      usage("NoFactors", {"bound", "model.json", "--k", ""}, "--k"),
+      usage("FactorsEndInAComma", {"bound", "model.json", "--k", "1,2,"}, "\"\" is no factor"),
+      usage("NoModelToBound", {"bound"}, "MODEL is required"),
+      usage("BoundOfALogModel", {"bound", "log_model.json"}, "was trained on logs; the bound needs a plant"),
+      usage("BoundWithGaussianNoise", {"bound", "model.json", "--noise", "gaussian:0.5"},
+            "Gaussian noise has no bound, and Proposition 2 speaks of bounded noise; write uniform:0.866"),
+      usage("NegativeDisturbance", {"bound", "model.json", "--disturbance=-1"}, "--disturbance -1: must be"),
+      usage("ZeroStepsToBound", {"bound", "model.json", "--steps", "0"}, "--steps"),
+      usage("BoundOntoAFile", {"bound", "model.json", "-o", "tiny.toml"}, "tiny.toml is a file"),
+      usage("DisturbanceBeyondNumbers", {"bound", "model.json", "-q", "--disturbance", "1e12"},
+            "take a smaller --disturbance", 1),
+      usage("UnknownTarget", {"export", "model.json", "--target", "rust", "-o", "x"}, "unknown export target \"rust\""),
+      usage("UnknownScalar", {"export", "model.json", "--scalar", "half", "-o", "x"}, "unknown scalar type \"half\""),
+      usage("UnknownWeights", {"export", "model.json", "--weights", "half", "-o", "x"},
+            "unknown type of weights \"half\"; there are float, bf16, fp16"),
+      usage("HalfWeightsInDouble", {"export", "model.json", "--weights", "bf16", "--scalar", "double", "-o", "x"},
+            "--weights bf16 is for --scalar float"),
+      usage("HalfWeightsInC99", {"export", "model.json", "--weights", "fp16", "--target", "c99", "-o", "tiny.h"},
+            "--weights fp16 is for targets cpp and replay"),
+      usage("ErrorOfHalfWeightsBeyondItsLimit",
+            {"export", "model.json", "--weights", "bf16", "--max-error", "1e-9", "-o", "x.h"},
+            "nothing is written. --weights float is off by", 1),
+      usage("ErrorBeyondItsLimit", {"export", "model.json", "--scalar", "int16", "--max-error", "1e-9", "-o", "x.h"},
+            "nothing is written. --scalar float is off by", 1),
+      usage("ModelThatDoesNotFit", {"export", "model.json", "--fit", "flash=1K,core=m4f", "-o", "x.h"},
+            "the model does not fit: M4F flash", 1),
+      usage("BudgetForNothingKnown", {"export", "model.json", "--fit", "size=1", "-o", "x.h"}, "there are flash, ram"),
+      usage("FitOfAReplay", {"export", "model.json", "--target", "replay", "--fit", "ram=1K", "-o", "x.h"},
+            "not --target replay"),
+      usage("LimitOfNoState", {"export", "model.json", "--max-error", "speed=1", "-o", "x.h"}, "there is no state"),
+      usage("LimitIsNan", {"export", "model.json", "--max-error", "nan", "-o", "x.h"}, "give a positive number"),
+      usage("NameIsAKeyword", {"export", "model.json", "--name", "class", "-o", "x"}, "no identifier"),
+      usage("NameIsAPath", {"export", "model.json", "--name", "../x", "-o", "x"}, "no identifier"),
+      usage("SimulateLogs", {"simulate", "log.toml", "-o", "x.csv"}, "has no [plant] to simulate"),
+
+      // Where to write
+      usage("OutputDirectoryIsAFile", {"train", "tiny.toml", "-o", "tiny.toml"}, "tiny.toml is a file"),
+      usage("OutputBelowAFile", {"train", "tiny.toml", "-o", "tiny.toml/x"}, "tiny.toml is a file"),
+      usage("OutputDirectoryCannotBeMade", {"train", "tiny.toml", "-o", std::string(300, 'x')},
+            "cannot make the directory", 1),
+      usage("AnotherExperimentsModel", {"train", "tiny.toml", "-o", "taken"}, "holds the model of another experiment"),
+      usage("NotAModelInTheWay", {"train", "tiny.toml", "-o", "strange"}, "--force"),
+      usage("NothingToResume", {"train", "tiny.toml", "-o", "out", "--resume"}, "no such file to resume from"),
+      {"DamagedCheckpoint",
+       {"train", "tiny.toml", "-o", "half", "--resume"},
+       1,
+       "checkpoint.bin",
+       "half/checkpoint.bin",
+       "not a checkpoint"},
+      usage("ReportOfNothing", {"report", "logs"}, "logs/model.json: "),
+      usage("ReportOfLogsThatAreElsewhere", {"report", "log_run"}, "--data DIR"),
+      usage("ExportIntoNowhere", {"export", "model.json", "-o", "no/such/x.h"}, "there is no directory no/such"),
+      usage("ExportOntoADirectory", {"export", "model.json", "-o", "logs"}, "logs: is a directory"),
+      usage("SimulateIntoNowhere", {"simulate", "tiny.toml", "-o", "no/x.csv"}, "there is no directory no"),
+
+      // Experiments
+      experiment("EmptyExperiment", kTinyExperiment, "", "bad.toml: the experiment has no name"),
+      experiment("UnknownKey", "eigenvalues", "eigen_values",
+                 "bad.toml:14: unknown key \"eigen_values\" in [observer]; did you mean \"eigenvalues\"?"),
+      experiment("UnknownSection", "[observer]", "[observr]", "did you mean \"observer\"?"),
+      experiment("BrokenToml", "steps = 20", "steps = = 20", "bad.toml:20: "),
+      experiment("KeyTwice", "steps = 20", "steps = 20\nsteps = 21", "bad.toml:21: "),
+      experiment("DeepNesting", "steps = 20", "steps = " + std::string(50000, '['), "nested more than"),
+      experiment("DeepDots", "steps = 20", "a" + lines("", ".a", 50000) + " = 1", "dots"),
+      experiment("TooBig", "steps = 20", "steps = 20 #" + std::string(2000000, 'x'), "bytes"),
+      experiment("NotText", "steps = 20", std::string("steps = 2\0", 10), "byte 0x00 is no text"),
+      experiment("ZeroTrajectories", "trajectories = 4", "trajectories = 0",
+                 "bad.toml:9: [simulation] trajectories is 0"),
+      experiment("ZeroSteps", "steps = 20", "steps = 0", "[training] steps is 0"),
+      experiment("NegativeRate", "steps = 20", "learning_rate = -1e-3", "learning_rate is -0.001"),
+      experiment("UnstableEigenvalue", "-3.0]", "3.0]", "eigenvalues[2] is 3; it must be a finite number < 0"),
+      experiment("UnstableStep", "eigenvalues = [-1.0, -2.0, -3.0]", "eigenvalues = [-60.0]\nhold = \"rk4\"",
+                 "unstable step: hold = \"rk4\" multiplies the latent state of eigenvalue -60"),
+      experiment("UnknownPlant", "van_der_pol", "vanderpol", "did you mean \"van_der_pol\"?"),
+      experiment("WrongBox", "initial_low = [-1, -1]", "initial_low = [-1]", "the plant has 2 states"),
+      experiment("WidthZero", "hidden = [8]", "hidden = [0]", "hidden[0] is 0; it must be an integer from 1 to 1024"),
+      experiment("ExperimentNameIsAPath", "\"tiny\"", "\"../tiny\"", "it must be an identifier"),
+      experiment("Expression", "model = \"van_der_pol\"",
+                 "states = [\"a\", \"b\"]\nderivative = [\"b\", \"-a +\"]\noutputs = [\"a\"]",
+                 "[plant] derivative[1] \"-a +\""),
+      experiment("PlantEscapes", "model = \"van_der_pol\"",
+                 "states = [\"a\", \"b\"]\nderivative = [\"100*a\", \"b\"]\noutputs = [\"a\"]",
+                 "plant expressions: the trajectory from x(0) = (", 1),
+      usage("PastEscapes",
+            {"train", "tiny.toml", "--set", "training.transient=\"backward\"", "--set",
+             "simulation.initial_high=[6, 6]", "-o", "out"},
+            "plant van_der_pol: backwards from x(0) = (", 1),
+      experiment("BothSources", "[plant]", "[log]\n[plant]", "both [plant] and [log]"),
+      usage("OverrideOfAnUnknownKey", {"train", "tiny.toml", "--set", "training.stepz=3", "-o", "out"},
+            "--set training.stepz=3: unknown key \"stepz\" in [training]; did you mean \"steps\"?"),
+      usage("OverrideWithoutValue", {"train", "tiny.toml", "--set", "training.steps", "-o", "out"}, "no KEY=VALUE"),
+      usage("OverrideOutOfRange", {"train", "tiny.toml", "--set", "training.ema=2", "-o", "out"}, "ema is 2"),
+      usage("OverrideIsBroken", {"train", "tiny.toml", "--set", "observer.eigenvalues=[-1", "-o", "out"},
+            "--set observer.eigenvalues=[-1: "),
+
+      // Logs
+      usage("MissingDataDirectory", {"train", "log.toml", "--data", "nowhere", "-o", "out"},
+            "nowhere: no such directory"),
+      log_experiment("MissingLog", "a.csv", "z.csv", "no file matches \"z.csv\""),
+      log_experiment("SameLogTwice", "b.csv", "a.csv", "a log belongs to one split"),
+      log_experiment("WrongColumnName", "name = \"y\"", "name = \"y\"\ncolumn = \"Y\"", "no column \"Y\""),
+      log_experiment("UnknownRole", "role = \"output\"", "role = \"outputs\"",
+                     "bad.toml:13: [[log.columns]] role is \"outputs\""),
+      log_experiment("NoOutput", "role = \"output\"", "role = \"ignored\"", "no column has role \"output\""),
+      log_experiment("DerivativeOfNothing", "derivative_of = \"y\"", "derivative_of = \"q\"", "is no listed column"),
+      log_experiment("AngleThatCannotTurn", "unit = \"m\"\n", "unit = \"rad\"\nwrap = \"2pi\"\n",
+                     "[observer] features is \"latent_and_output\""),
+      log_experiment("CutoffAboveNyquist", "[[log.columns]]",
+                     "[log.velocity_filter]\ncutoff_hz = 80.0\n\n[[log.columns]]", "cutoff_hz"),
+      csv("EmptyLog", "", "logs/a.csv: the file is empty"),
+      csv("HeaderOnly", "time,y\n", "a header and no data"),
+      csv("OneRow", "time,y\n0,1\n", "one data row"),
+      csv("RaggedRow", tiny_log() + "3.0\n", "a.csv:302: expected 2 cells as in the header, found 1"),
+      csv("NanCell", with(tiny_log(), "0.5,", "0.5,nan\n0.505,"), "a.csv:52:y: \"nan\""),
+      csv("WordInACell", with(tiny_log(), "0.5,", "0.5,high\n0.505,"), "a.csv:52:y: \"high\""),
+      csv("EmptyCell", with(tiny_log(), "0.5,", "0.5,\n0.505,"), "a.csv:52:y: "),
+      csv("Semicolons", lines("time;y\n", "0;1\n", 9), "semicolons"),
+      csv("HeadingTwice", lines("time,y,y\n", "0,1,1\n", 9), "occurs twice"),
+      csv("NoSuchHeading", with(tiny_log(), "time,y", "time,Y"), "no column \"y\""),
+      csv("TimeStandsStill", lines("time,y\n", "1,1\n", 99), "time does not increase"),
+      csv("TimeRunsBack", tiny_log() + "0.5,1\n", "time does not increase"),
+      csv("TooShortForTheFilter", tiny_log(0.0, 5), "a.csv"),
+
+      // Models
+      usage("MissingModel", {"export", "nowhere.json", "-o", "x.h"}, "nowhere.json: "),
+      model("EmptyModel", "", "bad.json:1:1: the file is empty"),
+      model("NotJson", "{\"format\": \"nlo-model\",", "bad.json:1:"),
+      model("NotAModel", "{}", "no nlo model"),
+      model("FutureModel", "{\"format\": \"nlo-model\", \"version\": 99}", "version"),
+      model("DeepModel", std::string(100000, '['), "nests deeper"),
+  };
+  return kRows;
+}
+
+/// Everything that rows refer to, made once: training takes most of the time.
+class BadInputs : public testing::TestWithParam<BadInput> {
+ protected:
+  static void SetUpTestSuite() {
+    made_ = new Scratch;
+    made_->write("tiny.toml", kTinyExperiment);
+    made_->write("log.toml", kTinyLogExperiment);
+    made_->write("logs/a.csv", tiny_log(0.0));
+    made_->write("logs/b.csv", tiny_log(1.0));
+    made_->write("strange/model.json", "my notes");
+    const auto plant = made_->run({"train", "tiny.toml", "-o", "plant_run", "-q"});
+    ASSERT_EQ(plant.exit_code, 0) << plant.err;
+    const auto logs = made_->run({"train", "log.toml", "--data", "logs", "-o", "log_run", "-q"});
+    ASSERT_EQ(logs.exit_code, 0) << logs.err;
+    made_->write("model.json", made_->read("plant_run/model.json"));
+    made_->write("log_model.json", made_->read("log_run/model.json"));
+    made_->write("taken/model.json", made_->read("log_run/model.json"));
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
+  static Scratch* made_;
+};
+Scratch* BadInputs::made_ = nullptr;
+
+TEST_P(BadInputs, IsRefusedWithTheMendAndLeavesNoTrace) {
+  const BadInput& row = GetParam();
+  const Scratch scratch;
+  for (const auto& [file, text] : made_->contents())
+    if (!file.ends_with('/')) scratch.write(file, text);
+  if (!row.file.empty()) scratch.write(row.file, row.text);
+  const auto before = scratch.contents();
+  const ProgramResult result = scratch.run(row.arguments);
+  EXPECT_EQ(result.exit_code, row.exit_code) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("nlo: error: "));
+  EXPECT_THAT(result.err, HasSubstr(row.message));
+  EXPECT_LE(result.err.size(), 2000u) << "a message is read by a person";
+  EXPECT_EQ(result.out, "");
+  EXPECT_TRUE(scratch.contents() == before) << "a file was made or changed";
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, BadInputs, testing::ValuesIn(bad_inputs()),
+                         [](const auto& row) { return row.param.name; });
+
+TEST(BadInputTable, HasAsManyRowsAsPromised) {
+  EXPECT_GE(bad_inputs().size(), 45u);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

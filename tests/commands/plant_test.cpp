@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+// A plant written as expressions, with an angle that wraps and with inputs that its observer is not given.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <sstream>
+
+#include "tests/commands/program.h"
+#include "trainer/base/number_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+/// Turns over again and again from its fastest states; its angle is measured, its rate is wanted.
+const std::string kPendulum = R"(name = "pendulum"
+
+[plant]
+states = ["theta", "omega"]
+state_units = ["rad", "rad/s"]
+derivative = ["omega", "-9.81*sin(theta) - 0.05*omega"]
+output_names = ["angle"]
+outputs = ["theta"]
+output_units = ["rad"]
+state_wraps = ["2pi", 0]
+output_wraps = ["2pi"]
+estimated = ["omega"]
+
+[simulation]
+horizon_s = 4.0
+sample_period_s = 0.01
+trajectories = 48
+initial_low = [-3.1, -12.0]
+initial_high = [3.1, 12.0]
+
+[observer]
+pairs = [[-15.0, 15.0], [-30.0, 20.0]]
+learn_eigenvalues = false
+output_injection = "unit_gain"
+start = "steady"
+features = "latent_minus_output"
+clocks_s = [0.05]
+
+[inverse_map]
+hidden = [12]
+linear_path = true
+
+[training]
+steps = 600
+trajectories_per_step = 16
+samples_per_step = 1024
+learning_rate = 1e-2
+noise = "gaussian:0.02"
+)";
+
+struct Columns {
+  std::vector<double> angle, measured, omega;
+};
+
+/// Of `nlo simulate`: trajectory,time,angle,angle_measured,theta,omega.
+Columns columns_of(const std::string& csv) {
+  Columns columns;
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "trajectory,time,angle,angle_measured,theta,omega");
+  while (std::getline(lines, line)) {
+    std::istringstream row(line);
+    std::vector<double> values;
+    for (std::string cell; std::getline(row, cell, ',');) values.push_back(std::stod(cell));
+    if (values.size() != 6) ADD_FAILURE() << line;
+    columns.angle.push_back(values[2]);
+    columns.measured.push_back(values[3]);
+    EXPECT_EQ(values[4], values[2]);
+    columns.omega.push_back(values[5]);
+  }
+  return columns;
+}
+
+/// The flight: one measurement a line in, one estimate a line out.
+const std::string kFlight = R"(#include <stdio.h>
+#include <pendulum.h>
+int main(void) {
+  static pendulum_observer observer;
+  pendulum_init(&observer);
+  float y[1], x_hat[1];
+  int in_domain = 1;
+  while (scanf("%f", y) == 1) {
+    if (pendulum_step(&observer, y) != pendulum_OK) return 1;
+    pendulum_estimate(&observer, x_hat);
+    in_domain &= pendulum_in_domain(&observer);
+    printf("%.9g\n", (double)x_hat[pendulum_state_omega]);
+  }
+  return in_domain ? 0 : 2;
+}
+)";
+
+TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
+  const Scratch scratch;
+  scratch.write("pendulum.toml", kPendulum);
+  const auto train = scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});
+  ASSERT_EQ(train.exit_code, 0) << train.err;
+  ASSERT_EQ(scratch.run({"export", "run/model.json", "--target", "c99", "-q", "-o", "pendulum.h"}).exit_code, 0);
+  // Over the top within a second, for 4 s: from inside the training box, but a run of its own.
+  const auto simulated =
+      scratch.run({"simulate", "pendulum.toml", "--set", "simulation.initial_low=[2.5, 9.5]", "--set",
+                   "simulation.initial_high=[2.5, 9.5]", "--noise", "gaussian:0.02", "-o", "-"});
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const Columns run = columns_of(simulated.out);
+  ASSERT_EQ(run.angle.size(), 401u);
+  int turns = 0;
+  for (std::size_t k = 0; k < run.angle.size(); ++k) {
+    ASSERT_LE(std::abs(run.angle[k]), 0.5 * kTurn);
+    ASSERT_LE(std::abs(run.measured[k]), 0.5 * kTurn) << "as a sensor shows it";
+    if (k > 0 && run.angle[k] < run.angle[k - 1] - 0.5 * kTurn) ++turns;
+  }
+  EXPECT_GE(turns, 5) << "control: the angle wraps";
+
+  std::string measurements;
+  for (const double y : run.measured) measurements += shortest_text(y) + "\n";
+  if (std::string(NLO_CC).empty()) GTEST_SKIP() << "no C compiler here";
+  scratch.write("y.txt", measurements);
+  scratch.write("flight.c", kFlight);
+  const std::string command = "cd " + scratch.path() +
+                              " && \"" NLO_CC
+                              "\" -std=c99 -O1 -I. flight.c pendulum.c -o flight && "
+                              "./flight <y.txt >omega.txt";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::istringstream estimates(scratch.read("omega.txt"));
+  double ours = 0.0, differences = 0.0;
+  constexpr std::size_t kSettled = 50;  // 0.5 s: fifteen time constants of the slowest pair would be 1 s, half suffices
+  for (std::size_t k = 0; k < run.omega.size(); ++k) {
+    double omega = 0.0;
+    ASSERT_TRUE(estimates >> omega) << k;
+    if (k < kSettled) continue;
+    const double difference = std::remainder(run.measured[k] - run.measured[k - 1], kTurn) / 0.01;
+    ours += std::pow(omega - run.omega[k], 2);
+    differences += std::pow(difference - run.omega[k], 2);
+  }
+  const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(run.omega.size() - kSettled)); };
+  // A difference of two angles has sqrt(2) * 0.02 rad / 0.01 s = 2.8 rad/s of noise. A jump of the angle that the
+  // observer took for motion would be some hundred rad/s.
+  EXPECT_NEAR(rms(differences), 2.83, 0.5);
+  EXPECT_LT(rms(ours), 0.2 * rms(differences)) << rms(ours) << " rad/s";
+
+  const auto table = scratch.run(
+      {"evaluate", "run/model.json", "--noise", "gaussian:0.02", "--trajectories", "20", "--against", "ekf,constant"});
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("RMSE omega [rad/s]"));
+  EXPECT_THAT(table.out, Not(HasSubstr("theta")));
+}
+
+/// The last cell of the last row that begins so: wide results take two tables, the states' errors being in the second.
+std::string last_cell(const std::string& text, const std::string& row) {
+  std::istringstream lines(text);
+  std::string found;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream cells(line);
+    std::string cell;
+    if (!(cells >> cell) || cell != row) continue;
+    while (cells >> cell) found = cell;
+  }
+  EXPECT_NE(found, "") << "no row " << row << " in " << text;
+  return found;
+}
+
+TEST(PlantWithAnAngle, MayGiveItAsSineAndCosine) {
+  const Scratch scratch;
+  const std::vector<std::string> evaluate = {"evaluate", "run/model.json", "--noise", "gaussian:0.02", "--trajectories",
+                                             "5",        "--against",      "ekf"};
+  scratch.write("pendulum.toml", with(kPendulum, "steps = 600", "steps = 5"));
+  (void)scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});  // 5 steps may get nowhere: the model is kept
+  const auto unwrapped = scratch.run(evaluate);
+  ASSERT_EQ(unwrapped.exit_code, 0) << unwrapped.err;
+
+  std::string text = with(kPendulum, "estimated = [\"omega\"]",
+                          "state_encodings = [\"sincos\", \"unwrap\"]\noutput_encodings = [\"sincos\"]");
+  text = with(text, "latent_minus_output", "latent_and_output");
+  text = with(text, "steps = 600", "steps = 5");
+  scratch.write("pendulum.toml", text);
+  const auto train = scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});
+  for (const char* name : {"RMSE theta_sin", "RMSE theta_cos", "RMSE omega"}) EXPECT_THAT(train.out, HasSubstr(name));
+  // One sensor with the same draws, whatever its form: the filter that knows the plant is as good with both.
+  const auto encoded = scratch.run(evaluate);
+  ASSERT_EQ(encoded.exit_code, 0) << encoded.err;
+  EXPECT_EQ(last_cell(encoded.out, "ekf"), last_cell(unwrapped.out, "ekf"));
+  const auto two = scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.02,none"});
+  EXPECT_EQ(two.exit_code, 2);
+  EXPECT_THAT(two.err, HasSubstr("is of 2 outputs, but there is 1"));
+  const auto bound = scratch.run({"bound", "run/model.json"});
+  EXPECT_EQ(bound.exit_code, 2);
+  EXPECT_THAT(bound.err, HasSubstr("gives angles as sine and cosine"));
+}
+
+TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);  // van_der_pol has the input u
+  const auto train = scratch.run({"train", "tiny.toml", "-o", "run"});
+  ASSERT_EQ(train.exit_code, 0) << train.err;
+  EXPECT_THAT(train.err, HasSubstr("note: a kkl observer takes no input, so this one does not know u"));
+  EXPECT_THAT(scratch.read("run/report.html"), HasSubstr("ignored_inputs"));
+  const auto exported = scratch.run({"export", "run/model.json", "-o", "tiny.h"});
+  EXPECT_THAT(exported.err, HasSubstr("does not know u"));
+  EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("ignored_inputs                u\n"));
+  EXPECT_EQ(scratch.run({"export", "run/model.json", "-q", "-o", "tiny.h"}).err, "");
+  scratch.write("autonomous.toml", with(kTinyExperiment, "\"van_der_pol\"", "\"sine_cosine\""));
+  EXPECT_THAT(scratch.run({"train", "autonomous.toml", "-o", "none"}).err, Not(HasSubstr("takes no input")));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "tests/commands/program.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "trainer/base/number_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string slurp(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+const std::string kTinyExperiment = R"(name = "tiny"
+
+[plant]
+model = "van_der_pol"
+
+[simulation]
+horizon_s = 12.0
+sample_period_s = 0.05
+trajectories = 4
+initial_low = [-1, -1]
+initial_high = [1, 1]
+
+[observer]
+eigenvalues = [-1.0, -2.0, -3.0]
+
+[inverse_map]
+hidden = [8]
+
+[training]
+steps = 20
+trajectories_per_step = 4
+samples_per_step = 64
+noise = "gaussian:0.1"
+)";
+
+const std::string kTinyLogExperiment = R"(name = "tiny_log"
+
+[log]
+train_files = ["a.csv"]
+validation_files = ["b.csv"]
+
+[[log.columns]]
+name = "time"
+role = "time"
+
+[[log.columns]]
+name = "y"
+role = "output"
+unit = "m"
+
+[[log.columns]]
+name = "v"
+role = "state"
+unit = "m/s"
+derivative_of = "y"
+
+[observer]
+eigenvalues = [-10.0, -30.0]
+features = "latent_and_output"
+
+[inverse_map]
+hidden = [8]
+
+[training]
+steps = 20
+learning_rate = 0.1
+trajectories_per_step = 1
+samples_per_step = 64
+)";
+
+std::string tiny_log(double phase, int samples) {
+  std::string text = "time,y\n";
+  for (int k = 0; k < samples; ++k)
+    text.append(shortest_text(0.01 * k)).append(",").append(shortest_text(std::sin(0.01 * k + phase))).append("\n");
+  return text;
+}
+
+std::string with(std::string text, const std::string& old, const std::string& replacement) {
+  const auto at = text.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  if (at != std::string::npos) text.replace(at, old.size(), replacement);
+  return text;
+}
+
+Scratch::Scratch() {
+  std::string name = (fs::temp_directory_path() / "nlo_cli_XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+  path_ = name;
+}
+
+Scratch::~Scratch() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+void Scratch::write(const std::string& file, const std::string& text) const {
+  const fs::path path = fs::path(path_) / file;
+  fs::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+std::string Scratch::read(const std::string& file) const {
+  return slurp(fs::path(path_) / file);
+}
+
+bool Scratch::has(const std::string& file) const {
+  return fs::exists(fs::path(path_) / file);
+}
+
+std::map<std::string, std::string> Scratch::contents() const {
+  std::map<std::string, std::string> found;
+  for (const auto& entry : fs::recursive_directory_iterator(path_)) {
+    const std::string name = fs::relative(entry.path(), path_).string();
+    if (entry.is_directory()) {
+      found[name + "/"] = "";
+    } else {
+      found[name] = slurp(entry.path());
+    }
+  }
+  return found;
+}
+
+ProgramResult Scratch::run(const std::vector<std::string>& arguments, const std::string& interrupt_at) const {
+  const std::string out = path_ + ".out", err = path_ + ".err";  // beside it: they are none of the program's files
+  std::vector<char*> argv = {const_cast<char*>(NLO_PROGRAM)};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    constexpr unsigned kLongest_s = 60;
+    ::alarm(kLongest_s);
+    const bool ready = ::chdir(path_.c_str()) == 0 && std::freopen("/dev/null", "r", stdin) != nullptr &&
+                       std::freopen(out.c_str(), "w", stdout) != nullptr &&
+                       std::freopen(err.c_str(), "w", stderr) != nullptr;
+    if (ready) ::execv(NLO_PROGRAM, argv.data());
+    ::_exit(127);
+  }
+  int status = 0;
+  if (!interrupt_at.empty()) {
+    while (::waitpid(child, &status, WNOHANG) == 0) {
+      if (slurp(err).find(interrupt_at) == std::string::npos) {
+        ::usleep(5000);
+        continue;
+      }
+      ::kill(child, SIGINT);
+      ::waitpid(child, &status, 0);
+      break;
+    }
+  } else {
+    ::waitpid(child, &status, 0);
+  }
+  ProgramResult result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
+  fs::remove(out);
+  fs::remove(err);
+  return result;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/evaluation/evaluate_logs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "codegen/error.h"
+#include "trainer/evaluation/evaluation_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kStep = 0.01, kRate = 2.0;  // q = sin(2 t)
+
+/// Two logs of a swing: angle q measured, its velocity dq and an unrelated state `hidden` asked for.
+Dataset swing_logs() {
+  Dataset logs{{{"q", "rad", 0.0}}, {{"dq", "rad/s", 0.0}, {"hidden", "m", 0.0}}, kStep, true, {}};
+  for (const double phase : {0.0, 1.0}) {
+    const Eigen::VectorXd t = kStep * Eigen::VectorXd::LinSpaced(1201, 0.0, 1200.0);
+    const Eigen::ArrayXd angle = kRate * t.array() + phase;
+    Eigen::MatrixXd states(2, t.size());
+    states.row(0) = (kRate * angle.cos()).matrix().transpose();
+    states.row(1) = (7.3 * t.array() + phase).sin().matrix().transpose();
+    logs.trajectories.push_back({phase == 0.0 ? "first.csv" : "second.csv", t, angle.sin().matrix().transpose(), states,
+                                 Eigen::VectorXd::Ones(t.size())});
+  }
+  return logs;
+}
+
+LogSchema swing_schema() {
+  LogSchema schema;
+  schema.state_sources = {{StateKind::kDerivativeOfMeasured, 0, -1, 0.0}, {}};
+  return schema;
+}
+
+/// z follows q at 50 1/s; dq is estimated by 50 (q - z), a filtered derivative; `hidden` by `guess`.
+codegen::Model differentiator(double guess) {
+  constexpr double kPole = 50.0;
+  codegen::Model model;
+  model.name = "differentiator";
+  model.outputs = {{"q", "rad", 0.0}};
+  model.states = {{"dq", "rad/s", 0.0}, {"hidden", "m", 0.0}};
+  model.sample_period_s = kStep;
+  model.eigenvalues = Eigen::VectorXd::Constant(1, -kPole);
+  model.output_injection = Eigen::MatrixXd::Constant(1, 1, kPole);
+  model.initial_latent = Eigen::VectorXd::Zero(1);
+  model.starts_steady = true;
+  model.output_min = model.latent_min = Eigen::VectorXd::Constant(1, -100.0);
+  model.output_max = model.latent_max = Eigen::VectorXd::Constant(1, 100.0);
+  model.inverse_map.features = Eigen::RowVector2d(-1.0, 1.0);
+  model.inverse_map.feature_mean = Eigen::VectorXd::Zero(1);
+  model.inverse_map.feature_scale = Eigen::VectorXd::Ones(1);
+  model.inverse_map.layers = {{Eigen::Vector2d(kPole, 0.0), Eigen::Vector2d(0.0, guess)}};
+  model.inverse_map.output_mean = Eigen::VectorXd::Zero(2);
+  model.inverse_map.output_scale = Eigen::VectorXd::Ones(2);
+  return model;
+}
+
+MetricsConfig after_2_s() {
+  MetricsConfig config;
+  config.windows.push_back({"after_2_s", 2.0, std::numeric_limits<double>::infinity()});
+  return config;
+}
+
+LogEvaluation evaluated(const NoiseConfig& noise = {}, double guess = 1.0, const Dataset& logs = swing_logs()) {
+  return evaluate_on_logs(differentiator(guess), logs, swing_schema(), nullptr, noise, 1, after_2_s());
+}
+
+TEST(EvaluateLogs, FilteredDerivativeMeetsItsFrequencyResponse) {
+  // Amplitude error |1 - p / (p + i w)| = w / sqrt(p^2 + w^2) of a velocity of RMS w / sqrt(2).
+  const double expected = kRate / std::hypot(50.0, kRate) * kRate / std::sqrt(2.0);
+  constexpr double kPartialPeriod = 0.05;  // 10 s hold 3.2 periods, not a whole number
+  const LogEvaluation result = evaluated();
+  EXPECT_NEAR(result.entries[0].metrics.pooled[0].rmse[1], expected, kPartialPeriod * expected);
+}
+
+TEST(EvaluateLogs, BaselinesStandBesideAndDifferencesNeedAMeasurement) {
+  const LogEvaluation result = evaluated();
+  ASSERT_GE(result.entries.size(), 3U);
+  EXPECT_EQ(result.entries[0].estimator, "observer");
+  EXPECT_EQ(result.entries[1].estimator, "constant");
+  EXPECT_TRUE(std::isfinite(result.entries[1].metrics.pooled[1].rmse[0]));
+  EXPECT_TRUE(std::isfinite(result.entries[2].metrics.pooled[0].rmse[0]));
+  EXPECT_FALSE(std::isfinite(result.entries[2].metrics.pooled[1].rmse[0]));  // nothing to difference
+}
+
+TEST(EvaluateLogs, StateThatIsNotSeenIsCalledOutPlainly) {
+  const LogEvaluation result = evaluated();
+  ASSERT_EQ(result.notes.size(), 2U);                              // control: dq is seen
+  EXPECT_THAT(result.notes[0], HasSubstr("dq needs no network"));  // its map is linear in what it reads
+  EXPECT_THAT(result.notes[1], HasSubstr("hidden is not seen"));
+  EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("no better than that of a constant"));
+}
+
+TEST(EvaluateLogs, AddedNoiseCostsAndItsSeedDecides) {
+  const NoiseConfig noise{NoiseKind::kGaussian, 0.02};
+  EXPECT_GT(evaluated(noise).entries[0].metrics.pooled[0].rmse[1],
+            2.0 * evaluated().entries[0].metrics.pooled[0].rmse[1]);
+  EXPECT_EQ(evaluated(noise).metrics.norm, evaluated(noise).metrics.norm);
+}
+
+TEST(EvaluateLogs, JsonNamesStatesUnitsAndFilesAndHoldsNoNonFiniteNumber) {
+  const auto json = nlohmann::json::parse(evaluation_json("differentiator", evaluated()));
+  EXPECT_EQ(json.at("norm_of"), "states over their standard deviation");  // rad/s and m do not add up
+  EXPECT_TRUE(json.at("norm").is_number());
+  EXPECT_EQ(json.at("in_domain").at("share"), 1.0);
+  EXPECT_EQ(json.at("unscored").at("share"), 0.0);
+  EXPECT_EQ(json.at("per_component").size(), 2U);
+  EXPECT_EQ(json.at("per_state").at(0).at("name"), "dq");
+  EXPECT_EQ(json.at("per_state").at(0).at("unit"), "rad/s");
+  EXPECT_TRUE(json.at("per_state").at(0).at("rmse").at("after_2_s").is_number());
+  EXPECT_TRUE(json.at("per_state").at(1).at("against").at("difference").at("all").is_null());
+  EXPECT_EQ(json.at("files").size(), 2U);
+  EXPECT_EQ(json.at("noise"), "none");
+}
+
+TEST(EvaluateLogs, UnscoredSamplesAreSaidAndTheirEstimatesChecked) {
+  Dataset logs = swing_logs();
+  for (Trajectory& run : logs.trajectories) {
+    run.weight.head(20).setZero();
+    run.weight.tail(20).setZero();
+  }
+  const LogEvaluation sane = evaluated({}, 1.0, logs);
+  EXPECT_NEAR(sane.unscored.share, 40.0 / 1201.0, 1e-12);
+  EXPECT_EQ(sane.unscored.where, "the first 0.20 s and the last 0.20 s of each log");
+  const std::string text = evaluation_text("differentiator", sane);
+  EXPECT_THAT(text, HasSubstr("unscored: 3.33 % of the samples, the first 0.20 s"));
+  EXPECT_THAT(text, HasSubstr("in domain: 100 % of the samples; 2 of 2 first samples of a log"));
+  EXPECT_EQ(sane.notes.size(), 2U);  // control: nothing about unscored samples
+
+  logs.trajectories[1].outputs(0, 3) += 10.0;  // a jump of the sensor where nothing is scored: dq is off by 500 rad/s
+  const LogEvaluation wild = evaluated({}, 1.0, logs);
+  ASSERT_EQ(wild.notes.size(), 3U);
+  EXPECT_THAT(wild.notes[2], HasSubstr("dq is estimated as"));
+  EXPECT_THAT(wild.notes[2], HasSubstr("at t = 0.0300 s of second.csv, where nothing is scored"));
+  EXPECT_THAT(wild.notes[2], HasSubstr("the truth lies within -2.00 and 2.00 rad/s"));
+}
+
+TEST(EvaluateLogs, UnscoredSamplesInsideALogAreCounted) {
+  Dataset logs = swing_logs();
+  logs.trajectories[0].weight.segment(100, 5).setZero();
+  EXPECT_EQ(find_unscored(logs).where, "5 samples inside");
+}
+
+TEST(EvaluateLogs, OtherColumnsAreRefusedByName) {
+  codegen::Model model = differentiator(0.0);
+  model.states[1].name = "lost";
+  try {
+    evaluate_on_logs(model, swing_logs(), swing_schema(), nullptr, {}, 1);
+    FAIL() << "another state was taken for this one";
+  } catch (const codegen::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("dq, lost"));
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer

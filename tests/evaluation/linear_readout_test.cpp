@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/evaluation/linear_readout.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "codegen/error.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+/// T* reads (z1, z2 - y); two states, the second an angle.
+codegen::Model reader() {
+  codegen::Model model;
+  model.outputs = {{"y", "", 0.0}};
+  model.states = {{"x", "m", 0.0}, {"angle", "rad", kTurn}};
+  model.initial_latent = Eigen::VectorXd::Zero(2);
+  model.inverse_map.features.resize(2, 3);
+  model.inverse_map.features << 1.0, 0.0, 0.0, 0.0, 1.0, -1.0;
+  model.inverse_map.feature_mean = Eigen::Vector2d(3.0, -1.0);
+  model.inverse_map.feature_scale = Eigen::Vector2d(0.1, 20.0);
+  return model;
+}
+
+/// A run whose angle turns once, with x a linear function of the features and sin, cos of the angle among them.
+std::pair<codegen::Run, Trajectory> turning_run() {
+  constexpr Eigen::Index kSamples = 200;
+  codegen::Run run{Eigen::MatrixXd(), Eigen::MatrixXd(2, kSamples), Eigen::MatrixXd(1, kSamples)};
+  Trajectory truth{"run",
+                   Eigen::VectorXd::LinSpaced(kSamples, 0.0, 1.0),
+                   {},
+                   Eigen::MatrixXd(2, kSamples),
+                   Eigen::VectorXd::Ones(kSamples)};
+  for (Eigen::Index k = 0; k < kSamples; ++k) {
+    const double angle = kTurn * static_cast<double>(k) / 100.0;  // unwrapped, to two turns
+    run.z.col(k) << std::sin(angle), std::cos(angle) + 0.1 * angle;
+    run.y(0, k) = 0.1 * angle;
+    truth.states.col(k) << 5.0 - 2.0 * std::sin(angle) + 3.0 * std::cos(angle), angle;
+  }
+  return {run, truth};
+}
+
+TEST(LinearReadout, FindsALinearMapOfTheFeaturesAndAnglesBySineAndCosine) {
+  const auto run = turning_run();
+  LinearReadout readout(reader());
+  readout.add(run.first, run.second);
+  readout.fit();
+  const Eigen::MatrixXd estimate = readout.estimate(run.first);
+  constexpr double kRidgeBias = 1e-4;  // a ridge of 1e-6 pulls coefficients of order 5 by some 1e-5
+  for (Eigen::Index k = 0; k < estimate.cols(); ++k) {
+    ASSERT_NEAR(estimate(0, k), run.second.states(0, k), kRidgeBias) << k;
+    ASSERT_NEAR(std::remainder(estimate(1, k) - run.second.states(1, k), kTurn), 0.0, kRidgeBias) << k;
+  }
+}
+
+TEST(LinearReadout, MaskedTruthDoesNotCount) {
+  auto run = turning_run();
+  run.second.weight.head(50).setZero();
+  run.second.states.leftCols(50).setConstant(std::numeric_limits<double>::quiet_NaN());
+  LinearReadout readout(reader());
+  readout.add(run.first, run.second);
+  readout.fit();
+  EXPECT_NEAR(readout.estimate(run.first)(0, 120), run.second.states(0, 120), 1e-4);
+}
+
+TEST(LinearReadout, WithoutDataThereIsNone) {
+  EXPECT_THROW(LinearReadout(reader()).fit(), codegen::Error);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

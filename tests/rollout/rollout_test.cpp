@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/rollout/rollout.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+namespace nlo::trainer {
+namespace {
+
+/// One log of 5,000 samples whose clock jitters by 0.2 %, with a missing sample now and then.
+Dataset jittering_log() {
+  constexpr int kSamples = 5000;
+  std::mt19937 engine(5);
+  std::normal_distribution<double> jitter(0.0, 0.002);
+  Trajectory run;
+  run.source = "log.csv";
+  run.time_s.resize(kSamples);
+  double t = 0.0;
+  for (int k = 0; k < kSamples; ++k) {
+    run.time_s[k] = t;
+    t += 0.004 * (1.0 + std::clamp(jitter(engine), -0.01, 0.01) + (k % 700 == 699 ? 1.0 : 0.0));
+  }
+  run.outputs = run.states = Eigen::MatrixXd::Zero(1, kSamples);
+  run.weight = Eigen::VectorXd::Ones(kSamples);
+  Dataset data;
+  data.outputs = {{"y", "", 0.0}};
+  data.states = {{"x", "", 0.0}};
+  data.sample_period_s = 0.004;
+  data.uniform = false;
+  data.trajectories = {run};
+  return data;
+}
+
+TEST(TrainingData, KeepsEachDistinctStepOnce) {
+  const Dataset dataset = jittering_log();
+  const TrainingData data(dataset);
+  // +-1 % in grains of 1/16384, around one period and around two.
+  EXPECT_LE(data.steps_s.size(), 2U * 329U);
+  EXPECT_GT(data.steps_s.size(), 100U);  // control: they do jitter
+  const Eigen::VectorXd& time_s = dataset.trajectories[0].time_s;
+  double end_s = 0.0;
+  for (int k = 0; k + 1 < data.runs[0].samples; ++k) {
+    const double step_s = data.steps_s[static_cast<std::size_t>(data.runs[0].step_of[static_cast<std::size_t>(k)])];
+    ASSERT_NEAR(step_s, time_s[k + 1] - time_s[k], 1.001 * 0.004 / 32768) << k;  // half a grain
+    end_s += step_s;
+  }
+  EXPECT_NEAR(end_s, time_s[time_s.size() - 1], 0.004);  // 5,000 roundings are noise, not a drift
+}
+
+TEST(TrainingData, HasOneStepWhenSamplingIsUniform) {
+  Dataset dataset = jittering_log();
+  dataset.uniform = true;
+  const TrainingData data(dataset);
+  ASSERT_EQ(data.steps_s.size(), 1U);
+  EXPECT_EQ(data.steps_s[0], 0.004);
+  EXPECT_TRUE(data.runs[0].step_of.empty());
+}
+
+}  // namespace
+}  // namespace nlo::trainer

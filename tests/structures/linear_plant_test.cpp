@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// A linear plant is a free oracle. For x' = A x, y = C x the transformation T solves T A = D T + F C (Sylvester), T* is
+// its left inverse, and the error decays as T* exp(D t) (z_0 - T x_0).
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "tests/training/testing.h"
+#include "trainer/training/train.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr double kOmega = 1.7;
+constexpr double kPeriod = 0.02;
+constexpr double kTransient_s = 12.0;  // exp(-12 |lambda|) is below 1e-10 for all eigenvalues here
+
+const Eigen::Matrix2d kPlant = (Eigen::Matrix2d() << 0.0, 1.0, -kOmega* kOmega, 0.0).finished();
+const Eigen::RowVector2d kOutput(1.0, 0.0);
+
+Eigen::Vector2d oscillation(const Eigen::Vector2d& x0, double time_s) {
+  const double c = std::cos(kOmega * time_s);
+  const double s = std::sin(kOmega * time_s);
+  return {c * x0(0) + s / kOmega * x0(1), -kOmega * s * x0(0) + c * x0(1)};
+}
+
+Trajectory oscillator_run(const Eigen::Vector2d& x0, double horizon_s, double masked_s) {
+  const int samples = static_cast<int>(std::lround(horizon_s / kPeriod)) + 1;
+  Trajectory run;
+  run.source = "oscillator";
+  run.time_s = Eigen::VectorXd::LinSpaced(samples, 0.0, kPeriod * (samples - 1));
+  run.states.resize(2, samples);
+  run.weight.resize(samples);
+  for (int k = 0; k < samples; ++k) {
+    run.states.col(k) = oscillation(x0, run.time_s(k));
+    run.weight(k) = run.time_s(k) < masked_s ? 0.0 : 1.0;
+  }
+  run.outputs = kOutput * run.states;
+  return run;
+}
+
+Dataset oscillator(double masked_s) {
+  Dataset data;
+  data.outputs = {{"y", "", 0.0}};
+  data.states = {{"position", "", 0.0}, {"velocity", "", 0.0}};
+  data.sample_period_s = kPeriod;
+  for (const Eigen::Vector2d& x0 :
+       {Eigen::Vector2d(1.0, 0.0), Eigen::Vector2d(-0.5, 1.5), Eigen::Vector2d(0.2, -2.0), Eigen::Vector2d(2.0, 1.0)}) {
+    data.trajectories.push_back(oscillator_run(x0, 30.0, masked_s));
+  }
+  return data;
+}
+
+/// T of T A = D T + F C, row by row: t_i (A - lambda_i) = f_i C.
+Eigen::MatrixXd sylvester(const codegen::Model& model) {
+  Eigen::MatrixXd t(model.nz(), 2);
+  for (int i = 0; i < model.nz(); ++i) {
+    const Eigen::Matrix2d shifted = kPlant - model.eigenvalues(i) * Eigen::Matrix2d::Identity();
+    t.row(i) = model.output_injection(i, 0) * kOutput * shifted.inverse();
+  }
+  return t;
+}
+
+/// The linear map of z that the trained model is: last layer and linear path together, scales and features undone.
+Eigen::MatrixXd inverse_map(const codegen::Model& model) {
+  const Eigen::MatrixXd whole = model.inverse_map.layers.back().weights + model.inverse_map.skip;
+  return model.inverse_map.output_scale.asDiagonal() * whole *
+         model.inverse_map.feature_scale.cwiseInverse().asDiagonal() * model.inverse_map.features.leftCols(model.nz());
+}
+
+codegen::Model train_linear(const std::vector<double>& eigenvalues) {
+  Experiment experiment = testing::small_experiment();
+  experiment.observer.pairs = {};
+  experiment.observer.eigenvalues = eigenvalues;
+  experiment.observer.learn_eigenvalues = false;
+  experiment.inverse_map.hidden = {};
+  experiment.inverse_map.linear_path = true;
+  experiment.inverse_map.ridge = 1e-12;
+  experiment.training.steps = 400;
+  experiment.training.mode = "full_batch";
+  experiment.training.learning_rate = 1e-2;
+  experiment.training.validate_every = 20;
+  return train(experiment, oscillator(kTransient_s), oscillator(kTransient_s), {}).model;
+}
+
+// The ramp between samples differs from the harmonic by (omega h)^2 / 12 = 1e-4 of y; float32 training stops there too.
+constexpr double kTolerance = 2e-3;
+
+TEST(LinearPlant, TrainingFindsTheInverseOfTheSylvesterSolution) {
+  const codegen::Model model = train_linear({-1.0, -3.0});
+  const Eigen::MatrixXd t = sylvester(model);
+  const Eigen::MatrixXd expected = t.completeOrthogonalDecomposition().pseudoInverse();
+  EXPECT_LT((inverse_map(model) - expected).cwiseAbs().maxCoeff(), kTolerance * expected.cwiseAbs().maxCoeff())
+      << "trained\n"
+      << inverse_map(model) << "\nclosed form\n"
+      << expected;
+}
+
+TEST(LinearPlant, WithMoreLatentStatesThanStatesTrainingFindsALeftInverse) {
+  const codegen::Model model = train_linear({-1.0, -2.0, -4.0});
+  const Eigen::Matrix2d product = inverse_map(model) * sylvester(model);
+  EXPECT_LT((product - Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 5.0 * kTolerance) << product;
+}
+
+TEST(LinearPlant, ErrorOfTheTrainedObserverDecaysByTheClosedForm) {
+  const codegen::Model model = train_linear({-1.0, -3.0});
+  const Eigen::MatrixXd t = sylvester(model);
+  const Eigen::Vector2d x0(0.7, -1.1);  // not a run of the training set
+  const Trajectory run = oscillator_run(x0, 8.0, 0.0);
+  const Eigen::MatrixXd error = testing::plain_estimates(model, run).states - run.states;
+  const Eigen::MatrixXd left_inverse = t.completeOrthogonalDecomposition().pseudoInverse();
+  const double start = (left_inverse * t * x0).norm();
+  for (Eigen::Index k = 0; k < run.samples(); ++k) {
+    const Eigen::VectorXd decay = (model.eigenvalues * run.time_s(k)).array().exp();
+    const Eigen::Vector2d expected = -left_inverse * decay.asDiagonal() * t * x0;  // z_0 = 0
+    ASSERT_LT((error.col(k) - expected).norm(), 5.0 * kTolerance * start) << "at " << run.time_s(k) << " s";
+  }
+  EXPECT_GT(error.col(0).norm(), 0.5 * start) << "control: there is an error to decay";
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/training/checkpoint.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "codegen/error.h"
+#include "codegen/file.h"
+#include "tests/training/testing.h"
+
+namespace nlo::trainer {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr std::uint64_t kExperiment = 0x0123456789abcdefULL;
+
+TrainingState some_state() {
+  TrainingState state;
+  state.step = 42;
+  state.elapsed_s = 1.5;
+  state.best_rmse = 0.25;
+  state.parameters = {1.0F, -2.0F, 3.5F};
+  state.memory = {0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.6F};
+  state.average = {1.1F, -2.1F, 3.4F};
+  state.best = {1.2F, -2.2F, 3.3F};
+  for (int i = 0; i < 3; ++i) state.metrics.push_back({10 * i, 0.5 * i, 1.0, 2.0, 3.0, 1e-3, {-1.0, 2.0, -3.0}});
+  return state;
+}
+
+/// Not atomically: these files are for one reader, and an fsync for each of a thousand takes seconds.
+void overwrite(const std::string& path, const std::string& content) {
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << content;
+}
+
+std::string message_of(const std::string& path, std::uint64_t experiment) {
+  try {
+    (void)read_checkpoint(path, experiment);
+  } catch (const codegen::Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Checkpoint, ReadsBackWhatWasWritten) {
+  const testing::ScratchDirectory directory;
+  const std::string path = directory.path("checkpoint.bin");
+  const TrainingState state = some_state();
+  write_checkpoint(state, kExperiment, path);
+  const TrainingState back = read_checkpoint(path, kExperiment);
+  EXPECT_EQ(back.step, state.step);
+  EXPECT_EQ(back.elapsed_s, state.elapsed_s);
+  EXPECT_EQ(back.best_rmse, state.best_rmse);
+  EXPECT_EQ(back.parameters, state.parameters);
+  EXPECT_EQ(back.memory, state.memory);
+  EXPECT_EQ(back.average, state.average);
+  EXPECT_EQ(back.best, state.best);
+  ASSERT_EQ(back.metrics.size(), state.metrics.size());
+  EXPECT_EQ(back.metrics[2].step, 20);
+  EXPECT_EQ(back.metrics[2].learning_rate, 1e-3);
+  EXPECT_EQ(back.metrics[2].eigenvalues, state.metrics[2].eigenvalues);
+}
+
+TEST(Checkpoint, RefusesAFlippedBitInAnyByte) {
+  const testing::ScratchDirectory directory;
+  const std::string path = directory.path("checkpoint.bin");
+  write_checkpoint(some_state(), kExperiment, path);
+  const std::string whole = codegen::read_file(path);
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << (at % 8)));
+    overwrite(path, damaged);
+    const std::string message = message_of(path, kExperiment);
+    ASSERT_THAT(message, HasSubstr(path)) << "byte " << at;
+    ASSERT_THAT(message, HasSubstr("without --resume")) << "byte " << at;
+  }
+}
+
+TEST(Checkpoint, RefusesEveryTruncationAndWhatIsNoCheckpoint) {
+  const testing::ScratchDirectory directory;
+  const std::string path = directory.path("checkpoint.bin");
+  write_checkpoint(some_state(), kExperiment, path);
+  const std::string whole = codegen::read_file(path);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    overwrite(path, whole.substr(0, size));
+    ASSERT_THAT(message_of(path, kExperiment), HasSubstr("without --resume")) << "size " << size;
+  }
+  overwrite(path, whole + '\0');
+  EXPECT_THAT(message_of(path, kExperiment), HasSubstr("damaged"));
+  overwrite(path, std::string(1000, 'x'));
+  EXPECT_THAT(message_of(path, kExperiment), HasSubstr("not a checkpoint"));
+  EXPECT_THAT(message_of(directory.path("absent.bin"), kExperiment), HasSubstr("absent.bin"));
+}
+
+TEST(Checkpoint, RefusesOneOfAnotherExperiment) {
+  const testing::ScratchDirectory directory;
+  const std::string path = directory.path("checkpoint.bin");
+  write_checkpoint(some_state(), kExperiment, path);
+  EXPECT_THAT(message_of(path, kExperiment + 1), HasSubstr("another experiment"));
+}
+
+TEST(Fingerprint, IsFnv1a) {
+  EXPECT_EQ(fingerprint("", 0), 0xcbf29ce484222325ULL);
+  EXPECT_EQ(fingerprint("a", 1), 0xaf63dc4c8601ec8cULL);
+  EXPECT_EQ(fingerprint("foobar", 6), 0x85944171f73967e8ULL);
+  EXPECT_EQ(fingerprint("bar", 3, fingerprint("foo", 3)), fingerprint("foobar", 6)) << "goes on from its start";
+}
+
+TEST(MetricsCsv, HasAHeadingAndACellForEachEigenvaluesParts) {
+  const std::vector<MetricsRow> rows = {{7, 0.5, 1.25, 2.5, 3.0, 0.001, {-1.0, 2.0, -3.0}}};
+  EXPECT_EQ(metrics_csv(rows, 1),
+            "step,elapsed_s,loss,train_rmse,validation_rmse,learning_rate,lambda_1_re,lambda_1_im,lambda_2_re,"
+            "lambda_2_im\n7,0.5,1.25,2.5,3,0.001,-1,2,-3,0\n");
+}
+
+}  // namespace
+}  // namespace nlo::trainer

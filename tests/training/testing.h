@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// Small data sets and experiments for the tests of training, and a trained model run plainly in double.
+#pragma once
+
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <random>
+#include <string>
+
+#include "codegen/model.h"
+#include "codegen/reference_observer.h"
+#include "tests/nn/plain_network.h"
+#include "tests/sensitivity/plain_latent.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+
+namespace nlo::trainer::testing {
+
+/// A directory of this test's own, gone at its end.
+class ScratchDirectory {
+ public:
+  ScratchDirectory() {
+    static int number = 0;
+    path_ = std::filesystem::temp_directory_path() /
+            ("nlo_trainer_test_" + std::to_string(getpid()) + "_" + std::to_string(number++));
+    std::filesystem::create_directories(path_);
+  }
+  ~ScratchDirectory() { std::filesystem::remove_all(path_); }
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  std::string path(const std::string& file) const { return (path_ / file).string(); }
+  std::string path() const { return path_.string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Two states and one output of random harmonics: smooth, of no plant. Long runs move further than short ones.
+inline Dataset harmonics(const std::vector<int>& samples, bool jittered, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  Dataset data;
+  data.outputs = {{"y", "m", 0.0}};
+  data.states = {{"position", "m", 0.0}, {"velocity", "m/s", 0.0}};
+  data.sample_period_s = 0.05;
+  data.uniform = !jittered;
+  for (std::size_t r = 0; r < samples.size(); ++r) {
+    const int n = samples[r];
+    Trajectory run;
+    run.source = "simulation " + std::to_string(r);
+    run.time_s.resize(n);
+    run.outputs.resize(1, n);
+    run.states.resize(2, n);
+    run.weight = Eigen::VectorXd::Ones(n);
+    const double amplitude = 0.5 + 0.02 * n;
+    const double phase = 3.0 * uniform(random);
+    const double offset = 0.3 * uniform(random);
+    double time_s = 0.0;
+    for (int k = 0; k < n; ++k) {
+      run.time_s(k) = time_s;
+      run.states(0, k) = offset + amplitude * std::sin(2.0 * time_s + phase);
+      run.states(1, k) = 2.0 * amplitude * std::cos(2.0 * time_s + phase) + 0.2 * std::cos(7.0 * time_s);
+      run.outputs(0, k) = run.states(0, k);
+      time_s += data.sample_period_s * (jittered ? 1.0 + 0.4 * uniform(random) : 1.0);
+    }
+    data.trajectories.push_back(run);
+  }
+  return data;
+}
+
+/// Van der Pol (22), x1' = x2, x2' = (1 - x1^2) x2 - x1, y = x1: RK4 at the sample period.
+inline Dataset van_der_pol(int trajectories, double horizon_s, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-2.0, 2.0);
+  Dataset data;
+  data.outputs = {{"y", "", 0.0}};
+  data.states = {{"x1", "", 0.0}, {"x2", "", 0.0}};
+  data.sample_period_s = 0.02;
+  const int n = static_cast<int>(std::lround(horizon_s / data.sample_period_s)) + 1;
+  const auto f = [](const Eigen::Vector2d& x) { return Eigen::Vector2d(x(1), (1.0 - x(0) * x(0)) * x(1) - x(0)); };
+  for (int r = 0; r < trajectories; ++r) {
+    Trajectory run;
+    run.source = "simulation " + std::to_string(r);
+    run.time_s = Eigen::VectorXd::LinSpaced(n, 0.0, data.sample_period_s * (n - 1));
+    run.states.resize(2, n);
+    run.weight = Eigen::VectorXd::Ones(n);
+    Eigen::Vector2d x(uniform(random), uniform(random));
+    for (int k = 0; k < n; ++k) {
+      run.states.col(k) = x;
+      const double h = data.sample_period_s;
+      const Eigen::Vector2d k1 = f(x);
+      const Eigen::Vector2d k2 = f(x + 0.5 * h * k1);
+      const Eigen::Vector2d k3 = f(x + 0.5 * h * k2);
+      const Eigen::Vector2d k4 = f(x + h * k3);
+      x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+    }
+    run.outputs = run.states.row(0);
+    data.trajectories.push_back(run);
+  }
+  return data;
+}
+
+/// A small experiment: quick to run, with every part of an observer in it.
+inline Experiment small_experiment() {
+  Experiment experiment;
+  experiment.name = "small";
+  experiment.seed = 3;
+  experiment.threads = 1;
+  experiment.observer.eigenvalues = {-1.0, -4.0};
+  experiment.observer.pairs = {{-2.0, 3.0}};
+  experiment.inverse_map.hidden = {5, 4};
+  experiment.training.steps = 30;
+  experiment.training.learning_rate = 0.01;
+  experiment.training.trajectories_per_step = 10;
+  experiment.training.samples_per_step = 200;
+  experiment.training.validate_every = 7;
+  experiment.source_text = "small";
+  return experiment;
+}
+
+/// Turns an experiment on two states and one output into one of a Luenberger-like observer.
+inline void make_luenberger(Experiment& e) {
+  e.observer.structure = "luenberger";
+  e.observer.eigenvalues = {};
+  e.observer.pairs = {};
+  e.observer.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
+  e.observer.output_matrix = {{1.0, 0.0}};
+  e.observer.gain = {{2.0}, {1.5}};
+  e.dynamics.hidden = {5};
+}
+
+inline Hold hold_of(const codegen::Model& model) {
+  return model.hold == "zero_order" ? Hold::kZeroOrder : model.hold == "rk4" ? Hold::kRk4 : Hold::kFirstOrder;
+}
+
+/// z and x_hat at all samples, one column each, from the equations that stand in codegen/model.h.
+struct PlainEstimates {
+  Eigen::MatrixXd latent, states;
+};
+inline PlainEstimates plain_estimates(const codegen::Model& model, const Trajectory& run, bool uniform = true) {
+  const Eigen::Index samples = run.samples();
+  PlainEstimates result{Eigen::MatrixXd::Zero(model.nz(), samples), Eigen::MatrixXd(model.nx(), samples)};
+  std::vector<double> steps_s;
+  for (Eigen::Index k = 0; k + 1 < samples; ++k) {
+    steps_s.push_back(uniform ? model.sample_period_s : run.time_s(k + 1) - run.time_s(k));
+  }
+  for (Eigen::Index row = 0; row < model.nz(); row += row < 2 * model.pairs ? 2 : 1) {
+    const bool pair = row < 2 * model.pairs;
+    const Cd lambda{model.eigenvalues(row), pair ? model.eigenvalues(row + 1) : 0.0};
+    for (Eigen::Index j = 0; j < model.ny(); ++j) {
+      const Cd f{model.output_injection(row, j), pair ? model.output_injection(row + 1, j) : 0.0};
+      const std::vector<double> y(run.outputs.row(j).begin(), run.outputs.row(j).end());
+      const std::vector<Cd> z = plain_filter(hold_of(model), lambda, f, model.starts_steady, y, steps_s);
+      for (Eigen::Index k = 0; k < samples; ++k) {
+        result.latent(row, k) += z[static_cast<std::size_t>(k)].real();
+        if (pair) result.latent(row + 1, k) += z[static_cast<std::size_t>(k)].imag();
+      }
+    }
+    Cd initial{model.initial_latent(row), pair ? model.initial_latent(row + 1) : 0.0};
+    for (Eigen::Index k = 0; k < samples; ++k) {
+      result.latent(row, k) += initial.real();
+      if (pair) result.latent(row + 1, k) += initial.imag();
+      if (k + 1 < samples) initial *= plain_step(hold_of(model), lambda, steps_s[static_cast<std::size_t>(k)]).a;
+    }
+  }
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    Eigen::VectorXd zy(model.nz() + model.ny());
+    zy << result.latent.col(k), run.outputs.col(k);
+    const Eigen::VectorXd u = (model.inverse_map.features * zy - model.inverse_map.feature_mean)
+                                  .cwiseQuotient(model.inverse_map.feature_scale);
+    Eigen::VectorXd a = u;
+    for (std::size_t l = 0; l < model.inverse_map.layers.size(); ++l) {
+      a = model.inverse_map.layers[l].weights * a + model.inverse_map.layers[l].bias;
+      if (l + 1 == model.inverse_map.layers.size()) break;
+      const Activation kind = model.inverse_map.activation == "relu"   ? Activation::kRelu
+                              : model.inverse_map.activation == "silu" ? Activation::kSilu
+                                                                       : Activation::kTanh;
+      for (double& v : a) v = plain_activation(kind, v);
+    }
+    if (model.inverse_map.skip.size() > 0) a += model.inverse_map.skip * u;
+    result.states.col(k) = model.inverse_map.output_mean + model.inverse_map.output_scale.cwiseProduct(a);
+  }
+  return result;
+}
+
+/// Weighted root mean square of |x - x_hat| over a data set, by the model run plainly.
+inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
+  double squares = 0.0;
+  double total = 0.0;
+  for (const Trajectory& run : data.trajectories) {
+    const Eigen::MatrixXd error = plain_estimates(model, run, data.uniform).states - run.states;
+    squares += error.colwise().squaredNorm().dot(run.weight);
+    total += run.weight.sum();
+  }
+  return std::sqrt(squares / total);
+}
+
+/// The same by the observer that exports are tested against.
+inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
+  codegen::ReferenceObserver<double> observer(model);
+  double squares = 0.0;
+  double total = 0.0;
+  for (const Trajectory& run : data.trajectories) {
+    const Eigen::MatrixXd error = observer.run(run.outputs, {}, run.time_s, data.uniform).x_hat - run.states;
+    squares += error.colwise().squaredNorm().dot(run.weight);
+    total += run.weight.sum();
+  }
+  return std::sqrt(squares / total);
+}
+
+}  // namespace nlo::trainer::testing

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/bounds/latent_system.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace nlo::trainer {
+
+LatentSystem latent_system(const codegen::Model& model) {
+  return {model.eigenvalues, model.pairs, model.output_injection};
+}
+
+LatentSystem scaled(const LatentSystem& system, double k) {
+  return {k * system.eigenvalues, system.pairs, system.injection};
+}
+
+std::vector<LatentMode> modes_of(const LatentSystem& system) {
+  const Eigen::VectorXd& e = system.eigenvalues;
+  const Eigen::MatrixXd& f = system.injection;
+  std::vector<LatentMode> modes;
+  for (Eigen::Index r = 0; r < system.nz();) {
+    const bool pair = r < 2 * system.pairs;
+    LatentMode mode;
+    mode.row = r;
+    mode.rows = pair ? 2 : 1;
+    mode.lambda = {e(r), pair ? e(r + 1) : 0.0};
+    mode.f = f.row(r).cast<std::complex<double>>();
+    if (pair) mode.f += std::complex<double>(0.0, 1.0) * f.row(r + 1);
+    mode.driven = !mode.f.isZero(0.0);
+    r += mode.rows;
+    modes.push_back(std::move(mode));
+  }
+  return modes;
+}
+
+double slowest(const LatentSystem& system, bool driven_only) {
+  double rate = -std::numeric_limits<double>::infinity();
+  for (const LatentMode& mode : modes_of(system))
+    if (mode.driven || !driven_only) rate = std::max(rate, mode.lambda.real());
+  return rate;
+}
+
+double fastest(const LatentSystem& system) {
+  double rate = 0.0;
+  for (const LatentMode& mode : modes_of(system)) rate = std::max(rate, std::abs(mode.lambda));
+  return rate;
+}
+
+codegen::Model with_injection(codegen::Model model, const Eigen::MatrixXd& injection) {
+  LatentSystem wanted = latent_system(model);
+  wanted.injection = injection;
+  const std::vector<LatentMode> modes = modes_of(latent_system(model)), targets = modes_of(wanted);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (!modes[i].driven) continue;
+    const double ratio = modes[i].f.norm() / targets[i].f.norm();
+    for (Eigen::Index row = modes[i].row; row < modes[i].row + modes[i].rows; ++row) {
+      model.output_injection.row(row) /= ratio;
+      model.inverse_map.features.col(row) *= ratio;
+      for (Eigen::VectorXd* z : {&model.initial_latent, &model.latent_min, &model.latent_max}) (*z)(row) /= ratio;
+    }
+  }
+  return model;
+}
+
+Eigen::MatrixXd real_rows(const std::vector<LatentMode>& modes, const Eigen::MatrixXcd& rows) {
+  Eigen::Index nz = 0;
+  for (const LatentMode& mode : modes) nz += mode.rows;
+  Eigen::MatrixXd z(nz, rows.cols());
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    z.row(modes[i].row) = rows.row(static_cast<Eigen::Index>(i)).real();
+    if (modes[i].rows == 2) z.row(modes[i].row + 1) = rows.row(static_cast<Eigen::Index>(i)).imag();
+  }
+  return z;
+}
+
+Eigen::MatrixXd apply_d(const LatentSystem& system, const Eigen::MatrixXd& z) {
+  Eigen::MatrixXd product(z.rows(), z.cols());
+  for (const LatentMode& mode : modes_of(system)) {
+    const double re = mode.lambda.real(), im = mode.lambda.imag();
+    product.row(mode.row) = re * z.row(mode.row);
+    if (mode.rows == 1) continue;
+    product.row(mode.row) -= im * z.row(mode.row + 1);
+    product.row(mode.row + 1) = im * z.row(mode.row) + re * z.row(mode.row + 1);
+  }
+  return product;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT
+// One experiment as a value: everything that decides a training run, read from a TOML file. Defaults stand here and
+// nowhere else. Exactly one of `plant` (simulate) and `log` (CSV files) is set.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "trainer/base/noise.h"
+
+namespace nlo::trainer {
+
+/// [plant]: a built-in plant by `model`, or expressions over the state names (and the parameters).
+struct PlantConfig {
+  std::string model;                                   ///< name in the registry; empty when given by expressions
+  std::vector<std::string> states;                     ///< names
+  std::vector<std::string> state_units, output_units;  ///< of expressions; empty: dimensionless
+  std::vector<std::string> derivative;                 ///< dx/dt, one expression per state
+  std::vector<std::string> output_names;
+  std::vector<std::string> outputs;  ///< y = h(x), one expression per output
+  /// Full turns of angles, in their units; 0: not an angle. Empty: none is.
+  std::vector<double> state_wraps, output_wraps;
+  /// Of angles: "unwrap", or "sincos": two channels NAME_sin and NAME_cos. Empty: "unwrap".
+  std::vector<std::string> state_encodings, output_encodings;
+  std::vector<std::string> estimated;            ///< the states that the observer estimates, in this order; empty: all
+  std::vector<std::string> inputs, input_units;  ///< names; empty: the plant is autonomous
+  /// g(x) of dx/dt = f(x) + g(x) u: a row per state, in it one expression per input
+  std::vector<std::vector<std::string>> input_field;
+  std::vector<std::pair<std::string, double>> parameters;
+};
+
+/// [simulation]: trajectories of the plant by RK4 at the sample period.
+struct SimulationConfig {
+  double horizon_s = 50.0;
+  double sample_period_s = 0.02;
+  int trajectories = 50;
+  /// Of the initial states: "uniform" over the box; "gaussian": box centre, half widths = 1 sigma; "circle": c + a cos
+  /// phi + b sin phi with phi uniform; "list": the states of a list in shuffled rounds.
+  std::string initial_distribution = "uniform";
+  std::vector<double> initial_low, initial_high;    ///< the training box, n_x each; equal ones hold a state fixed
+  std::vector<double> initial_centre;               ///< c of the circle, n_x; empty: the origin
+  std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
+  std::vector<std::vector<double>> initial_states;  ///< the list, n_x each
+};
+
+enum class ColumnRole { kTime, kOutput, kState, kInput, kIgnored };
+
+/// [[log.columns]]: one column of a CSV log, or a state derived from one.
+struct ColumnConfig {
+  std::string name;    ///< what it is called here, in the report and in the exported header
+  std::string column;  ///< its heading in the file; the same as `name` unless given
+  ColumnRole role = ColumnRole::kIgnored;
+  std::string unit;
+  double wrap = 0.0;                ///< full turn of an angle, in its unit; 0: not an angle
+  std::string encoding = "unwrap";  ///< of an angle: "unwrap", or "sincos": two channels NAME_sin and NAME_cos
+  std::string derivative_of;        ///< a state that is the derivative of this column (see VelocityFilter)
+  bool odd = true;                  ///< the mirror image of a run has its sign turned; false: a temperature, a distance
+};
+
+/// [log.velocity_filter]: Butterworth low-pass run forwards and backwards, then a central difference.
+struct VelocityFilterConfig {
+  int order = 4;
+  double cutoff_hz = 25.0;
+  double mask_edges_s = 0.2;  ///< truth this near to either end of a log does not count
+};
+
+struct LogConfig {
+  std::vector<ColumnConfig> columns;
+  VelocityFilterConfig velocity_filter;
+  double sample_period_s = 0.0;  ///< nominal; 0: that of the time stamps
+  double max_gap_s = 0.0;        ///< a longer step splits a log into runs; 0: 10 nominal periods
+  std::vector<std::string> train_files, validation_files, test_files;  ///< names or globs under --data DIR
+};
+
+/// [observer]: the latent system and what T* reads.
+struct ObserverConfig {
+  std::string structure = "kkl";             ///< kkl (16), driven_kkl (24)-(25), luenberger (15), general (11)
+  std::vector<double> eigenvalues;           ///< real ones [1/s], all negative; repeated for each output
+  std::vector<std::array<double, 2>> pairs;  ///< complex pairs re +- i im [1/s]; repeated for each output
+  bool learn_eigenvalues = true;
+  std::string output_injection = "ones";  ///< "ones", or "unit_gain": F = -lambda, so that z settles at y
+  std::string hold = "first_order";       ///< zero_order, first_order, rk4
+  std::string start = "zero";             ///< z(0): "zero", or "steady": the steady state of the first output
+  std::vector<double> clocks_s;           ///< extra latent rows exp(-t/tau): how far z can be trusted since reset
+  std::string features = "latent";        ///< "latent", "latent_and_output", "latent_minus_output" (angles need it)
+
+  std::string input_hold = "zero_order";  ///< driven_kkl: the u given has acted since the last sample; "first_order":
+                                          ///< a ramp to it
+
+  /// luenberger (15): A and C, row by row, and the gain G: given, or designed for A - G C by its eigenvalues, or by the
+  /// noise it must live with.
+  std::vector<std::vector<double>> state_matrix, output_matrix, gain;
+  std::vector<double> gain_poles;  ///< real eigenvalues that A - G C shall have, n_x
+  std::vector<double> gain_noise;  ///< intensities of process and measurement noise: the stationary Kalman gain
+};
+
+/// [dynamics]: the network within the latent system: g_hat of (15), F of (11).
+struct DynamicsConfig {
+  std::vector<int> hidden = {16};
+  std::string activation = "tanh";
+};
+
+/// [forward_map]: T, where the structure or a loss needs it.
+struct ForwardMapConfig {
+  std::vector<int> hidden = {50, 50, 50, 50};
+  std::string activation = "tanh";
+};
+
+/// [loss]: the cost (9) as a weighted sum of terms.
+struct LossConfig {
+  double state_error = 1.0;          ///< running cost |x - x_hat|^2 (12)
+  std::string reduction = "mean";    ///< of running costs over time: "mean", or "integral" (larger by the horizon)
+  double terminal = 0.0;             ///< terminal cost |x - x_hat|^2 at the end of each segment
+  double eigenvalue_penalty = 0.0;   ///< gamma of (20): gamma |lambda|^2
+  double map_consistency = 0.0;      ///< |z - T(x)|^2
+  double reconstruction = 0.0;       ///< |x - T*(T(x))|^2
+  double pde_residual = 0.0;         ///< |dT/dx f(x) - D T(x) - F h(x)|^2 (5)
+  std::string collocation = "data";  ///< where (5) is asked for: at the samples, or at points of a "box"
+  std::vector<double> collocation_low, collocation_high;  ///< that box, n_x each
+  int collocation_points = 2048;
+  std::string scale = "physical";  ///< squared errors in the units of x and z, or "normalised" by their deviation
+
+  bool needs_forward_map() const { return map_consistency > 0.0 || reconstruction > 0.0 || pde_residual > 0.0; }
+};
+
+/// [inverse_map]: T*.
+struct InverseMapConfig {
+  std::vector<int> hidden = {50, 50, 50, 50};
+  std::string activation = "tanh";  ///< tanh, relu, silu
+  bool linear_path = false;         ///< a linear map beside the network, started from ridge regression
+  double ridge = 1e-6;              ///< its regularisation, relative to the features' mean power
+};
+
+/// [training]
+struct TrainingConfig {
+  std::string mode = "random_samples";      ///< or "full_batch": every sample of every trajectory in each step
+  int steps = 1000;                         ///< optimiser steps (in full_batch mode: epochs)
+  int trajectories_per_step = 32;           ///< random_samples: how many segments are filtered per step
+  int samples_per_step = 4096;              ///< random_samples: at how many of their samples T* is evaluated
+  double segment_s = 0.0;                   ///< length of a random segment; 0: whole trajectories from their start
+  double early_s = 0.0, early_share = 0.0;  ///< this share of the samples comes from t < early_s
+  std::string optimiser = "adam";
+  double learning_rate = 1e-3;
+  double eigenvalue_learning_rate = 0.0;  ///< 0: the same as learning_rate
+  std::string schedule = "cosine";        ///< constant, exponential (rate * decay^step), cosine (to zero)
+  double decay = 0.9999;                  ///< of the exponential schedule, per step
+  double weight_decay = 0.0;              ///< of T*'s network weights (decoupled, as in AdamW)
+  double ema = 0.0;                       ///< weight averaging: the model is the exponential average; 0: off
+  NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step
+  double noise_level_max = 0.0;           ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
+  bool mirror = false;                    ///< the plant is odd: (x, y) -> (-x, -y) is also a run of it
+  std::string gradient = "automatic";     ///< of the latent system: the exact filter where it is linear, else backprop;
+                                          ///< or "backprop", "adjoint" (Proposition 1) through RK4 for every structure
+  std::string transient = "keep";         ///< or the filter's start is kept out: "drop", "backward" (data/transient.h)
+  double transient_factor = 5.0;          ///< k of the transient's length k / min |Re lambda|
+  int validate_every = 100;               ///< steps between validation errors (progress, metrics.csv)
+  double checkpoint_every_s = 10.0;
+};
+
+/// A stretch of time since the start of a run, from_s <= t < to_s, that errors are told for.
+struct EvaluationWindow {
+  std::string name;  ///< an identifier; "all" is the whole run and always there
+  double from_s = 0.0;
+  double to_s = std::numeric_limits<double>::infinity();  ///< infinite: to the end of the run
+};
+
+/// [evaluation]: how a run's time axis is read when an observer is judged. Decides nothing in training. What is left
+/// out comes from the observer's slowest time constant and the horizon (data/evaluation_windows.h).
+struct EvaluationConfig {
+  std::vector<EvaluationWindow> windows;
+  double settling_window_s = 0.0;  ///< errors are averaged over it before the settling time is read; 0: derived
+};
+
+struct Experiment {
+  std::string name;  ///< an identifier: names the model and what is exported
+  unsigned long long seed = 1;
+  int threads = 0;  ///< 0: all cores. The bytes of a run do not depend on it.
+  std::optional<PlantConfig> plant;
+  SimulationConfig simulation;
+  std::optional<LogConfig> log;
+  ObserverConfig observer;
+  DynamicsConfig dynamics;
+  InverseMapConfig inverse_map;
+  ForwardMapConfig forward_map;
+  LossConfig loss;
+  TrainingConfig training;
+  EvaluationConfig evaluation;
+
+  bool uses_dynamics_network() const { return observer.structure == "luenberger" || observer.structure == "general"; }
+  bool uses_inverse_map() const { return observer.structure != "luenberger"; }
+  bool uses_forward_map() const { return observer.structure == "driven_kkl" || loss.needs_forward_map(); }
+
+  std::string source_text;  ///< format_experiment() of it: recorded in the model, reads back to the same experiment
+};
+
+/// Reads and checks an experiment file. `overrides` are "section.key=value" with a TOML value (--set); they come after
+/// the file. Throws codegen::Error: `FILE:LINE: what is wrong; what to do`.
+Experiment read_experiment(const std::string& path, const std::vector<std::string>& overrides = {});
+
+/// The same from text; `filename` stands for the file in messages.
+Experiment parse_experiment(std::string_view text, const std::string& filename,
+                            const std::vector<std::string>& overrides = {});
+
+/// The [log] of a file that says which columns of a log are what: [[log.columns]] and what goes with them, and nothing
+/// else. Throws codegen::Error as read_experiment does.
+LogConfig read_log_columns(const std::string& path);
+
+/// Every key with its value, as TOML: the same text for the same experiment, whatever its file looked like. `threads`
+/// is left out, as it decides nothing.
+std::string format_experiment(const Experiment& experiment);
+
+/// Every key of an experiment file with its type, default and meaning, for people.
+std::string describe_experiment_keys();
+
+/// Throws codegen::Error when `hold` = rk4 diverges for one of the eigenvalues at this sample period (|A| >= 1), naming
+/// it and the mends. Reading an experiment checks this itself unless only the log's time stamps know the period.
+void check_latent_step(const ObserverConfig& observer, double sample_period_s);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/evaluation/evaluate_logs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "codegen/error.h"
+#include "trainer/data/log_baselines.h"
+#include "trainer/evaluation/examples.h"
+#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+using codegen::Error;
+
+Dataset with_noise(Dataset data, const NoiseConfig& noise, std::uint64_t seed) {
+  for (std::size_t i = 0; i < data.trajectories.size(); ++i) {
+    Eigen::MatrixXd& y = data.trajectories[i].outputs;
+    y = MeasurementNoise(noise, seed, i).on(y, data.output_angles);
+  }
+  return data;
+}
+
+void require_same_names(const std::vector<Channel>& model, const std::vector<Channel>& data, const char* what) {
+  const bool same = std::equal(model.begin(), model.end(), data.begin(), data.end(),
+                               [](const Channel& a, const Channel& b) { return a.name == b.name && a.wrap == b.wrap; });
+  if (same) return;
+  const auto list = [](const std::vector<Channel>& channels) {
+    std::string text;
+    for (const Channel& channel : channels) text += (text.empty() ? "" : ", ") + channel.name;
+    return text;
+  };
+  throw Error(std::string("evaluation: the model's ") + what + " are " + list(model) + "; the logs give " + list(data) +
+              " (names, order and wraps must agree: use the columns that the model was trained with)");
+}
+
+std::vector<std::string> compared(const std::vector<LogEvaluation::Entry>& entries) {
+  const LogMetrics& ours = entries.front().metrics;
+  std::vector<ComparedState> states;
+  for (std::size_t i = 0; i < ours.pooled.size(); ++i) {
+    // Logs that end before the settled window are judged as a whole.
+    const std::size_t settled = settled_window(ours.windows);
+    const std::size_t window = std::isfinite(ours.pooled[i].rmse[settled]) ? settled : 0;
+    const auto error_of = [&](const char* name) {
+      for (const LogEvaluation::Entry& entry : entries)
+        if (entry.estimator == name) return entry.metrics.pooled[i].rmse[window];
+      return std::numeric_limits<double>::quiet_NaN();
+    };
+    states.push_back({ours.pooled[i].name, ours.pooled[i].unit, window_text(ours.windows[window]), error_of("observer"),
+                      error_of("constant"), error_of("ridge")});
+  }
+  return comparison_notes(states);
+}
+
+}  // namespace
+
+Unscored find_unscored(const Dataset& logs) {
+  double first_s = 0.0, last_s = 0.0;
+  Eigen::Index samples = 0, unscored = 0, inside = 0;
+  for (const Trajectory& run : logs.trajectories) {
+    const Eigen::Index n = run.samples();
+    Eigen::Index from = 0, to = n;
+    while (from < n && run.weight[from] <= 0.0) ++from;
+    while (to > from && run.weight[to - 1] <= 0.0) --to;
+    if (from > 0) first_s = std::max(first_s, run.time_s[std::min(from, n - 1)] - run.time_s[0]);
+    if (to < n) last_s = std::max(last_s, run.time_s[n - 1] - run.time_s[std::max<Eigen::Index>(to - 1, 0)]);
+    const Eigen::Index within = (run.weight.segment(from, to - from).array() <= 0.0).count();
+    samples += n;
+    unscored += from + (n - to) + within;
+    inside += within;
+  }
+  Unscored result;
+  if (unscored == 0) return result;
+  result.share = static_cast<double>(unscored) / static_cast<double>(samples);
+  const auto add = [&](const std::string& place) { result.where += (result.where.empty() ? "" : " and ") + place; };
+  if (first_s > 0.0) add(fmt::format("the first {} s", significant(first_s, 2)));
+  if (last_s > 0.0) add(fmt::format("the last {} s", significant(last_s, 2)));
+  if (!result.where.empty()) result.where += " of each log";
+  if (inside > 0) add(fmt::format("{} samples inside", inside));
+  return result;
+}
+
+std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<Eigen::MatrixXd>& estimates) {
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < logs.states.size(); ++i) {
+    const Channel& state = logs.states[i];
+    if (state.wrap > 0.0) continue;
+    const auto row = static_cast<Eigen::Index>(i);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Trajectory& run : logs.trajectories)
+      for (Eigen::Index k = 0; k < run.samples(); ++k) {
+        if (run.weight[k] <= 0.0) continue;
+        low = std::min(low, run.states(row, k));
+        high = std::max(high, run.states(row, k));
+      }
+    const double margin = 0.5 * (high - low);
+    double farthest = 0.0;
+    std::string note;
+    for (std::size_t log = 0; log < estimates.size(); ++log) {
+      const Trajectory& run = logs.trajectories[log];
+      for (Eigen::Index k = 0; k < run.samples(); ++k) {
+        if (run.weight[k] > 0.0) continue;
+        const double value = estimates[log](row, k);
+        const double beyond = std::max(low - margin - value, value - high - margin);
+        if (!(beyond > farthest)) continue;
+        farthest = beyond;
+        const std::string unit = state.unit.empty() ? "" : " " + state.unit;
+        note = fmt::format(
+            "{} is estimated as {}{} at t = {} s of {}, where nothing is scored; the truth lies within "
+            "{} and {}{}",
+            state.name, significant(value), unit, significant(run.time_s[k]), run.source, significant(low),
+            significant(high), unit);
+      }
+    }
+    if (!note.empty()) notes.push_back(note);
+  }
+  return notes;
+}
+
+LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
+                               const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
+                               MetricsConfig config, const LogProgress& progress) {
+  if (logs.trajectories.empty()) throw Error("evaluation: no log to evaluate on");
+  require_same_names(model.outputs, logs.outputs, "outputs");
+  require_same_names(model.states, logs.states, "states");
+  const auto say = [&](double share, const std::string& what) {
+    if (progress) progress(share, what);
+  };
+
+  LogEvaluation result;
+  result.noise = noise;
+  result.seed = seed;
+  result.states = logs.states;
+  result.outputs = logs.outputs;
+  result.baselines_fitted_on = baseline_logs ? "the training logs" : "these logs";
+  result.unscored = find_unscored(logs);
+  if (!share_a_unit(logs.states)) config.state_scale = state_deviation(logs);
+
+  const Dataset measured = with_noise(logs, noise, seed);
+  const auto judge = [&](const std::string& name, std::vector<std::string> describe,
+                         const std::vector<Eigen::MatrixXd>& estimates) {
+    result.entries.push_back(
+        {name, std::move(describe), log_metrics(logs, estimates, schema.angle_pairs, config.windows)});
+  };
+
+  // One pass of the observer gives its estimates and, kept for later, what the linear readout reads.
+  const ObserverRun observer = observer_run(model, has_uniform_steps(logs, model));
+  std::vector<codegen::Run> runs;
+  std::vector<Eigen::MatrixXd> estimates;
+  ErrorAccumulator sum(logs.states, logs.sample_period_s, config);
+  std::vector<double> errors;
+  const Eigen::VectorXd scale = state_deviation(logs);
+  const auto count = static_cast<double>(logs.trajectories.size());
+  for (std::size_t i = 0; i < logs.trajectories.size(); ++i) {
+    const Trajectory& run = measured.trajectories[i];
+    say(0.3 * static_cast<double>(i) / count, "observer on " + run.source);
+    runs.push_back(observer(run.outputs, run.inputs, run.time_s));
+    estimates.push_back(runs.back().x_hat);
+    count_domain(model, runs.back(), result.domain);
+    sum.add(logs.trajectories[i], estimates.back());
+    errors.push_back(relative_error(logs.trajectories[i], estimates.back(), logs.states, scale));
+  }
+  judge("observer", {}, estimates);
+  result.metrics = sum.metrics();
+  for (const Chosen& chosen : spread_choice(errors)) {
+    const std::size_t i = chosen.run;
+    result.examples.push_back({logs.trajectories[i], measured.trajectories[i].outputs, estimates[i], chosen.why});
+    result.examples.back().outside = outside_of_domain(model, result.examples.back(), has_uniform_steps(logs, model));
+  }
+  const std::vector<std::string> senseless = unscored_notes(logs, estimates);
+
+  // The baselines see the noise that the observer sees, with draws of their own for fitting.
+  const Dataset fitted_on = with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1);
+  const std::vector<std::string>& names = LogBaseline::names();
+  for (std::size_t n = 0; n < names.size(); ++n) {
+    say(0.3 + 0.5 * static_cast<double>(n) / static_cast<double>(names.size()), names[n]);
+    const LogBaseline baseline = LogBaseline::fit(names[n], fitted_on, schema.state_sources);
+    std::vector<std::string> describe;
+    bool applies = false;
+    for (int i = 0; i < static_cast<int>(logs.states.size()); ++i) {
+      applies = applies || baseline.applies(i);
+      describe.push_back(baseline.applies(i) ? baseline.describe(i) : "");
+    }
+    if (!applies) continue;
+    estimates.clear();
+    for (const Trajectory& run : measured.trajectories) estimates.push_back(baseline.estimate(run));
+    judge(names[n], std::move(describe), estimates);
+  }
+
+  say(0.8, "ridge");
+  LinearReadout readout(model);
+  const ObserverRun on_training = observer_run(model, has_uniform_steps(fitted_on, model));
+  for (const Trajectory& run : fitted_on.trajectories)
+    readout.add(on_training(run.outputs, run.inputs, run.time_s), run);
+  readout.fit();
+  estimates.clear();
+  for (const codegen::Run& run : runs) estimates.push_back(readout.estimate(run));
+  judge("ridge", std::vector<std::string>(logs.states.size(), "ridge on the same features"), estimates);
+  say(1.0, "done");
+
+  result.notes = compared(result.entries);
+  result.notes.insert(result.notes.end(), senseless.begin(), senseless.end());
+  return result;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// The observer on logs of a real rig, beside what a user would do without one.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+#include "trainer/base/noise.h"
+#include "trainer/data/dataset.h"
+#include "trainer/data/log_metrics.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/evaluation/comparison.h"
+#include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/metrics.h"
+
+namespace nlo::trainer {
+
+/// Samples whose truth does not count.
+struct Unscored {
+  double share = 0.0;
+  std::string where;  ///< "the first 0.2 s and the last 0.2 s of each log"; empty when all are scored
+};
+
+struct LogEvaluation {
+  struct Entry {
+    std::string estimator;              ///< "observer", then LogBaseline::names() and "ridge"
+    std::vector<std::string> describe;  ///< per state, how this estimator was set up; empty for the observer
+    LogMetrics metrics;
+  };
+  std::vector<Entry> entries;      ///< the observer first
+  ErrorMetrics metrics;            ///< of the observer over all files
+  std::vector<std::string> notes;  ///< plain words on states that are no better than by a constant or a linear readout,
+                                   ///< and on estimates that make no sense where nothing is scored
+  Unscored unscored;
+  DomainShare domain;
+  NoiseConfig noise;  ///< added to the logged outputs
+  std::uint64_t seed = 0;
+  std::string split;                ///< "test", "validation" or "training" of an experiment; empty: other logs
+  std::string baselines_fitted_on;  ///< "the training logs", "these logs"
+  std::vector<Channel> states, outputs;
+  std::vector<EvaluatedRun> examples;  ///< all logs, or kMostExamples of them (examples.h); the first is the first
+};
+
+/// What is being done, and which share of all is done before it.
+using LogProgress = std::function<void(double share, const std::string& what)>;
+
+/// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
+///   baseline_logs  what the baselines may learn from: the training logs; or nullptr, then the very logs they are
+///                  judged on, in hindsight, which only makes them harder to beat
+///   config         how errors are read; its state_scale is set here where the states' units differ
+LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
+                               const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
+                               MetricsConfig config = {}, const LogProgress& progress = {});
+
+/// The share and the place of the samples that have no weight.
+Unscored find_unscored(const Dataset& logs);
+
+/// A note for each state whose estimate leaves, at a sample that is not scored, the range of the truth on all scored
+/// ones, widened by half of that range on either side: the farthest one. Angles have no range.
+std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<Eigen::MatrixXd>& estimates);
+
+}  // namespace nlo::trainer

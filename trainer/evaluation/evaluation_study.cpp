@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/evaluation/evaluation_study.h"
+
+#include <cmath>
+#include <limits>
+
+#include "trainer/evaluation/comparison.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// Of the mean of `values` as independent draws; empty for fewer than two.
+std::optional<double> standard_error(const Eigen::VectorXd& values) {
+  const auto n = static_cast<double>(values.size());
+  if (values.size() < 2) return std::nullopt;
+  return std::sqrt((values.array() - values.mean()).square().sum() / (n - 1.0) / n);
+}
+
+}  // namespace
+
+std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity) {
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(study.models.size()), static_cast<Eigen::Index>(study.test_sets()));
+  for (Eigen::Index m = 0; m < values.rows(); ++m)
+    for (Eigen::Index s = 0; s < values.cols(); ++s) {
+      const auto& evaluations = study.results[static_cast<std::size_t>(m)][static_cast<std::size_t>(s)];
+      const std::optional<double> value = quantity(evaluations.at(estimator).metrics);
+      if (!value) return std::nullopt;
+      values(m, s) = *value;
+    }
+  return Spread{values.mean(), standard_error(values.colwise().mean().transpose()),
+                standard_error(values.rowwise().mean())};
+}
+
+std::vector<std::string> study_notes(const EvaluationStudy& study) {
+  const std::vector<Evaluation>& first = study.first();
+  std::vector<ComparedState> compared;
+  for (std::size_t i = 0; i < first.front().states.size(); ++i) {
+    std::size_t window = 0;
+    const auto error_of = [&](std::size_t estimator) {
+      const auto spread = spread_of(study, estimator, [&](const ErrorMetrics& m) -> std::optional<double> {
+        if (m.windows[window].per_component.size() == 0) return std::nullopt;
+        return m.windows[window].per_component[static_cast<Eigen::Index>(i)];
+      });
+      return spread ? spread->mean : std::numeric_limits<double>::quiet_NaN();
+    };
+    EvaluationWindows windows;
+    for (const ErrorMetrics::Window& w : first.front().metrics.windows) windows.push_back(w.window);
+    window = settled_window(windows);
+    if (!std::isfinite(error_of(0))) window = 0;  // runs that end before it
+    ComparedState state{first.front().states[i].name,
+                        first.front().states[i].unit,
+                        window_text(windows[window]),
+                        error_of(0),
+                        std::numeric_limits<double>::quiet_NaN(),
+                        std::numeric_limits<double>::quiet_NaN()};
+    for (std::size_t e = 1; e < first.size(); ++e) {
+      if (first[e].estimator == "constant") state.constant = error_of(e);
+      if (first[e].estimator == "ridge") state.linear = error_of(e);
+    }
+    compared.push_back(std::move(state));
+  }
+  return comparison_notes(compared);
+}
+
+DomainShare study_domain(const EvaluationStudy& study) {
+  DomainShare sum;
+  for (const auto& by_test_set : study.results)
+    for (const auto& evaluations : by_test_set) {
+      if (!evaluations.front().domain) continue;
+      const DomainShare& share = *evaluations.front().domain;
+      sum.samples += share.samples;
+      sum.inside += share.inside;
+      sum.runs += share.runs;
+      sum.first_inside += share.first_inside;
+    }
+  return sum;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/evaluation/measurement_noise.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "trainer/base/number_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// SplitMix64 (Steele, Lea, Flood 2014): a bijection that scatters neighbouring seeds.
+constexpr std::uint64_t split_mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ULL;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+  return x ^ (x >> 31);
+}
+
+}  // namespace
+
+MeasurementNoise::MeasurementNoise(const NoiseConfig& config, std::uint64_t seed, std::uint64_t run)
+    : config_(config), engine_(split_mix(split_mix(seed) + run)) {}
+
+double MeasurementNoise::uniform01() {
+  return static_cast<double>(engine_() >> 11) * 0x1p-53;
+}
+
+double MeasurementNoise::normal() {
+  if (has_spare_) {
+    has_spare_ = false;
+    return spare_normal_;
+  }
+  double v1, v2, q;
+  do {
+    v1 = 2.0 * uniform01() - 1.0;
+    v2 = 2.0 * uniform01() - 1.0;
+    q = v1 * v1 + v2 * v2;
+  } while (q >= 1.0 || q == 0.0);
+  const double factor = std::sqrt(-2.0 * std::log(q) / q);
+  spare_normal_ = v2 * factor;
+  has_spare_ = true;
+  return v1 * factor;
+}
+
+double MeasurementNoise::draw(std::size_t sensor) {
+  const SensorNoise& own = config_.of(sensor);
+  switch (own.kind) {
+    case NoiseKind::kNone:
+      return 0.0;
+    case NoiseKind::kGaussian:
+      return own.scale * normal();
+    case NoiseKind::kUniform:
+      return own.scale * (2.0 * uniform01() - 1.0);
+  }
+  return 0.0;
+}
+
+Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles) {
+  Eigen::MatrixXd noisy = outputs;
+  for (Eigen::Index k = 0; k < noisy.cols(); ++k) {
+    auto angle = angles.begin();
+    std::size_t sensor = 0;
+    for (Eigen::Index row = 0; row < noisy.rows(); ++row) {
+      const double v = draw(sensor++);
+      if (angle == angles.end() || angle->sine != row) {
+        noisy(row, k) += v;
+        continue;
+      }
+      const double radians = 2.0 * std::numbers::pi * v / angle->wrap;
+      const double sine = noisy(row, k), cosine = noisy(row + 1, k), s = std::sin(radians), c = std::cos(radians);
+      noisy(row, k) = sine * c + cosine * s;
+      noisy(++row, k) = cosine * c - sine * s;
+      ++angle;
+    }
+  }
+  return noisy;
+}
+
+double noise_variance(const SensorNoise& noise) {
+  switch (noise.kind) {
+    case NoiseKind::kNone:
+      return 0.0;
+    case NoiseKind::kGaussian:
+      return noise.scale * noise.scale;
+    case NoiseKind::kUniform:
+      return noise.scale * noise.scale / 3.0;
+  }
+  return 0.0;
+}
+
+Eigen::VectorXd noise_variances(const NoiseConfig& noise) {
+  Eigen::VectorXd variances(static_cast<Eigen::Index>(noise.sensors.size()));
+  for (std::size_t i = 0; i < noise.sensors.size(); ++i)
+    variances(static_cast<Eigen::Index>(i)) = noise_variance(noise.sensors[i]);
+  return variances;
+}
+
+namespace {
+
+std::string sensor_title(const SensorNoise& noise) {
+  switch (noise.kind) {
+    case NoiseKind::kNone:
+      return "no noise";
+    case NoiseKind::kGaussian:
+      return "N(0, " + shortest_text(noise.scale) + ")";
+    case NoiseKind::kUniform:
+      return "U(-" + shortest_text(noise.scale) + ", " + shortest_text(noise.scale) + ")";
+  }
+  return "no noise";
+}
+
+}  // namespace
+
+std::string noise_title(const NoiseConfig& noise) {
+  if (noise.none()) return "no noise";
+  std::string title;
+  for (const SensorNoise& sensor : noise.sensors) title += (title.empty() ? "" : ", ") + sensor_title(sensor);
+  return title;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Strict measurement noise for evaluation: y_k = h(x_k) + v_k, one independent draw per sample and channel. A plain
+// scalar generator that a stranger can rebuild from this description; training has a faster one of its own.
+//
+// Run i of a test with seed s draws from std::mt19937_64 seeded by mix(s, i) (two rounds of SplitMix64), sensor by
+// sensor within a sample, sample after sample; a sensor without noise draws nothing:
+//   u       = (r >> 11) * 2^-53 of the next 64 bits r, in [0, 1)
+//   uniform = scale * (2 u - 1)
+//   normal  = Marsaglia's polar method: v = 2 u - 1 twice until 0 < q = v1^2 + v2^2 < 1; then v1 and v2 times
+//             scale * sqrt(-2 ln q / q) are two draws, used one after the other
+// Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "trainer/base/noise.h"
+#include "trainer/data/angle.h"
+
+namespace nlo::trainer {
+
+class MeasurementNoise {
+ public:
+  MeasurementNoise(const NoiseConfig& config, std::uint64_t seed, std::uint64_t run);
+
+  /// Of one sensor (of a noise that is the same for all: any).
+  double draw(std::size_t sensor = 0);
+
+  /// The outputs (n_y x N) as sensors with this noise would give them. `angles`: the outputs that are sine and cosine
+  /// of one angle (Dataset::output_angles); they have one sensor, and its noise is on the angle.
+  Eigen::MatrixXd on(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles = {});
+
+ private:
+  double uniform01();
+  double normal();
+
+  NoiseConfig config_;
+  std::mt19937_64 engine_;
+  double spare_normal_ = 0.0;
+  bool has_spare_ = false;
+};
+
+/// Its variance: scale^2 (Gaussian), scale^2 / 3 (uniform), 0.
+double noise_variance(const SensorNoise& noise);
+
+/// One for all sensors, or one for each.
+Eigen::VectorXd noise_variances(const NoiseConfig& noise);
+
+/// For readers: "no noise", "N(0, 0.5)", "U(-3, 3)"; of several sensors one after the other.
+std::string noise_title(const NoiseConfig& noise);
+
+}  // namespace nlo::trainer

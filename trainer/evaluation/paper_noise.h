@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The paper-like reading of measurement noise: plant and latent system are one ODE, integrated together by RK4, and
+// each of its four stages draws its noise anew,
+//   dx/dt = f(x),   dz/dt = D z + F (h(x) + v),   v fresh at every stage   (and likewise for (11) and (15)).
+// A step therefore feeds z with (v1 + 2 v2 + 2 v3 + v4) / 6, to first order in the step: noise of 10/36 of the variance
+// that a sensor read once per step and held over it would have. No sensor does this; code that calls an ODE solver on
+// `D z + F (h(x) + noise())` does. Strict noise is in measurement_noise.h.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+#include "trainer/base/noise.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/evaluation/metrics.h"
+#include "trainer/plants/excitation.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+/// Plant and latent system over the horizon, sample by sample.
+struct JointRun {
+  Dataset truth;                         ///< clean outputs and states
+  std::vector<Eigen::MatrixXd> latent;   ///< n_z x N per trajectory
+  std::vector<Eigen::MatrixXd> outputs;  ///< n_y x N per trajectory, with the noise of the step's first stage
+};
+
+/// Integrates from the columns of `initial` (n_x x B) at the sample period of `simulation`, with the excitation u(t) in
+/// the plant and in phi(z) u (25) of a driven model. Trajectory i draws from run `first_run + i` of `seed` (see
+/// MeasurementNoise): channel by channel, stage after stage.
+JointRun integrate_with_stage_noise(const codegen::Model& model, const Plant& plant, const SimulationConfig& simulation,
+                                    const Eigen::MatrixXd& initial, const NoiseConfig& noise, std::uint64_t seed,
+                                    std::uint64_t first_run = 0, const Excitation& excitation = {});
+
+/// The errors of the model's estimates over such runs, T* in float; `inputs` are expressions over t (excitation.h). The
+/// same bytes for any number of threads; 0: all cores. Throws codegen::Error when a trajectory leaves the numbers.
+ErrorMetrics evaluate_with_stage_noise(const codegen::Model& model, const PlantConfig& plant,
+                                       const SimulationConfig& simulation, const Eigen::MatrixXd& initial,
+                                       const NoiseConfig& noise, std::uint64_t seed, int threads,
+                                       const std::vector<std::string>& inputs = {});
+
+}  // namespace nlo::trainer

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/evaluation/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace nlo::trainer {
+namespace {
+
+template <typename... Format>
+std::string format(double value, Format... how) {
+  std::array<char, 512> buffer;  // the longest double in fixed notation takes 309 digits and its decimals
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, how...);
+  return end.ec == std::errc() ? std::string(buffer.data(), end.ptr) : "?";
+}
+
+}  // namespace
+
+std::string fixed(double value, int decimals) {
+  return format(value, std::chars_format::fixed, decimals);
+}
+
+std::string significant(double value, int digits) {
+  if (value == 0.0) return "0";
+  if (!std::isfinite(value)) return format(value);
+  const std::string scientific = format(value, std::chars_format::scientific, digits - 1);
+  // Read the exponent after rounding: 0.9996 with three digits is 1.00, not 0.1000.
+  const auto mark = scientific.find('e');
+  int exponent = 0;
+  const char* first = scientific.data() + mark + 1;
+  std::from_chars(*first == '+' ? first + 1 : first, scientific.data() + scientific.size(), exponent);
+  if (exponent < -4 || exponent >= 6) return scientific;
+  return fixed(value, std::max(0, digits - 1 - exponent));
+}
+
+std::string significant(const std::optional<double>& value, int digits) {
+  return value ? significant(*value, digits) : "-";
+}
+
+std::size_t display_width(std::string_view utf8) {
+  std::size_t width = 0;
+  for (std::size_t i = 0; i < utf8.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(utf8[i]);
+    if ((byte & 0xc0) == 0x80 || byte < 0x20 || byte == 0x7f) continue;  // continuation or control
+    const bool combining = (byte == 0xcc || byte == 0xcd) && i + 1 < utf8.size() &&
+                           (byte == 0xcc || static_cast<unsigned char>(utf8[i + 1]) < 0xb0);  // U+0300 to U+036F
+    if (!combining) ++width;
+  }
+  return width;
+}
+
+std::string TextTable::to_string(std::size_t indent, std::size_t width) const {
+  std::vector<std::size_t> widths;
+  const auto measure = [&](const std::vector<std::string>& row) {
+    if (row.size() > widths.size()) widths.resize(row.size());
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], display_width(row[i]));
+  };
+  measure(headings_);
+  for (const auto& row : rows_) measure(row);
+
+  std::string text;
+  for (std::size_t from = 1, to = 0; to < widths.size(); from = to) {
+    std::size_t total = indent + (widths.empty() ? 0 : widths[0]);
+    for (to = from; to < widths.size() && (to == from || total + 2 + widths[to] <= width); ++to)
+      total += 2 + widths[to];
+    text += (text.empty() ? "" : "\n") + part(indent, widths, from, to);
+  }
+  return text;
+}
+
+/// The first column, and those from `from` to before `to`.
+std::string TextTable::part(std::size_t indent, const std::vector<std::size_t>& widths, std::size_t from,
+                            std::size_t to) const {
+  std::string text;
+  const auto line = [&](const std::vector<std::string>& row) {
+    std::string out(indent, ' ');
+    const auto cell = [&](std::size_t i) {
+      const std::string content = i < row.size() ? row[i] : "";
+      const std::string padding(widths[i] - display_width(content), ' ');
+      out += i == 0 ? content + padding : "  " + padding + content;
+    };
+    if (!widths.empty()) cell(0);
+    for (std::size_t i = from; i < to; ++i) cell(i);
+    out.erase(out.find_last_not_of(' ') + 1);
+    text += out + '\n';
+  };
+  std::size_t total = widths.empty() ? 0 : widths[0];
+  for (std::size_t i = from; i < to; ++i) total += 2 + widths[i];
+  const auto rule = [&] {
+    text += std::string(indent, ' ');
+    for (std::size_t i = 0; i < total; ++i) text += "─";
+    text += '\n';
+  };
+  line(headings_);
+  rule();
+  for (const auto& row : rows_) row.empty() ? rule() : line(row);
+  return text;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// Segments of recorded trajectories, disturbed by noise and run through the latent system: what a training step, a
+// validation and the normalisation all start from.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "trainer/base/noise.h"
+#include "trainer/base/parallel.h"
+#include "trainer/base/random.h"
+#include "trainer/data/dataset.h"
+#include "trainer/sensitivity/latent_dynamics.h"
+
+namespace nlo::trainer {
+
+/// A dataset as training reads it: float32, one row per channel, each distinct step between samples once.
+struct TrainingData {
+  /// Points of a box with f and h there, row by row: where the PDE residual (5) is asked for beyond the data.
+  struct Points {
+    int count = 0;
+    std::vector<float> x, f, h;
+  };
+  struct Run {
+    int samples = 0;
+    int first_estimate = 0;          ///< see Trajectory
+    std::vector<int> step_of;        ///< samples: which of steps_s leaves the sample; empty when uniform
+    std::vector<float> outputs;      ///< n_y x samples
+    std::vector<float> states;       ///< n_x x samples
+    std::vector<float> weight;       ///< samples
+    std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only
+  };
+  std::vector<Run> runs;
+  Points collocation;
+  /// One entry when uniform; else the distinct steps, to 1/16384 of a period: coefficients are made once for each, and
+  /// a log of 20,000 samples whose clock jitters by 1 % has some hundred of them.
+  std::vector<double> steps_s;
+  double sample_period_s = 0.0;  ///< nominal
+  bool uniform = true;
+  int nx = 0, ny = 0;
+  std::vector<EncodedAngle> output_angles;  ///< among the outputs: their noise is on the angle
+
+  explicit TrainingData(const Dataset& dataset);
+};
+
+struct Segment {
+  int run = 0;
+  int start = 0;
+  int length = 0;
+  float sign = 1.0F;         ///< -1: the mirrored trajectory (-x, -y)
+  float noise_level = 1.0F;  ///< times the configured noise
+};
+
+/// All runs from their start, at full length.
+std::vector<Segment> whole_runs(const TrainingData& data);
+
+class Rollout {
+ public:
+  explicit Rollout(const TrainingData& data) : data_(&data) {}
+
+  /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and runs the prepared
+  /// dynamics over them. `noise` has an entry for all of the data's sensors, or one for each.
+  void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseConfig& noise, std::uint64_t seed,
+           Purpose purpose, std::uint64_t step, ThreadPool& pool);
+
+  std::vector<SegmentGroup>& groups() { return groups_; }
+  const std::vector<SegmentGroup>& groups() const { return groups_; }
+  const std::vector<Segment>& segments() const { return segments_; }
+  const Segment& segment(int group, int lane) const {
+    return segments_[static_cast<std::size_t>(group * kGroup + lane)];
+  }
+  const TrainingData& data() const { return *data_; }
+
+ private:
+  void gather(int index, const NoiseConfig& noise, std::uint64_t stream);
+  void add_noise(SegmentGroup& group, const NoiseConfig& noise, const float* level, std::uint64_t stream) const;
+
+  const TrainingData* data_;
+  std::vector<Segment> segments_;
+  std::vector<SegmentGroup> groups_;
+};
+
+}  // namespace nlo::trainer

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/rollout/sampling.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace nlo::trainer {
+
+namespace {
+
+/// Uniform integers below `bound`, drawn eight at a time.
+class Indices {
+ public:
+  explicit Indices(std::uint64_t seed) : random_(seed) {}
+  int below(int bound) { return std::min(bound - 1, static_cast<int>(unit() * static_cast<float>(bound))); }
+  float unit() {
+    if (next_ == RandomLanes::kLanes) {
+      random_.uniform(draw_.data());
+      next_ = 0;
+    }
+    return draw_[static_cast<std::size_t>(next_++)];
+  }
+
+ private:
+  RandomLanes random_;
+  RandomLanes::Floats draw_{};
+  int next_ = RandomLanes::kLanes;
+};
+
+}  // namespace
+
+std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step) {
+  const TrainingConfig& training = experiment.training;
+  std::vector<Segment> segments;
+  Indices random(stream_seed(experiment.seed, Purpose::kSegments, static_cast<std::uint64_t>(step), 0));
+  if (training.mode == "full_batch") {
+    segments = whole_runs(data);
+  } else {
+    const int wanted = static_cast<int>(std::lround(training.segment_s / data.sample_period_s)) + 1;
+    int all_samples = 0;
+    for (const auto& run : data.runs) all_samples += run.samples;
+    for (int i = 0; i < training.trajectories_per_step; ++i) {
+      Segment segment;
+      // Runs weigh by their length, so that every sample is as likely.
+      int at = random.below(all_samples);
+      while (at >= data.runs[static_cast<std::size_t>(segment.run)].samples) {
+        at -= data.runs[static_cast<std::size_t>(segment.run++)].samples;
+      }
+      const int samples = data.runs[static_cast<std::size_t>(segment.run)].samples;
+      segment.length = training.segment_s > 0.0 ? std::min(wanted, samples) : samples;
+      segment.start = random.below(samples - segment.length + 1);
+      segments.push_back(segment);
+    }
+  }
+  for (Segment& segment : segments) {
+    if (training.mirror && random.unit() < 0.5F) segment.sign = -1.0F;
+    if (training.noise_level_max > 0.0)
+      segment.noise_level = static_cast<float>(training.noise_level_max) * random.unit();
+  }
+  return segments;
+}
+
+std::vector<Segment> flight_segments(const Experiment& experiment, const TrainingData& data) {
+  std::vector<Segment> segments = whole_runs(data);
+  if (experiment.training.mirror) {
+    for (Segment run : whole_runs(data)) {
+      run.sign = -1.0F;
+      segments.push_back(run);
+    }
+  }
+  if (experiment.training.mode == "full_batch") return segments;
+  constexpr long kNoStep = -1;  // a draw that no step of the training makes
+  for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);
+  return segments;
+}
+
+std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout& rollout, long step, bool all,
+                                    ThreadPool& pool) {
+  const TrainingConfig& training = experiment.training;
+  const TrainingData& data = rollout.data();
+  std::vector<SampleSet> sets(rollout.groups().size());
+  const auto segments = static_cast<int>(rollout.segments().size());
+  pool.run(static_cast<int>(sets.size()), [&](int g, int /*thread*/) {
+    SampleSet& samples = sets[static_cast<std::size_t>(g)];
+    const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(g)];
+    std::vector<int> ticks(static_cast<std::size_t>(group.length), all ? 1 : 0);  // how often each is drawn
+    if (!all) {
+      Indices random(stream_seed(experiment.seed, Purpose::kTicks, static_cast<std::uint64_t>(step),
+                                 static_cast<std::uint64_t>(g)));
+      const int count = std::max(1, training.samples_per_step / std::max(1, segments));
+      const int early = static_cast<int>(std::lround(training.early_share * count));
+      const int early_ticks = std::clamp(static_cast<int>(training.early_s / data.sample_period_s), 1, group.length);
+      for (int i = 0; i < count; ++i)
+        ++ticks[static_cast<std::size_t>(random.below(i < early ? early_ticks : group.length))];
+    }
+    // A tick means the same share of each lane's own length: runs are drawn by their lengths, so every sample is as
+    // likely.
+    std::array<int, kGroup> latest{};  // 1 + index of a lane's latest sample: ticks that meet there add up
+    for (int t = 0; t < group.length; ++t) {
+      if (ticks[static_cast<std::size_t>(t)] == 0) continue;
+      for (int l = 0; l < group.lanes; ++l) {
+        const Segment& segment = rollout.segment(g, l);
+        if (all && t >= segment.length) continue;
+        const int at = all ? t : static_cast<int>(static_cast<long>(t) * segment.length / group.length);
+        const auto& run = data.runs[static_cast<std::size_t>(segment.run)];
+        const float weight = run.weight[static_cast<std::size_t>(segment.start + at)] *
+                             static_cast<float>(ticks[static_cast<std::size_t>(t)]);
+        if (weight <= 0.0F) continue;
+        int& last = latest[static_cast<std::size_t>(l)];
+        if (last > 0 && samples.offsets[static_cast<std::size_t>(last - 1)] == at * kGroup + l) {
+          samples.weights[static_cast<std::size_t>(last - 1)] += weight;
+          continue;
+        }
+        samples.offsets.push_back(at * kGroup + l);
+        samples.weights.push_back(weight);
+        last = static_cast<int>(samples.offsets.size());
+      }
+    }
+    for (const float weight : samples.weights) samples.total_weight += static_cast<double>(weight);
+  });
+  return sets;
+}
+
+}  // namespace nlo::trainer

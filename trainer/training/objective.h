@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// The cost (9) of an observer over sampled trajectories, and its gradient: run the latent system over the segments, T*
+// and the loss terms over blocks of samples, and pull the cotangents of z back through the latent system. One route for
+// every structure, for full batches and random samples; these differ in which segments and ticks are drawn.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/losses/map_losses.h"
+#include "trainer/nn/network_block.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/rollout/sampling.h"
+#include "trainer/structures/structure.h"
+
+namespace nlo::trainer {
+
+/// The cost as it is minimised, and the state error as a root: in the states' units, or normalised where the loss is.
+struct ObjectiveValue {
+  double loss = 0.0;
+  double rmse = 0.0;  ///< sqrt(mean |x - x_hat|^2), each state in the units of the loss
+};
+
+class Objective {
+ public:
+  /// `structure` may still be normalised, before the first evaluation. For the PDE residual the data must hold f: at
+  /// its samples or at collocation points.
+  Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
+            ThreadPool& pool);
+
+  /// Loss and gradient at a step's own draw of segments, noise and ticks.
+  ///   gradient  n parameters, or null for the value alone
+  ObjectiveValue evaluate(const float* parameters, long step, float* gradient);
+
+  /// sqrt(mean |x - x_hat|^2) over whole runs and all samples, with noise that is the same in every call. Where the
+  /// loss is normalised, so is this: else the state of the largest unit alone would choose the model.
+  double validate(const float* parameters);
+
+  Rollout& rollout() { return rollout_; }
+  /// Rolls out what flight_segments() gives at these parameters of the latent system, with noise: for scales, the start
+  /// of the linear path and the domain.
+  const Rollout& roll_out_flight(const float* parameters);
+
+ private:
+  enum class BlockKind { kRunning, kTerminal, kCollocation };
+  /// Samples that are worked on at a time.
+  struct Block {
+    BlockKind kind;
+    const SampleSet* samples;  ///< null for collocation points
+    int group;
+    int first, count;
+  };
+  struct ChunkResult {
+    double loss = 0.0, squares = 0.0;
+    std::vector<float> gradient;      ///< of T* and T
+    std::vector<double> eigenvalues;  ///< of the PDE residual, n_z
+  };
+  /// What one thread works with.
+  struct Workspace {
+    Workspace(const ObserverStructure& structure, const LossConfig& loss);
+    std::optional<WideBlock> network;                       ///< T*, where the estimate is not z itself
+    std::optional<MapLosses<float, kBlock>> maps;           ///< where T is trained
+    std::vector<float> x, z, y, f, h, weight, cotangent_z;  ///< a block of samples for the maps, rows of kRow
+  };
+
+  void prepare(const float* parameters);
+  void roll_out(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step);
+  void draw(long step, bool all, const LossConfig& loss);
+  void add_blocks(BlockKind kind, const std::vector<SampleSet>& sets);
+  std::vector<SampleSet> segment_ends() const;
+
+  ObjectiveValue accumulate(const float* parameters, float* gradient);
+  void run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result, bool backward);
+  void read_features(const Block& block, WideBlock& network) const;
+  void pull_back_features(const Block& block, const WideBlock& network);
+  void state_error(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void collocation_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void add_gradients(const float* parameters, float* gradient);
+  std::span<const ChunkResult> results() const { return std::span(chunks_).first(used_chunks_); }
+
+  const Experiment* experiment_;
+  const ObserverStructure* structure_;
+  const TrainingData* data_;
+  ThreadPool* pool_;
+  std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use: the structure is normalised before that
+  Rollout rollout_;
+  const LossConfig* loss_ = nullptr;                     ///< of what was drawn last
+  std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
+  std::vector<Block> blocks_;
+  std::size_t first_terminal_ = 0;  ///< block; terminal ones are the last
+  double running_share_ = 0.0;      ///< of a sample with weight 1 in the running cost
+  double terminal_share_ = 0.0;     ///< of a segment's end in the terminal cost
+  double total_weight_ = 0.0;
+  double horizon_s_ = 1.0;  ///< mean length of the segments for the integral, else 1
+  std::vector<ChunkResult> chunks_;
+  std::size_t used_chunks_ = 0;        ///< by the latest accumulate()
+  std::vector<Workspace> workspaces_;  // one per thread
+  std::vector<float> transposed_;
+};
+
+}  // namespace nlo::trainer

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/training/train.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "codegen/error.h"
+#include "codegen/file.h"
+#include "trainer/base/number_text.h"
+#include "trainer/base/parallel.h"
+#include "trainer/optim/optimiser.h"
+#include "trainer/structures/structure.h"
+#include "trainer/training/no_progress.h"
+#include "trainer/training/objective.h"
+
+namespace nlo::trainer {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash) {
+  const auto add = [&hash](const auto& m) {
+    hash = fingerprint(m.data(), static_cast<std::size_t>(m.size()) * sizeof(double), hash);
+  };
+  for (const Trajectory& trajectory : dataset.trajectories) {
+    add(trajectory.time_s);
+    add(trajectory.outputs);
+    add(trajectory.states);
+    add(trajectory.weight);
+  }
+  return hash;
+}
+
+std::string hex(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+/// A run may be resumed with another number of steps: everything else makes it another run.
+std::string without_steps(const std::string& source_text) {
+  constexpr std::string_view kKey = "\nsteps = ";
+  const auto begin = source_text.find(kKey);
+  if (begin == std::string::npos) return source_text;
+  const auto end = source_text.find('\n', begin + 1);
+  return source_text.substr(0, begin) + (end == std::string::npos ? "" : source_text.substr(end));
+}
+
+void require_trainable(const Dataset& dataset, const std::string& which) {
+  if (dataset.trajectories.empty()) throw codegen::Error("the " + which + " set holds no trajectories");
+  bool counts = false;
+  for (const Trajectory& trajectory : dataset.trajectories) {
+    if (trajectory.samples() < 2) throw codegen::Error(trajectory.source + ": fewer than two samples");
+    counts = counts || trajectory.weight.size() == 0 || trajectory.weight.maxCoeff() > 0.0;
+  }
+  if (!counts) throw codegen::Error("every sample of the " + which + " set is masked: mask less, or add longer runs");
+}
+
+class Training {
+ public:
+  Training(const Experiment& experiment, const Dataset& training, const Dataset& validation,
+           const TrainOptions& options)
+      : experiment_(experiment),
+        dataset_(training),
+        options_(options),
+        training_data_(training),
+        validation_data_(validation),
+        structure_(make_structure(experiment, training.outputs, training.states)),
+        pool_(experiment.threads),
+        objective_(experiment_, structure_, training_data_, pool_),
+        validator_(experiment_, structure_, validation_data_, pool_),
+        optimiser_(experiment.training.optimiser, parameter_groups()),
+        data_hash_(data_fingerprint(validation, data_fingerprint(training, fingerprint(nullptr, 0)))) {
+    const std::string identity = without_steps(experiment.source_text) + '\n' + std::to_string(experiment.seed);
+    fingerprint_ = fingerprint(identity.data(), identity.size(), data_hash_);
+  }
+
+  TrainingResult run() {
+    const auto started = Clock::now();
+    start();
+    const double before_s = state_.elapsed_s;
+    const long first_step = state_.step;
+    double last_saved_s = 0.0;
+    const TrainingConfig& config = experiment_.training;
+    std::vector<float> gradient(state_.parameters.size());
+    TrainingResult result;
+    while (state_.step < config.steps) {
+      if (options_.stop != nullptr && options_.stop->load()) {
+        result.outcome = TrainOutcome::kInterrupted;
+        break;
+      }
+      if (!eigenvalues_are_finite()) {
+        result.outcome = TrainOutcome::kDiverged;
+        result.message = divergence_message("an eigenvalue grew past all numbers");
+        break;
+      }
+      const ObjectiveValue value = objective_.evaluate(state_.parameters.data(), state_.step, gradient.data());
+      if (diverged(value.loss, gradient)) {
+        result.outcome = TrainOutcome::kDiverged;
+        result.message = divergence_message("the loss is " + shortest_text(value.loss));
+        break;
+      }
+      const double factor = schedule_factor(config, state_.step);
+      optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
+      if (!eigenvalues_are_finite()) continue;  // diverged: keep it out of the average
+      average();
+      ++state_.step;
+      const double elapsed_s = seconds_since(started);
+      state_.elapsed_s = before_s + elapsed_s;
+      if (state_.step % config.validate_every == 0 || state_.step == config.steps) {
+        validate(value, factor * config.learning_rate);
+      }
+      if (elapsed_s - last_saved_s > config.checkpoint_every_s) {
+        save();
+        last_saved_s = elapsed_s;
+      }
+      report(value, first_step, elapsed_s);
+    }
+    save();
+    if (result.outcome == TrainOutcome::kFinished) judge(result);
+    result.model = model();
+    result.metrics = state_.metrics;
+    result.steps_done = state_.step;
+    result.elapsed_s = state_.elapsed_s;
+    result.validation_rmse = state_.best_rmse;
+    return result;
+  }
+
+ private:
+  std::vector<ParameterGroup> parameter_groups() const {
+    const TrainingConfig& config = experiment_.training;
+    const double eigenvalue_rate =
+        config.eigenvalue_learning_rate > 0.0 ? config.eigenvalue_learning_rate : config.learning_rate;
+    std::vector<ParameterGroup> groups;
+    const auto add_network = [&](const NetworkShape& network, double path_rate) {
+      for (const LayerView& layer : network.layers) {
+        groups.push_back({layer.in * layer.out, config.learning_rate, config.weight_decay});
+        groups.push_back({layer.out, config.learning_rate, 0.0});
+      }
+      if (network.linear_path >= 0) groups.push_back({network.inputs() * network.outputs(), path_rate, 0.0});
+    };
+    if (structure_.is_kkl()) {
+      groups.push_back(
+          {structure_.latent.learned, experiment_.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0});
+    } else {
+      add_network(structure_.dynamics.shape, eigenvalue_rate);
+    }
+    // The linear path stays at its ridge regression while the features stay what they were: first-order steps on nearly
+    // collinear features lose what the regression found (alpha_dot on the Qube: .073 -> .118 rad/s).
+    const bool fixed_features = structure_.is_kkl() && !experiment_.observer.learn_eigenvalues;
+    add_network(structure_.network, fixed_features ? 0.0 : config.learning_rate);
+    if (structure_.forward_map) add_network(*structure_.forward_map, 0.0);
+    return groups;
+  }
+
+  std::string path(const char* file) const { return options_.directory + "/" + file; }
+
+  void start() {
+    // The features' scales come from the initial latent system; they are part of the structure, not of the parameters.
+    normalise_dynamics(structure_, training_data_, pool_);
+    const Rollout& rollout = objective_.roll_out_flight(initial_dynamics(structure_, experiment_).data());
+    normalise(structure_, rollout);
+    if (options_.resume) {
+      state_ = read_checkpoint(path("checkpoint.bin"), fingerprint_);
+      if (state_.parameters.size() != static_cast<std::size_t>(structure_.parameters()) ||
+          state_.memory.size() != optimiser_.memory().size()) {
+        throw codegen::Error(path("checkpoint.bin") +
+                             ": its sizes do not fit the experiment; start afresh without --resume");
+      }
+      if (state_.step > experiment_.training.steps)
+        throw codegen::Error(path("checkpoint.bin") + ": " + std::to_string(state_.step) +
+                             " steps are done and training.steps asks for " +
+                             std::to_string(experiment_.training.steps) +
+                             "; ask for more, or start afresh without --resume");
+      optimiser_.memory() = state_.memory;
+      return;
+    }
+    state_.parameters = initial_parameters(structure_, experiment_, rollout);
+    state_.average = state_.best = state_.parameters;
+    const double initial_rmse = validator_.validate(state_.best.data());
+    // tanh hides what is not a number: the features are looked at too.
+    const bool finite = std::all_of(structure_.features.begin(), structure_.features.end(), [](const Feature& feature) {
+      return std::isfinite(feature.mean) && std::isfinite(feature.scale);
+    });
+    if (!finite || !std::isfinite(initial_rmse)) {
+      throw codegen::Error(
+          "the error of the untrained observer is not finite: the data holds a number that is not, or the latent "
+          "system is unstable at this sample period (hold \"rk4\" with |eigenvalue| * period above 2.78); use hold "
+          "\"first_order\" or slower eigenvalues");
+    }
+    state_.best_rmse = initial_rmse;
+    add_metrics(objective_.evaluate(state_.parameters.data(), 0, nullptr), initial_rmse,
+                experiment_.training.learning_rate);
+  }
+
+  void judge(TrainingResult& result) {
+    result.message = no_progress(state_.metrics);
+    if (result.message.empty()) return;
+    result.outcome = TrainOutcome::kNoProgress;
+    const Rollout& flight = objective_.roll_out_flight(state_.parameters.data());
+    result.message += ". " + likely_causes(experiment_, state_.metrics, structure_, dataset_, flight);
+  }
+
+  /// Exponential average of the weights, with a short memory at first so that it soon forgets where it came from.
+  void average() {
+    const double ema = experiment_.training.ema;
+    const auto t = static_cast<double>(state_.step);
+    const auto keep = static_cast<float>(std::min(ema, (1.0 + t) / (10.0 + t)));
+    const float take = ema > 0.0 ? 1.0F - keep : 1.0F;
+    for (std::size_t i = 0; i < state_.average.size(); ++i) {
+      state_.average[i] += take * (state_.parameters[i] - state_.average[i]);
+    }
+  }
+
+  void validate(const ObjectiveValue& value, double rate) {
+    const double rmse = validator_.validate(state_.average.data());
+    add_metrics(value, rmse, rate);
+    if (std::isfinite(rmse) && rmse < state_.best_rmse) {
+      state_.best_rmse = rmse;
+      state_.best = state_.average;
+    }
+  }
+
+  void add_metrics(const ObjectiveValue& value, double validation_rmse, double rate) {
+    state_.metrics.push_back({.step = state_.step,
+                              .elapsed_s = state_.elapsed_s,
+                              .loss = value.loss,
+                              .train_rmse = value.rmse,
+                              .validation_rmse = validation_rmse,
+                              .learning_rate = rate,
+                              .eigenvalues = structure_.eigenvalues_at(state_.average.data())});
+  }
+
+  bool diverged(double loss, const std::vector<float>& gradient) const {
+    if (!std::isfinite(loss)) return true;
+    if (!std::all_of(gradient.begin(), gradient.end(), [](float g) { return std::isfinite(g); })) return true;
+    return loss > 1e6 * (1.0 + state_.metrics.front().loss);
+  }
+
+  /// Infinite ones have no discretisation: scaling and squaring would never end.
+  bool eigenvalues_are_finite() const {
+    const std::vector<double> eigenvalues = structure_.eigenvalues_at(state_.parameters.data());
+    return std::all_of(eigenvalues.begin(), eigenvalues.end(), [](double lambda) { return std::isfinite(lambda); });
+  }
+
+  std::string divergence_message(const std::string& what) const {
+    return "training diverged at step " + std::to_string(state_.step) + ": " + what +
+           ". The model of the lowest validation error before that was kept. Try a lower learning_rate (now " +
+           shortest_text(experiment_.training.learning_rate) + ") or eigenvalue_learning_rate (now " +
+           shortest_text(parameter_groups().front().rate) + "), or hold = \"first_order\" if it is \"rk4\".";
+  }
+
+  void save() {
+    if (options_.directory.empty()) return;
+    state_.memory = optimiser_.memory();
+    write_checkpoint(state_, fingerprint_, path("checkpoint.bin"));
+    codegen::write_file_atomically(path("metrics.csv"), metrics_csv(state_.metrics, structure_.pairs()));
+  }
+
+  void report(const ObjectiveValue& value, long first_step, double elapsed_s) const {
+    if (!options_.progress) return;
+    TrainProgress progress;
+    progress.step = state_.step;
+    progress.steps = experiment_.training.steps;
+    progress.loss = value.loss;
+    progress.rmse = state_.metrics.back().validation_rmse;
+    const std::vector<double> eigenvalues = structure_.eigenvalues_at(state_.average.data());
+    for (const Mode& mode : structure_.latent.modes) {
+      if (mode.output < 0 || eigenvalues.empty()) continue;  // a clock, or a structure without D
+      const auto row = static_cast<std::size_t>(mode.row);
+      progress.eigenvalues.emplace_back(eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0);
+    }
+    progress.elapsed_s = state_.elapsed_s;
+    progress.steps_per_s = static_cast<double>(state_.step - first_step) / std::max(elapsed_s, 1e-9);
+    progress.left_s = static_cast<double>(progress.steps - state_.step) / std::max(progress.steps_per_s, 1e-9);
+    options_.progress(progress);
+  }
+
+  codegen::Model model() {
+    const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
+    codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
+    double time_s = 0.0;
+    for (const Trajectory& trajectory : dataset_.trajectories) {
+      time_s += trajectory.time_s(trajectory.samples() - 1) - trajectory.time_s(0);
+    }
+    model.provenance = {{"nlo", NLO_VERSION},
+                        {"seed", std::to_string(experiment_.seed)},
+                        {"data", std::to_string(dataset_.trajectories.size()) + " trajectories, " +
+                                     shortest_text(std::round(time_s)) + " s"},
+                        {"data_hash", hex(data_hash_)},
+                        {"steps", std::to_string(state_.step)},
+                        {"validation_rmse", shortest_text(state_.best_rmse)},
+                        {"config", experiment_.source_text}};
+    return model;
+  }
+
+  const Experiment& experiment_;
+  const Dataset& dataset_;
+  const TrainOptions& options_;
+  TrainingData training_data_, validation_data_;
+  ObserverStructure structure_;
+  ThreadPool pool_;
+  Objective objective_, validator_;
+  Optimiser optimiser_;
+  std::uint64_t data_hash_, fingerprint_ = 0;
+  TrainingState state_;
+};
+
+}  // namespace
+
+TrainingResult train(const Experiment& experiment, const Dataset& training, const Dataset& validation,
+                     const TrainOptions& options) {
+  require_trainable(training, "training");
+  require_trainable(validation, "validation");
+  if (!options.directory.empty()) std::filesystem::create_directories(options.directory);
+  return Training(experiment, training, validation, options).run();
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// The training loop: steps, schedule, averaging, validation, checkpoints. The same experiment, seed and data give the
+// same model, byte for byte, for any number of threads and however often the run was interrupted and resumed.
+#pragma once
+
+#include <atomic>
+#include <complex>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "codegen/model.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/training/checkpoint.h"
+
+namespace nlo::trainer {
+
+struct TrainProgress {
+  long step = 0, steps = 0;
+  double loss = 0.0, rmse = 0.0;  ///< rmse: on the validation set, the latest
+  std::vector<std::complex<double>> eigenvalues;
+  double steps_per_s = 0.0, elapsed_s = 0.0, left_s = 0.0;
+};
+
+struct TrainOptions {
+  std::string directory;  ///< for checkpoint.bin and metrics.csv; empty: nothing is written
+  bool resume = false;    ///< go on from the directory's checkpoint
+  std::function<void(const TrainProgress&)> progress;  ///< called after each step; may be empty
+  const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
+};
+
+enum class TrainOutcome {
+  kFinished,
+  kInterrupted,
+  kDiverged,   ///< stopped early: a number was not finite, or the loss grew without bounds
+  kNoProgress  ///< ran to its end and got nowhere: see no_progress.h
+};
+
+struct TrainingResult {
+  TrainOutcome outcome = TrainOutcome::kFinished;
+  codegen::Model model;  ///< of the lowest validation error so far
+  std::vector<MetricsRow> metrics;
+  long steps_done = 0;
+  double elapsed_s = 0.0;
+  double validation_rmse = 0.0;  ///< of `model`
+  std::string message;           ///< diverged, no progress: what happened and what to try
+};
+
+/// Trains on `training`; picks the model by its error on `validation` (with the training noise).
+/// Throws codegen::Error when the experiment cannot be trained, e.g. on no trajectories.
+TrainingResult train(const Experiment& experiment, const Dataset& training, const Dataset& validation,
+                     const TrainOptions& options);
+
+}  // namespace nlo::trainer
