@@ -141,7 +141,7 @@ inline constexpr std::array kActivations = {
                   .value_turns = {{{{-1.2784645, -0.2784646, 1e-4}}}, 1},
                   .slope_turns = {{{{2.39936, 1.09984, 1e-4}, {-2.39936, -0.09984, 1e-4}}}, 2},
                   .largest_curvature = 0.5,
-                  .largest_slope_change = 0.5},  // 0.41
+                  .largest_slope_change = 0.5},  // 0.31
     activation_rows::tanh_row(Activation::kTanh5e6, "tanh5e6", "Activation::kTanh5e6"),
     activation_rows::tanh_row(Activation::kTanh5e5, "tanh5e5", "Activation::kTanh5e5"),
 };

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "codegen/activations.h"
 #include "codegen/identifier.h"
 
 namespace nlo::codegen {
@@ -61,8 +62,9 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
   check_shape(n.feature_mean, nu, of("feature_mean"), "n_u, the rows of features");
   check_shape(n.feature_scale, nu, of("feature_scale"), "n_u, the rows of features");
   check_positive(n.feature_scale, of("feature_scale"));
-  if (n.activation != "tanh" && n.activation != "relu" && n.activation != "silu")
-    fail("{} is unknown; use tanh, relu or silu", of("activation"));
+  if (!activation_row(n.activation).is_trained())
+    fail("{} is {}, which an export alone chooses; use {}", of("activation"), activation_row(n.activation).name,
+         activations_in_words());
 
   if (n.layers.empty()) fail("{} is empty; a linear map is one layer", of("layers"));
   Eigen::Index reads = nu;
@@ -88,6 +90,15 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
   for (std::size_t l = 0; l < largest.size(); ++l)
     if (!(largest[l] >= 0.0) || !std::isfinite(largest[l]))
       fail("{}[{}] is {}; it must be finite and not negative", of("largest_activations"), l, largest[l]);
+}
+
+void check_no_angles(const Model& m) {
+  for (std::size_t j = 0; j < m.outputs.size(); ++j)
+    if (m.outputs[j].wrap != 0.0)
+      fail(
+          "outputs[{}].wrap is {}; only a KKL observer turns its state with an angle: give its sine and cosine as "
+          "outputs",
+          j, m.outputs[j].wrap);
 }
 
 }  // namespace nlo::codegen

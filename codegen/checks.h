@@ -36,4 +36,7 @@ void check_channels(const std::vector<Channel>& channels, const std::string& fie
 /// A network from `inputs` (described by `meaning`) to `outputs` that is whole and finite.
 void check_network(const Network& network, int inputs, int outputs, const std::string& field, const char* meaning);
 
+/// No output is an angle that is continued over its wrap: what has no steady state S cannot turn z with it.
+void check_no_angles(const Model& model);
+
 }  // namespace nlo::codegen

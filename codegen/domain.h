@@ -13,7 +13,6 @@ class LatentDomain {
  public:
   explicit LatentDomain(const Model& model) : low_(model.latent_min), high_(model.latent_max) {
     steady_ = Eigen::MatrixXd::Zero(model.nz(), model.ny());
-    if (!has_linear_latent(model)) return;
     const Eigen::MatrixXd gain = steady_gain(model);
     for (int j = 0; j < model.ny(); ++j)
       if (is_relative(model, j)) steady_.col(j) = gain.col(j);

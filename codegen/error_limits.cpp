@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "codegen/checks.h"
+#include "codegen/generated_text.h"
 #include "codegen/key_values.h"
 #include "codegen/number_formats.h"
-#include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 namespace {
@@ -49,7 +49,10 @@ std::string samples_text(const ExportError& error) {
   return count + grouped(error.recorded) + " of flights that training recorded, the others of synthetic tones";
 }
 
-std::string error_table(const Model& m, const ExportOptions& options, const ExportError& error) {
+std::string error_table(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const ExportOptions& options = prepared.options();
+  const ExportError& error = prepared.error();
   std::string text =
       fmt::format("error of {} against the model's equations, over {}\n  {:<24}  {:>8}  {:>8}  {:>8}  {:>11}\n",
                   numbers_name(options), samples_text(error), "", "max", "99.9 %", "rms", "max outside");
@@ -62,8 +65,10 @@ std::string error_table(const Model& m, const ExportOptions& options, const Expo
   return tanh.empty() ? text : text + "  " + tanh + "\n";
 }
 
-std::string beyond_limits(const Model& m, const ExportOptions& options, const ExportError& error,
-                          const Eigen::VectorXd& limits) {
+std::string beyond_limits(const PreparedExport& prepared, const Eigen::VectorXd& limits) {
+  const Model& m = prepared.model();
+  const ExportOptions& options = prepared.options();
+  const ExportError& error = prepared.error();
   for (int i = 0; i < m.nx(); ++i) {
     if (error.max(i) <= limits(i)) continue;
     std::string mend = "allow more, or train again with weight_decay or over a smaller range of states";
@@ -74,7 +79,7 @@ std::string beyond_limits(const Model& m, const ExportOptions& options, const Ex
       if (!half) finer.scalar = options.scalar == ScalarType::kInt16 ? ScalarType::kFloat : ScalarType::kDouble;
       mend = fmt::format("--{} is off by {:.1e}; or {}",
                          half ? "weights float" : fmt::format("scalar {}", scalar_name(finer.scalar)),
-                         export_error(m, finer).max(i), mend);
+                         prepared.with(finer).error().max(i), mend);
     }
     return fmt::format(
         "{} is off by {:.1e} in {} within its domain, and --max-error allows {:.1e}; nothing is written. {}",

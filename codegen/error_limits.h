@@ -5,8 +5,7 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "codegen/export_error.h"
-#include "codegen/model.h"
+#include "codegen/prepared_export.h"
 
 namespace nlo::codegen {
 
@@ -18,11 +17,10 @@ Eigen::VectorXd error_limits(const std::string& text, const Model& model);
 std::string samples_text(const ExportError& error);
 
 /// A line per state: the largest error in the domain, what 99.9 % are within, rms, and the largest outside.
-std::string error_table(const Model& model, const ExportOptions& options, const ExportError& error);
+std::string error_table(const PreparedExport& prepared);
 
 /// Empty when every maximum in the domain is within its limit (n_x; infinite: free); else which state is not, by how
 /// much, and what would mend it.
-std::string beyond_limits(const Model& model, const ExportOptions& options, const ExportError& error,
-                          const Eigen::VectorXd& limits);
+std::string beyond_limits(const PreparedExport& prepared, const Eigen::VectorXd& limits);
 
 }  // namespace nlo::codegen

@@ -8,8 +8,6 @@
 
 #include "codegen/checks.h"
 #include "codegen/domain.h"
-#include "codegen/number_formats.h"
-#include "codegen/validate.h"
 
 namespace nlo::codegen {
 namespace {
@@ -36,10 +34,9 @@ ReplayInputs measured(const Flight& flight, const FlightRun& run) {
 
 /// Outputs (n_y x 2: low, high) at which the steady state z = S y of a KKL observer lies in its domain, or nearly so;
 /// the declared ranges where that says nothing.
-MatrixXd quiet_ranges(const Model& m, const FoldedModel& folded) {
+MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   MatrixXd ranges(m.ny(), 2);
   ranges << m.output_min, m.output_max;
-  if (!has_linear_latent(m)) return ranges;
   const VectorXd half_z = (m.latent_max - m.latent_min) / 2.0, middle_z = (m.latent_max + m.latent_min) / 2.0;
   const VectorXd half_y = (m.output_max - m.output_min) / 2.0, middle_y = (m.output_max + m.output_min) / 2.0;
   MatrixXd gain = folded.steady_gain;
@@ -76,21 +73,19 @@ double quantile(std::vector<double> values, double p) {
   return *at;
 }
 
-ErrorReplay::ErrorReplay(const Model& m) : model_(m) {
-  validate(m);
-  folded_ = fold(m);
+ErrorReplay::ErrorReplay(const Model& m, const FoldedModel& plain) : model_(m), steady_gain_(plain.steady_gain) {
   for (const FlightRun& run : m.flight.runs) add(measured(m.flight, run));
   recorded_ = samples_;
 
   std::uint64_t seed = 1;
-  add(replay_inputs(m, folded_.stale_after, seed, kToneSamples));
-  const MatrixXd ranges = quiet_ranges(m, folded_);
-  constexpr double kQuietest = 1.0 / 64.0;
-  double loudness = 1.0;
+  add(replay_inputs(m, plain.stale_after, seed, kToneSamples));
+  const MatrixXd ranges = resting_ranges(m, plain);
+  constexpr double kSmallest = 1.0 / 64.0;
+  double amplitude = 1.0;
   for (int run = 0; run < kMostToneRuns && samples_ < kWanted; ++run) {
     const int before = samples_;
-    add(replay_inputs(m, folded_.stale_after, ++seed, kToneSamples, loudness, ranges));
-    if (2 * (samples_ - before) < kToneSamples) loudness = std::max(loudness / 2.0, kQuietest);
+    add(replay_inputs(m, plain.stale_after, ++seed, kToneSamples, amplitude, ranges));
+    if (2 * (samples_ - before) < kToneSamples) amplitude = std::max(amplitude / 2.0, kSmallest);
   }
   if (samples_ >= kFewest) return;
   Index all = 0;
@@ -119,7 +114,7 @@ void ErrorReplay::add(ReplayInputs inputs) {
     z.col(k) = exact.latent();
     inside.push_back(domain.contains(exact.latent(), exact.output()));
   }
-  if (has_linear_latent(model_)) z -= folded_.steady_gain * turned;
+  z -= steady_gain_ * turned;
   samples_ += static_cast<int>(std::count(inside.begin(), inside.end(), true));
   x_hat_.push_back(exact.estimates(z, y));
   y_.push_back(std::move(y));
@@ -128,14 +123,13 @@ void ErrorReplay::add(ReplayInputs inputs) {
   runs_.push_back(std::move(inputs));
 }
 
-ExportError ErrorReplay::error(const ExportOptions& options) const {
+ExportError ErrorReplay::error(const FoldedModel& folded, const QuantisedNetwork* quantised, ScalarType scalar) const {
   const Index nx = model_.nx();
   ExportError error{VectorXd::Zero(nx), VectorXd::Zero(nx), VectorXd::Zero(nx), VectorXd::Zero(nx)};
   error.samples = samples_;
   error.recorded = recorded_;
   std::vector<std::vector<double>> inside(static_cast<std::size_t>(nx));
-  const FoldedModel folded = fold(model_, options);
-  ExportedObserver exported(model_, folded, options.scalar);
+  ExportedObserver exported(model_, folded, quantised, scalar);
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const ReplayInputs& inputs = runs_[r];
     const Index samples = inputs.dt_s.size();
@@ -146,7 +140,7 @@ ExportError ErrorReplay::error(const ExportOptions& options) const {
       exported.step(inputs.outputs.col(k), inputs.inputs.col(k), dt_s);
       z.col(k) = exported.latent();
     }
-    if (has_linear_latent(model_)) z -= folded.steady_gain * turned_[r];
+    z -= folded.steady_gain * turned_[r];
     const MatrixXd off = (exported.estimates(z, y_[r]) - x_hat_[r]).cwiseAbs();
     for (Index k = 0; k < samples; ++k) {
       const bool counts = in_domain_[r][static_cast<std::size_t>(k)];
@@ -161,10 +155,6 @@ ExportError ErrorReplay::error(const ExportOptions& options) const {
   error.rms = (error.rms / error.samples).cwiseSqrt();
   for (Index i = 0; i < nx; ++i) error.quantile999(i) = quantile(std::move(inside[static_cast<std::size_t>(i)]), 0.999);
   return error;
-}
-
-ExportError export_error(const Model& model, const ExportOptions& options) {
-  return ErrorReplay(model).error(options);
 }
 
 }  // namespace nlo::codegen

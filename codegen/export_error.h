@@ -8,7 +8,6 @@
 
 #include "codegen/model.h"
 #include "codegen/replay_run.h"
-#include "codegen/targets/registry.h"
 
 namespace nlo::codegen {
 
@@ -25,20 +24,20 @@ struct ExportError {
 double quantile(std::vector<double> values, double p);
 
 /// The exact side, run once for all formats of numbers. Tones are added to the flights until 10,000 samples lie in the
-/// domain; some of full loudness, with faults, are always there.
+/// domain; some of full amplitude, with faults, are always there.
 class ErrorReplay {
  public:
-  /// Throws Error, with the mend, when fewer than 1,000 samples lie in the domain.
-  explicit ErrorReplay(const Model& model);
+  /// `plain`: the model folded. Throws Error, with the mend, when fewer than 1,000 samples lie in the domain.
+  ErrorReplay(const Model& model, const FoldedModel& plain);
 
-  /// Throws Error when the model cannot be exported so.
-  ExportError error(const ExportOptions& options) const;
+  /// Of the model as `exported`, folded, in a scalar; its inverse map in integers where `quantised` is given.
+  ExportError error(const FoldedModel& exported, const QuantisedNetwork* quantised, ScalarType scalar) const;
 
  private:
   void add(ReplayInputs inputs);
 
   Model model_;
-  FoldedModel folded_;
+  Eigen::MatrixXd steady_gain_;          ///< S, n_z x n_y
   std::vector<ReplayInputs> runs_;       ///< each from a reset on
   std::vector<Eigen::MatrixXd> y_;       ///< n_y x N of each run: as the observer took them, angles turned back
   std::vector<Eigen::MatrixXd> turned_;  ///< n_y x N of each run: whole turns of angles that were taken back
@@ -46,7 +45,5 @@ class ErrorReplay {
   std::vector<std::vector<bool>> in_domain_;
   int samples_ = 0, recorded_ = 0;  ///< in the domain
 };
-
-ExportError export_error(const Model& model, const ExportOptions& options);
 
 }  // namespace nlo::codegen

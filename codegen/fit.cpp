@@ -9,11 +9,11 @@
 #include <tuple>
 
 #include "codegen/checks.h"
+#include "codegen/cpp_cost.h"
 #include "codegen/fold.h"
 #include "codegen/key_values.h"
 #include "codegen/quantise.h"
-#include "codegen/targets/cpp_cost.h"
-#include "codegen/targets/cpp_structure.h"
+#include "codegen/structures/module.h"
 
 namespace nlo::codegen {
 namespace {
@@ -72,7 +72,7 @@ Index code_bytes(const Model& m, const FoldedNetwork& map, const Core& core, con
   const Calibration& c = quantised ? core.in_int16 : core.in_float;
   const Index hidden = hidden_layers(map.layers, core.fpu || !quantised, quantised);
   Index bytes = c.base + c.per_latent * m.nz() + c.per_layer * hidden;
-  if (quantised && map.layers.size() > 1 && map.activation == "tanh") bytes += c.tanh;
+  if (quantised && map.layers.size() > 1 && map.activation == Activation::kTanh) bytes += c.tanh;
   if (quantised && core.fpu) bytes += int16_blocks(*quantised);
   if (!quantised && core.fpu) {
     std::set<std::pair<Index, Index>> shapes;
@@ -126,25 +126,23 @@ Budget budget(const std::string& text) {
   return budget;
 }
 
-std::vector<Need> needs(const Model& m, const ExportOptions& options) {
-  if (structure(m) != "kkl")
-    fail("--fit knows structure kkl, and this model is {}; build examples/firmware with it and look at its size",
-         structure(m));
+std::vector<Need> needs(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const ExportOptions& options = prepared.options();
+  if (!module_of(m).abilities().fit)
+    fail("--fit knows structure {}, and this model is {}; build examples/firmware with it and look at its size",
+         names_of_structures([](const StructureModule& s) { return s.abilities().fit; }), structure_name(m));
   if (options.scalar == ScalarType::kDouble)
     fail("--fit knows float and int16: Cortex-M cores emulate double; export with --scalar float");
   if (options.weights != WeightType::kFull)
     fail("--fit does not know what weights in {} take; leave --weights out", weight_name(options.weights));
-  const FoldedModel folded = fold(m);
-  const Initialiser init(options);
-  std::optional<QuantisedNetwork> quantised;
-  if (options.scalar == ScalarType::kInt16) quantised = quantise(m, folded);
-  const QuantisedNetwork* q = quantised ? &*quantised : nullptr;
-  const CppCost cost = cpp_cost(m, *cpp_structure(m, folded, init, q), init);
+  const FoldedNetwork& map = *prepared.folded().inverse_map();
+  const QuantisedNetwork* q = prepared.quantised();
+  const CppCost cost = cpp_cost(m, *module_of(m).cpp(prepared.source()), prepared.initialiser());
   std::vector<Need> all;
   for (const Core& core : kCores)
-    all.push_back({core.name, core.title, cost.constant_bytes, code_bytes(m, folded.inverse_map, core, q),
-                   cost.observer_bytes, stack_bytes(m, folded.inverse_map, core, q != nullptr),
-                   cost.step_multiply_adds + cost.estimate_multiply_adds});
+    all.push_back({core.name, core.title, cost.constant_bytes, code_bytes(m, map, core, q), cost.observer_bytes,
+                   stack_bytes(m, map, core, q != nullptr), cost.step_multiply_adds + cost.estimate_multiply_adds});
   return all;
 }
 

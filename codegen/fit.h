@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
-#include "codegen/targets/registry.h"
+#include "codegen/prepared_export.h"
 
 namespace nlo::codegen {
 
@@ -36,8 +35,8 @@ struct Need {
   Eigen::Index ram() const { return observer + stack; }
 };
 
-/// One for each core. Throws Error for what the table does not know: double, structures other than kkl.
-std::vector<Need> needs(const Model& model, const ExportOptions& options);
+/// One for each core. Throws Error for what the table does not know: double, structures that are not calibrated.
+std::vector<Need> needs(const PreparedExport& prepared);
 
 std::string needs_table(const std::vector<Need>& needs);
 

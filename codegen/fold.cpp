@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/fold.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
-namespace nlo::codegen {
-namespace {
+#include "codegen/structures/module.h"
 
-/// a b with one order of summation, whatever the machine's vector width is.
-Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+namespace nlo::codegen {
+Eigen::MatrixXd ordered_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   Eigen::MatrixXd c = Eigen::MatrixXd::Zero(a.rows(), b.cols());
   for (Eigen::Index i = 0; i < a.rows(); ++i)
     for (Eigen::Index j = 0; j < b.cols(); ++j)
@@ -18,21 +17,15 @@ Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return c;
 }
 
-int stale_after(const Model& m, const FoldedModel& folded) {
-  double fastest = 0.0;  // 1/s
-  if (m.dynamics) return 10;
-  if (m.luenberger) fastest = -folded.error_matrix.eigenvalues().real().minCoeff();
-  for (int r = 0; r < m.eigenvalues.size(); ++r) {
-    const bool paired = r < 2 * m.pairs;
-    if (m.output_injection.middleRows(r, paired ? 2 : 1).isZero(0.0)) continue;  // a clock
-    fastest = std::max(fastest, -m.eigenvalues(r));
-    if (paired) ++r;
-  }
-  constexpr double kFewest = 5.0, kMost = 65535.0;  // what the runtime can count
-  return static_cast<int>(std::clamp(std::round(1.0 / (fastest * m.sample_period_s)), kFewest, kMost));
+const FoldedNetwork& FoldedModel::network(std::string_view field) const {
+  return *std::find_if(networks.begin(), networks.end(), [&](const FoldedNetwork& n) { return n.field == field; });
 }
 
-}  // namespace
+const FoldedNetwork* FoldedModel::inverse_map() const {
+  const auto found =
+      std::find_if(networks.begin(), networks.end(), [](const FoldedNetwork& n) { return n.field == "inverse_map"; });
+  return found == networks.end() ? nullptr : &*found;
+}
 
 FoldedNetwork fold(const Network& n, Eigen::Index inputs) {
   // u = G in + g
@@ -43,15 +36,15 @@ FoldedNetwork fold(const Network& n, Eigen::Index inputs) {
     offset(i, 0) = -n.feature_mean(i) / n.feature_scale(i);
   }
 
-  FoldedNetwork folded{n.activation, n.layers, {}};
+  FoldedNetwork folded{"", n.activation, n.layers, {}};
   DenseLayer& first = folded.layers.front();
-  first.bias += product(first.weights, offset);
-  first.weights = product(first.weights, gain);
+  first.bias += ordered_product(first.weights, offset);
+  first.weights = ordered_product(first.weights, gain);
 
   DenseLayer& last = folded.layers.back();
   if (n.skip.size() != 0) {
-    last.bias += product(n.skip, offset);
-    Eigen::MatrixXd linear_path = product(n.skip, gain);
+    last.bias += ordered_product(n.skip, offset);
+    Eigen::MatrixXd linear_path = ordered_product(n.skip, gain);
     if (folded.layers.size() == 1) {
       last.weights += linear_path;
     } else {
@@ -66,29 +59,35 @@ FoldedNetwork fold(const Network& n, Eigen::Index inputs) {
   return folded;
 }
 
+Network unfolded(const FoldedNetwork& folded, Eigen::Index inputs) {
+  const Eigen::Index reads = folded.inputs(), out = folded.layers.back().bias.size();
+  return {.features = Eigen::MatrixXd::Identity(reads, inputs),
+          .feature_mean = Eigen::VectorXd::Zero(reads),
+          .feature_scale = Eigen::VectorXd::Ones(reads),
+          .activation = folded.activation,
+          .layers = folded.layers,
+          .skip = folded.linear_path,
+          .output_mean = Eigen::VectorXd::Zero(out),
+          .output_scale = Eigen::VectorXd::Ones(out)};
+}
+
+int stale_after(const Model& m) {
+  constexpr double kFewest = 5.0, kMost = 65535.0;  // what the runtime can count
+  constexpr int kUnknown = 10;
+  const std::optional<double> fastest = module_of(m).fastest_mode(m);
+  if (!fastest) return kUnknown;
+  return static_cast<int>(std::clamp(std::round(1.0 / (*fastest * m.sample_period_s)), kFewest, kMost));
+}
+
 FoldedModel fold(const Model& m) {
   FoldedModel folded;
-  if (has_linear_latent(m)) {
-    const Network& map = m.inverse_map;
-    folded.step = latent_step(m, m.sample_period_s);
-    folded.steady_gain = steady_gain(m);
-    folded.reads_output = !map.features.rightCols(m.ny()).isZero(0.0);
-    folded.inverse_map = fold(map, folded.reads_output ? map.features.cols() : m.nz());
+  for (const Named<const Network>& n : networks(m)) {
+    folded.networks.push_back(fold(*n.network, n.reads));
+    folded.networks.back().field = n.field;
   }
-  if (m.drive) {
-    folded.forced = forced_latent_step(m, m.sample_period_s);
-    folded.forward_map = fold(m.drive->forward_map, m.nx());
-  }
-  if (m.luenberger) {
-    const LuenbergerDynamics& l = *m.luenberger;
-    folded.error_matrix = l.state_matrix - product(l.gain, l.output_matrix);
-    folded.nonlinearity = fold(l.nonlinearity, m.nx());
-  }
-  if (m.dynamics) {
-    folded.dynamics = fold(*m.dynamics, m.nz() + m.ny());
-    folded.inverse_map = fold(m.inverse_map, m.nz());
-  }
-  folded.stale_after = stale_after(m, folded);
+  if (linear_latent(m) != nullptr) folded.step = latent_step(m, m.sample_period_s);
+  folded.steady_gain = steady_gain(m);
+  folded.stale_after = stale_after(m);
   return folded;
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "codegen/latent_step.h"
@@ -14,40 +15,37 @@ namespace nlo::codegen {
 
 /// out = mlp(in) + linear_path in: normalisation and features are in the layers.
 struct FoldedNetwork {
-  std::string activation;  ///< tanh, relu or silu; once it is chosen, tanh5e6 or tanh5e5
+  std::string field;                          ///< its name in the model file
+  Activation activation = Activation::kTanh;  ///< once it is chosen, a coarser tanh
   std::vector<DenseLayer> layers;
   Eigen::MatrixXd linear_path;  ///< n_out x n_in; 0 x 0: none (one layer takes it up)
 
   Eigen::Index inputs() const { return layers.front().weights.cols(); }
-  bool empty() const { return layers.empty(); }
 };
 
-/// Every structure folds to what it has; the rest is empty.
 struct FoldedModel {
-  int stale_after = 0;  ///< measurements held in a row until the status says stale: one time constant of the fastest
-                        ///< mode that reads an output, 5 at least; 10 where no mode is known (general)
-  bool reads_output = false;  ///< the inverse map reads [z; y] rather than z
-  FoldedNetwork inverse_map;  ///< kkl, driven_kkl, general
+  int stale_after = 0;
+  std::vector<FoldedNetwork> networks;  ///< networks(model), in their order
+  LatentStep step;                      ///< over one sample period; empty where the latent system is not linear
+  Eigen::MatrixXd steady_gain;          ///< S, n_z x n_y; zeros there
 
-  // kkl, driven_kkl
-  LatentStep step;              ///< over one sample period
-  Eigen::MatrixXd steady_gain;  ///< S, n_z x n_y
-
-  // driven_kkl
-  ForcedLatentStep forced;  ///< over one sample period
-  FoldedNetwork forward_map;
-
-  // luenberger
-  Eigen::MatrixXd error_matrix;  ///< A - G C
-  FoldedNetwork nonlinearity;
-
-  // general
-  FoldedNetwork dynamics;
+  const FoldedNetwork& network(std::string_view field) const;  ///< which must be there
+  const FoldedNetwork* inverse_map() const;                    ///< null where z is the estimate
 };
 
 /// `network` folded. Reads the first `inputs` entries of what the network reads: the others must not matter to it.
 FoldedNetwork fold(const Network& network, Eigen::Index inputs);
 
 FoldedModel fold(const Model& model);
+
+/// The folded network as one of `inputs` inputs, whose first it reads: nothing is left to normalise.
+Network unfolded(const FoldedNetwork& folded, Eigen::Index inputs);
+
+/// Measurements held in a row until the status says stale: one time constant of the fastest mode that reads an output, 5
+/// at least; 10 where no mode is known.
+int stale_after(const Model& model);
+
+/// a b with one order of summation, whatever the machine's vector width is.
+Eigen::MatrixXd ordered_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 }  // namespace nlo::codegen

@@ -5,7 +5,6 @@
 
 #include <nlo/exponential_rk.h>
 #include <Eigen/Core>
-#include <string>
 
 #include "codegen/model.h"
 
@@ -27,13 +26,11 @@ struct ForcedLatentStep {
 };
 ForcedLatentStep forced_latent_step(const Model& model, double dt_s);
 
-/// The runtime's hold of that name: zero_order, first_order or rk4.
-Hold hold_named(const std::string& name);
-
 /// A mode's coefficients (laid out as the eigenvalues are) as a block-diagonal matrix, n_z x n_z.
 Eigen::MatrixXd block_diagonal(const Model& model, const Eigen::VectorXd& modes);
 
-/// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still.
+/// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still. Zeros where the latent system is not
+/// linear.
 Eigen::MatrixXd steady_gain(const Model& model);
 
 }  // namespace nlo::codegen

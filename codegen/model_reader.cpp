@@ -14,8 +14,10 @@
 
 #include "codegen/error.h"
 #include "codegen/json_field.h"
+#include "codegen/model_fields.h"
 #include "codegen/model_file.h"
 #include "codegen/model_upgrade.h"
+#include "codegen/structures/module.h"
 #include "codegen/validate.h"
 #include "codegen/vlq.h"
 
@@ -23,60 +25,6 @@ namespace nlo::codegen {
 namespace {
 
 constexpr int kDeepest = 8;  // a model nests 7 levels: { drive { forward_map { layers [ { weights [ [
-
-std::vector<Channel> channels(const Field& field) {
-  std::vector<Channel> list;
-  const std::size_t size = field.array_size();
-  for (std::size_t i = 0; i < size; ++i) {
-    const Field channel = field[i];
-    channel.allow_only({"name", "unit", "wrap"});
-    list.push_back({text(channel["name"]), text(channel["unit"]), number(channel["wrap"])});
-  }
-  return list;
-}
-
-DenseLayer dense(const Field& field) {
-  field.allow_only({"weights", "bias"});
-  return {matrix(field["weights"]), vector(field["bias"])};
-}
-
-std::vector<DenseLayer> layers(const Field& field) {
-  std::vector<DenseLayer> list;
-  const std::size_t size = field.array_size();
-  for (std::size_t i = 0; i < size; ++i) list.push_back(dense(field[i]));
-  return list;
-}
-
-Network network(const Field& field) {
-  field.allow_only({"features", "feature_mean", "feature_scale", "activation", "layers", "skip", "output_mean",
-                    "output_scale", "largest_activations"});
-  std::vector<double> largest;
-  if (field.has("largest_activations")) {
-    const Eigen::VectorXd values = vector(field["largest_activations"]);
-    largest.assign(values.begin(), values.end());
-  }
-  return {.features = matrix(field["features"]),
-          .feature_mean = vector(field["feature_mean"]),
-          .feature_scale = vector(field["feature_scale"]),
-          .activation = text(field["activation"]),
-          .layers = layers(field["layers"]),
-          .skip = matrix(field["skip"]),
-          .output_mean = vector(field["output_mean"]),
-          .output_scale = vector(field["output_scale"]),
-          .largest_activations = largest};
-}
-
-LuenbergerDynamics luenberger(const Field& field) {
-  field.allow_only({"state_matrix", "output_matrix", "gain", "nonlinearity"});
-  return {matrix(field["state_matrix"]), matrix(field["output_matrix"]), matrix(field["gain"]),
-          network(field["nonlinearity"])};
-}
-
-Drive drive(const Field& field) {
-  field.allow_only({"inputs", "input_hold", "input_field", "forward_map"});
-  return {channels(field["inputs"]), text(field["input_hold"]), dense(field["input_field"]),
-          network(field["forward_map"])};
-}
 
 /// A text for each of `channels`, all of one length.
 Eigen::MatrixXi counts(const Field& field, Eigen::Index channels) {
@@ -136,36 +84,22 @@ int version_of(const Field& file) {
   return static_cast<int>(number);
 }
 
-/// The fields of a structure, beside those that all have.
-struct Fields {
-  std::string structure;
-  std::vector<const char*> own;
-};
-
-const Fields& fields_of(const Field& file) {
-  static const std::vector<Fields> known = {
-      {"kkl", {"starts_steady", "relative_outputs", "pairs", "eigenvalues", "output_injection", "inverse_map"}},
-      {"driven_kkl",
-       {"starts_steady", "relative_outputs", "pairs", "eigenvalues", "output_injection", "inverse_map", "drive"}},
-      {"luenberger", {"luenberger"}},
-      {"general", {"dynamics", "inverse_map"}}};
+const StructureModule& module_named_in(const Field& file) {
   const Field field = file["structure"];
-  const std::string name = text(field);
-  for (const Fields& fields : known)
-    if (fields.structure == name) return fields;
-  field.fail("is unknown; there are kkl, driven_kkl, luenberger, general");
+  const StructureModule* module = find_structure(text(field));
+  if (module == nullptr)
+    field.fail("is unknown; there are " + names_of_structures([](const StructureModule&) { return true; }));
+  return *module;
 }
 
 Model model_of(const Field& file) {
-  const Fields& fields = fields_of(file);
+  const StructureModule& module = module_named_in(file);
   std::vector<const char*> keys = {
       "format",         "version",    "structure",  "name",       "outputs",         "states",     "provenance", "hold",
       "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max", "flight"};
-  keys.insert(keys.end(), fields.own.begin(), fields.own.end());
+  const std::vector<const char*> own = module.keys();
+  keys.insert(keys.end(), own.begin(), own.end());
   file.allow_only(keys);
-  const auto has = [&](std::string_view key) {
-    return std::find(fields.own.begin(), fields.own.end(), key) != fields.own.end();
-  };
 
   Model m;
   m.name = text(file["name"]);
@@ -173,26 +107,13 @@ Model model_of(const Field& file) {
   m.states = channels(file["states"]);
   m.provenance = facts(file["provenance"]);
   m.sample_period_s = number(file["sample_period_s"]);
-  m.hold = text(file["hold"]);
+  m.hold = hold(file["hold"]);
   m.initial_latent = vector(file["initial_latent"]);
   m.output_min = vector(file["output_min"]);
   m.output_max = vector(file["output_max"]);
   m.latent_min = vector(file["latent_min"]);
   m.latent_max = vector(file["latent_max"]);
-  if (has("eigenvalues")) {
-    m.starts_steady = boolean(file["starts_steady"]);
-    if (file.has("relative_outputs")) {
-      const Field list = file["relative_outputs"];
-      for (std::size_t i = 0; i < list.array_size(); ++i) m.relative_outputs.push_back(small_integer(list[i]));
-    }
-    m.pairs = small_integer(file["pairs"]);
-    m.eigenvalues = vector(file["eigenvalues"]);
-    m.output_injection = matrix(file["output_injection"]);
-  }
-  if (has("luenberger")) m.luenberger = luenberger(file["luenberger"]);
-  if (has("dynamics")) m.dynamics = network(file["dynamics"]);
-  if (has("drive")) m.drive = drive(file["drive"]);
-  if (has("inverse_map")) m.inverse_map = network(file["inverse_map"]);
+  module.read(file, m);
   if (file.has("flight")) m.flight = flight(file["flight"]);
   validate(m);
   return m;

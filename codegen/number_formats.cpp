@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
+#include "codegen/activations.h"
 #include "codegen/error.h"
-#include "codegen/error_limits.h"
-#include "codegen/targets/generated_text.h"
+#include "codegen/generated_text.h"
 
 namespace nlo::codegen {
 namespace {
@@ -21,7 +21,7 @@ struct Format {
 };
 constexpr Format kBfloat16Format{8, -133, 0x1.FEp127}, kFloat16Format{11, -24, 65504.0};
 
-void round_weights(FoldedNetwork& network, WeightType type, const char* field) {
+void round_weights(FoldedNetwork& network, WeightType type) {
   for (std::size_t l = 0; l < network.layers.size(); ++l) {
     for (double& weight : network.layers[l].weights.reshaped()) {
       const double nearest = rounded(weight, type);
@@ -29,22 +29,18 @@ void round_weights(FoldedNetwork& network, WeightType type, const char* field) {
         throw Error(
             fmt::format("{}.layers[{}].weights has {:.4g} when folded: beyond the range of {}; export with "
                         "--weights {}, or train again with weight_decay",
-                        field, l, weight, weight_name(type), type == WeightType::kFloat16 ? "bf16" : "float"));
+                        network.field, l, weight, weight_name(type), type == WeightType::kFloat16 ? "bf16" : "float"));
       weight = nearest;
     }
   }
 }
 
-/// A hidden layer of the model goes through tanh.
-bool has_tanh(const FoldedModel& folded) {
-  const auto uses = [](const FoldedNetwork& n) { return n.layers.size() > 1 && n.activation == "tanh"; };
-  return uses(folded.inverse_map) || uses(folded.forward_map) || uses(folded.nonlinearity) || uses(folded.dynamics);
-}
-
 }  // namespace
 
-const TanhTier& tanh_tier(Activation kind) {
-  return *std::find_if(kTanhTiers.begin(), kTanhTiers.end() - 1, [&](const TanhTier& t) { return t.kind == kind; });
+bool has_tanh(const FoldedModel& folded) {
+  return std::any_of(folded.networks.begin(), folded.networks.end(), [](const FoldedNetwork& n) {
+    return n.layers.size() > 1 && activation_row(n.activation).trained_as == Activation::kTanh;
+  });
 }
 
 double rounded(double value, WeightType type) {
@@ -56,18 +52,14 @@ double rounded(double value, WeightType type) {
   return std::abs(nearest) <= format.largest ? nearest : std::copysign(std::numeric_limits<double>::infinity(), value);
 }
 
-FoldedModel fold(const Model& model, const ExportOptions& options) {
-  FoldedModel folded = fold(model);
+FoldedModel in_formats(FoldedModel folded, const ExportOptions& options) {
   const bool is_float = options.scalar == ScalarType::kFloat;
   if (options.weights != WeightType::kFull && !is_float)
     throw Error(fmt::format("--weights {} is for --scalar float, and this is {}; leave one of them out",
                             weight_name(options.weights), scalar_name(options.scalar)));
-  for (const auto& [network, field] : {std::pair{&folded.inverse_map, "inverse_map"},
-                                       {&folded.forward_map, "drive.forward_map"},
-                                       {&folded.nonlinearity, "luenberger.nonlinearity"},
-                                       {&folded.dynamics, "dynamics"}}) {
-    if (options.weights != WeightType::kFull) round_weights(*network, options.weights, field);
-    if (network->activation == "tanh" && is_float) network->activation = tanh_tier(options.tanh).name;
+  for (FoldedNetwork& network : folded.networks) {
+    if (options.weights != WeightType::kFull) round_weights(network, options.weights);
+    if (network.activation == Activation::kTanh && is_float) network.activation = options.tanh;
   }
   return folded;
 }
@@ -78,25 +70,13 @@ void check_weights(const ExportOptions& options, std::string_view target) {
                             weight_name(options.weights), target));
 }
 
-ExportOptions with_cheapest_tanh(const Model& model, const ExportOptions& options, const std::string& max_error) {
-  const Eigen::VectorXd limits = error_limits(max_error, model);
-  if (options.scalar != ScalarType::kFloat || !has_tanh(fold(model))) return options;
-  ExportOptions chosen = options;
-  chosen.max_error = max_error;
-  const ErrorReplay replay(model);
-  for (const TanhTier& tier : kTanhTiers) {
-    chosen.tanh = tier.kind;
-    if (tier.kind == Activation::kTanh) break;
-    if ((replay.error(chosen).max.array() <= limits.array()).all()) break;
-  }
-  return chosen;
-}
-
 std::string tanh_note(const ExportOptions& options) {
   if (options.max_error.empty()) return "";
-  const TanhTier& tier = tanh_tier(options.tanh);
-  return fmt::format("tanh within {:.0e} ({}): {} --max-error {}", tier.max_error, tier.identifier,
-                     tier.kind == Activation::kTanh ? "a coarser one is beyond" : "the cheapest that is within",
+  const auto tier =
+      std::find_if(kTanhTiers.begin(), kTanhTiers.end(), [&](const TanhTier& t) { return t.kind == options.tanh; });
+  return fmt::format("tanh within {:.0e} ({}): {} --max-error {}", tier->max_error,
+                     activation_row(options.tanh).identifier,
+                     options.tanh == Activation::kTanh ? "a coarser one is beyond" : "the cheapest that is within",
                      safe_comment(options.max_error, 60));
 }
 

@@ -9,30 +9,29 @@
 #include <string>
 #include <string_view>
 
+#include "codegen/export_options.h"
 #include "codegen/fold.h"
-#include "codegen/targets/registry.h"
 
 namespace nlo::codegen {
 
 /// One tanh of the runtime.
 struct TanhTier {
   Activation kind;
-  std::string_view name;   ///< in FoldedNetwork::activation
-  const char* identifier;  ///< in C++
   double max_error;
 };
 
 /// Cheapest first.
-inline constexpr std::array kTanhTiers = {
-    TanhTier{Activation::kTanh5e5, "tanh5e5", "Activation::kTanh5e5", kTanh5e5MaxError},
-    TanhTier{Activation::kTanh5e6, "tanh5e6", "Activation::kTanh5e6", kTanh5e6MaxError},
-    TanhTier{Activation::kTanh, "tanh", "Activation::kTanh", kTanhMaxError}};
-const TanhTier& tanh_tier(Activation kind);
+inline constexpr std::array kTanhTiers = {TanhTier{Activation::kTanh5e5, kTanh5e5MaxError},
+                                          TanhTier{Activation::kTanh5e6, kTanh5e6MaxError},
+                                          TanhTier{Activation::kTanh, kTanhMaxError}};
 
-/// `model` folded, as `options` export it: weights of layers rounded to 16 bits, tanh named after its tier. A header
-/// writes these numbers and the emulation in replay_run.h runs them. Throws Error, naming the layer and the mend, when
-/// a weight overflows, or when the scalar does not go with 16 bits.
-FoldedModel fold(const Model& model, const ExportOptions& options);
+/// A hidden layer of the model goes through tanh.
+bool has_tanh(const FoldedModel& folded);
+
+/// `folded` in the numbers of `options`: weights of layers rounded to 16 bits, the tanh that was chosen. A header writes
+/// these numbers and the emulation in replay_run.h runs them. Throws Error, naming the layer and the mend, when a weight
+/// overflows, or when the scalar does not go with 16 bits.
+FoldedModel in_formats(FoldedModel folded, const ExportOptions& options);
 
 /// The nearest number that 16 bits hold, ties to even: from double at once, for by way of float it could be rounded
 /// twice. Infinity beyond the largest; a float comes as it is.
@@ -40,11 +39,6 @@ double rounded(double value, WeightType type);
 
 /// Throws Error when `options` ask for weights that `target` does not write.
 void check_weights(const ExportOptions& options, std::string_view target);
-
-/// `options` with the cheapest tanh that keeps the largest error of every state in the domain within `max_error` (as
-/// error_limits() reads it), or the most accurate when none does. As they are when nothing is to choose: another scalar
-/// than float, or no tanh. The same model and options give the same tanh on the same machine.
-ExportOptions with_cheapest_tanh(const Model& model, const ExportOptions& options, const std::string& max_error);
 
 /// "tanh within 5e-06 (Activation::kTanh5e6): the cheapest that --max-error 0.01 allows"; empty when nothing was
 /// chosen.

@@ -8,7 +8,10 @@
 #include <limits>
 #include <optional>
 
+#include "codegen/activations.h"
 #include "codegen/checks.h"
+#include "codegen/reference/network.h"
+#include "codegen/structures/module.h"
 
 namespace nlo::codegen {
 namespace {
@@ -92,8 +95,9 @@ QuantisedLayer last_layer(const RealLayer& layer, std::size_t index, Eigen::Vect
 }
 
 void check_supported(const Model& m) {
-  if (structure(m) != "kkl")
-    fail("int16 exists for structure kkl, and this model is {}; export with --scalar float", structure(m));
+  if (module_of(m).abilities().int16) return;
+  fail("int16 exists for structure {}, and this model is {}; export with --scalar float",
+       names_of_structures([](const StructureModule& s) { return s.abilities().int16; }), structure_name(m));
 }
 
 }  // namespace
@@ -108,7 +112,7 @@ InputBox input_box(const Model& m, const FoldedModel& folded) {
       box.max(r) += std::max(a, b);
     }
   }
-  if (folded.reads_output) {
+  if (folded.inverse_map()->inputs() > m.nz()) {
     box.min.conservativeResize(m.nz() + m.ny());
     box.max.conservativeResize(m.nz() + m.ny());
     box.min.tail(m.ny()) = m.output_min;
@@ -118,10 +122,11 @@ InputBox input_box(const Model& m, const FoldedModel& folded) {
 }
 
 QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std::vector<double>& largest) {
-  if (n.activation != "tanh" && n.activation != "relu" && n.layers.size() > 1)
+  if (!activation_row(n.activation).has_int16() && n.layers.size() > 1)
     fail("int16 has tanh and relu, and this model's activation is {}; export with --scalar float, or train with tanh",
-         n.activation);
-  QuantisedNetwork q{n.layers.size() > 1 ? n.activation : "tanh", {}, {}, {}, {}, n.linear_path.cast<float>()};
+         activation_row(n.activation).name);
+  QuantisedNetwork q{
+      n.layers.size() > 1 ? n.activation : Activation::kTanh, {}, {}, {}, {}, n.linear_path.cast<float>()};
   q.centre.resize(n.inputs());
   q.gain.resize(n.inputs());
 
@@ -151,7 +156,7 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std
       q.layers.push_back(last_layer(real, l, q.scale));
       break;
     }
-    const bool is_tanh = n.activation == "tanh";
+    const bool is_tanh = n.activation == Activation::kTanh;
     if (is_tanh) {  // a neuron that is always saturated stays so with a smaller bias, which leaves room for scale
       for (Eigen::Index o = 0; o < real.bias.size(); ++o) {
         const double enough = kTanhEnd + absolute_sum(real, o) * kOne;
@@ -165,32 +170,22 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std
   return q;
 }
 
-std::vector<double> largest_activations(const Model& m, const FoldedNetwork& n, const InputBox& box) {
+std::vector<double> largest_activations(const Network& map, const FoldedNetwork& n, const InputBox& box) {
   constexpr double kHeadroom = 1.1;  // noise and plants that are not quite the model
-  constexpr int kInputs = 4096;
-  std::vector<double> largest(n.layers.size() - 1, 0.0);
-  if (n.activation != "relu") return std::vector<double>(largest.size(), 1.0);
-  if (!m.inverse_map.largest_activations.empty()) {
-    largest = m.inverse_map.largest_activations;
-  } else {
+  constexpr Eigen::Index kInputs = 4096;
+  if (std::isfinite(activation_row(n.activation).largest_value))
+    return std::vector<double>(n.layers.size() - 1, activation_row(n.activation).largest_value);
+  std::vector<double> largest = map.largest_activations;
+  if (largest.empty()) {
     std::uint64_t state = 1;
-    for (int k = 0; k < kInputs; ++k) {
-      Eigen::VectorXd a(n.inputs());
-      for (Eigen::Index i = 0; i < a.size(); ++i) {
+    Eigen::MatrixXd in(n.inputs(), kInputs);
+    for (Eigen::Index k = 0; k < kInputs; ++k)
+      for (Eigen::Index i = 0; i < in.rows(); ++i) {
         state = state * 6364136223846793005U + 1442695040888963407U;  // Knuth's, as in MMIX
         const double uniform = static_cast<double>(state >> 11) * 0x1p-53;
-        a(i) = box.min(i) + (box.max(i) - box.min(i)) * (k % 2 == 0 ? uniform : std::round(uniform));
+        in(i, k) = box.min(i) + (box.max(i) - box.min(i)) * (k % 2 == 0 ? uniform : std::round(uniform));
       }
-      for (std::size_t l = 0; l < largest.size(); ++l) {
-        Eigen::VectorXd next = n.layers[l].bias;
-        for (Eigen::Index o = 0; o < next.size(); ++o) {
-          for (Eigen::Index i = 0; i < a.size(); ++i) next(o) += n.layers[l].weights(o, i) * a(i);
-          next(o) = std::max(next(o), 0.0);
-          largest[l] = std::max(largest[l], next(o));
-        }
-        a = next;
-      }
-    }
+    largest = ReferenceNetwork<double>(unfolded(n, n.inputs())).largest_activations(in);
   }
   for (double& value : largest) value = std::max(kHeadroom * value, 0x1p-60);  // a layer may be dead
   return largest;
@@ -199,7 +194,8 @@ std::vector<double> largest_activations(const Model& m, const FoldedNetwork& n, 
 QuantisedNetwork quantise(const Model& m, const FoldedModel& folded) {
   check_supported(m);
   const InputBox box = input_box(m, folded);
-  return quantise(folded.inverse_map, box, largest_activations(m, folded.inverse_map, box));
+  const FoldedNetwork& map = *folded.inverse_map();
+  return quantise(map, box, largest_activations(*inverse_map(m), map, box));
 }
 
 }  // namespace nlo::codegen

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "codegen/fold.h"
@@ -22,7 +21,7 @@ struct QuantisedLayer {
 
 /// out = scale (integer layers)(saturate((in - centre) gain)) + linear_path in
 struct QuantisedNetwork {
-  std::string activation;        ///< tanh (by table) or relu; after every layer but the last
+  Activation activation;         ///< kTanh (by table) or kRelu; after every layer but the last
   Eigen::VectorXf centre, gain;  ///< n_in; gain is 32767 / half of the input's range
   std::vector<QuantisedLayer> layers;
   Eigen::VectorXf scale;        ///< n_out; result per unit of the last sums
@@ -46,10 +45,10 @@ QuantisedNetwork quantise(const Model& model, const FoldedModel& folded);
 /// `network` over inputs in `box`. `largest` has the largest activation of each hidden layer; only relu reads it.
 QuantisedNetwork quantise(const FoldedNetwork& network, const InputBox& box, const std::vector<double>& largest);
 
-/// Largest activation of each hidden layer of T* for inputs in `box`: 1 for tanh; for relu 1.1 times what training
+/// Largest activation of each hidden layer of `map`, which is `network` when folded, for inputs in `box`: 1 for tanh; for relu 1.1 times what training
 /// recorded. Without a record: 1.1 times the largest over 4,096 inputs, half of them corners of the box, which is more
 /// than training data reach and costs a bit or two of resolution.
-std::vector<double> largest_activations(const Model& model, const FoldedNetwork& network, const InputBox& box);
+std::vector<double> largest_activations(const Network& map, const FoldedNetwork& network, const InputBox& box);
 
 /// Rows of a layer as the kernel executes them: those of zeros that fill up its blocks of 4 and 5 included.
 Eigen::Index padded_rows(Eigen::Index rows);

@@ -55,7 +55,7 @@ Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& in) {
     const QuantisedLayer& layer = n.layers[l];
     Integers sums = layer.bias + layer.weights.cast<std::int32_t>() * a;
     if (l + 1 < n.layers.size())
-      for (std::int32_t& sum : sums) sum = activated(n.activation == "tanh", layer.shift, sum);
+      for (std::int32_t& sum : sums) sum = activated(n.activation == Activation::kTanh, layer.shift, sum);
     a = sums;
   }
   Eigen::VectorXf out(n.outputs());

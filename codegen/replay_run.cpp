@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/replay_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "codegen/domain.h"
-#include "codegen/number_formats.h"
-#include "codegen/validate.h"
+#include "codegen/error.h"
 
 namespace nlo::codegen {
 namespace {
@@ -14,63 +15,24 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-Network as_network(const FoldedNetwork& folded, int inputs) {
-  const Eigen::Index reads = folded.inputs(), out = folded.layers.back().bias.size();
-  return {.features = MatrixXd::Identity(reads, inputs),
-          .feature_mean = VectorXd::Zero(reads),
-          .feature_scale = VectorXd::Ones(reads),
-          .activation = folded.activation,
-          .layers = folded.layers,
-          .skip = folded.linear_path,
-          .output_mean = VectorXd::Zero(out),
-          .output_scale = VectorXd::Ones(out)};
-}
-
 /// The model with its networks folded, as it is exported.
 Model as_exported(Model m, const FoldedModel& folded) {
-  const auto rewrite = [](Network& network, const FoldedNetwork& by) {
-    if (!by.empty()) network = as_network(by, network.inputs());
-  };
-  rewrite(m.inverse_map, folded.inverse_map);
-  if (m.drive) rewrite(m.drive->forward_map, folded.forward_map);
-  if (m.luenberger) rewrite(m.luenberger->nonlinearity, folded.nonlinearity);
-  if (m.dynamics) rewrite(*m.dynamics, folded.dynamics);
+  std::size_t next = 0;
+  for (const Named<Network>& n : networks(m)) *n.network = unfolded(folded.networks[next++], n.network->inputs());
   return m;
 }
 
-/// The runtime's rules for bad measurements, in terms of what was measured.
-class Screen {
- public:
-  Screen(const Model& model, int stale_after) : model_(model), stale_after_(stale_after) {}
-
-  const char* status(const VectorXd& y, const VectorXd& u) {
-    bool held = !u.allFinite(), clamped = false;
-    for (int j = 0; j < model_.ny(); ++j) {
-      const bool outside = y(j) < model_.output_min(j) || y(j) > model_.output_max(j);
-      const bool angle = model_.outputs[static_cast<std::size_t>(j)].wrap > 0.0;
-      held = held || !std::isfinite(y(j)) || (angle && outside);
-      clamped = clamped || outside;
-    }
-    held_ = held ? held_ + 1 : 0;
-    return held_ >= stale_after_ ? "kStale" : held ? "kHeld" : clamped ? "kClamped" : "kOk";
-  }
-
- private:
-  const Model& model_;
-  int stale_after_, held_ = 0;
-};
-
-ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, const ExportOptions& options) {
+ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+                 const ExportOptions& options) {
   ReplayRun run;
-  run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, loudness);
+  run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, amplitude);
   if (options.scalar != ScalarType::kDouble) {  // both sides see the very same measurements
     run.inputs.dt_s = run.inputs.dt_s.cast<float>().cast<double>().eval();
     run.inputs.outputs = run.inputs.outputs.cast<float>().cast<double>().eval();
     run.inputs.inputs = run.inputs.inputs.cast<float>().cast<double>().eval();
   }
   ReferenceObserver<double> exact(m);
-  ExportedObserver exported(m, folded, options.scalar);
-  Screen screen(m, folded.stale_after);
+  ExportedObserver exported(m, folded, quantised, options.scalar);
   const LatentDomain domain(m);
   const InputBox box = options.scalar == ScalarType::kInt16 ? input_box(m, folded) : InputBox{};
   const Eigen::Index samples = run.inputs.dt_s.size();
@@ -82,14 +44,14 @@ ReplayRun run_at(double loudness, const Model& m, const FoldedModel& folded, con
     exact.step(y, u, dt_s);
     exported.step(y, u, dt_s);
     const VectorXd turned = turns_in(m, exact.output());
-    const VectorXd back = has_linear_latent(m) ? VectorXd(folded.steady_gain * turned) : VectorXd::Zero(m.nz());
+    const VectorXd back = folded.steady_gain * turned;
     run.z.col(k) = exact.latent() - back;
     run.x_hat.col(k) = exact.estimate();
     if (options.scalar == ScalarType::kInt16) {
       const VectorXd nearest = run.z.col(k).cwiseMax(box.min.head(m.nz())).cwiseMin(box.max.head(m.nz()));
       run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
     }
-    run.status.emplace_back(screen.status(y, u));
+    run.status.push_back(exact.status());
     run.in_domain.push_back(domain.contains(exact.latent(), exact.output()));
     run.exported_z.col(k) = exported.latent() - back;
     run.exported_x_hat.col(k) = exported.estimate(run.exported_z.col(k), exact.output() - turned);
@@ -114,10 +76,9 @@ VectorXd turns_in(const Model& m, const VectorXd& y) {
   return turned;
 }
 
-ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, ScalarType scalar)
-    : observer_(rounded_observer(as_exported(m, folded), scalar)) {
-  if (scalar == ScalarType::kInt16) quantised_ = quantise(m, folded);
-}
+ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+                                   ScalarType scalar)
+    : observer_(rounded_observer(as_exported(m, folded), scalar)), quantised_(quantised) {}
 
 void ExportedObserver::reset() {
   std::visit([](auto& observer) { observer.reset(); }, observer_);
@@ -149,17 +110,16 @@ MatrixXd ExportedObserver::estimates(const MatrixXd& z, const MatrixXd& y) const
   return x_hat;
 }
 
-ReplayRun run_replay(const Model& m, const ExportOptions& options) {
+ReplayRun run_replay(const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+                     const ExportOptions& options) {
   constexpr int kFewest = 20, kMost = 1000000;
   if (options.samples < kFewest || options.samples > kMost)
     throw Error(fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewest, kMost));
-  validate(m);
-  const FoldedModel folded = fold(m, options);
-  constexpr double kQuietest = 1.0 / 64.0;
-  for (double loudness = 1.0;; loudness /= 2.0) {
-    ReplayRun run = run_at(loudness, m, folded, options);
+  constexpr double kSmallest = 1.0 / 64.0;
+  for (double amplitude = 1.0;; amplitude /= 2.0) {
+    ReplayRun run = run_at(amplitude, m, folded, quantised, options);
     const auto inside = std::count(run.in_domain.begin(), run.in_domain.end(), true);
-    if (2 * inside >= options.samples || loudness <= kQuietest) return run;
+    if (2 * inside >= options.samples || amplitude <= kSmallest) return run;
   }
 }
 

@@ -6,39 +6,14 @@
 
 #include "codegen/checks.h"
 #include "codegen/identifier.h"
-#include "codegen/validate_dynamics.h"
+#include "codegen/structures/module.h"
 
 namespace nlo::codegen {
 namespace {
 
-void check_structure(const Model& m) {
-  if (m.luenberger.has_value() + m.dynamics.has_value() + m.drive.has_value() > 1)
-    fail("luenberger, dynamics and drive are set beside each other; a model has one structure: keep one of them");
-  if (!has_linear_latent(m)) {
-    const auto refuse = [&](bool is_set, const char* field) {
-      if (is_set) fail("{} is set; a {} observer has no linear latent system: leave it out", field, structure(m));
-    };
-    refuse(m.pairs != 0, "pairs");
-    refuse(m.eigenvalues.size() != 0, "eigenvalues");
-    refuse(m.output_injection.size() != 0, "output_injection");
-    refuse(m.starts_steady, "starts_steady");
-    refuse(!m.relative_outputs.empty(), "relative_outputs");
-    for (int j = 0; j < m.ny(); ++j)
-      if (m.outputs[static_cast<std::size_t>(j)].wrap != 0.0)
-        fail(
-            "outputs[{}].wrap is {}; only a KKL observer turns its state with an angle: give its sine and cosine as "
-            "outputs",
-            j, m.outputs[static_cast<std::size_t>(j)].wrap);
-  }
-  if (m.luenberger && !m.inverse_map.layers.empty())
-    fail("inverse_map is set; the latent state of a luenberger observer is its estimate: leave it out");
-}
-
 void check_sampling(const Model& m) {
   if (!(m.sample_period_s > 0.0) || !std::isfinite(m.sample_period_s))
     fail("sample_period_s is {}; it must be positive", m.sample_period_s);
-  if (m.hold != "zero_order" && m.hold != "first_order" && m.hold != "rk4")
-    fail("hold is unknown; use zero_order, first_order or rk4");
   check_shape(m.output_min, m.ny(), "output_min", "n_y");
   check_shape(m.output_max, m.ny(), "output_max", "n_y");
   check_range(m.output_min, m.output_max, "output");
@@ -49,11 +24,6 @@ void check_sampling(const Model& m) {
   check_shape(m.latent_min, nz, "latent_min", "n_z");
   check_shape(m.latent_max, nz, "latent_max", "n_z");
   check_range(m.latent_min, m.latent_max, "latent");
-  for (std::size_t i = 0; i < m.relative_outputs.size(); ++i) {
-    const int output = m.relative_outputs[i];
-    if (output < 0 || output >= m.ny() || (i > 0 && output <= m.relative_outputs[i - 1]))
-      fail("relative_outputs[{}] is {}; the numbers of outputs, from 0 to {}, must rise", i, output, m.ny() - 1);
-  }
 }
 
 void check_flight(const Model& m) {
@@ -94,21 +64,8 @@ void validate(const Model& m) {
     fail("name is no identifier; use a letter, then letters, digits and underscores (63 at most), no C++ keyword");
   check_channels(m.outputs, "outputs");
   check_channels(m.states, "states");
-  check_structure(m);
   check_sampling(m);
-
-  if (has_linear_latent(m)) {
-    check_linear_latent(m);
-    check_network(m.inverse_map, m.nz() + m.ny(), m.nx(), "inverse_map", "n_u x (n_z + n_y)");
-    check_turns(m);
-  }
-  if (m.drive) check_drive(m);
-  if (m.luenberger) check_luenberger(m);
-  if (m.dynamics) {
-    check_network(*m.dynamics, m.nz() + m.ny(), m.nz(), "dynamics", "n_u x (n_z + n_y)");
-    check_network(m.inverse_map, m.nz(), m.nx(), "inverse_map", "n_u x n_z");
-  }
-
+  module_of(m).check(m);
   check_flight(m);
   for (std::size_t i = 0; i < m.provenance.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)

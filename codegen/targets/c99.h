@@ -7,15 +7,15 @@
 #include <vector>
 
 #include "codegen/file.h"
-#include "codegen/targets/registry.h"
+#include "codegen/prepared_export.h"
 
 namespace nlo::codegen {
 
 /// Throws Error, naming the mend, unless the model is of a structure that this target writes.
 void check_c99(const Model& model);
 
-/// NAME.h and NAME.c: the same bytes for the same model. Throws Error when the model is not valid, is no KKL observer,
-/// or has a number that does not fit the scalar.
-std::vector<NamedText> c99(const Model& model, const ExportOptions& options);
+/// NAME.h and NAME.c: the same bytes for the same model. Throws Error when check_c99() does, or when a
+/// number does not fit the scalar.
+std::vector<NamedText> c99(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "codegen/activations.h"
+#include "codegen/checks.h"
 #include "codegen/embedded_text.h"
 
 namespace nlo::codegen {
@@ -30,18 +32,26 @@ std::string tanh_text(const Initialiser& init, const std::string& suffix) {
   return filled(embedded_text("c99/tanh_double.c.in"), {{"P", terms(kFit.p)}, {"Q", terms(kFit.q)}});
 }
 
-std::string activation(const std::string& kind, const Initialiser& init, const std::string& suffix) {
-  const std::string tanh = tanh_text(init, suffix);
-  if (kind == "tanh") return tanh + "static Scalar activated(Scalar v) { return tanh_rational(v); }\n\n";
-  if (kind == "relu")
-    return fmt::format("static Scalar activated(Scalar v) {{ return v > 0.0{0} ? v : 0.0{0}; }}\n\n", suffix);
-  return tanh + fmt::format(
-                    "// silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2\n"
-                    "static Scalar activated(Scalar v) {{\n"
-                    "  const Scalar half = v * 0.5{};\n"
-                    "  return half * tanh_rational(half) + half;\n"
-                    "}}\n\n",
-                    suffix);
+/// The body of `activated`, for every activation whose row says that C99 has it.
+std::string activation(Activation kind, const Initialiser& init, const std::string& suffix) {
+  switch (kind) {
+    case Activation::kTanh:
+      return tanh_text(init, suffix) + "static Scalar activated(Scalar v) { return tanh_rational(v); }\n\n";
+    case Activation::kRelu:
+      return fmt::format("static Scalar activated(Scalar v) {{ return v > 0.0{0} ? v : 0.0{0}; }}\n\n", suffix);
+    case Activation::kSilu:
+      return tanh_text(init, suffix) + fmt::format(
+                                           "// silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2\n"
+                                           "static Scalar activated(Scalar v) {{\n"
+                                           "  const Scalar half = v * 0.5{};\n"
+                                           "  return half * tanh_rational(half) + half;\n"
+                                           "}}\n\n",
+                                           suffix);
+    case Activation::kTanh5e6:
+    case Activation::kTanh5e5:
+      break;
+  }
+  fail("C99 has no {}; export with --target cpp", activation_row(kind).name);
 }
 
 constexpr const char* kHidden =
@@ -60,8 +70,8 @@ std::string integers(const Values& values, std::size_t columns) {
   return text + "\n}";
 }
 
-std::string integer_activation(const std::string& kind) {
-  if (kind != "tanh")
+std::string integer_activation(Activation kind) {
+  if (kind == Activation::kRelu)
     return "// relu in Q15.\n"
            "static int16_t activated(int32_t value) {\n"
            "  return (int16_t)(value > 32767 ? 32767 : value < 0 ? 0 : value);\n"
@@ -70,13 +80,12 @@ std::string integer_activation(const std::string& kind) {
 }
 
 /// The head of NAME_estimate, up to where `in` is what T* reads.
-std::string estimate_head(const std::string& name, const FoldedModel& folded, const Initialiser& init,
-                          Eigen::Index outputs) {
+std::string estimate_head(const std::string& name, bool reads_output, const Initialiser& init, Eigen::Index outputs) {
   const std::string head = fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name,
                                        init.scalar_name(), outputs);
-  return head + (folded.reads_output ? "  Scalar in[kNz + kNy];\n  copy(in, observer->z, kNz);\n"
-                                       "  copy(in + kNz, observer->y, kNy);\n"
-                                     : "  const Scalar* in = observer->z;\n");
+  return head + (reads_output ? "  Scalar in[kNz + kNy];\n  copy(in, observer->z, kNz);\n"
+                                "  copy(in + kNz, observer->y, kNy);\n"
+                              : "  const Scalar* in = observer->z;\n");
 }
 
 }  // namespace
@@ -90,12 +99,12 @@ std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, con
   return text + "}";
 }
 
-std::string c99_map(const std::string& name, const FoldedModel& folded, const Initialiser& init,
+std::string c99_map(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init,
                     const std::string& suffix) {
-  const FoldedNetwork& map = folded.inverse_map;
+  const FoldedNetwork& map = *folded.inverse_map();
   std::string text = "// T*: one neuron per line.\n", body;
   Eigen::Index widest = 0;
-  std::string in = "in", here = "here", there = "there";
+  std::string in = "in", ping = "ping", pong = "pong";
   for (std::size_t l = 0; l < map.layers.size(); ++l) {
     const DenseLayer& layer = map.layers[l];
     const std::string field = fmt::format("inverse_map.layers[{}]", l);
@@ -104,9 +113,9 @@ std::string c99_map(const std::string& name, const FoldedModel& folded, const In
                         init.vector(layer.bias, field + ".bias"));
     const bool last = l + 1 == map.layers.size();
     body += fmt::format("  {}({}, {}, kWeights{}, kBias{}, {}, {});\n", last ? "dense" : "hidden", layer.weights.cols(),
-                        layer.weights.rows(), l + 1, l + 1, in, last ? "x_hat" : here);
-    in = here;
-    std::swap(here, there);
+                        layer.weights.rows(), l + 1, l + 1, in, last ? "x_hat" : ping);
+    in = ping;
+    std::swap(ping, pong);
     if (!last) widest = std::max(widest, layer.bias.size());
   }
   if (map.linear_path.size() != 0) {
@@ -117,16 +126,16 @@ std::string c99_map(const std::string& name, const FoldedModel& folded, const In
   text += "\n" + std::string(embedded_text("c99/dense.c.in")) + "\n";
   if (map.layers.size() > 1) text += activation(map.activation, init, suffix) + kHidden;
 
-  text += estimate_head(name, folded, init, map.layers.back().bias.size());
-  // Two buffers, taken by turns: one per layer would be a kilobyte of stack.
-  if (map.layers.size() > 1) text += fmt::format("  Scalar here[{}]", widest);
-  if (map.layers.size() > 2) text += fmt::format(", there[{}]", widest);
+  text += estimate_head(name, map.inputs() > m.nz(), init, map.layers.back().bias.size());
+  // Ping-pong buffers: one for each layer would be a kilobyte of stack.
+  if (map.layers.size() > 1) text += fmt::format("  Scalar ping[{}]", widest);
+  if (map.layers.size() > 2) text += fmt::format(", pong[{}]", widest);
   if (map.layers.size() > 1) text += ";\n";
   return text + body + "}\n";
 }
 
-std::string c99_int16_map(const std::string& name, const FoldedModel& folded, const QuantisedNetwork& map,
-                          const Initialiser& init) {
+std::string c99_int16_map(const std::string& name, const Model& m, const FoldedModel& folded,
+                          const QuantisedNetwork& map, const Initialiser& init) {
   std::string text = "// T* in int16: one neuron per line.\n", body;
   Eigen::Index widest = map.inputs(), most_sums = 0;
   for (std::size_t l = 0; l < map.layers.size(); ++l) {
@@ -154,7 +163,7 @@ std::string c99_int16_map(const std::string& name, const FoldedModel& folded, co
   if (map.layers.size() > 1)
     text += integer_activation(map.activation) + std::string(embedded_text("c99/int16_hidden.c.in"));
 
-  text += estimate_head(name, folded, init, out);
+  text += estimate_head(name, folded.inverse_map()->inputs() > m.nz(), init, out);
   text += fmt::format("  int16_t here[{}];\n  int32_t sums[{}];\n", widest, most_sums);
   text += fmt::format("  for (int i = 0; i < {}; ++i) here[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;
   text += fmt::format("  for (int o = 0; o < {}; ++o) {{\n    Scalar total = kScale[o] * (Scalar)sums[o];\n", out);

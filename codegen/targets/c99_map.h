@@ -6,18 +6,18 @@
 #include <string>
 
 #include "codegen/fold.h"
+#include "codegen/generated_text.h"
 #include "codegen/quantise.h"
-#include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 
 /// The functions of a map in the scalar of `init`, from `dense` to NAME_estimate; `suffix` ends its literals.
-std::string c99_map(const std::string& name, const FoldedModel& folded, const Initialiser& init,
+std::string c99_map(const std::string& name, const Model& model, const FoldedModel& folded, const Initialiser& init,
                     const std::string& suffix);
 
 /// The same in int16, all around it in float.
-std::string c99_int16_map(const std::string& name, const FoldedModel& folded, const QuantisedNetwork& map,
-                          const Initialiser& init);
+std::string c99_int16_map(const std::string& name, const Model& model, const FoldedModel& folded,
+                          const QuantisedNetwork& map, const Initialiser& init);
 
 /// `values` as an initialiser, one row per line; behind each other, as C99 cannot index past the end of a row.
 std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, const std::string& field);

@@ -3,30 +3,26 @@
 
 #include <fmt/format.h>
 
-#include <memory>
-#include <optional>
-
-#include "codegen/error.h"
-#include "codegen/fold.h"
+#include "codegen/activations.h"
+#include "codegen/cpp_cost.h"
+#include "codegen/generated_text.h"
 #include "codegen/number.h"
 #include "codegen/number_formats.h"
-#include "codegen/targets/cpp_cost.h"
-#include "codegen/targets/cpp_structure.h"
+#include "codegen/structures/module.h"
 #include "codegen/targets/export_parts.h"
-#include "codegen/targets/generated_text.h"
-#include "codegen/validate.h"
 
 namespace nlo::codegen {
 namespace {
 
 /// All that the parts of the header are made from.
 struct Source {
+  const PreparedExport& prepared;
   const Model& model;
   const FoldedModel& folded;
   const CppStructure& structure;
   const Initialiser& init;
   const ExportOptions& options;
-  std::string name;
+  const std::string& name;
 };
 
 std::string costs(const Source& s) {
@@ -53,7 +49,7 @@ std::string argument(const std::vector<Channel>& channels, bool is_scalar) {
 std::string example(const Source& s) {
   const bool scalars = s.model.ny() == 1 && s.model.nu() <= 1;
   std::string arguments = argument(s.model.outputs, scalars);
-  if (s.model.drive) arguments += ", " + argument(s.model.drive->inputs, scalars);
+  if (s.model.nu() > 0) arguments += ", " + argument(inputs(s.model), scalars);
   return fmt::format(
       "// Use\n"
       "//   #include \"{0}.h\"\n"
@@ -71,16 +67,16 @@ std::string example(const Source& s) {
 std::string top_comment(const Source& s) {
   std::string options = number_flags(s.options);
   if (s.name != s.model.name) options += " --name " + s.name;
-  const std::string inputs = s.model.drive ? " and the inputs " + channel_list(s.model.drive->inputs, true) : "";
+  const std::string driven = s.model.nu() > 0 ? " and the inputs " + channel_list(inputs(s.model), true) : "";
   return fmt::format(
              "// {0}: {6}, generated. Do not edit; make it again by\n"
              "//   nlo export model.json{1} -o {0}.h\n"
              "//\n"
              "// Estimates {2} from {3}{4}, sampled every {5} s.\n",
-             s.name, options, channel_list(s.model.states, true), channel_list(s.model.outputs, true), inputs,
+             s.name, options, channel_list(s.model.states, true), channel_list(s.model.outputs, true), driven,
              literal(s.model.sample_period_s), s.structure.title()) +
          s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
-         arithmetic_note(s.model, s.options) + "//\n" + facts(s.model) + costs(s) + "//\n" + example(s);
+         arithmetic_note(s.prepared) + "//\n" + facts(s.model) + costs(s) + "//\n" + example(s);
 }
 
 std::string enumeration(const char* name, const std::vector<Channel>& channels) {
@@ -92,7 +88,7 @@ std::string model_constant(const Source& s) {
   Eigen::VectorXd wrap(m.ny());
   for (int j = 0; j < m.ny(); ++j) wrap(j) = m.outputs[static_cast<std::size_t>(j)].wrap;
 
-  const std::string reason = m.dynamics ? "" : ": the fastest mode's time constant";
+  const std::string reason = module_of(m).fastest_mode(m) ? ": the fastest mode's time constant" : "";
   std::string text = "inline constexpr Model kModel = {\n";
   text += fmt::format("    .sample_period_s = {},\n", s.init(m.sample_period_s, "sample_period_s"));
   text += fmt::format("    .stale_after = {},  // held measurements{}\n", s.folded.stale_after, reason);
@@ -107,29 +103,27 @@ std::string model_constant(const Source& s) {
 
 }  // namespace
 
-std::string cpp_header(const Model& model, const ExportOptions& options) {
-  validate(model);
-  check_rounding(model, options.scalar);
-  const FoldedModel folded = fold(model, options);
-  const Initialiser init(options);
-  std::optional<QuantisedNetwork> quantised;
-  if (options.scalar == ScalarType::kInt16) quantised = quantise(model, folded);
-  const auto structure = cpp_structure(model, folded, init, quantised ? &*quantised : nullptr);
-  const Source s{model, folded, *structure, init, options, export_name(model, options)};
+std::string cpp_header(const PreparedExport& prepared) {
+  const Model& model = prepared.model();
+  const Initialiser& init = prepared.initialiser();
+  const bool quantised = prepared.quantised() != nullptr;
+  check_rounding(model, prepared.options().scalar);
+  const auto structure = module_of(model).cpp(prepared.source());
+  const Source s{prepared, model, prepared.folded(), *structure, init, prepared.options(), prepared.name()};
 
   std::string text = top_comment(s);
   text += fmt::format("#pragma once\n\n#include <nlo/{}>\n{}\n", structure->header(),
                       quantised ? "#include <nlo/quantised_map.h>\n" : "");
   text += fmt::format("namespace nlo::{} {{\n\n", s.name);
-  text += fmt::format("/// Positions in a measurement{} and in an estimate.\n", model.drive ? ", in an input" : "");
+  text += fmt::format("/// Positions in a measurement{} and in an estimate.\n", model.nu() > 0 ? ", in an input" : "");
   text += enumeration("Output", model.outputs);
-  if (model.drive) text += enumeration("Input", model.drive->inputs);
+  if (model.nu() > 0) text += enumeration("Input", inputs(model));
   text += enumeration("State", model.states) + "\n";
   text += "namespace weights {\n";
   if (quantised)
     text +=
         fmt::format("\n// QuantisedDense<inputs, neurons, shift> reads integers up to +-32767; sum / 2^shift is {}.\n",
-                    model.inverse_map.activation == "tanh" ? "the argument of tanh, in Q16" : "the result of relu");
+                    activation_row(prepared.quantised()->activation).int16_form);
   for (const CppNetwork& network : structure->networks()) text += network.layers(init);
   text += "\n}  // namespace weights\n\n";
   for (const CppNetwork& network : structure->networks()) text += network.using_declaration();

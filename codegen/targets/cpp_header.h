@@ -4,12 +4,11 @@
 
 #include <string>
 
-#include "codegen/targets/registry.h"
+#include "codegen/prepared_export.h"
 
 namespace nlo::codegen {
 
-/// The header's text: the same bytes for the same model. Throws Error when the model is not valid, or a number does not
-/// fit the scalar.
-std::string cpp_header(const Model& model, const ExportOptions& options);
+/// The header's text: the same bytes for the same model. Throws Error when a number does not fit the scalar.
+std::string cpp_header(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

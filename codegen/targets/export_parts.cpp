@@ -5,8 +5,8 @@
 
 #include "codegen/error.h"
 #include "codegen/error_limits.h"
+#include "codegen/generated_text.h"
 #include "codegen/number_formats.h"
-#include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 
@@ -39,12 +39,15 @@ std::string facts(const Model& m) {
   return text.empty() ? "" : "// About the model\n" + text + "//\n";
 }
 
-std::string arithmetic_note(const Model& m, const ExportOptions& options) {
+std::string arithmetic_note(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const ExportOptions& options = prepared.options();
   const bool is_int16 = options.scalar == ScalarType::kInt16, half = options.weights != WeightType::kFull;
   const std::string tanh = tanh_note(options);
   if (!is_int16 && !half && tanh.empty()) return "";
-  const ExportError error = export_error(m, options);
-  const bool has_table = m.inverse_map.activation == "tanh" && m.inverse_map.layers.size() > 1;
+  const ExportError& error = prepared.error();
+  const bool has_table =
+      is_int16 && prepared.quantised()->activation == Activation::kTanh && prepared.quantised()->layers.size() > 1;
   std::string text = "//\n";
   if (is_int16)
     text += fmt::format(

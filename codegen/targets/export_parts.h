@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codegen/model.h"
-#include "codegen/targets/registry.h"
+#include "codegen/prepared_export.h"
 
 namespace nlo::codegen {
 
@@ -26,7 +26,7 @@ std::string facts(const Model& model);
 
 /// What a reader must know of numbers that are not plainly those of the scalar (int16, weights of 16 bits, a chosen
 /// tanh), as lines of comment; else empty.
-std::string arithmetic_note(const Model& model, const ExportOptions& options);
+std::string arithmetic_note(const PreparedExport& prepared);
 
 /// Throws Error when the sample period or an output's range is lost in the scalar.
 void check_rounding(const Model& model, ScalarType scalar);

@@ -9,11 +9,12 @@
 #include <set>
 
 #include "codegen/embedded_text.h"
+#include "codegen/generated_text.h"
 #include "codegen/number_formats.h"
+#include "codegen/structures/module.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/export_parts.h"
-#include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 namespace {
@@ -47,23 +48,24 @@ std::string reads(const Model& m, const Initialiser& init, const Body& body) {
   for (int j = 0; j < m.ny(); ++j)
     text += fmt::format("static {} read_{}() {{ return {}; }}\n", init.scalar_name(),
                         m.outputs[static_cast<std::size_t>(j)].name, body(j, m.output_min(j), m.output_max(j)));
-  if (!m.drive) return text;
+  if (m.nu() == 0) return text;
   text += "// What your controller commands.\n";
-  for (const Channel& input : m.drive->inputs)
+  for (const Channel& input : inputs(m))
     text += fmt::format("static {} command_{}() {{ return 0; }}\n", init.scalar_name(), input.name);
   return text;
 }
 
-Values values_of(const Model& m, const ExportOptions& options, const std::string& name) {
-  const Initialiser init(options);
-  const bool single = init.scalar_bytes() == 4, c = structure(m) == "kkl";
+Values values_of(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const std::string& name = prepared.name();
+  const Initialiser& init = prepared.initialiser();
+  const bool single = init.scalar_bytes() == 4, c = module_of(m).abilities().c99, driven = m.nu() > 0;
   std::string upper = name, flags;
   for (char& letter : upper) letter = static_cast<char>(letter >= 'a' && letter <= 'z' ? letter - 'a' + 'A' : letter);
-  flags += number_flags(options);
+  flags += number_flags(prepared.options());
   if (name != m.name) flags += " --name " + name;
-  const std::string input = m.drive ? fmt::format("const nlo::{}::Observer::Input u = {{{{{}}}}};\n", name,
-                                                  calls("command_", m.drive->inputs))
-                                    : "";
+  const std::string input =
+      driven ? fmt::format("const nlo::{}::Observer::Input u = {{{{{}}}}};\n", name, calls("command_", inputs(m))) : "";
   return {
       {"NAME", name},
       {"UPPER", upper},
@@ -86,9 +88,9 @@ Values values_of(const Model& m, const ExportOptions& options, const std::string
                              [&](int, double min, double max) {
                                return fmt::format("triangle({}, {})", init(min, "output_min"), init(max, "output_max"));
                              })},
-      {"CPP_INPUT", m.drive ? "  " + input : ""},
-      {"ZEPHYR_INPUT", m.drive ? "    " + input : ""},
-      {"CPP_U", m.drive ? ", u" : ""},
+      {"CPP_INPUT", driven ? "  " + input : ""},
+      {"ZEPHYR_INPUT", driven ? "    " + input : ""},
+      {"CPP_U", driven ? ", u" : ""},
       {"C99_CMAKE", c ? fmt::format("if(CONFIG_NLO_{1}_C99)\n  zephyr_library_named(nlo_{0})\n"
                                     "  zephyr_library_sources(src/{0}_c99.c)\nendif()\n",
                                     name, upper)
@@ -101,22 +103,22 @@ Values values_of(const Model& m, const ExportOptions& options, const std::string
 }
 
 /// The templates of `kind`, filled, with the header and the runtime in the folder `headers`.
-std::vector<NamedText> library(const Model& m, const ExportOptions& options, std::string_view kind,
-                               const std::string& headers, std::string_view c99_row) {
-  check_weights(options, kind.substr(0, kind.size() - 1));
-  const std::string name = export_name(m, options);
-  Values values = values_of(m, options, name);
-  const bool c = structure(m) == "kkl";
+std::vector<NamedText> library(const PreparedExport& prepared, std::string_view kind, const std::string& headers,
+                               std::string_view c99_row) {
+  check_weights(prepared.options(), kind.substr(0, kind.size() - 1));
+  const std::string& name = prepared.name();
+  Values values = values_of(prepared);
+  const bool c = module_of(prepared.model()).abilities().c99;
   values["C99_ROW"] = c ? filled(c99_row, values) : "";
-  const std::string header = cpp_header(m, options);
+  const std::string header = cpp_header(prepared);
 
   std::vector<NamedText> files = {{headers + name + ".h", guarded(header, name, c)}};
   for (const std::string& runtime : runtime_headers(header))
     files.push_back({headers + runtime, std::string(embedded_text(runtime))});
   if (c) {
-    ExportOptions renamed = options;
+    ExportOptions renamed = prepared.options();
     renamed.name = name + "_c99";
-    for (NamedText& file : c99(m, renamed))
+    for (NamedText& file : c99(prepared.with(renamed)))
       files.push_back({(file.path.ends_with(".h") ? headers : "src/") + file.path, file.text});
   }
   files.push_back({"LICENSE", std::string(embedded_text("LICENSE"))});
@@ -146,12 +148,12 @@ std::vector<std::string> runtime_headers(std::string_view text) {
   return {found.begin(), found.end()};
 }
 
-std::vector<NamedText> arduino_library(const Model& model, const ExportOptions& options) {
-  return library(model, options, "arduino/", "src/", "| `<@NAME@_c99.h>` | C99, any core | `examples/@NAME@_c99` |\n");
+std::vector<NamedText> arduino_library(const PreparedExport& prepared) {
+  return library(prepared, "arduino/", "src/", "| `<@NAME@_c99.h>` | C99, any core | `examples/@NAME@_c99` |\n");
 }
 
-std::vector<NamedText> zephyr_module(const Model& model, const ExportOptions& options) {
-  return library(model, options, "zephyr/", "include/", "| `CONFIG_NLO_@UPPER@_C99=y` | `<@NAME@_c99.h>` | C99 |\n");
+std::vector<NamedText> zephyr_module(const PreparedExport& prepared) {
+  return library(prepared, "zephyr/", "include/", "| `CONFIG_NLO_@UPPER@_C99=y` | `<@NAME@_c99.h>` | C99 |\n");
 }
 
 }  // namespace nlo::codegen

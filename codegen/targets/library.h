@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "codegen/file.h"
-#include "codegen/targets/registry.h"
+#include "codegen/prepared_export.h"
 
 namespace nlo::codegen {
 
 /// A library for the Arduino IDE and PlatformIO. Throws Error as the exports in it do.
-std::vector<NamedText> arduino_library(const Model& model, const ExportOptions& options);
+std::vector<NamedText> arduino_library(const PreparedExport& prepared);
 
 /// A module for Zephyr's build system. Throws Error as the exports in it do.
-std::vector<NamedText> zephyr_module(const Model& model, const ExportOptions& options);
+std::vector<NamedText> zephyr_module(const PreparedExport& prepared);
 
 /// The names of the runtime's headers that `text` includes, and those that they include, in order.
 std::vector<std::string> runtime_headers(std::string_view text);

@@ -4,7 +4,6 @@
 #include "codegen/error.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
-#include "codegen/targets/generated_text.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/replay.h"
 
@@ -13,9 +12,9 @@ namespace {
 
 /// A target that writes one file: NAME and `ending`.
 ExportTarget one_file(const char* name, const char* description, const char* ending,
-                      std::string (*text)(const Model&, const ExportOptions&)) {
-  return {name, description, ExportForm::kFile, [=](const Model& model, const ExportOptions& options) {
-            return std::vector<NamedText>{{export_name(model, options) + ending, text(model, options)}};
+                      std::string (*text)(const PreparedExport&)) {
+  return {name, description, ExportForm::kFile, [=](const PreparedExport& prepared) {
+            return std::vector<NamedText>{{prepared.name() + ending, text(prepared)}};
           }};
 }
 
@@ -43,26 +42,6 @@ const ExportTarget& export_target(const std::string& name) {
     known += (known.empty() ? "" : ", ") + target.name;
   }
   throw Error("unknown export target \"" + name + "\"; there are " + known);
-}
-
-ScalarType scalar_type(const std::string& name) {
-  for (const ScalarType scalar : {ScalarType::kFloat, ScalarType::kDouble, ScalarType::kInt16})
-    if (name == scalar_name(scalar)) return scalar;
-  throw Error("unknown scalar type \"" + name + "\"; there are float, double, int16");
-}
-
-const char* scalar_name(ScalarType scalar) {
-  return scalar == ScalarType::kFloat ? "float" : scalar == ScalarType::kDouble ? "double" : "int16";
-}
-
-WeightType weight_type(const std::string& name) {
-  for (const WeightType type : {WeightType::kFull, WeightType::kBfloat16, WeightType::kFloat16})
-    if (name == weight_name(type)) return type;
-  throw Error("unknown type of weights \"" + name + "\"; there are float, bf16, fp16");
-}
-
-const char* weight_name(WeightType type) {
-  return type == WeightType::kFull ? "float" : type == WeightType::kBfloat16 ? "bf16" : "fp16";
 }
 
 }  // namespace nlo::codegen

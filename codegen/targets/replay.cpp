@@ -8,10 +8,10 @@
 #include <string>
 
 #include "codegen/embedded_text.h"
+#include "codegen/generated_text.h"
 #include "codegen/number_formats.h"
 #include "codegen/replay_run.h"
 #include "codegen/targets/c99.h"
-#include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 namespace {
@@ -48,6 +48,24 @@ struct Golden {
   std::string z_tolerance, x_hat_tolerance, explanation;
 };
 
+const char* status_name(StepStatus status) {
+  switch (status) {
+    case StepStatus::kOk:
+      return "kOk";
+    case StepStatus::kClamped:
+      return "kClamped";
+    case StepStatus::kHeld:
+      return "kHeld";
+    case StepStatus::kStale:
+      return "kStale";
+    case StepStatus::kRejected:
+      return "kRejected";
+    case StepStatus::kDiverged:
+      return "kDiverged";
+  }
+  return "";
+}
+
 std::string signal(const Initialiser& init, const Eigen::VectorXd& y, const std::string& missed) {
   std::string text = "{";
   for (Eigen::Index j = 0; j < y.size(); ++j) {
@@ -68,8 +86,8 @@ std::string samples_text(const Golden& golden, const std::string& missed, const 
     text += fmt::format("    {{{}, {}, {}{}, {}, {}}},\n", init(inputs.dt_s(k), "dt_s"),
                         signal(init, inputs.outputs.col(k), missed),
                         inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k), missed) + ", ",
-                        status_text(run.status[static_cast<std::size_t>(k)]), init.vector(run.z.col(k), "z"),
-                        init.vector(run.x_hat.col(k), "x_hat"));
+                        status_text(status_name(run.status[static_cast<std::size_t>(k)])),
+                        init.vector(run.z.col(k), "z"), init.vector(run.x_hat.col(k), "x_hat"));
   return text;
 }
 
@@ -142,8 +160,9 @@ int first_mismatch(Observer& observer) {{
 }}  // namespace nlo::{4}::replay
 )";
 
-Golden golden(const Model& m, const ExportOptions& options) {
-  Golden result{export_name(m, options), "", Initialiser(options), run_replay(m, options), "", "", ""};
+Golden golden(const PreparedExport& prepared) {
+  const ExportOptions& options = prepared.options();
+  Golden result{prepared.name(), "", prepared.initialiser(), run_replay(prepared), "", "", ""};
   const ReplayRun& run = result.run;
   const bool is_int16 = options.scalar == ScalarType::kInt16;
   const bool is_coarse = options.weights != WeightType::kFull || options.tanh != Activation::kTanh;
@@ -153,14 +172,13 @@ Golden golden(const Model& m, const ExportOptions& options) {
   };
 
   result.flags = number_flags(options);
-  if (result.name != m.name) result.flags += " --name " + result.name;
+  if (result.name != prepared.model().name) result.flags += " --name " + result.name;
   result.z_tolerance = within(run.z, run.exported_z, kTimesMeasured);
   result.x_hat_tolerance = within(run.x_hat, run.exported_x_hat, times);
   if (is_coarse) {
-    ExportOptions same = options;
+    ExportOptions same = best_tanh(options);
     same.weights = WeightType::kFull;
-    same.tanh = Activation::kTanh;
-    const ReplayRun plain = run_replay(m, same);
+    const ReplayRun plain = run_replay(prepared.with(same));
     result.z_tolerance = result.init.vector(tolerance(run, plain, &ReplayRun::z, &ReplayRun::exported_z), "tolerance");
     result.x_hat_tolerance =
         result.init.vector(tolerance(run, plain, &ReplayRun::x_hat, &ReplayRun::exported_x_hat), "tolerance");
@@ -174,8 +192,9 @@ Golden golden(const Model& m, const ExportOptions& options) {
 
 }  // namespace
 
-std::string replay(const Model& m, const ExportOptions& options) {
-  const Golden g = golden(m, options);
+std::string replay(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const Golden g = golden(prepared);
   const std::string scalar = g.init.scalar_name();
   const bool driven = m.nu() > 0;
   const std::string input_field = driven ? fmt::format("  {} u[{}];\n", scalar, m.nu()) : "";
@@ -191,13 +210,11 @@ std::string replay(const Model& m, const ExportOptions& options) {
                      driven ? ", u" : "");
 }
 
-std::string replay_c99(const Model& m, const ExportOptions& options) {
+std::string replay_c99(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
   check_c99(m);
-  check_weights(options, "replay-c99");
-  ExportOptions best_tanh = options;  // C99 has the one
-  best_tanh.tanh = Activation::kTanh;
-  best_tanh.max_error = "";
-  const Golden g = golden(m, best_tanh);
+  check_weights(prepared.options(), "replay-c99");
+  const Golden g = golden(prepared.with(best_tanh(prepared.options())));
   const auto status_text = [&g](std::string status) {  // kOk: NAME_OK
     for (char& c : status) c = static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
     return g.name + "_" + status.substr(1);

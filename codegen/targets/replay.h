@@ -5,16 +5,16 @@
 
 #include <string>
 
-#include "codegen/targets/registry.h"
+#include "codegen/prepared_export.h"
 
 namespace nlo::codegen {
 
 /// A header with `options.samples` measurements (smooth, with missed and out-of-range ones, a stretch of irregular
 /// steps, angles that turn), the latent states, estimates and statuses that must follow, and the tolerances, measured
 /// by the machine that exports. Throws Error when the model is not valid.
-std::string replay(const Model& model, const ExportOptions& options);
+std::string replay(const PreparedExport& prepared);
 
 /// The same in C99, for what target c99 writes. Throws Error unless that is a KKL observer.
-std::string replay_c99(const Model& model, const ExportOptions& options);
+std::string replay_c99(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "codegen/error.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "trainer/bounds/bound_text.h"
 #include "trainer/bounds/lipschitz.h"
 #include "trainer/plants/initial_states.h"
@@ -30,10 +30,10 @@ codegen::Model model_of(const Plant& plant, const Eigen::VectorXd& eigenvalues, 
   model.outputs = plant.outputs();
   model.states = plant.states();
   model.sample_period_s = 0.02;
-  model.hold = hold;
-  model.pairs = pairs;
-  model.eigenvalues = eigenvalues;
-  model.output_injection = Eigen::MatrixXd::Ones(nz, plant.ny());
+  model.hold = *codegen::find_hold(hold);
+  codegen::linear_latent(model)->pairs = pairs;
+  codegen::linear_latent(model)->eigenvalues = eigenvalues;
+  codegen::linear_latent(model)->output_injection = Eigen::MatrixXd::Ones(nz, plant.ny());
   model.initial_latent = Eigen::VectorXd::Zero(nz);
   model.output_min = Eigen::VectorXd::Constant(plant.ny(), -1e3);
   model.output_max = Eigen::VectorXd::Constant(plant.ny(), 1e3);
@@ -110,7 +110,7 @@ TEST(BoundStudy, ConstantsOfALinearPlantAreTheClosedForms) {
   Eigen::VectorXd eigenvalues(5);
   eigenvalues << -1.0, 0.7, -0.8, -2.0, -3.5;
   codegen::Model model = model_of(plant, eigenvalues, 1);
-  model.output_injection << 1, 0, 0.5, 0, 0, 1, 1, 0, 0, 1;
+  codegen::linear_latent(model)->output_injection << 1, 0, 0.5, 0, 0, 1, 1, 0, 0, 1;
   const double k = 2.0;
   BoundTest test;
   test.trajectories = 2;
@@ -127,7 +127,7 @@ TEST(BoundStudy, ConstantsOfALinearPlantAreTheClosedForms) {
     for (Eigen::Index j = 0; j < 3; ++j)
       system.block(5 * i, 5 * j, 5, 5) = plant.a()(j, i) * Eigen::MatrixXd::Identity(5, 5) -
                                          (i == j ? d : Eigen::MatrixXd(Eigen::MatrixXd::Zero(5, 5)));
-  const Eigen::MatrixXd fc = model.output_injection * plant.c();
+  const Eigen::MatrixXd fc = codegen::linear_latent(model)->output_injection * plant.c();
   const Eigen::VectorXd solved = system.fullPivLu().solve(Eigen::VectorXd(fc.reshaped()));
   const Eigen::MatrixXd t = solved.reshaped(5, 3);
   const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(t).singularValues();
@@ -142,8 +142,8 @@ TEST(BoundStudy, ConstantsOfALinearPlantAreTheClosedForms) {
     e0 = std::max(e0, (t * Eigen::Vector3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1)).norm());
   EXPECT_NEAR(constant(result, "e0"), e0, kRounding);
   EXPECT_NEAR(constant(result, "v_bar"),
-              0.3 * std::max((model.output_injection * Eigen::Vector2d(1, 1)).norm(),
-                             (model.output_injection * Eigen::Vector2d(1, -1)).norm()),
+              0.3 * std::max((codegen::linear_latent(model)->output_injection * Eigen::Vector2d(1, 1)).norm(),
+                             (codegen::linear_latent(model)->output_injection * Eigen::Vector2d(1, -1)).norm()),
               kRounding);
   for (const BoundConstant& c : result.constants) EXPECT_NE(c.standing, Standing::kSampled) << c.symbol;
 }
@@ -171,7 +171,7 @@ TEST_P(LinearPlants, NoMeasurementBreaksTheProvenBound) {
       Eigen::VectorXd::Map(GetParam().eigenvalues.data(), static_cast<Eigen::Index>(GetParam().eigenvalues.size()));
   for (const char* hold : {"first_order", "zero_order"}) {
     codegen::Model model = model_of(plant, eigenvalues, GetParam().pairs, hold);
-    if (plant.ny() == 2) model.output_injection << 1, 0, 0, 1, 1, 0, 0, 1;
+    if (plant.ny() == 2) codegen::linear_latent(model)->output_injection << 1, 0, 0, 1, 1, 0, 0, 1;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       BoundTest test;
       test.trajectories = 6;
@@ -201,7 +201,7 @@ TEST(BoundStudy, NoiseMatchedToTheImpulseResponseKeepsToTheBound) {
   for (const double k : {1.0, 4.0}) {
     const codegen::Model observer = study.exact_observer(k);
     const BoundResult result = study.at(k, observer, "");
-    const Eigen::MatrixXd& inverse = observer.inverse_map.layers[0].weights;
+    const Eigen::MatrixXd& inverse = codegen::inverse_map(observer)->layers[0].weights;
     constexpr Eigen::Index kSamples = 1501;
     double worst = 0.0;
     for (double angle = 0.0; angle < 3.14; angle += 0.2) {
@@ -209,8 +209,8 @@ TEST(BoundStudy, NoiseMatchedToTheImpulseResponseKeepsToTheBound) {
       Eigen::MatrixXd v(1, kSamples);
       for (Eigen::Index n = 0; n < kSamples; ++n) {
         const double ago_s = 0.02 * static_cast<double>(kSamples - 1 - n);
-        const Eigen::VectorXd impulse =
-            (observer.eigenvalues * ago_s).array().exp() * observer.output_injection.col(0).array();
+        const Eigen::VectorXd impulse = (codegen::linear_latent(observer)->eigenvalues * ago_s).array().exp() *
+                                        codegen::linear_latent(observer)->output_injection.col(0).array();
         v(0, n) = component * impulse >= 0.0 ? test.noise : -test.noise;
       }
       // The plant at rest: the estimate is the error.
@@ -371,12 +371,13 @@ TEST(WithInjection, GivesTheSameEstimates) {
   BoundTest test;
   test.trajectories = 1;
   model = BoundStudy(plant, model, simulation_of(plant), test).exact_observer(1.0);
-  model.starts_steady = true;
+  codegen::linear_latent(model)->starts_steady = true;
   codegen::Model fast = model;
-  fast.output_injection = 3.0 * model.output_injection;
-  fast.inverse_map.features.leftCols(4) /= 3.0;
-  const codegen::Model same = with_injection(fast, model.output_injection);
-  EXPECT_LT((same.output_injection - model.output_injection).norm(), kRounding);
+  codegen::linear_latent(fast)->output_injection = 3.0 * codegen::linear_latent(model)->output_injection;
+  codegen::inverse_map(fast)->features.leftCols(4) /= 3.0;
+  const codegen::Model same = with_injection(fast, codegen::linear_latent(model)->output_injection);
+  EXPECT_LT((codegen::linear_latent(same)->output_injection - codegen::linear_latent(model)->output_injection).norm(),
+            kRounding);
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 0.98);
   const Eigen::MatrixXd y = time_s.array().sin().transpose() + 0.5;
   const auto before = codegen::ReferenceObserver<double>(fast).run(y, {}, time_s, true),

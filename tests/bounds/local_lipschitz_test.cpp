@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "tests/bounds/random_inverse_map.h"
 #include "trainer/bounds/activation_slope.h"
 #include "trainer/bounds/jacobian_enclosure.h"
@@ -48,10 +48,11 @@ LocalLipschitzOptions boxes(std::int64_t most) {
   return options;
 }
 
-class LocalLipschitzOf : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Activations, LocalLipschitzOf, testing::Values("tanh", "relu", "silu"));
+class LocalLipschitzOf : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Activations, LocalLipschitzOf, testing::ValuesIn(codegen::activation_names()));
 
 TEST_P(LocalLipschitzOf, SlopeLinesHoldOverTheirIntervals) {
+  const codegen::ActivationRow& activation = codegen::activation_named(GetParam());
   std::mt19937 engine(3);
   for (int trial = 0; trial < 2000; ++trial) {
     const double width = std::pow(10.0, uniform(engine, -3, 1.2));
@@ -59,22 +60,22 @@ TEST_P(LocalLipschitzOf, SlopeLinesHoldOverTheirIntervals) {
     low << uniform(engine, -6, 6) - 0.5 * width;
     high << low(0) + width;
     v << uniform(engine, low(0), high(0));
-    const SlopeRange range = slope_range(GetParam(), low(0), high(0));
-    const SlopeLine line = slope_line(GetParam(), low, high, v);
-    activated_range(GetParam(), low, high, lowest, highest);
-    const ActivationLine itself = activation_line(GetParam(), low, high);
+    const SlopeRange range = slope_range(activation, low(0), high(0));
+    const SlopeLine line = slope_line(activation, low, high, v);
+    activated_range(activation, low, high, lowest, highest);
+    const ActivationLine itself = activation_line(activation, low, high);
     for (int i = 0; i <= 40; ++i) {
-      const double x = low(0) + width * i / 40.0, slope = activation_slope(GetParam(), x);
+      const double x = low(0) + width * i / 40.0, slope = activation.slope(x);
       ASSERT_GE(slope, range.low - kRounding);
       ASSERT_LE(slope, range.high + kRounding);
       ASSERT_LE(std::abs(slope - line.centre(0)), line.range(0) + kRounding);
       ASSERT_LE(std::abs(slope - line.centre(0) - line.gradient(0) * (x - v(0))), line.remainder(0) + kRounding)
           << "on [" << low(0) << ", " << high(0) << "] at " << x;
-      ASSERT_LE(std::abs(activated(GetParam(), x) - itself.offset(0) - itself.gradient(0) * x),
+      ASSERT_LE(std::abs(activation.value(x) - itself.offset(0) - itself.gradient(0) * x),
                 itself.remainder(0) + kRounding)
           << "on [" << low(0) << ", " << high(0) << "] at " << x;
-      ASSERT_GE(activated(GetParam(), x), lowest(0) - kRounding);
-      ASSERT_LE(activated(GetParam(), x), highest(0) + kRounding);
+      ASSERT_GE(activation.value(x), lowest(0) - kRounding);
+      ASSERT_LE(activation.value(x), highest(0) + kRounding);
     }
   }
 }
@@ -84,7 +85,7 @@ TEST_P(LocalLipschitzOf, NoJacobianOfABoxIsAboveItsBound) {
     const codegen::Model model = random_model(seed, GetParam(), static_cast<int>(seed % 4));
     const Eigen::Index n = kNz + kNy;
     const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
-    const JacobianEnclosure enclosure(model.inverse_map, identity, identity.leftCols(kNz));
+    const JacobianEnclosure enclosure(*codegen::inverse_map(model), identity, identity.leftCols(kNz));
     std::mt19937 engine(seed);
     for (const double radius : {1e-6, 0.01, 0.1, 0.5, 2.0}) {
       for (int trial = 0; trial < 4; ++trial) {
@@ -107,7 +108,7 @@ TEST(JacobianEnclosure, IsSharpToSecondOrderForSmoothActivations) {
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const codegen::Model model = random_model(seed, "tanh", 2);
-    const JacobianEnclosure enclosure(model.inverse_map, identity, identity.leftCols(kNz));
+    const JacobianEnclosure enclosure(*codegen::inverse_map(model), identity, identity.leftCols(kNz));
     std::mt19937 engine(seed);
     const Eigen::VectorXd centre = random(engine, n, 1);
     double excess[2] = {};
@@ -172,7 +173,7 @@ TEST(LocalLipschitz, FallsWithEveryBoxThatIsLookedAt) {
 
 TEST(LocalLipschitz, OfOneNeuronIsItsSlopeAtTheNearestPointToItsMiddle) {
   codegen::Model model = domain_model(1, "tanh", 0, 1.0);
-  codegen::Network& net = model.inverse_map;
+  codegen::Network& net = *codegen::inverse_map(model);
   net = {};
   net.features = Eigen::MatrixXd::Identity(1, kNz + kNy);  // z_0 alone
   net.feature_mean = Eigen::VectorXd::Zero(1);
@@ -193,8 +194,8 @@ TEST(LocalLipschitz, OfOneNeuronIsItsSlopeAtTheNearestPointToItsMiddle) {
 TEST(LocalLipschitz, TakesTheLatentBoxOfAnglesRelativeToTheirSteadyState) {
   codegen::Model model = domain_model(2, "tanh", 2, 0.5);  // reads y
   model.outputs[1].wrap = 6.28;
-  model.eigenvalues = Eigen::Vector3d(-0.5, -1.0, -2.0);
-  model.output_injection = Eigen::MatrixXd::Ones(kNz, kNy);
+  codegen::linear_latent(model)->eigenvalues = Eigen::Vector3d(-0.5, -1.0, -2.0);
+  codegen::linear_latent(model)->output_injection = Eigen::MatrixXd::Ones(kNz, kNy);
   model.output_min(1) = -3.0;
   model.output_max(1) = 3.0;
   const Eigen::MatrixXd gain = codegen::steady_gain(model);

@@ -24,7 +24,7 @@ inline codegen::Model model_with(codegen::Network network) {
   for (int i = 0; i < kNx; ++i) model.states.push_back({"x", "", 0.0});
   for (int i = 0; i < kNy; ++i) model.outputs.push_back({"y", "", 0.0});
   model.initial_latent = Eigen::VectorXd::Zero(kNz);
-  model.inverse_map = std::move(network);
+  *codegen::inverse_map(model) = std::move(network);
   return model;
 }
 
@@ -35,7 +35,7 @@ inline codegen::Model random_model(unsigned seed, const std::string& activation,
   network.features = Eigen::MatrixXd::Identity(nu, kNz + kNy);
   network.feature_mean = random(engine, nu, 1);
   network.feature_scale = random(engine, nu, 1).cwiseAbs().array() + 0.2;
-  network.activation = activation;
+  network.activation = codegen::activation_named(activation).kind;
   int width = nu;
   for (int l = 0; l <= hidden_layers; ++l) {
     const int out = l == hidden_layers ? kNx : 6;

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "codegen/reference_network.h"
+#include "codegen/reference/network.h"
 #include "codegen/targets/registry.h"
 #include "tests/codegen/example_models.h"
 
@@ -175,8 +175,9 @@ TEST_P(EachActivation, ArraysAreWhatNumbersAre) {
 }
 
 TEST_P(EachTrainedActivation, ReferenceNetworkRunsIt) {
-  Network network = activation_model(std::string(row().name)).inverse_map;
-  ASSERT_EQ(network.activation, row().name);
+  Model model = activation_model(std::string(row().name));
+  const Network& network = *inverse_map(model);
+  ASSERT_EQ(network.activation, row().kind);
   const Eigen::VectorXd in = Eigen::VectorXd::LinSpaced(network.inputs(), -0.7, 0.9);
   Eigen::VectorXd a = (network.features * in - network.feature_mean).cwiseQuotient(network.feature_scale);
   const Eigen::VectorXd u = a;
@@ -196,7 +197,7 @@ std::string exported(const Model& model, const std::string& target, ScalarType s
   ExportOptions options;
   options.scalar = scalar;
   std::string text;
-  for (const NamedText& file : export_target(target).generate(model, options)) text += file.text;
+  for (const NamedText& file : export_target(target).generate(PreparedExport(model, options))) text += file.text;
   return text;
 }
 

@@ -22,7 +22,7 @@ using testing::Not;
 
 std::string error_of(const Model& model, const ExportOptions& options = {}) {
   try {
-    c99(model, options);
+    c99(PreparedExport(model, options));
   } catch (const Error& error) {
     return error.what();
   }
@@ -30,32 +30,33 @@ std::string error_of(const Model& model, const ExportOptions& options = {}) {
 }
 
 TEST(C99, IsTheCommittedOne) {
-  for (const NamedText& file : c99(tiny_model(), {.name = "tiny_c99"})) expect_golden(file.text, file.path);
+  for (const NamedText& file : c99(PreparedExport(tiny_model(), {.name = "tiny_c99"})))
+    expect_golden(file.text, file.path);
 }
 
 TEST(C99, RefusesOtherStructuresAndNamesTheMend) {
   for (const Model& model : structure_models()) {
     EXPECT_THAT(error_of(model), testing::AllOf(HasSubstr("target c99 writes kkl"), HasSubstr("--target cpp")));
-    EXPECT_THROW(replay_c99(model, {}), Error);
+    EXPECT_THROW(replay_c99(PreparedExport(model, {})), Error);
   }
 }
 
 TEST(C99, RefusesWhatFloatCannotHoldAndModelsThatAreNotValid) {
   Model m = tiny_model();
-  m.inverse_map.layers[0].weights(2, 1) = 1e39;
+  inverse_map(m)->layers[0].weights(2, 1) = 1e39;
   EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));
   EXPECT_EQ(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), "no error");
   m = tiny_model();
-  m.eigenvalues(1) = 0.5;
+  linear_latent(m)->eigenvalues(1) = 0.5;
   EXPECT_THAT(error_of(m), HasSubstr("must be negative"));
 }
 
 TEST(C99, WritesInt16AndRefusesWhatItCannotHold) {
-  const auto files = c99(rig_model(), {.name = "", .scalar = ScalarType::kInt16});
+  const auto files = c99(PreparedExport(rig_model(), {.name = "", .scalar = ScalarType::kInt16}));
   EXPECT_THAT(files[0].text, testing::AllOf(HasSubstr("--scalar int16"), HasSubstr("alpha_dot [rad/s]")));
   EXPECT_THAT(files[1].text, testing::AllOf(HasSubstr("static const int16_t kWeights3"), HasSubstr("kTanhTable")));
   EXPECT_THAT(error_of(activation_model("silu"), {.name = "", .scalar = ScalarType::kInt16}), HasSubstr("silu"));
-  const auto relu = c99(activation_model("relu"), {.name = "", .scalar = ScalarType::kInt16});
+  const auto relu = c99(PreparedExport(activation_model("relu"), {.name = "", .scalar = ScalarType::kInt16}));
   EXPECT_THAT(relu[1].text, Not(HasSubstr("kTanhTable")));
 }
 
@@ -63,7 +64,7 @@ TEST(C99, UserTextCanNeitherEndNorContinueAComment) {
   Model m = tiny_model();
   m.outputs[0].unit = "m\n#error unit\\";
   m.provenance = {{"a\n#error key", "*/ #error"}, {"escape", "ends with \\"}, {"return", "a\r#error"}};
-  for (const NamedText& file : c99(m, {})) {
+  for (const NamedText& file : c99(PreparedExport(m, {}))) {
     EXPECT_THAT(file.text, Not(HasSubstr("\n#error u")));
     EXPECT_THAT(file.text, Not(HasSubstr("\\\n")));
     EXPECT_THAT(file.text, Not(HasSubstr("\r")));
@@ -73,11 +74,11 @@ TEST(C99, UserTextCanNeitherEndNorContinueAComment) {
 
 TEST(C99, BothFilesOfAnExportNameTheSameOneAndNoOther) {
   const auto key = [](const std::string& text) { return text.substr(text.find("0x"), 10); };
-  const auto files = c99(tiny_model(), {});
+  const auto files = c99(PreparedExport(tiny_model(), {}));
   EXPECT_THAT(files[1].text, HasSubstr("tiny_EXPORT != " + key(files[0].text)));
   Model other = tiny_model();
-  other.inverse_map.layers[1].bias(0) += 1e-6;
-  EXPECT_NE(key(c99(other, {})[0].text), key(files[0].text));
+  inverse_map(other)->layers[1].bias(0) += 1e-6;
+  EXPECT_NE(key(c99(PreparedExport(other, {}))[0].text), key(files[0].text));
 }
 
 TEST(EmbeddedText, FillsKeysAndLeavesOtherAtSigns) {

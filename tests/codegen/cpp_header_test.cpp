@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "codegen/activations.h"
 #include "codegen/targets/cpp_header.h"
+#include "codegen/targets/registry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,8 +17,8 @@
 #include "codegen/error.h"
 #include "codegen/file.h"
 #include "codegen/fold.h"
-#include "codegen/reference_network.h"
-#include "codegen/targets/generated_text.h"
+#include "codegen/generated_text.h"
+#include "codegen/reference/network.h"
 #include "codegen/targets/replay.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"
@@ -29,7 +31,7 @@ using testing::Not;
 
 std::string error_of(const Model& model, const ExportOptions& options = {}) {
   try {
-    cpp_header(model, options);
+    cpp_header(PreparedExport(model, options));
   } catch (const Error& error) {
     return error.what();
   }
@@ -39,7 +41,7 @@ std::string error_of(const Model& model, const ExportOptions& options = {}) {
 /// All files of an export, one behind the other.
 std::string text_of(const ExportTarget& target, const Model& model, const ExportOptions& options = {}) {
   std::string text;
-  for (const NamedText& file : target.generate(model, options)) text += file.path + "\n" + file.text;
+  for (const NamedText& file : target.generate(PreparedExport(model, options))) text += file.path + "\n" + file.text;
   return text;
 }
 
@@ -67,10 +69,7 @@ TEST(Export, UnknownTargetsAndScalarsNameTheKnown) {
 std::vector<std::pair<Network, FoldedNetwork>> networks_of(const Model& m) {
   const FoldedModel f = fold(m);
   std::vector<std::pair<Network, FoldedNetwork>> list;
-  if (!m.luenberger) list.emplace_back(m.inverse_map, f.inverse_map);
-  if (m.luenberger) list.emplace_back(m.luenberger->nonlinearity, f.nonlinearity);
-  if (m.dynamics) list.emplace_back(*m.dynamics, f.dynamics);
-  if (m.drive) list.emplace_back(m.drive->forward_map, f.forward_map);
+  for (const Named<const Network>& n : networks(m)) list.emplace_back(*n.network, f.network(n.field));
   return list;
 }
 
@@ -86,9 +85,7 @@ TEST(Fold, ChangesNoNetwork) {
         for (std::size_t l = 0; l < folded.layers.size(); ++l) {
           a = (folded.layers[l].weights * a + folded.layers[l].bias).eval();
           if (l + 1 == folded.layers.size()) continue;
-          if (folded.activation == "tanh") a = a.array().tanh();
-          if (folded.activation == "relu") a = a.cwiseMax(0.0);
-          if (folded.activation == "silu") a = a.array() / (1.0 + (-a.array()).exp());
+          a = a.unaryExpr(activation_row(folded.activation).value).eval();
         }
         if (folded.linear_path.size() != 0) a += folded.linear_path * read;
         ASSERT_LT((a - exact(in)).cwiseAbs().maxCoeff(), kTolerance) << m.name;
@@ -98,15 +95,15 @@ TEST(Fold, ChangesNoNetwork) {
 }
 
 TEST(Fold, ReadsTheOutputOnlyWhenAFeatureDoes) {
-  EXPECT_FALSE(fold(tiny_model()).reads_output);
-  EXPECT_TRUE(fold(rig_model()).reads_output);
+  EXPECT_FALSE(fold(tiny_model()).inverse_map()->inputs() > 2);
+  EXPECT_TRUE(fold(rig_model()).inverse_map()->inputs() > 7);
 }
 
 TEST(Fold, OneLayerTakesUpTheLinearPath) {
   Model m = linear_model();
-  m.inverse_map.skip = Eigen::MatrixXd::Constant(2, 2, 0.3);
-  EXPECT_EQ(fold(m).inverse_map.linear_path.size(), 0);
-  EXPECT_NE(fold(m).inverse_map.layers[0].weights, fold(linear_model()).inverse_map.layers[0].weights);
+  inverse_map(m)->skip = Eigen::MatrixXd::Constant(2, 2, 0.3);
+  EXPECT_EQ(fold(m).inverse_map()->linear_path.size(), 0);
+  EXPECT_NE(fold(m).inverse_map()->layers[0].weights, fold(linear_model()).inverse_map()->layers[0].weights);
 }
 
 TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
@@ -115,7 +112,7 @@ TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
   m.provenance = {{"a\n#error key", "1"},          {"escape", "ends with \\"}, {"trigraph", "ends with ?\?/"},
                   {"return", "a\r#error"},         {"block", "*/ #error /*"},  {"unicode", "\xe2\x80\xa8#error"},
                   {"long", std::string(5000, 'x')}};
-  const std::string header = cpp_header(m, {});
+  const std::string header = cpp_header(PreparedExport(m, {}));
   std::istringstream lines(header);
   std::size_t comment_lines = 0;
   for (std::string line; std::getline(lines, line) && line != "#pragma once"; ++comment_lines) {
@@ -129,12 +126,12 @@ TEST(CppHeader, UserTextCanNeitherEndNorContinueAComment) {
 
 TEST(CppHeader, RefusesWhatFloatCannotHold) {
   Model m = tiny_model();
-  m.inverse_map.layers[0].weights(2, 1) = 1e39;
+  inverse_map(m)->layers[0].weights(2, 1) = 1e39;
   EXPECT_THAT(error_of(m), testing::AllOf(HasSubstr("layers[0]."), HasSubstr("beyond the range of float")));
   EXPECT_EQ(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), "no error");
   m = tiny_model();
-  m.inverse_map.output_scale(0) = 1e300;
-  m.inverse_map.layers[1].weights(0, 0) = 1e300;
+  inverse_map(m)->output_scale(0) = 1e300;
+  inverse_map(m)->layers[1].weights(0, 0) = 1e300;
   EXPECT_THAT(error_of(m, {.name = "", .scalar = ScalarType::kDouble}), HasSubstr("overflows"));
   m = tiny_model();
   m.sample_period_s = 1e-60;
@@ -143,7 +140,7 @@ TEST(CppHeader, RefusesWhatFloatCannotHold) {
 
 TEST(CppHeader, RefusesModelsThatAreNotValid) {
   Model m = tiny_model();
-  m.eigenvalues(1) = 0.5;
+  linear_latent(m)->eigenvalues(1) = 0.5;
   EXPECT_THAT(error_of(m), HasSubstr("eigenvalues[1] is 0.5; its real part must be negative"));
 }
 
@@ -179,42 +176,42 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
 }
 
 TEST(CppHeader, IsTheCommittedOne) {
-  expect_golden(cpp_header(tiny_model(), {}), "tiny.h");
+  expect_golden(cpp_header(PreparedExport(tiny_model(), {})), "tiny.h");
 }
 
 TEST(CppHeader, OfADrivenObserverIsTheCommittedOne) {
-  expect_golden(cpp_header(driven_model(), {}), "driven.h");
+  expect_golden(cpp_header(PreparedExport(driven_model(), {})), "driven.h");
 }
 
 TEST(CppHeader, Int16MatchesItsGolden) {
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
-  expect_golden(cpp_header(tiny_model(), options), "tiny_int16.h");
+  expect_golden(cpp_header(PreparedExport(tiny_model(), options)), "tiny_int16.h");
 }
 
 TEST(Replay, IsTheCommittedOne) {
   ExportOptions options;
   options.samples = 40;
   // Tolerances are measured by the machine that exports: its vector width decides the order of sums.
-  const std::string text = replay(tiny_model(), options);
+  const std::string text = replay(PreparedExport(tiny_model(), options));
   expect_golden(std::regex_replace(text, std::regex("(Tolerance\\[\\d+\\] = )\\{[^}]*\\}"), "$1{}"), "tiny_replay.h");
 }
 
 TEST(Replay, TriesEveryStatusAndEveryKindOfStep) {
-  const std::string text = replay(rig_model(), {});
+  const std::string text = replay(PreparedExport(rig_model(), {}));
   for (const char* tried : {"kOk", "kHeld", "kStale", "kClamped", "kMissed}"}) EXPECT_THAT(text, HasSubstr(tried));
   ExportOptions other;
   other.seed = 2;
-  EXPECT_NE(replay(rig_model(), other), text);
+  EXPECT_NE(replay(PreparedExport(rig_model(), other)), text);
   other.samples = 3;
-  EXPECT_THROW(replay(rig_model(), other), Error);
+  EXPECT_THROW(replay(PreparedExport(rig_model(), other)), Error);
 }
 
 TEST(Replay, HoldsInputsToo) {
-  const std::string text = replay(driven_model(), {});
+  const std::string text = replay(PreparedExport(driven_model(), {}));
   EXPECT_THAT(text, HasSubstr("float u[2];"));
   EXPECT_THAT(text, HasSubstr("{kMissed, "));
-  EXPECT_THAT(replay(rig_model(), {}), Not(HasSubstr(" u[")));
+  EXPECT_THAT(replay(PreparedExport(rig_model(), {})), Not(HasSubstr(" u[")));
 }
 
 }  // namespace

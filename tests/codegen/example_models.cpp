@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/codegen/example_models.h"
+#include "codegen/activations.h"
+#include "codegen/hold.h"
 #include "tests/codegen/flown.h"
 
 #include <cmath>
@@ -88,15 +90,15 @@ Model model_with(const std::string& name, const Eigen::VectorXd& eigenvalues, co
   m.outputs = {{"y", "m", 0.0}};
   m.states = states;
   m.sample_period_s = 0.02;
-  m.eigenvalues = eigenvalues;
+  linear_latent(m)->eigenvalues = eigenvalues;
   const Eigen::Index nz = eigenvalues.size();
-  m.output_injection = Eigen::MatrixXd::Ones(nz, 1);
+  linear_latent(m)->output_injection = Eigen::MatrixXd::Ones(nz, 1);
   m.initial_latent = Eigen::VectorXd::Zero(nz);
   m.output_min = Eigen::VectorXd::Constant(1, -3.0);
   m.output_max = Eigen::VectorXd::Constant(1, 3.0);
   m.latent_max = -4.0 * eigenvalues.cwiseInverse();
   m.latent_min = -m.latent_max;
-  Network& map = m.inverse_map;
+  Network& map = *inverse_map(m);
   map.features = Eigen::MatrixXd::Identity(nz, nz + 1);
   map.feature_mean = Eigen::VectorXd::LinSpaced(nz, -0.1, 0.1);
   map.feature_scale = -0.7 * eigenvalues.cwiseInverse();
@@ -138,14 +140,14 @@ Model linear_model() {
 
 Model activation_model(const std::string& activation) {
   Model m = model_with("tiny_" + activation, Eigen::Vector2d(-2.0, -9.0), {{"x1", "", 0.0}, {"x2", "", 0.0}}, {16, 16});
-  m.inverse_map.activation = activation;
+  inverse_map(m)->activation = activation_named(activation).kind;
   return m;
 }
 
 Model hold_model(const std::string& hold) {
   Model m = tiny_model();
   m.name += "_" + hold;
-  m.hold = hold;
+  m.hold = *find_hold(hold);
   return m;
 }
 
@@ -155,28 +157,28 @@ Model rig_model() {
   m.outputs = {{"alpha", "rad", 2.0 * std::numbers::pi}, {"load", "N", 0.0}};
   m.states = {{"alpha_dot", "rad/s", 0.0}, {"load_dot", "N/s", 0.0}, {"phase", "rad", 2.0 * std::numbers::pi}};
   m.sample_period_s = 0.004;
-  m.pairs = 2;
-  m.eigenvalues.resize(7);
-  m.eigenvalues << -40.0, 30.0, -25.0, 35.0, -60.0, -15.0, -2.0;  // pair, pair, real, real, clock
+  linear_latent(m)->pairs = 2;
+  linear_latent(m)->eigenvalues.resize(7);
+  linear_latent(m)->eigenvalues << -40.0, 30.0, -25.0, 35.0, -60.0, -15.0, -2.0;  // pair, pair, real, real, clock
 
   // F = -D on the column of each output: both settle at z = y.
-  m.output_injection = Eigen::MatrixXd::Zero(7, 2);
-  m.output_injection.col(0) << 40.0, -30.0, 0.0, 0.0, 60.0, 0.0, 0.0;
-  m.output_injection.col(1) << 0.0, 0.0, 25.0, -35.0, 0.0, 15.0, 0.0;
+  linear_latent(m)->output_injection = Eigen::MatrixXd::Zero(7, 2);
+  linear_latent(m)->output_injection.col(0) << 40.0, -30.0, 0.0, 0.0, 60.0, 0.0, 0.0;
+  linear_latent(m)->output_injection.col(1) << 0.0, 0.0, 25.0, -35.0, 0.0, 15.0, 0.0;
   m.initial_latent = Eigen::VectorXd::Unit(7, 6);
-  m.starts_steady = true;
+  linear_latent(m)->starts_steady = true;
   m.output_min = Eigen::Vector2d(-std::numbers::pi, -5.0);
   m.output_max = Eigen::Vector2d(std::numbers::pi, 5.0);
   m.latent_max = Eigen::VectorXd::Constant(7, 6.0);
   m.latent_min = Eigen::VectorXd::Constant(7, -6.0);
-  m.relative_outputs = {1};  // the load: z - y lies in a narrower box than z
+  linear_latent(m)->relative_outputs = {1};  // the load: z - y lies in a narrower box than z
   for (const int row : {2, 3, 5}) {
     m.latent_max(row) = 1.0;
     m.latent_min(row) = -1.0;
   }
 
   // z - y for the rows that settle at an output, z for the others, and the load itself.
-  Network& map = m.inverse_map;
+  Network& map = *inverse_map(m);
   map.features = Eigen::MatrixXd::Zero(8, 9);
   map.features.leftCols(7).topRows(7).setIdentity();
   for (const int row : {0, 4}) map.features(row, 7) = -1.0;
@@ -195,12 +197,12 @@ Model rig_model() {
 Model luenberger_model() {
   Model m = blank("pendulum", 1, 2);
   m.initial_latent = Eigen::Vector2d(0.1, -0.2);
-  LuenbergerDynamics l;
+  Luenberger l;
   l.state_matrix = (Eigen::Matrix2d() << 0.0, 1.0, -4.0, -0.3).finished();
   l.output_matrix = Eigen::RowVector2d(1.0, 0.0);
   l.gain = Eigen::Vector2d(3.0, 2.0);
   l.nonlinearity = random_network({2, 8, 2}, 11, 0.4);
-  m.luenberger = l;
+  m.structure = l;
   return with_domain(m);
 }
 
@@ -213,28 +215,26 @@ Model general_model() {
   f.skip.rightCols(2) = Uniform(22).matrix(3, 2, 2.0);
   f.output_scale.setOnes();
   f.feature_scale.setOnes();
-  m.dynamics = f;
-  m.inverse_map = random_network({3, 8, 2}, 23, 1.2);
+  m.structure = General{f, random_network({3, 8, 2}, 23, 1.2)};
   return with_domain(m);
 }
 
 Model driven_model() {
   Model m = blank("driven", 1, 2);
   m.initial_latent = Eigen::Vector3d::Zero();
-  m.pairs = 1;
-  m.eigenvalues = Eigen::Vector3d(-2.0, 3.0, -6.0);
-  m.output_injection = Eigen::Vector3d(2.0, -3.0, 6.0);
-  m.starts_steady = true;
-  m.inverse_map = random_network({4, 12, 2}, 31, 0.8);
-  m.inverse_map.features = Eigen::MatrixXd::Identity(4, 4);
-  m.inverse_map.skip = Uniform(32).matrix(2, 4, 0.5);
-  Drive drive;
+  DrivenKkl& drive = m.structure.emplace<DrivenKkl>();
+  linear_latent(m)->pairs = 1;
+  linear_latent(m)->eigenvalues = Eigen::Vector3d(-2.0, 3.0, -6.0);
+  linear_latent(m)->output_injection = Eigen::Vector3d(2.0, -3.0, 6.0);
+  linear_latent(m)->starts_steady = true;
+  *inverse_map(m) = random_network({4, 12, 2}, 31, 0.8);
+  inverse_map(m)->features = Eigen::MatrixXd::Identity(4, 4);
+  inverse_map(m)->skip = Uniform(32).matrix(2, 4, 0.5);
   drive.inputs = {{"torque", "N m", 0.0}, {"wind", "", 0.0}};
-  drive.input_hold = "first_order";
+  drive.input_hold = Hold::kFirstOrder;
   drive.input_field = {Uniform(33).matrix(4, 2, 0.4), Uniform(34).matrix(4, 1, 1.0)};
   drive.forward_map = random_network({2, 12, 3}, 35, 0.7);
   drive.forward_map.skip = Uniform(36).matrix(3, 2, 0.5);
-  m.drive = drive;
   return with_domain(m);
 }
 

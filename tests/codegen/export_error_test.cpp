@@ -25,7 +25,7 @@ using testing::HasSubstr;
 ExportError error_in(const Model& m, ScalarType scalar) {
   ExportOptions options;
   options.scalar = scalar;
-  return export_error(m, options);
+  return PreparedExport(m, options).error();
 }
 
 TEST(ExportError, IsOfTheOrderOfTheArithmetic) {
@@ -33,18 +33,18 @@ TEST(ExportError, IsOfTheOrderOfTheArithmetic) {
   // weights.
   constexpr double kDouble = 1e-13, kFloat = 1e-5, kInt16 = 2e-3;
   for (const Model& m : example_models()) {
-    const double largest = run_replay(m, {}).x_hat.cwiseAbs().maxCoeff();
-    const ErrorReplay replay(m);
+    const double largest = run_replay(PreparedExport(m)).x_hat.cwiseAbs().maxCoeff();
+    const PreparedExport prepared(m);
     const auto in = [&](ScalarType scalar) {
       ExportOptions options;
       options.scalar = scalar;
-      return replay.error(options).max.maxCoeff() / largest;
+      return prepared.with(options).error().max.maxCoeff() / largest;
     };
     const double in_double = in(ScalarType::kDouble), in_float = in(ScalarType::kFloat);
     EXPECT_LT(in_double, kDouble) << m.name;
     EXPECT_LT(in_float, kFloat) << m.name;
     EXPECT_GT(in_float, kDouble) << m.name;
-    if (structure(m) != "kkl" || m.inverse_map.activation == "silu") continue;
+    if (structure_name(m) != "kkl" || inverse_map(m)->activation == Activation::kSilu) continue;
     const double in_int16 = in(ScalarType::kInt16);
     EXPECT_LT(in_int16, kInt16) << m.name;
     EXPECT_GT(in_int16, in_float) << m.name;
@@ -69,7 +69,7 @@ TEST(ExportError, OfASmallDomainIsOverAsMany) {
   Model m = paper_model();  // z = y / |lambda| at rest: y within 2 and 2.08, where tones about the middle do not go
   m.latent_min = 0.50 * m.latent_max;
   m.latent_max *= 0.52;
-  const ReplayRun run = run_replay(m, {});
+  const ReplayRun run = run_replay(PreparedExport(m));
   EXPECT_LT(std::count(run.in_domain.begin(), run.in_domain.end(), true), 20) << "the golden replay has few there";
   EXPECT_GE(error_in(m, ScalarType::kInt16).samples, 10000);
 }
@@ -91,22 +91,22 @@ TEST(ExportError, CountsTheSamplesOfRecordedFlights) {
   const Model m = flown(paper_model(), 24, 500, 0.8);
   const ExportError error = error_in(m, ScalarType::kFloat);
   EXPECT_EQ(error.recorded, 12000);
-  EXPECT_THAT(error_table(m, {}, error), HasSubstr("12,000 of flights that training recorded"));
+  EXPECT_THAT(error_table(PreparedExport(m)), HasSubstr("12,000 of flights that training recorded"));
 }
 
 TEST(ExportError, OfFlightsRefusesWhatTheTonesOfAReplayPassed) {
   const Model m = flown(activation_model("tanh"), 24, 500);
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
-  const ReplayRun run = run_replay(m, options);
+  const ReplayRun run = run_replay(PreparedExport(m, options));
   Eigen::VectorXd of_tones = Eigen::VectorXd::Zero(m.nx());
   for (std::size_t k = 0; k < run.in_domain.size(); ++k) {
     const auto at = static_cast<Eigen::Index>(k);
     if (run.in_domain[k]) of_tones = of_tones.cwiseMax((run.exported_x_hat.col(at) - run.x_hat.col(at)).cwiseAbs());
   }
-  const ExportError error = export_error(m, options);
+  const ExportError error = PreparedExport(m, options).error();
   EXPECT_GT(error.max(0), 1.1 * of_tones(0));
-  EXPECT_THAT(beyond_limits(m, options, error, 1.05 * of_tones),
+  EXPECT_THAT(beyond_limits(PreparedExport(m, options), 1.05 * of_tones),
               HasSubstr("within its domain, and --max-error allows"));
 }
 
@@ -116,11 +116,11 @@ TEST(ExportError, OutsideOfTheDomainIsStatedBesideAndJudgedByNobody) {
   m.latent_max *= 0.3;
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
-  const ExportError error = export_error(m, options);
+  const ExportError error = PreparedExport(m, options).error();
   EXPECT_GT(error.outside, 20);
   EXPECT_GT(error.max_outside.maxCoeff(), 50.0 * error.max.maxCoeff());
-  EXPECT_EQ(beyond_limits(m, options, error, 1.01 * error.max), "");
-  EXPECT_THAT(error_table(m, options, error), HasSubstr(fmt::format("{:.1e}\n", error.max_outside(1))));
+  EXPECT_EQ(beyond_limits(PreparedExport(m, options), 1.01 * error.max), "");
+  EXPECT_THAT(error_table(PreparedExport(m, options)), HasSubstr(fmt::format("{:.1e}\n", error.max_outside(1))));
 }
 
 TEST(ExportError, ItsNumbersAreInOrder) {
@@ -170,9 +170,9 @@ TEST(ErrorLimits, BeyondThemTheStateTheErrorAndTheMendAreNamed) {
   const Model m = paper_model();
   ExportOptions options;
   options.scalar = ScalarType::kInt16;
-  const ExportError error = export_error(m, options);
-  EXPECT_EQ(beyond_limits(m, options, error, 1.01 * error.max), "");
-  const std::string refusal = beyond_limits(m, options, error, Eigen::Vector2d(1.0, 0.99 * error.max(1)));
+  const ExportError error = PreparedExport(m, options).error();
+  EXPECT_EQ(beyond_limits(PreparedExport(m, options), 1.01 * error.max), "");
+  const std::string refusal = beyond_limits(PreparedExport(m, options), Eigen::Vector2d(1.0, 0.99 * error.max(1)));
   for (const char* part : {"x2 [m/s] is off by", "in int16", "nothing is written", "--scalar float is off by", "train"})
     EXPECT_THAT(refusal, HasSubstr(part));
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "codegen/model_file.h"
-#include "codegen/number_formats.h"
+#include "codegen/prepared_export.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "tests/codegen/example_models.h"
@@ -23,10 +23,7 @@ int main(int argc, char** argv) {
     for (Model& model : models) {
       if (argc == 1) std::printf("%s\n", model.name.c_str());
       if (argc < 6 || model.name != argv[1]) continue;
-      Network& network = model.luenberger ? model.luenberger->nonlinearity
-                         : model.dynamics ? *model.dynamics
-                         : model.drive    ? model.drive->forward_map
-                                          : model.inverse_map;
+      Network& network = *networks(model).back().network;
       if (argc == 7) network.layers.back().weights(0, 0) *= std::stod(argv[6]);
       ExportOptions options;
       std::istringstream numbers(argv[3]);
@@ -34,14 +31,13 @@ int main(int argc, char** argv) {
       std::getline(numbers, scalar, ',') && std::getline(numbers, weights, ',') && std::getline(numbers, max_error);
       options.scalar = scalar_type(scalar);
       options.weights = weight_type(weights.empty() ? "float" : weights);
-      if (!max_error.empty()) options = with_cheapest_tanh(model, options, max_error);
       options.name = argv[4];
       if (std::string(argv[2]) == "model") {
         write_model(model, argv[5]);
         return 0;
       }
       const ExportTarget& target = export_target(argv[2]);
-      const std::vector<NamedText> files = target.generate(model, options);
+      const std::vector<NamedText> files = target.generate(PreparedExport(model, options, max_error));
       check_export(target, files, argv[5]);
       write_export(target, files, argv[5]);
       return 0;

@@ -48,7 +48,7 @@ TEST(Budget, BadOnesAreRefused) {
 }
 
 TEST(Needs, WhatTheModelDecidesIsExact) {
-  for (const Need& need : needs(tiny_model(), in(ScalarType::kFloat))) {
+  for (const Need& need : needs(PreparedExport(tiny_model(), in(ScalarType::kFloat)))) {
     EXPECT_EQ(need.constants, 168);  // as tests/golden/tiny.h states, and compile_exports.sh counts
     EXPECT_EQ(need.observer, 20);
     EXPECT_EQ(need.multiply_adds, 6 + 12);
@@ -57,7 +57,8 @@ TEST(Needs, WhatTheModelDecidesIsExact) {
 
 TEST(Needs, LargerNetworksNeedMoreOfEverything) {
   for (const ScalarType scalar : {ScalarType::kFloat, ScalarType::kInt16}) {
-    const std::vector<Need> small = needs(tiny_model(), in(scalar)), large = needs(paper_model(), in(scalar));
+    const std::vector<Need> small = needs(PreparedExport(tiny_model(), in(scalar))),
+                            large = needs(PreparedExport(paper_model(), in(scalar)));
     ASSERT_EQ(small.size(), 4U);
     for (std::size_t i = 0; i < small.size(); ++i) {
       EXPECT_LT(small[i].constants, large[i].constants);
@@ -69,12 +70,13 @@ TEST(Needs, LargerNetworksNeedMoreOfEverything) {
 }
 
 TEST(Needs, WhatTheTableDoesNotKnowIsRefused) {
-  EXPECT_THAT(error_of([] { needs(driven_model(), {}); }), HasSubstr("this model is driven_kkl"));
-  EXPECT_THAT(error_of([] { needs(tiny_model(), in(ScalarType::kDouble)); }), HasSubstr("emulate double"));
+  EXPECT_THAT(error_of([] { needs(PreparedExport(driven_model(), {})); }), HasSubstr("this model is driven_kkl"));
+  EXPECT_THAT(error_of([] { needs(PreparedExport(tiny_model(), in(ScalarType::kDouble))); }),
+              HasSubstr("emulate double"));
 }
 
 TEST(Shortfall, NamesCoreAmountAndMend) {
-  const std::vector<Need> all = needs(paper_model(), in(ScalarType::kFloat));
+  const std::vector<Need> all = needs(PreparedExport(paper_model(), in(ScalarType::kFloat)));
   EXPECT_EQ(shortfall(all, budget("flash=64K,ram=2K,mac=10000")), "");
   const std::string short_of_all = shortfall(all, budget("flash=32K,ram=100,mac=5000"));
   for (const char* part : {"multiply-adds 7759 of 5000, 2759 too many", "M0+ flash", "M33 RAM", "core=m4f"})

@@ -35,13 +35,13 @@ TEST(Library, PacksTheRuntimeThatTheHeaderIncludesAndNoEigen) {
   EXPECT_THAT(runtime_headers("#include <nlo/driven_kkl_observer.h>"), Contains("nlo/exponential_rk.h"));
   EXPECT_TRUE(runtime_headers("#include <string>").empty());
   EXPECT_THROW(runtime_headers("#include <nlo/none.h>"), std::logic_error) << "a header that is missing is seen here";
-  const auto files = arduino_library(tiny_model(), {});
+  const auto files = arduino_library(PreparedExport(tiny_model(), {}));
   EXPECT_EQ(text_of(files, "src/nlo/vector.h"), read_file(NLO_SOURCE_DIR "/runtime/include/nlo/vector.h"));
 }
 
 TEST(Library, EveryPathStaysInsideAndIsThereOnce) {
   for (const Model& model : example_models()) {
-    for (const auto& files : {arduino_library(model, {}), zephyr_module(model, {})}) {
+    for (const auto& files : {arduino_library(PreparedExport(model, {})), zephyr_module(PreparedExport(model, {}))}) {
       std::set<std::string> paths;
       for (const NamedText& file : files) {
         EXPECT_TRUE(paths.insert(file.path).second) << file.path;
@@ -53,7 +53,7 @@ TEST(Library, EveryPathStaysInsideAndIsThereOnce) {
 }
 
 TEST(Library, JsonIsJsonAndNamesTheHeader) {
-  const auto json = nlohmann::json::parse(text_of(arduino_library(rig_model(), {}), "library.json"));
+  const auto json = nlohmann::json::parse(text_of(arduino_library(PreparedExport(rig_model(), {})), "library.json"));
   EXPECT_EQ(json.at("headers"), "rig.h");
   EXPECT_EQ(json.at("name"), "rig");
 }
@@ -61,21 +61,21 @@ TEST(Library, JsonIsJsonAndNamesTheHeader) {
 TEST(Library, UserTextStaysInItsLine) {
   Model m = tiny_model();
   m.states[0].unit = "\"\n}\\\r\n#error";
-  const auto files = arduino_library(m, {});
+  const auto files = arduino_library(PreparedExport(m, {}));
   EXPECT_TRUE(nlohmann::json::accept(text_of(files, "library.json")));
   EXPECT_THAT(text_of(files, "library.properties"), Not(HasSubstr("\n#error")));
-  EXPECT_THAT(text_of(zephyr_module(m, {}), "Kconfig"), Not(HasSubstr("\n#error")));
+  EXPECT_THAT(text_of(zephyr_module(PreparedExport(m, {})), "Kconfig"), Not(HasSubstr("\n#error")));
 }
 
 TEST(Library, HasAC99PairForObserversThatHaveOne) {
   const auto has = [](const std::vector<NamedText>& files, const std::string& word) {
     return std::ranges::any_of(files, [&](const NamedText& file) { return file.path.find(word) != std::string::npos; });
   };
-  EXPECT_TRUE(has(arduino_library(tiny_model(), {}), "tiny_c99.c"));
-  EXPECT_TRUE(has(zephyr_module(tiny_model(), {}), "src/tiny_c99.c"));
-  EXPECT_FALSE(has(arduino_library(driven_model(), {}), "_c99"));
-  EXPECT_THAT(text_of(zephyr_module(driven_model(), {}), "Kconfig"), Not(HasSubstr("C99")));
-  EXPECT_THAT(text_of(zephyr_module(driven_model(), {}), "CMakeLists.txt"), Not(HasSubstr("_c99.c")));
+  EXPECT_TRUE(has(arduino_library(PreparedExport(tiny_model(), {})), "tiny_c99.c"));
+  EXPECT_TRUE(has(zephyr_module(PreparedExport(tiny_model(), {})), "src/tiny_c99.c"));
+  EXPECT_FALSE(has(arduino_library(PreparedExport(driven_model(), {})), "_c99"));
+  EXPECT_THAT(text_of(zephyr_module(PreparedExport(driven_model(), {})), "Kconfig"), Not(HasSubstr("C99")));
+  EXPECT_THAT(text_of(zephyr_module(PreparedExport(driven_model(), {})), "CMakeLists.txt"), Not(HasSubstr("_c99.c")));
 }
 
 }  // namespace

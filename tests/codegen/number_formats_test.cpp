@@ -39,8 +39,8 @@ ExportOptions with_weights(WeightType weights) {
   return options;
 }
 
-double error_with(const ErrorReplay& replay, const ExportOptions& options) {
-  return replay.error(options).max.maxCoeff();
+double error_with(const PreparedExport& plain, const ExportOptions& options) {
+  return plain.with(options).error().max.maxCoeff();
 }
 
 TEST(Rounded, IsWhatTheRuntimeMakesOfEveryFloat) {
@@ -72,26 +72,26 @@ TEST(Rounded, RoundsOnceNotByWayOfFloat) {
 }
 
 TEST(HalfWeights, MatchTheirGolden) {
-  expect_golden(cpp_header(tiny_model(), with_weights(WeightType::kBfloat16)), "tiny_bf16.h");
+  expect_golden(cpp_header(PreparedExport(tiny_model(), with_weights(WeightType::kBfloat16))), "tiny_bf16.h");
 }
 
 TEST(HalfWeights, CostAnErrorOfTheOrderOfTheirRounding) {
   // Relative roundings 2^-9 and 2^-12, some layers of them; a replay in float is off by 1e-6.
   for (const Model& m : {paper_model(), rig_model(), luenberger_model(), general_model(), driven_model()}) {
-    const double largest = run_replay(m, {}).x_hat.cwiseAbs().maxCoeff();
-    const ErrorReplay replay(m);
-    const double bf16 = error_with(replay, with_weights(WeightType::kBfloat16)) / largest;
-    const double fp16 = error_with(replay, with_weights(WeightType::kFloat16)) / largest;
+    const double largest = run_replay(PreparedExport(m)).x_hat.cwiseAbs().maxCoeff();
+    const PreparedExport plain(m);
+    const double bf16 = error_with(plain, with_weights(WeightType::kBfloat16)) / largest;
+    const double fp16 = error_with(plain, with_weights(WeightType::kFloat16)) / largest;
     EXPECT_LT(bf16, 8 * 0x1p-9) << m.name;
     EXPECT_LT(fp16, 8 * 0x1p-12) << m.name;
     EXPECT_LT(fp16, bf16) << m.name;
-    EXPECT_GT(fp16, 3 * error_with(replay, {}) / largest) << m.name;
+    EXPECT_GT(fp16, 3 * error_with(plain, {}) / largest) << m.name;
   }
 }
 
 TEST(HalfWeights, LeaveBiasesAndLinearPathsAsTheyAre) {
-  const FoldedNetwork whole = fold(rig_model()).inverse_map;
-  const FoldedNetwork half = fold(rig_model(), with_weights(WeightType::kFloat16)).inverse_map;
+  const FoldedNetwork whole = *fold(rig_model()).inverse_map();
+  const FoldedNetwork half = *in_formats(fold(rig_model()), with_weights(WeightType::kFloat16)).inverse_map();
   EXPECT_EQ(half.linear_path, whole.linear_path);
   for (std::size_t l = 0; l < whole.layers.size(); ++l) {
     EXPECT_EQ(half.layers[l].bias, whole.layers[l].bias);
@@ -100,9 +100,9 @@ TEST(HalfWeights, LeaveBiasesAndLinearPathsAsTheyAre) {
 }
 
 std::string refusal_of(const Model& model, const ExportOptions& options,
-                       std::string (*text)(const Model&, const ExportOptions&) = cpp_header) {
+                       std::string (*text)(const PreparedExport&) = cpp_header) {
   try {
-    text(model, options);
+    text(PreparedExport(model, options));
   } catch (const Error& error) {
     return error.what();
   }
@@ -111,7 +111,7 @@ std::string refusal_of(const Model& model, const ExportOptions& options,
 
 TEST(HalfWeights, BeyondTheirRangeNameTheLayerAndTheMend) {
   Model m = tiny_model();
-  m.inverse_map.layers[1].weights(0, 2) = 1e5;
+  inverse_map(m)->layers[1].weights(0, 2) = 1e5;
   for (const auto text : {cpp_header, replay})
     EXPECT_THAT(refusal_of(m, with_weights(WeightType::kFloat16), text),
                 testing::AllOf(HasSubstr("inverse_map.layers[1].weights"), HasSubstr("fp16"), HasSubstr("bf16")));
@@ -125,24 +125,24 @@ TEST(HalfWeights, AreForFloatAndForTheCppTargets) {
     EXPECT_THAT(refusal_of(tiny_model(), options), HasSubstr("is for --scalar float"));
   }
   const ExportOptions options = with_weights(WeightType::kFloat16);
-  EXPECT_THROW(c99(tiny_model(), options), Error);
-  EXPECT_THROW(replay_c99(tiny_model(), options), Error);
-  EXPECT_THROW(arduino_library(tiny_model(), options), Error);
-  EXPECT_THROW(zephyr_module(tiny_model(), options), Error);
+  EXPECT_THROW(c99(PreparedExport(tiny_model(), options)), Error);
+  EXPECT_THROW(replay_c99(PreparedExport(tiny_model(), options)), Error);
+  EXPECT_THROW(arduino_library(PreparedExport(tiny_model(), options)), Error);
+  EXPECT_THROW(zephyr_module(PreparedExport(tiny_model(), options)), Error);
   EXPECT_THROW(weight_type("half"), Error);
 }
 
 TEST(CheapestTanh, IsTheFirstWhoseMeasuredErrorIsWithinTheLimit) {
   for (const Model& m : {paper_model(), general_model(), driven_model()}) {
-    const ErrorReplay replay(m);
+    const PreparedExport plain(m);
     std::vector<double> errors;
     for (const TanhTier& tier : kTanhTiers) {
       ExportOptions options;
       options.tanh = tier.kind;
-      errors.push_back(error_with(replay, options));
+      errors.push_back(error_with(plain, options));
     }
     ASSERT_GT(errors[0], 2.0 * errors[1]) << m.name;
-    const auto chosen = [&m](double limit) { return with_cheapest_tanh(m, {}, fmt::format("{}", limit)).tanh; };
+    const auto chosen = [&m](double limit) { return PreparedExport(m, {}, fmt::format("{}", limit)).options().tanh; };
     EXPECT_EQ(chosen(1.01 * errors[0]), Activation::kTanh5e5) << m.name;
     EXPECT_EQ(chosen(0.99 * errors[0]), Activation::kTanh5e6) << m.name;
     EXPECT_EQ(chosen(0.5 * std::min(errors[1], errors[2])), Activation::kTanh) << m.name;
@@ -151,37 +151,38 @@ TEST(CheapestTanh, IsTheFirstWhoseMeasuredErrorIsWithinTheLimit) {
 
 TEST(CheapestTanh, IsTheSameInEveryTargetAndSaysWhy) {
   const Model m = activation_model("tanh");
-  const ExportOptions options = with_cheapest_tanh(m, {}, "x1=1,x2=1");
-  const std::string header = cpp_header(m, options);
+  const ExportOptions options = PreparedExport(m, {}, "x1=1,x2=1").options();
+  const std::string header = cpp_header(PreparedExport(m, options));
   EXPECT_THAT(header, HasSubstr("make_mlp<Activation::kTanh5e5>"));
   EXPECT_THAT(header, HasSubstr("// tanh within 5e-05 (Activation::kTanh5e5): the cheapest that is within --max-error "
                                 "x1=1,x2=1.\n"));
   EXPECT_THAT(header, HasSubstr("nlo export model.json --max-error x1=1,x2=1 -o"));
-  EXPECT_THAT(replay(m, options), HasSubstr("--target replay --max-error x1=1,x2=1 -o"));
-  EXPECT_NE(replay(m, options), replay(m, {})) << "its tolerances are of that tanh";
-  for (const NamedText& file : arduino_library(m, options)) {
+  EXPECT_THAT(replay(PreparedExport(m, options)), HasSubstr("--target replay --max-error x1=1,x2=1 -o"));
+  EXPECT_NE(replay(PreparedExport(m, options)), replay(PreparedExport(m, {}))) << "its tolerances are of that tanh";
+  for (const NamedText& file : arduino_library(PreparedExport(m, options))) {
     if (file.path == "src/tiny_tanh.h") {
       EXPECT_THAT(file.text, HasSubstr("make_mlp<Activation::kTanh5e5>"));
     }
     if (file.path.ends_with(".c")) {
-      EXPECT_EQ(file.text, c99(m, {.name = "tiny_tanh_c99"})[1].text);
+      EXPECT_EQ(file.text, c99(PreparedExport(m, {.name = "tiny_tanh_c99"}))[1].text);
     }
   }
-  EXPECT_EQ(replay_c99(m, options), replay_c99(m, {})) << "C99 has the most accurate one";
+  EXPECT_EQ(replay_c99(PreparedExport(m, options)), replay_c99(PreparedExport(m, {})))
+      << "C99 has the most accurate one";
 }
 
 TEST(CheapestTanh, IsLeftAloneWhereThereIsNothingToChoose) {
   ExportOptions in_double;
   in_double.scalar = ScalarType::kDouble;
-  EXPECT_EQ(with_cheapest_tanh(tiny_model(), in_double, "1").tanh, Activation::kTanh);
+  EXPECT_EQ(PreparedExport(tiny_model(), in_double, "1").options().tanh, Activation::kTanh);
   for (const Model& m : {activation_model("relu"), activation_model("silu"), linear_model()})
-    EXPECT_EQ(cpp_header(m, with_cheapest_tanh(m, {}, "1")), cpp_header(m, {})) << m.name;
-  EXPECT_THAT(cpp_header(tiny_model(), {}), HasSubstr("make_mlp<Activation::kTanh>"));
+    EXPECT_EQ(cpp_header(PreparedExport(m, {}, "1")), cpp_header(PreparedExport(m))) << m.name;
+  EXPECT_THAT(cpp_header(PreparedExport(tiny_model(), {})), HasSubstr("make_mlp<Activation::kTanh>"));
 }
 
 TEST(LargeNetworks, AreWrittenAsTheyLieInMemory) {
-  EXPECT_THAT(cpp_header(paper_model(), {}), Not(HasSubstr("PanelDense")));
-  const std::string header = cpp_header(mixed_model(), {});
+  EXPECT_THAT(cpp_header(PreparedExport(paper_model(), {})), Not(HasSubstr("PanelDense")));
+  const std::string header = cpp_header(PreparedExport(mixed_model(), {}));
   for (const char* layer : {"constexpr Dense<float, 3, 18>", "constexpr PanelDense<float, 18, 300>",
                             "constexpr PanelDense<float, 300, 60>", "constexpr Dense<float, 60, 2>"})
     EXPECT_THAT(header, HasSubstr(layer));
@@ -190,13 +191,13 @@ TEST(LargeNetworks, AreWrittenAsTheyLieInMemory) {
 TEST(LargeNetworks, LieAsTheRuntimeLaysOutTheirNeurons) {
   constexpr int kIn = 18, kOut = 300;
   using Panels = PanelDense<float, kIn, kOut>;
-  const Eigen::MatrixXd weights = fold(mixed_model()).inverse_map.layers[1].weights;
+  const Eigen::MatrixXd weights = fold(mixed_model()).inverse_map()->layers[1].weights;
   static Dense<float, kIn, kOut> layer;
   for (int o = 0; o < kOut; ++o)
     for (int i = 0; i < kIn; ++i) layer.weights[o][i] = static_cast<float>(weights(o, i));
   if constexpr (std::is_same_v<decltype(pack(layer)), Panels>) {  // this machine has vectors
     const Panels packed = pack(layer);
-    const std::string header = cpp_header(mixed_model(), {});
+    const std::string header = cpp_header(PreparedExport(mixed_model(), {}));
     std::size_t at = header.find("{", header.find(".weights = ", header.find("kLayer2 = "))) + 1;
     for (const float weight : packed.weights) {
       std::size_t length = 0;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "codegen/activations.h"
 #include "codegen/quantise.h"
 
 #include <gmock/gmock.h>
@@ -9,7 +10,7 @@
 
 #include "bench/random_quantised_model.h"
 #include "codegen/error.h"
-#include "codegen/reference_network.h"
+#include "codegen/reference/network.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {
@@ -48,7 +49,7 @@ void expect_same_bits() {
   QuantisedMap<Mlp, LinearPath<float, 3, 2>> map{};
   const auto random = bench::random_quantised_map<kKind, kWidth, kDepth>();
   map.mlp = random.mlp;
-  QuantisedNetwork network{kKind == Activation::kTanh ? "tanh" : "relu",
+  QuantisedNetwork network{kKind,
                            Eigen::Vector3f(0.1F, -2.0F, 0.0F),
                            Eigen::Vector3f(6553.4F, 1e4F, 3e3F),
                            {},
@@ -112,7 +113,7 @@ double relative_error(const FoldedNetwork& folded, const InputBox& box, const Qu
     for (std::size_t l = 0; l < folded.layers.size(); ++l) {
       a = (folded.layers[l].weights * a + folded.layers[l].bias).eval();
       if (l + 1 == folded.layers.size()) break;
-      a = folded.activation == "relu" ? a.cwiseMax(0.0).eval() : a.array().tanh().matrix().eval();
+      a = a.unaryExpr(activation_row(folded.activation).value).eval();
     }
     if (folded.linear_path.size() != 0) a += folded.linear_path * in;
     error = std::max(error, (evaluate(q, in.cast<float>()).cast<double>() - a).cwiseAbs().maxCoeff());
@@ -122,7 +123,7 @@ double relative_error(const FoldedNetwork& folded, const InputBox& box, const Qu
 }
 
 bool has_int16(const Model& m) {
-  return structure(m) == "kkl" && m.inverse_map.activation != "silu";
+  return structure_name(m) == "kkl" && inverse_map(m)->activation != Activation::kSilu;
 }
 
 // 16 bits of weights whose rows must leave room for the worst sum: some 12 remain, over four layers of 50 at most.
@@ -134,7 +135,7 @@ TEST(Quantise, CannotOverflowAndStaysWithinItsBound) {
     const FoldedModel folded = fold(m);
     const QuantisedNetwork q = quantise(m, folded);
     expect_no_overflow(q);
-    const double error = relative_error(folded.inverse_map, input_box(m, folded), q);
+    const double error = relative_error(*folded.inverse_map(), input_box(m, folded), q);
     EXPECT_LT(error, kBound) << m.name;
   }
 }
@@ -158,11 +159,11 @@ TEST(Quantise, SaysWhatItSupports) {
 TEST(Quantise, HugeWeightsAreRefusedWithTheirLayer) {
   for (const double huge : {1e6, 1e30, 1e300}) {
     Model m = tiny_model();
-    m.inverse_map.layers[0].weights(2, 1) = huge;
+    inverse_map(m)->layers[0].weights(2, 1) = huge;
     EXPECT_THAT(error_of(m), HasSubstr("inverse_map.layers[0]: neuron 2 sums up to")) << huge;
   }
   Model m = tiny_model();
-  m.inverse_map.layers[1].weights(0, 1) = 1e300;
+  inverse_map(m)->layers[1].weights(0, 1) = 1e300;
   EXPECT_THAT(error_of(m), HasSubstr("inverse_map.layers[1]: row 0"));
 }
 
@@ -171,33 +172,33 @@ double error_of_quantised(const Model& m) {
   const FoldedModel folded = fold(m);
   const QuantisedNetwork q = quantise(m, folded);
   expect_no_overflow(q);
-  return relative_error(folded.inverse_map, input_box(m, folded), q);
+  return relative_error(*folded.inverse_map(), input_box(m, folded), q);
 }
 
 TEST(Quantise, RowsAndLayersOfZerosAreExact) {
   for (const char* activation : {"tanh", "relu"}) {
     Model m = activation_model(activation);
-    m.inverse_map.layers[0].weights.row(3).setZero();
-    m.inverse_map.layers[1].bias(5) = 0.0;
-    m.inverse_map.layers[1].weights.row(5).setZero();
+    inverse_map(m)->layers[0].weights.row(3).setZero();
+    inverse_map(m)->layers[1].bias(5) = 0.0;
+    inverse_map(m)->layers[1].weights.row(5).setZero();
     EXPECT_LT(error_of_quantised(m), kBound) << activation;
-    for (DenseLayer& layer : m.inverse_map.layers) {
+    for (DenseLayer& layer : inverse_map(m)->layers) {
       layer.weights.setZero();
       layer.bias.setZero();
     }
-    m.inverse_map.output_mean = Eigen::Vector2d(0.5, -3.0);
+    inverse_map(m)->output_mean = Eigen::Vector2d(0.5, -3.0);
     EXPECT_LT(error_of_quantised(m), 1e-6) << activation;  // rounding of float: only the means are left
   }
 }
 
 TEST(Quantise, BiasesFarLargerThanWeightsSaturateOrDominate) {
   Model m = activation_model("tanh");
-  m.inverse_map.layers[0].bias(1) = 1e9;  // always 1
-  m.inverse_map.layers[1].bias(2) = -1e300;
+  inverse_map(m)->layers[0].bias(1) = 1e9;  // always 1
+  inverse_map(m)->layers[1].bias(2) = -1e300;
   EXPECT_LT(error_of_quantised(m), kBound);
   m = activation_model("relu");
-  m.inverse_map.layers[0].bias.setConstant(100.0);
-  m.inverse_map.layers[2].bias.setConstant(1e6);
+  inverse_map(m)->layers[0].bias.setConstant(100.0);
+  inverse_map(m)->layers[2].bias.setConstant(1e6);
   EXPECT_LT(error_of_quantised(m), kBound);
 }
 
@@ -220,7 +221,7 @@ TEST(Quantise, AnyWeightsGiveAnErrorOrSumsThatFit) {
   int refused = 0, made = 0;
   for (int trial = 0; trial < 300; ++trial) {
     Model m = activation_model(trial % 2 == 0 ? "tanh" : "relu");
-    for (DenseLayer& layer : m.inverse_map.layers) {
+    for (DenseLayer& layer : inverse_map(m)->layers) {
       const double weight = decades(4.0F), bias = decades(6.0F);
       for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
         layer.weights.row(o) *= random() < -0.8F ? 0.0 : weight * decades(1.0F);
@@ -247,11 +248,11 @@ TEST(Quantise, AnyWeightsGiveAnErrorOrSumsThatFit) {
 /// Mean of quantised minus exact over the box: what rounding down all the time would shift.
 TEST(Quantise, RoundingDownIsMadeUpFor) {
   Model m = activation_model("tanh");
-  m.inverse_map.layers.back().weights = m.inverse_map.layers.back().weights.cwiseAbs().eval();  // shifts add up
+  inverse_map(m)->layers.back().weights = inverse_map(m)->layers.back().weights.cwiseAbs().eval();  // shifts add up
   const FoldedModel folded = fold(m);
   QuantisedNetwork q = quantise(m, folded);
   const auto mean_error = [&](const QuantisedNetwork& network) {
-    const ReferenceNetwork<double> exact(m.inverse_map);
+    const ReferenceNetwork<double> exact(*inverse_map(m));
     double sum = 0.0;
     constexpr int kInputs = 4000;
     for (int k = 0; k < kInputs; ++k) {
@@ -272,9 +273,9 @@ TEST(Quantise, ReluTakesItsRangesFromTheRecordOfTraining) {
   Model m = activation_model("relu");
   const FoldedModel folded = fold(m);
   const InputBox box = input_box(m, folded);
-  const std::vector<double> guessed = largest_activations(m, folded.inverse_map, box);
-  m.inverse_map.largest_activations = {guessed[0] / 2.2, guessed[1] / 2.2};
-  const std::vector<double> recorded = largest_activations(m, folded.inverse_map, box);
+  const std::vector<double> guessed = largest_activations(*inverse_map(m), *folded.inverse_map(), box);
+  inverse_map(m)->largest_activations = {guessed[0] / 2.2, guessed[1] / 2.2};
+  const std::vector<double> recorded = largest_activations(*inverse_map(m), *folded.inverse_map(), box);
   for (std::size_t l = 0; l < 2; ++l) EXPECT_NEAR(recorded[l], guessed[l] / 2.0, 1e-12 * guessed[l]);
   // Half the range, half the unit: the same integers stand for half as much.
   EXPECT_EQ(quantise(m, folded).layers[0].shift, quantise(activation_model("relu"), folded).layers[0].shift - 1);

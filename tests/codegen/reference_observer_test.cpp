@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/reference_observer.h"
+#include "codegen/latent_step.h"
+#include "codegen/reference/observer.h"
 
 #include <gtest/gtest.h>
 
@@ -28,14 +29,14 @@ Eigen::VectorXd times(const Model& m, Eigen::Index samples) {
 
 /// Inputs of a driven model within +-1; none for another.
 Eigen::MatrixXd smooth_inputs(const Model& m, const Eigen::VectorXd& time_s) {
-  Eigen::MatrixXd u(m.nu(), m.drive ? time_s.size() : 0);
+  Eigen::MatrixXd u(m.nu(), m.nu() > 0 ? time_s.size() : 0);
   for (int i = 0; i < m.nu(); ++i) u.row(i) = (2.3 * time_s.array() + i).sin();
   return u;
 }
 
 /// D as a matrix.
 Eigen::MatrixXd latent_matrix(const Model& m) {
-  return block_diagonal(m, m.eigenvalues);
+  return block_diagonal(m, linear_latent(m)->eigenvalues);
 }
 
 TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
@@ -52,7 +53,7 @@ TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
       for (int i = 0; i < kSubsteps; ++i) {
         const auto slope = [&](const Eigen::VectorXd& at, double part) -> Eigen::VectorXd {
           const double s = (i + part) / kSubsteps;
-          return d * at + m.output_injection * ((1 - s) * y.col(k) + s * y.col(k + 1));
+          return d * at + linear_latent(m)->output_injection * ((1 - s) * y.col(k) + s * y.col(k + 1));
         };
         const Eigen::VectorXd k1 = slope(z, 0), k2 = slope(z + h / 2 * k1, 0.5), k3 = slope(z + h / 2 * k2, 0.5),
                               k4 = slope(z + h * k3, 1);
@@ -67,7 +68,7 @@ TEST(ReferenceObserver, LatentSolvesTheDifferentialEquationBetweenRamps) {
 Eigen::VectorXd after_a_second(Model m, int steps) {
   m.sample_period_s = 1.0 / steps;
   const Eigen::RowVectorXd t = Eigen::RowVectorXd::LinSpaced(steps + 1, 0.0, 1.0);
-  Eigen::MatrixXd y(m.ny(), steps + 1), u(m.nu(), m.drive ? steps + 1 : 0);
+  Eigen::MatrixXd y(m.ny(), steps + 1), u(m.nu(), m.nu() > 0 ? steps + 1 : 0);
   for (int j = 0; j < m.ny(); ++j) y.row(j) = ((j + 1.0) * t).array() - 0.5;
   for (int i = 0; i < m.nu(); ++i) u.row(i) = 1.0 - (i + 1.0) * t.array();
   return ReferenceObserver<double>(m).run(y, u, t.transpose(), true).z.rightCols<1>();
@@ -94,7 +95,7 @@ TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
     const auto run = observer.run(y, u, t, false);
     observer.reset();
     for (Eigen::Index k = 0; k < t.size(); ++k) {
-      const Eigen::VectorXd input = m.drive ? Eigen::VectorXd(u.col(k)) : Eigen::VectorXd();
+      const Eigen::VectorXd input = m.nu() > 0 ? Eigen::VectorXd(u.col(k)) : Eigen::VectorXd();
       observer.step(y.col(k), input, k == 0 ? m.sample_period_s : t(k) - t(k - 1));
       ASSERT_LT((observer.latent() - run.z.col(k)).cwiseAbs().maxCoeff(), kTolerance) << m.name;
       ASSERT_LT((observer.estimate() - run.x_hat.col(k)).cwiseAbs().maxCoeff(), kTolerance) << m.name;
@@ -174,7 +175,7 @@ TEST(ReferenceObserver, RefusesInputsThatAreNotTheModels) {
 
 TEST(ReferenceObserver, RefusesAModelThatIsNotValid) {
   Model m = tiny_model();
-  m.eigenvalues(0) = 0.1;
+  linear_latent(m)->eigenvalues(0) = 0.1;
   EXPECT_THROW(ReferenceObserver<double>{m}, Error);
 }
 

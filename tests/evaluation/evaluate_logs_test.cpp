@@ -47,18 +47,18 @@ codegen::Model differentiator(double guess) {
   model.outputs = {{"q", "rad", 0.0}};
   model.states = {{"dq", "rad/s", 0.0}, {"hidden", "m", 0.0}};
   model.sample_period_s = kStep;
-  model.eigenvalues = Eigen::VectorXd::Constant(1, -kPole);
-  model.output_injection = Eigen::MatrixXd::Constant(1, 1, kPole);
+  codegen::linear_latent(model)->eigenvalues = Eigen::VectorXd::Constant(1, -kPole);
+  codegen::linear_latent(model)->output_injection = Eigen::MatrixXd::Constant(1, 1, kPole);
   model.initial_latent = Eigen::VectorXd::Zero(1);
-  model.starts_steady = true;
+  codegen::linear_latent(model)->starts_steady = true;
   model.output_min = model.latent_min = Eigen::VectorXd::Constant(1, -100.0);
   model.output_max = model.latent_max = Eigen::VectorXd::Constant(1, 100.0);
-  model.inverse_map.features = Eigen::RowVector2d(-1.0, 1.0);
-  model.inverse_map.feature_mean = Eigen::VectorXd::Zero(1);
-  model.inverse_map.feature_scale = Eigen::VectorXd::Ones(1);
-  model.inverse_map.layers = {{Eigen::Vector2d(kPole, 0.0), Eigen::Vector2d(0.0, guess)}};
-  model.inverse_map.output_mean = Eigen::VectorXd::Zero(2);
-  model.inverse_map.output_scale = Eigen::VectorXd::Ones(2);
+  codegen::inverse_map(model)->features = Eigen::RowVector2d(-1.0, 1.0);
+  codegen::inverse_map(model)->feature_mean = Eigen::VectorXd::Zero(1);
+  codegen::inverse_map(model)->feature_scale = Eigen::VectorXd::Ones(1);
+  codegen::inverse_map(model)->layers = {{Eigen::Vector2d(kPole, 0.0), Eigen::Vector2d(0.0, guess)}};
+  codegen::inverse_map(model)->output_mean = Eigen::VectorXd::Zero(2);
+  codegen::inverse_map(model)->output_scale = Eigen::VectorXd::Ones(2);
   return model;
 }
 

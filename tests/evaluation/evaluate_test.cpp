@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "codegen/error.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "tests/evaluation/van_der_pol_set.h"
 #include "trainer/evaluation/evaluation_text.h"
 
@@ -24,19 +24,19 @@ codegen::Model low_pass_model() {
   model.outputs = {{"y", "", 0.0}};
   model.states = {{"x1", "", 0.0}, {"x2", "", 0.0}};
   model.sample_period_s = 0.02;
-  model.eigenvalues = Eigen::VectorXd::Constant(1, -2.0);
-  model.output_injection = Eigen::MatrixXd::Constant(1, 1, 2.0);
+  codegen::linear_latent(model)->eigenvalues = Eigen::VectorXd::Constant(1, -2.0);
+  codegen::linear_latent(model)->output_injection = Eigen::MatrixXd::Constant(1, 1, 2.0);
   model.initial_latent = Eigen::VectorXd::Zero(1);
   model.output_min = Eigen::VectorXd::Constant(1, -100.0);
   model.output_max = Eigen::VectorXd::Constant(1, 100.0);
   model.latent_min = Eigen::VectorXd::Constant(1, -100.0);
   model.latent_max = Eigen::VectorXd::Constant(1, 100.0);
-  model.inverse_map.features = Eigen::MatrixXd::Identity(2, 2);
-  model.inverse_map.feature_mean = Eigen::VectorXd::Zero(2);
-  model.inverse_map.feature_scale = Eigen::VectorXd::Ones(2);
-  model.inverse_map.layers = {{Eigen::MatrixXd::Identity(2, 2), Eigen::VectorXd::Zero(2)}};
-  model.inverse_map.output_mean = Eigen::VectorXd::Zero(2);
-  model.inverse_map.output_scale = Eigen::VectorXd::Ones(2);
+  codegen::inverse_map(model)->features = Eigen::MatrixXd::Identity(2, 2);
+  codegen::inverse_map(model)->feature_mean = Eigen::VectorXd::Zero(2);
+  codegen::inverse_map(model)->feature_scale = Eigen::VectorXd::Ones(2);
+  codegen::inverse_map(model)->layers = {{Eigen::MatrixXd::Identity(2, 2), Eigen::VectorXd::Zero(2)}};
+  codegen::inverse_map(model)->output_mean = Eigen::VectorXd::Zero(2);
+  codegen::inverse_map(model)->output_scale = Eigen::VectorXd::Ones(2);
   return model;
 }
 

@@ -20,10 +20,10 @@ codegen::Model reader() {
   model.outputs = {{"y", "", 0.0}};
   model.states = {{"x", "m", 0.0}, {"angle", "rad", kTurn}};
   model.initial_latent = Eigen::VectorXd::Zero(2);
-  model.inverse_map.features.resize(2, 3);
-  model.inverse_map.features << 1.0, 0.0, 0.0, 0.0, 1.0, -1.0;
-  model.inverse_map.feature_mean = Eigen::Vector2d(3.0, -1.0);
-  model.inverse_map.feature_scale = Eigen::Vector2d(0.1, 20.0);
+  codegen::inverse_map(model)->features.resize(2, 3);
+  codegen::inverse_map(model)->features << 1.0, 0.0, 0.0, 0.0, 1.0, -1.0;
+  codegen::inverse_map(model)->feature_mean = Eigen::Vector2d(3.0, -1.0);
+  codegen::inverse_map(model)->feature_scale = Eigen::Vector2d(0.1, 20.0);
   return model;
 }
 

@@ -22,19 +22,19 @@ codegen::Model one_latent(double h) {
   model.outputs = {{"y", "", 0.0}};
   model.states = {{"x1", "", 0.0}, {"x2", "", 0.0}};
   model.sample_period_s = h;
-  model.eigenvalues = Eigen::VectorXd::Constant(1, kLambda);
-  model.output_injection = Eigen::MatrixXd::Ones(1, 1);
+  codegen::linear_latent(model)->eigenvalues = Eigen::VectorXd::Constant(1, kLambda);
+  codegen::linear_latent(model)->output_injection = Eigen::MatrixXd::Ones(1, 1);
   model.initial_latent = Eigen::VectorXd::Zero(1);
   model.output_min = Eigen::VectorXd::Constant(1, -100.0);
   model.output_max = Eigen::VectorXd::Constant(1, 100.0);
   model.latent_min = Eigen::VectorXd::Constant(1, -100.0);
   model.latent_max = Eigen::VectorXd::Constant(1, 100.0);
-  model.inverse_map.features = Eigen::RowVector2d(1.0, 0.0);
-  model.inverse_map.feature_mean = Eigen::VectorXd::Zero(1);
-  model.inverse_map.feature_scale = Eigen::VectorXd::Ones(1);
-  model.inverse_map.layers = {{Eigen::Vector2d(1.0, 0.0), Eigen::VectorXd::Zero(2)}};
-  model.inverse_map.output_mean = Eigen::VectorXd::Zero(2);
-  model.inverse_map.output_scale = Eigen::VectorXd::Ones(2);
+  codegen::inverse_map(model)->features = Eigen::RowVector2d(1.0, 0.0);
+  codegen::inverse_map(model)->feature_mean = Eigen::VectorXd::Zero(1);
+  codegen::inverse_map(model)->feature_scale = Eigen::VectorXd::Ones(1);
+  codegen::inverse_map(model)->layers = {{Eigen::Vector2d(1.0, 0.0), Eigen::VectorXd::Zero(2)}};
+  codegen::inverse_map(model)->output_mean = Eigen::VectorXd::Zero(2);
+  codegen::inverse_map(model)->output_scale = Eigen::VectorXd::Ones(2);
   return model;
 }
 

@@ -112,7 +112,7 @@ TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
 
 TEST(FlightRecord, IsWhatTheErrorOfAnExportIsStatedOver) {
   const codegen::Model model = trained_on(testing::van_der_pol(40, 12.0, 2), 0.1);
-  EXPECT_GE(codegen::export_error(model, {}).recorded, 10000);
+  EXPECT_GE(codegen::PreparedExport(model).error().recorded, 10000);
 }
 
 }  // namespace

@@ -55,17 +55,19 @@ Dataset oscillator(double masked_s) {
 Eigen::MatrixXd sylvester(const codegen::Model& model) {
   Eigen::MatrixXd t(model.nz(), 2);
   for (int i = 0; i < model.nz(); ++i) {
-    const Eigen::Matrix2d shifted = kPlant - model.eigenvalues(i) * Eigen::Matrix2d::Identity();
-    t.row(i) = model.output_injection(i, 0) * kOutput * shifted.inverse();
+    const Eigen::Matrix2d shifted =
+        kPlant - codegen::linear_latent(model)->eigenvalues(i) * Eigen::Matrix2d::Identity();
+    t.row(i) = codegen::linear_latent(model)->output_injection(i, 0) * kOutput * shifted.inverse();
   }
   return t;
 }
 
 /// The linear map of z that the trained model is: last layer and linear path together, scales and features undone.
 Eigen::MatrixXd inverse_map(const codegen::Model& model) {
-  const Eigen::MatrixXd whole = model.inverse_map.layers.back().weights + model.inverse_map.skip;
-  return model.inverse_map.output_scale.asDiagonal() * whole *
-         model.inverse_map.feature_scale.cwiseInverse().asDiagonal() * model.inverse_map.features.leftCols(model.nz());
+  const Eigen::MatrixXd whole = codegen::inverse_map(model)->layers.back().weights + codegen::inverse_map(model)->skip;
+  return codegen::inverse_map(model)->output_scale.asDiagonal() * whole *
+         codegen::inverse_map(model)->feature_scale.cwiseInverse().asDiagonal() *
+         codegen::inverse_map(model)->features.leftCols(model.nz());
 }
 
 codegen::Model train_linear(const std::vector<double>& eigenvalues) {
@@ -90,15 +92,15 @@ TEST(LinearPlant, TrainingFindsTheInverseOfTheSylvesterSolution) {
   const codegen::Model model = train_linear({-1.0, -3.0});
   const Eigen::MatrixXd t = sylvester(model);
   const Eigen::MatrixXd expected = t.completeOrthogonalDecomposition().pseudoInverse();
-  EXPECT_LT((inverse_map(model) - expected).cwiseAbs().maxCoeff(), kTolerance * expected.cwiseAbs().maxCoeff())
+  EXPECT_LT((codegen::inverse_map(model) - expected).cwiseAbs().maxCoeff(), kTolerance * expected.cwiseAbs().maxCoeff())
       << "trained\n"
-      << inverse_map(model) << "\nclosed form\n"
+      << codegen::inverse_map(model) << "\nclosed form\n"
       << expected;
 }
 
 TEST(LinearPlant, WithMoreLatentStatesThanStatesTrainingFindsALeftInverse) {
   const codegen::Model model = train_linear({-1.0, -2.0, -4.0});
-  const Eigen::Matrix2d product = inverse_map(model) * sylvester(model);
+  const Eigen::Matrix2d product = codegen::inverse_map(model) * sylvester(model);
   EXPECT_LT((product - Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 5.0 * kTolerance) << product;
 }
 
@@ -111,7 +113,7 @@ TEST(LinearPlant, ErrorOfTheTrainedObserverDecaysByTheClosedForm) {
   const Eigen::MatrixXd left_inverse = t.completeOrthogonalDecomposition().pseudoInverse();
   const double start = (left_inverse * t * x0).norm();
   for (Eigen::Index k = 0; k < run.samples(); ++k) {
-    const Eigen::VectorXd decay = (model.eigenvalues * run.time_s(k)).array().exp();
+    const Eigen::VectorXd decay = (codegen::linear_latent(model)->eigenvalues * run.time_s(k)).array().exp();
     const Eigen::Vector2d expected = -left_inverse * decay.asDiagonal() * t * x0;  // z_0 = 0
     ASSERT_LT((error.col(k) - expected).norm(), 5.0 * kTolerance * start) << "at " << run.time_s(k) << " s";
   }

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "codegen/domain.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "tests/training/testing.h"
 #include "trainer/data/transient.h"
 #include "trainer/structures/for_each_sample.h"

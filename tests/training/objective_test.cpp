@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "tests/training/testing.h"
 
 namespace nlo::trainer {
@@ -238,8 +238,8 @@ TEST(Objective, GradientMeetsDifferencesOfTheObjectiveOnWeightedSamples) {
 void in_units_of(const std::vector<float>& scale, codegen::Model& model, Dataset& dataset) {
   const Eigen::VectorXd units =
       Eigen::VectorXf::Map(scale.data(), static_cast<Eigen::Index>(scale.size())).cast<double>();
-  model.inverse_map.output_mean.array() /= units.array();
-  model.inverse_map.output_scale.array() /= units.array();
+  codegen::inverse_map(model)->output_mean.array() /= units.array();
+  codegen::inverse_map(model)->output_scale.array() /= units.array();
   for (Trajectory& run : dataset.trajectories) run.states.array().colwise() /= units.array();
 }
 
@@ -259,9 +259,9 @@ TEST(Objective, ErrorIsThatOfTheModelRunPlainly) {
                                       problem.objective.rollout());
       Dataset dataset = problem.dataset;
       if (experiment.loss.scale == "normalised") in_units_of(problem.structure.state_scale, model, dataset);
-      const double flown = codegen::has_linear_latent(model) ? testing::plain_rmse(model, dataset)
-                                                             : testing::reference_rmse(model, dataset);
-      EXPECT_NEAR(rmse, flown, (codegen::has_linear_latent(model) ? kTolerance : kOdeTolerance) * rmse);
+      const double flown = codegen::linear_latent(model) != nullptr ? testing::plain_rmse(model, dataset)
+                                                                    : testing::reference_rmse(model, dataset);
+      EXPECT_NEAR(rmse, flown, (codegen::linear_latent(model) != nullptr ? kTolerance : kOdeTolerance) * rmse);
     }
   }
 }
@@ -278,7 +278,7 @@ TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesFlownMaskedOrNot) {
   Problem problem(experiment, dataset);
   const codegen::Model model =
       to_model(problem.structure, problem.parameters.data(), experiment, problem.dataset, problem.objective.rollout());
-  const codegen::Network& map = model.inverse_map;
+  const codegen::Network& map = *codegen::inverse_map(model);
   std::vector<double> largest(map.layers.size() - 1, 0.0);
   for (const Trajectory& run : problem.dataset.trajectories) {
     Eigen::MatrixXd in(model.nz() + model.ny(), run.samples());
@@ -312,7 +312,7 @@ TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
   double total = 0.0;
   for (const Trajectory& run : normalised.dataset.trajectories) {
     const Eigen::MatrixXd error = testing::plain_estimates(model, run).states - run.states;
-    expected += (model.inverse_map.output_scale.cwiseInverse().asDiagonal() * error).squaredNorm();
+    expected += (codegen::inverse_map(model)->output_scale.cwiseInverse().asDiagonal() * error).squaredNorm();
     total += static_cast<double>(run.samples());
   }
   const ObjectiveValue scaled = normalised.objective.evaluate(normalised.parameters.data(), 0, nullptr);

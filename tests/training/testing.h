@@ -10,7 +10,7 @@
 #include <string>
 
 #include "codegen/model.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "tests/nn/plain_network.h"
 #include "tests/sensitivity/plain_latent.h"
 #include "trainer/config/experiment.h"
@@ -132,7 +132,7 @@ inline void make_luenberger(Experiment& e) {
 }
 
 inline Hold hold_of(const codegen::Model& model) {
-  return model.hold == "zero_order" ? Hold::kZeroOrder : model.hold == "rk4" ? Hold::kRk4 : Hold::kFirstOrder;
+  return model.hold;
 }
 
 /// z and x_hat at all samples, one column each, from the equations that stand in codegen/model.h.
@@ -146,13 +146,16 @@ inline PlainEstimates plain_estimates(const codegen::Model& model, const Traject
   for (Eigen::Index k = 0; k + 1 < samples; ++k) {
     steps_s.push_back(uniform ? model.sample_period_s : run.time_s(k + 1) - run.time_s(k));
   }
-  for (Eigen::Index row = 0; row < model.nz(); row += row < 2 * model.pairs ? 2 : 1) {
-    const bool pair = row < 2 * model.pairs;
-    const Cd lambda{model.eigenvalues(row), pair ? model.eigenvalues(row + 1) : 0.0};
+  for (Eigen::Index row = 0; row < model.nz(); row += row < 2 * codegen::linear_latent(model)->pairs ? 2 : 1) {
+    const bool pair = row < 2 * codegen::linear_latent(model)->pairs;
+    const Cd lambda{codegen::linear_latent(model)->eigenvalues(row),
+                    pair ? codegen::linear_latent(model)->eigenvalues(row + 1) : 0.0};
     for (Eigen::Index j = 0; j < model.ny(); ++j) {
-      const Cd f{model.output_injection(row, j), pair ? model.output_injection(row + 1, j) : 0.0};
+      const Cd f{codegen::linear_latent(model)->output_injection(row, j),
+                 pair ? codegen::linear_latent(model)->output_injection(row + 1, j) : 0.0};
       const std::vector<double> y(run.outputs.row(j).begin(), run.outputs.row(j).end());
-      const std::vector<Cd> z = plain_filter(hold_of(model), lambda, f, model.starts_steady, y, steps_s);
+      const std::vector<Cd> z =
+          plain_filter(hold_of(model), lambda, f, codegen::linear_latent(model)->starts_steady, y, steps_s);
       for (Eigen::Index k = 0; k < samples; ++k) {
         result.latent(row, k) += z[static_cast<std::size_t>(k)].real();
         if (pair) result.latent(row + 1, k) += z[static_cast<std::size_t>(k)].imag();
@@ -168,19 +171,20 @@ inline PlainEstimates plain_estimates(const codegen::Model& model, const Traject
   for (Eigen::Index k = 0; k < samples; ++k) {
     Eigen::VectorXd zy(model.nz() + model.ny());
     zy << result.latent.col(k), run.outputs.col(k);
-    const Eigen::VectorXd u = (model.inverse_map.features * zy - model.inverse_map.feature_mean)
-                                  .cwiseQuotient(model.inverse_map.feature_scale);
+    const Eigen::VectorXd u = (codegen::inverse_map(model)->features * zy - codegen::inverse_map(model)->feature_mean)
+                                  .cwiseQuotient(codegen::inverse_map(model)->feature_scale);
     Eigen::VectorXd a = u;
-    for (std::size_t l = 0; l < model.inverse_map.layers.size(); ++l) {
-      a = model.inverse_map.layers[l].weights * a + model.inverse_map.layers[l].bias;
-      if (l + 1 == model.inverse_map.layers.size()) break;
-      const Activation kind = model.inverse_map.activation == "relu"   ? Activation::kRelu
-                              : model.inverse_map.activation == "silu" ? Activation::kSilu
-                                                                       : Activation::kTanh;
+    for (std::size_t l = 0; l < codegen::inverse_map(model)->layers.size(); ++l) {
+      a = codegen::inverse_map(model)->layers[l].weights * a + codegen::inverse_map(model)->layers[l].bias;
+      if (l + 1 == codegen::inverse_map(model)->layers.size()) break;
+      const Activation kind = codegen::inverse_map(model)->activation == "relu"   ? Activation::kRelu
+                              : codegen::inverse_map(model)->activation == "silu" ? Activation::kSilu
+                                                                                  : Activation::kTanh;
       for (double& v : a) v = plain_activation(kind, v);
     }
-    if (model.inverse_map.skip.size() > 0) a += model.inverse_map.skip * u;
-    result.states.col(k) = model.inverse_map.output_mean + model.inverse_map.output_scale.cwiseProduct(a);
+    if (codegen::inverse_map(model)->skip.size() > 0) a += codegen::inverse_map(model)->skip * u;
+    result.states.col(k) =
+        codegen::inverse_map(model)->output_mean + codegen::inverse_map(model)->output_scale.cwiseProduct(a);
   }
   return result;
 }

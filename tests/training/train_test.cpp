@@ -318,9 +318,9 @@ TEST(Train, HoldsEigenvaluesThatAreNotToBeLearned) {
   experiment.training.eigenvalue_learning_rate = 0.1;
   const Eigen::Vector4d initial(-2.0, 3.0, -1.0, -4.0);
   constexpr double kLogarithmInFloat = 1e-6;  // eigenvalues are exponentials of float32 parameters
-  EXPECT_GT((train_here(experiment).model.eigenvalues - initial).norm(), 0.01) << "control: learned";
+  EXPECT_GT((train_here(experiment).linear_latent(model)->eigenvalues - initial).norm(), 0.01) << "control: learned";
   experiment.observer.learn_eigenvalues = false;
-  EXPECT_LT((train_here(experiment).model.eigenvalues - initial).norm(), kLogarithmInFloat);
+  EXPECT_LT((train_here(experiment).linear_latent(model)->eigenvalues - initial).norm(), kLogarithmInFloat);
 }
 
 TEST(Train, RefusesDataThatCannotBeTrainedOn) {

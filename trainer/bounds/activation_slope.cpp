@@ -6,18 +6,20 @@
 #include <limits>
 
 namespace nlo::trainer {
-namespace {
 
-// silu falls to its minimum and rises from there; its slope, odd about 1/2, is steepest at 2.39936 and least at minus
-// that.
-constexpr double kSiluLowestAt = -1.2784645, kSiluLowest = -0.2784646;
-constexpr double kSiluSteepestAt = 2.39936, kSiluRadius = 0.59984;
+using codegen::ActivationRow;
+
+namespace {
 
 constexpr double kNarrowest = 1e-9;  // of an interval that has a chord
 
-bool contains(double low, double high, double v) {
-  constexpr double kMargin = 1e-4;  // of the places above
-  return low <= v + kMargin && high >= v - kMargin;
+/// Widens the range of a function over [low, high], as its ends have it, by where it turns in between.
+void include_turns(const codegen::TurningPoints& turns, double low, double high, double& lowest, double& highest) {
+  for (const codegen::TurningPoint& turn : turns) {
+    if (low > turn.at + turn.margin || high < turn.at - turn.margin) continue;
+    lowest = std::min(lowest, turn.value);
+    highest = std::max(highest, turn.value);
+  }
 }
 
 struct Line {
@@ -43,37 +45,14 @@ Line chord(const Function& function, double bend, double low, double high, doubl
 
 }  // namespace
 
-double activated(const std::string& activation, double v) {
-  if (activation == "relu") return std::max(v, 0.0);
-  if (activation == "silu") return v / (1.0 + std::exp(-v));
-  return std::tanh(v);
-}
-
-double activation_slope(const std::string& activation, double v) {
-  if (activation == "relu") return v > 0.0 ? 1.0 : 0.0;
-  if (activation == "silu") {
-    const double s = 1.0 / (1.0 + std::exp(-v));
-    return s + v * s * (1.0 - s);
-  }
-  const double t = std::tanh(v);
-  return 1.0 - t * t;
-}
-
-SlopeRange slope_range(const std::string& activation, double low, double high) {
-  // At a kink any slope between those of its sides is one of the map.
-  if (activation == "relu") return {low > 0.0 ? 1.0 : 0.0, high >= 0.0 ? 1.0 : 0.0};
-  const double a = activation_slope(activation, low), b = activation_slope(activation, high);
+SlopeRange slope_range(const ActivationRow& activation, double low, double high) {
+  const double a = activation.slope(low), b = activation.slope(high);
   SlopeRange range{std::min(a, b), std::max(a, b)};
-  if (activation == "silu") {
-    if (contains(low, high, kSiluSteepestAt)) range.high = 0.5 + kSiluRadius;
-    if (contains(low, high, -kSiluSteepestAt)) range.low = 0.5 - kSiluRadius;
-  } else if (low <= 0.0 && high >= 0.0) {
-    range.high = 1.0;
-  }
+  include_turns(activation.slope_turns, low, high, range.low, range.high);
   return range;
 }
 
-SlopeLine slope_line(const std::string& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
+SlopeLine slope_line(const ActivationRow& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                      const Eigen::VectorXd& v) {
   constexpr double kWidest = 2.0;  // a chord is no better than a constant over much of the curve
   const Eigen::Index n = v.size();
@@ -83,10 +62,8 @@ SlopeLine slope_line(const std::string& activation, const Eigen::VectorXd& low, 
     const double width = high(i) - low(i);
     line.centre(i) = 0.5 * (range.low + range.high);
     line.remainder(i) = 0.5 * (range.high - range.low);
-    if (activation != "relu" && width > kNarrowest && width < kWidest) {
-      const double bend = activation == "silu" ? 0.5 : 2.0;  // largest second derivative of the slope: 0.41, 2
-      const Line of_chord =
-          chord([&](double x) { return activation_slope(activation, x); }, bend, low(i), high(i), v(i));
+    if (!activation.kink_at_zero && width > kNarrowest && width < kWidest) {
+      const Line of_chord = chord(activation.slope, activation.largest_slope_change, low(i), high(i), v(i));
       line.centre(i) = of_chord.centre;
       line.gradient(i) = of_chord.gradient;
       line.remainder(i) = of_chord.remainder;
@@ -96,21 +73,22 @@ SlopeLine slope_line(const std::string& activation, const Eigen::VectorXd& low, 
   return line;
 }
 
-ActivationLine activation_line(const std::string& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high) {
+ActivationLine activation_line(const ActivationRow& activation, const Eigen::VectorXd& low,
+                               const Eigen::VectorXd& high) {
   const Eigen::Index n = low.size();
   ActivationLine line{Eigen::VectorXd(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd(n)};
   for (Eigen::Index i = 0; i < n; ++i) {
     if (high(i) - low(i) <= kNarrowest) {  // slopes are below 1.1
-      line.offset(i) = activated(activation, low(i));
+      line.offset(i) = activation.value(low(i));
       line.remainder(i) = 2.0 * kNarrowest;
-    } else if (activation == "relu") {  // its chord and the line below it through the kink
-      const double a = std::max(low(i), 0.0), b = std::max(high(i), 0.0);
+    } else if (activation.kink_at_zero) {  // its chord and the line below it through the kink
+      const double a = activation.value(low(i)), b = activation.value(high(i));
       line.gradient(i) = (b - a) / (high(i) - low(i));
       line.remainder(i) = 0.5 * std::max(a - line.gradient(i) * low(i), 0.0);
       line.offset(i) = a - line.gradient(i) * low(i) - line.remainder(i);
     } else {
-      const Line of_chord = chord([&](double x) { return activated(activation, x); }, 0.8, low(i), high(i), 0.0);
-      line.offset(i) = of_chord.centre;  // second derivatives: tanh 0.77, silu 0.5
+      const Line of_chord = chord(activation.value, activation.largest_curvature, low(i), high(i), 0.0);
+      line.offset(i) = of_chord.centre;
       line.gradient(i) = of_chord.gradient;
       line.remainder(i) = of_chord.remainder;
     }
@@ -118,15 +96,15 @@ ActivationLine activation_line(const std::string& activation, const Eigen::Vecto
   return line;
 }
 
-void activated_range(const std::string& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
+void activated_range(const ActivationRow& activation, const Eigen::VectorXd& low, const Eigen::VectorXd& high,
                      Eigen::VectorXd& lowest, Eigen::VectorXd& highest) {
   lowest.resize(low.size());
   highest.resize(low.size());
   for (Eigen::Index i = 0; i < low.size(); ++i) {
-    const double a = activated(activation, low(i)), b = activated(activation, high(i));
+    const double a = activation.value(low(i)), b = activation.value(high(i));
     lowest(i) = std::min(a, b);
     highest(i) = std::max(a, b);
-    if (activation == "silu" && contains(low(i), high(i), kSiluLowestAt)) lowest(i) = kSiluLowest;
+    include_turns(activation.value_turns, low(i), high(i), lowest(i), highest(i));
   }
 }
 

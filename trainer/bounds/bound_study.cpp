@@ -10,7 +10,7 @@
 
 #include "codegen/error.h"
 #include "codegen/latent_step.h"
-#include "codegen/reference_network.h"
+#include "codegen/reference/network.h"
 #include "trainer/bounds/lipschitz.h"
 #include "trainer/bounds/local_lipschitz.h"
 #include "trainer/plants/initial_states.h"
@@ -73,7 +73,7 @@ MapConstants BoundStudy::map_of(const LatentSystem& system) const {
 
 /// Per output: how far the hold's input can be from h(x) between the samples.
 Eigen::VectorXd BoundStudy::hold_error(const DisturbedRuns& runs, double w_bar) const {
-  const bool steps = model_.hold == "zero_order";
+  const bool steps = model_.hold == Hold::kZeroOrder;
   if (!exact()) return steps ? runs.step_error : runs.ramp_error;
   // y' = C (A x + w) and, w being held, y'' = C A (A x + w); a ramp is off by h^2/8 |y''|, a step by h |y'|.
   const double h = simulation_.sample_period_s;
@@ -93,8 +93,9 @@ bool BoundStudy::starts_are_in_a_box() const {
 
 /// sup |z(0) - T(x(0))| over the initial box where that is known, else the largest over the runs.
 double BoundStudy::initial_error(const codegen::Model& observer, const MapConstants& map) const {
-  const Eigen::MatrixXd gain =
-      observer.starts_steady ? codegen::steady_gain(observer) : Eigen::MatrixXd::Zero(observer.nz(), observer.ny());
+  const Eigen::MatrixXd gain = codegen::linear_latent(observer)->starts_steady
+                                   ? codegen::steady_gain(observer)
+                                   : Eigen::MatrixXd::Zero(observer.nz(), observer.ny());
   const double noise = injected_bound(gain, Eigen::VectorXd::Constant(plant_.ny(), test_.noise));
   Eigen::MatrixXd x = initial_, t = map.start;
   if (starts_are_in_a_box()) {
@@ -110,8 +111,8 @@ codegen::Model BoundStudy::exact_observer(double k) const {
   const LatentSystem system = scaled(latent_system(model_), k);
   codegen::Model observer = model_;
   const Eigen::Index nz = model_.nz(), ny = model_.ny(), nx = model_.nx();
-  observer.eigenvalues = system.eigenvalues;
-  if (observer.hold == "rk4") observer.hold = "first_order";  // whose approximation it is, with an error of its own
+  codegen::linear_latent(observer)->eigenvalues = system.eigenvalues;
+  if (observer.hold == Hold::kRk4) observer.hold = Hold::kFirstOrder;  // whose approximation it is, with an error of its own
   observer.output_min = Eigen::VectorXd::Constant(ny, -kFar);
   observer.output_max = Eigen::VectorXd::Constant(ny, kFar);
   observer.latent_min = Eigen::VectorXd::Constant(nz, -kFar);
@@ -124,7 +125,7 @@ codegen::Model BoundStudy::exact_observer(double k) const {
       {map_of(system).matrix.completeOrthogonalDecomposition().pseudoInverse(), Eigen::VectorXd::Zero(nx)}};
   inverse.output_mean = Eigen::VectorXd::Zero(nx);
   inverse.output_scale = Eigen::VectorXd::Ones(nx);
-  observer.inverse_map = std::move(inverse);
+  *codegen::inverse_map(observer) = std::move(inverse);
   return observer;
 }
 
@@ -150,7 +151,7 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
     const Eigen::MatrixXd y = plant_.output(map.x);
     Eigen::MatrixXd input(map.z.rows() + y.rows(), map.z.cols());
     input << map.z, y;
-    const Eigen::MatrixXd estimates = codegen::ReferenceNetwork<double>(observer.inverse_map)(input);
+    const Eigen::MatrixXd estimates = codegen::ReferenceNetwork<double>(*codegen::inverse_map(observer))(input);
     approximation = (estimates - map.x).colwise().norm().maxCoeff();
     const auto thin = Eigen::seqN(0, kSlopePoints, map.x.cols() / kSlopePoints);
     lower = lipschitz_sampled(observer, map.z(Eigen::all, thin), y(Eigen::all, thin));

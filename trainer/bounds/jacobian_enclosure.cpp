@@ -85,7 +85,7 @@ double largest_at_corners(const Matrix& centre, const std::vector<Matrix>& steps
 }  // namespace
 
 JacobianEnclosure::JacobianEnclosure(const codegen::Network& m, const Matrix& inputs, Matrix directions)
-    : activation_(m.activation), layers_(m.layers), directions_(std::move(directions)) {
+    : activation_(&codegen::activation_row(m.activation)), layers_(m.layers), directions_(std::move(directions)) {
   const Vector inverse_scale = m.feature_scale.cwiseInverse();
   const Matrix features = inverse_scale.asDiagonal() * m.features * inputs;
   linear_path_ = m.skip.size() != 0 ? Matrix(m.output_scale.asDiagonal() * m.skip * features)
@@ -134,8 +134,8 @@ double JacobianEnclosure::at(const Vector& p) const {
     const Vector v = layers_[l].weights * a + layers_[l].bias;
     da = (layers_[l].weights * da).eval();
     if (l + 1 == layers_.size()) break;
-    a = v.unaryExpr([&](double x) { return activated(activation_, x); });
-    da = (v.unaryExpr([&](double x) { return activation_slope(activation_, x); }).asDiagonal() * da).eval();
+    a = v.unaryExpr(activation_->value);
+    da = (v.unaryExpr(activation_->slope).asDiagonal() * da).eval();
   }
   return norm_of(da + linear_path_ * directions_);
 }
@@ -196,11 +196,10 @@ std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matr
     const Vector low = (v - reach).cwiseMax(centre - spread).cwiseMax(middle - swing).cwiseMin(v);
     const Vector high = (v + reach).cwiseMin(centre + spread).cwiseMin(middle + swing).cwiseMax(v);
     range.half_width = 0.5 * (high - low);
-    range.slope = slope_line(activation_, low, high, v);
-    const auto f = [&](double x) { return activated(activation_, x); };
-    a = v.unaryExpr(f);
-    activated_range(activation_, low, high, a_low, a_high);
-    const ActivationLine line = activation_line(activation_, low, high);
+    range.slope = slope_line(*activation_, low, high, v);
+    a = v.unaryExpr(activation_->value);
+    activated_range(*activation_, low, high, a_low, a_high);
+    const ActivationLine line = activation_line(*activation_, low, high);
     middle = (line.offset + line.gradient.cwiseProduct(middle)).eval();
     gradient = (line.gradient.asDiagonal() * gradient).eval();
     error = (line.gradient.cwiseAbs().cwiseProduct(error) + line.remainder).eval();

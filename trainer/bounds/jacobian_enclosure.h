@@ -17,6 +17,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "codegen/activations.h"
 #include "codegen/model.h"
 
 namespace nlo::trainer {
@@ -55,7 +56,7 @@ class JacobianEnclosure {
   /// Every hidden layer over the box; mid: the Jacobian at the centre's slopes.
   std::vector<LayerRange> ranges_over(const InputBox& box, Eigen::MatrixXd& mid) const;
 
-  std::string activation_;
+  const codegen::ActivationRow* activation_;
   std::vector<codegen::DenseLayer> layers_;  ///< features, normalisation and scales folded in
   Eigen::MatrixXd linear_path_;              ///< n_out x n_p
   Eigen::MatrixXd directions_;

@@ -8,7 +8,8 @@
 namespace nlo::trainer {
 
 LatentSystem latent_system(const codegen::Model& model) {
-  return {model.eigenvalues, model.pairs, model.output_injection};
+  const codegen::LinearLatent& latent = *codegen::linear_latent(model);
+  return {latent.eigenvalues, latent.pairs, latent.output_injection};
 }
 
 LatentSystem scaled(const LatentSystem& system, double k) {
@@ -55,8 +56,8 @@ codegen::Model with_injection(codegen::Model model, const Eigen::MatrixXd& injec
     if (!modes[i].driven) continue;
     const double ratio = modes[i].f.norm() / targets[i].f.norm();
     for (Eigen::Index row = modes[i].row; row < modes[i].row + modes[i].rows; ++row) {
-      model.output_injection.row(row) /= ratio;
-      model.inverse_map.features.col(row) *= ratio;
+      codegen::linear_latent(model)->output_injection.row(row) /= ratio;
+      codegen::inverse_map(model)->features.col(row) *= ratio;
       for (Eigen::VectorXd* z : {&model.initial_latent, &model.latent_min, &model.latent_max}) (*z)(row) /= ratio;
     }
   }

@@ -4,9 +4,10 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <string_view>
 #include <vector>
 
+#include "codegen/reference/network.h"
 #include "trainer/bounds/activation_slope.h"
 
 namespace nlo::trainer {
@@ -17,9 +18,9 @@ struct CentredRange {
   double centre, radius;
 };
 
-CentredRange slopes_anywhere(const std::string& activation) {
+CentredRange slopes_anywhere(Activation activation) {
   constexpr double kFar = 1e3;
-  const SlopeRange range = slope_range(activation, -kFar, kFar);
+  const SlopeRange range = slope_range(codegen::activation_row(activation), -kFar, kFar);
   return {0.5 * (range.low + range.high), 0.5 * (range.high - range.low)};
 }
 
@@ -67,38 +68,25 @@ double spectral_norm(const Eigen::MatrixXd& matrix) {
 }
 
 LipschitzConstants lipschitz_upper(const codegen::Model& model) {
-  const CentredRange range = slopes_anywhere(model.inverse_map.activation);
+  const CentredRange range = slopes_anywhere(codegen::inverse_map(model)->activation);
   const Eigen::Index nz = model.nz(), ny = model.ny();
-  LipschitzConstants result{upper_bound(around(model.inverse_map, 0, nz), range), 0.0};
-  if (!model.inverse_map.features.rightCols(ny).isZero(0.0))
-    result.output = upper_bound(around(model.inverse_map, nz, ny), range);
+  LipschitzConstants result{upper_bound(around(*codegen::inverse_map(model), 0, nz), range), 0.0};
+  if (!codegen::inverse_map(model)->features.rightCols(ny).isZero(0.0))
+    result.output = upper_bound(around(*codegen::inverse_map(model), nz, ny), range);
   return result;
 }
 
 Eigen::MatrixXd inverse_map_jacobian(const codegen::Model& model, const Eigen::VectorXd& z, const Eigen::VectorXd& y) {
-  const codegen::Network& m = model.inverse_map;
+  const codegen::Network& map = *codegen::inverse_map(model);
   Eigen::VectorXd input(z.size() + y.size());
   input << z, y;
-  const Eigen::VectorXd u = (m.features * input - m.feature_mean).cwiseQuotient(m.feature_scale);
-  const Eigen::MatrixXd du = m.feature_scale.cwiseInverse().asDiagonal() * m.features;
-  Eigen::VectorXd a = u;
-  Eigen::MatrixXd da = du;
-  for (std::size_t l = 0; l < m.layers.size(); ++l) {
-    a = (m.layers[l].weights * a + m.layers[l].bias).eval();
-    da = (m.layers[l].weights * da).eval();
-    if (l + 1 == m.layers.size()) break;
-    for (Eigen::Index i = 0; i < a.size(); ++i) {
-      da.row(i) *= activation_slope(m.activation, a(i));
-      a(i) = activated(m.activation, a(i));
-    }
-  }
-  if (m.skip.size() != 0) da += m.skip * du;
-  return m.output_scale.asDiagonal() * da;
+  const Eigen::MatrixXd directions = Eigen::MatrixXd::Identity(map.inputs(), map.inputs());
+  return codegen::ReferenceNetwork<double>(map).jvp(input, directions);
 }
 
 LipschitzConstants lipschitz_sampled(const codegen::Model& model, const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) {
   LipschitzConstants result;
-  const bool reads_output = !model.inverse_map.features.rightCols(model.ny()).isZero(0.0);
+  const bool reads_output = !codegen::inverse_map(model)->features.rightCols(model.ny()).isZero(0.0);
   for (Eigen::Index b = 0; b < z.cols(); ++b) {
     const Eigen::MatrixXd jacobian = inverse_map_jacobian(model, z.col(b), y.col(b));
     result.latent = std::max(result.latent, spectral_norm(jacobian.leftCols(model.nz())));

@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "codegen/error.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
+#include "codegen/latent_step.h"
 #include "trainer/bounds/jacobian_enclosure.h"
 
 namespace nlo::trainer {
@@ -31,12 +32,10 @@ Domain domain_of(const codegen::Model& model, bool of_output) {
   low << model.latent_min, model.output_min;
   high << model.latent_max, model.output_max;
   Domain domain{{0.5 * (low + high), 0.5 * (high - low)}, Eigen::MatrixXd::Identity(n, n), {}};
-  if (model.inverse_map.features.rightCols(ny).isZero(0.0)) domain.box.radius.tail(ny).setZero();
-  if (codegen::has_linear_latent(model)) {
-    const Eigen::MatrixXd gain = codegen::steady_gain(model);
-    for (int j = 0; j < model.ny(); ++j)
-      if (codegen::is_relative(model, j)) domain.inputs.block(0, nz + j, nz, 1) = gain.col(j);
-  }
+  if (codegen::inverse_map(model)->features.rightCols(ny).isZero(0.0)) domain.box.radius.tail(ny).setZero();
+  const Eigen::MatrixXd gain = codegen::steady_gain(model);
+  for (int j = 0; j < model.ny(); ++j)
+    if (codegen::is_relative(model, j)) domain.inputs.block(0, nz + j, nz, 1) = gain.col(j);
   domain.directions = Eigen::MatrixXd::Identity(n, n);
   if (of_output) {  // y alone: z = p_z + S y must stay where it is
     domain.directions.topRightCorner(nz, ny) = -domain.inputs.topRightCorner(nz, ny);
@@ -150,8 +149,8 @@ LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output, cons
   if (of_output && global == 0.0) return result;  // T* does not read y
 
   const Domain domain = domain_of(model, of_output);
-  JacobianEnclosure enclosure(model.inverse_map, domain.inputs, domain.directions);
-  enclosure.balance(domain.box, balancing_rounds(model.inverse_map, enclosure.cost()));
+  JacobianEnclosure enclosure(*codegen::inverse_map(model), domain.inputs, domain.directions);
+  enclosure.balance(domain.box, balancing_rounds(*codegen::inverse_map(model), enclosure.cost()));
   const std::int64_t most =
       options.boxes > 0 ? options.boxes
                         : std::max<std::int64_t>(

@@ -82,9 +82,9 @@ double disturbance_limit(const std::string& text) {
 void check_model(const codegen::Model& model, const Experiment& experiment, const std::string& path) {
   const auto refuse = [&](const std::string& why) { throw codegen::Error(fmt::format("{}: {}", path, why)); };
   if (!experiment.plant) refuse("was trained on logs; the bound needs a plant to compute T from: train on a [plant]");
-  if (codegen::structure(model) != "kkl")
+  if (codegen::linear_latent(model) == nullptr || model.nu() > 0)
     refuse(fmt::format("is a {} observer; Proposition 2 is about KKL observers without inputs, structure \"kkl\"",
-                       codegen::structure(model)));
+                       codegen::structure_name(model)));
   if (!PlantChannels(*experiment.plant, *make_plant(*experiment.plant)).plain())
     refuse("gives angles as sine and cosine, or leaves states out; the bound is about the plant's own states");
   for (const auto* channels : {&model.outputs, &model.states})

@@ -14,7 +14,7 @@
 #include "codegen/fit.h"
 #include "codegen/identifier.h"
 #include "codegen/model_file.h"
-#include "codegen/number_formats.h"
+#include "codegen/prepared_export.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "trainer/commands/command.h"
@@ -30,28 +30,27 @@ struct Arguments {
 };
 
 /// What the user is told of an export beside its file, and why it is refused (empty: it is not).
-struct Verdict {
+struct Judged {
   std::string tables, refusal;
 };
 
 /// Throws Error when --max-error or --fit are not understood.
-Verdict judge(const codegen::Model& model, const codegen::ExportOptions& options, const Arguments& arguments) {
+Judged judge(const codegen::PreparedExport& prepared, const Arguments& arguments) {
   std::optional<Eigen::VectorXd> limits;
   std::optional<codegen::Budget> budget;
-  if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, model);
+  if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, prepared.model());
   if (!arguments.fit.empty()) budget = codegen::budget(arguments.fit);
   if (budget && (arguments.target.starts_with("replay") || arguments.target == "c99"))
     throw codegen::Error(fmt::format(
         "--fit knows what the C++ runtime takes, not --target {}; leave it out, or export cpp", arguments.target));
 
-  const codegen::ExportError error = codegen::export_error(model, options);
-  Verdict verdict{codegen::error_table(model, options, error), {}};
-  if (limits) verdict.refusal = codegen::beyond_limits(model, options, error, *limits);
-  if (!budget) return verdict;
-  const std::vector<codegen::Need> needs = codegen::needs(model, options);
-  verdict.tables += codegen::needs_table(needs);
-  if (verdict.refusal.empty()) verdict.refusal = codegen::shortfall(needs, *budget);
-  return verdict;
+  Judged judged{codegen::error_table(prepared), {}};
+  if (limits) judged.refusal = codegen::beyond_limits(prepared, *limits);
+  if (!budget) return judged;
+  const std::vector<codegen::Need> needs = codegen::needs(prepared);
+  judged.tables += codegen::needs_table(needs);
+  if (judged.refusal.empty()) judged.refusal = codegen::shortfall(needs, *budget);
+  return judged;
 }
 
 void run(const Arguments& arguments) {
@@ -72,25 +71,24 @@ void run(const Arguments& arguments) {
   if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output);
   const codegen::Model model = codegen::read_model(arguments.model);
   const bool has_tiers = !arguments.target.ends_with("c99");  // of tanh; C99 has the most accurate
-  if (has_tiers && !arguments.max_error.empty())
-    options = codegen::with_cheapest_tanh(model, options, arguments.max_error);
-  const std::vector<codegen::NamedText> files = target.generate(model, options);
+  const codegen::PreparedExport prepared(model, options, has_tiers ? arguments.max_error : "");
+  const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
-  const Verdict verdict = judge(model, options, arguments);
+  const Judged judged = judge(prepared, arguments);
   if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(model));
-  if (!verdict.refusal.empty()) {
-    fmt::print(stderr, "{}", verdict.tables);
-    throw RunFailure(verdict.refusal);
+  if (!judged.refusal.empty()) {
+    fmt::print(stderr, "{}", judged.tables);
+    throw RunFailure(judged.refusal);
   }
   if (to_stdout) {
-    if (!arguments.quiet) fmt::print(stderr, "{}", verdict.tables);
+    if (!arguments.quiet) fmt::print(stderr, "{}", judged.tables);
     fmt::print("{}", files.front().text);
     return;
   }
   std::vector<std::string> written;
   run_phase([&] { written = codegen::write_export(target, files, arguments.output); });
   if (arguments.quiet) return;
-  fmt::print("{}", verdict.tables);
+  fmt::print("{}", judged.tables);
   for (std::size_t i = 0; i < written.size(); ++i) fmt::print("{}: {} bytes\n", written[i], files[i].text.size());
 }
 

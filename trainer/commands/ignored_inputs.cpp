@@ -43,7 +43,7 @@ std::string ignored_inputs_note(const codegen::Model& model) {
       return fmt::format(
           "note: a {} observer takes no input, so this one does not know {}: where an input acts, its "
           "estimates are off; of a plant, structure = \"driven_kkl\" takes inputs\n",
-          codegen::structure(model), inputs);
+          codegen::structure_name(model), inputs);
   return "";
 }
 

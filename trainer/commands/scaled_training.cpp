@@ -23,15 +23,17 @@ Experiment scaled_experiment(const Experiment& experiment, const codegen::Model&
   ObserverConfig& observer = again.observer;
   const std::size_t outputs = model.outputs.size(), pairs = observer.pairs.size(), real = observer.eigenvalues.size();
   const auto expected = outputs * (2 * pairs + real) + observer.clocks_s.size();
-  if (static_cast<std::size_t>(model.nz()) != expected || static_cast<std::size_t>(model.pairs) != outputs * pairs)
+  if (static_cast<std::size_t>(model.nz()) != expected ||
+      static_cast<std::size_t>(codegen::linear_latent(model)->pairs) != outputs * pairs)
     throw codegen::Error(
         fmt::format("model {}: has {} latent states, but its config describes {}; the file was changed: train it again",
                     model.name, model.nz(), expected));
   // As make_structure() lays them out: the pairs of each output, then the real ones of each output, then the clocks.
   const auto learned = [&](std::size_t first, std::size_t per_output, std::size_t i) {
-    const double value = model.eigenvalues(static_cast<Eigen::Index>(first + i));
+    const double value = codegen::linear_latent(model)->eigenvalues(static_cast<Eigen::Index>(first + i));
     for (std::size_t j = 1; j < outputs; ++j) {
-      const double other = model.eigenvalues(static_cast<Eigen::Index>(first + j * per_output + i));
+      const double other =
+          codegen::linear_latent(model)->eigenvalues(static_cast<Eigen::Index>(first + j * per_output + i));
       if (std::abs(other - value) > kSame * std::abs(value))
         throw codegen::Error(
             fmt::format("model {}: its outputs have learned different eigenvalues ({:.6g} and {:.6g}), which cannot be "
@@ -69,7 +71,7 @@ codegen::Model train_scaled(const Experiment& experiment, const codegen::Model& 
   TrainingResult result = train(experiment, sets.training, sets.validation, options);
   if (display) display->finish();
   if (result.outcome == TrainOutcome::kDiverged) throw codegen::Error(result.message);
-  return with_injection(std::move(result.model), original.output_injection);
+  return with_injection(std::move(result.model), codegen::linear_latent(original)->output_injection);
 }
 
 }  // namespace nlo::trainer

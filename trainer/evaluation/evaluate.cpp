@@ -8,7 +8,7 @@
 
 #include "codegen/domain.h"
 #include "codegen/error.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/evaluation/examples.h"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "codegen/domain.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "trainer/evaluation/metrics.h"
 
 namespace nlo::trainer {

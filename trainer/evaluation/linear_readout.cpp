@@ -19,14 +19,14 @@ constexpr double kRidge = 1e-6;  // relative to the features' power: collinear f
 }  // namespace
 
 LinearReadout::LinearReadout(const codegen::Model& model) : states_(model.states) {
-  if (model.luenberger) {
+  if (const codegen::Network* map = codegen::inverse_map(model)) {
+    map_ = map->features;
+    mean_ = map->feature_mean;
+    scale_ = map->feature_scale;
+  } else {
     map_ = MatrixXd::Identity(model.nz() + model.ny(), model.nz() + model.ny());
     mean_ = VectorXd::Zero(map_.rows());
     scale_ = VectorXd::Ones(map_.rows());
-  } else {
-    map_ = model.inverse_map.features;
-    mean_ = model.inverse_map.feature_mean;
-    scale_ = model.inverse_map.feature_scale;
   }
   Index targets = 0;
   for (const codegen::Channel& state : states_) targets += state.wrap > 0.0 ? 2 : 1;

@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "codegen/model.h"
-#include "codegen/reference_observer.h"
+#include "codegen/reference/observer.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
 
 class LinearReadout {
  public:
-  /// The features are those of the model's T*; of a Luenberger observer, which has none, z and y.
+  /// The features are those of the model's T*; of an observer that has none, z and y.
   explicit LinearReadout(const codegen::Model& model);
 
   /// Adds a run of the model on training data: samples whose truth counts.

@@ -48,7 +48,7 @@ Eigen::MatrixXd Workbench::test_states(std::string_view name, double box_scale) 
 codegen::Model Workbench::observer(const Trial& trial, int seed) const {
   codegen::Model observer = model(trial.experiment, seed);
   if (!trial.drive) {
-    observer.drive.reset();
+    observer = codegen::without_inputs(observer);
     observer.flight = {};  // flown with inputs, which this observer does not take
   }
   return observer;

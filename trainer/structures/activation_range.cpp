@@ -2,8 +2,11 @@
 #include "trainer/structures/activation_range.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
+#include "codegen/activations.h"
+#include "codegen/reference/network.h"
 #include "trainer/structures/for_each_sample.h"
 
 namespace nlo::trainer {
@@ -12,36 +15,12 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-class LargestActivations {
- public:
-  explicit LargestActivations(const codegen::Network& map) : map_(map), largest_(map.layers.size() - 1, 0.0) {}
-
-  const std::vector<double>& values() const { return largest_; }
-
-  /// `in`: n_in x B.
-  void add(const MatrixXd& in) {
-    MatrixXd a = ((map_.features * in).colwise() - map_.feature_mean).array().colwise() / map_.feature_scale.array();
-    for (std::size_t l = 0; l < largest_.size(); ++l) {
-      a = ((map_.layers[l].weights * a).colwise() + map_.layers[l].bias).eval();
-      if (map_.activation == "relu") {
-        a = a.cwiseMax(0.0);
-      } else {  // silu
-        a = (a.array() / (1.0 + (-a.array()).exp())).matrix().eval();
-      }
-      largest_[l] = std::max(largest_[l], a.cwiseAbs().maxCoeff());
-    }
-  }
-
- private:
-  const codegen::Network& map_;
-  std::vector<double> largest_;
-};
-
 }  // namespace
 
 void record_largest_activations(codegen::Model& model, const Rollout& rollout) {
-  const codegen::Network& map = model.inverse_map;
-  if (map.layers.size() < 2 || map.activation == "tanh") return;
+  codegen::Network* map = codegen::inverse_map(model);
+  if (map == nullptr || map->layers.size() < 2) return;
+  if (std::isfinite(codegen::activation_row(map->activation).largest_value)) return;
 
   constexpr long kMost = 1 << 18;
   constexpr Index kBlock = 512;
@@ -49,9 +28,15 @@ void record_largest_activations(codegen::Model& model, const Rollout& rollout) {
   for_each_sample(rollout, [&](const Segment&, const SegmentGroup&, int, int) { ++samples; });
   const long stride = (samples + kMost - 1) / kMost;
 
-  LargestActivations largest(map);
-  MatrixXd block(map.inputs(), kBlock);  // [z; y], or z
+  const codegen::ReferenceNetwork<double> reference(*map);
+  std::vector<double> largest(map->layers.size() - 1, 0.0);
+  MatrixXd block(map->inputs(), kBlock);  // [z; y], or z
   Index filled = 0;
+  const auto add = [&] {
+    const std::vector<double> values = reference.largest_activations(block.leftCols(filled));
+    for (std::size_t l = 0; l < largest.size(); ++l) largest[l] = std::max(largest[l], values[l]);
+    filled = 0;
+  };
   long visited = 0;
   for_each_sample(rollout, [&](const Segment&, const SegmentGroup& group, int lane, int time) {
     if (visited++ % stride != 0) return;
@@ -62,12 +47,10 @@ void record_largest_activations(codegen::Model& model, const Rollout& rollout) {
       block(i, filled) =
           static_cast<double>(signal[group.at(static_cast<int>(row), time) + static_cast<std::size_t>(lane)]);
     }
-    if (++filled < kBlock) return;
-    largest.add(block);
-    filled = 0;
+    if (++filled == kBlock) add();
   });
-  if (filled > 0) largest.add(block.leftCols(filled));
-  model.inverse_map.largest_activations = largest.values();
+  if (filled > 0) add();
+  map->largest_activations = largest;
 }
 
 }  // namespace nlo::trainer

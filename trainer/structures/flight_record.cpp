@@ -30,10 +30,10 @@ struct Place {
 int piece_length(const codegen::Model& model) {
   constexpr double kShortest = 500.0, kLongest = 3000.0, kTimeConstants = 8.0;
   double slowest = 0.0;  // time constant in sample periods
-  for (Index r = 0; r < model.eigenvalues.size(); ++r) {
-    const Index rows = r < 2 * model.pairs ? 2 : 1;
-    if (!model.output_injection.middleRows(r, rows).isZero(0.0))  // else a clock
-      slowest = std::max(slowest, -1.0 / (model.eigenvalues(r) * model.sample_period_s));
+  for (Index r = 0; r < codegen::linear_latent(model)->eigenvalues.size(); ++r) {
+    const Index rows = r < 2 * codegen::linear_latent(model)->pairs ? 2 : 1;
+    if (!codegen::linear_latent(model)->output_injection.middleRows(r, rows).isZero(0.0))  // else a clock
+      slowest = std::max(slowest, -1.0 / (codegen::linear_latent(model)->eigenvalues(r) * model.sample_period_s));
     r += rows - 1;
   }
   return static_cast<int>(std::clamp(kTimeConstants * slowest, kShortest, kLongest));
@@ -132,7 +132,7 @@ void record_flight(codegen::Model& model, const Dataset& dataset, const Rollout&
   double longest_s = dataset.sample_period_s;
   for (const Piece& piece : pieces) {
     outputs.push_back(outputs_of(piece, rollout, model.outputs));
-    if (model.drive) inputs.push_back(inputs_of(piece, dataset, model.nu()));
+    if (model.nu() > 0) inputs.push_back(inputs_of(piece, dataset, model.nu()));
     const VectorXd& time_s = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)].time_s;
     const int start = piece.segment.start + piece.first;
     for (int k = 1; k < piece.length; ++k) longest_s = std::max(longest_s, time_s(start + k) - time_s(start + k - 1));
@@ -141,13 +141,13 @@ void record_flight(codegen::Model& model, const Dataset& dataset, const Rollout&
   flight = {};
   if (pieces.empty()) return;
   flight.output_step = steps_for(outputs);
-  if (model.drive) flight.input_step = steps_for(inputs);
+  if (model.nu() > 0) flight.input_step = steps_for(inputs);
   flight.dt_step_s = codegen::flight_step(16.0 * dataset.sample_period_s, longest_s);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const Piece& piece = pieces[i];
     codegen::FlightRun run;
     run.outputs = counts(outputs[i], flight.output_step);
-    if (model.drive) run.inputs = counts(inputs[i], flight.input_step);
+    if (model.nu() > 0) run.inputs = counts(inputs[i], flight.input_step);
     if (!dataset.uniform) {
       const VectorXd& time_s = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)].time_s;
       const int start = piece.segment.start + piece.first;

@@ -4,6 +4,7 @@
 #include <complex>
 #include <limits>
 
+#include "codegen/hold.h"
 #include "trainer/structures/activation_range.h"
 #include "trainer/structures/flight_record.h"
 #include "trainer/structures/for_each_sample.h"
@@ -14,6 +15,10 @@ namespace nlo::trainer {
 namespace {
 
 using Eigen::Index;
+
+Hold hold_named(const std::string& name) {
+  return codegen::find_hold(name).value_or(Hold::kFirstOrder);  // checked when the experiment was read
+}
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -22,10 +27,10 @@ VectorXd to_double(const std::vector<float>& values) {
 }
 
 /// The layers and the linear path of a network; features and scales are the caller's.
-codegen::Network network_of(const NetworkShape& shape, const float* parameters, const std::string& activation) {
+codegen::Network network_of(const NetworkShape& shape, const float* parameters) {
   using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   codegen::Network network;
-  network.activation = activation;
+  network.activation = shape.activation;
   for (const LayerView& layer : shape.layers) {
     network.layers.push_back(
         {Eigen::Map<const RowMajor>(parameters + layer.weights, layer.out, layer.in).cast<double>(),
@@ -39,9 +44,9 @@ codegen::Network network_of(const NetworkShape& shape, const float* parameters, 
 }
 
 /// A network of normalised inputs: u = (in - mean) / scale, outputs in their own units.
-codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* parameters, const std::string& activation) {
+codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* parameters) {
   const auto inputs = static_cast<Index>(dynamics.inputs.mean.size());
-  codegen::Network network = network_of(dynamics.shape, parameters, activation);
+  codegen::Network network = network_of(dynamics.shape, parameters);
   network.features = MatrixXd::Identity(inputs, inputs);
   network.feature_mean = Eigen::Map<const VectorXd>(dynamics.inputs.mean.data(), inputs);
   network.feature_scale = Eigen::Map<const VectorXd>(dynamics.inputs.scale.data(), inputs);
@@ -50,11 +55,10 @@ codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* param
   return network;
 }
 
-codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Index ny,
-                                const std::string& activation) {
+codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Index ny) {
   const auto nf = static_cast<Index>(structure.features.size());
   const Index nz = structure.latent.rows;
-  codegen::Network map = network_of(structure.network, parameters, activation);
+  codegen::Network map = network_of(structure.network, parameters);
   map.features = MatrixXd::Zero(nf, structure.kind == StructureKind::kGeneral ? nz : nz + ny);  // G of (11) reads z
   map.feature_mean.resize(nf);
   map.feature_scale.resize(nf);
@@ -70,10 +74,9 @@ codegen::Network inverse_map_of(const ObserverStructure& structure, const float*
   return map;
 }
 
-codegen::Network forward_map_of(const ObserverStructure& structure, const float* parameters,
-                                const std::string& activation) {
+codegen::Network forward_map_of(const ObserverStructure& structure, const float* parameters) {
   const auto nx = static_cast<Index>(structure.state_mean.size());
-  codegen::Network map = network_of(*structure.forward_map, parameters, activation);
+  codegen::Network map = network_of(*structure.forward_map, parameters);
   map.features = MatrixXd::Identity(nx, nx);
   map.feature_mean = to_double(structure.state_mean);
   map.feature_scale = to_double(structure.state_scale);
@@ -86,12 +89,13 @@ codegen::Network forward_map_of(const ObserverStructure& structure, const float*
 MatrixXd set_linear_latent(codegen::Model& model, const ObserverStructure& structure, const float* parameters) {
   const LatentShape& latent = structure.latent;
   const std::vector<double> eigenvalues = structure.eigenvalues_at(parameters);
-  model.eigenvalues = Eigen::Map<const VectorXd>(eigenvalues.data(), latent.rows);
-  model.output_injection = MatrixXd::Zero(latent.rows, model.ny());
-  model.starts_steady = latent.starts_steady;
-  MatrixXd steady_gain = model.output_injection;
+  codegen::LinearLatent& own = *codegen::linear_latent(model);
+  own.eigenvalues = Eigen::Map<const VectorXd>(eigenvalues.data(), latent.rows);
+  own.output_injection = MatrixXd::Zero(latent.rows, model.ny());
+  own.starts_steady = latent.starts_steady;
+  MatrixXd steady_gain = own.output_injection;
   for (const Mode& mode : latent.modes) {
-    if (mode.pair) ++model.pairs;
+    if (mode.pair) ++own.pairs;
     if (mode.output < 0) {
       model.initial_latent(mode.row) = 1.0;
       continue;
@@ -100,10 +104,10 @@ MatrixXd set_linear_latent(codegen::Model& model, const ObserverStructure& struc
     const std::complex<double> lambda{eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0};
     const std::complex<double> f = injection_of(latent.injection, mode, lambda);
     const std::complex<double> s = -f / lambda;
-    model.output_injection(mode.row, mode.output) = f.real();
+    own.output_injection(mode.row, mode.output) = f.real();
     steady_gain(mode.row, mode.output) = s.real();
     if (!mode.pair) continue;
-    model.output_injection(mode.row + 1, mode.output) = f.imag();
+    own.output_injection(mode.row + 1, mode.output) = f.imag();
     steady_gain(mode.row + 1, mode.output) = s.imag();
   }
   return steady_gain;
@@ -157,34 +161,38 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
   model.outputs = dataset.outputs;
   model.states = dataset.states;
   model.sample_period_s = dataset.sample_period_s;
-  model.hold = experiment.observer.hold;
+  model.hold = hold_named(experiment.observer.hold);
   model.initial_latent = VectorXd::Zero(structure.latent.rows);
   MatrixXd steady_gain = MatrixXd::Zero(structure.latent.rows, model.ny());
+  const float* network = parameters + structure.dynamics_parameters();
+  const float* forward_map = network + structure.network.parameters;
+  switch (structure.kind) {
+    case StructureKind::kKkl:
+      break;
+    case StructureKind::kDrivenKkl: {
+      codegen::DrivenKkl& own = model.structure.emplace<codegen::DrivenKkl>();
+      own.inputs = dataset.inputs;
+      own.input_hold = hold_named(experiment.observer.input_hold);
+      own.input_field = dataset.input_field;
+      own.forward_map = forward_map_of(structure, forward_map);
+      break;
+    }
+    case StructureKind::kLuenberger:
+      model.structure = codegen::Luenberger{.state_matrix = structure.known.state_matrix,
+                                            .output_matrix = structure.known.output_matrix,
+                                            .gain = structure.known.gain,
+                                            .nonlinearity = dynamics_of(structure.dynamics, parameters)};
+      break;
+    case StructureKind::kGeneral:
+      model.structure.emplace<codegen::General>().dynamics = dynamics_of(structure.dynamics, parameters);
+      break;
+  }
   if (structure.is_kkl()) steady_gain = set_linear_latent(model, structure, parameters);
   // Every feature of an output is z - y then, and S is one: a rig that rests elsewhere is in the domain all the same.
   if (experiment.observer.features == "latent_minus_output" && structure.latent.injection == Injection::kUnitGain)
     for (int j = 0; j < model.ny(); ++j)
-      if (!is_relative(model, j)) model.relative_outputs.push_back(j);
-
-  const float* network = parameters + structure.dynamics_parameters();
-  const float* forward_map = network + structure.network.parameters;
-  if (structure.kind == StructureKind::kLuenberger) {
-    model.luenberger = {.state_matrix = structure.known.state_matrix,
-                        .output_matrix = structure.known.output_matrix,
-                        .gain = structure.known.gain,
-                        .nonlinearity = dynamics_of(structure.dynamics, parameters, experiment.dynamics.activation)};
-  } else {
-    model.inverse_map = inverse_map_of(structure, network, model.ny(), experiment.inverse_map.activation);
-  }
-  if (structure.kind == StructureKind::kGeneral)
-    model.dynamics = dynamics_of(structure.dynamics, parameters, experiment.dynamics.activation);
-  if (structure.kind == StructureKind::kDrivenKkl) {
-    codegen::Drive& drive = model.drive.emplace();
-    drive.inputs = dataset.inputs;
-    drive.input_hold = experiment.observer.input_hold;
-    drive.input_field = dataset.input_field;
-    drive.forward_map = forward_map_of(structure, forward_map, experiment.forward_map.activation);
-  }
+      if (!is_relative(model, j)) codegen::linear_latent(model)->relative_outputs.push_back(j);
+  if (codegen::Network* map = codegen::inverse_map(model)) *map = inverse_map_of(structure, network, model.ny());
   set_ranges(model, rollout, steady_gain);
   record_largest_activations(model, rollout);
   record_flight(model, dataset, rollout);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/targets/cpp_cost.h"
+#include "codegen/cpp_cost.h"
 
 namespace nlo::codegen {
 

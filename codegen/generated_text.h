@@ -7,7 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "codegen/targets/registry.h"
+#include "codegen/export_options.h"
+#include "codegen/model.h"
 
 namespace nlo::codegen {
 

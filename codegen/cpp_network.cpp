@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/targets/cpp_network.h"
+#include "codegen/cpp_network.h"
 
 #include <fmt/format.h>
 #include <nlo/kernels/panels.h>
 
 #include <vector>
 
-#include "codegen/number_formats.h"
+#include "codegen/activations.h"
 
 namespace nlo::codegen {
 namespace {
-
-std::string activation_of(const FoldedNetwork& n) {
-  for (const TanhTier& tier : kTanhTiers)
-    if (n.activation == tier.name) return tier.identifier;
-  return n.activation == "relu" ? "Activation::kRelu" : "Activation::kSilu";
-}
 
 // Laying a layer out as a constant costs g++ some 25 us per weight, and clang++ gives up on large ones. Smaller
 // networks keep the readable form.
@@ -66,7 +60,7 @@ std::string integer_layer(const QuantisedLayer& layer, const std::string& name, 
 
 std::string CppNetwork::made() const {
   std::string text = quantised ? "make_quantised_mlp" : "make_mlp";
-  text += "<" + activation_of(network) + ">(";
+  text += "<" + std::string(activation_row(network.activation).identifier) + ">(";
   for (std::size_t l = 1; l <= network.layers.size(); ++l)
     text += fmt::format("{}weights::k{}{}", l > 1 ? ", " : "", layer, l);
   return text + ")";
@@ -130,7 +124,9 @@ std::string CppNetwork::initialiser(const Initialiser& init, const std::string& 
 std::string CppNetwork::description() const {
   std::string text = std::to_string(network.inputs());
   for (const DenseLayer& dense : network.layers) text += fmt::format("-{}", dense.bias.size());
-  text += network.layers.size() == 1 ? ", linear" : " " + network.activation.substr(0, 4);  // no tier
+  text += network.layers.size() == 1
+              ? ", linear"
+              : " " + std::string(activation_row(activation_row(network.activation).trained_as).name);
   return text + (has_linear_path() ? " and a linear path" : "") + ", reads " + reads;
 }
 

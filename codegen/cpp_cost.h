@@ -4,9 +4,9 @@
 
 #include <Eigen/Core>
 
+#include "codegen/cpp_structure.h"
+#include "codegen/generated_text.h"
 #include "codegen/model.h"
-#include "codegen/targets/cpp_structure.h"
-#include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 

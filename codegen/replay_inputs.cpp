@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/targets/replay_inputs.h"
+#include "codegen/replay_inputs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +58,7 @@ double irregular_step(Uniform& uniform) {
 
 }  // namespace
 
-ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double loudness,
+ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double amplitude,
                            const Eigen::MatrixXd& ranges) {
   Uniform uniform(seed);
   const double h = m.sample_period_s;
@@ -78,7 +78,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     const double from = narrowed ? ranges(j, 0) : low, to = narrowed ? ranges(j, 1) : high;
     const Eigen::VectorXd tone = tones(time_s, h, uniform);
     for (int k = 0; k < samples; ++k) {
-      double y = (from + to) / 2.0 + (turns ? 1.0 : loudness) * 0.85 * (to - from) / 2.0 * tone(k);
+      double y = (from + to) / 2.0 + (turns ? 1.0 : amplitude) * 0.85 * (to - from) / 2.0 * tone(k);
       if (turns) y = measured_angle(y + 2.5 * wrap * k / samples, low, wrap);
       inputs.outputs(j, k) = y;
     }
@@ -96,7 +96,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     }
   }
   for (int i = 0; i < m.nu(); ++i) {
-    inputs.inputs.row(i) = loudness * tones(time_s, h, uniform);
+    inputs.inputs.row(i) = amplitude * tones(time_s, h, uniform);
     inputs.inputs(i, samples / 3) = missed;
   }
   const int gap = std::min(stale_after + 2, samples / 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/targets/generated_text.h"
+#include "codegen/generated_text.h"
 
 #include <fmt/format.h>
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "codegen/fold.h"
+#include "codegen/generated_text.h"
 #include "codegen/quantise.h"
-#include "codegen/targets/generated_text.h"
 
 namespace nlo::codegen {
 

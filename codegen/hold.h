@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// How a signal runs between two samples (nlo/latent.h), by its name in files and messages.
+#pragma once
+
+#include <nlo/latent.h>
+#include <array>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+namespace nlo::codegen {
+
+inline constexpr std::array<std::pair<Hold, std::string_view>, 3> kHoldNames = {
+    {{Hold::kZeroOrder, "zero_order"}, {Hold::kFirstOrder, "first_order"}, {Hold::kRk4, "rk4"}}};
+
+constexpr std::string_view hold_name(Hold hold) {
+  for (const auto& [value, name] : kHoldNames)
+    if (value == hold) return name;
+  return {};
+}
+
+/// Nothing for another name.
+constexpr std::optional<Hold> find_hold(std::string_view name) {
+  for (const auto& [value, known] : kHoldNames)
+    if (known == name) return value;
+  return std::nullopt;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// How the latent state of a structure runs between two samples: its equations with dynamic sizes and nothing folded.
+// What ReferenceObserver steps; each structure's module has its own.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+
+#include "codegen/reference/network.h"
+
+namespace nlo::codegen {
+
+/// What acts on the latent state from one sample to the next.
+template <class Scalar>
+struct Between {
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  const Vector &y, &y_next;  ///< n_y
+  const Vector &u, &u_next;  ///< n_u; empty where there are no inputs
+};
+
+template <class Scalar>
+class ReferenceDynamics {
+ public:
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+
+  virtual ~ReferenceDynamics() = default;
+
+  /// The first sample: z (n_z x B), so far the initial latent, as it starts with the outputs y (n_y x B).
+  virtual void start(Matrix& z, const Matrix& y) const {
+    (void)z;
+    (void)y;
+  }
+
+  /// z (n_z) one step of `dt_s` on, in place.
+  virtual void advance(Vector& z, const Between<Scalar>& over, double dt_s) = 0;
+
+  /// A longer step is refused [s].
+  virtual double longest_step_s() const { return std::numeric_limits<double>::infinity(); }
+
+  /// dz/dt, n_z x B, at z (n_z x B) and y (n_y x B); one u (n_u) for all, empty: none.
+  virtual Matrix slope(const Matrix& z, const Matrix& y, const Vector& u) const = 0;
+};
+
+/// [z; y], column by column.
+template <class Scalar>
+Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> stacked(
+    const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& z,
+    const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& y) {
+  Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> both(z.rows() + y.rows(), z.cols());
+  both << z, y;
+  return both;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The classical Runge-Kutta method over values of Eigen, and how the reference steps by it: in pieces of about one
+// sample period, as the runtime does (nlo/explicit_rk.h).
+#pragma once
+
+#include <nlo/explicit_rk.h>
+#include <nlo/latent.h>
+#include <Eigen/Core>
+
+#include "codegen/reference/dynamics.h"
+
+namespace nlo::codegen {
+
+/// z(t + h) of z' = slope(c, z), c in [0, 1] the part of the step that is over.
+template <class State, class Scalar, class Slope>
+State rk4_step(const State& z, Scalar h, const Slope& slope) {
+  constexpr Scalar kHalf(0.5), kTwo(2);
+  const State k1 = slope(Scalar(0), z);
+  const State k2 = slope(kHalf, State(z + kHalf * h * k1));
+  const State k3 = slope(kHalf, State(z + kHalf * h * k2));
+  const State k4 = slope(Scalar(1), State(z + h * k3));
+  return z + h / Scalar(6) * (k1 + kTwo * k2 + kTwo * k3 + k4);
+}
+
+/// A signal between two samples.
+template <class Vector, class Scalar>
+Vector held(Hold hold, const Vector& from, const Vector& to, Scalar part) {
+  if (hold == Hold::kZeroOrder) return from;
+  return (Scalar(1) - part) * from + part * to;
+}
+
+/// z over one step of dt_s by dynamics.slope().
+template <class Scalar>
+void integrate(const ReferenceDynamics<Scalar>& dynamics, Hold hold, double sample_period_s,
+               Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& z, const Between<Scalar>& over, double dt_s) {
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  const int pieces = pieces_of(dt_s, sample_period_s);
+  const auto h = static_cast<Scalar>(dt_s / pieces);
+  for (int i = 0; i < pieces; ++i)
+    z = rk4_step(z, h, [&](Scalar c, const Vector& at) -> Vector {
+      const auto part = static_cast<Scalar>((i + static_cast<double>(c)) / pieces);
+      return dynamics.slope(at, held(hold, over.y, over.y_next, part), over.u_next);
+    });
+}
+
+}  // namespace nlo::codegen

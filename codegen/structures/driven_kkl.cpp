@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+#include <nlo/explicit_rk.h>
+
+#include <utility>
+
+#include "codegen/checks.h"
+#include "codegen/hold.h"
+#include "codegen/latent_step.h"
+#include "codegen/model_fields.h"
+#include "codegen/reference/integrate.h"
+#include "codegen/reference/linear_steps.h"
+#include "codegen/structures/kkl_family.h"
+
+namespace nlo::codegen {
+namespace {
+
+/// D z + F y exactly, phi(z) u by the scheme of nlo/exponential_rk.h.
+template <class Scalar>
+class DrivenDynamics final : public ReferenceDynamics<Scalar> {
+ public:
+  using typename ReferenceDynamics<Scalar>::Vector;
+  using typename ReferenceDynamics<Scalar>::Matrix;
+
+  DrivenDynamics(const Model& m, Activations activations)
+      : model_(m),
+        hold_(m.hold),
+        input_hold_(own_part<DrivenKkl>(m).input_hold),
+        latent_(m),
+        nominal_(m, m.sample_period_s),
+        inverse_map_(own_part<DrivenKkl>(m).inverse_map, activations),
+        forward_map_(own_part<DrivenKkl>(m).forward_map, activations),
+        field_weights_(own_part<DrivenKkl>(m).input_field.weights.cast<Scalar>()),
+        field_bias_(own_part<DrivenKkl>(m).input_field.bias.cast<Scalar>()) {}
+
+  void start(Matrix& z, const Matrix& y) const override { latent_.start(z, y); }
+
+  void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
+    if (dt_s == model_.sample_period_s) return advance_by(nominal_, 1, z, over);
+    const int pieces = pieces_of(dt_s, model_.sample_period_s);
+    advance_by(Step(model_, dt_s / pieces), pieces, z, over);
+  }
+
+  double longest_step_s() const override { return kMostPieces * model_.sample_period_s; }
+
+  Matrix slope(const Matrix& z, const Matrix& y, const Vector& u) const override {
+    Matrix slope = latent_.slope(z, y);
+    for (Eigen::Index i = 0; u.size() != 0 && i < z.cols(); ++i) slope.col(i) += drive(z.col(i), y.col(i), u);
+    return slope;
+  }
+
+ private:
+  struct Step {
+    Step(const Model& m, double h) : full(m, latent_step(m, h)), half(m, forced_latent_step(m, h).half) {
+      const auto matrix = [&m](const Eigen::VectorXd& modes) -> Matrix {
+        return block_diagonal(m, modes).template cast<Scalar>();
+      };
+      const auto w = forced_latent_step(m, h).weights;
+      weights = {matrix(w.stage2),   matrix(w.stage3_1), matrix(w.stage3_2), matrix(w.stage4_1),
+                 matrix(w.stage4_3), matrix(w.end_1),    matrix(w.end_23),   matrix(w.end_4)};
+    }
+    LinearStep<Scalar> full, half;
+    ForcedWeights<Matrix> weights;
+  };
+
+  void advance_by(const Step& step, int pieces, Vector& z, const Between<Scalar>& over) const {
+    const ForcedWeights<Matrix>& w = step.weights;
+    for (int i = 0; i < pieces; ++i) {
+      const auto part = [&](double c) { return static_cast<Scalar>((i + c) / pieces); };
+      const auto y = [&](double c) { return held(hold_, over.y, over.y_next, part(c)); };
+      const auto u = [&](double c) -> Vector {
+        return input_hold_ == Hold::kZeroOrder ? over.u_next : held(input_hold_, over.u, over.u_next, part(c));
+      };
+      Vector half = z, full = z;
+      step.half.advance(half, y(0.0), y(0.5));
+      step.full.advance(full, y(0.0), y(1.0));
+      const Vector n1 = drive(z, y(0.0), u(0.0));
+      const Vector n2 = drive(half + w.stage2 * n1, y(0.5), u(0.5));
+      const Vector n3 = drive(half + w.stage3_1 * n1 + w.stage3_2 * n2, y(0.5), u(0.5));
+      const Vector n4 = drive(full + w.stage4_1 * n1 + w.stage4_3 * n3, y(1.0), u(1.0));
+      z = full + w.end_1 * n1 + w.end_23 * (n2 + n3) + w.end_4 * n4;
+    }
+  }
+
+  /// phi(z) u = dT/dx(x_hat) g(x_hat) u, x_hat = T*(z, y).
+  Vector drive(const Vector& z, const Vector& y, const Vector& u) const {
+    const Vector x_hat = inverse_map_(stacked<Scalar>(z, y));
+    const Vector field = field_weights_ * x_hat + field_bias_;
+    return forward_map_.jvp(x_hat, field.reshaped(x_hat.size(), u.size()) * u);
+  }
+
+  Model model_;
+  Hold hold_, input_hold_;
+  LinearSteps<Scalar> latent_;
+  Step nominal_;
+  ReferenceNetwork<Scalar> inverse_map_, forward_map_;
+  Matrix field_weights_;
+  Vector field_bias_;
+};
+
+class DrivenKklHeader final : public KklHeader {
+ public:
+  explicit DrivenKklHeader(const ExportSource& source)
+      : KklHeader(source),
+        own_(own_part<DrivenKkl>(source.model)),
+        forced_(forced_latent_step(source.model, source.model.sample_period_s)),
+        nu_(source.model.nu()) {}
+
+  std::string title() const override { return "a learned state observer (driven Kazantzis-Kravaris/Luenberger)"; }
+  std::string description() const override {
+    return KklHeader::description() +
+           fmt::format(
+               "// Inputs act by phi(z) u = dT/dx g(x_hat) u, order 4 beside exact D and F; {}.\n"
+               "// Forward map T: {}.\n",
+               own_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample" : "u is a ramp",
+               forward_map().description());
+  }
+  std::string header() const override { return "driven_kkl_observer.h"; }
+  std::vector<CppNetwork> networks() const override { return {inverse_map(), forward_map()}; }
+  std::string types() const override {
+    return fmt::format(
+        "using Model = DrivenKklModel<{}, {}, {}, {}, {}, {},  // n_x, n_y, n_z, n_u, complex pairs\n"
+        "                             {},\n"
+        "                             {}>;\n"
+        "using Observer = DrivenKklObserver<Model>;\n",
+        init_.scalar_name(), nx_, ny_, nz_, nu_, latent_.pairs, inverse_map().map_type(init_),
+        forward_map().map_type(init_));
+  }
+  std::string leading_fields() const override {
+    const auto& w = forced_.weights;
+    std::string text = fmt::format("    .input_hold = {},\n", hold_identifier(own_.input_hold)) + latent_fields();
+    text += "    .forced = {  // how phi(z) u acts over one sample period, stage by stage\n        .half = " +
+            step(forced_.half, 17) + ",\n        .weights = {";
+    bool first = true;
+    for (const auto& [name, weight] : {std::pair{"stage2", &w.stage2},
+                                       {"stage3_1", &w.stage3_1},
+                                       {"stage3_2", &w.stage3_2},
+                                       {"stage4_1", &w.stage4_1},
+                                       {"stage4_3", &w.stage4_3},
+                                       {"end_1", &w.end_1},
+                                       {"end_23", &w.end_23},
+                                       {"end_4", &w.end_4}}) {
+      text += fmt::format("{}.{} = {{{}}}", first ? "" : ",\n                    ", name, init_.vector(*weight, name));
+      first = false;
+    }
+    return text + "},\n    },\n";
+  }
+  std::string trailing_fields() const override {
+    std::string constant, linear;
+    for (Eigen::Index i = 0; i < nu_; ++i) {
+      const DenseLayer& g = own_.input_field;
+      constant += (i > 0 ? ", " : "") + init_.vector(g.bias.segment(i * nx_, nx_), "drive.input_field.bias");
+      linear += (i > 0 ? ", " : "") + init_.matrix(g.weights.middleRows(i * nx_, nx_), "drive.input_field.weights");
+    }
+    return fmt::format("    .input_field = {{.constant = {{{}}},\n                    .linear = {{{}}}}},\n", constant,
+                       linear) +
+           KklHeader::trailing_fields();
+  }
+
+  Eigen::Index step_multiply_adds() const override {
+    return 2 * linear_multiply_adds() + 8 * (nz_ + 2 * latent_.pairs) +
+           4 * (inverse_map().multiply_adds() + nu_ * nx_ * (nx_ + 1) + 2 * forward_map().multiply_adds());
+  }
+  Eigen::Index step_activations() const override {
+    return 4 * (inverse_map().activations() + forward_map().activations());
+  }
+  Eigen::Index own_scalars() const override {
+    return KklHeader::own_scalars() + (nz_ + 2 * nz_ * ny_) + 8 * nz_ + nu_ * nx_ * (nx_ + 1);
+  }
+
+ private:
+  CppNetwork forward_map() const { return network("drive.forward_map", "ForwardLayer", "ForwardNetwork", "x"); }
+
+  const DrivenKkl& own_;
+  const ForcedLatentStep forced_;
+  const Eigen::Index nu_;
+};
+
+void check_inputs(const Model& m) {
+  const DrivenKkl& own = own_part<DrivenKkl>(m);
+  check_channels(own.inputs, "drive.inputs");
+  for (std::size_t i = 0; i < own.inputs.size(); ++i)
+    if (own.inputs[i].wrap != 0.0)
+      fail("drive.inputs[{}].wrap is {}; an input is taken as it comes: write 0", i, own.inputs[i].wrap);
+  if (own.input_hold == Hold::kRk4)
+    fail("drive.input_hold is unknown; use zero_order (a command that has acted since the last sample) or first_order");
+  const Eigen::Index entries = Eigen::Index{m.nx()} * m.nu();
+  check_shape(own.input_field.weights, entries, m.nx(), "drive.input_field.weights", "n_x n_u x n_x");
+  check_shape(own.input_field.bias, entries, "drive.input_field.bias", "n_x n_u");
+  check_network(own.forward_map, m.nx(), m.nz(), "drive.forward_map", "n_u x n_x");
+}
+
+class DrivenKklModule final : public StructureModule {
+ public:
+  std::string_view name() const override { return "driven_kkl"; }
+
+  std::vector<const char*> keys() const override {
+    return {"starts_steady", "relative_outputs", "pairs", "eigenvalues", "output_injection", "inverse_map", "drive"};
+  }
+  void read(const Field& file, Model& m) const override {
+    DrivenKkl& own = m.structure.emplace<DrivenKkl>();
+    read_linear_latent(file, own.latent);
+    const Field drive = file["drive"];
+    drive.allow_only({"inputs", "input_hold", "input_field", "forward_map"});
+    own.inputs = channels(drive["inputs"]);
+    own.input_hold = hold(drive["input_hold"]);
+    own.input_field = dense(drive["input_field"]);
+    own.forward_map = network(drive["forward_map"]);
+    own.inverse_map = network(file["inverse_map"]);
+  }
+  void write(const Model& m, JsonObject& file) const override {
+    const DrivenKkl& own = own_part<DrivenKkl>(m);
+    write_linear_latent(own.latent, file);
+    JsonObject drive(file.inner());
+    drive.channels("inputs", own.inputs);
+    drive.text("input_hold", hold_name(own.input_hold));
+    drive.dense("input_field", own.input_field);
+    drive.network("forward_map", own.forward_map);
+    file.field("drive", drive.text());
+    file.network("inverse_map", own.inverse_map);
+  }
+  void check(const Model& m) const override {
+    check_linear_latent(m);
+    check_latent_map(m);
+    check_inputs(m);
+  }
+
+  std::vector<Named<Network>> networks(Model& m) const override {
+    DrivenKkl& own = own_part<DrivenKkl>(m);
+    return {{"inverse_map", &own.inverse_map, reads_of(own.inverse_map, m)},
+            {"drive.forward_map", &own.forward_map, m.nx()}};
+  }
+  Network* inverse_map(Model& m) const override { return &own_part<DrivenKkl>(m).inverse_map; }
+  LinearLatent* linear_latent(Model& m) const override { return &own_part<DrivenKkl>(m).latent; }
+  const std::vector<Channel>& inputs(const Model& m) const override { return own_part<DrivenKkl>(m).inputs; }
+  Structure without_inputs(const Model& m) const override { return Kkl(own_part<DrivenKkl>(m)); }
+  std::optional<double> fastest_mode(const Model& m) const override {
+    return fastest_driven_mode(own_part<DrivenKkl>(m).latent);
+  }
+
+  std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
+    return std::make_unique<DrivenDynamics<float>>(m, a);
+  }
+  std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model& m, Activations a) const override {
+    return std::make_unique<DrivenDynamics<double>>(m, a);
+  }
+
+  std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
+    return std::make_unique<DrivenKklHeader>(source);
+  }
+};
+
+}  // namespace
+
+const StructureModule& driven_kkl_module() {
+  static const DrivenKklModule module;
+  return module;
+}
+
+}  // namespace nlo::codegen

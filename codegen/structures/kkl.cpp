@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include "codegen/latent_step.h"
+#include "codegen/model_fields.h"
+#include "codegen/reference/linear_steps.h"
+#include "codegen/structures/kkl_family.h"
+
+namespace nlo::codegen {
+namespace {
+
+template <class Scalar>
+class KklDynamics final : public ReferenceDynamics<Scalar> {
+ public:
+  using typename ReferenceDynamics<Scalar>::Vector;
+  using typename ReferenceDynamics<Scalar>::Matrix;
+
+  explicit KklDynamics(const Model& m) : latent_(m) {}
+
+  void start(Matrix& z, const Matrix& y) const override { latent_.start(z, y); }
+  void advance(Vector& z, const Between<Scalar>& over, double dt_s) override { latent_.advance(z, over, dt_s); }
+  Matrix slope(const Matrix& z, const Matrix& y, const Vector&) const override { return latent_.slope(z, y); }
+
+ private:
+  LinearSteps<Scalar> latent_;
+};
+
+std::string c99_tables(const Model& m, const FoldedModel& folded, const Initialiser& init) {
+  const LinearLatent& latent = *linear_latent(m);
+  const auto vector = [&](const char* name, const char* size, const Eigen::VectorXd& values, const char* field) {
+    return fmt::format("static const Scalar {}[{}] = {};\n", name, size, init.vector(values, field));
+  };
+  const auto matrix = [&](const char* name, const Eigen::MatrixXd& values, const char* field) {
+    return fmt::format("static const Scalar {}[kNz][kNy] = {};\n", name, init.matrix(values, field));
+  };
+  Eigen::VectorXd wrap(m.ny());
+  std::string relative;
+  for (int j = 0; j < m.ny(); ++j) {
+    wrap(j) = m.outputs[static_cast<std::size_t>(j)].wrap;
+    relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
+  }
+  return fmt::format("static const Recurrence kStep = {{  // over one sample period\n    {},\n    {},\n    {}}};\n",
+                     init.vector(folded.step.a_minus_1, "A"), init.matrix(folded.step.b0, "B0"),
+                     init.matrix(folded.step.b1, "B1")) +
+         "\n// D [1/s], F, the steady state S y of a constant y, and z before the first measurement.\n" +
+         vector("kEigenvalues", "kNz", latent.eigenvalues, "eigenvalues") +
+         matrix("kOutputInjection", latent.output_injection, "output_injection") +
+         matrix("kSteadyGain", folded.steady_gain, "steady_gain") +
+         vector("kInitial", "kNz", m.initial_latent, "initial_latent") +
+         vector("kNoOutput", "kNy", Eigen::VectorXd::Zero(m.ny()), "") +
+         "\n// What a measurement may be; a full turn of an angle, or 0. The box that training has filled: of z, less "
+         "S y for\n"
+         "// relative outputs.\n" +
+         vector("kOutputMin", "kNy", m.output_min, "output_min") +
+         vector("kOutputMax", "kNy", m.output_max, "output_max") + vector("kWrap", "kNy", wrap, "wrap") +
+         fmt::format("static const bool kRelative[kNy] = {{{}}};\n", relative) +
+         vector("kLatentMin", "kNz", m.latent_min, "latent_min") +
+         vector("kLatentMax", "kNz", m.latent_max, "latent_max");
+}
+
+class KklModule final : public StructureModule {
+ public:
+  std::string_view name() const override { return "kkl"; }
+
+  std::vector<const char*> keys() const override {
+    return {"starts_steady", "relative_outputs", "pairs", "eigenvalues", "output_injection", "inverse_map"};
+  }
+  void read(const Field& file, Model& m) const override {
+    Kkl& own = m.structure.emplace<Kkl>();
+    read_linear_latent(file, own.latent);
+    own.inverse_map = network(file["inverse_map"]);
+  }
+  void write(const Model& m, JsonObject& file) const override {
+    const Kkl& own = own_part<Kkl>(m);
+    write_linear_latent(own.latent, file);
+    file.network("inverse_map", own.inverse_map);
+  }
+  void check(const Model& m) const override {
+    check_linear_latent(m);
+    check_latent_map(m);
+  }
+
+  std::vector<Named<Network>> networks(Model& m) const override {
+    Network& map = own_part<Kkl>(m).inverse_map;
+    return {{"inverse_map", &map, reads_of(map, m)}};
+  }
+  Network* inverse_map(Model& m) const override { return &own_part<Kkl>(m).inverse_map; }
+  LinearLatent* linear_latent(Model& m) const override { return &own_part<Kkl>(m).latent; }
+  std::optional<double> fastest_mode(const Model& m) const override {
+    return fastest_driven_mode(own_part<Kkl>(m).latent);
+  }
+
+  std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations) const override {
+    return std::make_unique<KklDynamics<float>>(m);
+  }
+  std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model& m, Activations) const override {
+    return std::make_unique<KklDynamics<double>>(m);
+  }
+
+  Abilities abilities() const override { return {.c99 = true, .int16 = true, .fit = true}; }
+  std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
+    return std::make_unique<KklHeader>(source);
+  }
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    const LinearLatent& latent = own_part<Kkl>(source.model).latent;
+    return {{"PAIRS", std::to_string(latent.pairs)},
+            {"FIRST_ORDER", source.model.hold == Hold::kZeroOrder ? "0" : "1"},
+            {"STARTS_STEADY", latent.starts_steady ? "1" : "0"},
+            {"TABLES", c99_tables(source.model, source.folded, source.init)}};
+  }
+};
+
+}  // namespace
+
+const StructureModule& kkl_module() {
+  static const KklModule module;
+  return module;
+}
+
+}  // namespace nlo::codegen

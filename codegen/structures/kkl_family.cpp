@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/structures/kkl_family.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "codegen/checks.h"
+#include "codegen/hold.h"
+#include "codegen/latent_step.h"
+
+namespace nlo::codegen {
+namespace {
+
+// Rounding in features * [S; I] is a few units in the last place of its largest term; a feature that really reads an
+// angle is off by a fraction of one.
+constexpr double kTurnTolerance = 1e-9;
+
+// |lambda h| beyond which a latent state is a copy of the output: e^-1000 is zero in any precision.
+constexpr double kFastest = 1000.0;
+
+/// A, the factor that an eigenvalue puts on its part of z in one sample, as float32 sees it.
+std::complex<float> step_factor(std::complex<double> lambda, double h, Hold hold) {
+  const auto mode =
+      discretise(hold == Hold::kRk4 ? Hold::kRk4 : Hold::kFirstOrder, Complex<double>{lambda.real(), lambda.imag()}, h);
+  return {static_cast<float>(1.0 + mode.a_minus_1.re), static_cast<float>(mode.a_minus_1.im)};
+}
+
+}  // namespace
+
+void read_linear_latent(const Field& file, LinearLatent& latent) {
+  latent.starts_steady = boolean(file["starts_steady"]);
+  if (file.has("relative_outputs")) {
+    const Field list = file["relative_outputs"];
+    for (std::size_t i = 0; i < list.array_size(); ++i) latent.relative_outputs.push_back(small_integer(list[i]));
+  }
+  latent.pairs = small_integer(file["pairs"]);
+  latent.eigenvalues = vector(file["eigenvalues"]);
+  latent.output_injection = matrix(file["output_injection"]);
+}
+
+void write_linear_latent(const LinearLatent& latent, JsonObject& file) {
+  file.field("starts_steady", latent.starts_steady ? "true" : "false");
+  if (!latent.relative_outputs.empty())
+    file.field("relative_outputs",
+               fmt::format("[{}]", fmt::join(latent.relative_outputs.begin(), latent.relative_outputs.end(), ", ")));
+  file.field("pairs", std::to_string(latent.pairs));
+  file.vector("eigenvalues", latent.eigenvalues);
+  file.matrix("output_injection", latent.output_injection);
+}
+
+void check_linear_latent(const Model& m) {
+  const LinearLatent& latent = *linear_latent(m);
+  const int nz = m.nz();
+  if (latent.pairs < 0 || 2 * latent.pairs > nz)
+    fail("pairs is {}; with {} latent states it must be 0 to {}", latent.pairs, nz, nz / 2);
+  check_shape(latent.eigenvalues, nz, "eigenvalues", "n_z, the size of initial_latent");
+  check_shape(latent.output_injection, nz, m.ny(), "output_injection", "n_z x n_y");
+
+  for (Eigen::Index i = 0; i < nz; ++i) {
+    const bool paired = i < 2 * latent.pairs;
+    const std::complex<double> lambda(latent.eigenvalues(i), paired ? latent.eigenvalues(i + 1) : 0.0);
+    if (!(lambda.real() < 0.0))
+      fail("eigenvalues[{}] is {}; its real part must be negative (D must be Hurwitz), or z never forgets its start", i,
+           lambda.real());
+    if (!(std::abs(lambda) * m.sample_period_s < kFastest))
+      fail("eigenvalues[{}] is {}; at the sample period of {} s that is beyond {} per sample: use a slower one", i,
+           lambda.real(), m.sample_period_s, kFastest);
+    const double radius = std::abs(std::complex<double>(step_factor(lambda, m.sample_period_s, m.hold)));
+    if (!(radius < 1.0))
+      fail("eigenvalues[{}] is {} and makes |A| = {} at the sample period of {} s (rounded to float); {}", i,
+           lambda.real(), radius, m.sample_period_s,
+           m.hold == Hold::kRk4 ? "rk4 is unstable here: use hold first_order, or a shorter sample period"
+                                : "it is too slow to be told from an integrator: use a faster eigenvalue");
+    if (paired) ++i;
+  }
+  for (std::size_t i = 0; i < latent.relative_outputs.size(); ++i) {
+    const int output = latent.relative_outputs[i];
+    if (output < 0 || output >= m.ny() || (i > 0 && output <= latent.relative_outputs[i - 1]))
+      fail("relative_outputs[{}] is {}; the numbers of outputs, from 0 to {}, must rise", i, output, m.ny() - 1);
+  }
+}
+
+void check_latent_map(const Model& m) {
+  check_network(*inverse_map(m), m.nz() + m.ny(), m.nx(), "inverse_map", "n_u x (n_z + n_y)");
+  const Eigen::MatrixXd gain = steady_gain(m);
+  const Eigen::MatrixXd& features = inverse_map(m)->features;
+  for (int j = 0; j < m.ny(); ++j) {
+    if (m.outputs[static_cast<std::size_t>(j)].wrap == 0.0) continue;
+    Eigen::VectorXd turn = Eigen::VectorXd::Zero(m.nz() + m.ny());
+    turn.head(m.nz()) = gain.col(j);
+    turn(m.nz() + j) = 1.0;
+    const Eigen::VectorXd seen = features * turn;
+    // Against the largest entry of S, not each row's own: the quadrature part of a unit-gain pair is a rounded zero.
+    const Eigen::VectorXd largest = features.rowwise().lpNorm<1>() * turn.lpNorm<Eigen::Infinity>();
+    for (Eigen::Index i = 0; i < seen.size(); ++i)
+      if (std::abs(seen(i)) > kTurnTolerance * largest(i))
+        fail(
+            "inverse_map.features[{}] changes by {} per unit of the angle outputs[{}] (\"{}\"); T* may read an angle "
+            "only as z - S y (S = -D^-1 F), or as sine and cosine",
+            i, seen(i), j, m.outputs[static_cast<std::size_t>(j)].name);
+  }
+}
+
+double fastest_driven_mode(const LinearLatent& latent) {
+  double fastest = 0.0;
+  for (int r = 0; r < latent.eigenvalues.size(); ++r) {
+    const bool paired = r < 2 * latent.pairs;
+    if (latent.output_injection.middleRows(r, paired ? 2 : 1).isZero(0.0)) continue;  // a clock
+    fastest = std::max(fastest, -latent.eigenvalues(r));
+    if (paired) ++r;
+  }
+  return fastest;
+}
+
+Eigen::Index reads_of(const Network& map, const Model& m) {
+  return map.features.rightCols(m.ny()).isZero(0.0) ? m.nz() : map.features.cols();
+}
+
+KklHeader::KklHeader(const ExportSource& source) : CppStructureBase(source), latent_(*linear_latent(source.model)) {}
+
+std::string KklHeader::description() const {
+  return fmt::format("// Latent state: {} ({} complex pairs), {} hold. Inverse map T*: {}.\n", nz_, latent_.pairs,
+                     hold_name(m_.hold), inverse_map().description());
+}
+
+std::string KklHeader::types() const {
+  return fmt::format(
+      "using Model = KklModel<{}, {}, {}, {}, {}, {}>;  // n_x, n_y, n_z, complex pairs\n"
+      "using Observer = KklObserver<Model>;\n",
+      init_.scalar_name(), nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_));
+}
+
+Eigen::Index KklHeader::own_scalars() const {
+  // eigenvalues, F, A, B0, B1, S, initial; stale_after, hold and starts_steady by alignment
+  return nz_ + nz_ * ny_ + (nz_ + 2 * nz_ * ny_) + nz_ * ny_ + nz_ + 3;
+}
+
+std::string KklHeader::latent_fields() const {
+  std::string text = "    .latent = {\n";
+  text += fmt::format("        .hold = {},\n", hold_identifier(m_.hold));
+  text += fmt::format("        .eigenvalues = {},  // 1/s\n", init_.vector(latent_.eigenvalues, "eigenvalues"));
+  text += fmt::format("        .output_injection = {},\n", init_.matrix(latent_.output_injection, "output_injection"));
+  text += "        .step = " + step(f_.step, 17) + ",\n";
+  text += fmt::format("        .steady_gain = {},\n", init_.matrix(f_.steady_gain, "steady_gain"));
+  text += fmt::format("        .initial = {},\n", init_.vector(m_.initial_latent, "initial_latent"));
+  text += fmt::format("        .starts_steady = {},\n", latent_.starts_steady);
+  if (!latent_.relative_outputs.empty()) {
+    std::string list;
+    for (int j = 0; j < m_.ny(); ++j) list += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m_, j));
+    text += fmt::format("        .relative = {{{}}},\n", list);
+  }
+  return text + "    },\n";
+}
+
+std::string KklHeader::step(const LatentStep& step, std::size_t indent) const {
+  const std::string space(indent, ' ');
+  return fmt::format("{{.a_minus_1 = {},\n{}.b0 = {},\n{}.b1 = {}}}", init_.vector(step.a_minus_1, "A"), space,
+                     init_.matrix(step.b0, "B0"), space, init_.matrix(step.b1, "B1"));
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// What observers with the linear latent system z' = D z + F y share, whatever stands beside it: its fields in the model
+// file, its checks, its part of a C++ header.
+#pragma once
+
+#include <string>
+
+#include "codegen/cpp_structure.h"
+#include "codegen/structures/module.h"
+
+namespace nlo::codegen {
+
+void read_linear_latent(const Field& file, LinearLatent& latent);
+void write_linear_latent(const LinearLatent& latent, JsonObject& file);
+
+/// D and F: shapes, D Hurwitz, and |A| < 1 at the sample period, in float too.
+void check_linear_latent(const Model& model);
+
+/// T* reads [z; y]; when an angle output turns once, z turns with it by S wrap, and T* must not see that.
+void check_latent_map(const Model& model);
+
+/// Rate of the fastest mode that reads an output [1/s].
+double fastest_driven_mode(const LinearLatent& latent);
+
+/// How many of [z; y] the inverse map reads: z alone where y has no weight.
+Eigen::Index reads_of(const Network& inverse_map, const Model& model);
+
+/// The header of a KKL observer (16), which other observers of the family extend.
+class KklHeader : public CppStructureBase {
+ public:
+  explicit KklHeader(const ExportSource& source);
+
+  std::string title() const override { return "a learned state observer (Kazantzis-Kravaris/Luenberger)"; }
+  std::string description() const override;
+  std::string header() const override { return "kkl_observer.h"; }
+  std::vector<CppNetwork> networks() const override { return {inverse_map()}; }
+  std::string types() const override;
+  std::string leading_fields() const override { return latent_fields(); }
+
+  Eigen::Index step_multiply_adds() const override { return linear_multiply_adds(); }
+  Eigen::Index step_activations() const override { return 0; }
+  Eigen::Index own_scalars() const override;
+
+ protected:
+  Eigen::Index linear_multiply_adds() const { return nz_ + 2 * latent_.pairs + 2 * nz_ * ny_; }
+  std::string latent_fields() const;
+  std::string step(const LatentStep& step, std::size_t indent) const;
+
+  const LinearLatent& latent_;
+};
+
+}  // namespace nlo::codegen

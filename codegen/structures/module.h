@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// What a structure is: everything that depends on which one a model has, behind one interface. A module is one file in
+// this folder; table.cpp names them. All others ask module_of(model), or what codegen/model.h offers, and never which
+// structure it is.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "codegen/cpp_structure.h"
+#include "codegen/fold.h"
+#include "codegen/json_field.h"
+#include "codegen/json_object.h"
+#include "codegen/model.h"
+#include "codegen/reference/dynamics.h"
+
+namespace nlo::codegen {
+
+/// What exists for a structure beside the C++ header in float and double.
+struct Abilities {
+  bool c99 = false;    ///< target c99
+  bool int16 = false;  ///< --scalar int16: the runtime's model takes a QuantisedMap
+  bool fit = false;    ///< --fit: code and stack are calibrated
+};
+
+class StructureModule {
+ public:
+  virtual ~StructureModule() = default;
+
+  virtual std::string_view name() const = 0;  ///< in model files and experiments: "kkl"
+
+  // The model file.
+
+  /// Its fields, beside those that all models have.
+  virtual std::vector<const char*> keys() const = 0;
+  /// Sets model.structure from them.
+  virtual void read(const Field& file, Model& model) const = 0;
+  virtual void write(const Model& model, JsonObject& file) const = 0;
+  /// Throws Error naming the field, what is wrong and what to do. What all models have is right already.
+  virtual void check(const Model& model) const = 0;
+
+  // What others may ask (codegen/model.h).
+
+  virtual std::vector<Named<Network>> networks(Model& model) const = 0;
+  virtual Network* inverse_map(Model& model) const = 0;
+  virtual LinearLatent* linear_latent(Model&) const { return nullptr; }
+  virtual const std::vector<Channel>& inputs(const Model&) const;
+  /// The same observer, taking no inputs.
+  virtual Structure without_inputs(const Model& model) const { return model.structure; }
+  /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.
+  virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
+
+  // The equations as they stand in the paper: reference/observer.h steps them.
+
+  virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model&, Activations) const = 0;
+  virtual std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model&, Activations) const = 0;
+
+  // Exports.
+
+  virtual Abilities abilities() const { return {}; }
+  /// Its part of a C++ header. All arguments must outlive the result.
+  virtual std::unique_ptr<CppStructure> cpp(const ExportSource& source) const = 0;
+  /// Its part of templates/c99: values by name. Only with abilities().c99.
+  virtual std::map<std::string, std::string> c99(const ExportSource&) const { return {}; }
+};
+
+/// All of them, in the order of the variant Structure.
+const std::vector<const StructureModule*>& structure_modules();
+
+const StructureModule& module_of(const Model& model);
+
+/// The module of that name; null when there is none.
+const StructureModule* find_structure(std::string_view name);
+
+/// The names of all modules for which `has` holds: "kkl, general".
+template <class Has>
+std::string names_of_structures(const Has& has) {
+  std::string names;
+  for (const StructureModule* module : structure_modules())
+    if (has(*module)) names += (names.empty() ? "" : ", ") + std::string(module->name());
+  return names;
+}
+
+/// For a module of the alternative `Own`: its part of a model.
+template <class Own>
+const Own& own_part(const Model& model) {
+  return std::get<Own>(model.structure);
+}
+template <class Own>
+Own& own_part(Model& model) {
+  return std::get<Own>(model.structure);
+}
+
+}  // namespace nlo::codegen
