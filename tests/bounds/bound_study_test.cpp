@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "codegen/error.h"
+#include "codegen/hold.h"
 #include "codegen/reference/observer.h"
 #include "trainer/bounds/bound_text.h"
 #include "trainer/bounds/lipschitz.h"
@@ -249,7 +250,7 @@ TEST(BrokenBound, FiresOnALinearPlantForAnObserverThatIsNotTheInverseOfT) {
   // An observer whose T* amplifies more than the pseudo-inverse does: its own constant is 5 % larger, the plant's T
   // not.
   codegen::Model beside = study.exact_observer(1.0);
-  beside.inverse_map.layers[0].weights *= 1.05;
+  codegen::inverse_map(beside)->layers[0].weights *= 1.05;
   report.results.push_back(study.at(1.0, beside, "beside"));
   EXPECT_EQ(broken_bound(report), "k = 1");
   report.exact = false;

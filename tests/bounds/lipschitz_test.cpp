@@ -8,7 +8,7 @@
 #include <random>
 
 #include "codegen/activations.h"
-#include "codegen/reference_network.h"
+#include "codegen/reference/network.h"
 #include "tests/bounds/random_inverse_map.h"
 
 namespace nlo::trainer {

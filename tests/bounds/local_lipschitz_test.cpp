@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 
+#include "codegen/latent_step.h"
 #include "codegen/reference/observer.h"
 #include "tests/bounds/random_inverse_map.h"
 #include "trainer/bounds/activation_slope.h"

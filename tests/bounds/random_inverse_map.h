@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "codegen/activations.h"
 #include "codegen/model.h"
 
 namespace nlo::trainer {

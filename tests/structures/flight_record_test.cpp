@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codegen/export_error.h"
+#include "codegen/prepared_export.h"
 #include "tests/training/testing.h"
 #include "trainer/training/train.h"
 

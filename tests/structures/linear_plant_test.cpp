@@ -63,7 +63,7 @@ Eigen::MatrixXd sylvester(const codegen::Model& model) {
 }
 
 /// The linear map of z that the trained model is: last layer and linear path together, scales and features undone.
-Eigen::MatrixXd inverse_map(const codegen::Model& model) {
+Eigen::MatrixXd trained_map(const codegen::Model& model) {
   const Eigen::MatrixXd whole = codegen::inverse_map(model)->layers.back().weights + codegen::inverse_map(model)->skip;
   return codegen::inverse_map(model)->output_scale.asDiagonal() * whole *
          codegen::inverse_map(model)->feature_scale.cwiseInverse().asDiagonal() *
@@ -92,15 +92,15 @@ TEST(LinearPlant, TrainingFindsTheInverseOfTheSylvesterSolution) {
   const codegen::Model model = train_linear({-1.0, -3.0});
   const Eigen::MatrixXd t = sylvester(model);
   const Eigen::MatrixXd expected = t.completeOrthogonalDecomposition().pseudoInverse();
-  EXPECT_LT((codegen::inverse_map(model) - expected).cwiseAbs().maxCoeff(), kTolerance * expected.cwiseAbs().maxCoeff())
+  EXPECT_LT((trained_map(model) - expected).cwiseAbs().maxCoeff(), kTolerance * expected.cwiseAbs().maxCoeff())
       << "trained\n"
-      << codegen::inverse_map(model) << "\nclosed form\n"
+      << trained_map(model) << "\nclosed form\n"
       << expected;
 }
 
 TEST(LinearPlant, WithMoreLatentStatesThanStatesTrainingFindsALeftInverse) {
   const codegen::Model model = train_linear({-1.0, -2.0, -4.0});
-  const Eigen::Matrix2d product = codegen::inverse_map(model) * sylvester(model);
+  const Eigen::Matrix2d product = trained_map(model) * sylvester(model);
   EXPECT_LT((product - Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 5.0 * kTolerance) << product;
 }
 

@@ -171,20 +171,16 @@ inline PlainEstimates plain_estimates(const codegen::Model& model, const Traject
   for (Eigen::Index k = 0; k < samples; ++k) {
     Eigen::VectorXd zy(model.nz() + model.ny());
     zy << result.latent.col(k), run.outputs.col(k);
-    const Eigen::VectorXd u = (codegen::inverse_map(model)->features * zy - codegen::inverse_map(model)->feature_mean)
-                                  .cwiseQuotient(codegen::inverse_map(model)->feature_scale);
+    const codegen::Network& map = *codegen::inverse_map(model);
+    const Eigen::VectorXd u = (map.features * zy - map.feature_mean).cwiseQuotient(map.feature_scale);
     Eigen::VectorXd a = u;
-    for (std::size_t l = 0; l < codegen::inverse_map(model)->layers.size(); ++l) {
-      a = codegen::inverse_map(model)->layers[l].weights * a + codegen::inverse_map(model)->layers[l].bias;
-      if (l + 1 == codegen::inverse_map(model)->layers.size()) break;
-      const Activation kind = codegen::inverse_map(model)->activation == "relu"   ? Activation::kRelu
-                              : codegen::inverse_map(model)->activation == "silu" ? Activation::kSilu
-                                                                                  : Activation::kTanh;
-      for (double& v : a) v = plain_activation(kind, v);
+    for (std::size_t l = 0; l < map.layers.size(); ++l) {
+      a = map.layers[l].weights * a + map.layers[l].bias;
+      if (l + 1 == map.layers.size()) break;
+      for (double& v : a) v = plain_activation(map.activation, v);
     }
-    if (codegen::inverse_map(model)->skip.size() > 0) a += codegen::inverse_map(model)->skip * u;
-    result.states.col(k) =
-        codegen::inverse_map(model)->output_mean + codegen::inverse_map(model)->output_scale.cwiseProduct(a);
+    if (map.skip.size() > 0) a += map.skip * u;
+    result.states.col(k) = map.output_mean + map.output_scale.cwiseProduct(a);
   }
   return result;
 }
