@@ -30,10 +30,11 @@ struct Place {
 int piece_length(const codegen::Model& model) {
   constexpr double kShortest = 500.0, kLongest = 3000.0, kTimeConstants = 8.0;
   double slowest = 0.0;  // time constant in sample periods
-  for (Index r = 0; r < codegen::linear_latent(model)->eigenvalues.size(); ++r) {
-    const Index rows = r < 2 * codegen::linear_latent(model)->pairs ? 2 : 1;
-    if (!codegen::linear_latent(model)->output_injection.middleRows(r, rows).isZero(0.0))  // else a clock
-      slowest = std::max(slowest, -1.0 / (codegen::linear_latent(model)->eigenvalues(r) * model.sample_period_s));
+  const codegen::LinearLatent* latent = codegen::linear_latent(model);
+  for (Index r = 0; latent != nullptr && r < latent->eigenvalues.size(); ++r) {
+    const Index rows = r < 2 * latent->pairs ? 2 : 1;
+    if (!latent->output_injection.middleRows(r, rows).isZero(0.0))  // else a clock
+      slowest = std::max(slowest, -1.0 / (latent->eigenvalues(r) * model.sample_period_s));
     r += rows - 1;
   }
   return static_cast<int>(std::clamp(kTimeConstants * slowest, kShortest, kLongest));
