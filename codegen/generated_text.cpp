@@ -14,22 +14,23 @@
 namespace nlo::codegen {
 namespace {
 
-// A model is a namespace inside nlo, where the runtime has these names. generated_text_test.cpp reads the runtime's
-// headers and says when one is missing. By hand, as the formatter gives each name a line.
+// A model is a namespace inside nlo, where the runtime has these names. cpp_header_test.cpp reads the runtime's headers
+// and says when one is missing. By hand, as the formatter gives each name a line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
     "Activation", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "Dense", "Domain", "DrivenKklModel",
     "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver",
     "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
     "LatentModel", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
-    "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "OutputRange", "PackedDense", "PackedQuantisedDense",
-    "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "StepStatus", "Tableau",
-    "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced", "advance", "as_eigen", "between",
-    "discretise", "estrin", "evaluate_inverse", "explicit_rk_step", "exponential_rk_step", "forced_step",
-    "forced_weights", "from_eigen", "horner", "integrate", "is_finite", "is_tanh", "kEuler", "kHeun", "kMostPieces",
-    "kRk4", "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "make_mlp",
-    "make_quantised_mlp", "multiply_add", "native", "note_evenly", "note_held", "pack", "padded_inputs", "pieces_of",
-    "quantised_layer", "reciprocal", "rounded", "select", "simd", "tanh_rational"};
+    "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "ObserverState", "OutputRange", "PackedDense",
+    "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver",
+    "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced",
+    "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estrin", "evaluate_inverse",
+    "explicit_rk_step", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "horner", "integrate",
+    "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kMostPieces", "kRk4",
+    "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "make_mlp",
+    "make_quantised_mlp", "make_relative", "may_skip", "multiply_add", "native", "pack", "padded_inputs", "pieces_of",
+    "quantised_layer", "reciprocal", "rounded", "select", "simd", "starts_steady", "tanh_rational", "turn_back"};
 // clang-format on
 
 }  // namespace

@@ -154,7 +154,7 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
   const std::regex opened("^namespace nlo(?:::(\\w+))?[\\w:]* \\{");
   const std::regex named("^(?:struct|class|enum class|using|concept) (\\w+)");
   const std::regex function("^(?:[A-Za-z_][\\w:<>*&, ]* )(\\w+)\\(");
-  const std::regex constant("^inline constexpr [\\w:]+ (\\w+) =");
+  const std::regex constant("^inline constexpr [\\w:<>, ]+ (\\w+) =");
   std::set<std::string> names;
   for (const auto& file : std::filesystem::directory_iterator(NLO_SOURCE_DIR "/runtime/include/nlo")) {
     if (file.path().extension() != ".h") continue;
@@ -170,7 +170,8 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
         if (inner.empty() && std::regex_search(line, match, pattern)) names.insert(match[1]);
     }
   }
-  EXPECT_TRUE(names.contains("KklObserver") && names.contains("make_mlp") && names.contains("kTanhMaxError"));
+  EXPECT_TRUE(names.contains("KklObserver") && names.contains("make_mlp") && names.contains("kTanhMaxError") &&
+              names.contains("kRk4"));
   for (const std::string& name : names)
     EXPECT_NE(error_of(tiny_model(), {.name = name}), "no error") << name << " is missing in generated_text.cpp";
 }

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// Both policies screen by the same code, one of them without branches: the same outputs and statuses, bit for bit, as
+// screening in plain branches. That the instructions are as many for every measurement is counted by
+// tests/properties/instruction_count.sh.
+#include <nlo/measurement.h>
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <random>
+
+namespace nlo {
+namespace {
+
+/// One output as one would write it first.
+template <class Scalar>
+StepStatus plainly_screened(Scalar y, Scalar min, Scalar max, Scalar wrap, Scalar& accepted) {
+  if (!std::isfinite(y)) return StepStatus::kHeld;
+  if (wrap > 0) {
+    if (y < min || y > max) return StepStatus::kHeld;
+    const Scalar change = y - accepted, turns = change / wrap;
+    if (turns < Scalar(-0.5)) {
+      accepted += change - wrap * std::trunc(turns - Scalar(0.5));
+    } else if (turns > Scalar(0.5)) {
+      accepted += change - wrap * std::trunc(turns + Scalar(0.5));
+    } else {
+      accepted += change;
+    }
+    return StepStatus::kOk;
+  }
+  accepted = y < min ? min : y > max ? max : y;
+  return y < min || y > max ? StepStatus::kClamped : StepStatus::kOk;
+}
+
+/// Often an odd one: not a number, infinite, subnormal, on the edge or far out.
+template <class Scalar>
+Scalar any_measurement(std::mt19937& random) {
+  using Limits = std::numeric_limits<Scalar>;
+  constexpr Scalar kOdd[] = {Limits::quiet_NaN(),   Limits::infinity(), -Limits::infinity(), Limits::denorm_min(),
+                             -Limits::denorm_min(), Limits::max(),      Limits::lowest(),    Scalar(0),
+                             Scalar(-0.0),          Scalar(3),          Scalar(-3),          Scalar(3.0000005)};
+  if (random() % 3 == 0) return kOdd[random() % std::size(kOdd)];
+  return static_cast<Scalar>(std::uniform_real_distribution<double>(-4.0, 4.0)(random));
+}
+
+template <class Scalar, Arithmetic kArithmetic>
+void expect_plain_screening() {
+  // A length, an angle, a length.
+  constexpr OutputRange<Scalar, 3> kRange{{-3, -3, 1}, {3, 3, 2}, {0, Scalar(6.2831853), 0}};
+  std::mt19937 random(1);
+  Scalar accepted[3] = {0, 0, 1}, expected[3] = {0, 0, 1};
+  std::uint16_t held = 0, expected_held = 0;
+  int statuses[8] = {};
+  for (int k = 0; k < 100'000; ++k) {
+    const Vector<Scalar, 3> y{{any_measurement<Scalar>(random), any_measurement<Scalar>(random),
+                               k % 4 == 0 ? any_measurement<Scalar>(random) : Scalar(1.5)}};
+    StepStatus status = StepStatus::kOk;
+    for (int j = 0; j < 3; ++j) {
+      const StepStatus of_output = plainly_screened(y[j], kRange.min[j], kRange.max[j], kRange.wrap[j], expected[j]);
+      if (of_output > status) status = of_output;  // a fault outweighs a clamped value
+    }
+    ASSERT_EQ(kRange.template screen<kArithmetic>(y, accepted), status) << k;
+    ASSERT_EQ(std::memcmp(accepted, expected, sizeof accepted), 0) << k;
+    StepStatus counted = status;
+    expected_held = status == StepStatus::kHeld ? static_cast<std::uint16_t>(expected_held + 1) : std::uint16_t{0};
+    if (expected_held >= 3) counted = StepStatus::kStale;
+    ASSERT_EQ(count_held<kArithmetic>(status, held, 3), counted) << k;
+    ASSERT_EQ(held, expected_held) << k;
+    ++statuses[static_cast<int>(counted)];
+  }
+  for (const StepStatus status : {StepStatus::kOk, StepStatus::kClamped, StepStatus::kHeld, StepStatus::kStale})
+    EXPECT_GT(statuses[static_cast<int>(status)], 100) << "seldom seen: " << static_cast<int>(status);
+}
+
+TEST(Screening, IsThatOfPlainBranchesForBothPolicies) {
+  expect_plain_screening<float, Arithmetic::kFast>();
+  expect_plain_screening<float, Arithmetic::kDeterministic>();
+  expect_plain_screening<double, Arithmetic::kFast>();
+  expect_plain_screening<double, Arithmetic::kDeterministic>();
+}
+
+TEST(Screening, CountsNoFurtherThanItsCounter) {
+  const auto expect_saturation = []<Arithmetic kArithmetic> {
+    std::uint16_t held = 0xfffe;
+    EXPECT_EQ(count_held<kArithmetic>(StepStatus::kHeld, held, 3), StepStatus::kStale);
+    EXPECT_EQ(held, 0xffff);
+    EXPECT_EQ(count_held<kArithmetic>(StepStatus::kHeld, held, 3), StepStatus::kStale);
+    EXPECT_EQ(held, 0xffff);
+  };
+  expect_saturation.operator()<Arithmetic::kFast>();
+  expect_saturation.operator()<Arithmetic::kDeterministic>();
+}
+
+TEST(Select, TakesOneOrTheOtherAsItIs) {
+  const auto expect_choices = []<Arithmetic kArithmetic> {
+    const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
+    const float nan = std::bit_cast<float>(0x7fc12345U);
+    EXPECT_EQ(bits(select<kArithmetic>(true, nan, -0.0F)), 0x7fc12345U);
+    EXPECT_EQ(bits(select<kArithmetic>(false, nan, -0.0F)), 0x80000000U);
+    EXPECT_EQ(select<kArithmetic>(true, 1.5, 2.5), 1.5);
+    EXPECT_EQ(select<kArithmetic>(false, std::uint16_t{7}, std::uint16_t{0xffff}), 0xffff);
+    static_assert(select<kArithmetic>(true, StepStatus::kStale, StepStatus::kOk) == StepStatus::kStale);
+  };
+  expect_choices.operator()<Arithmetic::kFast>();
+  expect_choices.operator()<Arithmetic::kDeterministic>();
+}
+
+}  // namespace
+}  // namespace nlo
