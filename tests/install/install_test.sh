@@ -4,28 +4,33 @@
 #   usage: install_test.sh SOURCE_DIR BUILD_DIR WORK_DIR
 set -eu
 source=$1 build=$2 work=$3
+here=$(dirname "$0")
 rm -rf "$work"
 mkdir -p "$work"
 cp -r "$source/examples" "$work/examples" # nothing of the tree is in reach by a relative path
 
-cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
-if grep -rlF "$source" "$work/prefix/lib" --include='*.cmake'; then
-  echo "FAILED: the installed package names the source tree"
+fail() {
+  echo "FAILED: $*"
   exit 1
-fi
+}
+
+cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
+if grep -rlF "$source" "$work/prefix/lib" --include='*.cmake'; then fail "the installed package names the source tree"; fi
 
 configure() { cmake -G Ninja -S "$work/examples/minimal" -B "$work/$1" "$2" -DCMAKE_BUILD_TYPE=Release >"$work/$1.log" 2>&1; }
 if configure control -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF; then
-  echo "FAILED: the example configures without the installed package, so this test proves nothing"
-  exit 1
+  fail "the example configures without the installed package, so this test proves nothing"
 fi
 configure minimal "-DCMAKE_PREFIX_PATH=$work/prefix" || { cat "$work/minimal.log"; exit 1; }
 cmake --build "$work/minimal"
 
 estimates=$(printf '0.5\n0.51\n0.52\n' | "$work/minimal/minimal")
 echo "$estimates"
-[ "$(echo "$estimates" | wc -l)" -eq 3 ] || { echo "FAILED: three measurements should give three estimates"; exit 1; }
+[ "$(echo "$estimates" | wc -l)" -eq 3 ] || fail "three measurements should give three estimates"
 "$work/prefix/bin/nlo" --help | head -n 3
 for file in share/man/man1/nlo.1 share/bash-completion/completions/nlo; do
-  [ -s "$work/prefix/$file" ] || { echo "FAILED: $file is not installed"; exit 1; }
+  [ -s "$work/prefix/$file" ] || fail "$file is not installed"
 done
+
+"$work/prefix/bin/nlo" export "$work/examples/models/van_der_pol.json" --quiet -o "$work/van_der_pol.h"
+sh "$here/components_test.sh" "$source" "$work"

@@ -99,28 +99,28 @@ struct Problem {
            static_cast<std::size_t>(lane);
   }
 
-  double loss(const Tableau& tableau, const std::vector<double>& parameters) {
+  double loss(const RungeKutta& method, const std::vector<double>& parameters) {
     dynamics->prepare(parameters.data());
-    integrate(*dynamics, tableau, run);
+    integrate(*dynamics, method, run);
     double sum = 0.0;
     for (std::size_t i = 0; i < latent.size(); ++i) sum += latent[i] * cotangent[i];
     return sum;
   }
 
   template <class Pull>
-  std::vector<double> gradient(const Tableau& tableau, const Pull& pull) {
-    loss(tableau, theta);
+  std::vector<double> gradient(const RungeKutta& method, const Pull& pull) {
+    loss(method, theta);
     dynamics->clear_gradient();
     pull();
     std::vector<double> out(theta.size());
     dynamics->gradient(out.data());
     return out;
   }
-  std::vector<double> by_backprop(const Tableau& tableau = kRk4) {
-    return gradient(tableau, [&] { backprop(*dynamics, tableau, run); });
+  std::vector<double> by_backprop(const RungeKutta& method = kRk4<double>) {
+    return gradient(method, [&] { backprop(*dynamics, method, run); });
   }
   std::vector<double> by_adjoint() {
-    return gradient(kRk4, [&] { adjoint(*dynamics, run); });
+    return gradient(kRk4<double>, [&] { adjoint(*dynamics, run); });
   }
 };
 
@@ -133,27 +133,27 @@ double largest(const std::vector<double>& a) {
   return largest_difference(a, std::vector<double>(a.size(), 0.0));
 }
 
-TEST(OdeLatent, BackpropMeetsDifferencesForEveryStructureTableauAndHold) {
+TEST(OdeLatent, BackpropMeetsDifferencesForEveryStructureMethodAndHold) {
   // Central differences at 1e-5: their rounding, 1e-16 / 1e-5, and truncation, 1e-10 of the third derivative.
   constexpr double kStep = 1e-5, kTolerance = 1e-8;
-  struct NamedTableau {
+  struct Method {
     const char* name;
-    const Tableau& tableau;
+    RungeKutta steps;
   };
   for (const StructureCase& structure : structures()) {
-    for (const NamedTableau& method : {NamedTableau{"euler", kEuler}, {"heun", kHeun}, {"rk4", kRk4}}) {
+    for (const Method& method : {Method{"euler", kEuler<double>}, {"heun", kHeun<double>}, {"rk4", kRk4<double>}}) {
       for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder}) {
         for (const bool jittered : {false, true}) {
           SCOPED_TRACE(structure.name + " " + method.name + (jittered ? " jittered" : ""));
           Problem problem(structure.experiment, 12, hold, jittered);
-          const std::vector<double> gradient = problem.by_backprop(method.tableau);
+          const std::vector<double> gradient = problem.by_backprop(method.steps);
           const double scale = largest(gradient);
           for (std::size_t i = 0; i < gradient.size(); ++i) {
             std::vector<double> up = problem.theta, down = problem.theta;
             up[i] += kStep;
             down[i] -= kStep;
             const double difference =
-                (problem.loss(method.tableau, up) - problem.loss(method.tableau, down)) / (2.0 * kStep);
+                (problem.loss(method.steps, up) - problem.loss(method.steps, down)) / (2.0 * kStep);
             ASSERT_NEAR(gradient[i], difference, kTolerance * scale) << "parameter " << i;
           }
         }
@@ -188,25 +188,25 @@ TEST(OdeLatent, AdjointWithJitteredStepsIsNearBackprop) {
   }
 }
 
-TEST(OdeLatent, RollOutsConvergeAtTheOrderOfTheirTableau) {
+TEST(OdeLatent, RollOutsConvergeAtTheOrderOfTheirMethod) {
   struct Method {
-    const Tableau& tableau;
+    RungeKutta steps;
     double order;
   };
   for (const StructureCase& structure : structures()) {
-    for (const Method& method : {Method{kEuler, 1.0}, Method{kHeun, 2.0}, Method{kRk4, 4.0}}) {
+    for (const Method& method : {Method{kEuler<double>, 1.0}, {kHeun<double>, 2.0}, {kRk4<double>, 4.0}}) {
       SCOPED_TRACE(structure.name + " of order " + std::to_string(method.order));
-      const auto end = [&](int length, const Tableau& tableau) {
+      const auto end = [&](int length, const RungeKutta& steps) {
         Problem problem(structure.experiment, length, Hold::kFirstOrder, false);  // y is a ramp: the hold is exact
-        problem.loss(tableau, problem.theta);
+        problem.loss(steps, problem.theta);
         std::vector<double> z;
         for (int r = 0; r < problem.dynamics->rows(); ++r)
           z.push_back(problem.latent[Problem::at(r, length - 1, length, 3)]);
         return z;
       };
-      const std::vector<double> exact = end(2401, kRk4);
-      const double coarse = largest_difference(end(31, method.tableau), exact);
-      const double fine = largest_difference(end(61, method.tableau), exact);
+      const std::vector<double> exact = end(2401, kRk4<double>);
+      const double coarse = largest_difference(end(31, method.steps), exact);
+      const double fine = largest_difference(end(61, method.steps), exact);
       EXPECT_NEAR(std::log2(coarse / fine), method.order, 0.4) << coarse << " to " << fine;
     }
   }
@@ -228,7 +228,7 @@ TEST(OdeLatent, LuenbergerEstimateConvergesWhenTheNonlinearityIsKnown) {
   const double h = 0.01;
   std::vector<double> outputs(kLength * kGroup), latent(2 * outputs.size());
   for (int k = 0; k < kLength; ++k) std::fill_n(outputs.data() + k * kGroup, kGroup, std::cos(h * k));
-  integrate(*dynamics, kRk4,
+  integrate(*dynamics, kRk4<double>,
             OdeRun<double>{.length = kLength, .outputs = outputs.data(), .steps_s = &h, .latent = latent.data()});
   const auto error = [&](int k) {
     const auto at = static_cast<std::size_t>(k) * kGroup;

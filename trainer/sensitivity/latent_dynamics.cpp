@@ -61,7 +61,7 @@ OdeRun<float> OdeLatent::run_of(SegmentGroup& group, std::vector<float>& steps) 
 
 void OdeLatent::forward(SegmentGroup& group, int thread) {
   std::vector<float> steps;
-  integrate(*dynamics_[static_cast<std::size_t>(thread)], kRk4, run_of(group, steps));
+  integrate(*dynamics_[static_cast<std::size_t>(thread)], kRk4<double>, run_of(group, steps));
 }
 
 void OdeLatent::backward(SegmentGroup& group, int thread) {
@@ -71,7 +71,7 @@ void OdeLatent::backward(SegmentGroup& group, int thread) {
   if (by_adjoint_) {
     adjoint(dynamics, run_of(group, steps));
   } else {
-    backprop(dynamics, kRk4, run_of(group, steps));
+    backprop(dynamics, kRk4<double>, run_of(group, steps));
   }
   std::vector<float> gradient(static_cast<std::size_t>(dynamics.parameters()));
   dynamics.gradient(gradient.data());

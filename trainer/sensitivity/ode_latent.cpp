@@ -76,42 +76,42 @@ void add_scaled(Lanes<Scalar>& to, double factor, const Scalar* h, const Lanes<S
 template <class Scalar>
 class Stages {
  public:
-  Stages(OdeDynamics<Scalar>& dynamics, const Tableau& tableau)
+  Stages(OdeDynamics<Scalar>& dynamics, const RungeKutta& method)
       : dynamics_(dynamics),
-        tableau_(tableau),
+        method_(method),
         at_(lanes<Scalar>(dynamics.rows())),
         y_(lanes<Scalar>(dynamics.outputs())) {
     for (auto& slope : slopes_) slope = lanes<Scalar>(dynamics.rows());
   }
 
   void run(const Step<Scalar>& step, const Lanes<Scalar>& z) {
-    for (int i = 0; i < tableau_.stages; ++i) {
+    for (int i = 0; i < method_.stages(); ++i) {
       at_ = z;
-      for (int j = 0; j < i; ++j) add_scaled(at_, tableau_.a[i][j], step.h(), slopes_[static_cast<std::size_t>(j)]);
-      step.output(tableau_.c[i], y_.data());
+      for (int j = 0; j < i; ++j) add_scaled(at_, method_.a(i, j), step.h(), slopes_[static_cast<std::size_t>(j)]);
+      step.output(method_.c(i), y_.data());
       dynamics_.derivative(i, at_.data(), y_.data(), slopes_[static_cast<std::size_t>(i)].data());
     }
   }
 
   /// z+ = z + h sum_i b_i k_i.
   void advance(const Step<Scalar>& step, Lanes<Scalar>& z) const {
-    for (int i = 0; i < tableau_.stages; ++i)
-      add_scaled(z, tableau_.b[i], step.h(), slopes_[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < method_.stages(); ++i)
+      add_scaled(z, method_.b(i), step.h(), slopes_[static_cast<std::size_t>(i)]);
   }
 
  private:
   OdeDynamics<Scalar>& dynamics_;
-  const Tableau& tableau_;
+  RungeKutta method_;
   Lanes<Scalar> at_, y_;
-  std::array<Lanes<Scalar>, 4> slopes_;
+  std::array<Lanes<Scalar>, RungeKutta::kMostStages> slopes_;
 };
 
 }  // namespace
 
 template <class Scalar>
-void integrate(OdeDynamics<Scalar>& dynamics, const Tableau& tableau, const OdeRun<Scalar>& run) {
+void integrate(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run) {
   Step<Scalar> step(run, dynamics.rows(), dynamics.outputs());
-  Stages<Scalar> stages(dynamics, tableau);
+  Stages<Scalar> stages(dynamics, method);
   Lanes<Scalar> z = lanes<Scalar>(dynamics.rows());
   dynamics.start(z.data());
   for (int k = 0;; ++k) {
@@ -124,26 +124,26 @@ void integrate(OdeDynamics<Scalar>& dynamics, const Tableau& tableau, const OdeR
 }
 
 template <class Scalar>
-void backprop(OdeDynamics<Scalar>& dynamics, const Tableau& tableau, const OdeRun<Scalar>& run) {
+void backprop(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run) {
   Step<Scalar> step(run, dynamics.rows(), dynamics.outputs());
-  Stages<Scalar> stages(dynamics, tableau);
+  Stages<Scalar> stages(dynamics, method);
   Lanes<Scalar> z = lanes<Scalar>(dynamics.rows()), p = z, pulled = z, at_sample = z;
-  std::array<Lanes<Scalar>, 4> slope_cotangents;
+  std::array<Lanes<Scalar>, RungeKutta::kMostStages> slope_cotangents;
   step.cotangent(run.length - 1, p.data());
   for (int k = run.length - 2; k >= 0; --k) {
     step.at(k);
     step.latent(k, z.data());
     stages.run(step, z);
-    for (int i = 0; i < tableau.stages; ++i) {
+    for (int i = 0; i < method.stages(); ++i) {
       Lanes<Scalar>& cotangent = slope_cotangents[static_cast<std::size_t>(i)];
       cotangent.assign(p.size(), Scalar(0));
-      add_scaled(cotangent, tableau.b[i], step.h(), p);
+      add_scaled(cotangent, method.b(i), step.h(), p);
     }
-    for (int i = tableau.stages - 1; i >= 0; --i) {
+    for (int i = method.stages() - 1; i >= 0; --i) {
       dynamics.pull_back(i, slope_cotangents[static_cast<std::size_t>(i)].data(), pulled.data());
       for (std::size_t n = 0; n < p.size(); ++n) p[n] += pulled[n];
       for (int j = 0; j < i; ++j)
-        add_scaled(slope_cotangents[static_cast<std::size_t>(j)], tableau.a[i][j], step.h(), pulled);
+        add_scaled(slope_cotangents[static_cast<std::size_t>(j)], method.a(i, j), step.h(), pulled);
     }
     step.cotangent(k, at_sample.data());
     for (std::size_t n = 0; n < p.size(); ++n) p[n] += at_sample[n];
@@ -179,14 +179,14 @@ void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run) {
     next = p;
     stage = p;
     const int slots[] = {kEnd, kMiddle, kMiddle, kBegin};
-    const double shares[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}, reaches[] = {0.5, 0.5, 1.0};
-    for (std::size_t i = 0; i < 4; ++i) {
-      const auto share = static_cast<Scalar>(shares[i]);
+    const RungeKutta rk4 = kRk4<double>;
+    for (int i = 0; i < 4; ++i) {
+      const auto share = static_cast<Scalar>(rk4.b(i));
       for (std::size_t n = 0; n < size; ++n) stage[n] *= share * h[n % kGroup];
       dynamics.pull_back(slots[i], stage.data(), pulled.data());
       for (std::size_t n = 0; n < size; ++n) next[n] += pulled[n];
       if (i == 3) break;
-      const auto reach = static_cast<Scalar>(reaches[i] / shares[i]);
+      const auto reach = static_cast<Scalar>(rk4.a(i + 1, i) / rk4.b(i));
       for (std::size_t n = 0; n < size; ++n) stage[n] = p[n] + reach * pulled[n];
     }
     step.cotangent(k, at_sample.data());
@@ -194,10 +194,10 @@ void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run) {
   }
 }
 
-template void integrate(OdeDynamics<float>&, const Tableau&, const OdeRun<float>&);
-template void integrate(OdeDynamics<double>&, const Tableau&, const OdeRun<double>&);
-template void backprop(OdeDynamics<float>&, const Tableau&, const OdeRun<float>&);
-template void backprop(OdeDynamics<double>&, const Tableau&, const OdeRun<double>&);
+template void integrate(OdeDynamics<float>&, const RungeKutta&, const OdeRun<float>&);
+template void integrate(OdeDynamics<double>&, const RungeKutta&, const OdeRun<double>&);
+template void backprop(OdeDynamics<float>&, const RungeKutta&, const OdeRun<float>&);
+template void backprop(OdeDynamics<double>&, const RungeKutta&, const OdeRun<double>&);
 template void adjoint(OdeDynamics<float>&, const OdeRun<float>&);
 template void adjoint(OdeDynamics<double>&, const OdeRun<double>&);
 

@@ -8,21 +8,34 @@
 // at the fourth order in the step.
 #pragma once
 
+#include "nlo/explicit_rk.h"
 #include "trainer/sensitivity/ode_dynamics.h"
 
 namespace nlo::trainer {
 
-/// z_i = z + h sum_j a_ij k_j,  k_i = F(z_i, y(t + c_i h)),  z+ = z + h sum_i b_i k_i; explicit: a_ij = 0 for j >= i.
-struct Tableau {
-  int stages;
-  double a[4][4];
-  double b[4];
-  double c[4];
+/// A method of the runtime (kEuler, kHeun, kRk4: explicit_rk.h), whatever its number of stages: what trains is what
+/// flies. The tableau must outlive it; those are constants.
+///   z_i = z + h sum_j a_ij k_j,  k_i = F(z_i, y(t + c_i h)),  z+ = z + h sum_i b_i k_i,  j < i
+class RungeKutta {
+ public:
+  template <int kStages>
+  explicit(false) RungeKutta(const Tableau<double, kStages>& tableau)
+      : stages_(kStages), a_(tableau.a[0]), b_(tableau.b), c_(tableau.c) {
+    static_assert(kStages <= kMostStages);
+  }
+  template <int kStages>
+  RungeKutta(const Tableau<double, kStages>&&) = delete;
+
+  static constexpr int kMostStages = 4;
+  int stages() const { return stages_; }
+  double a(int i, int j) const { return a_[i * stages_ + j]; }
+  double b(int i) const { return b_[i]; }
+  double c(int i) const { return c_[i]; }
+
+ private:
+  int stages_;
+  const double *a_, *b_, *c_;
 };
-inline constexpr Tableau kEuler{1, {}, {1.0}, {0.0}};
-inline constexpr Tableau kHeun{2, {{}, {1.0}}, {0.5, 0.5}, {0.0, 1.0}};
-inline constexpr Tableau kRk4{
-    4, {{}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}, {0.0, 0.5, 0.5, 1.0}};
 
 /// Eight trajectories as a SegmentGroup holds them: arrays are [row][time][8]. y is held or ramped between samples.
 template <class Scalar>
@@ -38,11 +51,11 @@ struct OdeRun {
 
 /// Fills run.latent from run.outputs.
 template <class Scalar>
-void integrate(OdeDynamics<Scalar>& dynamics, const Tableau& tableau, const OdeRun<Scalar>& run);
+void integrate(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run);
 
-/// Adds dl/dtheta to the dynamics' gradient, exactly for integrate() by the same tableau.
+/// Adds dl/dtheta to the dynamics' gradient, exactly for integrate() by the same method.
 template <class Scalar>
-void backprop(OdeDynamics<Scalar>& dynamics, const Tableau& tableau, const OdeRun<Scalar>& run);
+void backprop(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run);
 
 /// Adds dl/dtheta to the dynamics' gradient by the adjoint equation.
 template <class Scalar>

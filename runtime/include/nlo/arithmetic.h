@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include "nlo/cxx20.h"
+
 namespace nlo {
 
 enum class Arithmetic : std::uint8_t {

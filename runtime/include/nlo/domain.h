@@ -3,6 +3,8 @@
 // extrapolation, and the loop should know.
 #pragma once
 
+#include "nlo/cxx20.h"
+
 namespace nlo {
 
 /// The box that the latent states of the training set filled, per coordinate. For angle outputs, and others

@@ -9,6 +9,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "nlo/cxx20.h"
+
 namespace nlo {
 
 /// Column vector of kN scalars; an aggregate, so that it can be a constant. `nlo/eigen.h` maps it as an Eigen vector.

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cstdint>
 
+#include "nlo/cxx20.h"
+
 namespace nlo {
 
 /// bfloat16: float's range, 8 bits of precision (relative rounding 2^-9).

@@ -1,0 +1,118 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# What each component of find_package(nlo) gives and asks for, and the runtime alone as a subdirectory.
+#   usage: components_test.sh SOURCE_DIR WORK_DIR     WORK_DIR has prefix/ (the installed package) and van_der_pol.h
+set -eu
+source=$1 work=$2
+
+fail() {
+  echo "FAILED: $*"
+  exit 1
+}
+
+# A program that flies the exported observer and says whether Eigen was in reach.
+mkdir -p "$work/user"
+cp "$work/van_der_pol.h" "$work/user"
+cat >"$work/user/flies.cpp" <<'END'
+#include <cstdio>
+
+#include "van_der_pol.h"
+#if WITH_EIGEN
+#include <nlo/eigen.h>
+#elif __has_include(<Eigen/Core>) || __has_include("Eigen/Core")
+#error "Eigen is on the include path"
+#endif
+
+constinit static nlo::van_der_pol::Observer observer{nlo::van_der_pol::kModel};
+
+int main() {
+  for (int k = 0; k < 3; ++k) static_cast<void>(observer.step(0.5F));
+#if WITH_EIGEN
+  const auto x_hat = observer.estimate();
+  std::printf("norm %g\n", static_cast<double>(nlo::as_eigen(x_hat).norm()));
+#else
+  std::printf("%g\n", static_cast<double>(observer.estimate()[0]));
+#endif
+}
+END
+
+# user NAME FIND LIBRARY [CHECK]: the project NAME, which finds nlo by the line FIND and links LIBRARY; CHECK: more CMake
+user() {
+  mkdir -p "$work/$1"
+  cat >"$work/$1/CMakeLists.txt" <<END
+cmake_minimum_required(VERSION 3.25)
+project($1 LANGUAGES CXX)
+$2
+${4:-}
+add_executable(flies ../user/flies.cpp)
+target_link_libraries(flies PRIVATE $3)
+if("$3" STREQUAL "nlo::eigen")
+  target_compile_definitions(flies PRIVATE WITH_EIGEN=1)
+endif()
+END
+}
+# configured NAME [ARGUMENT...]: whether the project configures, against the package in prefix/
+configured() {
+  name=$1
+  shift
+  cmake -G Ninja -S "$work/$name" -B "$work/$name/build" -DCMAKE_BUILD_TYPE=Release "-DCMAKE_PREFIX_PATH=$work/prefix" \
+    -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF "$@" >"$work/$name.log" 2>&1
+}
+# flies NAME [ARGUMENT...]: the project configures, builds and runs
+flies() {
+  configured "$@" || { cat "$work/$1.log"; fail "$1 does not configure"; }
+  cmake --build "$work/$1/build" >>"$work/$1.log" 2>&1 || { cat "$work/$1.log"; fail "$1 does not build"; }
+  "$work/$1/build/flies" >"$work/$1.out" || fail "$1 does not run"
+  echo "ok       $1: $(cat "$work/$1.out")"
+}
+# refuses NAME WORDS [ARGUMENT...]: the project does not configure, and its error has these words
+refuses() {
+  name=$1 words=$2
+  shift 2
+  if configured "$name" "$@"; then fail "$name configures"; fi
+  tr -s ' \n' ' ' <"$work/$name.log" | grep -qF "$words" || { cat "$work/$name.log"; fail "$name does not say: $words"; }
+  echo "ok       $name is refused: $words"
+}
+no_eigen=-DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON
+only_runtime='foreach(target IN ITEMS nlo::eigen nlo::nlo Eigen3::Eigen)
+  if(TARGET ${target})
+    message(FATAL_ERROR "${target} came with the runtime")
+  endif()
+endforeach()'
+
+user runtime "find_package(nlo 0.1 REQUIRED COMPONENTS runtime)" nlo::runtime "$only_runtime"
+flies runtime
+user no_eigen "find_package(nlo REQUIRED)" nlo::runtime 'if(NOT TARGET nlo::nlo OR NOT COMMAND nlo_add_model)
+  message(FATAL_ERROR "no program")
+endif()'
+flies no_eigen $no_eigen
+user eigen "find_package(nlo REQUIRED COMPONENTS eigen)" nlo::eigen
+flies eigen
+user everything "find_package(nlo REQUIRED)" nlo::eigen
+flies everything
+user eigen_missing "find_package(nlo REQUIRED COMPONENTS eigen)" nlo::eigen
+refuses eigen_missing "the component eigen wants Eigen 3.4" $no_eigen
+user unknown "find_package(nlo REQUIRED COMPONENTS trainer)" nlo::runtime
+refuses unknown "there is no component trainer: the components are runtime, eigen and program"
+
+# The runtime alone, as a subdirectory: what it looks for would be in the cache as NAME_DIR, and a second of this
+# process's children is more than it may take.
+user subdirectory "set(NLO_RUNTIME_ONLY ON)
+add_subdirectory($source nlo)" nlo::runtime "$only_runtime"
+flies subdirectory
+if found=$(grep '_DIR:PATH=' "$work/subdirectory/build/CMakeCache.txt"); then fail "packages were looked for: $found"; fi
+
+cpu_ms() { times | awk 'NR == 2 { gsub("s", ""); for (i = 1; i <= 2; ++i) { split($i, t, "m"); ms += (60 * t[1] + t[2]) * 1000 } print int(ms) }'; }
+before=$(cpu_ms)
+cmake -G Ninja -S "$source" -B "$work/runtime_only" -DNLO_RUNTIME_ONLY=ON >"$work/runtime_only.log"
+took=$(($(cpu_ms) - before))
+echo "ok       NLO_RUNTIME_ONLY: configured in $took ms of processor time"
+[ "$took" -lt 1000 ] || fail "NLO_RUNTIME_ONLY takes $took ms to configure"
+
+cmake --install "$work/runtime_only" --prefix "$work/runtime_prefix" >"$work/runtime_only.log"
+user installed_runtime "find_package(nlo REQUIRED)" nlo::runtime 'if(TARGET nlo::nlo)
+  message(FATAL_ERROR "a program came with the runtime")
+endif()'
+flies installed_runtime "-DCMAKE_PREFIX_PATH=$work/runtime_prefix"
+user program_missing "find_package(nlo REQUIRED COMPONENTS program)" nlo::runtime
+refuses program_missing "the runtime is installed without the program" "-DCMAKE_PREFIX_PATH=$work/runtime_prefix"
