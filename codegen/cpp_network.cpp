@@ -21,12 +21,12 @@ std::string panels(const Initialiser& init, const Eigen::MatrixXd& weights, cons
   Eigen::VectorXd packed = Eigen::VectorXd::Zero(layout.weights());
   std::vector<bool> starts_line(static_cast<std::size_t>(layout.weights()), false);
   for (int o = 0; o < layout.out; ++o) {
-    const bool by_rows = layout.rest_by_rows() && o >= layout.wide() + layout.eight();
+    const bool row_major = layout.rest_is_row_major() && o >= layout.wide() + layout.eight();
     for (int i = 0; i < layout.in; ++i) {
       const int at = layout.weight_position(o, i);
       packed(at) = weights(o, i);
       starts_line[static_cast<std::size_t>(at)] =
-          by_rows ? i == 0 : o == 0 || layout.weight_position(o - 1, i) != at - 1;
+          row_major ? i == 0 : o == 0 || layout.weight_position(o - 1, i) != at - 1;
     }
   }
   std::string text = "{";

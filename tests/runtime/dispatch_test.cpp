@@ -35,10 +35,10 @@ Bits run_avx2() {
   using Mlp = std::remove_cvref_t<decltype(kMlp)>;
   constexpr int kBlock = kernels::kBatchBlock<float, 32>;
   Bits bits{};
-  LayerBuffer<float, Mlp::kWidest * kBlock> here, there;
+  LayerBuffer<float, Mlp::kWidest * kBlock> ping, pong;
   JvpBuffer<float, Mlp::kWidest> jvp_here, jvp_there;
   testing::for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
-    x86::evaluate_avx2<Activation::kTanh, Arithmetic::kFast>(kMlp, in, bits.estimate[round], here.values, there.values);
+    x86::evaluate_avx2<Activation::kTanh, Arithmetic::kFast>(kMlp, in, bits.estimate[round], ping.values, pong.values);
     x86::jvp_avx2<Activation::kTanh>(kMlp, in, direction, bits.jvp[round], jvp_here, jvp_there);
     x86::jvp_avx2<Activation::kSilu>(kSilu, in, direction, bits.silu_jvp[round], jvp_here, jvp_there);
   });
@@ -47,7 +47,7 @@ Bits run_avx2() {
     for (int n = 0; n < kBlock; ++n)
       for (int r = 0; r < 3; ++r)
         in[r * kBlock + n] = 0.05F * static_cast<float>(first + n + 1) - static_cast<float>(r);
-    x86::evaluate_batch_avx2<Activation::kTanh, Arithmetic::kFast, kBlock>(kMlp, in, out, here.values, there.values);
+    x86::evaluate_batch_avx2<Activation::kTanh, Arithmetic::kFast, kBlock>(kMlp, in, out, ping.values, pong.values);
     for (int n = 0; n < kBlock && first + n < instruction_set::kPlants; ++n)
       for (int i = 0; i < 2; ++i) bits.batch[i][first + n] = out[i * kBlock + n];
   }

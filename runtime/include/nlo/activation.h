@@ -11,8 +11,8 @@
 
 namespace nlo {
 
-/// What stands behind every layer but the last. In float, tanh comes in three accuracies, each cheaper than the one
-/// before; an export picks one by its error budget. In double, kTanh is accurate to double.
+/// Follows every layer but the last. In float, tanh comes in three accuracies, each cheaper than the one before; an
+/// export picks one by its error budget. In double, kTanh is accurate to double.
 enum class Activation : std::uint8_t {
   kTanh,  ///< within kTanhMaxError of tanh in float, kTanhMaxErrorDouble in double
   kRelu,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Driven KKL observer (24)-(25) of dx/dt = f(x) + g(x) u with known inputs u:
 //   dz/dt = D z + F y + phi(z) u,   phi(z) u = dT/dx(x_hat) g(x_hat) u,   x_hat = T*(z)
-// phi(z) u is a product of T's Jacobian with one vector: a forward-mode pass (jvp), no Jacobian is ever formed. D z + F
-// y is stepped exactly and phi(z) u at order 4 (exponential_rk.h); with u = 0 this is the plain KKL observer.
+// phi(z) u is a product of T's Jacobian with one vector: a forward-mode pass (jvp), no Jacobian is ever formed.
+// D z + F y is stepped exactly and phi(z) u at order 4 (exponential_rk.h); with u = 0 this is the plain KKL observer.
 //
 //   observer.step(read_position(), torque);   // torque: what has acted since the last sample (input_hold kZeroOrder)
 #pragma once

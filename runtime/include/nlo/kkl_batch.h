@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Many plants of one KKL model, stepped together: fleets, hypotheses, the particles of a filter. State and values lie
-// plant by plant side by side (structure of arrays), so that every weight is loaded once for many plants: per plant the
-// multiply-add units' limit, where a single observer meets that of the cache.
+// Many plants of one KKL model, stepped together: fleets, hypotheses, the particles of a filter. State and values are
+// structures of arrays, so that every weight is loaded once for many plants: a batch is limited by the multiply-add
+// units, a single observer by the cache.
 //
 //   static nlo::KklBatch<decltype(kModel), 32> fleet{kModel};
 //   float y[1][32], x_hat[2][32];

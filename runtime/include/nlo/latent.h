@@ -12,7 +12,7 @@
 
 namespace nlo {
 
-/// How y runs between two samples.
+/// How y moves between two samples.
 enum class Hold : std::uint8_t {
   kZeroOrder,   ///< constant; exact
   kFirstOrder,  ///< a ramp; exact. The default: 2e-2 in z closer than the constant at 50 Hz on Van der Pol

@@ -23,8 +23,8 @@ struct Dense {
   typename ComputesIn<Weight>::Type bias[kOut];
 };
 
-/// One layer in the layout of panels.h: as it is executed on CPUs with vectors, and as generators write layers so large
-/// that a compiler would take long to lay them out.
+/// One layer in the layout of panels.h: what CPUs with vectors execute. Generators write large layers in it too, as a
+/// compiler would take long to rearrange them.
 template <class Weight, int kIn_, int kOut_>
 struct PanelDense {
   using Layout = kernels::Panels<kIn_, kOut_>;
@@ -127,14 +127,14 @@ struct Mlp<kKind, Last> {
   /// in [kIn][kPlants], out [kOut][kPlants].
   template <Arithmetic kArithmetic, int kPlants>
   void evaluate_batch(const Scalar* in, Scalar* out) const {
-    LayerBuffer<Scalar, kWidest * kPlants> here, there;
-    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, here.values, there.values);
+    LayerBuffer<Scalar, kWidest * kPlants> ping, pong;
+    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, ping.values, pong.values);
   }
 
   void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
-    JvpBuffer<Scalar, kWidest> here, there;
+    JvpBuffer<Scalar, kWidest> ping, pong;
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> directions;
-    kernels::jvp<kKind>(*this, in, padded_inputs<kIn>(direction, directions), out, here, there);
+    kernels::jvp<kKind>(*this, in, padded_inputs<kIn>(direction, directions), out, ping, pong);
   }
 };
 
@@ -152,24 +152,24 @@ struct Mlp<kKind, First, Rest...> {
 
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
-    // Two buffers, taken by turns: one per layer would be a kilobyte of stack on a microcontroller.
-    LayerBuffer<Scalar, kWidest> here, there;
+    // Ping-pong buffers: one per layer would be a kilobyte of stack on a microcontroller.
+    LayerBuffer<Scalar, kWidest> ping, pong;
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
-    kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, here.values, there.values);
+    kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, ping.values, pong.values);
   }
 
   /// in [kIn][kPlants], out [kOut][kPlants].
   template <Arithmetic kArithmetic, int kPlants>
   void evaluate_batch(const Scalar* in, Scalar* out) const {
-    LayerBuffer<Scalar, kWidest * kPlants> here, there;
-    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, here.values, there.values);
+    LayerBuffer<Scalar, kWidest * kPlants> ping, pong;
+    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, ping.values, pong.values);
   }
 
   void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
-    JvpBuffer<Scalar, kWidest> here, there;
+    JvpBuffer<Scalar, kWidest> ping, pong;
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs, directions;
-    kernels::jvp<kKind>(*this, padded_inputs<kIn>(in, inputs), padded_inputs<kIn>(direction, directions), out, here,
-                        there);
+    kernels::jvp<kKind>(*this, padded_inputs<kIn>(in, inputs), padded_inputs<kIn>(direction, directions), out, ping,
+                        pong);
   }
 };
 

@@ -69,9 +69,9 @@ struct QuantisedMlp<kKind, Last> {
   static constexpr int kWidest = 2 * kernels::int16::kPairs<kIn>;  ///< inputs of a layer, padded
   Last layer;
 
-  /// sums (kOut) from what stands in `here`.
-  void run(std::int16_t* here, std::int16_t*, std::int32_t* sums) const {
-    kernels::int16::layer<kIn, kOut>(layer.weights, layer.bias, here, [&](int o, std::int32_t sum) {
+  /// sums (kOut) from the inputs in `ping`. `ping` and `pong` are ping-pong buffers.
+  void run(std::int16_t* ping, std::int16_t*, std::int32_t* sums) const {
+    kernels::int16::layer<kIn, kOut>(layer.weights, layer.bias, ping, [&](int o, std::int32_t sum) {
       if (o < kOut) sums[o] = sum;
     });
   }
@@ -88,9 +88,9 @@ struct QuantisedMlp<kKind, First, Rest...> {
   First layer;
   Tail tail;
 
-  void run(std::int16_t* here, std::int16_t* there, std::int32_t* sums) const {
-    quantised_layer<kKind>(layer, here, there);
-    tail.run(there, here, sums);
+  void run(std::int16_t* ping, std::int16_t* pong, std::int32_t* sums) const {
+    quantised_layer<kKind>(layer, ping, pong);
+    tail.run(pong, ping, sums);
   }
 };
 
@@ -123,12 +123,12 @@ struct QuantisedMap {
   /// out (kOut) = T*(in), in (kIn) = [z; y] or z.
   template <Arithmetic = Arithmetic::kDeterministic>
   void evaluate(const float* in, float* out) const {
-    alignas(4) std::int16_t here[Mlp_::kWidest];
-    alignas(4) std::int16_t there[Mlp_::kWidest];
-    if constexpr (kIn % 2 != 0) here[kIn] = 0;
-    for (int i = 0; i < kIn; ++i) here[i] = quantised(in[i] - centre[i], gain[i]);
+    alignas(4) std::int16_t ping[Mlp_::kWidest];
+    alignas(4) std::int16_t pong[Mlp_::kWidest];
+    if constexpr (kIn % 2 != 0) ping[kIn] = 0;
+    for (int i = 0; i < kIn; ++i) ping[i] = quantised(in[i] - centre[i], gain[i]);
     std::int32_t sums[kOut];
-    mlp.run(here, there, sums);
+    mlp.run(ping, pong, sums);
     for (int o = 0; o < kOut; ++o) {
       float total = rounded(scale[o] * static_cast<float>(sums[o]));
       if constexpr (kHasLinearPath) {

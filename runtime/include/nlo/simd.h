@@ -10,7 +10,7 @@
 
 #define NLO_INLINE inline __attribute__((always_inline))
 #define NLO_INLINE_LAMBDA __attribute__((always_inline))
-// Loops of a few rounds whose number the compiler knows, laid out in full at every optimisation level but -O0, or four
+// Loops of a few rounds whose number the compiler knows: unrolled in full at every optimisation level but -O0, or four
 // rounds at a time.
 #if defined(__clang__)
 #define NLO_UNROLL _Pragma("clang loop unroll(full)")
@@ -19,8 +19,8 @@
 #define NLO_UNROLL _Pragma("GCC unroll 16")
 #define NLO_UNROLL_SOME _Pragma("GCC unroll 4")
 #endif
-// A frame that is gone when the function returns: inlined, its room on the stack would stay taken while the caller
-// calls the next one. Worth an instruction or two where stacks are small.
+// A stack frame of its own: inlined, its memory would stay in use while the caller calls the next function. Worth an
+// instruction or two where stacks are small.
 #if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
 #define NLO_OWN_FRAME __attribute__((noinline))
 #else
@@ -55,7 +55,7 @@ inline namespace types {
 template <class Scalar, int kN>
 struct PackOf {
   typedef Scalar Type __attribute__((vector_size(sizeof(Scalar) * kN)));
-  // As it lies in memory: neuron rows start anywhere, and the weights are plain arrays of scalars.
+  // In memory: neuron rows start anywhere, and the weights are plain arrays of scalars.
   typedef Scalar InMemory __attribute__((vector_size(sizeof(Scalar) * kN), aligned(alignof(Scalar)), may_alias));
 };
 template <class Scalar>
@@ -86,7 +86,7 @@ NLO_INLINE constexpr auto literal(double value) {
 
 }  // namespace types
 
-// What works on vectors, for the instruction set that the compiler was told of.
+// What works on vectors, for the instruction set that the compiler may use.
 inline namespace native {
 #define NLO_CODE NLO_INLINE
 #define NLO_ISA_BYTES NLO_NATIVE_BYTES

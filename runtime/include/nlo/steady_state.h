@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What builds upon the steady state of a latent system: z settles at S y while y is constant. So z can start there; it
-// can turn back with an angle by whole turns, as y - a and z - S a belong together; and what T* reads as z - S y does not
-// depend on where the output rests. A model without a steady state (kHasSteadyState = false) has none of it.
+// What builds upon the steady state of a latent system: z settles at S y while y is constant. So z can start there; when
+// an angle goes back by whole turns a, z goes back by S a; and z - S y does not depend on where the output rests.
+// Nothing happens in a model without a steady state (kHasSteadyState = false).
 #pragma once
 
 #include "nlo/arithmetic.h"
@@ -31,7 +31,7 @@ constexpr void add_steady_state(const Model& model, const Scalar (&y)[kNy], Scal
   }
 }
 
-/// z <- z - S y for angles and for those outputs that T* knows through z - S y only: what the domain is a box of.
+/// z <- z - S y, for angles and for those outputs that T* knows only through z - S y. The domain is a box of the result.
 template <class Model, class Scalar, int kNz, int kNy>
 constexpr void make_relative(const Model& model, const Scalar (&y)[kNy], Scalar (&z)[kNz]) {
   if constexpr (Model::kHasSteadyState) {
@@ -44,8 +44,8 @@ constexpr void make_relative(const Model& model, const Scalar (&y)[kNy], Scalar 
   }
 }
 
-/// Takes the whole turns off an angle that has left its first one, and S times as much off z: the latent system does not
-/// notice, and z stays bounded however often a shaft turns.
+/// An angle that has left its first turn goes back by whole turns, and z by S times as much: the latent system does not
+/// notice. This keeps z bounded however often the shaft turns.
 template <Arithmetic kArithmetic, class Model, class Scalar, int kNz, int kNy>
 constexpr void turn_back(const Model& model, Scalar (&y)[kNy], Scalar (&z)[kNz]) {
   if constexpr (Model::kHasSteadyState) {

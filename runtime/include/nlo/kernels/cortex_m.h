@@ -2,8 +2,9 @@
 // Matrix-vector product of a dense layer in float32 for Cortex-M cores with an FPU (M4F, M7, M33): out = f(W in + b).
 //
 // 32 registers, one load port: what counts is instructions per weight. A block of 13 outputs stays in s0-s12 while its
-// weights come 13 at a time (one multiple-register load) and inputs 5 at a time. Weights lie in the order in which they
-// are read. Measured on the paper's 50 x 50 layers: 1.12 instructions per multiply-add, against 3 of compiled loops.
+// weights come 13 at a time (one multiple-register load) and inputs 5 at a time. Weights are stored in the order in
+// which they are read. Measured on the paper's 50 x 50 layers: 1.12 instructions per multiply-add, against 3 of compiled
+// loops.
 //
 // fast           VFMA: one instruction per multiply-add, on every core. Arm's manual of the M4 gives VFMA 3 cycles and
 //                VMUL and VADD 1 each, so that on M4 silicon the pair may be the faster one: measure there, and define
@@ -20,8 +21,7 @@
 
 namespace nlo::kernels::cortex_m {
 
-/// The outputs in as few blocks of at most 13 as there need to be, their sizes equal or one apart: 50 = 13 + 13 + 12
-/// + 12.
+/// The outputs in the fewest blocks of at most 13, their sizes equal or one apart: 50 = 13 + 13 + 12 + 12.
 template <int kOut>
 struct Blocks {
   static constexpr int kCount = (kOut + 12) / 13;
@@ -31,7 +31,7 @@ struct Blocks {
   static constexpr int first(int block) { return block * kSmall + (block < kLargeCount ? block : kLargeCount); }
 };
 
-/// Where the weight of input i for output o lies: block by block, then input by input.
+/// Position of the weight of input i for output o: block by block, then input by input.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
   int block = 0;

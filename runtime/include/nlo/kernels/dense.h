@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One layer of a network, and a chain of them, by the kernel of the target; and how weights lie for that kernel. Which
-// one it is follows from the architecture and the type of the weights, never from the instruction sets that a compiler
-// was told of: the same model has the same bytes in all objects of a program.
+// One layer of a network, and a chain of them, by the kernel of the target; and the layout of weights for that kernel.
+// The architecture and the type of the weights decide which kernel it is, never the instruction sets that the compiler
+// may use: the same model has the same bytes in all objects of a program.
 //   cortex_m.h  Cortex-M cores with an FPU, float
 //   panels.h    CPUs with vectors, whatever their length
 //   plain.h     the others, and NLO_SCALAR_KERNELS: to compare with
@@ -24,13 +24,13 @@ template <class Weight>
 inline constexpr bool kUsesCortexM = false;
 #endif
 
-/// How the weights and biases of a layer lie where there are no vectors.
+/// The layout of a layer's weights and biases on targets without vectors.
 template <class Weight, int kIn, int kOut>
 struct TargetLayout {
   static constexpr int kWeights = kIn * kOut;
   static constexpr int kBiases = kOut;
 
-  /// Where the weight of input i for output o lies.
+  /// Position of the weight of input i for output o.
   static constexpr int weight_position(int o, int i) {
     if constexpr (kUsesCortexM<Weight>) {
       return cortex_m::weight_position<kIn, kOut>(o, i);
@@ -40,9 +40,9 @@ struct TargetLayout {
   }
 };
 
-/// Inputs of a first layer must lie in a buffer with zeros behind them.
+/// Inputs of a first layer must be in a buffer with zeros behind them.
 template <int kIn>
-inline constexpr bool kPadsInputs = kHasVectors&& kIn >= 16 && kIn % 4 != 0;
+inline constexpr bool kPadsInputs = kIn >= 16 && kIn % 4 != 0 && kHasVectors;
 
 /// out = f(W in + bias) with the activation f; without it in the last layer, which writes exactly kOut values. Other
 /// layers write padded(kOut). `in` is padded likewise; `out` must not overlap it.
@@ -64,37 +64,37 @@ NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* i
 #include "nlo/kernels/per_isa/tangent.inc"
 #undef NLO_CODE
 
-/// The same by the best instruction set there is: the compiler's, or with NLO_CPU_DISPATCH that of the CPU.
+/// The same by the best instruction set: the compiler's, or with NLO_CPU_DISPATCH the CPU's.
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
-NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scalar* here, Scalar* there) {
+NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scalar* ping, Scalar* pong) {
 #if defined(NLO_DISPATCHES)
   switch (x86::level()) {
     case x86::Level::kAvx512:
-      return x86::evaluate_avx512<kKind, kArithmetic>(net, in, out, here, there);
+      return x86::evaluate_avx512<kKind, kArithmetic>(net, in, out, ping, pong);
     case x86::Level::kAvx2:
-      return x86::evaluate_avx2<kKind, kArithmetic>(net, in, out, here, there);
+      return x86::evaluate_avx2<kKind, kArithmetic>(net, in, out, ping, pong);
     default:
       break;
   }
 #endif
-  network<kKind, kArithmetic>(net, in, out, here, there);
+  network<kKind, kArithmetic>(net, in, out, ping, pong);
 }
 
 /// The forward-mode product, likewise; see network_jvp().
 template <Activation kKind, class Network, class Scalar, class Buffer>
-NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& here,
-                    Buffer& there) {
+NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& ping,
+                    Buffer& pong) {
 #if defined(NLO_DISPATCHES)
   switch (x86::level()) {
     case x86::Level::kAvx512:
-      return x86::jvp_avx512<kKind>(net, in, direction, out, here, there);
+      return x86::jvp_avx512<kKind>(net, in, direction, out, ping, pong);
     case x86::Level::kAvx2:
-      return x86::jvp_avx2<kKind>(net, in, direction, out, here, there);
+      return x86::jvp_avx2<kKind>(net, in, direction, out, ping, pong);
     default:
       break;
   }
 #endif
-  network_jvp<kKind>(net, in, direction, out, here, there);
+  network_jvp<kKind>(net, in, direction, out, ping, pong);
 }
 
 /// Plants side by side that keep an instruction set of that many bytes busy: two vectors of them.
@@ -131,25 +131,25 @@ NLO_INLINE void for_batch_block(const Work& work) {
 /// Many inputs at once, kPlants of them side by side; buffers [widest][kPlants]. One by one where kPlants is not what
 /// suits the CPU.
 template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
-NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out, Scalar* here, Scalar* there) {
+NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out, Scalar* ping, Scalar* pong) {
 #if defined(NLO_DISPATCHES)
   const x86::Level level = x86::level();
   if constexpr (kPlants == kBatchBlock<Scalar, 64>) {
     if (level == x86::Level::kAvx512)
-      return x86::evaluate_batch_avx512<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+      return x86::evaluate_batch_avx512<kKind, kArithmetic, kPlants>(net, in, out, ping, pong);
   }
   if constexpr (kPlants == kBatchBlock<Scalar, 32>) {
     if (level == x86::Level::kAvx2)
-      return x86::evaluate_batch_avx2<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+      return x86::evaluate_batch_avx2<kKind, kArithmetic, kPlants>(net, in, out, ping, pong);
   }
 #endif
   if constexpr (kHasVectors && kPlants == kBatchBlock<Scalar, NLO_NATIVE_BYTES>) {
-    native::batch_network<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+    native::batch_network<kKind, kArithmetic, kPlants>(net, in, out, ping, pong);
   } else {
     for (int n = 0; n < kPlants; ++n) {
       Scalar one_in[Network::kIn], one_out[Network::kOut];
       for (int i = 0; i < Network::kIn; ++i) one_in[i] = in[i * kPlants + n];
-      evaluate<kKind, kArithmetic>(net, one_in, one_out, here, there);
+      evaluate<kKind, kArithmetic>(net, one_in, one_out, ping, pong);
       for (int o = 0; o < Network::kOut; ++o) out[o * kPlants + n] = one_out[o];
     }
   }

@@ -43,7 +43,7 @@ struct Blocks {
 template <int kIn>
 inline constexpr int kPairs = (kIn + 1) / 2;
 
-/// Where the weight of input i for output o lies: block by block, then pair of inputs by pair, then row by row.
+/// Position of the weight of input i for output o: block by block, then pair of inputs by pair, then row by row.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
   const int fives = 5 * Blocks<kOut>::kFives;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// How the weights of a dense layer lie for a CPU with vectors, whatever their length: a model's bytes must not depend
-// on compiler flags. For each layer, one after the other,
+// The layout of a dense layer's weights for CPUs with vectors, whatever the vectors' length: a model's bytes must not
+// depend on compiler flags. For each layer, one after the other,
 //   tiles   up to 64 outputs each, a multiple of 16: per input the weights of all outputs of the tile, side by side.
 //           Sums stay in registers while inputs stream by; every load is of whole, aligned cache lines
 //   eight   8 outputs more, likewise
-//   rest    up to 7 outputs more. As rows (a dot product each), padded with zeros to a multiple of 4; layers of few
-//           inputs: per input, side by side, padded with zeros to a multiple of 4 outputs
+//   rest    up to 7 outputs more, row-major: a dot product each, rows padded with zeros to a multiple of 4. In layers
+//           of few inputs column-major: per input, side by side, padded with zeros to a multiple of 4 outputs
 // Nothing else is padded: the usual 50 x 50 layers, padded to 64, would fall out of a 32 KB L1 cache.
 //
 // Vectors of activations are padded with zeros to a multiple of 4, and 64-byte aligned.
@@ -22,7 +22,7 @@
 
 namespace nlo::kernels {
 
-// An architecture that has vectors, be the compiler told of them or not.
+// The architecture has vectors, whether or not the compiler may use them.
 #if defined(NLO_SCALAR_KERNELS)
 inline constexpr bool kHasVectors = false;
 #elif defined(__x86_64__) || defined(__SSE2__) || defined(__aarch64__)
@@ -48,10 +48,10 @@ struct PanelLayout {
   constexpr int tiles() const { return (wide() + 63) / 64; }
   constexpr int eight() const { return out - wide() >= 8 ? 8 : 0; }
   constexpr int rest() const { return out - wide() - eight(); }
-  constexpr bool rest_by_rows() const { return in >= 16; }
+  constexpr bool rest_is_row_major() const { return in >= 16; }
   constexpr int rest_at() const { return in * (wide() + eight()); }  ///< its first weight
   constexpr int weights() const {
-    return rest_at() + (rest_by_rows() ? rest() * rounded_up(in, 4) : in * rounded_up(rest(), 4));
+    return rest_at() + (rest_is_row_major() ? rest() * rounded_up(in, 4) : in * rounded_up(rest(), 4));
   }
   constexpr int biases() const { return wide() + eight() + rounded_up(rest(), 4); }  ///< outputs, padded
 
@@ -61,7 +61,7 @@ struct PanelLayout {
     return 16 * (each * tile + (tile < longer ? tile : longer));
   }
 
-  /// Where the weight of input i for output o lies.
+  /// Position of the weight of input i for output o.
   constexpr int weight_position(int o, int i) const {
     if (o < wide()) {
       int tile = 0;
@@ -71,7 +71,7 @@ struct PanelLayout {
     }
     if (o < wide() + eight()) return wide() * in + i * eight() + (o - wide());
     const int row = o - wide() - eight();
-    return rest_at() + (rest_by_rows() ? row * rounded_up(in, 4) + i : i * rounded_up(rest(), 4) + row);
+    return rest_at() + (rest_is_row_major() ? row * rounded_up(in, 4) + i : i * rounded_up(rest(), 4) + row);
   }
 };
 
@@ -90,7 +90,7 @@ struct Panels {
   static constexpr int weight_position(int o, int i) { return kLayout.weight_position(o, i); }
 };
 
-/// kN weights of 16 bits as they lie in memory.
+/// kN weights of 16 bits in memory.
 template <int kN>
 using Half = typename simd::PackOf<std::uint16_t, kN>::InMemory;
 

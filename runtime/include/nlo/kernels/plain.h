@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A dense layer, out = f(W in + b), in plain C++ for targets without vectors: small code, sums in registers. Weights
-// lie
-//   by columns  layers of 8 outputs and more: [kIn][kOut]
-//   by rows     fewer: [kOut][kIn], a dot product per output
+// A dense layer, out = f(W in + b), in plain C++ for targets without vectors: small code, sums in registers. The
+// weights are
+//   column-major  in layers of 8 outputs and more: [kIn][kOut]
+//   row-major     in smaller ones: [kOut][kIn], a dot product per output
 // Each output is summed in the order of the inputs, whatever the policy.
 #pragma once
 
@@ -13,7 +13,7 @@
 namespace nlo::kernels::plain {
 
 template <int kOut>
-inline constexpr bool kByColumns = kOut >= 8;
+inline constexpr bool kColumnMajor = kOut >= 8;
 
 /// Outputs summed side by side. Where each operation on floats is a call, sums beside the first live on the stack only.
 #if defined(__ARM_ARCH_PROFILE) && !defined(__ARM_FP)
@@ -24,7 +24,7 @@ inline constexpr int kSums = 4;
 
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
-  return kByColumns<kOut> ? i * kOut + o : o * kIn + i;
+  return kColumnMajor<kOut> ? i * kOut + o : o * kIn + i;
 }
 
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, class Scalar>
@@ -53,7 +53,7 @@ NLO_INLINE void columns(const Weight* weights, const Scalar* bias, const Scalar*
 /// out = f(W in + b). `out` must not overlap `in`. Layers of one shape share the code where flash is short.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
 NLO_OWN_FRAME inline void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
-  if constexpr (kByColumns<kOut>) {
+  if constexpr (kColumnMajor<kOut>) {
     constexpr int kCount = kSums, kLeft = kOut % kCount;
     int o = 0;
     for (; o + kCount <= kOut; o += kCount) {

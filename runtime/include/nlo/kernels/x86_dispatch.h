@@ -82,39 +82,39 @@ inline Level level() {
 
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX2)) void evaluate_avx2(const Network& net, const Scalar* in, Scalar* out,
-                                                              Scalar* here, Scalar* there) {
-  avx2::network<kKind, kArithmetic>(net, in, out, here, there);
+                                                              Scalar* ping, Scalar* pong) {
+  avx2::network<kKind, kArithmetic>(net, in, out, ping, pong);
 }
 
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_avx512(const Network& net, const Scalar* in, Scalar* out,
-                                                                  Scalar* here, Scalar* there) {
-  avx512::network<kKind, kArithmetic>(net, in, out, here, there);
+                                                                  Scalar* ping, Scalar* pong) {
+  avx512::network<kKind, kArithmetic>(net, in, out, ping, pong);
 }
 
 template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX2)) void evaluate_batch_avx2(const Network& net, const Scalar* in, Scalar* out,
-                                                                    Scalar* here, Scalar* there) {
-  avx2::batch_network<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+                                                                    Scalar* ping, Scalar* pong) {
+  avx2::batch_network<kKind, kArithmetic, kPlants>(net, in, out, ping, pong);
 }
 
 template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_batch_avx512(const Network& net, const Scalar* in,
-                                                                        Scalar* out, Scalar* here, Scalar* there) {
-  avx512::batch_network<kKind, kArithmetic, kPlants>(net, in, out, here, there);
+                                                                        Scalar* out, Scalar* ping, Scalar* pong) {
+  avx512::batch_network<kKind, kArithmetic, kPlants>(net, in, out, ping, pong);
 }
 
 template <Activation kKind, class Network, class Scalar, class Buffer>
 __attribute__((noinline, NLO_TARGET_AVX2)) void jvp_avx2(const Network& net, const Scalar* in, const Scalar* direction,
-                                                         Scalar* out, Buffer& here, Buffer& there) {
-  avx2::network_jvp<kKind>(net, in, direction, out, here, there);
+                                                         Scalar* out, Buffer& ping, Buffer& pong) {
+  avx2::network_jvp<kKind>(net, in, direction, out, ping, pong);
 }
 
 template <Activation kKind, class Network, class Scalar, class Buffer>
 __attribute__((noinline, NLO_TARGET_AVX512)) void jvp_avx512(const Network& net, const Scalar* in,
-                                                             const Scalar* direction, Scalar* out, Buffer& here,
-                                                             Buffer& there) {
-  avx512::network_jvp<kKind>(net, in, direction, out, here, there);
+                                                             const Scalar* direction, Scalar* out, Buffer& ping,
+                                                             Buffer& pong) {
+  avx512::network_jvp<kKind>(net, in, direction, out, ping, pong);
 }
 
 }  // namespace nlo::kernels::x86
