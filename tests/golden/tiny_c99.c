@@ -224,7 +224,7 @@ static void turn_back(tiny_c99_observer* o) {
   }
 }
 
-// `irregular`: the recurrence of a step that is not the sample period.
+// One step by its recurrence: that of the sample period, or of another step.
 static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Recurrence* recurrence) {
   Scalar next[kNy];
   copy(next, o->y, kNy);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What builds upon the steady state of a latent system: z settles at S y while y is constant. So z can start there; when
-// an angle goes back by whole turns a, z goes back by S a; and z - S y does not depend on where the output rests.
+// What builds upon the steady state of a latent system: z settles at S y while y is constant. So z can start there;
+// when an angle goes back by whole turns a, z goes back by S a; and z - S y does not depend on where the output rests.
 // Nothing happens in a model without a steady state (kHasSteadyState = false).
 #pragma once
 
@@ -31,7 +31,8 @@ constexpr void add_steady_state(const Model& model, const Scalar (&y)[kNy], Scal
   }
 }
 
-/// z <- z - S y, for angles and for those outputs that T* knows only through z - S y. The domain is a box of the result.
+/// z <- z - S y, for angles and for those outputs that T* knows only through z - S y. The domain is a box of what is
+/// left.
 template <class Model, class Scalar, int kNz, int kNy>
 constexpr void make_relative(const Model& model, const Scalar (&y)[kNy], Scalar (&z)[kNz]) {
   if constexpr (Model::kHasSteadyState) {
