@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: MIT
 // Which way includes may point: trainer -> codegen -> runtime -> Eigen, a generated header -> runtime, bench and
-// examples -> runtime, nothing -> tests. The runtime stays on headers that a freestanding compiler has.
+// examples -> runtime, nothing -> tests. The runtime stays on headers that a freestanding compiler has. The folders of
+// the trainer form no circle. docs/architecture.svg is a drawing of these arrows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace {
 
 namespace fs = std::filesystem;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -38,6 +43,8 @@ const std::vector<Arrow> kArrows = {
     {"runtime/", {"nlo/"}},
     {"codegen/", {"nlo/", "codegen/"}},
     {"trainer/", {"nlo/", "codegen/", "trainer/"}},
+    // An experiment file is values and their places: what they mean to a domain is checked above.
+    {"trainer/config/", {"nlo/", "codegen/", "trainer/base/", "trainer/config/"}},
     {"bench/", {"nlo/", "bench/"}},
     {"bench/rt_loop", {"nlo/", "bench/", "examples/control_loop/"}},
     {"bench/training_", {"nlo/", "bench/", "trainer/", "codegen/"}},
@@ -45,25 +52,56 @@ const std::vector<Arrow> kArrows = {
     {"examples/", {"nlo/"}},
 };
 
-/// What a part of the trainer must not know: `from` never includes `target`, but for the files and the targets in `except`.
+/// What a part must not know: no file below `from` includes one below `target`, but for files below `target` itself.
 struct Wall {
   std::string_view from, target;
-  std::vector<std::string_view> except;
 };
 
 const std::vector<Wall> kWalls = {
     // A loss term and a sensitivity speak in cotangents at samples: no structure's equations, no plant's.
-    {"trainer/losses/", "trainer/structures/", {"trainer/structures/observer_structure.h"}},
-    {"trainer/sensitivity/", "trainer/structures/", {}},
-    {"trainer/losses/", "trainer/plants/", {"trainer/losses/pde_residual"}},
-    {"trainer/sensitivity/", "trainer/plants/", {}},
-    {"trainer/losses/", "trainer/sensitivity/", {}},
-    {"trainer/sensitivity/", "trainer/losses/", {}},
+    {"trainer/losses/", "trainer/structures/"},
+    {"trainer/sensitivity/", "trainer/structures/"},
+    {"trainer/losses/", "trainer/plants/"},
+    {"trainer/sensitivity/", "trainer/plants/"},
+    {"trainer/losses/", "trainer/sensitivity/"},
+    {"trainer/sensitivity/", "trainer/losses/"},
     // The method needs data, not f.
-    {"trainer/structures/", "trainer/plants/", {}},
-    {"trainer/nn/", "trainer/plants/", {}},
-    {"trainer/optim/", "trainer/plants/", {}},
-    {"trainer/training/", "trainer/plants/", {}},
+    {"trainer/structures/", "trainer/plants/"},
+    {"trainer/nn/", "trainer/plants/"},
+    {"trainer/optim/", "trainer/plants/"},
+    {"trainer/training/", "trainer/plants/"},
+    // A model and what is made of it do not know the languages it is written in.
+    {"codegen/", "codegen/targets/"},
+};
+
+/// An include that may cross a wall or an arrow: the file (or its folder) and the target, as written. One that no file
+/// needs any more is an error, so that the list only shrinks.
+struct Exception {
+  std::string_view file, target;
+};
+
+const std::vector<Exception> kExceptions = {
+    {"trainer/losses/", "trainer/structures/observer_structure.h"},  // the interface of all structures
+    // To be mended: an experiment is checked in the folder of its text.
+    {"trainer/config/check.cpp", "trainer/data/log_schema.h"},
+    {"trainer/config/check.cpp", "trainer/data/transient.h"},
+    {"trainer/config/check.cpp", "trainer/plants/odd_symmetry.h"},
+    {"trainer/config/check.cpp", "trainer/plants/plant_channels.h"},
+    {"trainer/config/check.cpp", "trainer/plants/registry.h"},
+    {"trainer/config/check.cpp", "trainer/structures/observer_gain.h"},
+    {"trainer/config/check_plant.cpp", "trainer/plants/plant_channels.h"},
+    {"trainer/config/check_plant.cpp", "trainer/plants/registry.h"},
+    {"trainer/config/keys.cpp", "trainer/optim/optimiser.h"},
+    // To be mended: error, fit and replay of an export ask its target.
+    {"codegen/error_limits.cpp", "codegen/targets/generated_text.h"},
+    {"codegen/fit.cpp", "codegen/targets/cpp_cost.h"},
+    {"codegen/fit.cpp", "codegen/targets/cpp_structure.h"},
+    {"codegen/number_formats.cpp", "codegen/targets/generated_text.h"},
+    {"codegen/export_error.h", "codegen/targets/registry.h"},
+    {"codegen/fit.h", "codegen/targets/registry.h"},
+    {"codegen/number_formats.h", "codegen/targets/registry.h"},
+    {"codegen/replay_run.h", "codegen/targets/registry.h"},
+    {"codegen/replay_run.h", "codegen/targets/replay_inputs.h"},
 };
 
 /// Standard headers that a freestanding or bare-metal C++20 compiler has, and that pull in neither libm nor the heap.
@@ -108,8 +146,7 @@ std::string objection(const std::string& file, const Include& include) {
   const bool ours = starts_with_any(include.target, kParts);
   if (ours && !starts_with_any(include.target, arrow->may)) return "is an arrow against the layering";
   for (const Wall& wall : kWalls) {
-    if (file.starts_with(wall.from) && include.target.starts_with(wall.target) && !starts_with_any(file, wall.except) &&
-        !starts_with_any(include.target, wall.except)) {
+    if (file.starts_with(wall.from) && !file.starts_with(wall.target) && include.target.starts_with(wall.target)) {
       return "crosses the wall between " + std::string(wall.from) + " and " + std::string(wall.target);
     }
   }
@@ -126,11 +163,18 @@ std::string objection(const std::string& file, const Include& include) {
   return "";
 }
 
+const Exception* exception_for(const std::string& file, const Include& include) {
+  const auto found = std::ranges::find_if(kExceptions, [&](const Exception& exception) {
+    return file.starts_with(exception.file) && include.target == exception.target;
+  });
+  return found == kExceptions.end() ? nullptr : &*found;
+}
+
 std::vector<std::string> violations(const std::string& file, const std::string& text) {
   std::vector<std::string> found;
   for (const Include& include : includes_of(text)) {
     const std::string reason = objection(file, include);
-    if (!reason.empty())
+    if (!reason.empty() && exception_for(file, include) == nullptr)
       found.push_back(file + ":" + std::to_string(include.line) + ": " + include.target + " " + reason);
   }
   return found;
@@ -141,7 +185,7 @@ std::vector<std::string> source_files() {
   for (const char* folder : {"runtime", "codegen", "trainer", "tests", "bench", "examples"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
       const auto extension = entry.path().extension();
-      if (extension == ".h" || extension == ".cpp" || extension == ".c") {
+      if (extension == ".h" || extension == ".cpp" || extension == ".c" || extension == ".inc") {
         files.push_back(entry.path().lexically_relative(kRoot).generic_string());
       }
     }
@@ -149,18 +193,88 @@ std::vector<std::string> source_files() {
   return files;
 }
 
+std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(kRoot / file).rdbuf();
+  return text.str();
+}
+
+std::string lines(const std::vector<std::string>& all) {
+  std::string text;
+  for (const std::string& line : all) text += line + "\n";
+  return text;
+}
+
+/// Which folder includes which other one.
+using Rooms = std::map<std::string, std::set<std::string>>;
+
+std::string folder_of(std::string_view path) {
+  return std::string(path.substr(0, path.rfind('/')));
+}
+
+/// A circle in it, as "a -> b -> a"; empty when there is none.
+std::string circle_in(const Rooms& rooms) {
+  std::set<std::string> done;
+  std::vector<std::string> path;
+  std::string circle;
+  const auto visit = [&](const auto& self, const std::string& room) -> void {
+    const auto before = std::ranges::find(path, room);
+    if (before != path.end()) {
+      for (auto step = before; step != path.end(); ++step) circle += *step + " -> ";
+      circle += room;
+    }
+    if (!circle.empty() || !done.insert(room).second) return;
+    path.push_back(room);
+    if (const auto entry = rooms.find(room); entry != rooms.end())
+      for (const std::string& next : entry->second)
+        if (circle.empty()) self(self, next);
+    path.pop_back();
+  };
+  for (const auto& entry : rooms) visit(visit, entry.first);
+  return circle;
+}
+
 TEST(IncludeArrows, PointTheAllowedWayInEveryFile) {
   const auto files = source_files();
   ASSERT_GT(files.size(), 10U) << "the scan has lost its way: " << kRoot;
+  EXPECT_THAT(files, Contains(testing::EndsWith(".inc")));
   std::vector<std::string> all;
-  for (const std::string& file : files) {
-    std::ostringstream text;
-    text << std::ifstream(kRoot / file).rdbuf();
-    std::ranges::copy(violations(file, text.str()), std::back_inserter(all));
+  for (const std::string& file : files) std::ranges::copy(violations(file, text_of(file)), std::back_inserter(all));
+  EXPECT_THAT(all, IsEmpty()) << lines(all);
+}
+
+TEST(IncludeArrows, NeedEveryExceptionThatIsMade) {
+  std::set<const Exception*> needed;
+  for (const std::string& file : source_files()) {
+    for (const Include& include : includes_of(text_of(file)))
+      if (!objection(file, include).empty()) needed.insert(exception_for(file, include));
   }
-  std::string report;
-  for (const std::string& line : all) report += line + "\n";
-  EXPECT_THAT(all, IsEmpty()) << report;
+  for (const Exception& exception : kExceptions)
+    EXPECT_TRUE(needed.contains(&exception))
+        << exception.file << " no longer includes " << exception.target << ": take the line out of kExceptions";
+  for (const Arrow& arrow : kArrows)
+    EXPECT_TRUE(std::ranges::any_of(source_files(), [&](const auto& file) { return file.starts_with(arrow.from); }))
+        << "kArrows: there is no file below " << arrow.from;
+  for (const Wall& wall : kWalls)
+    EXPECT_TRUE(fs::exists(kRoot / wall.from) && fs::exists(kRoot / wall.target)) << wall.from << " | " << wall.target;
+}
+
+TEST(IncludeArrows, FormNoCircleOfFolders) {
+  Rooms rooms;
+  for (const std::string& file : source_files()) {
+    if (!file.starts_with("trainer/") && !file.starts_with("codegen/")) continue;
+    for (const Include& include : includes_of(text_of(file)))
+      if ((include.target.starts_with("trainer/") || include.target.starts_with("codegen/")) &&
+          folder_of(include.target) != folder_of(file) && exception_for(file, include) == nullptr)
+        rooms[folder_of(file)].insert(folder_of(include.target));
+  }
+  ASSERT_GT(rooms.size(), 10U);
+  EXPECT_EQ(circle_in(rooms), "");
+}
+
+TEST(IncludeArrows, SeeACircleOfFolders) {
+  EXPECT_EQ(circle_in({{"a", {"b", "c"}}, {"b", {"d"}}, {"c", {"d"}}}), "");
+  EXPECT_EQ(circle_in({{"a", {"b"}}, {"b", {"c", "d"}}, {"d", {"b"}}}), "b -> d -> b");
 }
 
 // The controls: each kind of forbidden include is seen, with its line, and its allowed twin is not.
@@ -182,7 +296,14 @@ TEST(IncludeArrows, SeeALossThatKnowsAStructureOrAPlant) {
               ElementsAre(HasSubstr("wall")));
   EXPECT_THAT(violations("trainer/sensitivity/x.h", "#include <trainer/plants/plant.h>"),
               ElementsAre(HasSubstr("wall")));
-  EXPECT_THAT(violations("trainer/losses/pde_residual.cpp", "#include <trainer/plants/plant.h>"), IsEmpty());
+  EXPECT_THAT(violations("trainer/losses/x.h", "#include \"trainer/structures/observer_structure.h\""), IsEmpty());
+}
+
+TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {
+  EXPECT_THAT(violations("trainer/config/x.cpp", "#include \"trainer/plants/registry.h\""),
+              ElementsAre(HasSubstr("against")));
+  EXPECT_THAT(violations("codegen/x.cpp", "#include \"codegen/targets/registry.h\""), ElementsAre(HasSubstr("wall")));
+  EXPECT_THAT(violations("codegen/targets/x.cpp", "#include \"codegen/targets/registry.h\""), IsEmpty());
 }
 
 TEST(IncludeArrows, SeeAHostedHeaderInTheRuntime) {
