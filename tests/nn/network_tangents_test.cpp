@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/activations.h"
 #include "trainer/nn/network_block.h"
 
 namespace nlo::trainer {
@@ -60,12 +61,16 @@ struct Problem {
   }
 };
 
-const std::vector<std::pair<Activation, std::string>> kActivations = {
-    {Activation::kTanh, "tanh"}, {Activation::kRelu, "relu"}, {Activation::kSilu, "silu"}};
+std::vector<std::pair<Activation, std::string>> activations() {
+  std::vector<std::pair<Activation, std::string>> all;
+  for (const std::string& name : codegen::activation_names())
+    all.emplace_back(codegen::activation_named(name).kind, name);
+  return all;
+}
 
 TEST(NetworkTangents, AreTheDerivativeAlongTheDirection) {
   constexpr double kStep = 1e-6, kTolerance = 1e-9;  // rounding 1e-16 / 1e-6, truncation 1e-12
-  for (const auto& [activation, name] : kActivations) {
+  for (const auto& [activation, name] : activations()) {
     for (const bool path : {false, true}) {
       SCOPED_TRACE(name);
       const Problem problem(activation, path);
@@ -84,7 +89,7 @@ TEST(NetworkTangents, AreTheDerivativeAlongTheDirection) {
 
 TEST(NetworkTangents, GradientOfOutputsAndTangentsMeetsDifferences) {
   constexpr double kStep = 1e-5, kTolerance = 1e-8;  // truncation: 1e-10 of the third derivative
-  for (const auto& [activation, name] : kActivations) {
+  for (const auto& [activation, name] : activations()) {
     for (const bool path : {false, true}) {
       SCOPED_TRACE(name);
       Problem problem(activation, path);
@@ -118,7 +123,7 @@ TEST(NetworkTangents, GradientOfOutputsAndTangentsMeetsDifferences) {
 }
 
 TEST(NetworkTangents, ReverseWithoutTangentCotangentsIsThePlainReverse) {
-  for (const auto& [activation, name] : kActivations) {
+  for (const auto& [activation, name] : activations()) {
     SCOPED_TRACE(name);
     const Problem problem(activation, true);
     Block both(problem.shape, true), plain(problem.shape);

@@ -38,15 +38,12 @@ std::vector<Case> cases() {
       {"hidden_1", {2, 1, 1}},          {"hidden_2_5", {3, 2, 5, 2}},
       {"hidden_5_7", {4, 5, 7, 3}},     {"hidden_7_65", {7, 7, 65, 5}},
       {"hidden_65_50", {6, 65, 50, 2}}, {"hidden_50x4", {3, 50, 50, 50, 50, 2}}};
-  const std::pair<const char*, Activation> activations[] = {
-      {"tanh", Activation::kTanh}, {"relu", Activation::kRelu}, {"silu", Activation::kSilu}};
   std::vector<Case> all;
   for (const auto& [shape_name, widths] : shapes) {
-    for (const auto& [activation_name, activation] : activations) {
-      for (const bool path : {false, true}) {
-        all.push_back(
-            {std::string(shape_name) + '_' + activation_name + (path ? "_with_path" : ""), widths, activation, path});
-      }
+    for (const std::string& activation : codegen::activation_names()) {
+      for (const bool path : {false, true})
+        all.push_back({std::string(shape_name) + '_' + activation + (path ? "_with_path" : ""), widths,
+                       codegen::activation_named(activation).kind, path});
     }
   }
   return all;
@@ -266,14 +263,18 @@ TEST(NetworkShape, LaysParametersOutOneAfterTheOtherWithoutGaps) {
   EXPECT_EQ(multiply_adds(shape), 3 * 5 + 5 * 7 + 7 * 2 + 3 * 2);
 }
 
-TEST(InitialParameters, AreGlorotsForTanhAndHesForReluWithZeroBiases) {
-  for (const Activation activation : {Activation::kTanh, Activation::kRelu}) {
-    const NetworkShape shape = NetworkShape::make({30, 50, 20}, activation, true);
+TEST(InitialParameters, AreGlorotsOrHesAsTheActivationWantsWithZeroBiases) {
+  for (const std::string& name : codegen::activation_names()) {
+    SCOPED_TRACE(name);
+    const codegen::ActivationRow& activation = codegen::activation_named(name);
+    const bool glorot = activation.weight_bound == codegen::WeightBound::kGlorot;
+    EXPECT_EQ(glorot, name == "tanh");
+    const NetworkShape shape = NetworkShape::make({30, 50, 20}, activation.kind, true);
     const std::vector<float> p = initial_parameters(shape, 5, 0.5F);
     ASSERT_EQ(p.size(), static_cast<std::size_t>(shape.parameters));
     double factor = 1.0;
     for (const LayerView& layer : shape.layers) {
-      const double fans = activation == Activation::kTanh ? layer.in + layer.out : layer.in;
+      const double fans = glorot ? layer.in + layer.out : layer.in;
       const double bound = factor * std::sqrt(6.0 / fans);
       double reach = 0.0;
       double squares = 0.0;

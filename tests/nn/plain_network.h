@@ -3,9 +3,9 @@
 // blocked passes of trainer/nn are held against.
 #pragma once
 
-#include <cmath>
 #include <vector>
 
+#include "codegen/activations.h"
 #include "trainer/nn/network.h"
 
 namespace nlo::trainer::testing {
@@ -13,16 +13,11 @@ namespace nlo::trainer::testing {
 using Doubles = std::vector<double>;
 
 inline double plain_activation(Activation kind, double v) {
-  if (kind == Activation::kTanh) return std::tanh(v);
-  if (kind == Activation::kRelu) return v > 0.0 ? v : 0.0;
-  return v / (1.0 + std::exp(-v));
+  return codegen::activation_row(kind).value(v);
 }
 
 inline double plain_slope(Activation kind, double v) {
-  if (kind == Activation::kTanh) return 1.0 - std::tanh(v) * std::tanh(v);
-  if (kind == Activation::kRelu) return v > 0.0 ? 1.0 : 0.0;
-  const double s = 1.0 / (1.0 + std::exp(-v));
-  return s * (1.0 + v * (1.0 - s));
+  return codegen::activation_row(kind).slope(v);
 }
 
 struct PlainPass {

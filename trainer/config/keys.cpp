@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/config/keys.h"
 
+#include "codegen/activations.h"
 #include "trainer/config/value.h"
 #include "trainer/optim/optimiser.h"
 
@@ -23,7 +24,7 @@ template <class Section>
 std::vector<Key<Section>> network_keys() {
   return {
       key("hidden", &Section::hidden, between(1, 4096), "widths of the hidden layers"),
-      key("activation", &Section::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
+      key("activation", &Section::activation, one_of(codegen::activation_names()), "of the hidden layers"),
   };
 }
 
@@ -170,7 +171,7 @@ const std::vector<Key<InverseMapConfig>>& keys() {
   using I = InverseMapConfig;
   static const std::vector<Key<I>> kKeys = {
       key("hidden", &I::hidden, Rule{.low = 1, .high = 1024, .at_most = 16}, "widths of the hidden layers of T*"),
-      key("activation", &I::activation, one_of({"tanh", "relu", "silu"}), "of the hidden layers"),
+      key("activation", &I::activation, one_of(codegen::activation_names()), "of the hidden layers"),
       key("linear_path", &I::linear_path, any(), "a linear map beside the network, started from ridge regression"),
       key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the features' mean power"),
   };

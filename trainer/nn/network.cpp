@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "codegen/activations.h"
 #include "trainer/base/random.h"
 
 namespace nlo::trainer {
@@ -24,6 +25,20 @@ NetworkShape NetworkShape::make(const std::vector<int>& widths, Activation activ
   return shape;
 }
 
+namespace {
+
+float weight_bound(Activation activation, float fan_in, float fan_out) {
+  switch (codegen::activation_row(activation).weight_bound) {
+    case codegen::WeightBound::kGlorot:
+      return std::sqrt(6.0F / (fan_in + fan_out));
+    case codegen::WeightBound::kHe:
+      return std::sqrt(6.0F / fan_in);
+  }
+  throw codegen::Error("this activation has no bound for its first weights; give its row one");
+}
+
+}  // namespace
+
 std::vector<float> initial_parameters(const NetworkShape& shape, std::uint64_t seed, float last_scale,
                                       std::uint64_t stream) {
   std::vector<float> parameters(static_cast<std::size_t>(shape.parameters), 0.0F);
@@ -33,8 +48,7 @@ std::vector<float> initial_parameters(const NetworkShape& shape, std::uint64_t s
   for (const LayerView& layer : shape.layers) {
     const auto fan_in = static_cast<float>(layer.in);
     const auto fan_out = static_cast<float>(layer.out);
-    float bound =
-        shape.activation == Activation::kTanh ? std::sqrt(6.0F / (fan_in + fan_out)) : std::sqrt(6.0F / fan_in);
+    float bound = weight_bound(shape.activation, fan_in, fan_out);
     if (&layer == &shape.layers.back()) bound *= last_scale;
     for (int i = 0; i < layer.in * layer.out; ++i) {
       if (lane == RandomLanes::kLanes) {

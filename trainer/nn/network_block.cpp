@@ -1,90 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/nn/network_block.h"
 
-#include <cmath>
-#include <type_traits>
-
+#include "codegen/activations.h"
+#include "trainer/nn/block_activation.h"
 #include "trainer/nn/block_products.h"
 
 namespace nlo::trainer {
 
 namespace {
 
-/// tanh as it flies in float; in double, where gradients are compared with finite differences, the exact one: the
-/// slope 1 - a^2 is that of tanh, not of its approximation.
-template <class P>
-NLO_INLINE P smooth_tanh(P v) {
-  using Scalar = typename simd::ScalarOf<P>::Type;
-  if constexpr (std::is_same_v<P, double>) {
-    return std::tanh(v);
-  } else if constexpr (std::is_same_v<Scalar, double>) {
-    constexpr int kN = sizeof(P) / sizeof(double);
-    for (int i = 0; i < kN; ++i) v[i] = std::tanh(v[i]);
-    return v;
-  } else {
-    return tanh_rational(v);
-  }
-}
-
-template <Activation kKind, class P>
-NLO_INLINE P value_of(P v) {
-  if constexpr (kKind == Activation::kTanh) {
-    return smooth_tanh(v);
-  } else if constexpr (kKind == Activation::kSilu) {
-    const P half = v * simd::literal<P>(0.5);
-    return half + half * smooth_tanh(half);
-  } else {
-    return activate<kKind>(v);
-  }
-}
-
-/// s'(v), from v and a = s(v).
-template <Activation kKind, class P>
-NLO_INLINE P slope_of(P v, P a) {
-  if constexpr (kKind == Activation::kSilu) {
-    const P half = P{} + simd::literal<P>(0.5);
-    const P s = half + half * smooth_tanh(v * half);
-    return s + a * (P{} + simd::literal<P>(1.0) - s);
-  } else {
-    return activation_slope<kKind>(v, a);
-  }
-}
-
-/// s''(v), from v and a = s(v).
-template <Activation kKind, class P>
-NLO_INLINE P curvature_of(P v, P a) {
-  const P one = P{} + simd::literal<P>(1.0);
-  const auto two = simd::literal<P>(2.0);
-  if constexpr (kKind == Activation::kTanh) {
-    return -two * a * (one - a * a);
-  } else if constexpr (kKind == Activation::kRelu) {
-    return P{};
-  } else {  // s (1 - s) (2 + v (1 - 2 s)), s = sigmoid(v)
-    const P half = P{} + simd::literal<P>(0.5);
-    const P s = half + half * smooth_tanh(v * half);
-    return s * (one - s) * (P{} + two + v * (one - two * s));
-  }
-}
+/// s' wants the pre-activations kept: it is no function of the activations alone.
+template <Activation kKind>
+constexpr bool kKeepsInputs = codegen::activation_row(kKind).slope_needs_input;
 
 template <class Scalar>
 std::vector<Scalar> rows(int count, int stride) {
   return std::vector<Scalar>(static_cast<std::size_t>(count) * static_cast<std::size_t>(stride), Scalar(0));
-}
-
-/// Calls run(std::integral_constant<Activation, kind>) for the kind at hand.
-template <class Run>
-void with_activation(Activation kind, const Run& run) {
-  switch (kind) {
-    case Activation::kTanh:
-      return run(std::integral_constant<Activation, Activation::kTanh>{});
-    case Activation::kRelu:
-      return run(std::integral_constant<Activation, Activation::kRelu>{});
-    case Activation::kSilu:
-      return run(std::integral_constant<Activation, Activation::kSilu>{});
-    case Activation::kTanh5e6:
-    case Activation::kTanh5e5:
-      break;  // what an export may choose; training has the best one
-  }
 }
 
 }  // namespace
@@ -102,7 +33,7 @@ NetworkBlock<Scalar, kColumns>::NetworkBlock(const NetworkShape& shape, bool wit
     for (auto& cotangent : pass.cotangent) cotangent = rows<Scalar>(widest, kStride);
     pass.input_cotangent = rows<Scalar>(shape.inputs(), kStride);
   };
-  make_room(values_, shape.activation == Activation::kSilu);
+  make_room(values_, codegen::activation_row(shape.activation).slope_needs_input);
   if (with_tangents) make_room(tangents_, true);
   gradient_ = rows<Scalar>(shape.parameters, Products<Scalar, kColumns>::kLanesPerWeight);
 }
@@ -135,11 +66,11 @@ void NetworkBlock<Scalar, kColumns>::forward_as(const Scalar* parameters) {
                   [=](int row, int s, P v) NLO_INLINE_LAMBDA { simd::store(out + row * kStride + s, v); });
     if (l == last) break;
     // A pass of its own: inside the product's tiles GCC serialises the long dependency chain of a tanh.
-    Scalar* pre = kKind == Activation::kSilu ? values_.pre_activations[l].data() : nullptr;
+    Scalar* pre = kKeepsInputs<kKind> ? values_.pre_activations[l].data() : nullptr;
     for (int i = 0; i < layer.out * kStride; i += kWidth) {
       const P v = simd::load<P>(out + i);
-      if constexpr (kKind == Activation::kSilu) simd::store(pre + i, v);
-      simd::store(out + i, value_of<kKind>(v));
+      if constexpr (kKeepsInputs<kKind>) simd::store(pre + i, v);
+      simd::store(out + i, BlockActivation<kKind>::value(v));
     }
   }
   if (shape_->linear_path >= 0) {
@@ -164,13 +95,12 @@ void NetworkBlock<Scalar, kColumns>::forward_tangents_as(const Scalar* parameter
                   [=](int row, int s, P v) NLO_INLINE_LAMBDA { simd::store(out + row * kStride + s, v); });
     if (l == last) break;
     const Scalar* a = values_.activations[l + 1].data();
-    const Scalar* v = kKind == Activation::kSilu ? values_.pre_activations[l].data() : a;
+    const Scalar* v = kKeepsInputs<kKind> ? values_.pre_activations[l].data() : a;
     Scalar* pre = tangents_.pre_activations[l].data();
     for (int i = 0; i < layer.out * kStride; i += kWidth) {
       const P tangent = simd::load<P>(out + i);
       simd::store(pre + i, tangent);
-      // relu: a > 0 exactly where v > 0
-      simd::store(out + i, tangent * slope_of<kKind>(simd::load<P>(v + i), simd::load<P>(a + i)));
+      simd::store(out + i, tangent * BlockActivation<kKind>::slope(simd::load<P>(v + i), simd::load<P>(a + i)));
     }
   }
   if (shape_->linear_path >= 0) {
@@ -237,50 +167,52 @@ void NetworkBlock<Scalar, kColumns>::backward_as(const Scalar* parameters, const
       return;
     }
     Scalar* out = values_.cotangent[l % 2].data();
-    const Scalar* pre = kKind == Activation::kSilu ? values_.pre_activations[l - 1].data() : in;
+    const Scalar* pre = kKeepsInputs<kKind> ? values_.pre_activations[l - 1].data() : in;
     if constexpr (kTangents) {
       Scalar* out_tangent = tangents_.cotangent[l % 2].data();
       const Scalar* pre_tangent = tangents_.pre_activations[l - 1].data();
       Math::product(transposed + layer.weights, layer.in, layer.out, nullptr, dv_tangent,
                     [=](int row, int s, P v) NLO_INLINE_LAMBDA { simd::store(out_tangent + row * kStride + s, v); });
-      Math::product(
-          transposed + layer.weights, layer.in, layer.out, nullptr, dv, [=](int row, int s, P value) NLO_INLINE_LAMBDA {
-            const int at = row * kStride + s;
-            const P v = simd::load<P>(pre + at), a = simd::load<P>(in + at);
-            const P tangent = simd::load<P>(out_tangent + at), slope = slope_of<kKind>(v, a);
-            simd::store(out + at,
-                        slope * value + curvature_of<kKind>(v, a) * simd::load<P>(pre_tangent + at) * tangent);
-            simd::store(out_tangent + at, slope * tangent);
-          });
+      Math::product(transposed + layer.weights, layer.in, layer.out, nullptr, dv,
+                    [=](int row, int s, P value) NLO_INLINE_LAMBDA {
+                      const int at = row * kStride + s;
+                      const P v = simd::load<P>(pre + at), a = simd::load<P>(in + at);
+                      const P tangent = simd::load<P>(out_tangent + at), slope = BlockActivation<kKind>::slope(v, a);
+                      simd::store(out + at, slope * value + BlockActivation<kKind>::curvature(v, a) *
+                                                                simd::load<P>(pre_tangent + at) * tangent);
+                      simd::store(out_tangent + at, slope * tangent);
+                    });
     } else {
-      Math::product(
-          transposed + layer.weights, layer.in, layer.out, nullptr, dv, [=](int row, int s, P v) NLO_INLINE_LAMBDA {
-            const P slope =
-                slope_of<kKind>(simd::load<P>(pre + row * kStride + s), simd::load<P>(in + row * kStride + s));
-            simd::store(out + row * kStride + s, v * slope);
-          });
+      Math::product(transposed + layer.weights, layer.in, layer.out, nullptr, dv,
+                    [=](int row, int s, P v) NLO_INLINE_LAMBDA {
+                      const P slope = BlockActivation<kKind>::slope(simd::load<P>(pre + row * kStride + s),
+                                                                    simd::load<P>(in + row * kStride + s));
+                      simd::store(out + row * kStride + s, v * slope);
+                    });
     }
   }
 }
 
 template <class Scalar, int kColumns>
 void NetworkBlock<Scalar, kColumns>::forward(const Scalar* parameters) {
-  with_activation(shape_->activation, [&](auto kind) { forward_as<kind()>(parameters); });
+  codegen::with_trained_activation(shape_->activation, [&](auto kind) { forward_as<kind()>(parameters); });
 }
 
 template <class Scalar, int kColumns>
 void NetworkBlock<Scalar, kColumns>::forward_tangents(const Scalar* parameters) {
-  with_activation(shape_->activation, [&](auto kind) { forward_tangents_as<kind()>(parameters); });
+  codegen::with_trained_activation(shape_->activation, [&](auto kind) { forward_tangents_as<kind()>(parameters); });
 }
 
 template <class Scalar, int kColumns>
 void NetworkBlock<Scalar, kColumns>::backward(const Scalar* parameters, const Scalar* transposed) {
-  with_activation(shape_->activation, [&](auto kind) { backward_as<kind(), false>(parameters, transposed); });
+  codegen::with_trained_activation(shape_->activation,
+                                   [&](auto kind) { backward_as<kind(), false>(parameters, transposed); });
 }
 
 template <class Scalar, int kColumns>
 void NetworkBlock<Scalar, kColumns>::backward_tangents(const Scalar* parameters, const Scalar* transposed) {
-  with_activation(shape_->activation, [&](auto kind) { backward_as<kind(), true>(parameters, transposed); });
+  codegen::with_trained_activation(shape_->activation,
+                                   [&](auto kind) { backward_as<kind(), true>(parameters, transposed); });
 }
 
 template class NetworkBlock<float, kBlock>;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "codegen/activations.h"
 #include "codegen/error.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/observer_gain.h"
@@ -19,13 +20,6 @@ Hold hold_named(const std::string& name) {
   if (name == "first_order") return Hold::kFirstOrder;
   if (name == "rk4") return Hold::kRk4;
   throw codegen::Error("unknown hold \"" + name + "\"; use zero_order, first_order or rk4");
-}
-
-Activation activation_named(const std::string& name) {
-  if (name == "tanh") return Activation::kTanh;
-  if (name == "relu") return Activation::kRelu;
-  if (name == "silu") return Activation::kSilu;
-  throw codegen::Error("unknown activation \"" + name + "\"; use tanh, relu or silu");
 }
 
 std::complex<double> eigenvalue(const Mode& mode, const std::vector<double>& eigenvalues) {
@@ -124,7 +118,7 @@ NetworkShape network_shape(int inputs, const std::vector<int>& hidden, int outpu
   std::vector<int> widths{inputs};
   widths.insert(widths.end(), hidden.begin(), hidden.end());
   widths.push_back(outputs);
-  return NetworkShape::make(widths, activation_named(activation), linear_path);
+  return NetworkShape::make(widths, codegen::activation_named(activation).kind, linear_path);
 }
 
 Normalisation no_normalisation(int inputs) {

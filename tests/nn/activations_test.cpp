@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// Every activation through what the trainer has of them beside the networks' own tests (network_test.cpp and
+// network_tangents_test.cpp run over the same table) and the bounds' (tests/bounds).
+#include "codegen/activations.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "trainer/config/experiment.h"
+#include "trainer/nn/block_activation.h"
+#include "trainer/nn/network_block.h"
+#include "trainer/structures/structure.h"
+
+namespace nlo::trainer {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string experiment_with(const std::string& section, const std::string& activation) {
+  return "name = \"small\"\n[plant]\nmodel = \"van_der_pol\"\n[simulation]\ninitial_low = [-1, -1]\n"
+         "initial_high = [1, 1]\n[observer]\neigenvalues = [-1.0, -2.0]\n[" +
+         section + "]\nactivation = \"" + activation + "\"\n";
+}
+
+class EachTrainedActivation : public ::testing::TestWithParam<std::string> {
+ protected:
+  const codegen::ActivationRow& row() const { return codegen::activation_named(GetParam()); }
+};
+INSTANTIATE_TEST_SUITE_P(Activations, EachTrainedActivation, ::testing::ValuesIn(codegen::activation_names()),
+                         [](const auto& named) { return named.param; });
+
+TEST_P(EachTrainedActivation, IsAKeyOfEveryNetworkAndBecomesItsShape) {
+  for (const char* section : {"inverse_map", "forward_map", "dynamics"})
+    EXPECT_NO_THROW(parse_experiment(experiment_with(section, GetParam()), "small.toml", {})) << section;
+  const Experiment experiment = parse_experiment(experiment_with("inverse_map", GetParam()), "small.toml", {});
+  EXPECT_EQ(experiment.inverse_map.activation, GetParam());
+  EXPECT_THAT(format_experiment(experiment), HasSubstr("activation = \"" + GetParam() + "\""));
+  const codegen::Channel channel{.name = "x", .unit = "", .wrap = 0.0};
+  const ObserverStructure structure = make_structure(experiment, {channel}, {channel, channel});
+  EXPECT_EQ(structure.network.activation, row().kind);
+}
+
+/// In double the block's functions are the table's; in float they are what flies.
+TEST_P(EachTrainedActivation, TrainsByTheTablesFunctions) {
+  codegen::with_trained_activation(row().kind, [&](auto kind) {
+    using Activated = BlockActivation<kind()>;
+    for (double v = -9.0; v <= 9.0; v += 0.0625) {
+      if (row().kink_at_zero && v == 0.0) continue;
+      const double a = Activated::value(v), input = row().slope_needs_input ? v : a;
+      EXPECT_NEAR(a, row().value(v), 1e-14) << v;
+      EXPECT_NEAR(Activated::slope(input, a), row().slope(v), 1e-14) << v;
+      EXPECT_NEAR(Activated::curvature(input, a), row().curvature(v), 1e-14) << v;
+      const auto narrow = static_cast<float>(v);
+      EXPECT_NEAR(static_cast<double>(Activated::value(narrow)), row().value(v), (1.0 + std::abs(v)) * kTanhMaxError);
+    }
+  });
+}
+
+TEST(Activations, WhatAnExportAloneMayChooseIsNoKeyAndTrainsNothing) {
+  for (const codegen::ActivationRow& row : codegen::kActivations) {
+    if (row.is_trained()) continue;
+    EXPECT_THROW(parse_experiment(experiment_with("inverse_map", std::string(row.name)), "small.toml", {}),
+                 codegen::Error);
+    const NetworkShape shape = NetworkShape::make({2, 3, 1}, row.kind, false);
+    WideBlock block(shape);
+    const std::vector<float> parameters(static_cast<std::size_t>(shape.parameters));
+    EXPECT_THROW(block.forward(parameters.data()), codegen::Error) << "it left the output as it was";
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// An activation as training runs it over SIMD registers: a = s(v), s'(v) and s''(v), in float by the very functions
+// that fly. One specialisation for each row of codegen/activations.h that can be trained; without one, a row does not
+// compile here.
+#pragma once
+
+#include <cmath>
+#include <type_traits>
+
+#include "nlo/activation.h"
+#include "nlo/simd.h"
+
+namespace nlo::trainer {
+
+/// tanh as it flies in float; in double, where gradients are compared with finite differences, the exact one: the
+/// slope 1 - a^2 is that of tanh, not of its approximation.
+template <class P>
+NLO_INLINE P smooth_tanh(P v) {
+  using Scalar = typename simd::ScalarOf<P>::Type;
+  if constexpr (std::is_same_v<P, double>) {
+    return std::tanh(v);
+  } else if constexpr (std::is_same_v<Scalar, double>) {
+    constexpr int kN = sizeof(P) / sizeof(double);
+    for (int i = 0; i < kN; ++i) v[i] = std::tanh(v[i]);
+    return v;
+  } else {
+    return tanh_rational(v);
+  }
+}
+
+template <class P>
+NLO_INLINE P smooth_sigmoid(P v) {
+  const P half = P{} + simd::literal<P>(0.5);
+  return half + half * smooth_tanh(v * half);
+}
+
+/// P is a scalar or a register of them. Slope and curvature take v and a = value(v); v is a again where the row of
+/// codegen/activations.h says that the slope does not need it.
+template <Activation kKind>
+struct BlockActivation;
+
+template <>
+struct BlockActivation<Activation::kTanh> {
+  template <class P>
+  static NLO_INLINE P value(P v) {
+    return smooth_tanh(v);
+  }
+  template <class P>
+  static NLO_INLINE P slope(P v, P a) {
+    return activation_slope<Activation::kTanh>(v, a);
+  }
+  template <class P>
+  static NLO_INLINE P curvature(P, P a) {
+    const P one = P{} + simd::literal<P>(1.0);
+    return -simd::literal<P>(2.0) * a * (one - a * a);
+  }
+};
+
+template <>
+struct BlockActivation<Activation::kRelu> {
+  template <class P>
+  static NLO_INLINE P value(P v) {
+    return activate<Activation::kRelu>(v);
+  }
+  template <class P>
+  static NLO_INLINE P slope(P v, P a) {
+    return activation_slope<Activation::kRelu>(v, a);
+  }
+  template <class P>
+  static NLO_INLINE P curvature(P, P) {
+    return P{};
+  }
+};
+
+template <>
+struct BlockActivation<Activation::kSilu> {
+  template <class P>
+  static NLO_INLINE P value(P v) {
+    const P half = v * simd::literal<P>(0.5);
+    return half + half * smooth_tanh(half);
+  }
+  template <class P>
+  static NLO_INLINE P slope(P v, P a) {
+    const P s = smooth_sigmoid(v);
+    return s + a * (P{} + simd::literal<P>(1.0) - s);
+  }
+  /// s (1 - s) (2 + v (1 - 2 s)), s = sigmoid(v)
+  template <class P>
+  static NLO_INLINE P curvature(P v, P) {
+    const P one = P{} + simd::literal<P>(1.0);
+    const auto two = simd::literal<P>(2.0);
+    const P s = smooth_sigmoid(v);
+    return s * (one - s) * (P{} + two + v * (one - two * s));
+  }
+};
+
+}  // namespace nlo::trainer
