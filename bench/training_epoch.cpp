@@ -16,6 +16,7 @@
 #include "bench/machine_peak.h"
 #include "bench/ratios.h"
 #include "bench/training_limit.h"
+#include "codegen/reference/rk4.h"
 #include "trainer/base/parallel.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
@@ -47,11 +48,7 @@ Dataset van_der_pol_dataset(int trajectories) {
     Eigen::Vector2d x(-1.0 + 2.0 * t / (trajectories - 1.0), 1.0 - 0.04 * (t * 7 % trajectories));
     for (int k = 0; k < kSamples; ++k) {
       run.states.col(k) = x;
-      const Eigen::Vector2d a = derivative(x);
-      const Eigen::Vector2d b = derivative(x + 0.5 * kPeriod_s * a);
-      const Eigen::Vector2d c = derivative(x + 0.5 * kPeriod_s * b);
-      const Eigen::Vector2d d = derivative(x + kPeriod_s * c);
-      x += kPeriod_s / 6.0 * (a + 2.0 * b + 2.0 * c + d);
+      x = codegen::rk4_step(x, kPeriod_s, [&](double, const Eigen::Vector2d& at) { return derivative(at); });
     }
     run.outputs = run.states.row(0);
     dataset.trajectories.push_back(std::move(run));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "codegen/reference/rk4.h"
 #include "trainer/data/angle.h"
 #include "trainer/evaluation/measurement_noise.h"
 
@@ -24,11 +25,9 @@ MatrixXd rk4(const EkfPlant& plant, const MatrixXd& x, double h, const VectorXd&
     return plant.drive && u.size() > 0 ? MatrixXd(plant.f(at) + plant.drive(at, u)) : plant.f(at);
   };
   const VectorXd middle = 0.5 * (u0 + u1);
-  const MatrixXd k1 = f(x, u0);
-  const MatrixXd k2 = f(x + 0.5 * h * k1, middle);
-  const MatrixXd k3 = f(x + 0.5 * h * k2, middle);
-  const MatrixXd k4 = f(x + h * k3, u1);
-  return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+  return codegen::rk4_step(x, h, [&](double c, const MatrixXd& at) {
+    return f(at, c == 0.0 ? u0 : c == 1.0 ? u1 : middle);
+  });
 }
 
 /// x, then x + step e_i and x - step e_i of each state i: one batch gives a value and its Jacobian.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "codegen/error.h"
+#include "codegen/reference/rk4.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {
@@ -42,11 +43,9 @@ Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h,
                          double time_s) {
   const auto u = [&](double at) { return excitation ? excitation(at) : Eigen::VectorXd(); };
   const Eigen::VectorXd middle = u(time_s + 0.5 * h);
-  const Eigen::MatrixXd k1 = driven_derivative(plant, x, u(time_s));
-  const Eigen::MatrixXd k2 = driven_derivative(plant, x + 0.5 * h * k1, middle);
-  const Eigen::MatrixXd k3 = driven_derivative(plant, x + 0.5 * h * k2, middle);
-  const Eigen::MatrixXd k4 = driven_derivative(plant, x + h * k3, u(time_s + h));
-  return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+  return codegen::rk4_step(x, h, [&](double c, const Eigen::MatrixXd& at) {
+    return driven_derivative(plant, at, c == 0.5 ? middle : u(time_s + c * h));
+  });
 }
 
 Eigen::Index sample_count(const SimulationConfig& config) {
