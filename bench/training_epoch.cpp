@@ -86,9 +86,9 @@ std::vector<double> time_steps(const Experiment& experiment, const Dataset& data
 }
 
 struct Workload {
-  const char* name;    ///< in the results
-  const char* config;  ///< [training] mode
-  double samples;      ///< per step
+  const char* name;  ///< in the results
+  TrainingMode config;
+  double samples;  ///< per step
   int steps_per_burst;
   double reported_steps;  ///< the table's times are of so many
   double limit_share;     ///< asked of limit / ours on one core; 0: nothing
@@ -160,9 +160,9 @@ int main(int argc, char** argv) {
   const Limits limits = measure_limits(make_structure(experiment, dataset.outputs, dataset.states).network);
 
   // At most 1.5 times the limit.
-  const Workload full{"full-batch epoch", "full_batch", 50.0 * 2501.0, 1, 1.0, 1.0 / 1.5};
+  const Workload full{"full-batch epoch", TrainingMode::kFullBatch, 50.0 * 2501.0, 1, 1.0, 1.0 / 1.5};
   const auto samples = static_cast<double>(experiment.training.samples_per_step);
-  const Workload random{"1,000 steps of 4,096 samples", "random_samples", samples, 100, 1000.0, 0.0};
+  const Workload random{"1,000 steps of 4,096 samples", TrainingMode::kRandomSamples, samples, 100, 1000.0, 0.0};
   run_mode(full, experiment, dataset, limits, epochs, ratios);
   run_mode(random, experiment, dataset, limits, epochs, ratios);
   return ratios.write();

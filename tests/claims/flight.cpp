@@ -17,6 +17,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/measurement_noise.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

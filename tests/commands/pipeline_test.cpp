@@ -12,6 +12,7 @@
 #include "trainer/base/number_text.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {
 namespace {

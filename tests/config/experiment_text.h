@@ -10,6 +10,7 @@
 
 #include "codegen/error.h"
 #include "trainer/config/experiment.h"
+#include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {
 

@@ -28,7 +28,7 @@ TEST(Override, MakesASectionThatTheFileLeftOut) {
 }
 
 TEST(Override, TakesABareWordAsText) {
-  EXPECT_EQ(overridden("training.mode=full_batch").training.mode, "full_batch");
+  EXPECT_EQ(overridden("training.mode=full_batch").training.mode, TrainingMode::kFullBatch);
   EXPECT_EQ(overridden("training.noise=uniform:3").training.noise.of(0).scale, 3.0);
   EXPECT_FALSE(overridden("observer.learn_eigenvalues=false").observer.learn_eigenvalues);
 }

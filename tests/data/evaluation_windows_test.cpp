@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "trainer/commands/strict_test.h"
+#include "trainer/data/transient.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -34,7 +37,7 @@ TEST(EvaluationWindows, FitTheSlowestTimeConstantAndTheHorizon) {
       {"one that never settles", {-0.01}, {}, 50.0, 25.0},  // 500 s would leave nothing of the horizon
   };
   for (const Plant& plant : plants) {
-    const EvaluationWindows windows = evaluation_windows({}, observer_of(plant), plant.horizon_s);
+    const EvaluationWindows windows = evaluation_windows({}, decay_rate(observer_of(plant)), plant.horizon_s);
     ASSERT_EQ(windows.size(), 3U) << plant.name;
     EXPECT_EQ(windows[0].name, "all");
     EXPECT_EQ(windows[1].to_s, plant.transient_s) << plant.name;
@@ -45,25 +48,27 @@ TEST(EvaluationWindows, FitTheSlowestTimeConstantAndTheHorizon) {
 }
 
 TEST(EvaluationWindows, WithoutEigenvaluesTheHorizonDecidesAlone) {
+  EXPECT_EQ(evaluation_windows({}, decay_rate({}), 50.0)[2].from_s, 10.0);
+  Experiment experiment;
+  experiment.observer.eigenvalues = {-100.0};
+  EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 0.05);
   for (const char* structure : {"general", "luenberger"}) {
-    ObserverConfig observer;
-    observer.structure = structure;
-    observer.eigenvalues = {-100.0};  // F of (11) starts from them and leaves them
-    EXPECT_EQ(evaluation_windows({}, observer, 50.0)[2].from_s, 10.0) << structure;
+    experiment.observer.structure = structure;  // F of (11) starts from eigenvalues and leaves them
+    EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 10.0) << structure;
   }
 }
 
 TEST(EvaluationWindows, ConfiguredOnesReplaceTheDerived) {
   EvaluationConfig config;
   config.windows = {{"early", 0.5, 5.0}, {"late", 2.0, std::numeric_limits<double>::infinity()}};
-  const EvaluationWindows windows = evaluation_windows(config, {}, 50.0);
+  const EvaluationWindows windows = evaluation_windows(config, 0.0, 50.0);
   ASSERT_EQ(windows.size(), 3U);
   EXPECT_EQ(settled_window(windows), 2U) << "the first that lasts to the end";
   EXPECT_EQ(window_text(windows[0]), "all");
   EXPECT_EQ(window_text(windows[1]), "early (0.5-5 s)");
   EXPECT_EQ(window_text(windows[2]), "late (t >= 2 s)");
   config.windows.pop_back();
-  EXPECT_EQ(settled_window(evaluation_windows(config, {}, 50.0)), 0U) << "none lasts";
+  EXPECT_EQ(settled_window(evaluation_windows(config, 0.0, 50.0)), 0U) << "none lasts";
   config.settling_window_s = 0.3;
   EXPECT_EQ(settling_window_s(config, windows, 50.0), 0.3);
 }

@@ -70,7 +70,7 @@ TEST_F(LogDataset, CountsEverySampleWhereNoFilterRan) {
 
 TEST_F(LogDataset, EncodesAnglesAsSineAndCosine) {
   LogConfig config = SyntheticLog::config();
-  config.columns[1].encoding = "sincos";
+  config.columns[1].encoding = Encoding::kSincos;
   const Dataset data = load(config, log_.csv());
   const Trajectory& run = data.trajectories[0];
   ASSERT_EQ(run.outputs.rows(), 2);

@@ -12,6 +12,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/evaluation/evaluate_logs.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {

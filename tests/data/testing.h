@@ -63,7 +63,8 @@ std::string error_of(Action&& action) {
 struct ColumnOptions {
   std::string column = {}, unit = {};
   double wrap = 0.0;
-  std::string encoding = "unwrap", derivative_of = {};
+  Encoding encoding = Encoding::kUnwrap;
+  std::string derivative_of = {};
 };
 
 inline ColumnConfig column(const std::string& name, ColumnRole role, const ColumnOptions& options = {}) {

@@ -41,12 +41,12 @@ const std::vector<Variant>& variants() {
        [](Experiment& e) {
          e.loss.pde_residual = 0.4;
          e.observer.pairs = {{-0.5, 1.5}};
-         e.observer.output_injection = "unit_gain";
+         e.observer.output_injection = Injection::kUnitGain;
        }},
       {"reconstruction_reading_the_output",
        [](Experiment& e) {
          e.loss.reconstruction = 1.0;
-         e.observer.features = "latent_and_output";
+         e.observer.features = FeatureSet::kLatentAndOutput;
        }},
   };
   return all;

@@ -6,7 +6,7 @@
 namespace nlo::trainer {
 namespace {
 
-SimulationConfig box(const std::string& distribution = "uniform") {
+SimulationConfig box(InitialDistribution distribution = InitialDistribution::kUniform) {
   SimulationConfig config;
   config.initial_low = {-1.0, 2.0};
   config.initial_high = {1.0, 6.0};
@@ -39,7 +39,7 @@ TEST(InitialStates, FillTheBoxEvenly) {
 
 TEST(InitialStates, GaussianHasTheHalfWidthAsDeviation) {
   constexpr Eigen::Index kCount = 20000;
-  const Eigen::MatrixXd x = draw_initial_states(box("gaussian"), 7, kCount);
+  const Eigen::MatrixXd x = draw_initial_states(box(InitialDistribution::kGaussian), 7, kCount);
   // sigma = 2: standard error of the mean 0.014, of the variance 4 sqrt(2 / 20000) = 0.04; four of them. Kurtosis 3.
   const Eigen::ArrayXd d = x.row(1).array() - 4.0;
   EXPECT_NEAR(d.mean(), 0.0, 0.057);
@@ -55,7 +55,8 @@ TEST(InitialStates, ScaleAboutTheCentreOfTheBox) {
 
 TEST(InitialStates, TheFirstDoNotDependOnHowManyFollow) {
   EXPECT_EQ(draw_initial_states(box(), 7, 5), draw_initial_states(box(), 7, 50).leftCols(5));
-  EXPECT_EQ(draw_initial_states(box("gaussian"), 7, 5), draw_initial_states(box("gaussian"), 7, 50).leftCols(5));
+  EXPECT_EQ(draw_initial_states(box(InitialDistribution::kGaussian), 7, 5),
+            draw_initial_states(box(InitialDistribution::kGaussian), 7, 50).leftCols(5));
 }
 
 TEST(InitialStates, StreamsAndSeedsDiffer) {
@@ -70,7 +71,7 @@ TEST(InitialStates, StreamsAndSeedsDiffer) {
 TEST(InitialStates, StayWhereTheBoxHasNoWidth) {
   SimulationConfig config = box();
   config.initial_low[0] = config.initial_high[0] = 0.25;
-  for (const char* distribution : {"uniform", "gaussian"}) {
+  for (const auto distribution : {InitialDistribution::kUniform, InitialDistribution::kGaussian}) {
     config.initial_distribution = distribution;
     const Eigen::MatrixXd x = draw_initial_states(config, 7, 20, 2.0);
     EXPECT_TRUE((x.row(0).array() == 0.25).all());
@@ -81,7 +82,7 @@ TEST(InitialStates, StayWhereTheBoxHasNoWidth) {
 /// An ellipse in a plane of three states that is tilted against all axes.
 SimulationConfig ellipse() {
   SimulationConfig config;
-  config.initial_distribution = "circle";
+  config.initial_distribution = InitialDistribution::kCircle;
   config.initial_centre = {1.0, 0.0, -1.0};
   config.initial_axes = {{2.0, 0.0, 1.0}, {0.0, 3.0, 0.5}};
   return config;
@@ -109,7 +110,7 @@ TEST(InitialStates, LieEvenlyOnTheCircle) {
 
 SimulationConfig list() {
   SimulationConfig config;
-  config.initial_distribution = "list";
+  config.initial_distribution = InitialDistribution::kList;
   config.initial_states = {{1.0, 10.0}, {2.0, 20.0}, {3.0, 30.0}, {6.0, 40.0}};
   return config;
 }
@@ -139,8 +140,8 @@ TEST(InitialStates, ScaleAListAboutItsMeanAndLeaveOneStateAlone) {
 
 TEST(InitialStates, HaveTheMomentsAndTheBoxThatAreSaidOfThem) {
   constexpr Eigen::Index kCount = 40000;
-  for (const SimulationConfig& config : {box(), box("gaussian"), ellipse(), list()}) {
-    SCOPED_TRACE(config.initial_distribution);
+  for (const SimulationConfig& config : {box(), box(InitialDistribution::kGaussian), ellipse(), list()}) {
+    SCOPED_TRACE(to_name(config.initial_distribution));
     const Eigen::MatrixXd x = draw_initial_states(config, 3, kCount);
     const auto [mean, covariance] = initial_moments(config);
     const Eigen::VectorXd deviation = covariance.diagonal().cwiseSqrt();
@@ -149,7 +150,7 @@ TEST(InitialStates, HaveTheMomentsAndTheBoxThatAreSaidOfThem) {
     // Standard errors, by the deviations: 1 / 200 of a mean, at most sqrt(2) / 200 of a covariance; four of them.
     EXPECT_LE((from_mean.rowwise().mean().array() / deviation.array()).abs().maxCoeff(), 0.02);
     EXPECT_LE(((sampled - covariance).array() / (deviation * deviation.transpose()).array()).abs().maxCoeff(), 0.03);
-    if (config.initial_distribution == "gaussian") continue;
+    if (config.initial_distribution == InitialDistribution::kGaussian) continue;
     const auto [low, high] = initial_box(config);
     EXPECT_GE((x.colwise() - low).minCoeff(), -1e-12);
     EXPECT_LE((x.colwise() - high).maxCoeff(), 1e-12);

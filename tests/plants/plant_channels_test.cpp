@@ -9,10 +9,10 @@
 #include <numbers>
 
 #include "codegen/error.h"
+#include "trainer/experiments/training_sets.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
-#include "trainer/plants/training_sets.h"
 
 namespace nlo::trainer {
 namespace {
@@ -99,8 +99,8 @@ TEST(PlantChannels, AreThePlantsOwnUnlessSaid) {
 
 TEST(PlantChannels, GiveAnglesAsSineAndCosine) {
   PlantConfig config = pendulum("180/pi*theta", 360.0);
-  config.state_encodings = {"sincos", "unwrap"};
-  config.output_encodings = {"sincos"};
+  config.state_encodings = {Encoding::kSincos, Encoding::kUnwrap};
+  config.output_encodings = {Encoding::kSincos};
   const auto plant = make_plant(config);
   const PlantChannels channels(config, *plant);
   Dataset data = swung(config);
@@ -159,9 +159,9 @@ TEST(PlantChannels, AreTheEstimatedStatesInTheirOrder) {
 TEST(PlantAngles, MayNotTurnOverWhereTheyAreEstimatedUnwrapped) {
   Experiment experiment;
   experiment.plant = pendulum();
-  experiment.plant->output_encodings = {"sincos"};
+  experiment.plant->output_encodings = {Encoding::kSincos};
   experiment.simulation.horizon_s = 4.0;
-  experiment.simulation.initial_distribution = "list";
+  experiment.simulation.initial_distribution = InitialDistribution::kList;
   experiment.simulation.initial_states = {{0.5, 0.0}};
   EXPECT_NO_THROW(simulate_training_sets(experiment)) << "it may swing";
   experiment.simulation.initial_states = {{0.0, 9.0}};
@@ -171,7 +171,7 @@ TEST(PlantAngles, MayNotTurnOverWhereTheyAreEstimatedUnwrapped) {
   } catch (const codegen::Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("the state theta turns over"));
   }
-  experiment.plant->state_encodings = {"sincos", "unwrap"};
+  experiment.plant->state_encodings = {Encoding::kSincos, Encoding::kUnwrap};
   EXPECT_NO_THROW(simulate_training_sets(experiment));
 }
 
@@ -183,11 +183,11 @@ TEST(PlantChannels, NameTheKeyThatIsWrong) {
   };
   EXPECT_THAT(broken([](PlantConfig& c) { c.state_wraps = {1.0}; }), HasSubstr("state_wraps has 1 entries"));
   EXPECT_THAT(broken([](PlantConfig& c) {
-                c.output_encodings = {"sincos", "unwrap"};
+                c.output_encodings = {Encoding::kSincos, Encoding::kUnwrap};
               }),
               HasSubstr("output_encodings has 2 entries"));
   EXPECT_THAT(broken([](PlantConfig& c) {
-                c.state_encodings = {"unwrap", "sincos"};
+                c.state_encodings = {Encoding::kUnwrap, Encoding::kSincos};
               }),
               HasSubstr("state_encodings[1] is \"sincos\", but omega is no angle"));
   EXPECT_THAT(broken([](PlantConfig& c) { c.estimated = {"omga"}; }), HasSubstr("did you mean \"omega\"?"));
@@ -195,7 +195,7 @@ TEST(PlantChannels, NameTheKeyThatIsWrong) {
   EXPECT_THAT(broken([](PlantConfig& c) {
                 c.states = {"theta", "theta_sin"};
                 c.derivative = {"theta_sin", "-theta"};
-                c.state_encodings = {"sincos", "unwrap"};
+                c.state_encodings = {Encoding::kSincos, Encoding::kUnwrap};
               }),
               HasSubstr("two channels of the name \"theta_sin\""));
   PlantConfig builtin;

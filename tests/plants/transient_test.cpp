@@ -180,7 +180,7 @@ TEST(Transient, TheFilterOfTrainingSeesTheSamePairs) {
   const LinearPlant plant = oscillator();
   Experiment experiment;
   experiment.observer.eigenvalues = kEigenvalues;
-  experiment.training.transient = "backward";
+  experiment.training.transient = Transient::kBackward;
   experiment.training.transient_factor = 12.0;
   Dataset data = simulate_from(plant, sampled(0.01), kInitial);
   keep_out_transient(experiment, plant, data);

@@ -11,7 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "trainer/structures/make_dynamics.h"
+#include "trainer/structures/module.h"
+#include "trainer/structures/observer_gain.h"
 #include "trainer/structures/structure.h"
 
 namespace nlo::trainer {
@@ -24,7 +25,7 @@ struct StructureCase {
   Experiment experiment;
 };
 
-Experiment kkl(const char* injection, std::vector<double> eigenvalues, std::vector<std::array<double, 2>> pairs) {
+Experiment kkl(Injection injection, std::vector<double> eigenvalues, std::vector<std::array<double, 2>> pairs) {
   Experiment e;
   e.observer.eigenvalues = std::move(eigenvalues);
   e.observer.pairs = std::move(pairs);
@@ -33,18 +34,18 @@ Experiment kkl(const char* injection, std::vector<double> eigenvalues, std::vect
 }
 
 std::vector<StructureCase> structures() {
-  std::vector<StructureCase> cases = {{"kkl_real", kkl("ones", {-0.7, -3.0}, {})},
-                                      {"kkl_pair_unit_gain", kkl("unit_gain", {-1.0}, {{-0.5, 2.0}})}};
+  std::vector<StructureCase> cases = {{"kkl_real", kkl(Injection::kOnes, {-0.7, -3.0}, {})},
+                                      {"kkl_pair_unit_gain", kkl(Injection::kUnitGain, {-1.0}, {{-0.5, 2.0}})}};
   for (const char* activation : {"tanh", "silu"}) {
-    Experiment general = kkl("ones", {-1.0}, {{-0.5, 2.0}});
+    Experiment general = kkl(Injection::kOnes, {-1.0}, {{-0.5, 2.0}});
     general.observer.structure = "general";
     general.dynamics = {{5, 4}, activation};
     cases.push_back({std::string("general_") + activation, general});
     Experiment luenberger;
     luenberger.observer.structure = "luenberger";
-    luenberger.observer.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
-    luenberger.observer.output_matrix = {{1.0, 0.0}, {0.5, 1.0}};
-    luenberger.observer.gain = {{2.0, 0.3}, {1.0, 1.5}};
+    luenberger.observer.own.set<LuenbergerConfig>() = {.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}},
+                                                       .output_matrix = {{1.0, 0.0}, {0.5, 1.0}},
+                                                       .gain = {{2.0, 0.3}, {1.0, 1.5}}};
     luenberger.dynamics = {{6}, activation};
     cases.push_back({std::string("luenberger_") + activation, luenberger});
   }
@@ -60,7 +61,7 @@ struct Problem {
 
   Problem(const Experiment& experiment, int length, Hold hold, bool jittered) {
     structure = make_structure(experiment, {{"y1", "", 0.0}, {"y2", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
-    dynamics = make_ode_dynamics<double>(structure);
+    dynamics = structure.module->lanes_in_double(structure);
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(-0.5, 0.5);
     const std::vector<float> initial = initial_dynamics(structure, experiment);
@@ -216,12 +217,11 @@ TEST(OdeLatent, LuenbergerEstimateConvergesWhenTheNonlinearityIsKnown) {
   // g_hat = 0 for a linear plant: the error decays by A - G C alone, here like exp(-t).
   Experiment experiment;
   experiment.observer.structure = "luenberger";
-  experiment.observer.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
-  experiment.observer.output_matrix = {{1.0, 0.0}};
-  experiment.observer.gain_poles = {-1.0, -2.0};
+  experiment.observer.own.set<LuenbergerConfig>() = {
+      .state_matrix = {{0.0, 1.0}, {-1.0, 0.0}}, .output_matrix = {{1.0, 0.0}}, .gain_poles = {-1.0, -2.0}};
   experiment.dynamics.hidden = {3};
   const ObserverStructure structure = make_structure(experiment, {{"y", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
-  const auto dynamics = make_ode_dynamics<double>(structure);
+  const auto dynamics = structure.module->lanes_in_double(structure);
   const std::vector<double> theta(static_cast<std::size_t>(dynamics->parameters()), 0.0);
   dynamics->prepare(theta.data());
   constexpr int kLength = 1001;

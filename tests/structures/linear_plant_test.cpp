@@ -79,7 +79,7 @@ codegen::Model train_linear(const std::vector<double>& eigenvalues) {
   experiment.inverse_map.linear_path = true;
   experiment.inverse_map.ridge = 1e-12;
   experiment.training.steps = 400;
-  experiment.training.mode = "full_batch";
+  experiment.training.mode = TrainingMode::kFullBatch;
   experiment.training.learning_rate = 1e-2;
   experiment.training.validate_every = 20;
   return train(experiment, oscillator(kTransient_s), oscillator(kTransient_s), {}).model;

@@ -24,9 +24,9 @@ Experiment rig_experiment() {
   experiment.observer.pairs = {{-4.0, 6.0}, {-8.0, 10.0}};
   experiment.observer.eigenvalues = {};
   experiment.observer.learn_eigenvalues = false;
-  experiment.observer.output_injection = "unit_gain";
-  experiment.observer.start = "steady";
-  experiment.observer.features = "latent_minus_output";
+  experiment.observer.output_injection = Injection::kUnitGain;
+  experiment.observer.start = LatentStart::kSteady;
+  experiment.observer.features = FeatureSet::kLatentMinusOutput;
   experiment.observer.clocks_s = {0.02, 0.2};
   experiment.inverse_map.hidden = {12};
   experiment.inverse_map.linear_path = true;
@@ -100,7 +100,7 @@ TEST(Normalisation, MasksConcernTheTruthAlone) {
 
 TEST(Normalisation, WithMirrorTheMeansOfOddSignalsVanish) {
   Experiment experiment = rig_experiment();
-  experiment.training.mode = "full_batch";
+  experiment.training.mode = TrainingMode::kFullBatch;
   experiment.training.segment_s = 0.0;
   experiment.training.mirror = true;
   const Normalised normalised(experiment, masked_runs(1));
@@ -118,7 +118,7 @@ TEST(Normalisation, ADroppedTransientIsNeitherOfTheScaleNorOfTheDomain) {
   experiment.observer.pairs = {};
   experiment.observer.eigenvalues = {-2.0};
   experiment.observer.learn_eigenvalues = false;
-  experiment.training.mode = "full_batch";
+  experiment.training.mode = TrainingMode::kFullBatch;
   Dataset steady = harmonics({100, 100}, false);
   for (Trajectory& run : steady.trajectories) run.outputs.setOnes();  // z runs from 0 to 1/2
   const auto lowest = [&](const Dataset& data) {
@@ -151,7 +151,7 @@ TEST(Normalisation, WhereAnOutputIsAtRestIsNotOfTheDomainWhenTStarReadsItRelativ
   Experiment experiment = rig_experiment();
   experiment.training.steps = 10;
   EXPECT_GT(share(experiment), 0.99);
-  experiment.observer.features = "latent";
+  experiment.observer.features = FeatureSet::kLatent;
   EXPECT_LT(share(experiment), 0.1) << "control: T* reads z itself";
 }
 

@@ -90,12 +90,12 @@ TEST(ObserverGain, KalmanGainSolvesTheRiccatiEquation) {
 }
 
 TEST(ObserverGain, RefusesAGainThatDoesNotDecay) {
-  ObserverConfig observer;
-  observer.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
-  observer.output_matrix = {{1.0, 0.0}};
-  observer.gain = {{-1.0}, {0.0}};
+  LuenbergerConfig config;
+  config.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
+  config.output_matrix = {{1.0, 0.0}};
+  config.gain = {{-1.0}, {0.0}};
   try {
-    linear_part(observer, 2, 1);
+    linear_part(config, 2, 1);
     FAIL();
   } catch (const codegen::Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("does not decay"));

@@ -41,7 +41,7 @@ struct Problem {
     parameters = initial_parameters(structure, experiment, rollout);
     std::mt19937 random(4);
     std::uniform_real_distribution<float> uniform(-0.2F, 0.2F);
-    const std::size_t first = structure.is_kkl() ? static_cast<std::size_t>(structure.latent.learned) : 0;
+    const std::size_t first = static_cast<std::size_t>(structure.latent.learned);
     for (std::size_t i = first; i < parameters.size(); ++i) {
       parameters[i] += uniform(random);  // biases start at zero
     }
@@ -99,7 +99,7 @@ struct Variant {
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> all = {
       {"plain", [](Experiment&) {}},
-      {"full_batch", [](Experiment& e) { e.training.mode = "full_batch"; }},
+      {"full_batch", [](Experiment& e) { e.training.mode = TrainingMode::kFullBatch; }},
       {"gaussian_noise",
        [](Experiment& e) {
          e.training.noise = {NoiseKind::kGaussian, 0.3};
@@ -149,13 +149,13 @@ const std::vector<Variant>& variants() {
        }},
       {"backprop",
        [](Experiment& e) {
-         e.training.gradient = "backprop";
-         e.observer.hold = "rk4";
+         e.training.gradient = LatentGradient::kBackprop;
+         e.observer.hold = Hold::kRk4;
        }},
       {"adjoint",
        [](Experiment& e) {
-         e.training.gradient = "adjoint";
-         e.observer.hold = "rk4";
+         e.training.gradient = LatentGradient::kAdjoint;
+         e.observer.hold = Hold::kRk4;
        }},
       {"general",
        [](Experiment& e) {
@@ -165,7 +165,7 @@ const std::vector<Variant>& variants() {
       {"luenberger_by_adjoint",
        [](Experiment& e) {
          make_luenberger(e);
-         e.training.gradient = "adjoint";
+         e.training.gradient = LatentGradient::kAdjoint;
          e.training.noise = {NoiseKind::kGaussian, 0.3};
        }},
       {"luenberger_integral",
@@ -189,18 +189,18 @@ const std::vector<Variant>& variants() {
       {"silu", [](Experiment& e) { e.inverse_map.activation = "silu"; }},
       {"steady_start_unit_gain_reading_output",
        [](Experiment& e) {
-         e.observer.start = "steady";
-         e.observer.output_injection = "unit_gain";
-         e.observer.features = "latent_and_output";
+         e.observer.start = LatentStart::kSteady;
+         e.observer.output_injection = Injection::kUnitGain;
+         e.observer.features = FeatureSet::kLatentAndOutput;
        }},
       {"reading_latent_minus_output_and_a_clock",
        [](Experiment& e) {
-         e.observer.output_injection = "unit_gain";
-         e.observer.features = "latent_minus_output";
+         e.observer.output_injection = Injection::kUnitGain;
+         e.observer.features = FeatureSet::kLatentMinusOutput;
          e.observer.clocks_s = {0.5};
        }},
-      {"zero_order_hold", [](Experiment& e) { e.observer.hold = "zero_order"; }},
-      {"rk4", [](Experiment& e) { e.observer.hold = "rk4"; }}};
+      {"zero_order_hold", [](Experiment& e) { e.observer.hold = Hold::kZeroOrder; }},
+      {"rk4", [](Experiment& e) { e.observer.hold = Hold::kRk4; }}};
   return all;
 }
 
@@ -270,7 +270,7 @@ TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesFlownMaskedOrNot) {
   constexpr double kTolerance = 1e-4;  // float32 of the filter
   Experiment experiment = small_experiment();
   experiment.inverse_map.activation = "relu";
-  experiment.observer.features = "latent_and_output";
+  experiment.observer.features = FeatureSet::kLatentAndOutput;
   experiment.training.noise = {};
   Dataset dataset = harmonics(kUnequal, false);
   dataset.trajectories[2].outputs.col(5) *= 50.0;  // masks are about the truth: the observer meets this
@@ -299,7 +299,7 @@ TEST(Objective, ModelRecordsTheLargestActivationsOfTheSamplesFlownMaskedOrNot) {
 TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
   constexpr double kTolerance = 1e-5;  // float32 sums
   Experiment experiment = small_experiment();
-  experiment.training.mode = "full_batch";
+  experiment.training.mode = TrainingMode::kFullBatch;
   Problem physical(experiment, harmonics(kUnequal, false));
   const ObjectiveValue value = physical.objective.evaluate(physical.parameters.data(), 0, nullptr);
   EXPECT_NEAR(value.loss, value.rmse * value.rmse, kTolerance * value.loss);
@@ -337,7 +337,7 @@ std::pair<double, std::vector<float>> with_truth_moved(Problem& problem, int sam
 }
 
 TEST(Objective, MaskedSamplesDoNotMatter) {
-  for (const char* mode : {"full_batch", "random_samples"}) {
+  for (const auto mode : {TrainingMode::kFullBatch, TrainingMode::kRandomSamples}) {
     Experiment experiment = small_experiment();
     experiment.training.mode = mode;
     experiment.training.samples_per_step = 5000;  // so that every tick is drawn
@@ -348,18 +348,18 @@ TEST(Objective, MaskedSamplesDoNotMatter) {
     const double loss = problem.loss(problem.parameters, kSomeStep);
     const std::vector<float> gradient = problem.gradient(kSomeStep);
     const auto [masked_loss, masked_gradient] = with_truth_moved(problem, 10);
-    EXPECT_EQ(masked_loss, loss) << mode;
-    EXPECT_EQ(masked_gradient, gradient) << mode;
+    EXPECT_EQ(masked_loss, loss) << to_name(mode);
+    EXPECT_EQ(masked_gradient, gradient) << to_name(mode);
     const auto [counted_loss, counted_gradient] = with_truth_moved(problem, 11);
-    EXPECT_GT(counted_loss, 2.0 * loss) << "control, " << mode;
-    EXPECT_NE(counted_gradient, gradient) << "control, " << mode;
+    EXPECT_GT(counted_loss, 2.0 * loss) << "control, " << to_name(mode);
+    EXPECT_NE(counted_gradient, gradient) << "control, " << to_name(mode);
   }
 }
 
 TEST(Objective, WeightsCountAsShares) {
   // A run that counts half, twice, is the run once.
   Experiment experiment = small_experiment();
-  experiment.training.mode = "full_batch";
+  experiment.training.mode = TrainingMode::kFullBatch;
   const Dataset once = harmonics(kUnequal, false);
   Dataset twice = once;
   for (Trajectory& run : twice.trajectories) run.weight *= 0.5;
@@ -378,10 +378,10 @@ TEST(Objective, RandomSamplesAgreeWithFullBatchesInExpectation) {
   // Runs of 100 samples or more: a segment reaches the first and last few samples of a run less often than the others.
   const Dataset dataset = harmonics({100, 300, 200, 150, 260, 120, 300, 180, 110, 220, 130}, false);
   Experiment experiment = small_experiment();
-  experiment.training.mode = "full_batch";
+  experiment.training.mode = TrainingMode::kFullBatch;
   Problem full(experiment, dataset);
   const double expected = full.loss(full.parameters, 0);
-  experiment.training.mode = "random_samples";
+  experiment.training.mode = TrainingMode::kRandomSamples;
   experiment.training.trajectories_per_step = 64;
   experiment.training.samples_per_step = 64 * 16;
   Problem random(experiment, dataset);
@@ -419,15 +419,15 @@ TEST(Objective, EarlyShareDrawsThatShareOfTheSamplesFromTheStart) {
 TEST(Objective, DrawsAnewInEachStepAndTheSameInTheSameStep) {
   Experiment experiment = small_experiment();
   experiment.training.noise = {NoiseKind::kGaussian, 0.3};
-  for (const char* mode : {"full_batch", "random_samples"}) {
+  for (const auto mode : {TrainingMode::kFullBatch, TrainingMode::kRandomSamples}) {
     experiment.training.mode = mode;
     Problem problem(experiment, harmonics(kUnequal, false));
     const double first = problem.loss(problem.parameters, 0);
-    EXPECT_NE(problem.loss(problem.parameters, 1), first) << mode;
-    EXPECT_EQ(problem.loss(problem.parameters, 0), first) << mode;
+    EXPECT_NE(problem.loss(problem.parameters, 1), first) << to_name(mode);
+    EXPECT_EQ(problem.loss(problem.parameters, 0), first) << to_name(mode);
     const double validated = problem.objective.validate(problem.parameters.data());
     problem.loss(problem.parameters, 7);
-    EXPECT_EQ(problem.objective.validate(problem.parameters.data()), validated) << mode;
+    EXPECT_EQ(problem.objective.validate(problem.parameters.data()), validated) << to_name(mode);
   }
 }
 
@@ -463,7 +463,7 @@ TEST(Objective, NoiseHasTheNamedDeviation) {
 TEST(Objective, MirroredRunsOfAnOddMapCostTheSame) {
   // Without biases and means, tanh networks are odd: mirrored or not, the error is the same.
   Experiment experiment = small_experiment();
-  experiment.training.mode = "full_batch";
+  experiment.training.mode = TrainingMode::kFullBatch;
   Problem plain(experiment, harmonics(kUnequal, false));
   experiment.training.mirror = true;
   Problem mirrored(experiment, harmonics(kUnequal, false));

@@ -15,6 +15,7 @@
 #include "tests/sensitivity/plain_latent.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
+#include "trainer/structures/observer_gain.h"
 
 namespace nlo::trainer::testing {
 
@@ -125,9 +126,8 @@ inline void make_luenberger(Experiment& e) {
   e.observer.structure = "luenberger";
   e.observer.eigenvalues = {};
   e.observer.pairs = {};
-  e.observer.state_matrix = {{0.0, 1.0}, {-1.0, 0.0}};
-  e.observer.output_matrix = {{1.0, 0.0}};
-  e.observer.gain = {{2.0}, {1.5}};
+  e.observer.own.set<LuenbergerConfig>() = {
+      .state_matrix = {{0.0, 1.0}, {-1.0, 0.0}}, .output_matrix = {{1.0, 0.0}}, .gain = {{2.0}, {1.5}}};
   e.dynamics.hidden = {5};
 }
 

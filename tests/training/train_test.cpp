@@ -76,7 +76,7 @@ std::string error_of(const Experiment& experiment, const Dataset& training, cons
 }
 
 TEST(Train, GivesTheSameBytesForAnyNumberOfThreads) {
-  for (const char* mode : {"random_samples", "full_batch"}) {
+  for (const auto mode : {TrainingMode::kRandomSamples, TrainingMode::kFullBatch}) {
     Experiment experiment = full_experiment();
     experiment.training.mode = mode;
     const TrainingResult one = train_here(experiment);
@@ -85,7 +85,7 @@ TEST(Train, GivesTheSameBytesForAnyNumberOfThreads) {
       experiment.threads = threads;
       for (int repeat = 0; repeat < 3; ++repeat) {
         const TrainingResult result = train_here(experiment);
-        EXPECT_EQ(codegen::to_json(result.model), bytes) << mode << ", " << threads << " threads";
+        EXPECT_EQ(codegen::to_json(result.model), bytes) << to_name(mode) << ", " << threads << " threads";
         EXPECT_EQ(result.metrics.back().loss, one.metrics.back().loss);
       }
     }
@@ -133,7 +133,7 @@ TEST(Train, EveryStructureGivesTheSameBytesForAnyNumberOfThreadsAndAfterAResume)
   const std::vector<Variant> variants = {
       {"luenberger", [](Experiment& e) { testing::make_luenberger(e); }},
       {"general", [](Experiment& e) { e.observer.structure = "general"; }},
-      {"kkl by adjoint", [](Experiment& e) { e.training.gradient = "adjoint"; }},
+      {"kkl by adjoint", [](Experiment& e) { e.training.gradient = LatentGradient::kAdjoint; }},
       {"kkl with T", [](Experiment& e) { e.loss.map_consistency = e.loss.reconstruction = 1.0; }},
       {"a terminal cost", [](Experiment& e) { e.loss.terminal = 1.0; }},
   };
@@ -142,7 +142,7 @@ TEST(Train, EveryStructureGivesTheSameBytesForAnyNumberOfThreadsAndAfterAResume)
     Experiment experiment = small_experiment();
     variant.change(experiment);
     experiment.dynamics.hidden = experiment.forward_map.hidden = {4};
-    experiment.training.mode = "full_batch";
+    experiment.training.mode = TrainingMode::kFullBatch;
     const TrainingResult whole = train_here(experiment);
     ASSERT_EQ(whole.outcome, TrainOutcome::kFinished) << whole.message;
     EXPECT_LT(whole.metrics.back().validation_rmse, whole.metrics.front().validation_rmse) << "nothing was learned";
@@ -348,7 +348,7 @@ TEST(Train, RefusesDataThatCannotBeTrainedOn) {
 
 TEST(Train, RefusesToStartFromWhatIsNotFinite) {
   Experiment unstable = small_experiment();
-  unstable.observer.hold = "rk4";
+  unstable.observer.hold = Hold::kRk4;
   unstable.observer.eigenvalues = {-200.0};  // 10 per sample period
   EXPECT_THAT(error_of(unstable, harmonics({400, 400}, false), validation_set()), HasSubstr("first_order"));
   Dataset broken = validation_set();

@@ -12,19 +12,20 @@ namespace nlo::trainer {
 namespace {
 
 SensorNoise parse_sensor(std::string_view text) {
-  if (text == "none") return {};
   const auto colon = text.find(':');
-  const std::string_view kind = text.substr(0, colon);
+  const std::optional<NoiseKind> kind = from_name<NoiseKind>(text.substr(0, colon));
+  const bool has_scale = colon != std::string_view::npos;
+  if (kind == NoiseKind::kNone && !has_scale) return {};
   const auto fail = [&](std::string_view what) {
     throw codegen::Error(
         fmt::format("noise \"{}\" {}; write none, gaussian:STANDARD_DEVIATION or uniform:HALF_WIDTH", text, what));
   };
-  if (kind != "gaussian" && kind != "uniform") fail("is of no known kind");
-  if (colon == std::string_view::npos) fail("has no scale");
+  if (!kind || kind == NoiseKind::kNone) fail("is of no known kind");
+  if (!has_scale) fail("has no scale");
   const auto scale = finite_number(text.substr(colon + 1));
   if (!scale) fail("has a scale that is no number");
   if (*scale < 0.0) fail("has a negative scale");
-  return {kind == "gaussian" ? NoiseKind::kGaussian : NoiseKind::kUniform, *scale};
+  return {*kind, *scale};
 }
 
 }  // namespace
@@ -45,15 +46,8 @@ NoiseConfig parse_noise(std::string_view text) {
 }
 
 std::string format_noise(const SensorNoise& noise) {
-  switch (noise.kind) {
-    case NoiseKind::kGaussian:
-      return "gaussian:" + shortest_text(noise.scale);
-    case NoiseKind::kUniform:
-      return "uniform:" + shortest_text(noise.scale);
-    case NoiseKind::kNone:
-      break;
-  }
-  return "none";
+  const std::string kind(to_name(noise.kind));
+  return noise.kind == NoiseKind::kNone ? kind : kind + ":" + shortest_text(noise.scale);
 }
 
 std::string format_noise(const NoiseConfig& noise) {

@@ -8,9 +8,14 @@
 #include <string_view>
 #include <vector>
 
+#include "trainer/base/names.h"
+
 namespace nlo::trainer {
 
 enum class NoiseKind { kNone, kGaussian, kUniform };
+template <>
+inline constexpr NameTable<NoiseKind, 3> kNames<NoiseKind>{
+    {{NoiseKind::kNone, "none"}, {NoiseKind::kGaussian, "gaussian"}, {NoiseKind::kUniform, "uniform"}}};
 
 /// Of one sensor.
 struct SensorNoise {

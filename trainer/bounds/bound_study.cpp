@@ -88,7 +88,7 @@ Eigen::VectorXd BoundStudy::hold_error(const DisturbedRuns& runs, double w_bar) 
 
 /// On a linear plant: z(0) - T(x(0)) is largest at a corner.
 bool BoundStudy::starts_are_in_a_box() const {
-  return exact() && simulation_.initial_distribution == "uniform" && plant_.nx() <= kMostCorners;
+  return exact() && simulation_.initial_distribution == InitialDistribution::kUniform && plant_.nx() <= kMostCorners;
 }
 
 /// sup |z(0) - T(x(0))| over the initial box where that is known, else the largest over the runs.

@@ -16,6 +16,7 @@
 #include "trainer/data/training_logs.h"
 #include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/evaluation/evaluation_text.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"

@@ -7,6 +7,7 @@
 
 #include "codegen/error.h"
 #include "trainer/base/nearest_name.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 
 namespace nlo::trainer {

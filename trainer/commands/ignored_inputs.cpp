@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "trainer/plants/registry.h"
+#include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 namespace {
@@ -15,7 +16,7 @@ constexpr const char* kFact = "ignored_inputs";
 }  // namespace
 
 std::string ignored_inputs(const Experiment& experiment) {
-  if (experiment.observer.structure == "driven_kkl") return "";
+  if (structure_of(experiment.observer).flies_inputs()) return "";
   std::string names;
   const auto add = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
   if (experiment.plant) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "trainer/experiments/load_experiment.h"
+
 namespace nlo::trainer {
 namespace {
 

@@ -11,7 +11,9 @@
 #include "codegen/error.h"
 #include "trainer/base/number_text.h"
 #include "trainer/bounds/latent_system.h"
-#include "trainer/plants/training_sets.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/training_sets.h"
+#include "trainer/structures/linear_latent_start.h"
 #include "trainer/terminal/progress.h"
 #include "trainer/training/train.h"
 

@@ -14,6 +14,7 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/data/angle.h"
 #include "trainer/evaluation/measurement_noise.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

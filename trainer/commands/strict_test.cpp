@@ -10,10 +10,13 @@
 #include "codegen/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/baselines/ekf.h"
+#include "trainer/data/transient.h"
 #include "trainer/evaluation/measurement_noise.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
+#include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 namespace {
@@ -155,7 +158,10 @@ Experiment experiment_of(const codegen::Model& model, const std::string& origin)
 
 MetricsConfig metrics_config(const Experiment& experiment, double horizon_s) {
   MetricsConfig config;
-  config.windows = evaluation_windows(experiment.evaluation, experiment.observer, horizon_s);
+  // A structure without a D may list eigenvalues to start from; its start is forgotten at no rate of theirs.
+  const ObserverConfig& observer = experiment.observer;
+  const double rate = structure_of(observer).has_eigenvalues() ? decay_rate(observer) : 0.0;
+  config.windows = evaluation_windows(experiment.evaluation, rate, horizon_s);
   config.settling_window_s = settling_window_s(experiment.evaluation, config.windows, horizon_s);
   return config;
 }

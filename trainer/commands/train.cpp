@@ -17,8 +17,10 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/transient.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
-#include "trainer/plants/training_sets.h"
+#include "trainer/experiments/training_sets.h"
+#include "trainer/structures/linear_latent_start.h"
 #include "trainer/terminal/progress.h"
 #include "trainer/training/train.h"
 
@@ -54,7 +56,7 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
       fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs\n");
     splits.validation = splits.train;
   }
-  if (experiment.training.transient == "drop") {
+  if (experiment.training.transient == Transient::kDrop) {
     const double transient_s = transient_time_s(experiment.observer, experiment.training.transient_factor);
     for (Dataset* split : {&splits.train, &splits.validation}) drop_transient(*split, transient_s);
   }

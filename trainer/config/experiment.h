@@ -7,11 +7,12 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "trainer/base/by_type.h"
 #include "trainer/base/noise.h"
+#include "trainer/config/choices.h"
 
 namespace nlo::trainer {
 
@@ -25,8 +26,7 @@ struct PlantConfig {
   std::vector<std::string> outputs;  ///< y = h(x), one expression per output
   /// Full turns of angles, in their units; 0: not an angle. Empty: none is.
   std::vector<double> state_wraps, output_wraps;
-  /// Of angles: "unwrap", or "sincos": two channels NAME_sin and NAME_cos. Empty: "unwrap".
-  std::vector<std::string> state_encodings, output_encodings;
+  std::vector<Encoding> state_encodings, output_encodings;  ///< of angles; empty: unwrapped
   std::vector<std::string> estimated;            ///< the states that the observer estimates, in this order; empty: all
   std::vector<std::string> inputs, input_units;  ///< names; empty: the plant is autonomous
   /// g(x) of dx/dt = f(x) + g(x) u: a row per state, in it one expression per input
@@ -39,16 +39,12 @@ struct SimulationConfig {
   double horizon_s = 50.0;
   double sample_period_s = 0.02;
   int trajectories = 50;
-  /// Of the initial states: "uniform" over the box; "gaussian": box centre, half widths = 1 sigma; "circle": c + a cos
-  /// phi + b sin phi with phi uniform; "list": the states of a list in shuffled rounds.
-  std::string initial_distribution = "uniform";
+  InitialDistribution initial_distribution = InitialDistribution::kUniform;
   std::vector<double> initial_low, initial_high;    ///< the training box, n_x each; equal ones hold a state fixed
   std::vector<double> initial_centre;               ///< c of the circle, n_x; empty: the origin
   std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
   std::vector<std::vector<double>> initial_states;  ///< the list, n_x each
 };
-
-enum class ColumnRole { kTime, kOutput, kState, kInput, kIgnored };
 
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
 struct ColumnConfig {
@@ -56,10 +52,10 @@ struct ColumnConfig {
   std::string column;  ///< its heading in the file; the same as `name` unless given
   ColumnRole role = ColumnRole::kIgnored;
   std::string unit;
-  double wrap = 0.0;                ///< full turn of an angle, in its unit; 0: not an angle
-  std::string encoding = "unwrap";  ///< of an angle: "unwrap", or "sincos": two channels NAME_sin and NAME_cos
-  std::string derivative_of;        ///< a state that is the derivative of this column (see VelocityFilter)
-  bool odd = true;                  ///< the mirror image of a run has its sign turned; false: a temperature, a distance
+  double wrap = 0.0;  ///< full turn of an angle, in its unit; 0: not an angle
+  Encoding encoding = Encoding::kUnwrap;
+  std::string derivative_of;  ///< a state that is the derivative of this column (see VelocityFilterConfig)
+  bool odd = true;            ///< the mirror image of a run has its sign turned; false: a temperature, a distance
 };
 
 /// [log.velocity_filter]: Butterworth low-pass run forwards and backwards, then a central difference.
@@ -79,24 +75,19 @@ struct LogConfig {
 
 /// [observer]: the latent system and what T* reads.
 struct ObserverConfig {
-  std::string structure = "kkl";             ///< kkl (16), driven_kkl (24)-(25), luenberger (15), general (11)
+  std::string structure = "kkl";             ///< a name in the table of structures/table.h
   std::vector<double> eigenvalues;           ///< real ones [1/s], all negative; repeated for each output
   std::vector<std::array<double, 2>> pairs;  ///< complex pairs re +- i im [1/s]; repeated for each output
   bool learn_eigenvalues = true;
-  std::string output_injection = "ones";  ///< "ones", or "unit_gain": F = -lambda, so that z settles at y
-  std::string hold = "first_order";       ///< zero_order, first_order, rk4
-  std::string start = "zero";             ///< z(0): "zero", or "steady": the steady state of the first output
-  std::vector<double> clocks_s;           ///< extra latent rows exp(-t/tau): how far z can be trusted since reset
-  std::string features = "latent";        ///< "latent", "latent_and_output", "latent_minus_output" (angles need it)
+  Injection output_injection = Injection::kOnes;
+  Hold hold = Hold::kFirstOrder;
+  LatentStart start = LatentStart::kZero;
+  std::vector<double> clocks_s;               ///< extra latent rows exp(-t/tau): how far z can be trusted since reset
+  FeatureSet features = FeatureSet::kLatent;  ///< angles need kLatentMinusOutput
+  /// Of the inputs of an observer that takes them: the u given has acted since the last sample, or is ramped to.
+  Hold input_hold = Hold::kZeroOrder;
 
-  std::string input_hold = "zero_order";  ///< driven_kkl: the u given has acted since the last sample; "first_order":
-                                          ///< a ramp to it
-
-  /// luenberger (15): A and C, row by row, and the gain G: given, or designed for A - G C by its eigenvalues, or by the
-  /// noise it must live with.
-  std::vector<std::vector<double>> state_matrix, output_matrix, gain;
-  std::vector<double> gain_poles;  ///< real eigenvalues that A - G C shall have, n_x
-  std::vector<double> gain_noise;  ///< intensities of process and measurement noise: the stationary Kalman gain
+  ByType own;  ///< keys of one structure alone, in a struct of its module's
 };
 
 /// [dynamics]: the network within the latent system: g_hat of (15), F of (11).
@@ -138,27 +129,26 @@ struct InverseMapConfig {
 
 /// [training]
 struct TrainingConfig {
-  std::string mode = "random_samples";      ///< or "full_batch": every sample of every trajectory in each step
+  TrainingMode mode = TrainingMode::kRandomSamples;
   int steps = 1000;                         ///< optimiser steps (in full_batch mode: epochs)
   int trajectories_per_step = 32;           ///< random_samples: how many segments are filtered per step
   int samples_per_step = 4096;              ///< random_samples: at how many of their samples T* is evaluated
   double segment_s = 0.0;                   ///< length of a random segment; 0: whole trajectories from their start
   double early_s = 0.0, early_share = 0.0;  ///< this share of the samples comes from t < early_s
-  std::string optimiser = "adam";
+  std::string optimiser = "adam";           ///< a name that optim/optimiser.h knows
   double learning_rate = 1e-3;
   double eigenvalue_learning_rate = 0.0;  ///< 0: the same as learning_rate
-  std::string schedule = "cosine";        ///< constant, exponential (rate * decay^step), cosine (to zero)
+  std::string schedule = "cosine";        ///< of the rates, a name that optim/optimiser.h knows
   double decay = 0.9999;                  ///< of the exponential schedule, per step
   double weight_decay = 0.0;              ///< of T*'s network weights (decoupled, as in AdamW)
   double ema = 0.0;                       ///< weight averaging: the model is the exponential average; 0: off
   NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step
   double noise_level_max = 0.0;           ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
   bool mirror = false;                    ///< the plant is odd: (x, y) -> (-x, -y) is also a run of it
-  std::string gradient = "automatic";     ///< of the latent system: the exact filter where it is linear, else backprop;
-                                          ///< or "backprop", "adjoint" (Proposition 1) through RK4 for every structure
-  std::string transient = "keep";         ///< or the filter's start is kept out: "drop", "backward" (data/transient.h)
-  double transient_factor = 5.0;          ///< k of the transient's length k / min |Re lambda|
-  int validate_every = 100;               ///< steps between validation errors (progress, metrics.csv)
+  LatentGradient gradient = LatentGradient::kAutomatic;
+  Transient transient = Transient::kKeep;
+  double transient_factor = 5.0;  ///< k of the transient's length k / min |Re lambda|
+  int validate_every = 100;       ///< steps between validation errors (progress, metrics.csv)
   double checkpoint_every_s = 10.0;
 };
 
@@ -191,34 +181,7 @@ struct Experiment {
   TrainingConfig training;
   EvaluationConfig evaluation;
 
-  bool uses_dynamics_network() const { return observer.structure == "luenberger" || observer.structure == "general"; }
-  bool uses_inverse_map() const { return observer.structure != "luenberger"; }
-  bool uses_forward_map() const { return observer.structure == "driven_kkl" || loss.needs_forward_map(); }
-
   std::string source_text;  ///< format_experiment() of it: recorded in the model, reads back to the same experiment
 };
-
-/// Reads and checks an experiment file. `overrides` are "section.key=value" with a TOML value (--set); they come after
-/// the file. Throws codegen::Error: `FILE:LINE: what is wrong; what to do`.
-Experiment read_experiment(const std::string& path, const std::vector<std::string>& overrides = {});
-
-/// The same from text; `filename` stands for the file in messages.
-Experiment parse_experiment(std::string_view text, const std::string& filename,
-                            const std::vector<std::string>& overrides = {});
-
-/// The [log] of a file that says which columns of a log are what: [[log.columns]] and what goes with them, and nothing
-/// else. Throws codegen::Error as read_experiment does.
-LogConfig read_log_columns(const std::string& path);
-
-/// Every key with its value, as TOML: the same text for the same experiment, whatever its file looked like. `threads`
-/// is left out, as it decides nothing.
-std::string format_experiment(const Experiment& experiment);
-
-/// Every key of an experiment file with its type, default and meaning, for people.
-std::string describe_experiment_keys();
-
-/// Throws codegen::Error when `hold` = rk4 diverges for one of the eigenvalues at this sample period (|A| >= 1), naming
-/// it and the mends. Reading an experiment checks this itself unless only the log's time stamps know the period.
-void check_latent_step(const ObserverConfig& observer, double sample_period_s);
 
 }  // namespace nlo::trainer

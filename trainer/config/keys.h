@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The keys of an experiment file, each in one line of keys.cpp: reading, writing, suggestions and help come from there.
+// The keys of an experiment file: reading, writing, suggestions and help come from one table for each section
+// (experiments/keys.cpp), one line for each key.
 #pragma once
 
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "trainer/config/experiment.h"
 #include "trainer/config/toml.h"
+#include "trainer/config/value.h"
 
 namespace nlo::trainer {
 
@@ -19,15 +21,40 @@ struct Key {
   std::string meaning;  ///< with the unit
   std::function<void(Section&, const Toml&, const std::string& where)> read;
   std::function<std::string(const Section&)> show;  ///< as a TOML value
+  bool only_when_given = false;                     ///< left out of an experiment's text where it has its default
 };
 
-/// Defined for Experiment (the keys above all sections), PlantConfig, SimulationConfig, LogConfig, ColumnConfig,
-/// VelocityFilterConfig, ObserverConfig, InverseMapConfig and TrainingConfig.
-template <class Section>
-const std::vector<Key<Section>>& keys();
+/// A key that is a member of its section.
+template <class Section, class Field>
+Key<Section> key(std::string name, Field Section::*field, const Rule& rule, std::string meaning) {
+  std::string type = type_of(Field{});
+  if (const std::string words = rule.in_words(); !words.empty()) type += " " + words;
+  return {std::move(name),
+          std::move(type),
+          std::move(meaning),
+          [=](Section& section, const Toml& value, const std::string& where) {
+            read_value(value, where, rule, section.*field);
+          },
+          [=](const Section& section) { return show_value(section.*field); },
+          false};
+}
 
-/// "[observer]", "[[log.columns]]"; "the experiment" for the keys above all sections.
-template <class Section>
-std::string_view section_title();
+/// A key of a struct that a section keeps for a module, as a key of the section: section.own.get<Own>().
+template <class Section, class Own>
+Key<Section> own_key(Key<Own> key) {
+  return {std::move(key.name),
+          std::move(key.type),
+          std::move(key.meaning),
+          [read = std::move(key.read)](Section& section, const Toml& value, const std::string& where) {
+            read(section.own.template set<Own>(), value, where);
+          },
+          [show = std::move(key.show)](const Section& section) { return show(section.own.template get<Own>()); },
+          true};
+}
+
+/// Whether a value, as it is shown, is as good as not there: "", [], {}.
+inline bool is_empty_value(std::string_view shown) {
+  return shown == "\"\"" || shown == "[]" || shown == "{}";
+}
 
 }  // namespace nlo::trainer

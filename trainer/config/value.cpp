@@ -16,18 +16,6 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, ColumnRole>, 5> kRoles = {{{"time", ColumnRole::kTime},
-                                                                            {"output", ColumnRole::kOutput},
-                                                                            {"state", ColumnRole::kState},
-                                                                            {"input", ColumnRole::kInput},
-                                                                            {"ignored", ColumnRole::kIgnored}}};
-
-std::vector<std::string> role_names() {
-  std::vector<std::string> names;
-  for (const auto& role : kRoles) names.emplace_back(role.first);
-  return names;
-}
-
 std::string shown(const Toml& value) {
   constexpr std::size_t kLongest = 60;
   switch (value.type()) {
@@ -159,13 +147,6 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, N
   }
 }
 
-void read_value(const Toml& value, const std::string& where, const Rule&, ColumnRole& field) {
-  std::string name;
-  read_value(value, where, one_of(role_names()), name);
-  for (const auto& role : kRoles)
-    if (role.first == name) field = role.second;
-}
-
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::array<double, 2>& field) {
   const Toml::array_type& list = list_of(value, where, rule);
   if (list.size() != 2) fail(value, where, "it must be [re, im]");
@@ -264,12 +245,6 @@ std::string show_value(const NoiseConfig& field) {
   return show_value(each);
 }
 
-std::string show_value(ColumnRole field) {
-  for (const auto& role : kRoles)
-    if (role.second == field) return toml_text(role.first);
-  return toml_text("ignored");
-}
-
 std::string show_value(const std::array<double, 2>& field) {
   return fmt::format("[{}, {}]", show_value(field[0]), show_value(field[1]));
 }
@@ -285,10 +260,6 @@ std::string show_value(const std::vector<std::pair<std::string, double>>& field)
   std::vector<std::string> members;
   for (const auto& [name, value] : field) members.push_back(fmt::format("{} = {}", name, show_value(value)));
   return members.empty() ? "{}" : fmt::format("{{ {} }}", fmt::join(members, ", "));
-}
-
-std::string type_of(const ColumnRole&) {
-  return fmt::format("text out of \"{}\"", fmt::join(role_names(), "\", \""));
 }
 
 }  // namespace nlo::trainer

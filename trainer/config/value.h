@@ -46,6 +46,11 @@ inline Rule share_below_one() {
 inline Rule one_of(std::vector<std::string> names) {
   return {.one_of = std::move(names)};
 }
+/// The names of an enumeration.
+template <Named E>
+Rule names_of() {
+  return one_of(all_names<E>());
+}
 inline Rule identifiers() {
   return {.identifier = true};
 }
@@ -57,11 +62,18 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, u
 void read_value(const Toml& value, const std::string& where, const Rule& rule, double& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::string& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, NoiseConfig& field);
-void read_value(const Toml& value, const std::string& where, const Rule& rule, ColumnRole& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::array<double, 2>& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule,
                 std::vector<std::pair<std::string, double>>& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, EvaluationWindow& field);
+
+/// One of the names that the rule allows: names_of<E>(), or some of them.
+template <Named E>
+void read_value(const Toml& value, const std::string& where, const Rule& rule, E& field) {
+  std::string name;
+  read_value(value, where, rule, name);
+  field = from_name<E>(name).value();
+}
 
 /// An angle's full turn: a number, "2pi" or "360deg".
 void read_wrap(const Toml& value, const std::string& where, double& field);
@@ -88,10 +100,14 @@ std::string show_value(unsigned long long field);
 std::string show_value(double field);
 std::string show_value(const std::string& field);
 std::string show_value(const NoiseConfig& field);
-std::string show_value(ColumnRole field);
 std::string show_value(const std::array<double, 2>& field);
 std::string show_value(const EvaluationWindow& field);
 std::string show_value(const std::vector<std::pair<std::string, double>>& field);
+
+template <Named E>
+std::string show_value(E field) {
+  return toml_text(to_name(field));
+}
 
 template <class T>
 std::string show_value(const std::vector<T>& field) {
@@ -124,7 +140,10 @@ inline std::string type_of(const std::array<double, 2>&) {
 inline std::string type_of(const std::vector<std::pair<std::string, double>>&) {
   return "{ NAME = number, ... }";
 }
-std::string type_of(const ColumnRole&);
+template <Named E>
+std::string type_of(const E&) {
+  return "text";
+}
 inline std::string type_of(const EvaluationWindow&) {
   return "{ name = TEXT, from_s = number, to_s = number }";
 }

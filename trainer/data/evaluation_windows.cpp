@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "trainer/base/number_text.h"
-#include "trainer/data/transient.h"
 
 namespace nlo::trainer {
 namespace {
@@ -20,12 +19,9 @@ double two_digits(double value) {
   return unit < 1.0 ? units / std::round(1.0 / unit) : units * unit;
 }
 
-double transient_length_s(const ObserverConfig& observer, double horizon_s) {
+double transient_length_s(double decay_rate, double horizon_s) {
   constexpr double kTimeConstants = 5.0;
-  // (11) and (15) may list eigenvalues to start from; none of them is one of a D.
-  const bool has_d = observer.structure == "kkl" || observer.structure == "driven_kkl";
-  const double t_c = has_d ? transient_time_s(observer, kTimeConstants) : horizon_s;
-  return std::isfinite(t_c) && has_d ? std::min(t_c, 0.5 * horizon_s) : 0.2 * horizon_s;
+  return decay_rate > 0.0 ? std::min(kTimeConstants / decay_rate, 0.5 * horizon_s) : 0.2 * horizon_s;
 }
 
 }  // namespace
@@ -34,13 +30,12 @@ EvaluationWindows whole_run() {
   return {{"all", 0.0, std::numeric_limits<double>::infinity()}};
 }
 
-EvaluationWindows evaluation_windows(const EvaluationConfig& evaluation, const ObserverConfig& observer,
-                                     double horizon_s) {
+EvaluationWindows evaluation_windows(const EvaluationConfig& evaluation, double decay_rate, double horizon_s) {
   EvaluationWindows windows = whole_run();
   if (!evaluation.windows.empty()) {
     windows.insert(windows.end(), evaluation.windows.begin(), evaluation.windows.end());
   } else if (horizon_s > 0.0) {
-    const double t_c = two_digits(transient_length_s(observer, horizon_s));
+    const double t_c = two_digits(transient_length_s(decay_rate, horizon_s));
     windows.push_back({"transient", 0.0, t_c});
     windows.push_back({"settled", t_c, std::numeric_limits<double>::infinity()});
   }

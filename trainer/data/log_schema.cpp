@@ -8,28 +8,30 @@
 #include <set>
 #include <string_view>
 
-#include "codegen/error.h"
 #include "trainer/base/nearest_name.h"
+#include "trainer/config/key_error.h"
 
 namespace nlo::trainer {
 namespace {
 
 using codegen::Channel;
 
-[[noreturn]] void fail(const ColumnConfig& column, std::string_view what) {
-  throw codegen::Error(fmt::format("[[log.columns]] \"{}\": {}", column.name, what));
+/// `column` is one of `all`.
+[[noreturn]] void fail(const ColumnConfig& column, const std::vector<ColumnConfig>& all, std::string_view what) {
+  throw KeyError(fmt::format("log.columns[{}]", &column - all.data()),
+                 fmt::format("[[log.columns]] \"{}\": {}", column.name, what));
 }
 
 std::string heading_of(const ColumnConfig& column) {
   return column.column.empty() ? column.name : column.column;
 }
 
-double seconds_per_unit(const ColumnConfig& column) {
+double seconds_per_unit(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
   if (column.unit.empty() || column.unit == "s") return 1.0;
   if (column.unit == "ms") return 1e-3;
   if (column.unit == "us") return 1e-6;
   if (column.unit == "ns") return 1e-9;
-  fail(column, fmt::format("unit \"{}\" of the time column: expected s, ms, us or ns", column.unit));
+  fail(column, all, fmt::format("unit \"{}\" of the time column: expected s, ms, us or ns", column.unit));
 }
 
 /// The listed column that `name` means: by its name here, else by its heading.
@@ -43,26 +45,25 @@ const ColumnConfig& derived_from(const ColumnConfig& column, const std::vector<C
   for (const ColumnConfig& other : all)
     if (heading_of(other) == wanted && other.derivative_of.empty()) return other;
   const std::string nearest = nearest_name(wanted, names);
-  fail(column,
+  fail(column, all,
        fmt::format("derivative_of = \"{}\" is no listed column{} (list it, with role \"ignored\" if nothing else "
                    "reads it: its wrap must be known)",
                    wanted, nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
 }
 
 LogColumn resolve(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
-  LogColumn resolved{column.name, heading_of(column), column.unit, column.wrap, false, column.encoding == "sincos"};
+  LogColumn resolved{
+      column.name, heading_of(column), column.unit, column.wrap, false, column.encoding == Encoding::kSincos};
   if (!(column.wrap >= 0.0))
-    fail(column, fmt::format("wrap = {}: expected a full turn in the column's unit", column.wrap));
-  if (column.encoding != "unwrap" && column.encoding != "sincos")
-    fail(column, fmt::format("encoding = \"{}\": expected \"unwrap\" or \"sincos\"", column.encoding));
+    fail(column, all, fmt::format("wrap = {}: expected a full turn in the column's unit", column.wrap));
   if (resolved.sincos && column.wrap == 0.0)
-    fail(column,
+    fail(column, all,
          "encoding = \"sincos\" needs the angle's wrap, its full turn: 6.283185307179586 for rad, 360 for degrees");
   if (column.derivative_of.empty()) return resolved;
 
-  if (column.role != ColumnRole::kState) fail(column, "derivative_of is for columns with role \"state\"");
+  if (column.role != ColumnRole::kState) fail(column, all, "derivative_of is for columns with role \"state\"");
   if (column.wrap > 0.0)
-    fail(column, "a derivative does not wrap: give the wrap to the column that it is derived from");
+    fail(column, all, "a derivative does not wrap: give the wrap to the column that it is derived from");
   const ColumnConfig& source = derived_from(column, all);
   resolved.heading = heading_of(source);
   resolved.wrap = source.wrap;
@@ -102,15 +103,22 @@ void append_sources(const LogColumn& state, const std::vector<LogColumn>& output
                             : StateKind::kMeasured);
 }
 
-void check_names(const LogSchema& schema) {
+/// The latest column of that name; the section where a channel has the name of none: "angle_sin".
+std::string key_of(const std::string& name, const std::vector<ColumnConfig>& all) {
+  for (std::size_t i = all.size(); i-- > 0;)
+    if (all[i].name == name) return fmt::format("log.columns[{}]", i);
+  return "log";
+}
+
+void check_names(const LogSchema& schema, const std::vector<ColumnConfig>& all) {
   std::set<std::string> taken;
   for (const auto* channels : {&schema.output_channels, &schema.state_channels})
     for (const Channel& channel : *channels)
       if (!taken.insert(channel.name).second)
-        throw codegen::Error(
-            fmt::format("[[log.columns]] \"{}\": the name is taken: what is both an output and a state is "
-                        "listed twice, under two names and with the same `column`",
-                        channel.name));
+        throw KeyError(key_of(channel.name, all),
+                       fmt::format("[[log.columns]] \"{}\": the name is taken: what is both an output and a state is "
+                                   "listed twice, under two names and with the same `column`",
+                                   channel.name));
 }
 
 }  // namespace
@@ -121,9 +129,10 @@ LogSchema resolve_columns(const LogConfig& config) {
     const LogColumn resolved = resolve(column, config.columns);
     switch (column.role) {
       case ColumnRole::kTime:
-        if (!schema.time_heading.empty()) fail(column, "a second column with role \"time\": expected one");
+        if (!schema.time_heading.empty())
+          fail(column, config.columns, "a second column with role \"time\": expected one");
         schema.time_heading = resolved.heading;
-        schema.time_unit_s = seconds_per_unit(column);
+        schema.time_unit_s = seconds_per_unit(column, config.columns);
         break;
       case ColumnRole::kOutput:
         schema.outputs.push_back(resolved);
@@ -144,13 +153,13 @@ LogSchema resolve_columns(const LogConfig& config) {
     }
   }
   if (schema.outputs.empty())
-    throw codegen::Error("[[log.columns]]: no column has role \"output\": expected what the observer measures");
+    throw KeyError("log", "[[log.columns]]: no column has role \"output\": expected what the observer measures");
   if (schema.states.empty())
-    throw codegen::Error("[[log.columns]]: no column has role \"state\": expected what the observer estimates");
+    throw KeyError("log", "[[log.columns]]: no column has role \"state\": expected what the observer estimates");
   if (schema.time_heading.empty() && !(config.sample_period_s > 0.0))
-    throw codegen::Error("[log]: no column has role \"time\" and sample_period_s is not given: expected one of them");
+    throw KeyError("log", "[log]: no column has role \"time\" and sample_period_s is not given: expected one of them");
   for (const LogColumn& state : schema.states) append_sources(state, schema.outputs, schema.state_sources);
-  check_names(schema);
+  check_names(schema, config.columns);
   return schema;
 }
 

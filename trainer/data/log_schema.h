@@ -45,7 +45,7 @@ struct LogSchema {
   std::vector<AnglePair> angle_pairs;      ///< among the states
 };
 
-/// Throws codegen::Error naming the column and the mend: no output, no state, two time columns, a name that is taken,
+/// Throws KeyError of the column, with the mend: no output, no state, two time columns, a name that is taken,
 /// an encoding without a wrap, a derivative of what is not listed.
 LogSchema resolve_columns(const LogConfig& config);
 

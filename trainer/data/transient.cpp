@@ -11,11 +11,16 @@
 
 namespace nlo::trainer {
 
-double transient_time_s(const ObserverConfig& observer, double factor) {
+double decay_rate(const ObserverConfig& observer) {
   double slowest = std::numeric_limits<double>::infinity();
   for (const double lambda : observer.eigenvalues) slowest = std::min(slowest, std::abs(lambda));
   for (const auto& pair : observer.pairs) slowest = std::min(slowest, std::abs(pair[0]));
-  return std::isfinite(slowest) ? factor / slowest : std::numeric_limits<double>::infinity();
+  return std::isfinite(slowest) ? slowest : 0.0;
+}
+
+double transient_time_s(const ObserverConfig& observer, double factor) {
+  const double rate = decay_rate(observer);
+  return rate > 0.0 ? factor / rate : std::numeric_limits<double>::infinity();
 }
 
 void drop_transient(Dataset& dataset, double transient_s) {

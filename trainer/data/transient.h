@@ -11,6 +11,9 @@
 
 namespace nlo::trainer {
 
+/// min |Re lambda| of the initial eigenvalues of `observer`, clocks not counted [1/s]; 0 without any.
+double decay_rate(const ObserverConfig& observer);
+
 /// t_c [s] for the initial eigenvalues of `observer` (clocks not counted) and k = `factor`; infinite without any.
 double transient_time_s(const ObserverConfig& observer, double factor);
 

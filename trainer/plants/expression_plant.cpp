@@ -6,8 +6,8 @@
 #include <deque>
 #include <set>
 
-#include "codegen/error.h"
 #include "codegen/identifier.h"
+#include "trainer/config/key_error.h"
 #include "trainer/plants/expression.h"
 
 namespace nlo::trainer {
@@ -17,13 +17,13 @@ std::vector<codegen::Channel> named_channels(const std::vector<std::string>& nam
                                              const std::vector<std::string>& units, const std::vector<double>& wraps,
                                              std::string_view key, std::string_view what) {
   if (!units.empty() && units.size() != names.size())
-    throw codegen::Error(
-        fmt::format("[plant] has {} {} but {} units; give one unit for each", names.size(), what, units.size()));
+    throw KeyError("plant", fmt::format("[plant] has {} {} but {} units; give one unit for each", names.size(), what,
+                                        units.size()));
   if (!wraps.empty() && wraps.size() != names.size())
-    throw codegen::Error(
-        fmt::format("[plant] {}_wraps has {} entries, but there are {} {}; give one for each, 0 where "
-                    "there is no angle",
-                    key, wraps.size(), names.size(), what));
+    throw KeyError(fmt::format("plant.{}_wraps", key),
+                   fmt::format("[plant] {}_wraps has {} entries, but there are {} {}; give one for each, 0 where "
+                               "there is no angle",
+                               key, wraps.size(), names.size(), what));
   std::vector<codegen::Channel> result;
   for (std::size_t i = 0; i < names.size(); ++i)
     result.push_back({names[i], units.empty() ? "" : units[i], wraps.empty() ? 0.0 : wraps[i]});
@@ -32,41 +32,44 @@ std::vector<codegen::Channel> named_channels(const std::vector<std::string>& nam
 
 void check_counts(const PlantConfig& config) {
   if (config.states.empty())
-    throw codegen::Error("[plant] names neither a model nor states; give `model`, or states, derivative, outputs");
+    throw KeyError("plant", "[plant] names neither a model nor states; give `model`, or states, derivative, outputs");
   if (config.derivative.size() != config.states.size())
-    throw codegen::Error(fmt::format("[plant] has {} states but {} derivative expressions; give one for each",
-                                     config.states.size(), config.derivative.size()));
-  if (config.outputs.empty()) throw codegen::Error("[plant] has no outputs; give at least one expression");
+    throw KeyError("plant", fmt::format("[plant] has {} states but {} derivative expressions; give one for each",
+                                        config.states.size(), config.derivative.size()));
+  if (config.outputs.empty()) throw KeyError("plant", "[plant] has no outputs; give at least one expression");
   if (!config.output_names.empty() && config.output_names.size() != config.outputs.size())
-    throw codegen::Error(fmt::format("[plant] has {} outputs but {} output_names; give one for each",
-                                     config.outputs.size(), config.output_names.size()));
+    throw KeyError("plant", fmt::format("[plant] has {} outputs but {} output_names; give one for each",
+                                        config.outputs.size(), config.output_names.size()));
   if (config.inputs.empty() && config.input_field.empty()) return;
   if (config.inputs.empty())
-    throw codegen::Error(
-        "[plant] input_field is of inputs that have no names; give inputs = [\"u\"], one for each column");
+    throw KeyError("plant.input_field",
+                   "[plant] input_field is of inputs that have no names; give inputs = [\"u\"], one for each column");
   if (config.input_field.size() != config.states.size())
-    throw codegen::Error(fmt::format("[plant] input_field has {} rows, but there are {} states; give a row for each",
-                                     config.input_field.size(), config.states.size()));
+    throw KeyError("plant.input_field",
+                   fmt::format("[plant] input_field has {} rows, but there are {} states; give a row for each",
+                               config.input_field.size(), config.states.size()));
   for (std::size_t i = 0; i < config.input_field.size(); ++i)
     if (config.input_field[i].size() != config.inputs.size())
-      throw codegen::Error(
-          fmt::format("[plant] input_field[{}] has {} expressions, but there are {} inputs; give one "
-                      "for each, \"0\" where an input does not act",
-                      i, config.input_field[i].size(), config.inputs.size()));
+      throw KeyError("plant.input_field",
+                     fmt::format("[plant] input_field[{}] has {} expressions, but there are {} inputs; give one "
+                                 "for each, \"0\" where an input does not act",
+                                 i, config.input_field[i].size(), config.inputs.size()));
 }
 
 void check_names(const PlantConfig& config) {
   std::set<std::string> seen;
-  const auto check = [&](const std::string& name, std::string_view what) {
+  const auto check = [&](const std::string& name, std::string_view what, std::string_view key) {
     if (!codegen::is_identifier(name))
-      throw codegen::Error(fmt::format(
-          "[plant] {} \"{}\" is no identifier; use a letter, then letters, digits and single underscores", what, name));
+      throw KeyError(
+          fmt::format("plant.{}", key),
+          fmt::format("[plant] {} \"{}\" is no identifier; use a letter, then letters, digits and single underscores",
+                      what, name));
     if (!seen.insert(name).second)
-      throw codegen::Error(fmt::format("[plant] uses the name \"{}\" twice; rename one", name));
+      throw KeyError("plant", fmt::format("[plant] uses the name \"{}\" twice; rename one", name));
   };
-  for (const std::string& name : config.states) check(name, "state");
-  for (const std::string& name : config.inputs) check(name, "input");
-  for (const auto& parameter : config.parameters) check(parameter.first, "parameter");
+  for (const std::string& name : config.states) check(name, "state", "states");
+  for (const std::string& name : config.inputs) check(name, "input", "inputs");
+  for (const auto& parameter : config.parameters) check(parameter.first, "parameter", "parameters");
 }
 
 std::vector<std::string> output_names(const PlantConfig& config) {
@@ -88,9 +91,11 @@ class ExpressionPlant::Formulas {
                .hint = config.inputs.empty() ? "" : "; inputs have their place in input_field"},
         x_(config.states.size()) {}
 
-  /// `where`: "[plant] outputs[0]".
-  void add(const std::string& expression, const std::string& where) {
-    compile_expression(parsers_.emplace_back(), expression, where, names_, x_.data());
+  /// One of the expressions of `key`, such as "outputs"; `index` is its place there, such as "[0]".
+  void add(const std::string& expression, const std::string& key, const std::string& index) try {
+    compile_expression(parsers_.emplace_back(), expression, fmt::format("[plant] {}{}", key, index), names_, x_.data());
+  } catch (const codegen::Error& error) {
+    throw KeyError("plant." + key, error.what());
   }
 
   Eigen::MatrixXd evaluate(const Eigen::MatrixXd& x) {
@@ -117,24 +122,27 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
   check_names(config);
   for (std::size_t i = 0; i < outputs().size(); ++i) {
     if (!codegen::is_identifier(outputs()[i].name))
-      throw codegen::Error(fmt::format("[plant] output name \"{}\" is no identifier", outputs()[i].name));
+      throw KeyError("plant.output_names",
+                     fmt::format("[plant] output name \"{}\" is no identifier", outputs()[i].name));
     for (std::size_t j = 0; j < i; ++j)
       if (outputs()[i].name == outputs()[j].name)
-        throw codegen::Error(fmt::format("[plant] output_names has \"{}\" twice; rename one", outputs()[i].name));
+        throw KeyError("plant.output_names",
+                       fmt::format("[plant] output_names has \"{}\" twice; rename one", outputs()[i].name));
     for (const std::string& input : config.inputs)
       if (outputs()[i].name == input)
-        throw codegen::Error(fmt::format("[plant] uses \"{}\" for an input and an output; rename one", input));
+        throw KeyError("plant",
+                       fmt::format("[plant] uses \"{}\" for an input and an output; rename one", input));
   }
   derivative_ = std::make_unique<Formulas>(config);
   for (std::size_t i = 0; i < config.derivative.size(); ++i)
-    derivative_->add(config.derivative[i], fmt::format("[plant] derivative[{}]", i));
+    derivative_->add(config.derivative[i], "derivative", fmt::format("[{}]", i));
   output_ = std::make_unique<Formulas>(config);
   for (std::size_t i = 0; i < config.outputs.size(); ++i)
-    output_->add(config.outputs[i], fmt::format("[plant] outputs[{}]", i));
+    output_->add(config.outputs[i], "outputs", fmt::format("[{}]", i));
   for (std::size_t j = 0; j < config.inputs.size(); ++j) {
     input_fields_.push_back(std::make_unique<Formulas>(config));
     for (std::size_t i = 0; i < config.states.size(); ++i)
-      input_fields_[j]->add(config.input_field[i][j], fmt::format("[plant] input_field[{}][{}]", i, j));
+      input_fields_[j]->add(config.input_field[i][j], "input_field", fmt::format("[{}][{}]", i, j));
   }
 }
 

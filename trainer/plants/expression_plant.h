@@ -13,7 +13,7 @@ namespace nlo::trainer {
 
 class ExpressionPlant final : public Plant {
  public:
-  /// Throws codegen::Error naming the expression and the position in it, or the names that do not fit.
+  /// Throws KeyError naming the expression and the position in it, or the names that do not fit.
   explicit ExpressionPlant(const PlantConfig& config);
   ~ExpressionPlant() override;
 

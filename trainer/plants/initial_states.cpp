@@ -42,7 +42,7 @@ Eigen::VectorXd vector_of(const std::vector<double>& values) {
 }
 
 Eigen::MatrixXd from_box(const SimulationConfig& config, std::mt19937_64& engine, Eigen::Index count, double scale) {
-  const bool gaussian = config.initial_distribution == "gaussian";
+  const bool gaussian = config.initial_distribution == InitialDistribution::kGaussian;
   const auto nx = static_cast<Eigen::Index>(config.initial_low.size());
   Eigen::MatrixXd x(nx, count);
   for (Eigen::Index column = 0; column < count; ++column) {
@@ -108,18 +108,20 @@ Eigen::MatrixXd from_list(Eigen::MatrixXd list, std::mt19937_64& engine, Eigen::
 Eigen::MatrixXd draw_initial_states(const SimulationConfig& config, std::uint64_t engine_seed, Eigen::Index count,
                                     double box_scale) {
   std::mt19937_64 engine(engine_seed);
-  if (config.initial_distribution == "circle") return from_circle(circle_of(config), engine, count, box_scale);
-  if (config.initial_distribution == "list") return from_list(list_of(config), engine, count, box_scale);
+  if (config.initial_distribution == InitialDistribution::kCircle)
+    return from_circle(circle_of(config), engine, count, box_scale);
+  if (config.initial_distribution == InitialDistribution::kList)
+    return from_list(list_of(config), engine, count, box_scale);
   return from_box(config, engine, count, box_scale);
 }
 
 InitialBox initial_box(const SimulationConfig& config) {
-  if (config.initial_distribution == "circle") {
+  if (config.initial_distribution == InitialDistribution::kCircle) {
     const Circle circle = circle_of(config);
     const Eigen::VectorXd reach = (circle.a.cwiseAbs2() + circle.b.cwiseAbs2()).cwiseSqrt();
     return {circle.centre - reach, circle.centre + reach};
   }
-  if (config.initial_distribution == "list") {
+  if (config.initial_distribution == InitialDistribution::kList) {
     const Eigen::MatrixXd list = list_of(config);
     return {list.rowwise().minCoeff(), list.rowwise().maxCoeff()};
   }
@@ -127,18 +129,18 @@ InitialBox initial_box(const SimulationConfig& config) {
 }
 
 InitialMoments initial_moments(const SimulationConfig& config) {
-  if (config.initial_distribution == "circle") {
+  if (config.initial_distribution == InitialDistribution::kCircle) {
     const Circle circle = circle_of(config);
     return {circle.centre, 0.5 * (circle.a * circle.a.transpose() + circle.b * circle.b.transpose())};
   }
-  if (config.initial_distribution == "list") {
+  if (config.initial_distribution == InitialDistribution::kList) {
     const Eigen::MatrixXd list = list_of(config);
     const Eigen::VectorXd mean = list.rowwise().mean();
     const Eigen::MatrixXd from_mean = list.colwise() - mean;
     return {mean, from_mean * from_mean.transpose() / static_cast<double>(list.cols())};
   }
   const auto [low, high] = initial_box(config);
-  const double per_width = config.initial_distribution == "gaussian" ? 4.0 : 12.0;
+  const double per_width = config.initial_distribution == InitialDistribution::kGaussian ? 4.0 : 12.0;
   const Eigen::VectorXd variance = (high - low).cwiseAbs2() / per_width;
   return {0.5 * (low + high), Eigen::MatrixXd(variance.asDiagonal())};
 }

@@ -83,8 +83,8 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
 void keep_out_transient(const Experiment& experiment, const Plant& plant, Dataset& dataset) {
   const TrainingConfig& training = experiment.training;
   const double transient_s = transient_time_s(experiment.observer, training.transient_factor);
-  if (training.transient == "drop") drop_transient(dataset, transient_s);
-  if (training.transient == "backward") add_lead_in(plant, transient_s, training.transient_factor, dataset);
+  if (training.transient == Transient::kDrop) drop_transient(dataset, transient_s);
+  if (training.transient == Transient::kBackward) add_lead_in(plant, transient_s, training.transient_factor, dataset);
 }
 
 }  // namespace nlo::trainer

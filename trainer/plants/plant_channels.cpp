@@ -7,27 +7,29 @@
 #include <numbers>
 #include <set>
 
-#include "codegen/error.h"
 #include "trainer/base/nearest_name.h"
+#include "trainer/config/key_error.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {
 namespace {
 
 /// Whether channel i is to be sine and cosine.
-std::vector<bool> sincos_of(const std::vector<std::string>& encodings, const std::vector<Channel>& channels,
+std::vector<bool> sincos_of(const std::vector<Encoding>& encodings, const std::vector<Channel>& channels,
                             std::string_view key, std::string_view what) {
   std::vector<bool> sincos(channels.size(), false);
   if (encodings.empty()) return sincos;
   if (encodings.size() != channels.size())
-    throw codegen::Error(fmt::format("[plant] {}_encodings has {} entries, but there are {} {}; give one for each", key,
-                                     encodings.size(), channels.size(), what));
+    throw KeyError(fmt::format("plant.{}_encodings", key),
+                   fmt::format("[plant] {}_encodings has {} entries, but there are {} {}; give one for each", key,
+                               encodings.size(), channels.size(), what));
   for (std::size_t i = 0; i < channels.size(); ++i) {
-    sincos[i] = encodings[i] == "sincos";
+    sincos[i] = encodings[i] == Encoding::kSincos;
     if (sincos[i] && channels[i].wrap == 0.0)
-      throw codegen::Error(fmt::format(
-          "[plant] {0}_encodings[{1}] is \"sincos\", but {2} is no angle; give its full turn, {0}_wraps, or \"unwrap\"",
-          key, i, channels[i].name));
+      throw KeyError(fmt::format("plant.{}_encodings", key),
+                     fmt::format("[plant] {0}_encodings[{1}] is \"sincos\", but {2} is no angle; give its full turn, "
+                                 "{0}_wraps, or \"unwrap\"",
+                                 key, i, channels[i].name));
   }
   return sincos;
 }
@@ -39,17 +41,17 @@ std::size_t index_of(const std::string& name, const std::vector<Channel>& states
     known.push_back(states[i].name);
   }
   const std::string nearest = nearest_name(name, known);
-  throw codegen::Error(fmt::format("[plant] estimated has \"{}\", which is no state; {}", name,
-                                   nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
-                                                   : fmt::format("did you mean \"{}\"?", nearest)));
+  throw KeyError("plant.estimated", fmt::format("[plant] estimated has \"{}\", which is no state; {}", name,
+                                                nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
+                                                                : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
 void check_distinct(const std::vector<Channel>& channels, std::string_view key) {
   std::set<std::string> seen;
   for (const Channel& channel : channels)
     if (!seen.insert(channel.name).second)
-      throw codegen::Error(
-          fmt::format("[plant] {} make two channels of the name \"{}\"; rename one", key, channel.name));
+      throw KeyError(fmt::format("plant.{}", key),
+                     fmt::format("[plant] {} make two channels of the name \"{}\"; rename one", key, channel.name));
 }
 
 }  // namespace
@@ -62,7 +64,7 @@ PlantChannels::PlantChannels(const PlantConfig& config, const Plant& plant)
   for (const std::string& name : config.estimated) {
     const std::size_t i = index_of(name, plant.states());
     if (std::find(estimated.begin(), estimated.end(), i) != estimated.end())
-      throw codegen::Error(fmt::format("[plant] estimated has \"{}\" twice; keep one", name));
+      throw KeyError("plant.estimated", fmt::format("[plant] estimated has \"{}\" twice; keep one", name));
     estimated.push_back(i);
   }
   if (estimated.empty())

@@ -14,7 +14,7 @@ namespace nlo::trainer {
 
 class PlantChannels {
  public:
-  /// Throws codegen::Error naming the key of [plant]: lists of the wrong length, the sine of what is no angle, a state
+  /// Throws KeyError of a key of [plant]: lists of the wrong length, the sine of what is no angle, a state
   /// that is not there or named twice.
   PlantChannels(const PlantConfig& config, const Plant& plant);
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 
-#include "codegen/error.h"
 #include "trainer/base/nearest_name.h"
+#include "trainer/config/key_error.h"
 #include "trainer/plants/builtin.h"
 #include "trainer/plants/expression_plant.h"
 
@@ -29,8 +29,8 @@ PlantParameters complete_parameters(const PlantEntry& entry, const PlantParamete
     if (found == parameters.end()) {
       std::vector<std::string> known;
       for (const auto& parameter : parameters) known.push_back(parameter.first);
-      throw codegen::Error(
-          fmt::format("plant {} has no parameter \"{}\"; {}", entry.name, wanted.first, advice(wanted.first, known)));
+      throw KeyError("plant.parameters", fmt::format("plant {} has no parameter \"{}\"; {}", entry.name, wanted.first,
+                                                     advice(wanted.first, known)));
     }
     found->second = wanted.second;
   }
@@ -56,18 +56,21 @@ std::unique_ptr<Plant> make_plant(const PlantConfig& config) {
   if (config.model.empty()) return std::make_unique<ExpressionPlant>(config);
   if (!config.states.empty() || !config.derivative.empty() || !config.output_names.empty() || !config.outputs.empty() ||
       !config.inputs.empty() || !config.input_field.empty())
-    throw codegen::Error("[plant] has both a model and equations; keep either `model` or states, derivative, outputs");
+    throw KeyError("plant",
+                   "[plant] has both a model and equations; keep either `model` or states, derivative, outputs");
   for (const auto& [key, wraps] :
        {std::pair{"state_wraps", &config.state_wraps}, std::pair{"output_wraps", &config.output_wraps}})
     if (!wraps->empty())
-      throw codegen::Error(
+      throw KeyError(
+          fmt::format("plant.{}", key),
           fmt::format("[plant] {} is of a plant given by equations; no built-in one has an angle: remove it", key));
   std::vector<std::string> known;
   for (const PlantEntry& entry : plant_registry()) {
     if (entry.name == config.model) return entry.make(complete_parameters(entry, config.parameters));
     known.emplace_back(entry.name);
   }
-  throw codegen::Error(fmt::format("[plant] model \"{}\" is unknown; {}", config.model, advice(config.model, known)));
+  throw KeyError("plant.model",
+                 fmt::format("[plant] model \"{}\" is unknown; {}", config.model, advice(config.model, known)));
 }
 
 }  // namespace nlo::trainer

@@ -12,9 +12,11 @@
 
 #include "codegen/error.h"
 #include "trainer/base/parallel.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
+#include "trainer/experiments/training_sets.h"
 #include "trainer/plants/simulate.h"
-#include "trainer/plants/training_sets.h"
+#include "trainer/structures/table.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer::reproduction {
@@ -79,19 +81,19 @@ Experiment paper_experiment(std::string_view name, const Size& size, int seed) {
 
 double training_cost_s(const Experiment& experiment) {
   const TrainingConfig& training = experiment.training;
-  const bool all = training.mode == "full_batch";
+  const bool all = training.mode == TrainingMode::kFullBatch;
   const int runs = all ? experiment.simulation.trajectories
                        : std::min(training.trajectories_per_step, experiment.simulation.trajectories);
   const double stepped = runs * static_cast<double>(sample_count(experiment.simulation));
   const double evaluated = all ? stepped : training.samples_per_step;
   const auto states = static_cast<double>(experiment.simulation.initial_low.size());
-  if (experiment.uses_dynamics_network())  // four stages of RK4 a sample, one after the other
+  if (structure_of(experiment.observer).has_dynamics_network())  // four stages of RK4 a sample, one after the other
     return training.steps * stepped * 4.0 * kFlopsPerWeight *
            (weights(states, experiment.dynamics.hidden) + kOverhead) / kFlopsPerSecondInSteps;
   const auto latent =
       static_cast<double>(experiment.observer.eigenvalues.size() + 2 * experiment.observer.pairs.size());
   double networks = weights(latent, experiment.inverse_map.hidden);
-  if (experiment.uses_forward_map()) networks += weights(states, experiment.forward_map.hidden);
+  if (uses_forward_map(experiment)) networks += weights(states, experiment.forward_map.hidden);
   if (experiment.loss.pde_residual > 0.0)  // a tangent for each state beside the value
     networks += states * weights(states, experiment.forward_map.hidden);
   return training.steps *

@@ -34,7 +34,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
   const TrainingConfig& training = experiment.training;
   std::vector<Segment> segments;
   Indices random(stream_seed(experiment.seed, Purpose::kSegments, static_cast<std::uint64_t>(step), 0));
-  if (training.mode == "full_batch") {
+  if (training.mode == TrainingMode::kFullBatch) {
     segments = whole_runs(data);
   } else {
     const int wanted = static_cast<int>(std::lround(training.segment_s / data.sample_period_s)) + 1;
@@ -69,7 +69,7 @@ std::vector<Segment> flight_segments(const Experiment& experiment, const Trainin
       segments.push_back(run);
     }
   }
-  if (experiment.training.mode == "full_batch") return segments;
+  if (experiment.training.mode == TrainingMode::kFullBatch) return segments;
   constexpr long kNoStep = -1;  // a draw that no step of the training makes
   for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);
   return segments;

@@ -28,11 +28,11 @@ void LinearLatent::backward(SegmentGroup& group, int /*thread*/) {
   adjoint_filter(shape_, coefficients_, eigenvalues_.data(), group);
 }
 
-OdeLatent::OdeLatent(const Factory& make, int threads, Hold hold, const std::string& gradient,
+OdeLatent::OdeLatent(const Factory& make, int threads, Hold hold, LatentGradient gradient,
                      const std::vector<double>& steps_s)
     : LatentDynamics(make()->rows()),
       hold_(hold),
-      by_adjoint_(gradient == "adjoint"),
+      by_adjoint_(gradient == LatentGradient::kAdjoint),
       steps_s_(steps_s),
       step_s_(static_cast<float>(steps_s.front())) {
   for (int t = 0; t < threads; ++t) dynamics_.push_back(make());

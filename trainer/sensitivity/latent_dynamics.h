@@ -5,7 +5,6 @@
 
 #include <functional>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "trainer/sensitivity/ode_latent.h"
@@ -58,9 +57,8 @@ class OdeLatent final : public LatentDynamics {
  public:
   using Factory = std::function<std::unique_ptr<OdeDynamics<float>>()>;
 
-  /// make: one instance for each of `threads`.  gradient: "backprop" or "adjoint".
-  OdeLatent(const Factory& make, int threads, Hold hold, const std::string& gradient,
-            const std::vector<double>& steps_s);
+  /// make: one instance for each of `threads`.  gradient: the adjoint, or else backprop.
+  OdeLatent(const Factory& make, int threads, Hold hold, LatentGradient gradient, const std::vector<double>& steps_s);
 
   void prepare(const float* parameters) override;
   void forward(SegmentGroup& group, int thread) override;

@@ -12,13 +12,12 @@
 #include <vector>
 
 #include "nlo/latent.h"
+#include "trainer/config/choices.h"
 
 namespace nlo::trainer {
 
 /// Trajectories are filtered eight side by side.
 inline constexpr int kGroup = 8;
-
-enum class Injection { kOnes, kUnitGain };
 
 /// One mode of D: a real eigenvalue (one latent row) or a complex pair (two rows), driven by one output; or a clock.
 struct Mode {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a structure to what rolls it out. A new structure is one line here and one class in this folder.
+// From a structure to what rolls it out.
 #pragma once
 
 #include <memory>
@@ -10,10 +10,6 @@
 #include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {
-
-/// The right-hand side of a structure's latent system, for the general route; in double for tests of gradients.
-template <class Scalar>
-std::unique_ptr<OdeDynamics<Scalar>> make_ode_dynamics(const ObserverStructure& structure);
 
 /// How training rolls a structure out: by the filter where the latent system is linear, unless [training] gradient asks
 /// for the general route.  steps_s: the distinct steps of the data, which must outlive the result.

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <complex>
 
-#include "codegen/error.h"
 #include "trainer/base/number_text.h"
+#include "trainer/config/key_error.h"
 
 namespace nlo::trainer {
 
@@ -31,7 +31,8 @@ MatrixXd observability(const MatrixXd& a, const MatrixXd& c) {
 
 MatrixXd matrix_of(const char* key, const std::vector<std::vector<double>>& rows, int count, int columns) {
   const auto fail = [&](const std::string& what) {
-    throw codegen::Error(fmt::format("[observer] {} {}; it must be {} rows of {} numbers", key, what, count, columns));
+    throw KeyError(fmt::format("observer.{}", key),
+                   fmt::format("[observer] {} {}; it must be {} rows of {} numbers", key, what, count, columns));
   };
   if (rows.empty()) fail("is missing");
   if (rows.size() != static_cast<std::size_t>(count)) fail(fmt::format("has {} rows", rows.size()));
@@ -64,7 +65,8 @@ MatrixXd place_poles(const MatrixXd& a, const MatrixXd& c, const VectorXd& poles
   }
   constexpr double kBlind = 1e-10;
   if (!(clearest > kBlind))
-    throw codegen::Error(
+    throw KeyError(
+        "observer.gain_poles",
         "[observer] gain_poles: the states cannot all be seen in the outputs through A and C; choose other outputs");
   MatrixXd polynomial = MatrixXd::Identity(n, n);  // prod (A - p I)
   for (const double pole : poles) polynomial = (polynomial * (a - pole * MatrixXd::Identity(n, n))).eval();
@@ -86,7 +88,8 @@ MatrixXd kalman_gain(const MatrixXd& a, const MatrixXd& c, double process_noise,
     ++found;
   }
   if (found != n)
-    throw codegen::Error(
+    throw KeyError(
+        "observer.gain_noise",
         "[observer] gain_noise: there is no stationary Kalman gain: a state that drifts cannot be seen in the outputs "
         "through A and C");
   const Eigen::MatrixXcd top = stable.topRows(n), bottom = stable.bottomRows(n);
@@ -94,37 +97,41 @@ MatrixXd kalman_gain(const MatrixXd& a, const MatrixXd& c, double process_noise,
   return covariance * c.transpose() / measurement_noise;
 }
 
-LinearPart linear_part(const ObserverConfig& observer, int nx, int ny) {
+LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny) {
   LinearPart known;
-  known.state_matrix = matrix_of("state_matrix", observer.state_matrix, nx, nx);
-  known.output_matrix = matrix_of("output_matrix", observer.output_matrix, ny, nx);
+  known.state_matrix = matrix_of("state_matrix", config.state_matrix, nx, nx);
+  known.output_matrix = matrix_of("output_matrix", config.output_matrix, ny, nx);
   const int given =
-      (observer.gain.empty() ? 0 : 1) + (observer.gain_poles.empty() ? 0 : 1) + (observer.gain_noise.empty() ? 0 : 1);
+      (config.gain.empty() ? 0 : 1) + (config.gain_poles.empty() ? 0 : 1) + (config.gain_noise.empty() ? 0 : 1);
   if (given != 1)
-    throw codegen::Error(fmt::format(
-        "[observer] names {} of gain, gain_poles and gain_noise; a Luenberger observer needs exactly one of them",
-        given));
-  if (!observer.gain.empty()) {
-    known.gain = matrix_of("gain", observer.gain, nx, ny);
-  } else if (!observer.gain_poles.empty()) {
-    if (observer.gain_poles.size() != static_cast<std::size_t>(nx))
-      throw codegen::Error(
-          fmt::format("[observer] gain_poles has {} numbers; it must have one for each of the {} states",
-                      observer.gain_poles.size(), nx));
-    known.gain = place_poles(known.state_matrix, known.output_matrix,
-                             Eigen::Map<const VectorXd>(observer.gain_poles.data(), nx));
+    throw KeyError(
+        "observer",
+        fmt::format(
+            "[observer] names {} of gain, gain_poles and gain_noise; a Luenberger observer needs exactly one of them",
+            given));
+  if (!config.gain.empty()) {
+    known.gain = matrix_of("gain", config.gain, nx, ny);
+  } else if (!config.gain_poles.empty()) {
+    if (config.gain_poles.size() != static_cast<std::size_t>(nx))
+      throw KeyError("observer.gain_poles",
+                     fmt::format("[observer] gain_poles has {} numbers; it must have one for each of the {} states",
+                                 config.gain_poles.size(), nx));
+    known.gain =
+        place_poles(known.state_matrix, known.output_matrix, Eigen::Map<const VectorXd>(config.gain_poles.data(), nx));
   } else {
-    if (observer.gain_noise.size() != 2)
-      throw codegen::Error("[observer] gain_noise must be two intensities: [process, measurement]");
-    known.gain = kalman_gain(known.state_matrix, known.output_matrix, observer.gain_noise[0], observer.gain_noise[1]);
+    if (config.gain_noise.size() != 2)
+      throw KeyError("observer.gain_noise", "[observer] gain_noise must be two intensities: [process, measurement]");
+    known.gain = kalman_gain(known.state_matrix, known.output_matrix, config.gain_noise[0], config.gain_noise[1]);
   }
   const Eigen::VectorXcd eigenvalues = (known.state_matrix - known.gain * known.output_matrix).eigenvalues();
   for (const std::complex<double>& lambda : eigenvalues) {
     if (lambda.real() < 0.0) continue;
-    throw codegen::Error(fmt::format(
-        "[observer] gain: A - G C has the eigenvalue {}{}{}i, which does not decay; take a larger gain, or let "
-        "gain_poles or gain_noise design it",
-        shortest_text(lambda.real()), lambda.imag() < 0.0 ? "-" : "+", shortest_text(std::abs(lambda.imag()))));
+    throw KeyError(
+        "observer.gain",
+        fmt::format(
+            "[observer] gain: A - G C has the eigenvalue {}{}{}i, which does not decay; take a larger gain, or let "
+            "gain_poles or gain_noise design it",
+            shortest_text(lambda.real()), lambda.imag() < 0.0 ? "-" : "+", shortest_text(std::abs(lambda.imag()))));
   }
   return known;
 }

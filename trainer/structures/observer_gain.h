@@ -4,25 +4,37 @@
 
 #include <Eigen/Core>
 
-#include "trainer/config/experiment.h"
-#include "trainer/structures/observer_structure.h"
+#include <vector>
 
 namespace nlo::trainer {
 
+/// Keys of [observer] for a Luenberger observer (15): A and C, row by row, and the gain G: given, or designed for A - G C
+/// by its eigenvalues, or by the noise it must live with.
+struct LuenbergerConfig {
+  std::vector<std::vector<double>> state_matrix, output_matrix, gain;
+  std::vector<double> gain_poles;  ///< real eigenvalues that A - G C shall have, n_x
+  std::vector<double> gain_noise;  ///< intensities of process and measurement noise: the stationary Kalman gain
+};
+
+/// The known part of (15): A n_x x n_x, C n_y x n_x, and the gain G n_x x n_y that makes A - G C Hurwitz.
+struct LinearPart {
+  Eigen::MatrixXd state_matrix, output_matrix, gain;
+};
+
 /// G (n_x x n_y) such that A - G C has the given real eigenvalues (n_x, distinct for a plant of several outputs), by
 /// Ackermann's formula on one combination of the outputs that sees every mode.
-/// Throws codegen::Error when (A, C) is not observable.
+/// Throws KeyError when (A, C) is not observable.
 Eigen::MatrixXd place_poles(const Eigen::MatrixXd& state_matrix, const Eigen::MatrixXd& output_matrix,
                             const Eigen::VectorXd& poles);
 
 /// Stationary Kalman gain G = P C^T / r for process noise of intensity q on every state and measurement noise of
 /// intensity r on every output; P solves A P + P A^T - P C^T C P / r + q = 0, from the stable invariant subspace of the
-/// Hamiltonian matrix (Laub 1979). Throws codegen::Error when there is none.
+/// Hamiltonian matrix (Laub 1979). Throws KeyError when there is none.
 Eigen::MatrixXd kalman_gain(const Eigen::MatrixXd& state_matrix, const Eigen::MatrixXd& output_matrix,
                             double process_noise, double measurement_noise);
 
-/// A, C and G of [observer]: sizes checked against n_x and n_y, G designed if it is not given, A - G C checked.
-/// Throws codegen::Error `[observer] gain ...` naming key, fault and mend.
-LinearPart linear_part(const ObserverConfig& observer, int nx, int ny);
+/// A, C and G: sizes checked against n_x and n_y, G designed if it is not given, A - G C checked.
+/// Throws KeyError `[observer] gain ...` naming key, fault and mend.
+LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny);
 
 }  // namespace nlo::trainer

@@ -2,159 +2,45 @@
 #include "trainer/structures/structure.h"
 
 #include <Eigen/Dense>
-#include <algorithm>
-#include <cmath>
-#include <limits>
 
-#include "codegen/activations.h"
-#include "codegen/error.h"
+#include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/for_each_sample.h"
-#include "trainer/structures/observer_gain.h"
+#include "trainer/structures/moments.h"
+#include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 
 namespace {
-
-Hold hold_named(const std::string& name) {
-  if (name == "zero_order") return Hold::kZeroOrder;
-  if (name == "first_order") return Hold::kFirstOrder;
-  if (name == "rk4") return Hold::kRk4;
-  throw codegen::Error("unknown hold \"" + name + "\"; use zero_order, first_order or rk4");
-}
-
-std::complex<double> eigenvalue(const Mode& mode, const std::vector<double>& eigenvalues) {
-  const auto row = static_cast<std::size_t>(mode.row);
-  return {eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0};
-}
 
 float target(const Rollout& rollout, const Segment& segment, int state, int time) {
   const TrainingData::Run& run = rollout.data().runs[static_cast<std::size_t>(segment.run)];
   return segment.sign * run.states[static_cast<std::size_t>(state * run.samples + segment.start + time)];
 }
 
-/// Weighted mean and deviation, one pass (West 1979).
-struct Moments {
-  double total = 0.0, mean = 0.0, squares = 0.0;
-  void add(double x, double w) {
-    if (w <= 0.0) return;
-    total += w;
-    const double step = x - mean;
-    mean += step * w / total;
-    squares += w * step * (x - mean);
-  }
-  double deviation() const { return total > 0.0 ? std::sqrt(squares / total) : 0.0; }
-};
-
-/// A scale that is safe to divide by: a signal that does not move keeps its unit.
-float safe_scale(double deviation) {
-  return deviation > 1e-9 ? static_cast<float>(deviation) : 1.0F;
-}
-
 }  // namespace
 
 std::vector<double> ObserverStructure::eigenvalues_at(const float* parameters) const {
-  if (!is_kkl()) return {};
+  if (latent.learned == 0) return {};
   std::vector<double> result = eigenvalues;
   eigenvalues_from_parameters(latent, parameters, result.data());
   return result;
 }
 
-namespace {
-
-/// D and F: identity Kronecker (eigenvalues), every output has modes of its own. With one set for all, the latent would
-/// see only the sum of the outputs.
-void add_modes(ObserverStructure& structure, const ObserverConfig& observer, int ny) {
-  LatentShape& latent = structure.latent;
-  latent.hold = hold_named(observer.hold);
-  latent.injection = observer.output_injection == "unit_gain" ? Injection::kUnitGain : Injection::kOnes;
-  latent.starts_steady = observer.start == "steady";
-  for (int j = 0; j < ny; ++j) {
-    for (const auto& [re, im] : observer.pairs) {
-      latent.modes.push_back({.pair = true, .row = latent.rows, .output = j});
-      latent.rows += 2;
-      structure.eigenvalues.insert(structure.eigenvalues.end(), {re, im});
-    }
-  }
-  for (int j = 0; j < ny; ++j) {
-    for (const double lambda : observer.eigenvalues) {
-      latent.modes.push_back({.pair = false, .row = latent.rows++, .output = j});
-      structure.eigenvalues.push_back(lambda);
-    }
-  }
-  latent.learned = latent.rows;
-  for (const double tau_s : observer.clocks_s) {
-    latent.modes.push_back({.pair = false, .row = latent.rows++, .output = -1});
-    structure.eigenvalues.push_back(-1.0 / tau_s);
-  }
-  if (latent.learned == 0) throw codegen::Error("the observer has no eigenvalues: set [observer] eigenvalues or pairs");
-}
-
-void add_features(ObserverStructure& structure, const ObserverConfig& observer, int ny) {
-  const bool relative = observer.features == "latent_minus_output";
-  for (const Mode& mode : structure.latent.modes) {
-    Feature feature{.latent = mode.row};
-    if (relative && mode.output >= 0) {  // unit gain: the steady state of a pair is (y, 0), of a real mode y
-      feature.output = mode.output;
-      feature.output_gain = -1.0F;
-    }
-    structure.features.push_back(feature);
-    if (mode.pair) structure.features.push_back({.latent = mode.row + 1});
-  }
-  if (observer.features == "latent_and_output") {
-    for (int j = 0; j < ny; ++j) structure.features.push_back({.latent = -1, .output = j, .output_gain = 1.0F});
-  }
-}
-
-StructureKind kind_named(const std::string& name) {
-  if (name == "kkl") return StructureKind::kKkl;
-  if (name == "driven_kkl") return StructureKind::kDrivenKkl;
-  if (name == "luenberger") return StructureKind::kLuenberger;
-  if (name == "general") return StructureKind::kGeneral;
-  throw codegen::Error("unknown structure \"" + name + "\"; use kkl, driven_kkl, luenberger or general");
-}
-
-NetworkShape network_shape(int inputs, const std::vector<int>& hidden, int outputs, const std::string& activation,
-                           bool linear_path) {
-  std::vector<int> widths{inputs};
-  widths.insert(widths.end(), hidden.begin(), hidden.end());
-  widths.push_back(outputs);
-  return NetworkShape::make(widths, codegen::activation_named(activation).kind, linear_path);
-}
-
-Normalisation no_normalisation(int inputs) {
-  const auto count = static_cast<std::size_t>(inputs);
-  return {std::vector<double>(count, 0.0), std::vector<double>(count, 1.0)};
-}
-
-}  // namespace
-
 ObserverStructure make_structure(const Experiment& experiment, const std::vector<Channel>& outputs,
                                  const std::vector<Channel>& states) {
-  const ObserverConfig& observer = experiment.observer;
-  const DynamicsConfig& dynamics = experiment.dynamics;
-  const int nx = static_cast<int>(states.size()), ny = static_cast<int>(outputs.size());
+  const int nx = static_cast<int>(states.size());
   ObserverStructure structure;
-  structure.kind = kind_named(observer.structure);
-  structure.outputs = ny;
+  structure.module = &structure_of(experiment.observer);
+  structure.outputs = static_cast<int>(outputs.size());
   structure.state_mean.assign(states.size(), 0.0F);
   structure.state_scale.assign(states.size(), 1.0F);
-  if (structure.kind == StructureKind::kLuenberger) {
-    structure.latent.rows = nx;
-    structure.latent.hold = hold_named(observer.hold);
-    structure.known = linear_part(observer, nx, ny);
-    structure.dynamics = {network_shape(nx, dynamics.hidden, nx, dynamics.activation, false), no_normalisation(nx)};
-    return structure;
-  }
-  add_modes(structure, observer, ny);
-  add_features(structure, observer, ny);
-  const int nz = structure.latent.rows;
+  structure.latent.hold = experiment.observer.hold;
+  structure.module->make(experiment, structure);
+  if (!structure.module->has_inverse_map()) return structure;
   structure.network = network_shape(static_cast<int>(structure.features.size()), experiment.inverse_map.hidden, nx,
                                     experiment.inverse_map.activation, experiment.inverse_map.linear_path);
-  if (structure.kind == StructureKind::kGeneral) {
-    structure.dynamics = {network_shape(nz + ny, dynamics.hidden, nz, dynamics.activation, true),
-                          no_normalisation(nz + ny)};
-  }
-  if (experiment.uses_forward_map()) {
+  if (uses_forward_map(experiment)) {
+    const int nz = structure.latent.rows;
     structure.forward_map =
         network_shape(nx, experiment.forward_map.hidden, nz, experiment.forward_map.activation, false);
     structure.latent_mean.assign(static_cast<std::size_t>(nz), 0.0F);
@@ -164,65 +50,16 @@ ObserverStructure make_structure(const Experiment& experiment, const std::vector
 }
 
 void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool) {
-  if (structure.is_kkl()) return;
-  std::vector<Moments> inputs(structure.dynamics.inputs.scale.size());
-  const auto first_output =
-      static_cast<std::size_t>(structure.kind == StructureKind::kGeneral ? structure.latent.rows : 0);
-  for (const TrainingData::Run& run : data.runs) {
-    const std::vector<float>& signal = structure.kind == StructureKind::kGeneral ? run.outputs : run.states;
-    for (std::size_t i = first_output; i < inputs.size(); ++i) {
-      const float* row = signal.data() + (i - first_output) * static_cast<std::size_t>(run.samples);
-      for (int k = 0; k < run.samples; ++k) inputs[i].add(static_cast<double>(row[k]), 1.0);
-    }
-  }
-  if (structure.kind == StructureKind::kGeneral) {  // z as the linear system has it, about zero
-    LinearLatent linear(structure.latent, structure.eigenvalues, data.steps_s, true);
-    linear.prepare(parameters_from_eigenvalues(structure.latent, structure.eigenvalues.data()).data());
-    Rollout rollout(data);
-    rollout.run(whole_runs(data), linear, {}, 0, Purpose::kValidationNoise, 0, pool);
-    for_each_sample(rollout, [&](const Segment&, const SegmentGroup& group, int lane, int time) {
-      for (std::size_t r = 0; r < first_output; ++r) {
-        inputs[r].add(
-            static_cast<double>(group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)]),
-            1.0);
-      }
-    });
-    for (std::size_t r = 0; r < first_output; ++r) inputs[r].mean = 0.0;
-  }
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    structure.dynamics.inputs.mean[i] = inputs[i].mean;
-    structure.dynamics.inputs.scale[i] = static_cast<double>(safe_scale(inputs[i].deviation()));
-  }
+  structure.module->normalise_dynamics(structure, data, pool);
+}
+
+bool latent_system_learns(const Experiment& experiment, const ObserverStructure& structure) {
+  const bool has_network = structure.dynamics.shape.parameters > 0;
+  return has_network || (structure.latent.learned > 0 && experiment.observer.learn_eigenvalues);
 }
 
 std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) {
-  constexpr std::uint64_t kStream = 1;
-  if (structure.is_kkl()) return parameters_from_eigenvalues(structure.latent, structure.eigenvalues.data());
-  const NetworkShape& shape = structure.dynamics.shape;
-  if (structure.kind == StructureKind::kLuenberger) return initial_parameters(shape, experiment.seed, 1.0F, kStream);
-
-  // F(z, y) = D z + F y at first: the linear path alone, in the units of its inputs.
-  std::vector<float> parameters = initial_parameters(shape, experiment.seed, 0.0F, kStream);
-  const Normalisation& inputs = structure.dynamics.inputs;
-  float* bias = parameters.data() + shape.layers.back().bias;
-  const auto set = [&](int row, int column, double value) {
-    const auto c = static_cast<std::size_t>(column);
-    parameters[static_cast<std::size_t>(shape.linear_path + row * shape.inputs() + column)] =
-        static_cast<float>(value * inputs.scale[c]);
-    bias[row] += static_cast<float>(value * inputs.mean[c]);
-  };
-  for (const Mode& mode : structure.latent.modes) {
-    const std::complex<double> lambda = eigenvalue(mode, structure.eigenvalues);
-    const std::complex<double> f = injection_of(structure.latent.injection, mode, lambda);
-    set(mode.row, mode.row, lambda.real());
-    if (mode.output >= 0) set(mode.row, structure.latent.rows + mode.output, f.real());
-    if (!mode.pair) continue;
-    set(mode.row, mode.row + 1, -lambda.imag());
-    set(mode.row + 1, mode.row, lambda.imag());
-    set(mode.row + 1, mode.row + 1, lambda.real());
-    if (mode.output >= 0) set(mode.row + 1, structure.latent.rows + mode.output, f.imag());
-  }
-  return parameters;
+  return structure.module->initial_dynamics(structure, experiment);
 }
 
 void normalise(ObserverStructure& structure, const Rollout& rollout) {

@@ -23,6 +23,9 @@ void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, 
 /// centre and the half width of its range, [0, 1].
 void normalise(ObserverStructure& structure, const Rollout& rollout);
 
+/// Whether training moves any parameter of the latent system.
+bool latent_system_learns(const Experiment& experiment, const ObserverStructure& structure);
+
 /// Initial parameters of the latent system: eigenvalues, or a network.
 std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment);
 

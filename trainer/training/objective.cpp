@@ -48,7 +48,7 @@ const Rollout& Objective::roll_out_flight(const float* parameters) {
 
 ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gradient) {
   roll_out(parameters, draw_segments(*experiment_, *data_, step), Purpose::kNoise, step);
-  draw(step, experiment_->training.mode == "full_batch", experiment_->loss);
+  draw(step, experiment_->training.mode == TrainingMode::kFullBatch, experiment_->loss);
   return accumulate(parameters, gradient);
 }
 
@@ -333,7 +333,7 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
     value.rmse += chunk.squares / total_weight_;
   }
   value.rmse = std::sqrt(value.rmse);
-  for (int r = 0; structure_->is_kkl() && r < structure_->latent.learned; ++r) {
+  for (int r = 0; r < structure_->latent.learned; ++r) {
     const double lambda = eigenvalues[static_cast<std::size_t>(r)];
     value.loss += loss_->eigenvalue_penalty * horizon_s_ * lambda * lambda;
   }
@@ -349,7 +349,7 @@ void Objective::add_gradients(const float* parameters, float* gradient) {
     for (std::size_t i = 0; i < chunk.gradient.size(); ++i)
       gradient[static_cast<std::size_t>(dynamics_size) + i] += chunk.gradient[i];
   }
-  if (structure_->is_kkl() && !experiment_->observer.learn_eigenvalues) return;
+  if (!latent_system_learns(*experiment_, *structure_)) return;
   auto& groups = rollout_.groups();
   pool_->run(static_cast<int>(groups.size()),
              [&](int g, int thread) { dynamics_->backward(groups[static_cast<std::size_t>(g)], thread); });
@@ -357,7 +357,7 @@ void Objective::add_gradients(const float* parameters, float* gradient) {
   for (int p = 0; p < dynamics_size; ++p) {
     const auto at = static_cast<std::size_t>(p);
     double total = 0.0;
-    if (structure_->is_kkl()) {  // both -exp(p) and exp(p) have the slope lambda
+    if (p < structure_->latent.learned) {  // both -exp(p) and exp(p) have the slope lambda
       const double lambda = eigenvalues[at];
       total += 2.0 * loss_->eigenvalue_penalty * horizon_s_ * lambda * lambda;
       for (const ChunkResult& chunk : results()) total += chunk.eigenvalues[at] * lambda;

@@ -147,15 +147,13 @@ class Training {
       }
       if (network.linear_path >= 0) groups.push_back({network.inputs() * network.outputs(), path_rate, 0.0});
     };
-    if (structure_.is_kkl()) {
+    if (structure_.latent.learned > 0)
       groups.push_back(
           {structure_.latent.learned, experiment_.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0});
-    } else {
-      add_network(structure_.dynamics.shape, eigenvalue_rate);
-    }
+    add_network(structure_.dynamics.shape, eigenvalue_rate);
     // The linear path stays at its ridge regression while the features stay what they were: first-order steps on nearly
     // collinear features lose what the regression found (alpha_dot on the Qube: .073 -> .118 rad/s).
-    const bool fixed_features = structure_.is_kkl() && !experiment_.observer.learn_eigenvalues;
+    const bool fixed_features = !latent_system_learns(experiment_, structure_);
     add_network(structure_.network, fixed_features ? 0.0 : config.learning_rate);
     if (structure_.forward_map) add_network(*structure_.forward_map, 0.0);
     return groups;

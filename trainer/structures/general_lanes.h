@@ -8,10 +8,10 @@
 namespace nlo::trainer {
 
 template <class Scalar>
-class GeneralDynamics final : public OdeDynamics<Scalar> {
+class GeneralLanes final : public OdeDynamics<Scalar> {
  public:
   /// shape: n_z + n_y inputs, n_z outputs.
-  GeneralDynamics(int outputs, NetworkShape shape, Normalisation inputs)
+  GeneralLanes(int outputs, NetworkShape shape, Normalisation inputs)
       : OdeDynamics<Scalar>(shape.outputs(), outputs, shape.parameters),
         network_(std::move(shape), std::move(inputs)) {}
 

@@ -6,13 +6,14 @@
 #include <Eigen/Core>
 
 #include "trainer/structures/network_lanes.h"
+#include "trainer/structures/observer_gain.h"
 
 namespace nlo::trainer {
 
 template <class Scalar>
-class LuenbergerDynamics final : public OdeDynamics<Scalar> {
+class LuenbergerLanes final : public OdeDynamics<Scalar> {
  public:
-  LuenbergerDynamics(const LinearPart& known, NetworkShape shape, Normalisation inputs)
+  LuenbergerLanes(const LinearPart& known, NetworkShape shape, Normalisation inputs)
       : OdeDynamics<Scalar>(static_cast<int>(known.gain.rows()), static_cast<int>(known.gain.cols()), shape.parameters),
         closed_loop_((known.state_matrix - known.gain * known.output_matrix).cast<Scalar>()),
         gain_(known.gain.cast<Scalar>()),

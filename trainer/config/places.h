@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What the keys of an experiment must satisfy together: sizes that agree, sections that exclude each other, a latent
-// system that is stable at the sample period, angles that the observer can turn with.
 #pragma once
 
 #include <map>
 #include <string>
-
-#include "trainer/config/experiment.h"
+#include <utility>
 
 namespace nlo::trainer {
 
@@ -19,14 +16,18 @@ class Places {
   bool has(const std::string& path) const { return places_.contains(path); }
 
   /// Of the path, else of the section it belongs to, else the file.
-  std::string of(const std::string& path) const;
+  std::string of(const std::string& path) const {
+    for (std::string at = path; !at.empty();) {
+      if (const auto found = places_.find(at); found != places_.end()) return found->second;
+      const auto dot = at.rfind('.');
+      at = dot == std::string::npos ? "" : at.substr(0, dot);
+    }
+    return filename_;
+  }
 
  private:
   std::string filename_;
   std::map<std::string, std::string> places_;
 };
-
-/// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
-void check_experiment(const Experiment& experiment, const Places& places);
 
 }  // namespace nlo::trainer

@@ -14,10 +14,10 @@
 namespace nlo::trainer {
 
 template <class Scalar>
-class KklDynamics final : public OdeDynamics<Scalar> {
+class KklLanes final : public OdeDynamics<Scalar> {
  public:
   /// eigenvalues: n_z initial ones; those of clocks stay.
-  KklDynamics(LatentShape shape, std::vector<double> eigenvalues, int outputs)
+  KklLanes(LatentShape shape, std::vector<double> eigenvalues, int outputs)
       : OdeDynamics<Scalar>(shape.rows, outputs, shape.learned),
         shape_(std::move(shape)),
         eigenvalues_(std::move(eigenvalues)),

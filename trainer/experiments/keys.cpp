@@ -1,23 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/config/keys.h"
+#include "trainer/experiments/keys.h"
 
-#include "codegen/activations.h"
 #include "trainer/config/value.h"
+#include "codegen/activations.h"
 #include "trainer/optim/optimiser.h"
+#include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 namespace {
-
-template <class Section, class Field>
-Key<Section> key(std::string name, Field Section::*field, const Rule& rule, std::string meaning) {
-  std::string type = type_of(Field{});
-  if (const std::string words = rule.in_words(); !words.empty()) type += " " + words;
-  return {std::move(name), std::move(type), std::move(meaning),
-          [=](Section& section, const Toml& value, const std::string& where) {
-            read_value(value, where, rule, section.*field);
-          },
-          [=](const Section& section) { return show_value(section.*field); }};
-}
 
 /// Of a section that is a network and nothing else.
 template <class Section>
@@ -34,6 +24,25 @@ Key<PlantConfig> wraps_key(std::string name, std::vector<double> PlantConfig::*f
       std::move(name), "[number >= 0, \"2pi\" or \"360deg\", ...]", std::move(meaning),
       [=](PlantConfig& plant, const Toml& value, const std::string& where) { read_wraps(value, where, plant.*field); },
       [=](const PlantConfig& plant) { return show_value(plant.*field); }};
+}
+
+/// Of every structure; those that a structure alone has are its module's.
+std::vector<Key<ObserverConfig>> common_observer_keys() {
+  using O = ObserverConfig;
+  return {
+      key("structure", &O::structure, one_of(structure_names()), "equations of the observer"),
+      key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output"),
+      key("pairs", &O::pairs, any(), "complex ones [re, im] of D [1/s], re < 0 < im, repeated for each output"),
+      key("learn_eigenvalues", &O::learn_eigenvalues, any(), "else they stay as given"),
+      key("output_injection", &O::output_injection, names_of<Injection>(),
+          "F; unit_gain: F = -lambda, so that z settles at y"),
+      key("hold", &O::hold, names_of<Hold>(), "what y does between samples"),
+      key("start", &O::start, names_of<LatentStart>(), "z(0); steady: where z would settle at the first output"),
+      key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
+      key("features", &O::features, names_of<FeatureSet>(), "what T* reads: z; z and y; z - y and y (angles need it)"),
+      key("input_hold", &O::input_hold, one_of({"zero_order", "first_order"}),
+          "driven_kkl: the u given has acted since the last sample, or is ramped to"),
+  };
 }
 
 }  // namespace
@@ -62,9 +71,9 @@ const std::vector<Key<PlantConfig>>& keys() {
       key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
       wraps_key("state_wraps", &P::state_wraps, "full turns of angles in their units, one for each state; 0: no angle"),
       wraps_key("output_wraps", &P::output_wraps, "the same, one for each output"),
-      key("state_encodings", &P::state_encodings, one_of({"unwrap", "sincos"}),
+      key("state_encodings", &P::state_encodings, names_of<Encoding>(),
           "of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
-      key("output_encodings", &P::output_encodings, one_of({"unwrap", "sincos"}), "the same, one for each output"),
+      key("output_encodings", &P::output_encodings, names_of<Encoding>(), "the same, one for each output"),
       key("estimated", &P::estimated, identifiers(), "names of the states to estimate; all unless given"),
       key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; training leaves them at 0"),
       key("input_units", &P::input_units, any(), "one for each input, if they have any"),
@@ -82,7 +91,7 @@ const std::vector<Key<SimulationConfig>>& keys() {
       key("horizon_s", &S::horizon_s, positive(), "length of a trajectory [s]"),
       key("sample_period_s", &S::sample_period_s, positive(), "of the observer and of the simulation (RK4) [s]"),
       key("trajectories", &S::trajectories, between(1, 1e6), "how many are simulated to train on"),
-      key("initial_distribution", &S::initial_distribution, one_of({"uniform", "gaussian", "circle", "list"}),
+      key("initial_distribution", &S::initial_distribution, names_of<InitialDistribution>(),
           "over the box; gaussian: its centre, half widths = 1 sigma; circle: initial_axes; list: initial_states"),
       key("initial_low", &S::initial_low, any(), "lower corner of the training box, one number for each state"),
       key("initial_high", &S::initial_high, any(), "its upper corner; where both are equal, the state starts there"),
@@ -114,13 +123,12 @@ const std::vector<Key<ColumnConfig>>& keys() {
   static const std::vector<Key<C>> kKeys = {
       key("name", &C::name, identifiers(), "in reports and in the exported header"),
       key("column", &C::column, any(), "its heading in the file; the same as name unless given"),
-      key("role", &C::role, any(), "what the column is"),
+      key("role", &C::role, names_of<ColumnRole>(), "what the column is"),
       key("unit", &C::unit, any(), "in reports: \"rad/s\""),
       {"wrap", "number >= 0, \"2pi\" or \"360deg\"", "full turn of an angle in its unit; 0: not an angle",
        [](C& c, const Toml& value, const std::string& where) { read_wrap(value, where, c.wrap); },
        [](const C& c) { return show_value(c.wrap); }},
-      key("encoding", &C::encoding, one_of({"unwrap", "sincos"}),
-          "of an angle; sincos: two channels NAME_sin and NAME_cos"),
+      key("encoding", &C::encoding, names_of<Encoding>(), "of an angle; sincos: two channels NAME_sin and NAME_cos"),
       key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
       key("odd", &C::odd, any(), "mirror turns its sign; false (a temperature, a distance): no mirror image exists"),
   };
@@ -140,29 +148,12 @@ const std::vector<Key<VelocityFilterConfig>>& keys() {
 
 template <>
 const std::vector<Key<ObserverConfig>>& keys() {
-  using O = ObserverConfig;
-  static const std::vector<Key<O>> kKeys = {
-      key("structure", &O::structure, one_of({"kkl", "driven_kkl", "luenberger", "general"}),
-          "equations of the observer"),
-      key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output"),
-      key("pairs", &O::pairs, any(), "complex ones [re, im] of D [1/s], re < 0 < im, repeated for each output"),
-      key("learn_eigenvalues", &O::learn_eigenvalues, any(), "else they stay as given"),
-      key("output_injection", &O::output_injection, one_of({"ones", "unit_gain"}),
-          "F; unit_gain: F = -lambda, so that z settles at y"),
-      key("hold", &O::hold, one_of({"zero_order", "first_order", "rk4"}), "what y does between samples"),
-      key("start", &O::start, one_of({"zero", "steady"}), "z(0); steady: where z would settle at the first output"),
-      key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
-      key("features", &O::features, one_of({"latent", "latent_and_output", "latent_minus_output"}),
-          "what T* reads: z; z and y; z - y and y (angles need it)"),
-      key("input_hold", &O::input_hold, one_of({"zero_order", "first_order"}),
-          "driven_kkl: the u given has acted since the last sample, or is ramped to"),
-      key("state_matrix", &O::state_matrix, any(), "luenberger: A of the known linear part, row by row"),
-      key("output_matrix", &O::output_matrix, any(), "luenberger: C of y = C x, row by row"),
-      key("gain", &O::gain, any(), "luenberger: G, row by row; or have it designed by one of the next two"),
-      key("gain_poles", &O::gain_poles, negative(), "luenberger: real eigenvalues for A - G C, one for each state"),
-      key("gain_noise", &O::gain_noise, positive(),
-          "luenberger: intensities [process, measurement] for the stationary Kalman gain"),
-  };
+  static const std::vector<Key<ObserverConfig>> kKeys = [] {
+    std::vector<Key<ObserverConfig>> all = common_observer_keys();
+    for (const StructureModule* structure : structure_table())
+      for (Key<ObserverConfig>& own : structure->own_keys()) all.push_back(std::move(own));
+    return all;
+  }();
   return kKeys;
 }
 
@@ -216,7 +207,7 @@ template <>
 const std::vector<Key<TrainingConfig>>& keys() {
   using T = TrainingConfig;
   static const std::vector<Key<T>> kKeys = {
-      key("mode", &T::mode, one_of({"random_samples", "full_batch"}), "what one step sees of the trajectories"),
+      key("mode", &T::mode, names_of<TrainingMode>(), "what one step sees of the trajectories"),
       key("steps", &T::steps, between(1, 1e8), "optimiser steps (full_batch: epochs)"),
       key("trajectories_per_step", &T::trajectories_per_step, between(1, 1e6), "random_samples: segments in a step"),
       key("samples_per_step", &T::samples_per_step, between(1, 1e8), "random_samples: samples T* is evaluated at"),
@@ -234,9 +225,9 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("noise_level_max", &T::noise_level_max, at_least(0),
           "> 0: each trajectory's noise is scaled by a number in [0, max]"),
       key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it; checked"),
-      key("gradient", &T::gradient, one_of({"automatic", "backprop", "adjoint"}),
+      key("gradient", &T::gradient, names_of<LatentGradient>(),
           "of the latent system; automatic: the exact filter where it is linear, else backprop"),
-      key("transient", &T::transient, one_of({"keep", "drop", "backward"}),
+      key("transient", &T::transient, names_of<Transient>(),
           "drop: samples at t < t_c do not count; backward: t_c of the plant's past comes before each"),
       key("transient_factor", &T::transient_factor, positive(),
           "k of t_c = k / min |Re lambda|, by the initial eigenvalues without the clocks"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/plants/training_sets.h"
+#include "trainer/experiments/training_sets.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +11,7 @@
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
+#include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 
@@ -61,7 +62,7 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
   const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
   TrainingSets sets{set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation)};
   if (experiment.loss.pde_residual > 0.0) add_equations(sets.training, *plant, experiment);
-  if (experiment.observer.structure == "driven_kkl") {
+  if (structure_of(experiment.observer).flies_inputs()) {
     const InitialBox box = initial_box(config);
     sets.training.inputs = plant->inputs();
     sets.training.input_field = affine_input_field(*plant, box.low, box.high);

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// What an experiment chooses from closed sets: each an enumeration with its names. Open sets (plants, structures,
+// optimisers, schedules, activations) are names, which the tables of their folders know.
+#pragma once
+
+#include "codegen/hold.h"
+#include "trainer/base/names.h"
+
+namespace nlo::trainer {
+
+/// How initial states are drawn: over the box; box centre and half widths = 1 sigma; c + a cos phi + b sin phi with phi
+/// uniform; the states of a list in shuffled rounds.
+enum class InitialDistribution { kUniform, kGaussian, kCircle, kList };
+template <>
+inline constexpr NameTable<InitialDistribution, 4> kNames<InitialDistribution>{
+    {{InitialDistribution::kUniform, "uniform"},
+     {InitialDistribution::kGaussian, "gaussian"},
+     {InitialDistribution::kCircle, "circle"},
+     {InitialDistribution::kList, "list"}}};
+
+/// Of an angle: one channel without jumps, or two channels NAME_sin and NAME_cos.
+enum class Encoding { kUnwrap, kSincos };
+template <>
+inline constexpr NameTable<Encoding, 2> kNames<Encoding>{
+    {{Encoding::kUnwrap, "unwrap"}, {Encoding::kSincos, "sincos"}}};
+
+enum class ColumnRole { kTime, kOutput, kState, kInput, kIgnored };
+template <>
+inline constexpr NameTable<ColumnRole, 5> kNames<ColumnRole>{{{ColumnRole::kTime, "time"},
+                                                              {ColumnRole::kOutput, "output"},
+                                                              {ColumnRole::kState, "state"},
+                                                              {ColumnRole::kInput, "input"},
+                                                              {ColumnRole::kIgnored, "ignored"}}};
+
+template <>
+inline constexpr auto kNames<Hold> = codegen::kHoldNames;
+
+/// F of D z + F y: ones, or F = -lambda, so that z settles at y.
+enum class Injection { kOnes, kUnitGain };
+template <>
+inline constexpr NameTable<Injection, 2> kNames<Injection>{
+    {{Injection::kOnes, "ones"}, {Injection::kUnitGain, "unit_gain"}}};
+
+/// z(0): zero, or the steady state of the first output.
+enum class LatentStart { kZero, kSteady };
+template <>
+inline constexpr NameTable<LatentStart, 2> kNames<LatentStart>{
+    {{LatentStart::kZero, "zero"}, {LatentStart::kSteady, "steady"}}};
+
+/// What T* reads: z; z and y; z - y and y.
+enum class FeatureSet { kLatent, kLatentAndOutput, kLatentMinusOutput };
+template <>
+inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLatent, "latent"},
+                                                              {FeatureSet::kLatentAndOutput, "latent_and_output"},
+                                                              {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
+
+/// What one step sees: samples drawn at random, or every sample of every trajectory.
+enum class TrainingMode { kRandomSamples, kFullBatch };
+template <>
+inline constexpr NameTable<TrainingMode, 2> kNames<TrainingMode>{
+    {{TrainingMode::kRandomSamples, "random_samples"}, {TrainingMode::kFullBatch, "full_batch"}}};
+
+/// Gradient of the latent system: the exact filter where it is linear, else backprop; or one of backprop and the
+/// adjoint (Proposition 1) through RK4 for every structure.
+enum class LatentGradient { kAutomatic, kBackprop, kAdjoint };
+template <>
+inline constexpr NameTable<LatentGradient, 3> kNames<LatentGradient>{{{LatentGradient::kAutomatic, "automatic"},
+                                                                      {LatentGradient::kBackprop, "backprop"},
+                                                                      {LatentGradient::kAdjoint, "adjoint"}}};
+
+/// The start of the filter is learned from, or kept out by one of two ways (data/transient.h).
+enum class Transient { kKeep, kDrop, kBackward };
+template <>
+inline constexpr NameTable<Transient, 3> kNames<Transient>{
+    {{Transient::kKeep, "keep"}, {Transient::kDrop, "drop"}, {Transient::kBackward, "backward"}}};
+
+}  // namespace nlo::trainer

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "codegen/error.h"
+
+namespace nlo::trainer {
+
+/// What is wrong with an experiment, with the key it is about: whoever read the file puts FILE:LINE before it.
+///   key   path: "plant.derivative", "log.columns[2]"; a section ("observer") where no key of it is to blame alone
+///   what  and what to do; names the key itself, as people read it: "[plant] derivative[1] ..."
+class KeyError : public codegen::Error {
+ public:
+  KeyError(std::string key, const std::string& what) : codegen::Error(what), key_(std::move(key)) {}
+
+  const std::string& key() const { return key_; }
+
+ private:
+  std::string key_;
+};
+
+}  // namespace nlo::trainer

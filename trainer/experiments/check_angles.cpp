@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "trainer/config/key_error.h"
+#include "trainer/experiments/checks.h"
+#include "trainer/plants/plant_channels.h"
+#include "trainer/plants/registry.h"
+#include "trainer/structures/table.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// An output or an estimated state that is an angle.
+struct Angle {
+  std::string name;
+  bool sincos;
+};
+
+Angle angle_of_column(const ColumnConfig& column) {
+  return {column.name, column.encoding == Encoding::kSincos};
+}
+
+/// The angles of one side of a plant; `only`: names of those that count, empty: all.
+std::vector<Angle> plant_angles(const std::vector<Channel>& channels, const std::vector<Encoding>& encodings,
+                                const std::vector<std::string>& only = {}) {
+  std::vector<Angle> angles;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const bool counts = only.empty() || std::find(only.begin(), only.end(), channels[i].name) != only.end();
+    if (counts && channels[i].wrap > 0.0)
+      angles.push_back({channels[i].name, !encodings.empty() && encodings[i] == Encoding::kSincos});
+  }
+  return angles;
+}
+
+/// When y turns by 2 pi, so does z, if its DC gain is one; then z - y never sees the turn.
+void check_outputs(const ObserverConfig& o, const std::vector<Angle>& outputs, const std::string& mend) {
+  for (const auto& [name, sincos] : outputs) {
+    if (sincos) continue;
+    if (!structure_of(o).follows_unwrapped_angles())
+      throw KeyError("observer.structure", fmt::format("[observer] structure = \"{}\" cannot follow the output {}, "
+                                                       "an unwrapped angle; set {}",
+                                                       o.structure, name, mend));
+    const auto require = [&, output = name](const char* key, auto is, auto needed) {
+      if (is == needed) return;
+      throw KeyError(fmt::format("observer.{}", key),
+                     fmt::format("[observer] {} is \"{}\", but the output {} is an unwrapped angle; set {} = \"{}\", "
+                                 "or {}",
+                                 key, to_name(is), output, key, to_name(needed), mend));
+    };
+    require("features", o.features, FeatureSet::kLatentMinusOutput);
+    require("output_injection", o.output_injection, Injection::kUnitGain);
+    require("start", o.start, LatentStart::kSteady);
+  }
+}
+
+/// T* of an unwrapped angle reads z - y, which does not know the angle itself; T(x) reads states, which must come back
+/// when the plant does.
+void check_plant_states(const Experiment& e, const PlantChannels& channels, const std::vector<Angle>& outputs,
+                        const std::vector<Angle>& states) {
+  const auto unwrapped = [](const Angle& angle) { return !angle.sincos; };
+  const auto output = std::find_if(outputs.begin(), outputs.end(), unwrapped);
+  const auto state = std::find_if(states.begin(), states.end(), unwrapped);
+  if (output != outputs.end() && state != states.end())
+    throw KeyError("plant.state_wraps",
+                   fmt::format("[plant] the state {0} is an unwrapped angle, and so is the output {1}: T* reads z - "
+                               "{1}, which is the same wherever it points, and cannot give {0} itself; leave {0} "
+                               "out of `estimated`, or set state_encodings to \"sincos\" for it",
+                               state->name, output->name));
+  if (!uses_forward_map(e)) return;
+  if (!channels.all_states())
+    throw KeyError("plant.estimated",
+                   "[plant] estimated leaves out states, and T(x) is a function of all of them; remove it, or the "
+                   "losses of T and structure = \"driven_kkl\"");
+  if (output != outputs.end() || state != states.end())
+    throw KeyError(
+        output != outputs.end() ? "plant.output_wraps" : "plant.state_wraps",
+        fmt::format("[plant] {} is an unwrapped angle, and T(x) must come back when the plant does; set its encoding "
+                    "to \"sincos\", or remove the losses of T",
+                    output != outputs.end() ? output->name : state->name));
+  if (structure_of(e.observer).flies_inputs() && !channels.plain())
+    throw KeyError("plant",
+                   "[plant] a driven observer carries the input field of the plant's own states: sine, cosine and "
+                   "another order in `estimated` are not for it; remove them, or take structure = \"kkl\"");
+}
+
+void check_mirrored_angles(const Experiment& e, const std::vector<Angle>& outputs, const std::vector<Angle>& states) {
+  if (!e.training.mirror) return;
+  for (const auto* angles : {&outputs, &states})
+    for (const auto& [name, sincos] : *angles)
+      if (sincos)
+        throw KeyError("training.mirror",
+                       fmt::format("[training] mirror turns every sign, and cos({}) has none to turn; set mirror = "
+                                   "false, or the angle's encoding = \"unwrap\"",
+                                   name));
+}
+
+}  // namespace
+
+void check_angles(const Experiment& e) {
+  std::vector<Angle> outputs, states;
+  if (e.log) {
+    for (const ColumnConfig& column : e.log->columns) {
+      if (column.wrap == 0.0) continue;
+      if (column.role == ColumnRole::kOutput) outputs.push_back(angle_of_column(column));
+      if (column.role == ColumnRole::kState) states.push_back(angle_of_column(column));
+    }
+    check_outputs(e.observer, outputs, "its encoding = \"sincos\"");
+  } else {
+    const auto plant = make_plant(*e.plant);
+    outputs = plant_angles(plant->outputs(), e.plant->output_encodings);
+    states = plant_angles(plant->states(), e.plant->state_encodings, e.plant->estimated);
+    check_outputs(e.observer, outputs, "its [plant] output_encodings to \"sincos\"");
+    check_plant_states(e, PlantChannels(*e.plant, *plant), outputs, states);
+  }
+  check_mirrored_angles(e, outputs, states);
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "trainer/base/number_text.h"
+#include "trainer/config/key_error.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/data/transient.h"
+#include "trainer/experiments/checks.h"
+#include "trainer/plants/odd_symmetry.h"
+#include "trainer/plants/registry.h"
+#include "trainer/structures/linear_latent_start.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// How many quantities are measured: an angle as sine and cosine is one.
+std::size_t sensors(const Experiment& e) {
+  return e.plant ? make_plant(*e.plant)->outputs().size() : resolve_columns(*e.log).outputs.size();
+}
+
+void check_mirror(const Experiment& e) {
+  const auto refuse = [&](const std::string& why) {
+    throw KeyError("training.mirror", "[training] mirror = true: " + why);
+  };
+  if (e.plant)
+    if (const auto found = odd_counterexample(*make_plant(*e.plant), e.simulation))
+      refuse(fmt::format("{}; set mirror = false", *found));
+  if (!e.log) return;
+  for (const ColumnConfig& column : e.log->columns) {
+    if (column.role != ColumnRole::kOutput && column.role != ColumnRole::kState) continue;
+    if (!column.odd)
+      refuse(
+          fmt::format("the column {} is declared odd = false, so the mirror image of a log is no run of this "
+                      "rig; set mirror = false",
+                      column.name));
+  }
+}
+
+}  // namespace
+
+void check_training(const Experiment& e) {
+  const TrainingConfig& t = e.training;
+  if (t.gradient != LatentGradient::kAutomatic)
+    check_zero_start(e.observer, "a roll-out by gradient = \"backprop\" or \"adjoint\"");
+  if (t.early_share > 0.0 && t.early_s == 0.0)
+    throw KeyError("training.early_share",
+                   "[training] early_share needs early_s, the time it speaks of; set both or none");
+  if (t.noise_level_max > 0.0 && t.noise.none())
+    throw KeyError(
+        "training.noise_level_max",
+        "[training] noise_level_max scales the noise, and there is none; set noise = \"gaussian:1\" or remove it");
+  try {
+    check_noise(t.noise, sensors(e));
+  } catch (const codegen::Error& error) {
+    throw KeyError("training.noise", fmt::format("[training] {}", error.what()));
+  }
+  if (t.mirror) check_mirror(e);
+}
+
+void check_transient(const Experiment& e) {
+  const TrainingConfig& t = e.training;
+  if (t.transient == Transient::kKeep) return;
+  const std::string_view how = to_name(t.transient);
+  if (t.transient == Transient::kBackward && e.log)
+    throw KeyError(
+        "training.transient",
+        "[training] transient = \"backward\" simulates the plant's past, and logs have no plant; use \"drop\"");
+  if (t.segment_s > 0.0)
+    throw KeyError("training.segment_s",
+                   fmt::format("[training] segment_s starts the filter anew inside of a trajectory, past "
+                               "what transient = \"{}\" keeps out; set segment_s = 0, or transient = "
+                               "\"keep\"",
+                               how));
+  if (t.early_share > 0.0)
+    throw KeyError("training.early_share",
+                   fmt::format("[training] early_share asks for more of the transient that transient = "
+                               "\"{}\" keeps out; remove one of them",
+                               how));
+  const double t_c = transient_time_s(e.observer, t.transient_factor);
+  if (!std::isfinite(t_c))
+    throw KeyError("training.transient",
+                   fmt::format("[training] transient = \"{}\" is of a filter by its eigenvalues, and this "
+                               "observer has none; set transient = \"keep\"",
+                               how));
+  if (!e.plant) return;
+  const SimulationConfig& s = e.simulation;
+  const std::string length = fmt::format("the transient lasts {:.4g} s (transient_factor / min |Re lambda|)", t_c);
+  if (t.transient == Transient::kDrop && t_c >= s.horizon_s)
+    throw KeyError("training.transient",
+                   fmt::format("[training] transient = \"drop\" leaves nothing of the horizon of {} s: "
+                               "{}; take faster eigenvalues or a longer horizon",
+                               shortest_text(s.horizon_s), length));
+  const double samples = (t_c + s.horizon_s) / s.sample_period_s;
+  if (t.transient == Transient::kBackward &&
+      (samples > kMostSamples ||
+       samples * s.trajectories * static_cast<double>(make_plant(*e.plant)->nx()) > kMostNumbers))
+    throw KeyError("training.transient",
+                   fmt::format("[training] transient = \"backward\" makes trajectories of {:.3g} samples, "
+                               "which do not fit into memory: {}; take faster eigenvalues",
+                               samples, length));
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// The checks of an experiment, one file for each subject. All throw KeyError; each may rely on those before it.
+#pragma once
+
+#include <cstddef>
+
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+inline constexpr double kMostSamples = 1e7;  ///< of a trajectory
+inline constexpr double kMostNumbers = 1e9;  ///< of a training set: 8 GB of doubles
+
+/// [plant] and [simulation]: a plant that exists, a horizon that fits into memory, initial states of its size.
+void check_plant_and_simulation(const Experiment& experiment);
+
+/// The keys initial_... of [simulation], for a plant of `nx` states.
+void check_initial_states(const SimulationConfig& simulation, std::size_t nx);
+
+/// Angles among the outputs and among what is estimated, of a plant or of logs.
+void check_angles(const Experiment& experiment);
+
+/// [loss]
+void check_losses(const Experiment& experiment);
+
+/// [training]: what contradicts the plant, the logs, the observer or each other.
+void check_training(const Experiment& experiment);
+
+/// [training] transient: it is about the start of whole trajectories, so what draws samples elsewhere contradicts it.
+void check_transient(const Experiment& experiment);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// An experiment as text: what is recorded in a model, and what people are told about its keys.
+#include <fmt/format.h>
+
+#include "trainer/experiments/keys.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/structures/table.h"
+
+namespace nlo::trainer {
+namespace {
+
+template <class Section>
+std::string format_keys(const Section& section, std::string_view heading) {
+  std::string text = heading.empty() ? "" : fmt::format("\n{}\n", heading);
+  for (const auto& key : keys<Section>()) {
+    const std::string value = key.show(section);
+    if ((key.only_when_given || is_empty_value(value)) && value == key.show(Section{}))
+      continue;  // as good as not there, and no valid value for some
+    text += fmt::format("{} = {}\n", key.name, value);
+  }
+  return text;
+}
+
+template <class Section>
+std::string describe_keys() {
+  std::string text = fmt::format("{}\n", section_title<Section>());
+  for (const auto& key : keys<Section>()) {
+    const std::string value = key.show(Section{});
+    text += fmt::format("  {:<25}{}\n{:27}{}{}\n", key.name, key.meaning, "", key.type,
+                        is_empty_value(value) ? "" : fmt::format("; default {}", value));
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string format_experiment(const Experiment& experiment) {
+  Experiment head = experiment;
+  head.threads = 0;
+  std::string text = format_keys(head, "");
+  const auto threads = text.find("threads = 0\n");
+  text.erase(threads, std::string_view("threads = 0\n").size());
+  if (experiment.plant) {
+    text += format_keys(*experiment.plant, "[plant]");
+    text += format_keys(experiment.simulation, "[simulation]");
+  }
+  if (experiment.log) {
+    text += format_keys(*experiment.log, "[log]");
+    text += format_keys(experiment.log->velocity_filter, "[log.velocity_filter]");
+    for (const ColumnConfig& column : experiment.log->columns) text += format_keys(column, "[[log.columns]]");
+  }
+  const StructureModule& structure = structure_of(experiment.observer);
+  text += format_keys(experiment.observer, "[observer]");
+  if (structure.has_dynamics_network()) text += format_keys(experiment.dynamics, "[dynamics]");
+  if (structure.has_inverse_map()) text += format_keys(experiment.inverse_map, "[inverse_map]");
+  if (uses_forward_map(experiment)) text += format_keys(experiment.forward_map, "[forward_map]");
+  text += format_keys(experiment.loss, "[loss]");
+  text += format_keys(experiment.training, "[training]");
+  if (const EvaluationConfig& evaluation = experiment.evaluation;
+      !evaluation.windows.empty() || evaluation.settling_window_s > 0.0)
+    text += format_keys(evaluation, "[evaluation]");
+  return text;
+}
+
+std::string describe_experiment_keys() {
+  std::string text;
+  for_each_section([&]<class Section>(const Section&) { text += describe_keys<Section>(); });
+  return text;
+}
+
+}  // namespace nlo::trainer

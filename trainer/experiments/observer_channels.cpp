@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/experiments/observer_channels.h"
+
+#include "trainer/data/log_schema.h"
+#include "trainer/plants/plant_channels.h"
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+
+ChannelCounts observer_channels(const Experiment& experiment) {
+  if (experiment.plant) {
+    const auto plant = make_plant(*experiment.plant);
+    const PlantChannels channels(*experiment.plant, *plant);
+    return {static_cast<int>(channels.states().size()), static_cast<int>(channels.outputs().size()),
+            static_cast<int>(plant->nu())};
+  }
+  const LogSchema schema = resolve_columns(*experiment.log);
+  return {static_cast<int>(schema.state_channels.size()), static_cast<int>(schema.output_channels.size()), 0};
+}
+
+}  // namespace nlo::trainer

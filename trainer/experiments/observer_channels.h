@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "trainer/config/experiment.h"
+#include "trainer/structures/module.h"
+
+namespace nlo::trainer {
+
+/// The channels of an experiment's observer, whose plant or columns are valid.
+ChannelCounts observer_channels(const Experiment& experiment);
+
+}  // namespace nlo::trainer

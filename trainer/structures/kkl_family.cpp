@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/structures/kkl_family.h"
+
+#include "trainer/structures/kkl_lanes.h"
+#include "trainer/structures/linear_latent_start.h"
+#include "trainer/structures/model_networks.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// D and F as training left them. Sets where the clocks start in the model.
+codegen::LinearLatent linear_latent_of(const ObserverStructure& structure, const float* parameters,
+                                       codegen::Model& model) {
+  const LatentShape& latent = structure.latent;
+  const std::vector<double> eigenvalues = structure.eigenvalues_at(parameters);
+  codegen::LinearLatent result;
+  result.eigenvalues = Eigen::Map<const Eigen::VectorXd>(eigenvalues.data(), latent.rows);
+  result.output_injection = Eigen::MatrixXd::Zero(latent.rows, model.ny());
+  result.starts_steady = latent.starts_steady;
+  for (const Mode& mode : latent.modes) {
+    if (mode.pair) ++result.pairs;
+    if (mode.output < 0) {
+      model.initial_latent(mode.row) = 1.0;
+      continue;
+    }
+    const std::complex<double> f = injection_of(latent.injection, mode, eigenvalue_of(mode, eigenvalues));
+    result.output_injection(mode.row, mode.output) = f.real();
+    if (mode.pair) result.output_injection(mode.row + 1, mode.output) = f.imag();
+  }
+  return result;
+}
+
+}  // namespace
+
+void KklFamily::check(const Experiment& experiment, const ChannelCounts&) const {
+  check_linear_latent(experiment);
+}
+
+void KklFamily::make(const Experiment& experiment, ObserverStructure& structure) const {
+  add_modes(structure, experiment.observer);
+  add_features(structure, experiment.observer);
+}
+
+std::vector<float> KklFamily::initial_dynamics(const ObserverStructure& structure, const Experiment&) const {
+  return parameters_from_eigenvalues(structure.latent, structure.eigenvalues.data());
+}
+
+std::unique_ptr<OdeDynamics<float>> KklFamily::lanes(const ObserverStructure& structure) const {
+  return std::make_unique<KklLanes<float>>(structure.latent, structure.eigenvalues, structure.outputs);
+}
+
+std::unique_ptr<OdeDynamics<double>> KklFamily::lanes_in_double(const ObserverStructure& structure) const {
+  return std::make_unique<KklLanes<double>>(structure.latent, structure.eigenvalues, structure.outputs);
+}
+
+codegen::Kkl KklFamily::kkl_of(const ObserverStructure& structure, const float* parameters,
+                               const ObserverConfig& observer, codegen::Model& model) {
+  codegen::Kkl kkl{.latent = linear_latent_of(structure, parameters, model),
+                   .inverse_map = inverse_map_of(structure, parameters, model.ny())};
+  // Every feature of an output is z - y then, and S is one: a rig that rests elsewhere is in the domain all the same.
+  if (observer.features == FeatureSet::kLatentMinusOutput && structure.latent.injection == Injection::kUnitGain)
+    for (int j = 0; j < model.ny(); ++j)
+      if (model.outputs[static_cast<std::size_t>(j)].wrap <= 0.0) kkl.latent.relative_outputs.push_back(j);
+  return kkl;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// What the KKL observers share: z' = D z + F y, whose eigenvalues are the parameters of the latent system, and T*.
+#pragma once
+
+#include "trainer/structures/module.h"
+
+namespace nlo::trainer {
+
+class KklFamily : public StructureModule {
+ public:
+  void check(const Experiment& experiment, const ChannelCounts& channels) const override;
+
+  bool has_eigenvalues() const override { return true; }
+  bool follows_unwrapped_angles() const override { return true; }
+  bool filters() const override { return true; }
+
+  void make(const Experiment& experiment, ObserverStructure& structure) const override;
+  std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override;
+  std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure& structure) const override;
+  std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure& structure) const override;
+
+ protected:
+  /// D, F and T* as training left them. Sets where the clocks start in the model, which has its channels.
+  static codegen::Kkl kkl_of(const ObserverStructure& structure, const float* parameters,
+                             const ObserverConfig& observer, codegen::Model& model);
+};
+
+}  // namespace nlo::trainer

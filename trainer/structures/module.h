@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// An observer structure as the trainer asks for it: one class in one file for each, reached through structures/table.h.
+// Nobody else asks which structure an observer has; what differs between them is a question here.
+//
+// To add a structure: a file in this folder with its class and its instance, a line in table.cpp.
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "codegen/model.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/structures/observer_structure.h"
+
+namespace nlo::trainer {
+
+template <class Section>
+struct Key;
+
+/// How many channels an observer has, an angle as sine and cosine counted as two.
+struct ChannelCounts {
+  int states = 0, outputs = 0;
+  int inputs = 0;  ///< of the plant; logs have none that an observer could take
+};
+
+class StructureModule {
+ public:
+  StructureModule() = default;
+  virtual ~StructureModule() = default;
+  StructureModule(const StructureModule&) = delete;
+  StructureModule& operator=(const StructureModule&) = delete;
+
+  virtual std::string_view name() const = 0;  ///< in [observer] structure
+
+  /// Keys of [observer] that this structure alone has: own_key() of a struct in ObserverConfig::own.
+  virtual std::vector<Key<ObserverConfig>> own_keys() const;
+
+  /// Throws KeyError for what the keys of an experiment cannot mean with this structure.
+  virtual void check(const Experiment& experiment, const ChannelCounts& channels) const = 0;
+
+  // What it is made of.
+  virtual bool has_eigenvalues() const { return false; }  ///< of a D: parameters, penalties and constants speak of them
+  virtual bool has_dynamics_network() const { return false; }
+  virtual bool has_inverse_map() const { return true; }  ///< else z is the estimate
+  virtual bool flies_forward_map() const { return false; }
+  virtual bool flies_inputs() const { return false; }
+  virtual bool follows_unwrapped_angles() const { return false; }  ///< z - y never sees a turn of y
+
+  /// The structure of an experiment, for the channels of a dataset: all but what every structure has (structure.cpp).
+  virtual void make(const Experiment& experiment, ObserverStructure& structure) const = 0;
+
+  /// Sets the means and scales of what a network within the latent system reads.
+  virtual void normalise_dynamics(ObserverStructure&, const TrainingData&, ThreadPool&) const {}
+
+  /// Initial parameters of the latent system.
+  virtual std::vector<float> initial_dynamics(const ObserverStructure& structure,
+                                              const Experiment& experiment) const = 0;
+
+  /// The right-hand side of its latent system, for the general route; in double for tests of gradients.
+  virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure& structure) const = 0;
+  virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure& structure) const = 0;
+
+  /// Whether the latent system is linear, so that training may roll it out by the exact filter.
+  virtual bool filters() const { return false; }
+
+  /// Fills what is the structure's own of a model that has names, channels and sizes.
+  virtual void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
+                        const Dataset& dataset, codegen::Model& model) const = 0;
+};
+
+}  // namespace nlo::trainer

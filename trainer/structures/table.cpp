@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/structures/table.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+
+#include "codegen/error.h"
+#include "trainer/config/keys.h"
+
+namespace nlo::trainer {
+
+// Each is defined in the file of its name.
+const StructureModule& kkl_structure();
+const StructureModule& driven_kkl_structure();
+const StructureModule& luenberger_structure();
+const StructureModule& general_structure();
+
+std::vector<Key<ObserverConfig>> StructureModule::own_keys() const {
+  return {};
+}
+
+std::span<const StructureModule* const> structure_table() {
+  static const std::array kTable{&kkl_structure(), &driven_kkl_structure(), &luenberger_structure(),
+                                 &general_structure()};
+  return kTable;
+}
+
+std::vector<std::string> structure_names() {
+  std::vector<std::string> names;
+  for (const StructureModule* structure : structure_table()) names.emplace_back(structure->name());
+  return names;
+}
+
+const StructureModule& structure_of(const ObserverConfig& observer) {
+  for (const StructureModule* structure : structure_table())
+    if (structure->name() == observer.structure) return *structure;
+  throw codegen::Error(
+      fmt::format("unknown structure \"{}\"; there are: {}", observer.structure, fmt::join(structure_names(), ", ")));
+}
+
+bool uses_forward_map(const Experiment& experiment) {
+  return structure_of(experiment.observer).flies_forward_map() || experiment.loss.needs_forward_map();
+}
+
+}  // namespace nlo::trainer
