@@ -11,9 +11,9 @@ namespace nlo::trainer {
 /// Keys of [observer] for a Luenberger observer (15): A and C, row by row, and the gain G: given, or designed for A - G C
 /// by its eigenvalues, or by the noise it must live with.
 struct LuenbergerConfig {
-  std::vector<std::vector<double>> state_matrix, output_matrix, gain;
-  std::vector<double> gain_poles;  ///< real eigenvalues that A - G C shall have, n_x
-  std::vector<double> gain_noise;  ///< intensities of process and measurement noise: the stationary Kalman gain
+  std::vector<std::vector<double>> state_matrix = {}, output_matrix = {}, gain = {};
+  std::vector<double> gain_poles = {};  ///< real eigenvalues that A - G C shall have, n_x
+  std::vector<double> gain_noise = {};  ///< intensities of process and measurement noise: the stationary Kalman gain
 };
 
 /// The known part of (15): A n_x x n_x, C n_y x n_x, and the gain G n_x x n_y that makes A - G C Hurwitz.
