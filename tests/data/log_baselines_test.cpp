@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
 
-constexpr double kRounding = 1e-8;  // normal equations of degree 3 over 5 to 20 samples
+constexpr double kFitRounding = 1e-8;  // normal equations of degree 3 over 5 to 20 samples
 
 VectorXd jittering_time(Index samples) {
   VectorXd time(samples);
@@ -55,8 +55,8 @@ TEST(EndPointPolynomial, IsExactOnPolynomialsOfItsDegree) {
   const VectorXd y = 5.0 - 3.0 * t.array() + 20.0 * t.array().square() - 50.0 * t.array().cube();
   const VectorXd slope = -3.0 + 40.0 * t.array() - 150.0 * t.array().square();
   for (const int samples : {4, 5, 20}) {
-    EXPECT_LT((end_point_estimate({samples, 3}, 1, t, y) - slope).tail(56).cwiseAbs().maxCoeff(), 1e3 * kRounding);
-    EXPECT_LT((end_point_estimate({samples, 3}, 0, t, y) - y).cwiseAbs().maxCoeff(), kRounding);
+    EXPECT_LT((end_point_estimate({samples, 3}, 1, t, y) - slope).tail(56).cwiseAbs().maxCoeff(), 1e3 * kFitRounding);
+    EXPECT_LT((end_point_estimate({samples, 3}, 0, t, y) - y).cwiseAbs().maxCoeff(), kFitRounding);
   }
   EXPECT_GT((end_point_estimate({20, 1}, 1, t, y) - slope).tail(40).cwiseAbs().maxCoeff(), 0.1);  // control
 }
@@ -65,7 +65,7 @@ TEST(EndPointPolynomial, OfTwoSamplesIsTheBackwardDifference) {
   const VectorXd t = jittering_time(50), y = (10.0 * t).array().sin();
   const VectorXd slope = end_point_estimate({2, 1}, 1, t, y);
   EXPECT_EQ(slope[0], 0.0);
-  for (Index k = 1; k < 50; ++k) EXPECT_NEAR(slope[k], (y[k] - y[k - 1]) / (t[k] - t[k - 1]), kRounding);
+  for (Index k = 1; k < 50; ++k) EXPECT_NEAR(slope[k], (y[k] - y[k - 1]) / (t[k] - t[k - 1]), kFitRounding);
 }
 
 TEST(EndPointPolynomial, DoesNotLookAhead) {
@@ -81,7 +81,7 @@ TEST(LogBaseline, ConstantIsTheTrainingMeanWhereTruthCounts) {
   Dataset data = swinging(0.0, 1);
   data.trajectories[0].states(1, 0) = 1e9;  // masked
   const Eigen::MatrixXd estimate = LogBaseline::fit("constant", data, kSources).estimate(data.trajectories[0]);
-  EXPECT_NEAR(estimate(1, 0), 7.0, kRounding);
+  EXPECT_NEAR(estimate(1, 0), 7.0, kFitRounding);
   EXPECT_EQ(estimate(1, 0), estimate(1, 799));
 }
 
@@ -90,7 +90,7 @@ TEST(LogBaseline, ConstantOfAnAngleIsItsMeanDirection) {
   data.states[1].wrap = 360.0;
   for (Index k = 0; k < 800; ++k) data.trajectories[0].states(1, k) = k % 2 == 0 ? 179.0 : -179.0;
   const double mean = LogBaseline::fit("constant", data, kSources).estimate(data.trajectories[0])(1, 0);
-  EXPECT_NEAR(std::abs(mean), 180.0, kRounding);
+  EXPECT_NEAR(std::abs(mean), 180.0, kFitRounding);
 }
 
 TEST(LogBaseline, AppliesToHiddenStatesOnlyAsAConstant) {
@@ -126,7 +126,7 @@ TEST(LogBaseline, SeesThroughWrapsAndSinesAndCosines) {
 
   Dataset wrapped = data;
   for (double& y : wrapped.trajectories[0].outputs.reshaped()) y = std::remainder(y, kTurn);
-  EXPECT_NEAR(rmse_of(LogBaseline::fit("difference", wrapped, kSources), wrapped), reference, kRounding);
+  EXPECT_NEAR(rmse_of(LogBaseline::fit("difference", wrapped, kSources), wrapped), reference, kFitRounding);
 
   Dataset encoded = data;
   encoded.outputs = {{"y_sin", "", 0.0}, {"y_cos", "", 0.0}};
@@ -134,7 +134,7 @@ TEST(LogBaseline, SeesThroughWrapsAndSinesAndCosines) {
   encoded.trajectories[0].outputs.resize(2, angle.size());
   encoded.trajectories[0].outputs << angle.array().sin(), angle.array().cos();
   const std::vector<StateSource> sources = {{StateKind::kDerivativeOfMeasured, 0, 1, kTurn}, {}};
-  EXPECT_NEAR(rmse_of(LogBaseline::fit("difference", encoded, sources), encoded), reference, kRounding);
+  EXPECT_NEAR(rmse_of(LogBaseline::fit("difference", encoded, sources), encoded), reference, kFitRounding);
 }
 
 TEST(LogBaseline, RefusesUnknownNames) {

@@ -15,7 +15,7 @@ namespace {
 using Eigen::MatrixXd;
 using ::testing::HasSubstr;
 
-constexpr double kRounding = 1e-12;
+constexpr double kMetricRounding = 1e-12;
 constexpr double kEnd = std::numeric_limits<double>::infinity();
 const EvaluationWindows kWindows = {{"all", 0.0, kEnd}, {"after_2_s", 2.0, kEnd}, {"early", 0.5, 5.0}};
 
@@ -40,9 +40,9 @@ TEST(LogMetrics, SeparatesItsWindows) {
   estimate.block(0, 50, 1, 51).setConstant(1.0);  // from 5 s on
   const StateError error = log_metrics(data, {estimate}, {}, kWindows).pooled[0];
   EXPECT_EQ(error.unit, "rad/s");
-  EXPECT_NEAR(error.rmse[0], std::sqrt((5 * 36.0 + 15 * 4.0 + 51 * 1.0) / 101.0), kRounding);
-  EXPECT_NEAR(error.rmse[1], std::sqrt(51.0 / 81.0), kRounding);
-  EXPECT_NEAR(error.rmse[2], std::sqrt(15 * 4.0 / 45.0), kRounding);
+  EXPECT_NEAR(error.rmse[0], std::sqrt((5 * 36.0 + 15 * 4.0 + 51 * 1.0) / 101.0), kMetricRounding);
+  EXPECT_NEAR(error.rmse[1], std::sqrt(51.0 / 81.0), kMetricRounding);
+  EXPECT_NEAR(error.rmse[2], std::sqrt(15 * 4.0 / 45.0), kMetricRounding);
 }
 
 TEST(LogMetrics, DoesNotCountMaskedSamples) {
@@ -52,15 +52,15 @@ TEST(LogMetrics, DoesNotCountMaskedSamples) {
   EXPECT_GT(log_metrics(data, {estimate}).pooled[0].rmse[0], 1e4);  // control
   data.trajectories[0].weight[40] = 0.0;
   data.trajectories[0].states(0, 40) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NEAR(log_metrics(data, {estimate}).pooled[0].rmse[0], 3.0, kRounding);
+  EXPECT_NEAR(log_metrics(data, {estimate}).pooled[0].rmse[0], 3.0, kMetricRounding);
 }
 
 TEST(LogMetrics, ComparesAnglesTheShortWayRound) {
   const Dataset data = at_rest({{"phi", "deg", 360.0}, {"x", "m", 0.0}});
   const StateError phi = log_metrics(data, {MatrixXd::Constant(2, 101, 359.0)}).pooled[0];
   const StateError x = log_metrics(data, {MatrixXd::Constant(2, 101, 359.0)}).pooled[1];
-  EXPECT_NEAR(phi.rmse[0], 1.0, kRounding);
-  EXPECT_NEAR(x.rmse[0], 359.0, kRounding * 359.0);  // control: this one is no angle
+  EXPECT_NEAR(phi.rmse[0], 1.0, kMetricRounding);
+  EXPECT_NEAR(x.rmse[0], 359.0, kMetricRounding * 359.0);  // control: this one is no angle
 }
 
 TEST(LogMetrics, ReadsAnAngleFromItsSineAndCosine) {
@@ -74,7 +74,7 @@ TEST(LogMetrics, ReadsAnAngleFromItsSineAndCosine) {
   ASSERT_EQ(metrics.pooled.size(), 3u);
   EXPECT_EQ(metrics.pooled[2].name, "phi");
   EXPECT_EQ(metrics.pooled[2].unit, "rad");
-  EXPECT_NEAR(metrics.pooled[2].rmse[0], kTurn - 6.2, kRounding);
+  EXPECT_NEAR(metrics.pooled[2].rmse[0], kTurn - 6.2, kMetricRounding);
 }
 
 TEST(LogMetrics, PoolsSamplesNotFiles) {
@@ -84,9 +84,9 @@ TEST(LogMetrics, PoolsSamplesNotFiles) {
   data.trajectories[1].weight.tail(51).setZero();
   const LogMetrics metrics = log_metrics(data, {MatrixXd::Constant(1, 101, 1.0), MatrixXd::Constant(1, 101, 2.0)});
   EXPECT_EQ(metrics.files[1].source, "half.csv");
-  EXPECT_NEAR(metrics.files[0].states[0].rmse[0], 1.0, kRounding);
-  EXPECT_NEAR(metrics.files[1].states[0].rmse[0], 2.0, kRounding);
-  EXPECT_NEAR(metrics.pooled[0].rmse[0], std::sqrt((101 * 1.0 + 50 * 4.0) / 151.0), kRounding);
+  EXPECT_NEAR(metrics.files[0].states[0].rmse[0], 1.0, kMetricRounding);
+  EXPECT_NEAR(metrics.files[1].states[0].rmse[0], 2.0, kMetricRounding);
+  EXPECT_NEAR(metrics.pooled[0].rmse[0], std::sqrt((101 * 1.0 + 50 * 4.0) / 151.0), kMetricRounding);
 }
 
 TEST(LogMetrics, SaysNothingWhereNothingCounts) {

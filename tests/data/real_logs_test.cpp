@@ -17,7 +17,7 @@ namespace nlo::trainer {
 namespace {
 
 constexpr std::size_t kAll = 0, kAfter2s = 1;
-const EvaluationWindows kWindows = {{"all", 0.0, 1e300}, {"after_2_s", 2.0, 1e300}};
+const EvaluationWindows kLogWindows = {{"all", 0.0, 1e300}, {"after_2_s", 2.0, 1e300}};
 
 class RealLogs : public ::testing::Test {
  protected:
@@ -107,7 +107,7 @@ TEST_F(RealLogs, QubeBaselinesAreRanked) {
   const LogSplits splits = load_log_splits(config, directory("qube"));
   const auto rmse = [&](const char* name) {
     const LogBaseline baseline = LogBaseline::fit(name, splits.train, resolve_columns(config).state_sources);
-    return log_metrics(splits.test, {baseline.estimate(splits.test.trajectories[0])}, {}, kWindows).pooled;
+    return log_metrics(splits.test, {baseline.estimate(splits.test.trajectories[0])}, {}, kLogWindows).pooled;
   };
   const auto constant = rmse("constant"), difference = rmse("difference"), polynomial = rmse("polynomial");
   for (std::size_t i = 0; i < 2; ++i)

@@ -8,7 +8,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kRounding = 1e-12;
+constexpr double kScalingRounding = 1e-12;
 
 Trajectory run_of(const Eigen::RowVectorXd& output, const Eigen::RowVectorXd& state, const Eigen::VectorXd& weight) {
   Trajectory run;
@@ -30,14 +30,14 @@ Dataset two_runs() {
 
 TEST(Scaling, OfOutputsCountsEverySample) {
   const Scaling scaling = output_scaling(two_runs());
-  EXPECT_NEAR(scaling.mean[0], 3.0, kRounding);
-  EXPECT_NEAR(scaling.deviation[0], std::sqrt(2.0), kRounding);
+  EXPECT_NEAR(scaling.mean[0], 3.0, kScalingRounding);
+  EXPECT_NEAR(scaling.deviation[0], std::sqrt(2.0), kScalingRounding);
 }
 
 TEST(Scaling, OfStatesLeavesOutWhatIsMasked) {
   const Scaling scaling = state_scaling(two_runs());
-  EXPECT_NEAR(scaling.mean[0], 7.0, kRounding);
-  EXPECT_NEAR(scaling.deviation[0], std::sqrt(5.0), kRounding);
+  EXPECT_NEAR(scaling.mean[0], 7.0, kScalingRounding);
+  EXPECT_NEAR(scaling.deviation[0], std::sqrt(5.0), kScalingRounding);
 }
 
 TEST(Scaling, GivesOneToAChannelThatNeverMoves) {

@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 using ::testing::HasSubstr;
 
 constexpr double kRate_hz = 250.0;
-constexpr double kRounding = 1e-9;  // of a recursion over some hundred samples of size one
-constexpr Index kSettled = 200;     // samples after which an end's transient is below rounding at 25 Hz of 250 Hz
+constexpr double kFilterRounding = 1e-9;  // of a recursion over some hundred samples of size one
+constexpr Index kSettled = 200;           // samples after which an end's transient is below rounding at 25 Hz of 250 Hz
 
 double gain_at(const std::vector<FilterSection>& sections, double frequency_hz) {
   const std::complex<double> delay = std::polar(1.0, -kTurn * frequency_hz / kRate_hz);
@@ -47,10 +47,10 @@ TEST(Butterworth, FollowsItsClosedFormAtEveryOrder) {
         // |H|^2 = 1 / (1 + (tan(pi f/fs) / tan(pi fc/fs))^2n): the analogue filter on the bilinear transform's axis.
         const double ratio =
             std::tan(std::numbers::pi * f / kRate_hz) / std::tan(std::numbers::pi * cutoff_hz / kRate_hz);
-        EXPECT_NEAR(gain_at(sections, f), 1.0 / std::sqrt(1.0 + std::pow(ratio, 2 * order)), kRounding)
+        EXPECT_NEAR(gain_at(sections, f), 1.0 / std::sqrt(1.0 + std::pow(ratio, 2 * order)), kFilterRounding)
             << "order " << order << ", cut-off " << cutoff_hz << " Hz, at " << f << " Hz";
       }
-      EXPECT_NEAR(gain_at(sections, cutoff_hz), std::sqrt(0.5), kRounding);
+      EXPECT_NEAR(gain_at(sections, cutoff_hz), std::sqrt(0.5), kFilterRounding);
     }
 }
 
@@ -73,7 +73,7 @@ TEST(ZeroPhaseFilter, LeavesAConstantAlone) {
     const VectorXd constant = VectorXd::Constant(100, 3.5);
     EXPECT_LT(
         (filter_zero_phase(butterworth_lowpass(order, 25.0, kRate_hz), constant) - constant).cwiseAbs().maxCoeff(),
-        kRounding);
+        kFilterRounding);
   }
 }
 
@@ -82,7 +82,7 @@ TEST(ZeroPhaseFilter, PreservesCubicsInTheMiddle) {
   const VectorXd t = VectorXd::LinSpaced(1000, -1.0, 1.0);
   const VectorXd cubic = 1.0 - 2.0 * t.array() + 0.5 * t.array().square() + t.array().cube();
   const VectorXd filtered = filter_zero_phase(butterworth_lowpass(4, 25.0, kRate_hz), cubic);
-  EXPECT_LT((middle(filtered) - middle(cubic)).cwiseAbs().maxCoeff(), kRounding);
+  EXPECT_LT((middle(filtered) - middle(cubic)).cwiseAbs().maxCoeff(), kFilterRounding);
 }
 
 // The odd extension carries a slope on; what is left is the start of the extension itself. An even one, which folds the
@@ -98,7 +98,7 @@ TEST(ZeroPhaseFilter, PassesASineWithTheSquaredGainAndNoDelay) {
   for (const double f : {1.0, 5.0, 25.0, 40.0}) {
     const VectorXd x = sine(f, 2000);
     const VectorXd expected = gain_at(sections, f) * gain_at(sections, f) * x;
-    EXPECT_LT((middle(filter_zero_phase(sections, x)) - middle(expected)).cwiseAbs().maxCoeff(), kRounding)
+    EXPECT_LT((middle(filter_zero_phase(sections, x)) - middle(expected)).cwiseAbs().maxCoeff(), kFilterRounding)
         << f << " Hz";
   }
 }
@@ -107,7 +107,7 @@ TEST(ZeroPhaseFilter, HalvesTheAmplitudeAtTheCutOff) {
   const VectorXd x = sine(25.0, 2000);  // two passes of -3 dB
   EXPECT_LT(
       (middle(filter_zero_phase(butterworth_lowpass(4, 25.0, kRate_hz), x)) - 0.5 * middle(x)).cwiseAbs().maxCoeff(),
-      kRounding);
+      kFilterRounding);
 }
 
 TEST(ZeroPhaseFilter, RunsTheSameFromEitherEnd) {
@@ -116,7 +116,7 @@ TEST(ZeroPhaseFilter, RunsTheSameFromEitherEnd) {
   const VectorXd forwards = filter_zero_phase(sections, x);
   x.reverseInPlace();
   const VectorXd backwards = filter_zero_phase(sections, x).reverse();
-  EXPECT_LT((middle(forwards) - middle(backwards)).cwiseAbs().maxCoeff(), kRounding);
+  EXPECT_LT((middle(forwards) - middle(backwards)).cwiseAbs().maxCoeff(), kFilterRounding);
 }
 
 TEST(ZeroPhaseFilter, RefusesALogShorterThanItsExtension) {
@@ -130,14 +130,14 @@ TEST(CentralDifference, IsExactForParabolas) {
   const VectorXd t = VectorXd::LinSpaced(50, 0.0, 0.49);
   const VectorXd slope = central_difference(1.0 + 2.0 * t.array() - 3.0 * t.array().square(), h);
   const VectorXd expected = 2.0 - 6.0 * t.array();
-  EXPECT_LT((slope - expected).segment(1, 48).cwiseAbs().maxCoeff(), kRounding);
+  EXPECT_LT((slope - expected).segment(1, 48).cwiseAbs().maxCoeff(), kFilterRounding);
   EXPECT_NEAR(slope[0], expected[0], 4.0 * h);  // one-sided: first order
 }
 
 TEST(Interpolate, IsExactOnLinesAndHoldsTheEnds) {
   const VectorXd time = Eigen::Vector4d(0.0, 1.0, 1.5, 4.0), at = Eigen::Vector4d(-1.0, 0.25, 3.0, 9.0);
   const VectorXd values = interpolate(time, 2.0 * time, at);
-  EXPECT_LT((values - Eigen::Vector4d(0.0, 0.5, 6.0, 8.0)).cwiseAbs().maxCoeff(), kRounding);
+  EXPECT_LT((values - Eigen::Vector4d(0.0, 0.5, 6.0, 8.0)).cwiseAbs().maxCoeff(), kFilterRounding);
   EXPECT_EQ(interpolate(time, 2.0 * time, time), VectorXd(2.0 * time));
 }
 
