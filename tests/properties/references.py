@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""What comments and docs name exists: files, `nlo` commands, options and tests.
+
+usage: tests/properties/references.py
+
+Prints each reference that leads nowhere as FILE:LINE: WHAT, and each exception below that nothing needs any more.
+Exit 1 when there is one, or when a made-up reference is not seen.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+PARTS = ("runtime", "codegen", "trainer", "tests", "bench", "examples", "docs", "cmake", "toolchains")
+COMMENT = {".h": "//", ".cpp": "//", ".inc": "//", ".c": "//", ".sh": "#", ".py": "#", ".cmake": "#", ".txt": "#"}
+
+FILE = re.compile(r"(?<![\w./~<>{}$*-])((?:[\w.-]+/)*[\w-]+\.(?:h|cpp|inc|sh|py|cmake|md))(?![\w/]|\.\w)")
+COMMAND = re.compile(r"`(?:\./)?nlo ([a-z][a-z0-9-]*)")
+OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z0-9-]+)")
+TEST = re.compile(r"\b([A-Z][a-z]\w*)\.([A-Z][a-z]+[A-Z]\w*)\b")
+
+# Reference: why it may lead nowhere.
+GENERATED = "what a user exports"
+PLACEHOLDER = "stands for any name"
+EXCEPTIONS = {
+    "van_der_pol.h": GENERATED,
+    "van_der_pol_replay.h": GENERATED,
+    "firmware/van_der_pol.h": GENERATED,
+    "firmware/van_der_pol_replay.h": GENERATED,
+    "pendulum.h": GENERATED,
+    "NAME.h": PLACEHOLDER,
+    "NAME_replay.h": PLACEHOLDER,
+    "a_test.cpp": PLACEHOLDER,
+    "b_test.cpp": PLACEHOLDER,
+    "folder/source.cpp": PLACEHOLDER,
+    "loop.cpp": "a user's own program",
+    "DOCUMENT.md": PLACEHOLDER,
+}
+
+
+def files():
+    return [file for file in [*ROOT.glob("*.md"), *ROOT.glob("*.sh"), ROOT / "CMakeLists.txt",
+                              *(file for part in PARTS for file in sorted((ROOT / part).rglob("*")))]
+            if file.is_file() and (file.suffix in COMMENT or file.suffix == ".md") and "golden" not in file.parts]
+
+
+def prose(file, text):
+    """(line number, text) of what is written for people: all of a page, the comments of a source."""
+    mark = COMMENT.get(file.suffix)
+    for number, line in enumerate(text.splitlines(), 1):
+        if mark is None:
+            yield number, line
+        elif match := re.search(rf"(?:^|\s){mark}+[!/<]*\s(.*)", line):
+            yield number, match.group(1)
+
+
+class Known:
+    def __init__(self):
+        every = [file.relative_to(ROOT).as_posix() for file in ROOT.rglob("*")
+                 if not {"build", "out", ".git"} & set(file.relative_to(ROOT).parts[:1])]
+        self.ends = {path[i:] for path in every for i in [0] + [m.end() for m in re.finditer("/", path)]}
+        sources = [file for file in files() if file.suffix != ".md" and file.name != "references.py"]
+        # An option or a command exists where a source has it outside of its comments.
+        code = "\n".join(re.sub(rf"(^|\s){COMMENT[f.suffix]}.*", "", f.read_text(), flags=re.M) for f in sources)
+        self.options = set(OPTION.findall(code))
+        commands = "\n".join(file.read_text() for file in sorted((ROOT / "trainer/commands").glob("*.cpp")))
+        self.commands = set(re.findall(r'add_subcommand\(\s*"([a-z-]+)"', commands)) | set(
+            re.findall(r'\{"([a-z-]+)",', commands))
+        self.tests = {}
+        for suite, test in re.findall(r"^(?:TYPED_)?TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)", code, re.M):
+            self.tests.setdefault(suite, set()).add(test)
+
+    def objections(self, line):
+        """The references in a line that lead nowhere."""
+        for name in FILE.findall(line):
+            name = re.sub(r"^(\.\.?/)+", "", name)
+            if name not in self.ends and f"nlo/{name}" not in self.ends:
+                yield name
+        for name in COMMAND.findall(line):
+            if name not in self.commands:
+                yield f"nlo {name}"
+        for name in OPTION.findall(line):
+            if name not in self.options:
+                yield name
+        for suite, test in TEST.findall(line):
+            if suite in self.tests and not any(name.startswith(test) for name in self.tests[suite]):
+                yield f"{suite}.{test}"
+
+
+def main():
+    known = Known()
+    made_up = "see trainer/no_such_file.h, `nlo conjure`, --no-such-option, Csv.HasNoSuchTest"
+    seen = list(known.objections(made_up))
+    if len(seen) != 4:
+        print(f"the scan has lost its way: of a file, a command, an option and a test that do not exist it saw {seen}")
+        return 1
+    failed, needed = False, set()
+    for file in files():
+        for number, line in prose(file, file.read_text()):
+            for reference in known.objections(line):
+                if reference in EXCEPTIONS:
+                    needed.add(reference)
+                else:
+                    print(f"{file.relative_to(ROOT)}:{number}: {reference} does not exist")
+                    failed = True
+    for reference in sorted(set(EXCEPTIONS) - needed):
+        print(f"tests/properties/references.py: nothing names {reference} any more: take it out of EXCEPTIONS")
+        failed = True
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
