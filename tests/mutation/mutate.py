@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Mutation check: changes one token of a source, builds the tests that cover it, and looks whether one of them fails.
+
+usage: tests/mutation/mutate.py [--count N] [--seed S] [--minutes M] [--only FOLDER] [--list]
+
+  --count N      mutants to have tried in all (300)
+  --seed S       places are drawn at random; the same seed draws the same (1)
+  --minutes M    stop after the mutant that is running then (60)
+  --only FOLDER  mutants below this folder only
+  --list         print the mutants that would be tried, without building
+
+Works on a copy of the tree in build/mutation. Verdicts go to build/mutation/journal.jsonl, so that a run that was stopped
+goes on where it was; `invalid` did not compile and does not count. Prints the share that was killed and every survivor
+that tests/mutation/survivors.md does not explain, and ends with exit 1 when less than 85 % were killed.
+"""
+import argparse
+import json
+import os
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+WORK = ROOT / "build/mutation"
+TREE = WORK / "tree"
+JOURNAL = WORK / "journal.jsonl"
+WANTED = 0.85
+TEST_LIMIT_S = 120  # an endless loop is a killed mutant
+
+# The programs that cover a folder, quickest first. The longest match decides.
+COVERED_BY = {
+    "runtime/include/nlo": ["observer_structures_test", "latent_test", "kkl_observer_test", "kernels_default_test"],
+    "codegen": ["codegen_test"],
+    "trainer/nn": ["nn_test", "sensitivity_test"],
+    "trainer/sensitivity": ["sensitivity_test"],
+    "trainer/losses": ["losses_test", "training_test"],
+    "trainer/optim": ["optim_test"],
+    "trainer/rollout": ["rollout_test", "training_test"],
+    "trainer/structures": ["structures_test", "sensitivity_test", "training_test"],
+    "trainer/training/objective": ["training_test"],
+}
+# Kernels of other instruction sets, and tables: not compiled by these programs, or data.
+LEFT_OUT = re.compile(r"arm|neon|avx|mve|cortex|registry|CMake")
+
+TOKENS = {
+    " < ": " <= ", " <= ": " < ", " > ": " >= ", " >= ": " > ", " == ": " != ", " != ": " == ",
+    " + ": " - ", " - ": " + ", " * ": " / ", " / ": " * ", " += ": " -= ", " -= ": " += ",
+    " && ": " || ", " || ": " && ", "true": "false", "false": "true", "std::max": "std::min", "std::min": "std::max",
+}
+TOKEN = re.compile("|".join(re.escape(t) if t[0] == " " else rf"\b{t}\b" for t in TOKENS) + r"|(?<![\w.'])\d+(?![\w.'])")
+
+
+def places(file, text):
+    """(line, column, original, mutant) of every token that can be changed: code only, no text, templates or includes."""
+    for number, line in enumerate(text.splitlines()):
+        code = re.sub(r'"(?:\\.|[^"\\])*"', lambda m: " " * len(m[0]), line.split("//")[0])
+        if code.lstrip().startswith(("#", "*", "template", "static_assert", "using")):
+            continue
+        for match in TOKEN.finditer(code):
+            if match[0] in (" < ", " > ") and re.search(r"template|requires", code):
+                continue
+            yield number, match.start(), match[0], TOKENS.get(match[0]) or str(int(match[0]) + 1)
+
+
+def mutants(seed, only):
+    all_places = []
+    for folder in COVERED_BY:
+        for file in sorted(ROOT.glob(folder + ("*" if "objective" in folder else "/**/*"))):
+            name = file.relative_to(ROOT).as_posix()
+            if file.suffix in (".h", ".cpp", ".inc") and not LEFT_OUT.search(name) and name.startswith(only):
+                all_places += [(name, *place) for place in places(name, file.read_text())]
+    random.Random(seed).shuffle(all_places)
+    return all_places
+
+
+def programs_for(name):
+    return COVERED_BY[max((folder for folder in COVERED_BY if name.startswith(folder)), key=len)]
+
+
+def build(*targets):
+    return subprocess.run(["ninja", "-C", WORK / "build", *targets], capture_output=True, text=True)
+
+
+def passes(program):
+    path = next((WORK / "build/tests").glob(f"*/{program}"))
+    try:
+        return subprocess.run([path, "--gtest_brief=1", "--gtest_fail_fast"], capture_output=True,
+                              timeout=TEST_LIMIT_S).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+
+
+def prepare(programs):
+    shutil.rmtree(TREE, ignore_errors=True)
+    WORK.mkdir(parents=True, exist_ok=True)
+    shutil.copytree(ROOT, TREE, ignore=shutil.ignore_patterns("build", "out", ".git"))
+    subprocess.run(["cmake", "-G", "Ninja", "-S", TREE, "-B", WORK / "build", "-DCMAKE_BUILD_TYPE=Debug",
+                    "-DCMAKE_CXX_FLAGS_DEBUG=-O0", "-DNLO_TESTS=ON", "-DNLO_BENCH=OFF", "-DNLO_EXAMPLES=OFF",
+                    "-DNLO_CORE_ONLY=ON", "-DNLO_WARNINGS_AS_ERRORS=OFF"], check=True, capture_output=True)
+    if build(*programs).returncode != 0:
+        sys.exit("the tests do not build without a mutant: ninja -C build/mutation/build says why")
+    for program in programs:
+        if not passes(program):
+            sys.exit(f"{program} fails without a mutant: mend it first")
+
+
+def verdict_of(mutant):
+    name, number, column, original, changed = mutant
+    file = TREE / name
+    text = file.read_text()
+    lines = text.splitlines(keepends=True)
+    line = lines[number]
+    lines[number] = line[:column] + changed + line[column + len(original):]
+    file.write_text("".join(lines))
+    try:
+        for program in programs_for(name):
+            if build(program).returncode != 0:
+                return "invalid"
+            if not passes(program):
+                return "killed"
+        return "survived"
+    finally:
+        file.write_text(text)
+
+
+def key(mutant):
+    """What names a mutant in the journal: its line's text, as numbers of lines move."""
+    name, number, column, original, changed = mutant
+    line = (ROOT / name).read_text().splitlines()[number]
+    return {"file": name, "line": number + 1, "original": line.strip(),
+            "mutant": (line[:column] + changed + line[column + len(original):]).strip()}
+
+
+def report(entries):
+    killed = sum(e["verdict"] == "killed" for e in entries)
+    survivors = [e for e in entries if e["verdict"] == "survived"]
+    explained = (ROOT / "tests/mutation/survivors.md").read_text()
+    for e in survivors:
+        known = f"`{e['mutant']}`" in explained
+        print(f"{'explained' if known else 'SURVIVED '} {e['file']}:{e['line']}\n    {e['original']}\n    {e['mutant']}")
+    valid = killed + len(survivors)
+    print(f"{killed} of {valid} killed ({100.0 * killed / max(1, valid):.1f} %), {len(entries) - valid} did not compile")
+    return 0 if valid and killed >= WANTED * valid else 1
+
+
+def main():
+    parser = argparse.ArgumentParser(usage=__doc__)
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--minutes", type=float, default=60)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--list", action="store_true")
+    options = parser.parse_args()
+    chosen = mutants(options.seed, options.only)
+    if options.list:
+        for mutant in chosen[:options.count]:
+            print(json.dumps(key(mutant)))
+        return 0
+    entries = [json.loads(line) for line in JOURNAL.read_text().splitlines()] if JOURNAL.exists() else []
+    tried = {(e["file"], e["original"], e["mutant"]) for e in entries}
+    os.nice(15)
+    prepare(sorted({program for name, *_ in chosen for program in programs_for(name)}))
+    end = time.monotonic() + 60 * options.minutes
+    for mutant in chosen:
+        if time.monotonic() > end or sum(e["verdict"] != "invalid" for e in entries) >= options.count:
+            break
+        entry = key(mutant)
+        if (entry["file"], entry["original"], entry["mutant"]) in tried:
+            continue
+        entries.append(entry | {"verdict": verdict_of(mutant)})
+        with JOURNAL.open("a") as journal:
+            journal.write(json.dumps(entries[-1]) + "\n")
+    return report(entries)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
