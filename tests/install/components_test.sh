@@ -102,12 +102,18 @@ add_subdirectory($source nlo)" nlo::runtime "$only_runtime"
 flies subdirectory
 if found=$(grep '_DIR:PATH=' "$work/subdirectory/build/CMakeCache.txt"); then fail "packages were looked for: $found"; fi
 
-cpu_ms() { times | awk 'NR == 2 { gsub("s", ""); for (i = 1; i <= 2; ++i) { split($i, t, "m"); ms += (60 * t[1] + t[2]) * 1000 } print int(ms) }'; }
-before=$(cpu_ms)
+# children_ms: processor time of this shell's children so far. `times` must not run in a subshell, which has none.
+children_ms() {
+  times >"$work/times.txt"
+  children_ms=$(awk 'NR == 2 { gsub("s", ""); for (i = 1; i <= 2; ++i) { split($i, t, "m"); ms += (60 * t[1] + t[2]) * 1000 } print int(ms) }' "$work/times.txt")
+}
+children_ms
+before=$children_ms
 cmake -G Ninja -S "$source" -B "$work/runtime_only" -DNLO_RUNTIME_ONLY=ON >"$work/runtime_only.log"
-took=$(($(cpu_ms) - before))
+children_ms
+took=$((children_ms - before))
 echo "ok       NLO_RUNTIME_ONLY: configured in $took ms of processor time"
-[ "$took" -lt 1000 ] || fail "NLO_RUNTIME_ONLY takes $took ms to configure"
+[ "$took" -gt 0 ] && [ "$took" -lt 1000 ] || fail "NLO_RUNTIME_ONLY takes $took ms to configure; 1 to 999 are expected"
 
 cmake --install "$work/runtime_only" --prefix "$work/runtime_prefix" >"$work/runtime_only.log"
 user installed_runtime "find_package(nlo REQUIRED)" nlo::runtime 'if(TARGET nlo::nlo)
