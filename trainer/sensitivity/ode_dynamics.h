@@ -2,8 +2,8 @@
 // The right-hand side of an observer's latent system as the general route sees it: z' = F(z, y; theta), and its pull
 // back. Eight trajectories side by side; arrays are [row][8].
 //
-// To add a structure: one class here, its equations in the runtime. Tests make it by
-// trainer/structures/make_dynamics.h: finite differences, orders of convergence and parity come for free.
+// A structure makes its own (structures/module.h). Tests of sensitivities run over the structures: finite differences,
+// orders of convergence and parity.
 #pragma once
 
 #include <algorithm>
