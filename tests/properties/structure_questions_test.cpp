@@ -32,7 +32,7 @@ const std::vector<std::string> kQuestions = {
     R"re(\bvisit\(.*\bstructure\b)re",                            // std::visit(..., model.structure)
     R"re(\b(is_kkl|is_driven|is_luenberger|is_general)\s*\()re",  // a question with a name of its own
     R"re(\bStructureKind::)re",
-    R"re(\b(dynamic_cast|typeid)\b[^;]*\b(Kkl\w*|DrivenKkl|Luenberger|General|StructureModule|module)\b)re",
+    R"re(\b(dynamic_cast|typeid)\b[^;]*\b(Kkl\w*|DrivenKkl|Luenberger|General|StructureModule|TrainableStructure|module)\b)re",
     R"re(\b(kkl|driven_kkl|luenberger|general)_structure\(\))re",  // the module of one, by its name
 };
 
@@ -76,7 +76,7 @@ std::vector<std::string> questions(const std::string& text) {
 /// module, and both tables.
 bool is_structures_own(const std::string& file, const std::string& text) {
   if (file.starts_with("codegen/structures/") || file == "trainer/structures/table.cpp") return true;
-  static const std::regex kModule(R"re(const StructureModule& \w+_structure\(\) \{)re");
+  static const std::regex kModule(R"re(const TrainableStructure& \w+_structure\(\) \{)re");
   return file.starts_with("trainer/structures/") && std::regex_search(text, kModule);
 }
 
@@ -125,7 +125,7 @@ TEST(StructureQuestions, AreSeenInEachOfTheirForms) {
 }
 
 TEST(StructureQuestions, MayBeAskedInAModule) {
-  const std::string module = "const StructureModule& x_structure() {\n";
+  const std::string module = "const TrainableStructure& x_structure() {\n";
   EXPECT_TRUE(is_structures_own("trainer/structures/x.cpp", module));
   EXPECT_FALSE(is_structures_own("trainer/structures/structure.cpp", "std::vector<float> initial_dynamics()"));
   EXPECT_FALSE(is_structures_own("trainer/losses/x.cpp", module));

@@ -38,8 +38,8 @@ void check_log(const Experiment& e) {
 /// A key of another structure has no use here: it was meant for that one.
 void check_observer(const Experiment& e) {
   const ObserverConfig& o = e.observer;
-  const StructureModule& structure = structure_of(o);
-  for (const StructureModule* other : structure_table()) {
+  const TrainableStructure& structure = structure_of(o);
+  for (const TrainableStructure* other : structure_table()) {
     if (other == &structure) continue;
     for (const Key<ObserverConfig>& key : other->own_keys())
       if (key.show(o) != key.show(ObserverConfig{}))

@@ -49,7 +49,7 @@ std::string format_experiment(const Experiment& experiment) {
     text += format_keys(experiment.log->velocity_filter, "[log.velocity_filter]");
     for (const ColumnConfig& column : experiment.log->columns) text += format_keys(column, "[[log.columns]]");
   }
-  const StructureModule& structure = structure_of(experiment.observer);
+  const TrainableStructure& structure = structure_of(experiment.observer);
   text += format_keys(experiment.observer, "[observer]");
   if (structure.has_dynamics_network()) text += format_keys(experiment.dynamics, "[dynamics]");
   if (structure.has_inverse_map()) text += format_keys(experiment.inverse_map, "[inverse_map]");

@@ -150,7 +150,7 @@ template <>
 const std::vector<Key<ObserverConfig>>& keys() {
   static const std::vector<Key<ObserverConfig>> kKeys = [] {
     std::vector<Key<ObserverConfig>> all = common_observer_keys();
-    for (const StructureModule* structure : structure_table())
+    for (const TrainableStructure* structure : structure_table())
       for (Key<ObserverConfig>& own : structure->own_keys()) all.push_back(std::move(own));
     return all;
   }();

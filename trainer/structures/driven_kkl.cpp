@@ -38,7 +38,7 @@ class DrivenKkl final : public KklFamily {
 
 }  // namespace
 
-const StructureModule& driven_kkl_structure() {
+const TrainableStructure& driven_kkl_structure() {
   static const DrivenKkl kModule;
   return kModule;
 }

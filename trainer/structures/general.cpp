@@ -20,7 +20,7 @@ LatentShape starting_system(const ObserverStructure& structure) {
   return shape;
 }
 
-class General final : public StructureModule {
+class General final : public TrainableStructure {
  public:
   std::string_view name() const override { return "general"; }
 
@@ -118,7 +118,7 @@ class General final : public StructureModule {
 
 }  // namespace
 
-const StructureModule& general_structure() {
+const TrainableStructure& general_structure() {
   static const General kModule;
   return kModule;
 }

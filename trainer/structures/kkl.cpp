@@ -17,7 +17,7 @@ class Kkl final : public KklFamily {
 
 }  // namespace
 
-const StructureModule& kkl_structure() {
+const TrainableStructure& kkl_structure() {
   static const Kkl kModule;
   return kModule;
 }

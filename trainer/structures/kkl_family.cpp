@@ -53,6 +53,15 @@ std::unique_ptr<OdeDynamics<double>> KklFamily::lanes_in_double(const ObserverSt
   return std::make_unique<KklLanes<double>>(structure.latent, structure.eigenvalues, structure.outputs);
 }
 
+std::unique_ptr<LatentDynamics> KklFamily::latent_dynamics(const Experiment& experiment,
+                                                           const ObserverStructure& structure,
+                                                           const std::vector<double>& steps_s, int threads) const {
+  if (experiment.training.gradient != LatentGradient::kAutomatic)
+    return TrainableStructure::latent_dynamics(experiment, structure, steps_s, threads);
+  return std::make_unique<LinearLatent>(structure.latent, structure.eigenvalues, steps_s,
+                                        !experiment.observer.learn_eigenvalues);
+}
+
 codegen::Kkl KklFamily::kkl_of(const ObserverStructure& structure, const float* parameters,
                                const ObserverConfig& observer, codegen::Model& model) {
   codegen::Kkl kkl{.latent = linear_latent_of(structure, parameters, model),

@@ -6,18 +6,20 @@
 
 namespace nlo::trainer {
 
-class KklFamily : public StructureModule {
+class KklFamily : public TrainableStructure {
  public:
   void check(const Experiment& experiment, const ChannelCounts& channels) const override;
 
   bool has_eigenvalues() const override { return true; }
   bool follows_unwrapped_angles() const override { return true; }
-  bool filters() const override { return true; }
 
   void make(const Experiment& experiment, ObserverStructure& structure) const override;
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override;
   std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure& structure) const override;
   std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure& structure) const override;
+  /// By the exact filter, unless the general route is asked for.
+  std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment& experiment, const ObserverStructure& structure,
+                                                  const std::vector<double>& steps_s, int threads) const override;
 
  protected:
   /// D, F and T* as training left them. Sets where the clocks start in the model, which has its channels.

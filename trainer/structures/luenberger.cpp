@@ -14,7 +14,7 @@
 namespace nlo::trainer {
 namespace {
 
-class Luenberger final : public StructureModule {
+class Luenberger final : public TrainableStructure {
  public:
   std::string_view name() const override { return "luenberger"; }
 
@@ -93,7 +93,7 @@ class Luenberger final : public StructureModule {
 
 }  // namespace
 
-const StructureModule& luenberger_structure() {
+const TrainableStructure& luenberger_structure() {
   static const Luenberger kModule;
   return kModule;
 }

@@ -7,14 +7,15 @@ namespace nlo::trainer {
 
 std::unique_ptr<LatentDynamics> make_dynamics(const Experiment& experiment, const ObserverStructure& structure,
                                               const std::vector<double>& steps_s, int threads) {
-  const LatentGradient gradient = experiment.training.gradient;
-  const StructureModule& module = *structure.module;
-  if (module.filters() && gradient == LatentGradient::kAutomatic) {
-    return std::make_unique<LinearLatent>(structure.latent, structure.eigenvalues, steps_s,
-                                          !experiment.observer.learn_eigenvalues);
-  }
-  return std::make_unique<OdeLatent>([&] { return module.lanes(structure); }, threads, structure.latent.hold, gradient,
-                                     steps_s);
+  return structure.module->latent_dynamics(experiment, structure, steps_s, threads);
+}
+
+std::unique_ptr<LatentDynamics> TrainableStructure::latent_dynamics(const Experiment& experiment,
+                                                                    const ObserverStructure& structure,
+                                                                    const std::vector<double>& steps_s,
+                                                                    int threads) const {
+  return std::make_unique<OdeLatent>([&] { return lanes(structure); }, threads, structure.latent.hold,
+                                     experiment.training.gradient, steps_s);
 }
 
 }  // namespace nlo::trainer

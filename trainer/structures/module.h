@@ -26,12 +26,12 @@ struct ChannelCounts {
   int inputs = 0;  ///< of the plant; logs have none that an observer could take
 };
 
-class StructureModule {
+class TrainableStructure {
  public:
-  StructureModule() = default;
-  virtual ~StructureModule() = default;
-  StructureModule(const StructureModule&) = delete;
-  StructureModule& operator=(const StructureModule&) = delete;
+  TrainableStructure() = default;
+  virtual ~TrainableStructure() = default;
+  TrainableStructure(const TrainableStructure&) = delete;
+  TrainableStructure& operator=(const TrainableStructure&) = delete;
 
   virtual std::string_view name() const = 0;  ///< in [observer] structure
 
@@ -59,12 +59,16 @@ class StructureModule {
   virtual std::vector<float> initial_dynamics(const ObserverStructure& structure,
                                               const Experiment& experiment) const = 0;
 
-  /// The right-hand side of its latent system, for the general route; in double for tests of gradients.
-  virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure& structure) const = 0;
-  virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure& structure) const = 0;
+  /// The right-hand side of its latent system, for the general route; in double for tests of gradients. Null: the latent
+  /// system is no differential equation.
+  virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure&) const { return nullptr; }
+  virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure&) const { return nullptr; }
 
-  /// Whether the latent system is linear, so that training may roll it out by the exact filter.
-  virtual bool filters() const { return false; }
+  /// How training runs the latent system forwards and back; unless a structure knows better, lanes() by Runge-Kutta.
+  ///   steps_s  the distinct steps of the data, which outlive the result
+  virtual std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment& experiment,
+                                                          const ObserverStructure& structure,
+                                                          const std::vector<double>& steps_s, int threads) const;
 
   /// Fills what is the structure's own of a model that has names, channels and sizes.
   virtual void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,

@@ -12,7 +12,7 @@
 
 namespace nlo::trainer {
 
-class StructureModule;
+class TrainableStructure;
 
 /// One input of T*: latent row plus output_gain times an output (either may be absent: -1), then normalised.
 struct Feature {
@@ -34,12 +34,12 @@ struct DynamicsNetwork {
 };
 
 struct ObserverStructure {
-  const StructureModule* module = nullptr;  ///< what the structure is (structures/module.h)
-  int outputs = 0;                          ///< n_y
-  LatentShape latent;                       ///< its learned rows are parameters; none where there is no D
-  std::vector<double> eigenvalues;          ///< initial, n_z, in row order; clocks stay
-  DynamicsNetwork dynamics;                 ///< within the latent system; without one it has no parameters
-  ByType own;                               ///< what the module keeps for itself
+  const TrainableStructure* module = nullptr;  ///< what the structure is (structures/module.h)
+  int outputs = 0;                             ///< n_y
+  LatentShape latent;                          ///< its learned rows are parameters; none where there is no D
+  std::vector<double> eigenvalues;             ///< initial, n_z, in row order; clocks stay
+  DynamicsNetwork dynamics;                    ///< within the latent system; without one it has no parameters
+  ByType own;                                  ///< what the module keeps for itself
 
   std::vector<Feature> features;  ///< of T*; empty where the latent state is the estimate
   std::vector<float> state_mean, state_scale;

@@ -12,16 +12,16 @@
 namespace nlo::trainer {
 
 // Each is defined in the file of its name.
-const StructureModule& kkl_structure();
-const StructureModule& driven_kkl_structure();
-const StructureModule& luenberger_structure();
-const StructureModule& general_structure();
+const TrainableStructure& kkl_structure();
+const TrainableStructure& driven_kkl_structure();
+const TrainableStructure& luenberger_structure();
+const TrainableStructure& general_structure();
 
-std::vector<Key<ObserverConfig>> StructureModule::own_keys() const {
+std::vector<Key<ObserverConfig>> TrainableStructure::own_keys() const {
   return {};
 }
 
-std::span<const StructureModule* const> structure_table() {
+std::span<const TrainableStructure* const> structure_table() {
   static const std::array kTable{&kkl_structure(), &driven_kkl_structure(), &luenberger_structure(),
                                  &general_structure()};
   return kTable;
@@ -29,12 +29,12 @@ std::span<const StructureModule* const> structure_table() {
 
 std::vector<std::string> structure_names() {
   std::vector<std::string> names;
-  for (const StructureModule* structure : structure_table()) names.emplace_back(structure->name());
+  for (const TrainableStructure* structure : structure_table()) names.emplace_back(structure->name());
   return names;
 }
 
-const StructureModule& structure_of(const ObserverConfig& observer) {
-  for (const StructureModule* structure : structure_table())
+const TrainableStructure& structure_of(const ObserverConfig& observer) {
+  for (const TrainableStructure* structure : structure_table())
     if (structure->name() == observer.structure) return *structure;
   throw codegen::Error(
       fmt::format("unknown structure \"{}\"; there are: {}", observer.structure, fmt::join(structure_names(), ", ")));

@@ -11,11 +11,11 @@
 
 namespace nlo::trainer {
 
-std::span<const StructureModule* const> structure_table();
+std::span<const TrainableStructure* const> structure_table();
 std::vector<std::string> structure_names();
 
 /// The structure that [observer] names. Throws codegen::Error listing the names that there are.
-const StructureModule& structure_of(const ObserverConfig& observer);
+const TrainableStructure& structure_of(const ObserverConfig& observer);
 
 /// Whether an experiment trains T: its structure flies it, or a loss needs it.
 bool uses_forward_map(const Experiment& experiment);

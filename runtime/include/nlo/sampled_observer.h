@@ -25,6 +25,7 @@ namespace nlo {
 ///   kMayDiverge                        stability is not proven: each step is checked
 ///   sample_period_s, stale_after, outputs, domain
 ///   initial_latent()                   z before the first measurement
+///   start(y, z)                        z at the first measurement, if that makes a difference beyond S y
 ///   advance(z, y, y_next[, u, u_next], dt_s)   z one step on, in place; dt_s = 0: one sample period
 ///   estimate(z, y, x_hat)
 /// For the deterministic policy the last two are templates on the policy too. That policy is constant-time: once
@@ -190,6 +191,7 @@ class SampledObserver {
       state_.y[j] = turn > Scalar(0) ? OutputRange<Scalar, kNy>::template wrapped<kArithmetic>(y[j], turn) : y[j];
     }
     if (steady) add_steady_state(*model_, state_.y, state_.z);
+    if constexpr (requires { model_->start(state_.y, state_.z); }) model_->start(state_.y, state_.z);
     state_.started = 1;
   }
 
