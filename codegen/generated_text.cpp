@@ -24,7 +24,7 @@ constexpr std::array kRuntimeNames = {
     "LatentModel", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver",
-    "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "activate", "activation_slope", "add_forced",
+    "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
     "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estrin", "evaluate_inverse",
     "explicit_rk_step", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "horner", "integrate",
     "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kMostPieces", "kRk4",

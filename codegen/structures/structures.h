@@ -8,9 +8,10 @@
 #include "codegen/structures/general.h"
 #include "codegen/structures/kkl.h"
 #include "codegen/structures/luenberger.h"
+#include "codegen/structures/window.h"
 
 namespace nlo::codegen {
 
-using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General>;
+using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Window>;
 
 }  // namespace nlo::codegen

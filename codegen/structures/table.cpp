@@ -14,6 +14,7 @@ const StructureModule& kkl_module();
 const StructureModule& driven_kkl_module();
 const StructureModule& luenberger_module();
 const StructureModule& general_module();
+const StructureModule& window_module();
 
 namespace {
 
@@ -22,8 +23,8 @@ const std::vector<Channel> kNoChannels;
 }  // namespace
 
 const std::vector<const StructureModule*>& structure_modules() {
-  static const std::vector<const StructureModule*> kModules = {&kkl_module(), &driven_kkl_module(),
-                                                               &luenberger_module(), &general_module()};
+  static const std::vector<const StructureModule*> kModules = {
+      &kkl_module(), &driven_kkl_module(), &luenberger_module(), &general_module(), &window_module()};
   return kModules;
 }
 

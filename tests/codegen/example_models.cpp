@@ -238,8 +238,15 @@ Model driven_model() {
   return with_domain(m);
 }
 
+Model window_model() {
+  Model m = blank("window", 2, 2);
+  m.initial_latent = Eigen::VectorXd::Zero(6);
+  m.structure = Window{3, random_network({6, 8, 2}, 41, 0.9)};
+  return with_domain(m);
+}
+
 std::vector<Model> structure_models() {
-  return {luenberger_model(), general_model(), driven_model()};
+  return {luenberger_model(), general_model(), driven_model(), window_model()};
 }
 
 std::vector<Model> example_models() {

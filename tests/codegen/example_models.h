@@ -39,6 +39,9 @@ Model general_model();
 /// linear path each.
 Model driven_model();
 
+/// Two outputs, the last three measurements of each, T* 6-8-2.
+Model window_model();
+
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.
 Model large_model();
 
@@ -46,7 +49,7 @@ Model large_model();
 /// rest.
 Model mixed_model();
 
-/// The last three of example_models(): a model of every structure but the plain KKL.
+/// The last of example_models(): a model of every structure but the plain KKL.
 std::vector<Model> structure_models();
 
 /// All of the above; names are distinct.

@@ -77,6 +77,7 @@ Eigen::VectorXd after_a_second(Model m, int steps) {
 TEST(ReferenceObserver, ConvergesAtOrderFourWhereItIntegrates) {
   constexpr double kOrderTolerance = 0.3;  // the networks' scales are not far above steps of 1/32 s
   for (const Model& m : structure_models()) {
+    if (m.name == "window") continue;  // nothing to integrate
     const Eigen::VectorXd exact = after_a_second(m, 2048);
     const double coarse = (after_a_second(m, 32) - exact).norm(), fine = (after_a_second(m, 64) - exact).norm();
     EXPECT_NEAR(std::log2(coarse / fine), 4.0, kOrderTolerance) << m.name << ": " << coarse << " to " << fine;

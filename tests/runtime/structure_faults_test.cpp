@@ -18,6 +18,7 @@ using testing::driven_model;
 using testing::general_model;
 using testing::luenberger_model;
 using testing::undriven_model;
+using testing::window_model;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -40,6 +41,7 @@ struct Structures {
   LuenbergerObserver<testing::PendulumModel<Scalar>> luenberger;
   GeneralObserver<testing::GeneralTestModel<Scalar>> general;
   DrivenKklObserver<testing::DrivenTestModel<Scalar>> driven;
+  WindowObserver<testing::WindowTestModel<Scalar>> window;
 
   template <class Check>
   static void each(const Check& check) {
@@ -47,11 +49,14 @@ struct Structures {
     static const auto luenberger = luenberger_model<Scalar>();
     static const auto general = general_model<Scalar>();
     static const auto driven = driven_model<Scalar>(Hold::kFirstOrder, Hold::kFirstOrder);
-    Structures s{KklObserver(kkl), LuenbergerObserver(luenberger), GeneralObserver(general), DrivenKklObserver(driven)};
+    static const auto window = window_model<Scalar>();
+    Structures s{KklObserver(kkl), LuenbergerObserver(luenberger), GeneralObserver(general), DrivenKklObserver(driven),
+                 WindowObserver(window)};
     check(s.kkl);
     check(s.luenberger);
     check(s.general);
     check(s.driven);
+    check(s.window);
   }
 };
 

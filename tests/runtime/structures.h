@@ -6,6 +6,7 @@
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
+#include <nlo/window_observer.h>
 
 #include "tests/runtime/testing.h"
 
@@ -123,6 +124,18 @@ constexpr UndrivenTestModel<Scalar> undriven_model(Hold hold) {
   set_sampling(model);
   model.latent = pair_model<Scalar>(hold, true).latent;
   model.inverse_map.mlp = mixed_mlp<Scalar, 4, 2>(1.0, 3);
+  return model;
+}
+
+template <class Scalar>
+using WindowTestModel = WindowModel<Scalar, 2, 1, 4, LearnedMap<MixedMlp<Scalar, 4, 2>>>;
+
+template <class Scalar>
+constexpr WindowTestModel<Scalar> window_model() {
+  WindowTestModel<Scalar> model{};
+  set_sampling(model);
+  model.hold = Hold::kFirstOrder;
+  model.inverse_map.mlp = mixed_mlp<Scalar, 4, 2>(1.0, 5);
   return model;
 }
 
