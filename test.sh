@@ -35,11 +35,11 @@ failed=() summary=()
 
 # phase TITLE COMMAND...: a failure is remembered, the phases after it still run.
 phase() {
-  local title=$1 start=$SECONDS verdict=passed
+  local title=$1 start=$SECONDS outcome=passed
   shift
   step "$title"
-  "$@" || { verdict=FAILED && failed+=("$title"); }
-  summary+=("$(printf '%-6s %4d s  %s' "$verdict" $((SECONDS - start)) "$title")")
+  "$@" || { outcome=FAILED && failed+=("$title"); }
+  summary+=("$(printf '%-6s %4d s  %s' "$outcome" $((SECONDS - start)) "$title")")
 }
 
 # ctest names what failed, what that program said, and its closing lines; what passed is in build/logs. A suite passes
@@ -49,9 +49,9 @@ run_ctest() {
   shift
   ctest --preset "$preset" -j "$jobs" --no-tests=error "$@" 2>&1 | tee "$logs/ctest-$preset.log" |
     grep --line-buffered -vE '^ +Start +[0-9]+:|^ *[0-9]+/[0-9]+ Test.* Passed |^Test project|^$'
-  local verdict=${PIPESTATUS[0]}
+  local outcome=${PIPESTATUS[0]}
   grep -h '^\[  SKIPPED \] [A-Z].*ms)' "build/$preset/Testing/Temporary/LastTest.log" || true
-  return "$verdict"
+  return "$outcome"
 }
 
 release() {

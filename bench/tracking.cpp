@@ -122,12 +122,12 @@ Comparison compare(const Json& before, const Json& now, double tolerance) {
     if (a != b) result.differences += what + ": " + a + " before, " + b + " now\n";
   };
   note_difference("cpu", word(before.at("machine"), "cpu"), word(now.at("machine"), "cpu"));
-  const auto line = [&](const std::string& verdict, double old_value, double new_value, const std::string& name) {
+  const auto line = [&](const std::string& outcome, double old_value, double new_value, const std::string& name) {
     const auto number = [](double value) { return value > 0.0 ? text("%8.3f", value) : std::string("       -"); };
     const std::string change =
         old_value > 0.0 && new_value > 0.0 ? text("%+7.1f %%", 100.0 * (new_value / old_value - 1.0)) : "        -";
     result.table +=
-        padded(verdict, 8) + number(old_value) + "  " + number(new_value) + "  " + change + "  " + name + '\n';
+        padded(outcome, 8) + number(old_value) + "  " + number(new_value) + "  " + change + "  " + name + '\n';
   };
   result.table = padded("", 8) + "  before       now     change  ratio (larger is better)\n";
   const Json& benches_now = now.at("benches");

@@ -41,8 +41,8 @@ FoldedModel fold(const Model& model);
 /// The folded network as one of `inputs` inputs, whose first it reads: nothing is left to normalise.
 Network unfolded(const FoldedNetwork& folded, Eigen::Index inputs);
 
-/// Measurements held in a row until the status says stale: one time constant of the fastest mode that reads an output, 5
-/// at least; 10 where no mode is known.
+/// Measurements held in a row until the status says stale: one time constant of the fastest mode that reads an output,
+/// 5 at least; 10 where no mode is known.
 int stale_after(const Model& model);
 
 /// a b with one order of summation, whatever the machine's vector width is.

@@ -29,8 +29,8 @@ ForcedLatentStep forced_latent_step(const Model& model, double dt_s);
 /// A mode's coefficients (laid out as the eigenvalues are) as a block-diagonal matrix, n_z x n_z.
 Eigen::MatrixXd block_diagonal(const Model& model, const Eigen::VectorXd& modes);
 
-/// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still. Zeros where the latent system is not
-/// linear.
+/// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still. Zeros where the latent system is
+/// not linear.
 Eigen::MatrixXd steady_gain(const Model& model);
 
 }  // namespace nlo::codegen

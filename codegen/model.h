@@ -16,8 +16,8 @@
 
 namespace nlo::codegen {
 
-/// An observer of sampled outputs y with a latent state z: what every structure has, and the structure's own part, whose
-/// equations stand in structures/. `hold` says how y runs between samples.
+/// An observer of sampled outputs y with a latent state z: what every structure has, and the structure's own part,
+/// whose equations stand in structures/. `hold` says how y runs between samples.
 struct Model {
   std::string name;  ///< an identifier: namespace and file name of what is exported
   std::vector<Channel> outputs;

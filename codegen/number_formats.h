@@ -28,9 +28,9 @@ inline constexpr std::array kTanhTiers = {TanhTier{Activation::kTanh5e5, kTanh5e
 /// A hidden layer of the model goes through tanh.
 bool has_tanh(const FoldedModel& folded);
 
-/// `folded` in the numbers of `options`: weights of layers rounded to 16 bits, the tanh that was chosen. A header writes
-/// these numbers and the emulation in replay_run.h runs them. Throws Error, naming the layer and the mend, when a weight
-/// overflows, or when the scalar does not go with 16 bits.
+/// `folded` in the numbers of `options`: weights of layers rounded to 16 bits, the tanh that was chosen. A header
+/// writes these numbers and the emulation in replay_run.h runs them. Throws Error, naming the layer and the mend, when
+/// a weight overflows, or when the scalar does not go with 16 bits.
 FoldedModel in_formats(FoldedModel folded, const ExportOptions& options);
 
 /// The nearest number that 16 bits hold, ties to even: from double at once, for by way of float it could be rounded

@@ -45,9 +45,9 @@ QuantisedNetwork quantise(const Model& model, const FoldedModel& folded);
 /// `network` over inputs in `box`. `largest` has the largest activation of each hidden layer; only relu reads it.
 QuantisedNetwork quantise(const FoldedNetwork& network, const InputBox& box, const std::vector<double>& largest);
 
-/// Largest activation of each hidden layer of `map`, which is `network` when folded, for inputs in `box`: 1 for tanh; for relu 1.1 times what training
-/// recorded. Without a record: 1.1 times the largest over 4,096 inputs, half of them corners of the box, which is more
-/// than training data reach and costs a bit or two of resolution.
+/// Largest activation of each hidden layer of `map`, which is `network` when folded, for inputs in `box`: 1 for tanh;
+/// for relu 1.1 times what training recorded. Without a record: 1.1 times the largest over 4,096 inputs, half of them
+/// corners of the box, which is more than training data reach and costs a bit or two of resolution.
 std::vector<double> largest_activations(const Network& map, const FoldedNetwork& network, const InputBox& box);
 
 /// Rows of a layer as the kernel executes them: those of zeros that fill up its blocks of 4 and 5 included.

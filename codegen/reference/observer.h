@@ -37,8 +37,8 @@ class ReferenceObserver {
   /// z = initial latent; the next sample is the first.
   void reset();
 
-  /// One sample period with the outputs `y` (n_y) and the inputs `u` (n_u), screened as Screening::take does. Before the
-  /// first good sample, nothing happens.
+  /// One sample period with the outputs `y` (n_y) and the inputs `u` (n_u), screened as Screening::take does. Before
+  /// the first good sample, nothing happens.
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u = {});
 
   /// The same over `dt_s` since the last sample. Structures that are integrated in pieces do nothing when that is more

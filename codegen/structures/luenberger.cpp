@@ -97,8 +97,8 @@ std::string text(std::complex<double> value) {
 // Gaps are stepped in pieces of at most this many sample periods (nlo/explicit_rk.h).
 constexpr double kLongestStep = 1.5;
 
-/// A - G C Hurwitz, and within the stable region of the Runge-Kutta method at the sample period. What g_hat adds to it is
-/// not checked.
+/// A - G C Hurwitz, and within the stable region of the Runge-Kutta method at the sample period. What g_hat adds to it
+/// is not checked.
 void check_luenberger(const Model& m) {
   const Luenberger& l = own_part<Luenberger>(m);
   const int nx = m.nx();

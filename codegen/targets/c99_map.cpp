@@ -146,8 +146,8 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
                         integers(by_rows.reshaped(), static_cast<std::size_t>(columns)));
     text += fmt::format("static const int32_t kBias{}[{}] = {};\n", l + 1, rows, integers(layer.bias, 8));
     const bool last = l + 1 == map.layers.size();
-    body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, here, sums);\n", last ? "dense" : "hidden", columns,
-                        rows, last ? "" : fmt::format("{}, ", layer.shift), l + 1);
+    body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, values, sums);\n", last ? "dense" : "hidden",
+                        columns, rows, last ? "" : fmt::format("{}, ", layer.shift), l + 1);
     if (!last) widest = std::max(widest, rows);
     most_sums = std::max(most_sums, rows);
   }
@@ -164,8 +164,9 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
     text += integer_activation(map.activation) + std::string(embedded_text("c99/int16_hidden.c.in"));
 
   text += estimate_head(name, folded.inverse_map()->inputs() > m.nz(), init, out);
-  text += fmt::format("  int16_t here[{}];\n  int32_t sums[{}];\n", widest, most_sums);
-  text += fmt::format("  for (int i = 0; i < {}; ++i) here[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;
+  text += fmt::format("  int16_t values[{}];\n  int32_t sums[{}];\n", widest, most_sums);
+  text +=
+      fmt::format("  for (int i = 0; i < {}; ++i) values[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;
   text += fmt::format("  for (int o = 0; o < {}; ++o) {{\n    Scalar total = kScale[o] * (Scalar)sums[o];\n", out);
   if (linear) text += fmt::format("    for (int i = 0; i < {0}; ++i) total += kLinearPath[{0} * o + i] * in[i];\n", in);
   return text + "    x_hat[o] = total;\n  }\n}\n";

@@ -146,7 +146,7 @@ TEST(BoundStudy, ConstantsOfALinearPlantAreTheClosedForms) {
               0.3 * std::max((codegen::linear_latent(model)->output_injection * Eigen::Vector2d(1, 1)).norm(),
                              (codegen::linear_latent(model)->output_injection * Eigen::Vector2d(1, -1)).norm()),
               kRounding);
-  for (const BoundConstant& c : result.constants) EXPECT_NE(c.standing, Standing::kSampled) << c.symbol;
+  for (const BoundConstant& c : result.constants) EXPECT_NE(c.evidence, Evidence::kSampled) << c.symbol;
 }
 
 struct Case {

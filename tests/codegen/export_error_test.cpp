@@ -112,7 +112,7 @@ TEST(ExportError, OfFlightsRefusesWhatTheTonesOfAReplayPassed) {
 
 TEST(ExportError, OutsideOfTheDomainIsStatedBesideAndJudgedByNobody) {
   Model m = paper_model();
-  m.latent_min *= 0.3;  // the tones at full loudness leave it, and int16 stays at its edge
+  m.latent_min *= 0.3;  // the tones at full amplitude leave it, and int16 stays at its edge
   m.latent_max *= 0.3;
   ExportOptions options;
   options.scalar = ScalarType::kInt16;

@@ -34,22 +34,22 @@ TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
   EXPECT_EQ(json["results"][0]["inverse_map"], "the model's own");
   EXPECT_EQ(json["results"][1]["inverse_map"], "retrained, 5 steps");
   for (const auto& result : json["results"]) {
-    std::map<std::string, std::string> standing;
+    std::map<std::string, std::string> evidence;
     std::map<std::string, double> value;
     for (const auto& constant : result["constants"]) {
-      standing[constant["symbol"]] = constant["standing"];
+      evidence[constant["symbol"]] = constant["evidence"];
       EXPECT_TRUE(constant["value"].is_number() || constant["value"].is_null());
       if (constant["value"].is_number()) value[constant["symbol"]] = constant["value"];
     }
-    EXPECT_EQ(standing["l upper"], "proven");
-    EXPECT_EQ(standing["l box"], "proven");
-    EXPECT_EQ(standing["l sampled"], "sampled");
+    EXPECT_EQ(evidence["l upper"], "proven");
+    EXPECT_EQ(evidence["l box"], "proven");
+    EXPECT_EQ(evidence["l sampled"], "sampled");
     EXPECT_LE(value["l box"], value["l upper"]);
     EXPECT_GT(value["l box"], 0.0);
-    EXPECT_EQ(standing["L_T"], "sampled");
-    EXPECT_EQ(standing["eps"], "sampled");
-    EXPECT_EQ(standing["w_bar"], "assumed");
-    EXPECT_EQ(standing["v_bar"], "assumed");
+    EXPECT_EQ(evidence["L_T"], "sampled");
+    EXPECT_EQ(evidence["eps"], "sampled");
+    EXPECT_EQ(evidence["w_bar"], "assumed");
+    EXPECT_EQ(evidence["v_bar"], "assumed");
     for (const char* kind : {"paper_19", "weights", "box", "slopes"})
       EXPECT_GT(result["bounds"][kind]["steady"].get<double>(), 0.0) << kind;
     EXPECT_GT(result["measured"]["steady_rms"].get<double>(), 0.0);

@@ -13,16 +13,16 @@ rm -rf "$work" && mkdir -p "$work"
 
 # judge WHAT REAL SAID LIMIT
 judge() {
-  local verdict=ok
+  local outcome=ok
   if [[ ! $2 =~ ^[0-9]+$ || ! $3 =~ ^[0-9]+$ ]]; then
-    verdict='FAILED: no number'
+    outcome='FAILED: no number'
   elif (($3 < $2)); then
-    verdict='FAILED: less than it takes'
+    outcome='FAILED: less than it takes'
   elif (($3 > $4)); then
-    verdict="FAILED: more than $4"
+    outcome="FAILED: more than $4"
   fi
-  echo "$1: takes $2, said $3, $verdict"
-  [[ $verdict == ok ]] || failed=1
+  echo "$1: takes $2, said $3, $outcome"
+  [[ $outcome == ok ]] || failed=1
 }
 
 source "$source/bench/embedded/stack_bound.sh"

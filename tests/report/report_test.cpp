@@ -120,7 +120,7 @@ TEST(Report, WarnsBeforeAllElse) {
   data.warning = "the training got <nowhere>";
   const std::string page = render_report(data, "false");
   EXPECT_THAT(page, HasSubstr("the training got &lt;nowhere&gt;"));
-  EXPECT_LT(page.find("class=\"alarm\""), page.find("class=\"verdict\""));
+  EXPECT_LT(page.find("class=\"alarm\""), page.find("class=\"summary\""));
   expect_balanced(page);
 }
 

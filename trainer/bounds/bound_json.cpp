@@ -29,7 +29,7 @@ Json result_json(const BoundResult& r) {
   for (const BoundConstant& constant : r.constants)
     json["constants"].push_back({{"symbol", constant.symbol},
                                  {"value", number(constant.value)},
-                                 {"standing", standing_name(constant.standing)},
+                                 {"evidence", evidence_name(constant.evidence)},
                                  {"meaning", constant.meaning}});
   json["bounds"] = {{"paper_19", bound_of(r.bounds.paper, r.transient_paper_s, m.ratio_paper)},
                     {"weights", bound_of(r.bounds.weights, r.transient_weights_s, m.ratio_weights)},

@@ -39,13 +39,13 @@ Linearity linearity_of(const Plant& plant, const Eigen::MatrixXd& initial) {
 
 }  // namespace
 
-const char* standing_name(Standing standing) {
-  switch (standing) {
-    case Standing::kProven:
+const char* evidence_name(Evidence evidence) {
+  switch (evidence) {
+    case Evidence::kProven:
       return "proven";
-    case Standing::kSampled:
+    case Evidence::kSampled:
       return "sampled";
-    case Standing::kAssumed:
+    case Evidence::kAssumed:
       return "assumed";
   }
   return "";
@@ -112,7 +112,8 @@ codegen::Model BoundStudy::exact_observer(double k) const {
   codegen::Model observer = model_;
   const Eigen::Index nz = model_.nz(), ny = model_.ny(), nx = model_.nx();
   codegen::linear_latent(observer)->eigenvalues = system.eigenvalues;
-  if (observer.hold == Hold::kRk4) observer.hold = Hold::kFirstOrder;  // whose approximation it is, with an error of its own
+  if (observer.hold == Hold::kRk4)
+    observer.hold = Hold::kFirstOrder;  // whose approximation it is, with an error of its own
   observer.output_min = Eigen::VectorXd::Constant(ny, -kFar);
   observer.output_max = Eigen::VectorXd::Constant(ny, kFar);
   observer.latent_min = Eigen::VectorXd::Constant(nz, -kFar);
@@ -177,22 +178,22 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
   const BoundSet quiet = bounds(Eigen::VectorXd::Zero(plant_.ny()), quiet_hold, 0.0);
 
   const double e0 = initial_error(observer, map);
-  const Standing exactly = exact() ? Standing::kProven : Standing::kSampled;
+  const Evidence exactly = exact() ? Evidence::kProven : Evidence::kSampled;
   result.constants = {
-      {"k lambda", "slowest mode of D_k [1/s]", Standing::kProven, lambda},
+      {"k lambda", "slowest mode of D_k [1/s]", Evidence::kProven, lambda},
       {"L_T", "|x1 - x2| <= L_T |T(x1) - T(x2)| at k = 1", exactly, base_.l_t},
       {"L_Tx", "sup |dT/dx| at k = 1", exactly, base_.l_tx},
       {"L_Tk", "as L_T, of this k's own T_k", exactly, map.l_t},
       {"L_Tkx", "as L_Tx, of this k's own T_k", exactly, map.l_tx},
-      {"l upper", "Lipschitz constant of T*, from its weights", Standing::kProven, upper.latent},
-      {"l box", "the same over the domain's box", Standing::kProven, box.latent},
-      {"l found", "steepest slope of T* found there", Standing::kSampled, steepest},
-      {"l sampled", "largest slope of T* at samples of T(x)", Standing::kSampled, lower.latent},
-      {"w_bar", "largest disturbance |w| of dx/dt", Standing::kAssumed, test_.disturbance},
-      {"v_bar", "sup |F v| at the noise's limit", Standing::kAssumed, noise_bound},
+      {"l upper", "Lipschitz constant of T*, from its weights", Evidence::kProven, upper.latent},
+      {"l box", "the same over the domain's box", Evidence::kProven, box.latent},
+      {"l found", "steepest slope of T* found there", Evidence::kSampled, steepest},
+      {"l sampled", "largest slope of T* at samples of T(x)", Evidence::kSampled, lower.latent},
+      {"w_bar", "largest disturbance |w| of dx/dt", Evidence::kAssumed, test_.disturbance},
+      {"v_bar", "sup |F v| at the noise's limit", Evidence::kAssumed, noise_bound},
       {"v_hold", "sup |F (held y - y)| between samples", exactly, hold_bound},
       {"eps", "approximation error of T*, sup |T*(T(x)) - x|", exactly, approximation},
-      {"e0", "initial error of z, sup |z(0) - T(x(0))|", starts_are_in_a_box() ? Standing::kProven : Standing::kSampled,
+      {"e0", "initial error of z, sup |z(0) - T(x(0))|", starts_are_in_a_box() ? Evidence::kProven : Evidence::kSampled,
        e0},
   };
   if (exact())  // one constant of T*, and no samples
@@ -200,9 +201,9 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
       return c.symbol == "l box" || c.symbol == "l found" || c.symbol == "l sampled";
     });
   if (upper.output > 0.0) {
-    result.constants.push_back({"l_y upper", "as l upper, for the y that T* reads", Standing::kProven, upper.output});
-    result.constants.push_back({"l_y box", "the same over the domain's box", Standing::kProven, box.output});
-    result.constants.push_back({"l_y sampled", "largest slope in y at samples", Standing::kSampled, lower.output});
+    result.constants.push_back({"l_y upper", "as l upper, for the y that T* reads", Evidence::kProven, upper.output});
+    result.constants.push_back({"l_y box", "the same over the domain's box", Evidence::kProven, box.output});
+    result.constants.push_back({"l_y sampled", "largest slope in y at samples", Evidence::kSampled, lower.output});
   }
   constexpr double kRounding = 1e-9;
   result.power_claim_holds = map.l_t <= std::pow(k, static_cast<double>(system.nz())) * base_.l_t * (1.0 + kRounding);

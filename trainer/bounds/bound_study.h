@@ -34,17 +34,17 @@ struct BoundTest {
 };
 
 /// How far a number can be trusted.
-enum class Standing {
+enum class Evidence {
   kProven,   ///< a theorem or an exact computation: nothing can exceed it
   kSampled,  ///< the largest found at finitely many points: there may be larger ones between them
   kAssumed   ///< given by the user
 };
-const char* standing_name(Standing standing);
+const char* evidence_name(Evidence evidence);
 
 /// A constant of the bound, for people.
 struct BoundConstant {
   std::string symbol, meaning;
-  Standing standing = Standing::kSampled;
+  Evidence evidence = Evidence::kSampled;
   double value = 0.0;  ///< infinite or NaN where it has none
 };
 

@@ -28,25 +28,25 @@ std::string those(const BoundReport& report, const std::function<bool(const Boun
 
 std::string claim(const BoundReport& report, const char* step, bool BoundResult::*holds) {
   const std::string fails = those(report, [&](const BoundResult& r) { return !(r.*holds); });
-  const char* standing = report.exact ? "" : " (by the sampled constants)";
-  return fails.empty() ? fmt::format("The proof's step {} holds for every k here{}.", step, standing)
-                       : fmt::format("The proof's step {} fails for {}{}.", step, fails, standing);
+  const char* evidence = report.exact ? "" : " (by the sampled constants)";
+  return fails.empty() ? fmt::format("The proof's step {} holds for every k here{}.", step, evidence)
+                       : fmt::format("The proof's step {} fails for {}{}.", step, fails, evidence);
 }
 
 }  // namespace
 
 BoundTable bound_table(const BoundReport& report) {
-  BoundTable table{{"", "standing"}, {}};
+  BoundTable table{{"", "evidence"}, {}};
   for (const BoundResult& result : report.results) table.headings.push_back("k = " + shortest_text(result.k));
-  const auto row = [&](const std::string& what, const std::string& standing, const Value& value) {
-    auto& cells = table.rows.emplace_back(std::vector<std::string>{what, standing});
+  const auto row = [&](const std::string& what, const std::string& evidence, const Value& value) {
+    auto& cells = table.rows.emplace_back(std::vector<std::string>{what, evidence});
     for (const BoundResult& result : report.results) cells.push_back(cell(value(result)));
   };
   const std::string bound = report.exact ? "proven" : "estimated";
   table.rows.push_back({"Constants"});
   for (std::size_t i = 0; i < report.results.front().constants.size(); ++i) {
     const BoundConstant& constant = report.results.front().constants[i];
-    row(fmt::format("  {}: {}", constant.symbol, constant.meaning), standing_name(constant.standing),
+    row(fmt::format("  {}: {}", constant.symbol, constant.meaning), evidence_name(constant.evidence),
         [i](const BoundResult& r) { return r.constants[i].value; });
   }
   table.rows.push_back({"Steady error |x - x_hat|, second half of the horizon"});

@@ -9,7 +9,7 @@
 
 namespace nlo::trainer {
 
-/// A table with a column per k: the quantities and, in the second column, their standing (proven, sampled, assumed,
+/// A table with a column per k: the quantities and, in the second column, their evidence (proven, sampled, assumed,
 /// measured, claimed; estimated: a bound made of sampled constants). A row of one cell is the heading of a group.
 struct BoundTable {
   std::vector<std::string> headings;

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "codegen/error.h"
-#include "codegen/reference/observer.h"
 #include "codegen/latent_step.h"
+#include "codegen/reference/observer.h"
 #include "trainer/bounds/jacobian_enclosure.h"
 
 namespace nlo::trainer {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Proposition 2 and the remark on the approximation error, as numbers. With D_k = k D, lambda = max Re of D's
-// eigenvalues, |w| <= w_bar on the state's derivative, |F v| <= v_bar on the injected output, and e0 = |z(0) -
-// T_k(x(0))|,
+// eigenvalues, |w| <= w_bar on the state's derivative, |F v| <= v_bar on the injected output, and the initial error
+// e0 = |z(0) - T_k(x(0))|,
 //
 //   |z - T_k(x)| <= exp(k lambda t) e0 + (L_Tkx w_bar + v_bar) / |k lambda|
 //   |x - x~|     <= k^n_z sqrt(n_x) L_T (exp(k lambda t) e0 + (L_Tx / k w_bar + v_bar) / |k lambda|)     (19)
 //   |x - x_hat|  <= l (bound of |z - T_k(x)|) + eps
 //
-// the proof's first half; (19) for x~ = T_k*(z); and the remark, for the learned x_hat.
+// These are the first half of the proof; (19), for x~ = T_k*(z); and the remark, for the learned x_hat.
 //
 // Where (19) is loose, or claims what does not hold:
 //  - L_T and L_Tx are those of k = 1; k^n_z and 1/k carry them to k. |dT_k/dx| <= L_Tx / k compares two upper bounds,
@@ -18,9 +18,9 @@
 //    (Kirszbraun), and the pseudo-inverse of a linear T is one.
 //  - one rate, the slowest, for all modes, though the noise meets each mode at its own.
 //  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than what the plant contracts.
-// So beside (19) a sharper bound that needs none of this stands in each report: L of this k's own T*, each mode at its
-// own rate: |e|^2 <= sum over modes of ((V_i + L_i w_bar) / |Re lambda_i|)^2, with V_i = sup |F_i v| and L_i = sup
-// |dT_i/dx|.
+// So each report has a sharper bound beside (19) that needs none of this, with L of this k's own T* and each mode at its
+// own rate:
+//   |e|^2 <= sum over modes of ((V_i + L_i w_bar) / |Re lambda_i|)^2,   V_i = sup |F_i v|, L_i = sup |dT_i/dx|
 #pragma once
 
 #include <Eigen/Core>

@@ -7,8 +7,8 @@
 
 #include "codegen/model_file.h"
 #include "trainer/commands/command.h"
-#include "trainer/commands/judgement.h"
 #include "trainer/commands/output_directory.h"
+#include "trainer/commands/run_report.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -27,19 +27,19 @@ void run(Arguments arguments) {
   const Experiment experiment = experiment_of(model, file);
   if (arguments.output.empty()) arguments.output = arguments.directory + "/report.html";
   check_output_file(arguments.output);
-  Judgement judgement;
+  RunReport report;
   if (experiment.plant) {
     for (const NoiseConfig& noise : arguments.test.noises)
       check_noise(noise, make_plant(*experiment.plant)->outputs().size());
     if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
-    judgement = run_phase([&] { return judge_on_plant(model, experiment, arguments.test); });
+    report = run_phase([&] { return report_on_plant(model, experiment, arguments.test); });
   } else {
     if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");
     const LogSplits splits = load_log_splits(*experiment.log, arguments.data, experiment.training.mirror);
-    judgement = run_phase(
-        [&] { return judge_on_logs(model, experiment, splits.train, logs_to_judge_by(splits), splits.report); });
+    report = run_phase(
+        [&] { return report_on_logs(model, experiment, splits.train, logs_to_report_on(splits), splits.report); });
   }
-  run_phase([&] { write_output_file(arguments.output, run_report(model, judgement, arguments.directory)); });
+  run_phase([&] { write_output_file(arguments.output, run_report_page(model, report, arguments.directory)); });
   if (!is_stdout(arguments.output)) fmt::print("report   {}\n", arguments.output);
 }
 

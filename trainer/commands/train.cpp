@@ -13,8 +13,8 @@
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/ignored_inputs.h"
 #include "trainer/commands/interrupt.h"
-#include "trainer/commands/judgement.h"
 #include "trainer/commands/output_directory.h"
+#include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/transient.h"
 #include "trainer/experiments/load_experiment.h"
@@ -36,8 +36,8 @@ struct Arguments {
 /// What an experiment trains on, is chosen by and is judged by.
 struct Data {
   Dataset training, validation;
-  JudgedLogs judged;  ///< of logs; a plant is tested on new trajectories
-  LogReport clock;    ///< of logs
+  ReportedLogs judged;  ///< of logs; a plant is tested on new trajectories
+  LogReport clock;      ///< of logs
   TrainingLogs remembered = {};
 };
 
@@ -50,7 +50,7 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
   LogSplits splits = load_log_splits(*experiment.log, arguments.data, experiment.training.mirror);
   if (!arguments.quiet) fmt::print(stderr, "{}", to_text(splits.report));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
-  JudgedLogs judged = logs_to_judge_by(splits);
+  ReportedLogs judged = logs_to_report_on(splits);
   if (splits.validation.trajectories.empty()) {
     if (!arguments.quiet)
       fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs\n");
@@ -90,12 +90,12 @@ TrainingResult train_with_progress(const Experiment& experiment, const Data& dat
   return result;
 }
 
-Judgement judge(const Experiment& experiment, const Data& data, const codegen::Model& model) {
-  if (experiment.log) return judge_on_logs(model, experiment, data.training, data.judged, data.clock);
+RunReport judge(const Experiment& experiment, const Data& data, const codegen::Model& model) {
+  if (experiment.log) return report_on_logs(model, experiment, data.training, data.judged, data.clock);
   StrictTest test;
   test.seed = experiment.seed;
   test.threads = experiment.threads;
-  return judge_on_plant(model, experiment, test);
+  return report_on_plant(model, experiment, test);
 }
 
 std::string resume_command(const Arguments& arguments) {
@@ -132,10 +132,10 @@ void run(Arguments arguments) {
       throw RunFailure(fmt::format(
           "interrupted after {} of {} steps; {}/model.json has the best so far, and this goes on to the same bytes: {}",
           result.steps_done, experiment.training.steps, arguments.output, resume_command(arguments)));
-    Judgement judgement = judge(experiment, data, result.model);
-    if (result.outcome != TrainOutcome::kFinished) judgement.warning = result.message;
-    fmt::print("{}", judgement_text(result.model, judgement));
-    write_run_report(result.model, judgement, arguments.output);
+    RunReport report = judge(experiment, data, result.model);
+    if (result.outcome != TrainOutcome::kFinished) report.warning = result.message;
+    fmt::print("{}", run_report_text(result.model, report));
+    write_run_report(result.model, report, arguments.output);
     fmt::print("model    {0}/model.json\nmetrics  {0}/metrics.csv\nreport   {0}/report.html\n", arguments.output);
     if (result.outcome != TrainOutcome::kFinished) throw RunFailure(result.message);
   });

@@ -118,11 +118,11 @@ std::string bound_page(const BoundReport& report, const std::string& gnuplot) {
       "<h1>{}: how fast, how noisy</h1>\n<p class=\"soft\">Proposition 2 on the plant {}: D_k = k D; {}.</p>\n",
       escaped(report.model), escaped(report.plant), escaped(bound_conditions(report))));
   const std::vector<std::string> findings = bound_findings(report);
-  page.text(fmt::format("<p class=\"verdict\">{}</p>\n", escaped(findings.front())));
+  page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(findings.front())));
   page.heading("The trade-off");
   page.figure(over_k(report));
   page.figure(trade_off(report));
-  page.heading("Every constant and its standing");
+  page.heading("Every constant and its evidence");
   const BoundTable table = bound_table(report);
   page.text(html_table(table.headings, table.rows));
   page.text(

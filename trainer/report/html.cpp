@@ -17,7 +17,7 @@ h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; padding-top: .8rem; border-top:
 h3 { font-size: 1rem; margin: 1.6rem 0 .3rem; }
 a { color: var(--accent); text-decoration: none; } a:hover { text-decoration: underline; }
 p { max-width: 46rem; } .soft, figcaption, dt { color: var(--soft); } .soft { font-size: .9rem; }
-.verdict { font-size: 1.1rem; border-left: 4px solid var(--accent); padding: .2rem 0 .2rem 1rem; margin: 1.2rem 0; }
+.summary { font-size: 1.1rem; border-left: 4px solid var(--accent); padding: .2rem 0 .2rem 1rem; margin: 1.2rem 0; }
 .tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(11rem, 1fr)); gap: .8rem; margin: 1.4rem 0; }
 .tile { background: var(--card); border-radius: .5rem; padding: .8rem 1rem; }
 .tile b { display: block; font-size: 1.5rem; line-height: 1.25; font-variant-numeric: tabular-nums; }

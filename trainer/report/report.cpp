@@ -58,7 +58,7 @@ const Evaluation* named(const std::vector<Evaluation>& group, std::string_view n
   return nullptr;
 }
 
-std::string plant_verdict(const std::vector<Evaluation>& group) {
+std::string plant_summary(const std::vector<Evaluation>& group) {
   const ErrorMetrics& own = group.front().metrics;
   std::string text = fmt::format(
       "With {} on its measurements the observer errs by {} (root mean square over {} runs of {} s, "
@@ -81,7 +81,7 @@ std::string plant_verdict(const std::vector<Evaluation>& group) {
   return text;
 }
 
-std::string log_verdict(const LogEvaluation& logs) {
+std::string log_summary(const LogEvaluation& logs) {
   const LogMetrics& own = logs.entries.front().metrics;
   const std::size_t settled = settled_window(own.windows);
   const bool one = own.files.size() == 1;
@@ -311,8 +311,8 @@ std::string render_report(const ReportData& data, const std::string& gnuplot) {
       escaped(data.title)));
   if (!data.warning.empty()) page.text(alarm(data.warning));
   const auto* group = main_group(data.evaluations);
-  if (group != nullptr) page.text(fmt::format("<p class=\"verdict\">{}</p>\n", escaped(plant_verdict(*group))));
-  if (data.logs) page.text(fmt::format("<p class=\"verdict\">{}</p>\n", escaped(log_verdict(*data.logs))));
+  if (group != nullptr) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(plant_summary(*group))));
+  if (data.logs) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(log_summary(*data.logs))));
   page.text(tiles(data));
   if (group != nullptr) add_plant_sections(page, data);
   if (data.logs) add_log_sections(page, *data.logs);

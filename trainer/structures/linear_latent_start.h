@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// D and F of z' = D z + F y as [observer] gives them, and what T* reads of z: of a KKL observer, and of what the network
-// of a general one starts as.
+// D and F of z' = D z + F y as [observer] gives them, and what T* reads of z: of a KKL observer, and of what the
+// network of a general one starts as.
 #pragma once
 
 #include <complex>
@@ -15,8 +15,8 @@ namespace nlo::trainer {
 /// at the experiment's sample period, where only the logs' time stamps do not know it.
 void check_linear_latent(const Experiment& experiment);
 
-/// Throws KeyError when `hold` = rk4 diverges for one of the eigenvalues at this sample period (|A| >= 1), naming it and
-/// the mends. Reading an experiment checks this itself unless only the log's time stamps know the period.
+/// Throws KeyError when `hold` = rk4 diverges for one of the eigenvalues at this sample period (|A| >= 1), naming it
+/// and the mends. Reading an experiment checks this itself unless only the log's time stamps know the period.
 void check_latent_step(const ObserverConfig& observer, double sample_period_s);
 
 /// Throws KeyError unless z starts at zero. `what` stands in the message: "the general observer".

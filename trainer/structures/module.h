@@ -59,8 +59,8 @@ class TrainableStructure {
   virtual std::vector<float> initial_dynamics(const ObserverStructure& structure,
                                               const Experiment& experiment) const = 0;
 
-  /// The right-hand side of its latent system, for the general route; in double for tests of gradients. Null: the latent
-  /// system is no differential equation.
+  /// The right-hand side of its latent system, for the general route; in double for tests of gradients. Null: the
+  /// latent system is no differential equation.
   virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure&) const { return nullptr; }
   virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure&) const { return nullptr; }
 

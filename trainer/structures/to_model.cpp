@@ -18,9 +18,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The domain: what latent states training has seen, relative to S y for relative outputs, and a tenth of their
-/// range more.
-/// Outputs: one more range on either side before a measurement is called impossible; angles may count 64 turns.
+/// The domain: what latent states training has seen, relative to S y for relative outputs, and a tenth of their range
+/// more. Outputs: one more range on either side before a measurement is called impossible; angles may count 64 turns.
 void set_ranges(codegen::Model& model, const Rollout& rollout) {
   const MatrixXd steady_gain = codegen::steady_gain(model);
   const Index nz = model.nz(), ny = model.ny();

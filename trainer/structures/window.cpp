@@ -20,8 +20,8 @@ struct WindowConfig {
   int samples = 16;
 };
 
-/// The rows of z are the outputs, each `samples` times, one sample older from row to row. What a gap has left out lies on
-/// the hold, as in flight (nlo/window_observer.h).
+/// The rows of z are the outputs, each `samples` times, one sample older from row to row. What a gap has left out lies
+/// on the hold, as in flight (nlo/window_observer.h).
 class WindowLatent final : public LatentDynamics {
  public:
   WindowLatent(const ObserverStructure& structure, const std::vector<double>& steps_s)

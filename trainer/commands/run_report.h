@@ -15,7 +15,7 @@
 
 namespace nlo::trainer {
 
-struct Judgement {
+struct RunReport {
   std::vector<std::vector<Evaluation>> evaluations;  ///< of a plant; per noise, the observer first
   std::optional<LogEvaluation> logs;                 ///< of the test logs
   std::optional<LogReport> log_clock;
@@ -23,27 +23,27 @@ struct Judgement {
 };
 
 /// A plant: `test`; without noises in it, none and the noise of the training.
-Judgement judge_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test);
+RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test);
 
 /// What a model of logs is judged by: the test split; without one the validation split, without that the training
 /// split.
-struct JudgedLogs {
+struct ReportedLogs {
   Dataset logs;
   std::string split;  ///< "test", "validation" or "training"
 };
-JudgedLogs logs_to_judge_by(const LogSplits& splits);
+ReportedLogs logs_to_report_on(const LogSplits& splits);
 
 /// Logs, beside baselines that learn from the training split. A note says so when they are not test logs.
-Judgement judge_on_logs(const codegen::Model& model, const Experiment& experiment, const Dataset& training,
-                        const JudgedLogs& judged, const LogReport& clock);
+RunReport report_on_logs(const codegen::Model& model, const Experiment& experiment, const Dataset& training,
+                         const ReportedLogs& judged, const LogReport& clock);
 
 /// Tables for a terminal.
-std::string judgement_text(const codegen::Model& model, const Judgement& judgement);
+std::string run_report_text(const codegen::Model& model, const RunReport& report);
 
 /// report.html of a run that lies in `directory`.
-std::string run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory);
+std::string run_report_page(const codegen::Model& model, const RunReport& report, const std::string& directory);
 
 /// Replaces DIR/report.html by it.
-void write_run_report(const codegen::Model& model, const Judgement& judgement, const std::string& directory);
+void write_run_report(const codegen::Model& model, const RunReport& report, const std::string& directory);
 
 }  // namespace nlo::trainer

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/commands/run_report.h"
+
+#include "codegen/file.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/evaluation/evaluation_text.h"
+#include "trainer/report/report.h"
+
+namespace nlo::trainer {
+
+RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test) {
+  if (test.noises.empty()) {
+    test.noises.emplace_back();
+    if (!experiment.training.noise.none()) test.noises.push_back(experiment.training.noise);
+  }
+  RunReport report;
+  report.evaluations = run_strict_test(model, experiment, test);
+  return report;
+}
+
+ReportedLogs logs_to_report_on(const LogSplits& splits) {
+  if (!splits.test.trajectories.empty()) return {splits.test, "test"};
+  if (!splits.validation.trajectories.empty()) return {splits.validation, "validation"};
+  return {splits.train, "training"};
+}
+
+RunReport report_on_logs(const codegen::Model& model, const Experiment& experiment, const Dataset& training,
+                         const ReportedLogs& judged, const LogReport& clock) {
+  RunReport report;
+  report.log_clock = clock;
+  LogEvaluation& logs =
+      report.logs.emplace(evaluate_on_logs(model, judged.logs, resolve_columns(*experiment.log), &training,
+                                           NoiseConfig{}, experiment.seed, metrics_config(experiment, judged.logs)));
+  logs.split = judged.split;
+  if (judged.split == "validation")
+    logs.notes.insert(logs.notes.begin(),
+                      "These are the validation logs, which chose among the models of the training: new logs may fare "
+                      "worse. Name some as test_files in [log].");
+  if (judged.split == "training")
+    logs.notes.insert(logs.notes.begin(),
+                      "These are the training logs: the errors say how well the model fits them, not how well it does "
+                      "on others. Name logs as validation_files and test_files in [log].");
+  return report;
+}
+
+std::string run_report_text(const codegen::Model& model, const RunReport& report) {
+  std::string text;
+  for (const auto& evaluations : report.evaluations) text += evaluation_text(model.name, evaluations);
+  if (report.logs) text += evaluation_text(model.name, *report.logs);
+  return text;
+}
+
+std::string run_report_page(const codegen::Model& model, const RunReport& report, const std::string& directory) {
+  ReportData data = report_of(model, directory);
+  data.evaluations = report.evaluations;
+  data.logs = report.logs;
+  data.log_clock = report.log_clock;
+  data.warning = report.warning;
+  return render_report(data);
+}
+
+void write_run_report(const codegen::Model& model, const RunReport& report, const std::string& directory) {
+  codegen::write_file_atomically(directory + "/report.html", run_report_page(model, report, directory));
+}
+
+}  // namespace nlo::trainer
