@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/model_file.h"
+#include "codegen/structures/module.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,7 +50,7 @@ TEST(ModelFile, EveryStructureIsNamedAndComesBack) {
     EXPECT_EQ(structure_name(read), name);
     EXPECT_EQ(to_json(read), json) << name;
   }
-  EXPECT_EQ(seen.size(), 3U);
+  EXPECT_EQ(seen.size() + 1, structure_modules().size()) << "kkl has models of its own";
 }
 
 TEST(ModelFile, CommittedModelsStandAsTheyWouldBeWritten) {

@@ -117,7 +117,7 @@ TEST(StructureQuestions, AreSeenInEachOfTheirForms) {
         "std::visit([](auto& s) { f(s); }, m.structure);", "structure_->is_kkl() && r < 3", "case StructureKind::kKkl:",
         "dynamic_cast<const KklFamily*>(structure.module)", "return &luenberger_structure();"}) {
     SCOPED_TRACE(code);
-    EXPECT_THAT(questions("\n" + std::string(code)), ElementsAre(HasSubstr("2: ")));
+    EXPECT_THAT(questions(std::string("\n") + code), ElementsAre(HasSubstr("2: ")));
   }
   EXPECT_THAT(questions("// structure == \"kkl\"\nf(\"take structure = \\\"kkl\\\"\");\nmodule.has_eigenvalues();"),
               IsEmpty());
