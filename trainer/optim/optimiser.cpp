@@ -8,47 +8,38 @@
 
 namespace nlo::trainer {
 
-double schedule_factor(const TrainingConfig& config, long step) {
-  if (config.schedule == "constant") return 1.0;
-  if (config.schedule == "exponential") return std::pow(config.decay, static_cast<double>(step));
-  if (config.schedule == "cosine") {
-    return 0.5 * (1.0 + std::cos(std::numbers::pi * static_cast<double>(step) / config.steps));
+namespace {
+
+template <class Entry>
+const Entry& entry_named(const std::vector<Entry>& entries, std::string_view name, const char* what) {
+  std::string names;
+  for (const Entry& entry : entries) {
+    if (entry.name == name) return entry;
+    if (!names.empty()) names += &entry == &entries.back() ? " or " : ", ";
+    names += entry.name;
   }
-  throw codegen::Error("unknown schedule \"" + config.schedule + "\"; use constant, exponential or cosine");
+  throw codegen::Error("unknown " + std::string(what) + " \"" + std::string(name) + "\"; use " + names);
 }
 
-std::vector<std::string> schedule_names() {
-  return {"constant", "exponential", "cosine"};
-}
-std::vector<std::string> optimiser_names() {
-  return {"adam", "gradient_descent"};
-}
-
-Optimiser::Optimiser(const std::string& name, std::vector<ParameterGroup> groups)
-    : adam_(name == "adam"), groups_(std::move(groups)) {
-  if (!adam_ && name != "gradient_descent") {
-    throw codegen::Error("unknown optimiser \"" + name + "\"; use adam or gradient_descent");
-  }
-  std::size_t count = 0;
-  for (const ParameterGroup& group : groups_) count += static_cast<std::size_t>(group.count);
-  if (adam_) memory_.assign(2 * count, 0.0F);
-}
-
-void Optimiser::step(float* parameters, const float* gradient, long step, double factor) {
-  adam_ ? adam(parameters, gradient, step, factor) : gradient_descent(parameters, gradient, factor);
+template <class Entry>
+std::vector<std::string> names_of(const std::vector<Entry>& entries) {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries) names.emplace_back(entry.name);
+  return names;
 }
 
 /// Kingma and Ba 2015, with decoupled weight decay (Loshchilov and Hutter 2019).
-void Optimiser::adam(float* p, const float* g, long step, double factor) {
+void adam(const std::vector<ParameterGroup>& groups, float* p, const float* g, long step, double factor,
+          std::vector<float>& memory) {
   constexpr float kBeta1 = 0.9F;
   constexpr float kBeta2 = 0.999F;
   constexpr float kEpsilon = 1e-8F;
   const double t = static_cast<double>(step) + 1.0;
   const auto correct1 = static_cast<float>(1.0 / (1.0 - std::pow(static_cast<double>(kBeta1), t)));
   const auto correct2 = static_cast<float>(1.0 / (1.0 - std::pow(static_cast<double>(kBeta2), t)));
-  float* m = memory_.data();
-  float* v = m + memory_.size() / 2;
-  for (const ParameterGroup& group : groups_) {
+  float* m = memory.data();
+  float* v = m + memory.size() / 2;
+  for (const ParameterGroup& group : groups) {
     const auto rate = static_cast<float>(group.rate * factor);
     const auto keep = static_cast<float>(1.0 - group.rate * factor * group.weight_decay);
     for (int i = 0; i < group.count; ++i, ++p, ++g, ++m, ++v) {
@@ -59,12 +50,64 @@ void Optimiser::adam(float* p, const float* g, long step, double factor) {
   }
 }
 
-void Optimiser::gradient_descent(float* p, const float* g, double factor) {
-  for (const ParameterGroup& group : groups_) {
+void gradient_descent(const std::vector<ParameterGroup>& groups, float* p, const float* g, long, double factor,
+                      std::vector<float>&) {
+  for (const ParameterGroup& group : groups) {
     const auto rate = static_cast<float>(group.rate * factor);
     const auto keep = static_cast<float>(1.0 - group.rate * factor * group.weight_decay);
     for (int i = 0; i < group.count; ++i, ++p, ++g) *p = keep * *p - rate * *g;
   }
+}
+
+double constant(const TrainingConfig&, double) {
+  return 1.0;
+}
+double exponential(const TrainingConfig& config, double step) {
+  return std::pow(config.decay, step);
+}
+double cosine(const TrainingConfig& config, double step) {
+  return 0.5 * (1.0 + std::cos(std::numbers::pi * step / config.steps));
+}
+
+}  // namespace
+
+const std::vector<OptimiserEntry>& optimisers() {
+  static const std::vector<OptimiserEntry> kEntries = {
+      {"adam", 2, adam},  // first and second moments, one after the other
+      {"gradient_descent", 0, gradient_descent},
+  };
+  return kEntries;
+}
+
+const std::vector<ScheduleEntry>& schedules() {
+  static const std::vector<ScheduleEntry> kEntries = {
+      {"constant", constant},
+      {"exponential", exponential},
+      {"cosine", cosine},
+  };
+  return kEntries;
+}
+
+std::vector<std::string> optimiser_names() {
+  return names_of(optimisers());
+}
+std::vector<std::string> schedule_names() {
+  return names_of(schedules());
+}
+
+double schedule_factor(const TrainingConfig& config, long step) {
+  return entry_named(schedules(), config.schedule, "schedule").factor(config, static_cast<double>(step));
+}
+
+Optimiser::Optimiser(const std::string& name, std::vector<ParameterGroup> groups)
+    : entry_(&entry_named(optimisers(), name, "optimiser")), groups_(std::move(groups)) {
+  std::size_t count = 0;
+  for (const ParameterGroup& group : groups_) count += static_cast<std::size_t>(group.count);
+  memory_.assign(entry_->numbers_per_parameter * count, 0.0F);
+}
+
+void Optimiser::step(float* parameters, const float* gradient, long step, double factor) {
+  entry_->step(groups_, parameters, gradient, step, factor, memory_);
 }
 
 }  // namespace nlo::trainer

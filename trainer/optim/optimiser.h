@@ -2,20 +2,14 @@
 // Optimisers and learning-rate schedules. A new one is one entry in the tables of optimiser.cpp.
 #pragma once
 
-#include <functional>
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
-
-/// Learning rate at a step, relative to the configured one: 1 at first.
-double schedule_factor(const TrainingConfig& config, long step);
-
-/// Names for configs and messages.
-std::vector<std::string> schedule_names();
-std::vector<std::string> optimiser_names();
 
 /// What one parameter needs: its own rate (relative) and decay.
 struct ParameterGroup {
@@ -24,23 +18,44 @@ struct ParameterGroup {
   double weight_decay = 0.0;  ///< decoupled: p -= rate * weight_decay * p
 };
 
-/// First-order optimisers; `memory` is their state, to be saved with a checkpoint.
+/// A first-order optimiser: parameters <- parameters - rate * direction(gradient), group by group.
+struct OptimiserEntry {
+  std::string_view name;              ///< of [training] optimiser
+  std::size_t numbers_per_parameter;  ///< of its memory, zero at first
+  void (*step)(const std::vector<ParameterGroup>& groups, float* parameters, const float* gradient, long step,
+               double factor, std::vector<float>& memory);
+};
+
+/// A schedule of the learning rate.
+struct ScheduleEntry {
+  std::string_view name;  ///< of [training] schedule
+  /// The rate at a step, relative to the configured one: 1 at first.
+  double (*factor)(const TrainingConfig& config, double step);
+};
+
+const std::vector<OptimiserEntry>& optimisers();
+const std::vector<ScheduleEntry>& schedules();
+
+/// Names for configs and messages.
+std::vector<std::string> optimiser_names();
+std::vector<std::string> schedule_names();
+
+/// The configured schedule at a step. Throws codegen::Error with the names there are.
+double schedule_factor(const TrainingConfig& config, long step);
+
+/// The optimiser of that name with its memory, which is saved with a checkpoint. Throws codegen::Error likewise.
 class Optimiser {
  public:
   Optimiser(const std::string& name, std::vector<ParameterGroup> groups);
 
-  /// parameters <- parameters - rate * direction(gradient).
   void step(float* parameters, const float* gradient, long step, double factor);
 
   std::vector<float>& memory() { return memory_; }
 
  private:
-  void adam(float* p, const float* g, long step, double factor);
-  void gradient_descent(float* p, const float* g, double factor);
-
-  bool adam_ = true;
+  const OptimiserEntry* entry_;
   std::vector<ParameterGroup> groups_;
-  std::vector<float> memory_;  // Adam: first and second moments, one after the other
+  std::vector<float> memory_;
 };
 
 }  // namespace nlo::trainer
