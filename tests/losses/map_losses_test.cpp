@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/losses/map_losses.h"
+// Losses of T in double: gradients against differences, and values in closed form.
+#include "trainer/losses/map_terms.h"
 
 #include <gtest/gtest.h>
 
@@ -7,14 +8,15 @@
 #include <functional>
 #include <random>
 
+#include "trainer/losses/registry.h"
 #include "trainer/structures/structure.h"
 
 namespace nlo::trainer {
 namespace {
 
 constexpr int kColumns = 8;
-using Losses = MapLosses<double, kColumns>;
-constexpr int kStride = Losses::Block::kStride;
+using Losses = MapBlock<double, kColumns>;
+constexpr int kStride = Losses::kStride;
 
 struct Variant {
   const char* name;
@@ -24,28 +26,28 @@ struct Variant {
 /// Every term alone and together, over the latent systems that T may have.
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> all = {
-      {"map_consistency", [](Experiment& e) { e.loss.map_consistency = 0.7; }},
-      {"reconstruction", [](Experiment& e) { e.loss.reconstruction = 1.3; }},
-      {"pde_residual", [](Experiment& e) { e.loss.pde_residual = 0.4; }},
+      {"map_consistency", [](Experiment& e) { e.loss.weights["map_consistency"] = 0.7; }},
+      {"reconstruction", [](Experiment& e) { e.loss.weights["reconstruction"] = 1.3; }},
+      {"pde_residual", [](Experiment& e) { e.loss.weights["pde_residual"] = 0.4; }},
       {"all_normalised",
        [](Experiment& e) {
-         e.loss.map_consistency = e.loss.reconstruction = e.loss.pde_residual = 0.5;
-         e.loss.scale = "normalised";
+         e.loss.weights["map_consistency"] = e.loss.weights["reconstruction"] = e.loss.weights["pde_residual"] = 0.5;
+         e.loss.scale = ErrorScale::kNormalised;
        }},
       {"pde_residual_silu",
        [](Experiment& e) {
-         e.loss.pde_residual = 0.4;
+         e.loss.weights["pde_residual"] = 0.4;
          e.forward_map.activation = "silu";
        }},
       {"pde_residual_of_pairs_with_unit_gain",
        [](Experiment& e) {
-         e.loss.pde_residual = 0.4;
+         e.loss.weights["pde_residual"] = 0.4;
          e.observer.pairs = {{-0.5, 1.5}};
          e.observer.output_injection = Injection::kUnitGain;
        }},
       {"reconstruction_reading_the_output",
        [](Experiment& e) {
-         e.loss.reconstruction = 1.0;
+         e.loss.weights["reconstruction"] = 1.0;
          e.observer.features = FeatureSet::kLatentAndOutput;
        }},
   };
@@ -100,12 +102,25 @@ struct Problem {
             .weight = weight.data()};
   }
 
-  double loss() {
-    Losses losses(structure, experiment.loss);
+  Losses block() const { return {structure, experiment.loss.is_normalised(), needs_equations(experiment.loss)}; }
+
+  /// Every term that has a weight; with `z` also the gradients.
+  double run(Losses& losses, double* cotangent_z) const {
+    const LossConfig& l = experiment.loss;
+    const MapSamples<double> at = samples();
+    double loss = 0.0;
+    losses.forward(at);
+    if (const double w = l.weight("map_consistency"); w > 0.0) loss += map_consistency(losses, at, w, cotangent_z);
+    if (const double w = l.weight("reconstruction"); w > 0.0) loss += reconstruction(losses, at, w, cotangent_z);
+    if (cotangent_z != nullptr) losses.backward(count);
+    if (const double w = l.weight("pde_residual"); w > 0.0) loss += pde_residual(losses, at, w, cotangent_z != nullptr);
+    return loss;
+  }
+
+  double loss() const {
+    Losses losses = block();
     losses.prepare(inverse.data(), forward.data(), eigenvalues);
-    const bool maps = experiment.loss.map_consistency + experiment.loss.reconstruction > 0.0;
-    return (maps ? losses.consistency(samples(), nullptr) : 0.0) +
-           (experiment.loss.pde_residual > 0.0 ? losses.residual(samples(), false) : 0.0);
+    return run(losses, nullptr);
   }
 };
 
@@ -114,15 +129,12 @@ TEST(MapLosses, GradientsMeetDifferencesForEveryTerm) {
   for (const Variant& variant : variants()) {
     SCOPED_TRACE(variant.name);
     Problem problem(variant);
-    Losses losses(problem.structure, problem.experiment.loss);
+    Losses losses = problem.block();
     losses.prepare(problem.inverse.data(), problem.forward.data(), problem.eigenvalues);
     losses.clear_gradient();
     std::vector<double> inverse(problem.inverse.size()), forward(problem.forward.size()),
         eigenvalues(problem.eigenvalues.size()), z(problem.z.size(), 0.0);
-    double loss = 0.0;
-    if (problem.experiment.loss.map_consistency + problem.experiment.loss.reconstruction > 0.0)
-      loss += losses.consistency(problem.samples(), z.data());
-    if (problem.experiment.loss.pde_residual > 0.0) loss += losses.residual(problem.samples(), true);
+    const double loss = problem.run(losses, z.data());
     losses.gradient(inverse.data(), forward.data(), eigenvalues.data());
     EXPECT_NEAR(loss, problem.loss(), 1e-13 * (1.0 + loss));
 
@@ -157,7 +169,7 @@ TEST(MapLosses, ResidualVanishesForTheSolutionOfALinearPlant) {
   experiment.observer.eigenvalues = {-2.0};
   experiment.inverse_map.hidden = {};
   experiment.forward_map.hidden = {};
-  experiment.loss.pde_residual = 1.0;
+  experiment.loss.weights["pde_residual"] = 1.0;
   const ObserverStructure structure = make_structure(experiment, {{"y", "", 0.0}}, {{"x", "", 0.0}});
   constexpr double kA = 0.5;
   std::vector<double> x(kStride), f(kStride), weight(kStride, 1.0);
@@ -170,12 +182,87 @@ TEST(MapLosses, ResidualVanishesForTheSolutionOfALinearPlant) {
   const std::vector<double> inverse = {1.0, 0.0};
   const auto residual_of = [&](double c) {
     const std::vector<double> forward = {c, 0.0};
-    Losses losses(structure, experiment.loss);
+    Losses losses(structure, false, true);
     losses.prepare(inverse.data(), forward.data(), structure.eigenvalues);
-    return losses.residual(samples, false);
+    return pde_residual(losses, samples, 1.0, false);
   };
   EXPECT_LT(residual_of(-1.0 / (kA - 2.0)), 1e-24);
   EXPECT_GT(residual_of(-1.1 / (kA - 2.0)), 1e-3);  // control
+}
+
+/// One state, one real eigenvalue, linear maps: T(x) = m_z + s_z (a u + b) with u = (x - m_x) / s_x, and
+/// T*(z) = m_x + s_x (p (z - m_f) / s_f + q). Every loss is a formula of these numbers.
+struct ClosedForm {
+  static constexpr double kMx = 0.25, kSx = 2.0, kMz = -0.5, kSz = 4.0, kMf = 0.125, kSf = 0.5;
+  static constexpr double kA = 0.75, kB = -0.3, kP = 1.5, kQ = 0.2, kLambda = -3.0;
+  static constexpr double kX = 0.6, kZ = 1.1, kF = -0.7, kH = 0.9, kWeight = 1.75;
+
+  Experiment experiment;
+  ObserverStructure structure;
+
+  ClosedForm() {
+    experiment.observer.eigenvalues = {kLambda};
+    experiment.inverse_map.hidden = experiment.forward_map.hidden = {};
+    experiment.loss.weights["map_consistency"] = 1.0;  // so that there is a T
+    structure = make_structure(experiment, {{"y", "", 0.0}}, {{"x", "", 0.0}});
+    structure.state_mean = {static_cast<float>(kMx)};
+    structure.state_scale = {static_cast<float>(kSx)};
+    structure.latent_mean = {static_cast<float>(kMz)};
+    structure.latent_scale = {static_cast<float>(kSz)};
+    structure.features.front().mean = static_cast<float>(kMf);
+    structure.features.front().scale = static_cast<float>(kSf);
+  }
+
+  static double map() { return kMz + kSz * (kA * (kX - kMx) / kSx + kB); }
+
+  template <class Value>
+  double value(bool normalised, const Value& of) const {
+    std::vector<double> x(kStride), z(kStride), f(kStride), h(kStride), weight(kStride);
+    x[0] = kX, z[0] = kZ, f[0] = kF, h[0] = kH, weight[0] = kWeight;
+    const MapSamples<double> samples{
+        .count = 1, .x = x.data(), .z = z.data(), .y = h.data(), .f = f.data(), .h = h.data(), .weight = weight.data()};
+    const std::vector<double> inverse = {kP, kQ}, forward = {kA, kB};
+    Losses losses(structure, normalised, true);
+    losses.prepare(inverse.data(), forward.data(), {kLambda});
+    losses.forward(samples);
+    return of(losses, samples);
+  }
+};
+
+constexpr double kRounding = 1e-13;
+constexpr double kTermWeight = 0.6;
+double* const kNoCotangent = nullptr;
+
+TEST(MapLosses, ConsistencyIsTheSquaredErrorOfT) {
+  const double expected = kTermWeight * ClosedForm::kWeight * std::pow(ClosedForm::kZ - ClosedForm::map(), 2);
+  const auto value = [](Losses& block, const MapSamples<double>& samples) {
+    return map_consistency(block, samples, kTermWeight, kNoCotangent);
+  };
+  EXPECT_NEAR(ClosedForm().value(false, value), expected, kRounding);
+  EXPECT_NEAR(ClosedForm().value(true, value), expected / std::pow(ClosedForm::kSz, 2), kRounding);
+}
+
+TEST(MapLosses, ReconstructionIsTheSquaredErrorOfThereAndBack) {
+  using C = ClosedForm;
+  const double back = C::kMx + C::kSx * (C::kP * (C::map() - C::kMf) / C::kSf + C::kQ);
+  const double expected = kTermWeight * C::kWeight * std::pow(C::kX - back, 2);
+  const auto value = [](Losses& block, const MapSamples<double>& samples) {
+    return reconstruction(block, samples, kTermWeight, kNoCotangent);
+  };
+  EXPECT_NEAR(C().value(false, value), expected, kRounding * expected);
+  EXPECT_NEAR(C().value(true, value), expected / std::pow(C::kSx, 2), kRounding * expected);
+}
+
+TEST(MapLosses, ResidualIsTheSquaredDefectOfTheEquation) {
+  using C = ClosedForm;
+  const double slope = C::kSz * C::kA / C::kSx;
+  const double defect = slope * C::kF - C::kLambda * C::map() - C::kH;
+  const double expected = kTermWeight * C::kWeight * defect * defect;
+  const auto value = [](Losses& block, const MapSamples<double>& samples) {
+    return pde_residual(block, samples, kTermWeight, false);
+  };
+  EXPECT_NEAR(C().value(false, value), expected, kRounding * expected);
+  EXPECT_NEAR(C().value(true, value), expected / std::pow(C::kSz, 2), kRounding * expected);
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
   experiment.observer.pairs = {};
   experiment.observer.learn_eigenvalues = false;
   experiment.forward_map.hidden = {5};
-  experiment.loss.map_consistency = 1.0;
+  experiment.loss.weights["map_consistency"] = 1.0;
   experiment.training.steps = 2;
   Dataset data = testing::van_der_pol(1, 8.0, 1);
   data.inputs = {{"u", "", 0.0}};

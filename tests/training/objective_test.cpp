@@ -114,36 +114,36 @@ const std::vector<Variant>& variants() {
          e.training.noise_level_max = 2.0;
        }},
       {"mirror", [](Experiment& e) { e.training.mirror = true; }},
-      {"normalised_loss", [](Experiment& e) { e.loss.scale = "normalised"; }},
-      {"eigenvalue_penalty", [](Experiment& e) { e.loss.eigenvalue_penalty = 0.05; }},
+      {"normalised_loss", [](Experiment& e) { e.loss.scale = ErrorScale::kNormalised; }},
+      {"eigenvalue_penalty", [](Experiment& e) { e.loss.weights["eigenvalue_penalty"] = 0.05; }},
       {"segments", [](Experiment& e) { e.training.segment_s = 1.0; }},
       {"integral",
        [](Experiment& e) {
-         e.loss.reduction = "integral";
-         e.loss.eigenvalue_penalty = 0.01;
+         e.loss.reduction = Reduction::kIntegral;
+         e.loss.weights["eigenvalue_penalty"] = 0.01;
        }},
       {"terminal_beside_running",
        [](Experiment& e) {
-         e.loss.terminal = 0.8;
-         e.loss.state_error = 0.5;
+         e.loss.weights["terminal"] = 0.8;
+         e.loss.weights["state_error"] = 0.5;
        }},
       {"terminal_alone",
        [](Experiment& e) {
-         e.loss.terminal = 1.0;
-         e.loss.state_error = 0.0;
+         e.loss.weights["terminal"] = 1.0;
+         e.loss.weights["state_error"] = 0.0;
          e.training.segment_s = 1.0;
        }},
       {"maps_jointly",
        [](Experiment& e) {
-         e.loss.map_consistency = 1.0;
-         e.loss.reconstruction = 1.0;
-         e.loss.state_error = 0.0;
+         e.loss.weights["map_consistency"] = 1.0;
+         e.loss.weights["reconstruction"] = 1.0;
+         e.loss.weights["state_error"] = 0.0;
          e.forward_map.hidden = {4};
        }},
       {"maps_apart_mirrored",
        [](Experiment& e) {
-         e.loss.map_consistency = 0.5;
-         e.loss.scale = "normalised";
+         e.loss.weights["map_consistency"] = 0.5;
+         e.loss.scale = ErrorScale::kNormalised;
          e.forward_map.hidden = {4};
          e.training.mirror = true;
        }},
@@ -171,8 +171,8 @@ const std::vector<Variant>& variants() {
       {"luenberger_integral",
        [](Experiment& e) {
          make_luenberger(e);
-         e.loss.reduction = "integral";
-         e.loss.terminal = 0.5;
+         e.loss.reduction = Reduction::kIntegral;
+         e.loss.weights["terminal"] = 0.5;
        }},
       {"early_samples",
        [](Experiment& e) {
@@ -258,7 +258,7 @@ TEST(Objective, ErrorIsThatOfTheModelRunPlainly) {
       codegen::Model model = to_model(problem.structure, problem.parameters.data(), experiment, problem.dataset,
                                       problem.objective.rollout());
       Dataset dataset = problem.dataset;
-      if (experiment.loss.scale == "normalised") in_units_of(problem.structure.state_scale, model, dataset);
+      if (experiment.loss.is_normalised()) in_units_of(problem.structure.state_scale, model, dataset);
       const double flown = codegen::linear_latent(model) != nullptr ? testing::plain_rmse(model, dataset)
                                                                     : testing::reference_rmse(model, dataset);
       EXPECT_NEAR(rmse, flown, (codegen::linear_latent(model) != nullptr ? kTolerance : kOdeTolerance) * rmse);
@@ -304,7 +304,7 @@ TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
   const ObjectiveValue value = physical.objective.evaluate(physical.parameters.data(), 0, nullptr);
   EXPECT_NEAR(value.loss, value.rmse * value.rmse, kTolerance * value.loss);
 
-  experiment.loss.scale = "normalised";
+  experiment.loss.scale = ErrorScale::kNormalised;
   Problem normalised(experiment, harmonics(kUnequal, false));
   const codegen::Model model = to_model(normalised.structure, normalised.parameters.data(), experiment,
                                         normalised.dataset, normalised.objective.rollout());
@@ -319,7 +319,7 @@ TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
   EXPECT_NEAR(scaled.loss, expected / total, kTolerance * scaled.loss);
   EXPECT_NEAR(scaled.rmse, std::sqrt(scaled.loss), kTolerance * scaled.rmse) << "the error has the scale of the loss";
 
-  experiment.loss.eigenvalue_penalty = 0.1;
+  experiment.loss.weights["eigenvalue_penalty"] = 0.1;
   Problem penalised(experiment, harmonics(kUnequal, false));
   const double penalty = penalised.objective.evaluate(penalised.parameters.data(), 0, nullptr).loss - scaled.loss;
   EXPECT_NEAR(penalty, 0.1 * (4.0 + 9.0 + 1.0 + 16.0), kTolerance * penalty) << "(20): gamma |lambda|^2";
@@ -487,7 +487,7 @@ TEST(Objective, MirroredRunsOfAnOddMapCostTheSame) {
 }
 
 /// The validation error at the same network, with position in units of `metres`.
-double validated(const char* scale, double metres) {
+double validated(ErrorScale scale, double metres) {
   Experiment experiment = small_experiment();
   experiment.loss.scale = scale;
   Dataset dataset = harmonics(kUnequal, false);
@@ -498,9 +498,10 @@ double validated(const char* scale, double metres) {
 
 TEST(Objective, ChoosesByErrorsThatNoUnitDecidesWhereTheLossIsNormalised) {
   constexpr double kFloat = 1e-5;  // sums of some 400 squares in float32
-  const double in_metres = validated("normalised", 1.0);
-  EXPECT_NEAR(validated("normalised", 1e-3), in_metres, kFloat * in_metres);
-  EXPECT_GT(validated("physical", 1e-3), 100.0 * validated("physical", 1.0)) << "control: the unit decides";
+  const double in_metres = validated(ErrorScale::kNormalised, 1.0);
+  EXPECT_NEAR(validated(ErrorScale::kNormalised, 1e-3), in_metres, kFloat * in_metres);
+  EXPECT_GT(validated(ErrorScale::kPhysical, 1e-3), 100.0 * validated(ErrorScale::kPhysical, 1.0))
+      << "control: the unit decides";
 }
 
 }  // namespace

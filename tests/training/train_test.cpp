@@ -134,8 +134,8 @@ TEST(Train, EveryStructureGivesTheSameBytesForAnyNumberOfThreadsAndAfterAResume)
       {"luenberger", [](Experiment& e) { testing::make_luenberger(e); }},
       {"general", [](Experiment& e) { e.observer.structure = "general"; }},
       {"kkl by adjoint", [](Experiment& e) { e.training.gradient = LatentGradient::kAdjoint; }},
-      {"kkl with T", [](Experiment& e) { e.loss.map_consistency = e.loss.reconstruction = 1.0; }},
-      {"a terminal cost", [](Experiment& e) { e.loss.terminal = 1.0; }},
+      {"kkl with T", [](Experiment& e) { e.loss.weights["map_consistency"] = e.loss.weights["reconstruction"] = 1.0; }},
+      {"a terminal cost", [](Experiment& e) { e.loss.weights["terminal"] = 1.0; }},
   };
   for (const Variant& variant : variants) {
     SCOPED_TRACE(variant.name);

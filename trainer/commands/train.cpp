@@ -66,7 +66,7 @@ Data logged(const Experiment& experiment, const Arguments& arguments) {
 
 /// What the rmse of the progress is of, where the states' units do not add up.
 void say_units(const Experiment& experiment, const Dataset& training) {
-  if (experiment.loss.scale == "normalised")
+  if (experiment.loss.is_normalised())
     fmt::print(stderr, "rmse: of each state over its standard deviation, as the loss is\n");
   else if (!share_a_unit(training.states))
     fmt::print(stderr,

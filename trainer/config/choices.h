@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an experiment chooses from closed sets: each an enumeration with its names. Open sets (plants, structures,
+// What an experiment chooses from closed sets: each an enumeration with its names. Open sets (plants, structures, losses,
 // optimisers, schedules, activations) are names, which the tables of their folders know.
 #pragma once
 
@@ -53,6 +53,24 @@ template <>
 inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLatent, "latent"},
                                                               {FeatureSet::kLatentAndOutput, "latent_and_output"},
                                                               {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
+
+/// Of running costs over time; the integral is larger by the horizon.
+enum class Reduction { kMean, kIntegral };
+template <>
+inline constexpr NameTable<Reduction, 2> kNames<Reduction>{
+    {{Reduction::kMean, "mean"}, {Reduction::kIntegral, "integral"}}};
+
+/// Where the plant's equations (5) are asked for: at the samples, or at points of a box.
+enum class EquationPoints { kData, kBox };
+template <>
+inline constexpr NameTable<EquationPoints, 2> kNames<EquationPoints>{
+    {{EquationPoints::kData, "data"}, {EquationPoints::kBox, "box"}}};
+
+/// Squared errors in the units of x and z, or by their deviation.
+enum class ErrorScale { kPhysical, kNormalised };
+template <>
+inline constexpr NameTable<ErrorScale, 2> kNames<ErrorScale>{
+    {{ErrorScale::kPhysical, "physical"}, {ErrorScale::kNormalised, "normalised"}}};
 
 /// What one step sees: samples drawn at random, or every sample of every trajectory.
 enum class TrainingMode { kRandomSamples, kFullBatch };

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -102,21 +104,20 @@ struct ForwardMapConfig {
   std::string activation = "tanh";
 };
 
-/// [loss]: the cost (9) as a weighted sum of terms.
+/// [loss]: the cost (9) as a weighted sum of the terms that losses/registry.h lists.
 struct LossConfig {
-  double state_error = 1.0;          ///< running cost |x - x_hat|^2 (12)
-  std::string reduction = "mean";    ///< of running costs over time: "mean", or "integral" (larger by the horizon)
-  double terminal = 0.0;             ///< terminal cost |x - x_hat|^2 at the end of each segment
-  double eigenvalue_penalty = 0.0;   ///< gamma of (20): gamma |lambda|^2
-  double map_consistency = 0.0;      ///< |z - T(x)|^2
-  double reconstruction = 0.0;       ///< |x - T*(T(x))|^2
-  double pde_residual = 0.0;         ///< |dT/dx f(x) - D T(x) - F h(x)|^2 (5)
-  std::string collocation = "data";  ///< where (5) is asked for: at the samples, or at points of a "box"
-  std::vector<double> collocation_low, collocation_high;  ///< that box, n_x each
+  std::map<std::string, double, std::less<>> weights = {{"state_error", 1.0}};  ///< by name; 0 when not named
+  Reduction reduction = Reduction::kMean;
+  EquationPoints collocation = EquationPoints::kData;
+  std::vector<double> collocation_low, collocation_high;  ///< the box, n_x each
   int collocation_points = 2048;
-  std::string scale = "physical";  ///< squared errors in the units of x and z, or "normalised" by their deviation
+  ErrorScale scale = ErrorScale::kPhysical;
 
-  bool needs_forward_map() const { return map_consistency > 0.0 || reconstruction > 0.0 || pde_residual > 0.0; }
+  double weight(std::string_view term) const {
+    const auto found = weights.find(term);
+    return found == weights.end() ? 0.0 : found->second;
+  }
+  bool is_normalised() const { return scale == ErrorScale::kNormalised; }
 };
 
 /// [inverse_map]: T*.

@@ -5,33 +5,28 @@
 #include "trainer/config/key_error.h"
 #include "trainer/experiments/checks.h"
 #include "trainer/experiments/observer_channels.h"
+#include "trainer/losses/registry.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 
-void check_losses(const Experiment& e) {
+namespace {
+
+/// What a term with a weight asks of the observer and of the data.
+void check_term(const LossTerm& term, const Experiment& e) {
+  const std::string key = fmt::format("loss.{}", term.name);
+  if (term.needs_eigenvalues && !structure_of(e.observer).has_eigenvalues())
+    throw KeyError(key, fmt::format("[loss] {} is about D and T of a KKL observer; structure = \"{}\" has none",
+                                    term.name, e.observer.structure));
+  if (term.needs_equations && e.log)
+    throw KeyError(key, fmt::format("[loss] {} needs f and h; logs know no plant: remove it", term.name));
+}
+
+/// The box of collocation points: there, and as wide as the plant has states.
+void check_collocation(const Experiment& e) {
   const LossConfig& l = e.loss;
-  if (!structure_of(e.observer).has_eigenvalues()) {
-    for (const auto& [key, weight] : {std::pair{"map_consistency", l.map_consistency},
-                                      {"reconstruction", l.reconstruction},
-                                      {"pde_residual", l.pde_residual},
-                                      {"eigenvalue_penalty", l.eigenvalue_penalty}})
-      if (weight > 0.0)
-        throw KeyError(fmt::format("loss.{}", key),
-                       fmt::format("[loss] {} is about D and T of a KKL observer; structure = "
-                                   "\"{}\" has none",
-                                   key, e.observer.structure));
-  }
-  if (l.state_error + l.terminal + l.map_consistency + l.reconstruction + l.pde_residual == 0.0)
-    throw KeyError("loss", "[loss] every weight is zero: there is nothing to learn; leave state_error at 1");
-  if (uses_forward_map(e) && !e.observer.clocks_s.empty())
-    throw KeyError("observer.clocks_s",
-                   "[observer] clocks_s are no function of the state, so T cannot give them; remove them, or "
-                   "the losses of T");
-  if (l.pde_residual > 0.0 && e.log)
-    throw KeyError("loss.pde_residual", "[loss] pde_residual needs f and h; logs know no plant: remove it");
-  const bool box = l.collocation == "box";
+  const bool box = l.collocation == EquationPoints::kBox;
   for (const auto& [key, corner] :
        {std::pair{"collocation_low", &l.collocation_low}, {"collocation_high", &l.collocation_high}}) {
     if (!box && !corner->empty())
@@ -48,6 +43,28 @@ void check_losses(const Experiment& e) {
       throw KeyError("loss.collocation_high",
                      fmt::format("[loss] collocation_high[{0}] is {1}; it must be above collocation_low[{0}], {2}", i,
                                  shortest_text(l.collocation_high[i]), shortest_text(l.collocation_low[i])));
+}
+
+}  // namespace
+
+void check_losses(const Experiment& e) {
+  bool learns = false;
+  for (const LossTerm& term : loss_terms()) {
+    if (!(e.loss.weight(term.name) > 0.0)) continue;
+    check_term(term, e);
+    learns = learns || !term.is_regulariser();
+  }
+  if (!learns) throw KeyError("loss", "[loss] every weight is zero: there is nothing to learn; leave state_error at 1");
+  if (structure_of(e.observer).flies_forward_map() && !needs_forward_map(e.loss))
+    throw KeyError("observer.structure",
+                   fmt::format("[observer] structure = \"{}\" flies T, and no loss trains it; set [loss] "
+                               "map_consistency = 1.0",
+                               e.observer.structure));
+  if (uses_forward_map(e) && !e.observer.clocks_s.empty())
+    throw KeyError("observer.clocks_s",
+                   "[observer] clocks_s are no function of the state, so T cannot give them; remove them, or "
+                   "the losses of T");
+  check_collocation(e);
 }
 
 }  // namespace nlo::trainer

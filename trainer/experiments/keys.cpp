@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/experiments/keys.h"
 
-#include "trainer/config/value.h"
 #include "codegen/activations.h"
+#include "trainer/config/value.h"
+#include "trainer/losses/registry.h"
 #include "trainer/optim/optimiser.h"
 #include "trainer/structures/table.h"
 
@@ -43,6 +44,17 @@ std::vector<Key<ObserverConfig>> common_observer_keys() {
       key("input_hold", &O::input_hold, one_of({"zero_order", "first_order"}),
           "driven_kkl: the u given has acted since the last sample, or is ramped to"),
   };
+}
+
+/// The weight of a loss: [loss] TERM.
+Key<LossConfig> weight_key(const LossTerm& term) {
+  const Rule rule = at_least(0);
+  const std::string name(term.name);
+  return {name, type_of(0.0) + " " + rule.in_words(), std::string(term.meaning),
+          [=](LossConfig& loss, const Toml& value, const std::string& where) {
+            read_value(value, where, rule, loss.weights[name]);
+          },
+          [=](const LossConfig& loss) { return show_value(loss.weight(name)); }};
 }
 
 }  // namespace
@@ -184,22 +196,22 @@ const std::vector<Key<ForwardMapConfig>>& keys() {
 template <>
 const std::vector<Key<LossConfig>>& keys() {
   using L = LossConfig;
-  static const std::vector<Key<L>> kKeys = {
-      key("state_error", &L::state_error, at_least(0), "weight of the running cost |x - x_hat|^2 (12)"),
-      key("reduction", &L::reduction, one_of({"mean", "integral"}),
-          "of running costs over time; the integral is larger by the horizon"),
-      key("terminal", &L::terminal, at_least(0), "weight of the terminal cost |x - x_hat|^2 at a segment's end"),
-      key("eigenvalue_penalty", &L::eigenvalue_penalty, at_least(0), "gamma of gamma |lambda|^2 (20)"),
-      key("map_consistency", &L::map_consistency, at_least(0), "weight of |z - T(x)|^2"),
-      key("reconstruction", &L::reconstruction, at_least(0), "weight of |x - T*(T(x))|^2"),
-      key("pde_residual", &L::pde_residual, at_least(0), "weight of |dT/dx f(x) - D T(x) - F h(x)|^2 (5)"),
-      key("collocation", &L::collocation, one_of({"data", "box"}), "where (5) is asked for"),
-      key("collocation_low", &L::collocation_low, any(), "lower corner of that box, one number for each state"),
-      key("collocation_high", &L::collocation_high, any(), "its upper corner"),
-      key("collocation_points", &L::collocation_points, between(1, 1e7), "how many points are drawn from the box"),
-      key("scale", &L::scale, one_of({"physical", "normalised"}),
-          "squared errors in the units of x and z, or by their deviation"),
-  };
+  static const std::vector<Key<L>> kKeys = [] {
+    std::vector<Key<L>> all;
+    for (const LossTerm& term : loss_terms()) all.push_back(weight_key(term));
+    // Models record their experiment with the keys in this order: reduction behind the first weight.
+    all.insert(all.begin() + 1, key("reduction", &L::reduction, names_of<Reduction>(),
+                                    "of running costs over time; the integral is larger by the horizon"));
+    all.insert(
+        all.end(),
+        {key("collocation", &L::collocation, names_of<EquationPoints>(), "where (5) is asked for"),
+         key("collocation_low", &L::collocation_low, any(), "lower corner of that box, one number for each state"),
+         key("collocation_high", &L::collocation_high, any(), "its upper corner"),
+         key("collocation_points", &L::collocation_points, between(1, 1e7), "how many points are drawn from the box"),
+         key("scale", &L::scale, names_of<ErrorScale>(),
+             "squared errors in the units of x and z, or by their deviation")});
+    return all;
+  }();
   return kKeys;
 }
 

@@ -18,22 +18,23 @@ const std::vector<Key<Section>>& keys();
 template <class Section>
 std::string_view section_title();
 
-/// Calls visit(Section{}) for each section, in the order that help lists them.
+/// Calls visit(Section()) for each section, in the order that help lists them. Parentheses: GCC 12 fails on LossConfig{}
+/// in a template.
 template <class Visit>
 void for_each_section(const Visit& visit) {
-  visit(Experiment{});
-  visit(PlantConfig{});
-  visit(SimulationConfig{});
-  visit(LogConfig{});
-  visit(VelocityFilterConfig{});
-  visit(ColumnConfig{});
-  visit(ObserverConfig{});
-  visit(DynamicsConfig{});
-  visit(InverseMapConfig{});
-  visit(ForwardMapConfig{});
-  visit(LossConfig{});
-  visit(TrainingConfig{});
-  visit(EvaluationConfig{});
+  visit(Experiment());
+  visit(PlantConfig());
+  visit(SimulationConfig());
+  visit(LogConfig());
+  visit(VelocityFilterConfig());
+  visit(ColumnConfig());
+  visit(ObserverConfig());
+  visit(DynamicsConfig());
+  visit(InverseMapConfig());
+  visit(ForwardMapConfig());
+  visit(LossConfig());
+  visit(TrainingConfig());
+  visit(EvaluationConfig());
 }
 
 }  // namespace nlo::trainer

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "codegen/error.h"
+#include "trainer/losses/registry.h"
 #include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/plant_channels.h"
@@ -20,7 +21,7 @@ namespace {
 /// f at the samples, or f and h at points of the box: what the PDE residual (5) asks of the plant.
 void add_equations(Dataset& dataset, const Plant& plant, const Experiment& experiment) {
   const LossConfig& loss = experiment.loss;
-  if (loss.collocation == "data") {
+  if (loss.collocation == EquationPoints::kData) {
     for (Trajectory& trajectory : dataset.trajectories) trajectory.derivatives = plant.derivative(trajectory.states);
     return;
   }
@@ -61,7 +62,7 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
   };
   const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
   TrainingSets sets{set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation)};
-  if (experiment.loss.pde_residual > 0.0) add_equations(sets.training, *plant, experiment);
+  if (needs_equations(experiment.loss)) add_equations(sets.training, *plant, experiment);
   if (structure_of(experiment.observer).flies_inputs()) {
     const InitialBox box = initial_box(config);
     sets.training.inputs = plant->inputs();

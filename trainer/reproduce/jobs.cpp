@@ -15,6 +15,7 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/losses/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/structures/table.h"
 #include "trainer/training/train.h"
@@ -94,7 +95,7 @@ double training_cost_s(const Experiment& experiment) {
       static_cast<double>(experiment.observer.eigenvalues.size() + 2 * experiment.observer.pairs.size());
   double networks = weights(latent, experiment.inverse_map.hidden);
   if (uses_forward_map(experiment)) networks += weights(states, experiment.forward_map.hidden);
-  if (experiment.loss.pde_residual > 0.0)  // a tangent for each state beside the value
+  if (needs_equations(experiment.loss))  // a tangent for each state beside the value
     networks += states * weights(states, experiment.forward_map.hidden);
   return training.steps *
          (kFlopsPerWeight * networks * evaluated / kFlopsPerSecond + latent * stepped * kSecondsPerFilteredSample);

@@ -70,6 +70,12 @@ class Rollout {
     return segments_[static_cast<std::size_t>(group * kGroup + lane)];
   }
   const TrainingData& data() const { return *data_; }
+  /// The truth there, turned where the segment is mirrored.
+  float state(const Segment& segment, std::size_t row, int time) const {
+    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+    return segment.sign *
+           run.states[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(segment.start + time)];
+  }
 
  private:
   void gather(int index, const NoiseConfig& noise, std::uint64_t stream);

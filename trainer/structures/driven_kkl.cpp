@@ -19,10 +19,6 @@ class DrivenKkl final : public KklFamily {
       throw KeyError("observer.structure",
                      "[observer] structure = \"driven_kkl\" needs a plant with inputs; name them in [plant] "
                      "inputs, or take structure = \"kkl\"");
-    if (!experiment.loss.needs_forward_map())
-      throw KeyError("observer.structure",
-                     "[observer] structure = \"driven_kkl\" flies T, and no loss trains it; set [loss] "
-                     "map_consistency = 1.0");
     KklFamily::check(experiment, channels);
   }
 

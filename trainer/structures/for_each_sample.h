@@ -25,11 +25,10 @@ void for_each_sample(const Rollout& rollout, const Visit& visit) {
 
 /// A feature of T* there, not normalised.
 inline float feature_value(const Feature& feature, const SegmentGroup& group, int lane, int time) {
-  float u = 0.0F;
-  if (feature.latent >= 0) u += group.latent[group.at(feature.latent, time) + static_cast<std::size_t>(lane)];
-  if (feature.output >= 0)
-    u += feature.output_gain * group.outputs[group.at(feature.output, time) + static_cast<std::size_t>(lane)];
-  return u;
+  const auto l = static_cast<std::size_t>(lane);
+  const float* z = feature.latent >= 0 ? group.latent.data() + group.at(feature.latent, time) + l : nullptr;
+  const float* y = feature.output >= 0 ? group.outputs.data() + group.at(feature.output, time) + l : nullptr;
+  return FeatureFormula<float>(feature).raw(z, y);
 }
 
 /// How much the truth counts there; 0: masked.

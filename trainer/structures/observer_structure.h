@@ -22,6 +22,28 @@ struct Feature {
   float mean = 0.0F, scale = 1.0F;
 };
 
+/// u = (z + gain y - mean) / scale in numbers of one precision. `z` and `y` point at the feature's own latent row and output at one sample;
+/// null where the feature has none.
+template <class Scalar>
+struct FeatureFormula {
+  Scalar mean, gain, inverse;
+
+  explicit FeatureFormula(const Feature& feature)
+      : mean(static_cast<Scalar>(feature.mean)),
+        gain(static_cast<Scalar>(feature.output_gain)),
+        inverse(Scalar(1) / static_cast<Scalar>(feature.scale)) {}
+
+  /// z + gain y, on top of `from`.
+  Scalar sum(Scalar from, const Scalar* z, const Scalar* y) const {
+    if (z != nullptr) from += *z;
+    if (y != nullptr) from += gain * *y;
+    return from;
+  }
+  Scalar normalised(const Scalar* z, const Scalar* y) const { return sum(-mean, z, y) * inverse; }
+  /// Before mean and scale are known.
+  Scalar raw(const Scalar* z, const Scalar* y) const { return sum(Scalar(0), z, y); }
+};
+
 /// Mean and scale of each input of a network.
 struct Normalisation {
   std::vector<double> mean, scale;

@@ -10,15 +10,6 @@
 
 namespace nlo::trainer {
 
-namespace {
-
-float target(const Rollout& rollout, const Segment& segment, int state, int time) {
-  const TrainingData::Run& run = rollout.data().runs[static_cast<std::size_t>(segment.run)];
-  return segment.sign * run.states[static_cast<std::size_t>(state * run.samples + segment.start + time)];
-}
-
-}  // namespace
-
 std::vector<double> ObserverStructure::eigenvalues_at(const float* parameters) const {
   if (latent.learned == 0) return {};
   std::vector<double> result = eigenvalues;
@@ -72,7 +63,7 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
     }
     const auto w = static_cast<double>(weight(rollout, segment, time));
     for (std::size_t i = 0; i < states.size(); ++i) {
-      states[i].add(static_cast<double>(target(rollout, segment, static_cast<int>(i), time)), w);
+      states[i].add(static_cast<double>(rollout.state(segment, static_cast<std::size_t>(i), time)), w);
     }
     for (std::size_t r = 0; r < latent.size(); ++r) {
       latent[r].add(
@@ -127,7 +118,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
     }
     for (Eigen::Index i = 0; i < nx; ++i) {
       const auto s = static_cast<std::size_t>(i);
-      x(i) = static_cast<double>((target(rollout, segment, static_cast<int>(i), time) - structure.state_mean[s]) /
+      x(i) = static_cast<double>((rollout.state(segment, static_cast<std::size_t>(i), time) - structure.state_mean[s]) /
                                  structure.state_scale[s]);
     }
     gram.selfadjointView<Eigen::Lower>().rankUpdate(u, w);

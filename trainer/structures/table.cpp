@@ -8,6 +8,7 @@
 
 #include "codegen/error.h"
 #include "trainer/config/keys.h"
+#include "trainer/losses/registry.h"
 
 namespace nlo::trainer {
 
@@ -42,7 +43,7 @@ const TrainableStructure& structure_of(const ObserverConfig& observer) {
 }
 
 bool uses_forward_map(const Experiment& experiment) {
-  return structure_of(experiment.observer).flies_forward_map() || experiment.loss.needs_forward_map();
+  return structure_of(experiment.observer).flies_forward_map() || needs_forward_map(experiment.loss);
 }
 
 }  // namespace nlo::trainer

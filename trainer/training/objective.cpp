@@ -54,14 +54,8 @@ ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gr
 
 double Objective::validate(const float* parameters) {
   roll_out(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
-  static const LossConfig kPhysical;
-  static const LossConfig kNormalised = [] {
-    LossConfig loss;
-    loss.scale = "normalised";
-    return loss;
-  }();
-  const bool normalised = experiment_->loss.scale == "normalised";
-  draw(0, true, normalised ? kNormalised : kPhysical);
+  static const LossConfig kStateError;
+  draw(0, true, kStateError);
   return accumulate(parameters, nullptr).rmse;
 }
 
@@ -78,16 +72,18 @@ void Objective::draw(long step, bool all, const LossConfig& loss) {
   if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
   horizon_s_ = 1.0;
   const auto segments = static_cast<double>(rollout_.segments().size());
-  if (loss.reduction == "integral") {
+  if (loss.reduction == Reduction::kIntegral) {
     double steps = 0.0;
     for (const Segment& segment : rollout_.segments()) steps += segment.length - 1;
     horizon_s_ = data_->sample_period_s * steps / segments;
   }
   running_share_ = horizon_s_ / total_weight_;
-  for (int first = 0; loss.pde_residual > 0.0 && first < data_->collocation.count; first += kBlock)
-    blocks_.push_back({BlockKind::kCollocation, nullptr, 0, first, std::min(kBlock, data_->collocation.count - first)});
+  const int points = has_loss<EquationLoss>(loss) ? data_->collocation.count : 0;
+  for (int first = 0; first < points; first += kBlock)
+    blocks_.push_back({BlockKind::kCollocation, {nullptr, 0, first, std::min(kBlock, points - first)}});
   first_terminal_ = blocks_.size();
-  if (loss.terminal > 0.0) {
+  if (const auto at_ends = [](const EstimateLoss& form) { return form.at == EstimateLoss::At::kSegmentEnds; };
+      any_loss<EstimateLoss>(loss, at_ends)) {
     terminal_share_ = 1.0 / segments;
     ends_ = segment_ends();
     add_blocks(BlockKind::kTerminal, ends_);
@@ -98,7 +94,7 @@ void Objective::add_blocks(BlockKind kind, const std::vector<SampleSet>& sets) {
   for (std::size_t g = 0; g < sets.size(); ++g) {
     const int count = static_cast<int>(sets[g].offsets.size());
     for (int first = 0; first < count; first += kBlock)
-      blocks_.push_back({kind, &sets[g], static_cast<int>(g), first, std::min(kBlock, count - first)});
+      blocks_.push_back({kind, {&sets[g], static_cast<int>(g), first, std::min(kBlock, count - first)}});
   }
 }
 
@@ -118,172 +114,65 @@ std::vector<SampleSet> Objective::segment_ends() const {
   return ends;
 }
 
-Objective::Workspace::Workspace(const ObserverStructure& structure, const LossConfig& loss) {
-  if (!structure.features.empty()) network.emplace(structure.network);
-  if (!structure.forward_map || !loss.needs_forward_map()) return;
-  maps.emplace(structure, loss);
-  const auto rows = [](std::size_t count) { return std::vector<float>(count * kRow); };
-  const std::size_t nx = structure.state_scale.size(), nz = structure.latent_scale.size();
-  const auto ny = static_cast<std::size_t>(structure.outputs);
-  x = f = rows(nx);
-  z = cotangent_z = rows(nz);
-  y = h = rows(ny);
-  weight = rows(1);
+Objective::Workspace::Workspace(const ObserverStructure& structure, const LossConfig& loss)
+    : estimate(structure, loss.is_normalised()) {
+  if (!structure.forward_map || !needs_forward_map(loss)) return;
+  maps.emplace(structure, loss.is_normalised(), has_loss<EquationLoss>(loss));
+  rows.emplace(structure);
+  cotangent_z.resize(structure.latent_scale.size() * kRow);
 }
 
-void Objective::read_features(const Block& block, WideBlock& network) const {
-  const SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
-  const int* offsets = block.samples->offsets.data() + block.first;
-  const auto& features = structure_->features;
-  for (std::size_t f = 0; f < features.size(); ++f) {
-    const Feature& feature = features[f];
-    float* row = network.input() + f * kRow;
-    const float inverse = 1.0F / feature.scale;
-    const float* z = feature.latent >= 0 ? group.latent.data() + group.at(feature.latent, 0) : nullptr;
-    const float* y = feature.output >= 0 ? group.outputs.data() + group.at(feature.output, 0) : nullptr;
-    for (int s = 0; s < block.count; ++s) {
-      float u = -feature.mean;
-      if (z != nullptr) u += z[offsets[s]];
-      if (y != nullptr) u += feature.output_gain * y[offsets[s]];
-      row[s] = u * inverse;
-    }
-    std::fill(row + block.count, row + kBlock, 0.0F);
-  }
-}
-
-void Objective::pull_back_features(const Block& block, const WideBlock& network) {
-  SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
-  const int* offsets = block.samples->offsets.data() + block.first;
-  const auto& features = structure_->features;
-  for (std::size_t f = 0; f < features.size(); ++f) {
-    if (features[f].latent < 0) continue;
-    float* g = group.cotangent.data() + group.at(features[f].latent, 0);
-    const float* du = network.input_cotangent() + f * kRow;
-    const float inverse = 1.0F / features[f].scale;
-    for (int s = 0; s < block.count; ++s) g[offsets[s]] += inverse * du[s];
-  }
-}
-
-/// |x - x_hat|^2 at a block's samples, and its cotangent: of the network's output, or of z where z is the estimate.
-void Objective::state_error(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
-  SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
-  const int* offsets = block.samples->offsets.data() + block.first;
-  const float* weights = block.samples->weights.data() + block.first;
+/// The losses of x_hat at a block's samples; the running ones also tell the error.
+void Objective::estimate_losses(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
+                                bool backward) {
+  EstimateBlock& estimate = workspace.estimate;
+  estimate.evaluate(rollout_, block.samples, network);
   const bool running = block.kind == BlockKind::kRunning;
-  const double share = running ? loss_->state_error * running_share_ : loss_->terminal * terminal_share_;
-  const bool normalised = loss_->scale == "normalised";
-  for (std::size_t i = 0; i < structure_->state_scale.size(); ++i) {
-    const float scale = structure_->state_scale[i];
-    const float per_unit = normalised ? 1.0F / (scale * scale) : 1.0F;
-    const float pull = 2.0F * per_unit * static_cast<float>(share);
-    const float* n = workspace.network ? workspace.network->output() + i * kRow : nullptr;
-    const float* z = n == nullptr ? group.latent.data() + group.at(static_cast<int>(i), 0) : nullptr;
-    float* network_cotangent = workspace.network ? workspace.network->output_cotangent() + i * kRow : nullptr;
-    float* latent_cotangent =
-        n == nullptr && backward ? group.cotangent.data() + group.at(static_cast<int>(i), 0) : nullptr;
-    float squares = 0.0F;
-    for (int s = 0; s < block.count; ++s) {
-      const int time = offsets[s] / kGroup;
-      const Segment& segment = rollout_.segment(block.group, offsets[s] % kGroup);
-      const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
-      const float truth =
-          segment.sign *
-          run.states[i * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(segment.start + time)];
-      const float estimate = n != nullptr ? structure_->state_mean[i] + scale * n[s] : z[offsets[s]];
-      const float error = estimate - truth;
-      squares += weights[s] * error * error;
-      if (n != nullptr) {
-        network_cotangent[s] = pull * scale * weights[s] * error;
-      } else if (backward) {
-        latent_cotangent[offsets[s]] += pull * weights[s] * error;
-      }
-    }
-    if (n != nullptr) std::fill(network_cotangent + block.count, network_cotangent + kBlock, 0.0F);
-    const double scaled = static_cast<double>(per_unit) * static_cast<double>(squares);
-    if (running) result.squares += scaled;
-    result.loss += share * scaled;
-  }
+  const auto at = running ? EstimateLoss::At::kSamples : EstimateLoss::At::kSegmentEnds;
+  for (std::size_t i = 0; running && i < estimate.states(); ++i) result.squares += estimate.squares(i);
+  for_each_loss<EstimateLoss>(*loss_, [&](const EstimateLoss& term, double weight) {
+    if (term.at == at) term.add(estimate, weight * (running ? running_share_ : terminal_share_), backward, result.loss);
+  });
+  if (backward) estimate.backward(network, transposed_.data());
 }
 
-/// Map consistency, reconstruction and the residual at the samples themselves.
+/// The losses of T at the samples, and those of the plant's equations unless they are asked for elsewhere.
 void Objective::map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
-  SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(block.group)];
-  const int* offsets = block.samples->offsets.data() + block.first;
-  const float* weights = block.samples->weights.data() + block.first;
-  const auto share = static_cast<float>(running_share_);
-  const std::size_t nx = structure_->state_scale.size(), nz = structure_->latent_scale.size();
-  const std::size_t ny = workspace.y.size() / kRow;
-  const bool residual = loss_->pde_residual > 0.0 && data_->collocation.count == 0;
-  for (int s = 0; s < block.count; ++s) {
-    const auto at = static_cast<std::size_t>(s);
-    const int time = offsets[s] / kGroup, lane = offsets[s] % kGroup;
-    const Segment& segment = rollout_.segment(block.group, lane);
-    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
-    const auto samples = static_cast<std::size_t>(run.samples);
-    const auto k = static_cast<std::size_t>(segment.start + time);
-    workspace.weight[at] = share * weights[s];
-    for (std::size_t i = 0; i < nx; ++i) {
-      workspace.x[i * kRow + at] = segment.sign * run.states[i * samples + k];
-      if (residual) workspace.f[i * kRow + at] = segment.sign * run.derivatives[i * samples + k];
-    }
-    for (std::size_t r = 0; r < nz; ++r)
-      workspace.z[r * kRow + at] = group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)];
-    for (std::size_t j = 0; j < ny; ++j) {
-      workspace.y[j * kRow + at] = group.outputs[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
-      workspace.h[j * kRow + at] = segment.sign * run.outputs[j * samples + k];
-    }
-  }
-  const MapSamples<float> samples{.count = block.count,
-                                  .x = workspace.x.data(),
-                                  .z = workspace.z.data(),
-                                  .y = workspace.y.data(),
-                                  .f = workspace.f.data(),
-                                  .h = workspace.h.data(),
-                                  .weight = workspace.weight.data()};
-  if (loss_->map_consistency > 0.0 || loss_->reconstruction > 0.0) {
+  const bool equations = has_loss<EquationLoss>(*loss_) && data_->collocation.count == 0;
+  const MapSamples<float> samples =
+      workspace.rows->gather(rollout_, block.samples, static_cast<float>(running_share_), equations);
+  if (has_loss<MapLoss>(*loss_)) {
     std::fill(workspace.cotangent_z.begin(), workspace.cotangent_z.end(), 0.0F);
-    result.loss += workspace.maps->consistency(samples, backward ? workspace.cotangent_z.data() : nullptr);
-    for (std::size_t r = 0; backward && r < nz; ++r) {
-      float* g = group.cotangent.data() + group.at(static_cast<int>(r), 0);
-      for (int s = 0; s < block.count; ++s)
-        g[offsets[s]] += workspace.cotangent_z[r * kRow + static_cast<std::size_t>(s)];
+    workspace.maps->forward(samples);
+    double loss = 0.0;
+    for_each_loss<MapLoss>(*loss_, [&](const MapLoss& term, double weight) {
+      loss += term.value(*workspace.maps, samples, weight, backward ? workspace.cotangent_z.data() : nullptr);
+    });
+    result.loss += loss;
+    if (backward) {
+      workspace.maps->backward(samples.count);
+      SampleRows::scatter(workspace.cotangent_z, block.samples, rollout_);
     }
   }
-  if (residual) result.loss += workspace.maps->residual(samples, backward);
+  if (equations) equation_losses(samples, workspace, result, backward);
 }
 
-void Objective::collocation_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
-  const auto count = static_cast<std::size_t>(data_->collocation.count), first = static_cast<std::size_t>(block.first);
-  const auto gather = [&](const std::vector<float>& from, std::vector<float>& to) {
-    for (std::size_t row = 0; row < from.size() / count; ++row)
-      std::copy_n(from.data() + row * count + first, block.count, to.data() + row * kRow);
-  };
-  gather(data_->collocation.x, workspace.x);
-  gather(data_->collocation.f, workspace.f);
-  gather(data_->collocation.h, workspace.h);
-  std::fill_n(workspace.weight.data(), block.count,
-              static_cast<float>(horizon_s_) / static_cast<float>(data_->collocation.count));
-  const MapSamples<float> samples{.count = block.count,
-                                  .x = workspace.x.data(),
-                                  .f = workspace.f.data(),
-                                  .h = workspace.h.data(),
-                                  .weight = workspace.weight.data()};
-  result.loss += workspace.maps->residual(samples, backward);
+void Objective::equation_losses(const MapSamples<float>& samples, Workspace& workspace, ChunkResult& result,
+                                bool backward) const {
+  for_each_loss<EquationLoss>(*loss_, [&](const EquationLoss& term, double weight) {
+    result.loss += term.value(*workspace.maps, samples, weight, backward);
+  });
 }
 
 void Objective::run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
                           bool backward) {
-  if (block.kind == BlockKind::kCollocation) return collocation_losses(block, workspace, result, backward);
-  if (workspace.network) {
-    read_features(block, *workspace.network);
-    workspace.network->forward(network);
+  if (block.kind == BlockKind::kCollocation) {
+    const float weight = static_cast<float>(horizon_s_) / static_cast<float>(data_->collocation.count);
+    return equation_losses(workspace.rows->gather(data_->collocation, block.samples.first, block.samples.count, weight),
+                           workspace, result, backward);
   }
-  state_error(block, workspace, result, backward);
-  if (backward && workspace.network) {
-    workspace.network->backward(network, transposed_.data());
-    pull_back_features(block, *workspace.network);
-  }
-  if (workspace.maps && loss_->needs_forward_map() && block.kind == BlockKind::kRunning)
+  estimate_losses(block, network, workspace, result, backward);
+  if (workspace.maps && needs_forward_map(*loss_) && block.kind == BlockKind::kRunning)
     map_losses(block, workspace, result, backward);
 }
 
@@ -292,7 +181,7 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   const float* network = parameters + structure_->dynamics_parameters();
   const float* forward_map = network + structure_->network.parameters;
   const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
-  const bool maps = structure_->forward_map && loss_->needs_forward_map();
+  const bool maps = structure_->forward_map && needs_forward_map(*loss_);
   for (Workspace& workspace : workspaces_) {
     if (maps) workspace.maps->prepare(network, forward_map, eigenvalues);
   }
@@ -303,14 +192,14 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   const auto inverse_size = static_cast<std::size_t>(structure_->network.parameters);
   const auto run_chunk = [&](std::size_t begin, std::size_t end, ChunkResult& result, Workspace& workspace) {
     result.loss = result.squares = 0.0;
-    if (backward && workspace.network) workspace.network->clear_gradient();
+    if (backward) workspace.estimate.clear_gradient();
     if (backward && maps) workspace.maps->clear_gradient();
     for (std::size_t b = begin; b < end; ++b) run_block(blocks_[b], network, workspace, result, backward);
     if (!backward) return;
     result.gradient.assign(static_cast<std::size_t>(structure_->parameters() - structure_->dynamics_parameters()),
                            0.0F);
     result.eigenvalues.assign(eigenvalues.size(), 0.0);
-    if (workspace.network) workspace.network->gradient(result.gradient.data());
+    workspace.estimate.gradient(result.gradient.data());
     if (!maps) return;
     std::vector<float> inverse_part(inverse_size);
     workspace.maps->gradient(inverse_part.data(), result.gradient.data() + inverse_size, result.eigenvalues.data());
@@ -335,7 +224,8 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   value.rmse = std::sqrt(value.rmse);
   for (int r = 0; r < structure_->latent.learned; ++r) {
     const double lambda = eigenvalues[static_cast<std::size_t>(r)];
-    value.loss += loss_->eigenvalue_penalty * horizon_s_ * lambda * lambda;
+    for_each_loss<EigenvalueLoss>(
+        *loss_, [&](const EigenvalueLoss& term, double weight) { term.add(weight * horizon_s_, lambda, value.loss); });
   }
   if (backward) add_gradients(parameters, gradient);
   return value;
@@ -359,7 +249,10 @@ void Objective::add_gradients(const float* parameters, float* gradient) {
     double total = 0.0;
     if (p < structure_->latent.learned) {  // both -exp(p) and exp(p) have the slope lambda
       const double lambda = eigenvalues[at];
-      total += 2.0 * loss_->eigenvalue_penalty * horizon_s_ * lambda * lambda;
+      double unused = 0.0;
+      for_each_loss<EigenvalueLoss>(*loss_, [&](const EigenvalueLoss& term, double weight) {
+        total += term.add(weight * horizon_s_, lambda, unused) * lambda;
+      });
       for (const ChunkResult& chunk : results()) total += chunk.eigenvalues[at] * lambda;
     }
     for (const SegmentGroup& group : groups) total += group.gradient[at];

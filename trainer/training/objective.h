@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "trainer/config/experiment.h"
-#include "trainer/losses/map_losses.h"
-#include "trainer/nn/network_block.h"
+#include "trainer/losses/estimate_block.h"
+#include "trainer/losses/map_block.h"
+#include "trainer/losses/registry.h"
+#include "trainer/losses/sample_rows.h"
 #include "trainer/rollout/rollout.h"
 #include "trainer/rollout/sampling.h"
 #include "trainer/structures/structure.h"
@@ -46,12 +48,10 @@ class Objective {
 
  private:
   enum class BlockKind { kRunning, kTerminal, kCollocation };
-  /// Samples that are worked on at a time.
+  /// Samples that are worked on at a time; of collocation points, which have no set, `first` and `count` alone.
   struct Block {
     BlockKind kind;
-    const SampleSet* samples;  ///< null for collocation points
-    int group;
-    int first, count;
+    SampleRange samples;
   };
   struct ChunkResult {
     double loss = 0.0, squares = 0.0;
@@ -61,9 +61,10 @@ class Objective {
   /// What one thread works with.
   struct Workspace {
     Workspace(const ObserverStructure& structure, const LossConfig& loss);
-    std::optional<WideBlock> network;                       ///< T*, where the estimate is not z itself
-    std::optional<MapLosses<float, kBlock>> maps;           ///< where T is trained
-    std::vector<float> x, z, y, f, h, weight, cotangent_z;  ///< a block of samples for the maps, rows of kRow
+    EstimateBlock estimate;
+    std::optional<MapBlock<float, kBlock>> maps;  ///< where T is trained, and the next two
+    std::optional<SampleRows> rows;
+    std::vector<float> cotangent_z;  ///< n_z rows
   };
 
   void prepare(const float* parameters);
@@ -74,11 +75,11 @@ class Objective {
 
   ObjectiveValue accumulate(const float* parameters, float* gradient);
   void run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result, bool backward);
-  void read_features(const Block& block, WideBlock& network) const;
-  void pull_back_features(const Block& block, const WideBlock& network);
-  void state_error(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void estimate_losses(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
+                       bool backward);
   void map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
-  void collocation_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward);
+  void equation_losses(const MapSamples<float>& samples, Workspace& workspace, ChunkResult& result,
+                       bool backward) const;
   void add_gradients(const float* parameters, float* gradient);
   std::span<const ChunkResult> results() const { return std::span(chunks_).first(used_chunks_); }
 

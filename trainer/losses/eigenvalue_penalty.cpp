@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/losses/terms.h"
+
+namespace nlo::trainer {
+namespace {
+
+double add_penalty(double share, double lambda, double& loss) {
+  loss += share * lambda * lambda;
+  return 2.0 * share * lambda;
+}
+
+}  // namespace
+
+LossTerm eigenvalue_penalty_loss() {
+  return {.name = "eigenvalue_penalty",
+          .meaning = "gamma of gamma |lambda|^2 (20)",
+          .needs_forward_map = false,
+          .needs_eigenvalues = true,
+          .needs_equations = false,
+          .form = EigenvalueLoss{add_penalty}};
+}
+
+}  // namespace nlo::trainer
