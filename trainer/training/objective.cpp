@@ -48,70 +48,17 @@ const Rollout& Objective::roll_out_flight(const float* parameters) {
 
 ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gradient) {
   roll_out(parameters, draw_segments(*experiment_, *data_, step), Purpose::kNoise, step);
-  draw(step, experiment_->training.mode == TrainingMode::kFullBatch, experiment_->loss);
+  loss_ = &experiment_->loss;
+  blocks_.draw(*experiment_, rollout_, step, experiment_->training.mode == TrainingMode::kFullBatch, *loss_, *pool_);
   return accumulate(parameters, gradient);
 }
 
 double Objective::validate(const float* parameters) {
   roll_out(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
   static const LossConfig kStateError;
-  draw(0, true, kStateError);
+  loss_ = &kStateError;
+  blocks_.draw(*experiment_, rollout_, 0, true, *loss_, *pool_);
   return accumulate(parameters, nullptr).rmse;
-}
-
-/// Draws the samples of a step and shares them out over blocks.
-void Objective::draw(long step, bool all, const LossConfig& loss) {
-  loss_ = &loss;
-  blocks_.clear();
-  // All samples of all runs are the same in every step.
-  std::vector<SampleSet>& samples = all ? all_samples_ : samples_;
-  if (!all || samples.empty()) samples = draw_samples(*experiment_, rollout_, step, all, *pool_);
-  add_blocks(BlockKind::kRunning, samples);
-  total_weight_ = 0.0;
-  for (const SampleSet& set : samples) total_weight_ += set.total_weight;
-  if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
-  horizon_s_ = 1.0;
-  const auto segments = static_cast<double>(rollout_.segments().size());
-  if (loss.reduction == Reduction::kIntegral) {
-    double steps = 0.0;
-    for (const Segment& segment : rollout_.segments()) steps += segment.length - 1;
-    horizon_s_ = data_->sample_period_s * steps / segments;
-  }
-  running_share_ = horizon_s_ / total_weight_;
-  const int points = has_loss<EquationLoss>(loss) ? data_->collocation.count : 0;
-  for (int first = 0; first < points; first += kBlock)
-    blocks_.push_back({BlockKind::kCollocation, {nullptr, 0, first, std::min(kBlock, points - first)}});
-  first_terminal_ = blocks_.size();
-  if (const auto at_ends = [](const EstimateLoss& form) { return form.at == EstimateLoss::At::kSegmentEnds; };
-      any_loss<EstimateLoss>(loss, at_ends)) {
-    terminal_share_ = 1.0 / segments;
-    ends_ = segment_ends();
-    add_blocks(BlockKind::kTerminal, ends_);
-  }
-}
-
-void Objective::add_blocks(BlockKind kind, const std::vector<SampleSet>& sets) {
-  for (std::size_t g = 0; g < sets.size(); ++g) {
-    const int count = static_cast<int>(sets[g].offsets.size());
-    for (int first = 0; first < count; first += kBlock)
-      blocks_.push_back({kind, {&sets[g], static_cast<int>(g), first, std::min(kBlock, count - first)}});
-  }
-}
-
-std::vector<SampleSet> Objective::segment_ends() const {
-  std::vector<SampleSet> ends(rollout_.groups().size());
-  for (std::size_t g = 0; g < ends.size(); ++g) {
-    for (int lane = 0; lane < rollout_.groups()[g].lanes; ++lane) {
-      const Segment& segment = rollout_.segment(static_cast<int>(g), lane);
-      const int last = segment.length - 1;
-      const float weight =
-          data_->runs[static_cast<std::size_t>(segment.run)].weight[static_cast<std::size_t>(segment.start + last)];
-      if (weight <= 0.0F) continue;
-      ends[g].offsets.push_back(last * kGroup + lane);
-      ends[g].weights.push_back(weight);
-    }
-  }
-  return ends;
 }
 
 Objective::Workspace::Workspace(const ObserverStructure& structure, const LossConfig& loss)
@@ -131,7 +78,9 @@ void Objective::estimate_losses(const Block& block, const float* network, Worksp
   const auto at = running ? EstimateLoss::At::kSamples : EstimateLoss::At::kSegmentEnds;
   for (std::size_t i = 0; running && i < estimate.states(); ++i) result.squares += estimate.squares(i);
   for_each_loss<EstimateLoss>(*loss_, [&](const EstimateLoss& term, double weight) {
-    if (term.at == at) term.add(estimate, weight * (running ? running_share_ : terminal_share_), backward, result.loss);
+    if (term.at == at)
+      term.add(estimate, weight * (running ? blocks_.running_share() : blocks_.terminal_share()), backward,
+               result.loss);
   });
   if (backward) estimate.backward(network, transposed_.data());
 }
@@ -140,7 +89,7 @@ void Objective::estimate_losses(const Block& block, const float* network, Worksp
 void Objective::map_losses(const Block& block, Workspace& workspace, ChunkResult& result, bool backward) {
   const bool equations = has_loss<EquationLoss>(*loss_) && data_->collocation.count == 0;
   const MapSamples<float> samples =
-      workspace.rows->gather(rollout_, block.samples, static_cast<float>(running_share_), equations);
+      workspace.rows->gather(rollout_, block.samples, static_cast<float>(blocks_.running_share()), equations);
   if (has_loss<MapLoss>(*loss_)) {
     std::fill(workspace.cotangent_z.begin(), workspace.cotangent_z.end(), 0.0F);
     workspace.maps->forward(samples);
@@ -167,7 +116,7 @@ void Objective::equation_losses(const MapSamples<float>& samples, Workspace& wor
 void Objective::run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
                           bool backward) {
   if (block.kind == BlockKind::kCollocation) {
-    const float weight = static_cast<float>(horizon_s_) / static_cast<float>(data_->collocation.count);
+    const float weight = static_cast<float>(blocks_.horizon_s()) / static_cast<float>(data_->collocation.count);
     return equation_losses(workspace.rows->gather(data_->collocation, block.samples.first, block.samples.count, weight),
                            workspace, result, backward);
   }
@@ -176,56 +125,60 @@ void Objective::run_block(const Block& block, const float* network, Workspace& w
     map_losses(block, workspace, result, backward);
 }
 
+void Objective::prepare_networks(const float* network, const std::vector<double>& eigenvalues, bool backward) {
+  for (Workspace& workspace : workspaces_)
+    if (trains_maps()) workspace.maps->prepare(network, network + structure_->network.parameters, eigenvalues);
+  if (!backward) return;
+  transpose_weights(structure_->network, network, transposed_.data());
+  for (SegmentGroup& group : rollout_.groups()) group.cotangent.assign(group.latent.size(), 0.0F);
+}
+
+/// Blocks [begin, end): their part of the loss, and of the gradients of T*, T and the eigenvalues.
+void Objective::run_chunk(std::size_t begin, std::size_t end, const float* network, Workspace& workspace,
+                          ChunkResult& result, bool backward) {
+  result.loss = result.squares = 0.0;
+  if (backward) workspace.estimate.clear_gradient();
+  if (backward && trains_maps()) workspace.maps->clear_gradient();
+  for (std::size_t b = begin; b < end; ++b) run_block(blocks_.all()[b], network, workspace, result, backward);
+  if (!backward) return;
+  const auto inverse_size = static_cast<std::size_t>(structure_->network.parameters);
+  result.gradient.assign(static_cast<std::size_t>(structure_->parameters() - structure_->dynamics_parameters()), 0.0F);
+  result.eigenvalues.assign(static_cast<std::size_t>(structure_->latent.rows), 0.0);
+  workspace.estimate.gradient(result.gradient.data());
+  if (!trains_maps()) return;
+  std::vector<float> inverse_part(inverse_size);
+  workspace.maps->gradient(inverse_part.data(), result.gradient.data() + inverse_size, result.eigenvalues.data());
+  for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
+}
+
 ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   const bool backward = gradient != nullptr;
   const float* network = parameters + structure_->dynamics_parameters();
-  const float* forward_map = network + structure_->network.parameters;
   const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
-  const bool maps = structure_->forward_map && needs_forward_map(*loss_);
-  for (Workspace& workspace : workspaces_) {
-    if (maps) workspace.maps->prepare(network, forward_map, eigenvalues);
-  }
-  if (backward) {
-    transpose_weights(structure_->network, network, transposed_.data());
-    for (SegmentGroup& group : rollout_.groups()) group.cotangent.assign(group.latent.size(), 0.0F);
-  }
-  const auto inverse_size = static_cast<std::size_t>(structure_->network.parameters);
-  const auto run_chunk = [&](std::size_t begin, std::size_t end, ChunkResult& result, Workspace& workspace) {
-    result.loss = result.squares = 0.0;
-    if (backward) workspace.estimate.clear_gradient();
-    if (backward && maps) workspace.maps->clear_gradient();
-    for (std::size_t b = begin; b < end; ++b) run_block(blocks_[b], network, workspace, result, backward);
-    if (!backward) return;
-    result.gradient.assign(static_cast<std::size_t>(structure_->parameters() - structure_->dynamics_parameters()),
-                           0.0F);
-    result.eigenvalues.assign(eigenvalues.size(), 0.0);
-    workspace.estimate.gradient(result.gradient.data());
-    if (!maps) return;
-    std::vector<float> inverse_part(inverse_size);
-    workspace.maps->gradient(inverse_part.data(), result.gradient.data() + inverse_size, result.eigenvalues.data());
-    for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
-  };
+  prepare_networks(network, eigenvalues, backward);
   // The end of a segment may be a running sample too: two threads must not add to its cotangent at a time.
   used_chunks_ = 0;
-  for (const auto& [first, last] : {std::pair{std::size_t{0}, first_terminal_}, {first_terminal_, blocks_.size()}}) {
+  const std::size_t ends = blocks_.first_terminal();
+  for (const auto& [first, last] : {std::pair{std::size_t{0}, ends}, {ends, blocks_.all().size()}}) {
     if (first == last) continue;
     pool_->run(kChunks, [&, first = first, blocks = last - first](int chunk, int thread) {
       const auto c = static_cast<std::size_t>(chunk);
-      run_chunk(first + blocks * c / kChunks, first + blocks * (c + 1) / kChunks, chunks_[used_chunks_ + c],
-                workspaces_[static_cast<std::size_t>(thread)]);
+      run_chunk(first + blocks * c / kChunks, first + blocks * (c + 1) / kChunks, network,
+                workspaces_[static_cast<std::size_t>(thread)], chunks_[used_chunks_ + c], backward);
     });
     used_chunks_ += kChunks;
   }
   ObjectiveValue value;
   for (const ChunkResult& chunk : results()) {
     value.loss += chunk.loss;
-    value.rmse += chunk.squares / total_weight_;
+    value.rmse += chunk.squares / blocks_.total_weight();
   }
   value.rmse = std::sqrt(value.rmse);
   for (int r = 0; r < structure_->latent.learned; ++r) {
     const double lambda = eigenvalues[static_cast<std::size_t>(r)];
-    for_each_loss<EigenvalueLoss>(
-        *loss_, [&](const EigenvalueLoss& term, double weight) { term.add(weight * horizon_s_, lambda, value.loss); });
+    for_each_loss<EigenvalueLoss>(*loss_, [&](const EigenvalueLoss& term, double weight) {
+      term.add(weight * blocks_.horizon_s(), lambda, value.loss);
+    });
   }
   if (backward) add_gradients(parameters, gradient);
   return value;
@@ -251,7 +204,7 @@ void Objective::add_gradients(const float* parameters, float* gradient) {
       const double lambda = eigenvalues[at];
       double unused = 0.0;
       for_each_loss<EigenvalueLoss>(*loss_, [&](const EigenvalueLoss& term, double weight) {
-        total += term.add(weight * horizon_s_, lambda, unused) * lambda;
+        total += term.add(weight * blocks_.horizon_s(), lambda, unused) * lambda;
       });
       for (const ChunkResult& chunk : results()) total += chunk.eigenvalues[at] * lambda;
     }

@@ -15,8 +15,8 @@
 #include "trainer/losses/registry.h"
 #include "trainer/losses/sample_rows.h"
 #include "trainer/rollout/rollout.h"
-#include "trainer/rollout/sampling.h"
 #include "trainer/structures/structure.h"
+#include "trainer/training/blocks.h"
 
 namespace nlo::trainer {
 
@@ -47,12 +47,6 @@ class Objective {
   const Rollout& roll_out_flight(const float* parameters);
 
  private:
-  enum class BlockKind { kRunning, kTerminal, kCollocation };
-  /// Samples that are worked on at a time; of collocation points, which have no set, `first` and `count` alone.
-  struct Block {
-    BlockKind kind;
-    SampleRange samples;
-  };
   struct ChunkResult {
     double loss = 0.0, squares = 0.0;
     std::vector<float> gradient;      ///< of T* and T
@@ -69,10 +63,12 @@ class Objective {
 
   void prepare(const float* parameters);
   void roll_out(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step);
-  void draw(long step, bool all, const LossConfig& loss);
-  void add_blocks(BlockKind kind, const std::vector<SampleSet>& sets);
-  std::vector<SampleSet> segment_ends() const;
 
+  /// Whether the losses drawn last train T.
+  bool trains_maps() const { return structure_->forward_map && needs_forward_map(*loss_); }
+  void prepare_networks(const float* network, const std::vector<double>& eigenvalues, bool backward);
+  void run_chunk(std::size_t begin, std::size_t end, const float* network, Workspace& workspace, ChunkResult& result,
+                 bool backward);
   ObjectiveValue accumulate(const float* parameters, float* gradient);
   void run_block(const Block& block, const float* network, Workspace& workspace, ChunkResult& result, bool backward);
   void estimate_losses(const Block& block, const float* network, Workspace& workspace, ChunkResult& result,
@@ -89,14 +85,8 @@ class Objective {
   ThreadPool* pool_;
   std::unique_ptr<LatentDynamics> dynamics_;  ///< made at first use: the structure is normalised before that
   Rollout rollout_;
-  const LossConfig* loss_ = nullptr;                     ///< of what was drawn last
-  std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
-  std::vector<Block> blocks_;
-  std::size_t first_terminal_ = 0;  ///< block; terminal ones are the last
-  double running_share_ = 0.0;      ///< of a sample with weight 1 in the running cost
-  double terminal_share_ = 0.0;     ///< of a segment's end in the terminal cost
-  double total_weight_ = 0.0;
-  double horizon_s_ = 1.0;  ///< mean length of the segments for the integral, else 1
+  const LossConfig* loss_ = nullptr;  ///< of what was drawn last
+  Blocks blocks_;
   std::vector<ChunkResult> chunks_;
   std::size_t used_chunks_ = 0;        ///< by the latest accumulate()
   std::vector<Workspace> workspaces_;  // one per thread

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include "codegen/error.h"
@@ -13,8 +12,11 @@
 #include "trainer/base/parallel.h"
 #include "trainer/optim/optimiser.h"
 #include "trainer/structures/structure.h"
+#include "trainer/training/messages.h"
 #include "trainer/training/no_progress.h"
 #include "trainer/training/objective.h"
+#include "trainer/training/parameter_groups.h"
+#include "trainer/training/provenance.h"
 
 namespace nlo::trainer {
 
@@ -24,34 +26,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash) {
-  const auto add = [&hash](const auto& m) {
-    hash = fingerprint(m.data(), static_cast<std::size_t>(m.size()) * sizeof(double), hash);
-  };
-  for (const Trajectory& trajectory : dataset.trajectories) {
-    add(trajectory.time_s);
-    add(trajectory.outputs);
-    add(trajectory.states);
-    add(trajectory.weight);
-  }
-  return hash;
-}
-
-std::string hex(std::uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
-/// A run may be resumed with another number of steps: everything else makes it another run.
-std::string without_steps(const std::string& source_text) {
-  constexpr std::string_view kKey = "\nsteps = ";
-  const auto begin = source_text.find(kKey);
-  if (begin == std::string::npos) return source_text;
-  const auto end = source_text.find('\n', begin + 1);
-  return source_text.substr(0, begin) + (end == std::string::npos ? "" : source_text.substr(end));
 }
 
 void require_trainable(const Dataset& dataset, const std::string& which) {
@@ -77,11 +51,9 @@ class Training {
         pool_(experiment.threads),
         objective_(experiment_, structure_, training_data_, pool_),
         validator_(experiment_, structure_, validation_data_, pool_),
-        optimiser_(experiment.training.optimiser, parameter_groups()),
-        data_hash_(data_fingerprint(validation, data_fingerprint(training, fingerprint(nullptr, 0)))) {
-    const std::string identity = without_steps(experiment.source_text) + '\n' + std::to_string(experiment.seed);
-    fingerprint_ = fingerprint(identity.data(), identity.size(), data_hash_);
-  }
+        optimiser_(experiment.training.optimiser, parameter_groups(experiment, structure_)),
+        data_hash_(data_fingerprint(validation, data_fingerprint(training, fingerprint(nullptr, 0)))),
+        fingerprint_(run_fingerprint(experiment, data_hash_)) {}
 
   TrainingResult run() {
     const auto started = Clock::now();
@@ -99,13 +71,13 @@ class Training {
       }
       if (!eigenvalues_are_finite()) {
         result.outcome = TrainOutcome::kDiverged;
-        result.message = divergence_message("an eigenvalue grew past all numbers");
+        result.message = diverged_by("an eigenvalue grew past all numbers");
         break;
       }
       const ObjectiveValue value = objective_.evaluate(state_.parameters.data(), state_.step, gradient.data());
       if (diverged(value.loss, gradient)) {
         result.outcome = TrainOutcome::kDiverged;
-        result.message = divergence_message("the loss is " + shortest_text(value.loss));
+        result.message = diverged_by("the loss is " + shortest_text(value.loss));
         break;
       }
       const double factor = schedule_factor(config, state_.step);
@@ -122,7 +94,8 @@ class Training {
         save();
         last_saved_s = elapsed_s;
       }
-      report(value, first_step, elapsed_s);
+      if (options_.progress)
+        options_.progress(progress_of(experiment_, structure_, state_, value.loss, first_step, elapsed_s));
     }
     save();
     if (result.outcome == TrainOutcome::kFinished) judge(result);
@@ -135,30 +108,6 @@ class Training {
   }
 
  private:
-  std::vector<ParameterGroup> parameter_groups() const {
-    const TrainingConfig& config = experiment_.training;
-    const double eigenvalue_rate =
-        config.eigenvalue_learning_rate > 0.0 ? config.eigenvalue_learning_rate : config.learning_rate;
-    std::vector<ParameterGroup> groups;
-    const auto add_network = [&](const NetworkShape& network, double path_rate) {
-      for (const LayerView& layer : network.layers) {
-        groups.push_back({layer.in * layer.out, config.learning_rate, config.weight_decay});
-        groups.push_back({layer.out, config.learning_rate, 0.0});
-      }
-      if (network.linear_path >= 0) groups.push_back({network.inputs() * network.outputs(), path_rate, 0.0});
-    };
-    if (structure_.latent.learned > 0)
-      groups.push_back(
-          {structure_.latent.learned, experiment_.observer.learn_eigenvalues ? eigenvalue_rate : 0.0, 0.0});
-    add_network(structure_.dynamics.shape, eigenvalue_rate);
-    // The linear path stays at its ridge regression while the features stay what they were: first-order steps on nearly
-    // collinear features lose what the regression found (alpha_dot on the Qube: .073 -> .118 rad/s).
-    const bool fixed_features = !latent_system_learns(experiment_, structure_);
-    add_network(structure_.network, fixed_features ? 0.0 : config.learning_rate);
-    if (structure_.forward_map) add_network(*structure_.forward_map, 0.0);
-    return groups;
-  }
-
   std::string path(const char* file) const { return options_.directory + "/" + file; }
 
   void start() {
@@ -249,11 +198,8 @@ class Training {
     return std::all_of(eigenvalues.begin(), eigenvalues.end(), [](double lambda) { return std::isfinite(lambda); });
   }
 
-  std::string divergence_message(const std::string& what) const {
-    return "training diverged at step " + std::to_string(state_.step) + ": " + what +
-           ". The model of the lowest validation error before that was kept. Try a lower learning_rate (now " +
-           shortest_text(experiment_.training.learning_rate) + ") or eigenvalue_learning_rate (now " +
-           shortest_text(parameter_groups().front().rate) + "), or hold = \"first_order\" if it is \"rk4\".";
+  std::string diverged_by(const std::string& what) const {
+    return divergence_message(experiment_, structure_, state_.step, what);
   }
 
   void save() {
@@ -263,40 +209,10 @@ class Training {
     codegen::write_file_atomically(path("metrics.csv"), metrics_csv(state_.metrics, structure_.pairs()));
   }
 
-  void report(const ObjectiveValue& value, long first_step, double elapsed_s) const {
-    if (!options_.progress) return;
-    TrainProgress progress;
-    progress.step = state_.step;
-    progress.steps = experiment_.training.steps;
-    progress.loss = value.loss;
-    progress.rmse = state_.metrics.back().validation_rmse;
-    const std::vector<double> eigenvalues = structure_.eigenvalues_at(state_.average.data());
-    for (const Mode& mode : structure_.latent.modes) {
-      if (mode.output < 0 || eigenvalues.empty()) continue;  // a clock, or a structure without D
-      const auto row = static_cast<std::size_t>(mode.row);
-      progress.eigenvalues.emplace_back(eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0);
-    }
-    progress.elapsed_s = state_.elapsed_s;
-    progress.steps_per_s = static_cast<double>(state_.step - first_step) / std::max(elapsed_s, 1e-9);
-    progress.left_s = static_cast<double>(progress.steps - state_.step) / std::max(progress.steps_per_s, 1e-9);
-    options_.progress(progress);
-  }
-
   codegen::Model model() {
     const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
     codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
-    double time_s = 0.0;
-    for (const Trajectory& trajectory : dataset_.trajectories) {
-      time_s += trajectory.time_s(trajectory.samples() - 1) - trajectory.time_s(0);
-    }
-    model.provenance = {{"nlo", NLO_VERSION},
-                        {"seed", std::to_string(experiment_.seed)},
-                        {"data", std::to_string(dataset_.trajectories.size()) + " trajectories, " +
-                                     shortest_text(std::round(time_s)) + " s"},
-                        {"data_hash", hex(data_hash_)},
-                        {"steps", std::to_string(state_.step)},
-                        {"validation_rmse", shortest_text(state_.best_rmse)},
-                        {"config", experiment_.source_text}};
+    note_provenance(experiment_, dataset_, data_hash_, state_, model);
     return model;
   }
 
@@ -308,7 +224,7 @@ class Training {
   ThreadPool pool_;
   Objective objective_, validator_;
   Optimiser optimiser_;
-  std::uint64_t data_hash_, fingerprint_ = 0;
+  std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
 };
 

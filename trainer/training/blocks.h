@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// What one evaluation of the cost visits, in blocks that a network takes at a time, and what a sample of each kind
+// counts: samples of the running cost, collocation points, ends of segments.
+#pragma once
+
+#include <vector>
+
+#include "trainer/base/parallel.h"
+#include "trainer/config/experiment.h"
+#include "trainer/losses/estimate_block.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/rollout/sampling.h"
+
+namespace nlo::trainer {
+
+enum class BlockKind { kRunning, kTerminal, kCollocation };
+
+/// Samples that are worked on at a time; of collocation points, which have no set, `first` and `count` alone.
+struct Block {
+  BlockKind kind;
+  SampleRange samples;
+};
+
+class Blocks {
+ public:
+  /// Draws the samples of a step from what was rolled out, or takes all of them, and shares them out for these losses.
+  void draw(const Experiment& experiment, const Rollout& rollout, long step, bool all, const LossConfig& loss,
+            ThreadPool& pool);
+
+  const std::vector<Block>& all() const { return blocks_; }
+  /// Index of the first terminal one; they are the last.
+  std::size_t first_terminal() const { return first_terminal_; }
+
+  double total_weight() const { return total_weight_; }      ///< of the running samples
+  double horizon_s() const { return horizon_s_; }            ///< mean length of the segments for the integral, else 1
+  double running_share() const { return running_share_; }    ///< of a sample with weight 1 in the running cost
+  double terminal_share() const { return terminal_share_; }  ///< of a segment's end in the terminal cost
+
+ private:
+  void add(BlockKind kind, const std::vector<SampleSet>& sets);
+
+  std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
+  std::vector<Block> blocks_;
+  std::size_t first_terminal_ = 0;
+  double total_weight_ = 0.0, horizon_s_ = 1.0, running_share_ = 0.0, terminal_share_ = 0.0;
+};
+
+}  // namespace nlo::trainer
