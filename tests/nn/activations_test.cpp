@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "trainer/config/experiment.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/nn/block_activation.h"
 #include "trainer/nn/network_block.h"
 #include "trainer/structures/structure.h"

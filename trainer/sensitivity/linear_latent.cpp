@@ -7,10 +7,9 @@
 #include "trainer/sensitivity/dual.h"
 
 namespace nlo::trainer {
+namespace {
 
 using P = simd::Pack<float, kGroup>;
-
-namespace {
 
 std::complex<float> narrow(std::complex<double> c) {
   return {static_cast<float>(c.real()), static_cast<float>(c.imag())};

@@ -8,7 +8,6 @@
 #include "trainer/structures/make_dynamics.h"
 
 namespace nlo::trainer {
-
 namespace {
 
 /// Blocks are shared out over a number of chunks that does not depend on the number of threads; each chunk has a

@@ -8,8 +8,7 @@
 //   if (observer.step(read_position()) != nlo::StepStatus::kOk) note_fault();
 //   const auto x_hat = observer.estimate();
 //   if (!observer.in_domain()) enter_safe_mode();
-//
-// No heap, no exceptions, no libm; whatever arrives, z stays finite. sampled_observer.h has the observer's functions.
+// sampled_observer.h has the observer's functions.
 #pragma once
 
 #include <cstdint>
