@@ -48,7 +48,7 @@ Dataset van_der_pol_dataset(int trajectories) {
     Eigen::Vector2d x(-1.0 + 2.0 * t / (trajectories - 1.0), 1.0 - 0.04 * (t * 7 % trajectories));
     for (int k = 0; k < kSamples; ++k) {
       run.states.col(k) = x;
-      x = codegen::rk4_step(x, kPeriod_s, [&](double, const Eigen::Vector2d& at) { return derivative(at); });
+      x = nlo::codegen::rk4_step(x, kPeriod_s, [&](double, const Eigen::Vector2d& at) { return derivative(at); });
     }
     run.outputs = run.states.row(0);
     dataset.trajectories.push_back(std::move(run));

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "trainer/commands/strict_test.h"
 #include "trainer/data/transient.h"
 
 namespace nlo::trainer {
@@ -49,13 +48,6 @@ TEST(EvaluationWindows, FitTheSlowestTimeConstantAndTheHorizon) {
 
 TEST(EvaluationWindows, WithoutEigenvaluesTheHorizonDecidesAlone) {
   EXPECT_EQ(evaluation_windows({}, decay_rate({}), 50.0)[2].from_s, 10.0);
-  Experiment experiment;
-  experiment.observer.eigenvalues = {-100.0};
-  EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 0.05);
-  for (const char* structure : {"general", "luenberger"}) {
-    experiment.observer.structure = structure;  // F of (11) starts from eigenvalues and leaves them
-    EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 10.0) << structure;
-  }
 }
 
 TEST(EvaluationWindows, ConfiguredOnesReplaceTheDerived) {

@@ -10,13 +10,11 @@
 #include "codegen/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/baselines/ekf.h"
-#include "trainer/data/transient.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
-#include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 namespace {
@@ -154,22 +152,6 @@ Experiment experiment_of(const codegen::Model& model, const std::string& origin)
     if (key == "config") return parse_experiment(text, origin + " (provenance.config)");
   throw codegen::Error(
       fmt::format("{}: has no provenance \"config\", so plant and columns are not known; train it again", origin));
-}
-
-MetricsConfig metrics_config(const Experiment& experiment, double horizon_s) {
-  MetricsConfig config;
-  // A structure without a D may list eigenvalues to start from; its start is forgotten at no rate of theirs.
-  const ObserverConfig& observer = experiment.observer;
-  const double rate = structure_of(observer).has_eigenvalues() ? decay_rate(observer) : 0.0;
-  config.windows = evaluation_windows(experiment.evaluation, rate, horizon_s);
-  config.settling_window_s = settling_window_s(experiment.evaluation, config.windows, horizon_s);
-  return config;
-}
-
-MetricsConfig metrics_config(const Experiment& experiment, const Dataset& logs) {
-  double longest_s = 0.0;
-  for (const Trajectory& run : logs.trajectories) longest_s = std::max(longest_s, run.time_s[run.samples() - 1]);
-  return metrics_config(experiment, longest_s);
 }
 
 Experiment changed_experiment(const Experiment& experiment, const std::vector<std::string>& changes) {

@@ -11,17 +11,12 @@
 #include "trainer/config/experiment.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluation_study.h"
+#include "trainer/evaluation/metrics_config.h"
 
 namespace nlo::trainer {
 
 /// The experiment a model was trained by. `origin` names the model's file. Throws codegen::Error when it has none.
 Experiment experiment_of(const codegen::Model& model, const std::string& origin);
-
-/// Windows and settling as the experiment says, else by its observer and this horizon.
-MetricsConfig metrics_config(const Experiment& experiment, double horizon_s);
-
-/// The same with the longest of these logs as the horizon.
-MetricsConfig metrics_config(const Experiment& experiment, const Dataset& logs);
 
 struct StrictTest {
   std::vector<NoiseConfig> noises;
