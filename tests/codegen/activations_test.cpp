@@ -74,9 +74,18 @@ TEST(Activations, AnUnknownNameIsRefusedWithThoseThereAre) {
       find("gelu");
       FAIL() << "no activation has this name";
     } catch (const Error& error) {
-      EXPECT_STREQ(error.what(), "unknown activation \"gelu\"; use tanh, relu or silu");
+      EXPECT_EQ(error.what(), "unknown activation \"gelu\"; use " + activations_in_words());
     }
   }
+}
+
+TEST(Activations, NamesInWordsAreThoseThatCanBeTrained) {
+  std::string words = activations_in_words();
+  EXPECT_THAT(words, ::testing::StartsWith("tanh, relu"));
+  words.replace(words.find(" or "), 4, ", ");
+  std::string names;
+  for (const ActivationRow& row : trained_rows()) names += (names.empty() ? "" : ", ") + std::string(row.name);
+  EXPECT_EQ(words, names);
 }
 
 TEST(Activations, WhatIsNotTrainedHasNoTrainingCode) {

@@ -79,7 +79,7 @@ const Row kRows[] = {
     {"PeriodNegative", "\"sample_period_s\": 0.004", "\"sample_period_s\": -1", "sample_period_s is -1"},
     {"PeriodHuge", "\"sample_period_s\": 0.004", "\"sample_period_s\": 1e300", "beyond 1000 per sample"},
     {"HoldUnknown", "first_order", "second_order", "hold is unknown; use zero_order, first_order or rk4"},
-    {"ActivationUnknown", "\"tanh\"", "\"sigmoid\"", "activation is unknown; use tanh, relu or silu"},
+    {"ActivationUnknown", "\"tanh\"", "\"sigmoid\"", "activation is unknown; use tanh, relu"},
     {"PairsNegative", "\"pairs\": 2", "\"pairs\": -1", "pairs: is -1; expected 0 to"},
     {"PairsFraction", "\"pairs\": 2", "\"pairs\": 1.5", "pairs: is a JSON number; expected an integer"},
     {"PairsTooMany", "\"pairs\": 2", "\"pairs\": 4", "pairs is 4; with 7 latent states it must be 0 to 3"},
