@@ -59,12 +59,15 @@ class Known:
     def __init__(self):
         every = [file.relative_to(ROOT).as_posix() for file in ROOT.rglob("*")
                  if not {"build", "out", ".git"} & set(file.relative_to(ROOT).parts[:1])]
+        # What a reader of docs/extending.md adds by one of its diffs.
+        diffs = "\n".join(file.read_text() for file in sorted((ROOT / "docs/extending").glob("*.diff")))
+        every += re.findall(r"^\+\+\+ b/(.+)$", diffs, re.M)
         self.ends = {path[i:] for path in every for i in [0] + [m.end() for m in re.finditer("/", path)]}
         sources = [file for file in files() if file.suffix != ".md" and file.name != "references.py"]
         # An option or a command exists where a source has it outside of its comments.
         code = "\n".join(re.sub(rf"(^|\s){COMMENT[f.suffix]}.*", "", f.read_text(), flags=re.M) for f in sources)
         self.options = set(OPTION.findall(code))
-        commands = "\n".join(file.read_text() for file in sorted((ROOT / "trainer/commands").glob("*.cpp")))
+        commands = "\n".join(file.read_text() for file in sorted((ROOT / "trainer/commands").glob("*.cpp"))) + diffs
         self.commands = set(re.findall(r'add_subcommand\(\s*"([a-z-]+)"', commands)) | set(
             re.findall(r'\{"([a-z-]+)",', commands))
         self.tests = {}

@@ -1,0 +1,45 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# The diffs of docs/extending.md still apply to the tree: each one alone, and all of them in the order of the page.
+# tests/properties/extending.sh builds and runs what they make.
+#   usage: extending_applies.sh SOURCE_DIR WORK_DIR
+set -eu
+source=$(cd "$1" && pwd) work=$2
+rm -rf "$work"
+mkdir -p "$work/tree"
+work=$(cd "$work" && pwd)
+export GIT_CEILING_DIRECTORIES="$work" # the copy is no part of a checkout that lies around it
+fail() { echo "FAILED: $1"; exit 1; }
+
+diffs=$(sed -n 's/^git apply \(docs\/extending\/[a-z]*\.diff\)$/\1/p' "$source/docs/extending.md")
+for diff in "$source"/docs/extending/*.diff; do
+  case $diffs in
+    *"docs/extending/${diff##*/}"*) ;;
+    *) fail "docs/extending.md does not say: git apply docs/extending/${diff##*/}" ;;
+  esac
+done
+
+for diff in $diffs; do
+  [ -f "$source/$diff" ] || fail "docs/extending.md names $diff, which does not exist"
+done
+
+# The files that they change are all that applying needs.
+for diff in $diffs; do git apply --numstat "$source/$diff" | cut -f 3; done | sort -u | while read -r file; do
+  [ -f "$source/$file" ] || continue
+  mkdir -p "$work/tree/$(dirname "$file")"
+  cp "$source/$file" "$work/tree/$file"
+done
+
+cd "$work/tree"
+mend="apply what is left of it by hand (git apply --reject), and write the diff anew"
+for diff in $diffs; do
+  git apply --check "$source/$diff" || fail "$diff does not apply any more; $mend"
+done
+count=0
+for diff in $diffs; do
+  git apply "$source/$diff" || fail "$diff does not apply behind those before it; $mend"
+  ! git apply --check "$source/$diff" 2>/dev/null || fail "control: $diff applies twice"
+  count=$((count + 1))
+done
+[ "$count" -eq 7 ] || fail "docs/extending.md should have seven diffs, and has $count"
+echo "$count diffs apply, each alone and all in order"
