@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/nlo)
 
-# nlo_install_component(NAME TARGET): a component of find_package(nlo), in a file that nloConfig.cmake reads.
+# nlo_install_component(NAME TARGET): a component of find_package(nlo), in a file that the package reads.
 function(nlo_install_component name target)
   install(TARGETS ${target} EXPORT nlo_${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(EXPORT nlo_${name} NAMESPACE nlo:: DESTINATION ${package_dir})
