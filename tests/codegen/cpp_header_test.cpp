@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/activations.h"
 #include "codegen/targets/cpp_header.h"
+#include "codegen/activations.h"
 #include "codegen/targets/registry.h"
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/activations.h"
 #include "codegen/quantise.h"
+#include "codegen/activations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -23,7 +23,8 @@ for diff in $diffs; do
   [ -f "$source/$diff" ] || fail "docs/extending.md names $diff, which does not exist"
 done
 
-# The files that they change are all that applying needs.
+# The files that they change are all that applying needs. Inside of a checkout's folder git would skip what lies outside.
+cd "$work"
 for diff in $diffs; do git apply --numstat "$source/$diff" | cut -f 3; done | sort -u | while read -r file; do
   [ -f "$source/$file" ] || continue
   mkdir -p "$work/tree/$(dirname "$file")"

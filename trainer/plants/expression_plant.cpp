@@ -130,8 +130,7 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
                        fmt::format("[plant] output_names has \"{}\" twice; rename one", outputs()[i].name));
     for (const std::string& input : config.inputs)
       if (outputs()[i].name == input)
-        throw KeyError("plant",
-                       fmt::format("[plant] uses \"{}\" for an input and an output; rename one", input));
+        throw KeyError("plant", fmt::format("[plant] uses \"{}\" for an input and an output; rename one", input));
   }
   derivative_ = std::make_unique<Formulas>(config);
   for (std::size_t i = 0; i < config.derivative.size(); ++i)
