@@ -8,7 +8,7 @@ source=$(cd "$1" && pwd) work=$2 cmake=$3 ctest=$4
 rm -rf "$work"
 mkdir -p "$work/tree" "$work/run"
 work=$(cd "$work" && pwd)
-export GIT_CEILING_DIRECTORIES="$work"
+export GIT_CEILING_DIRECTORIES="${work%/*}"
 fail() { echo "FAILED: $1"; exit 1; }
 
 tar -C "$source" --exclude=./build --exclude=./.git --exclude=./runs -cf - . | tar -C "$work/tree" -xf -

@@ -8,7 +8,7 @@ source=$(cd "$1" && pwd) work=$2
 rm -rf "$work"
 mkdir -p "$work/tree"
 work=$(cd "$work" && pwd)
-export GIT_CEILING_DIRECTORIES="$work" # the copy is no part of a checkout that lies around it
+export GIT_CEILING_DIRECTORIES="${work%/*}" # the copy is no part of a checkout that lies around it
 fail() { echo "FAILED: $1"; exit 1; }
 
 diffs=$(sed -n 's/^git apply \(docs\/extending\/[a-z]*\.diff\)$/\1/p' "$source/docs/extending.md")
