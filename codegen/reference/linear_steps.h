@@ -30,6 +30,7 @@ class LinearSteps {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
+  /// `model` must outlive it.
   explicit LinearSteps(const Model& model);
 
   void start(Matrix& z, const Matrix& y) const;
@@ -37,7 +38,7 @@ class LinearSteps {
   Matrix slope(const Matrix& z, const Matrix& y) const;
 
  private:
-  Model model_;
+  const Model& model_;
   LinearStep<Scalar> nominal_, last_;
   double last_dt_s_ = 0.0;
   Matrix d_, injection_, steady_gain_;

@@ -38,7 +38,7 @@ template <class Scalar>
 ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations activations)
     : model_(std::make_unique<const Model>(model)),
       screening_(std::make_unique<Screening>(*model_)),
-      dynamics_(dynamics_of<Scalar>(model, activations)) {
+      dynamics_(dynamics_of<Scalar>(*model_, activations)) {
   if (const Network* map = codegen::inverse_map(model)) inverse_map_.emplace(*map, activations);
   reset();
 }

@@ -89,7 +89,7 @@ class DrivenDynamics final : public ReferenceDynamics<Scalar> {
     return forward_map_.jvp(x_hat, field.reshaped(x_hat.size(), u.size()) * u);
   }
 
-  Model model_;
+  const Model& model_;
   Hold hold_, input_hold_;
   LinearSteps<Scalar> latent_;
   Step nominal_;

@@ -56,7 +56,7 @@ class StructureModule {
   /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
 
-  // The equations as they stand in the paper: reference/observer.h steps them.
+  // The equations as they stand in the paper: reference/observer.h steps them. The model must outlive the result.
 
   virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model&, Activations) const = 0;
   virtual std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model&, Activations) const = 0;
