@@ -29,13 +29,25 @@ function(nlo_optimise target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# nlo_hot_sources(TARGET SOURCES...): sources of a folder where a run spends its time. -O3; -O1 in Debug builds
-# (sanitizers), where the others have none.
+# nlo_add_library(NAME USES target...): a static library and, beside it, the object library NAME_hot of the sources where
+# a run spends its time: -O3, or -O1 in Debug builds (sanitizers), where the others have none.
+function(nlo_add_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "USES")
+  add_library(${name}_hot OBJECT)
+  add_library(${name} STATIC $<TARGET_OBJECTS:${name}_hot>)
+  foreach(part IN ITEMS ${name} ${name}_hot)
+    target_link_libraries(${part} PRIVATE ${arg_USES})
+    target_include_directories(${part} PUBLIC ${PROJECT_SOURCE_DIR})
+    nlo_precompile_common_headers(${part})
+  endforeach()
+  nlo_optimise(${name})
+  target_compile_options(${name}_hot PRIVATE $<$<CONFIG:Release>:-O3>)
+endfunction()
+
+# nlo_hot_sources(TARGET SOURCES...): sources of this folder that belong to TARGET_hot.
 function(nlo_hot_sources target)
   list(TRANSFORM ARGN PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/ OUTPUT_VARIABLE sources)
-  target_sources(${target} PRIVATE ${sources})
-  set_source_files_properties(${sources} TARGET_DIRECTORY ${target} PROPERTIES
-    COMPILE_OPTIONS "$<$<CONFIG:Release>:-O3>;$<$<CONFIG:Debug>:-O1>" SKIP_PRECOMPILE_HEADERS ON)
+  target_sources(${target}_hot PRIVATE ${sources})
 endfunction()
 
 # nlo_join_sources(TARGET FOLDERS folder... [EXCEPT folder/source.cpp...]): the sources of a folder are one compilation,

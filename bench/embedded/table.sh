@@ -1,9 +1,12 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Runs what count.cpp counts on every emulated core, prints the table of docs/embedded.md and checks its gates.
-#   usage: table.sh BUILDS [--write docs/embedded.md]     BUILDS/CORE holds the cross build of each core
+#   usage: table.sh BUILDS [CORE...]                    BUILDS/CORE holds the cross build of each core
+#          table.sh BUILDS --write docs/embedded.md     all cores
 set -euo pipefail
-builds=$1 target=${2:+$3}
+builds=$1 target='' cores=(m4f m7 m33 m0plus)
+shift
+if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
 multiply_adds=7750 # 3 x 50 + 3 x 50 x 50 + 50 x 2
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
@@ -50,7 +53,7 @@ row() {
 
 lines=('| core | network | instructions | per multiply-add | flash [B] | RAM [B] | stack, bound [B] | stack, painted [B] |'
   '|---|---|---|---|---|---|---|---|')
-for core in m4f m7 m33 m0plus; do
+for core in "${cores[@]}"; do
   for variant in {float,deterministic,int16,eigen,naive}_{relu,tanh}; do
     if [[ $core == m0plus && $variant == deterministic* ]]; then continue; fi # soft floats: the same as float
     if [[ $variant == @(eigen|naive)_relu && $core != m4f ]]; then continue; fi

@@ -8,7 +8,7 @@ foreach(text IN LISTS TEXTS)
   string(APPEND entries "    {\"${name}\", R\"embedded(${content})embedded\"},\n")
 endforeach()
 file(WRITE "${OUTPUT}" "// Made by codegen/cmake/embed_texts.cmake.
-#include \"codegen/embedded_text.h\"
+#include \"codegen/base/embedded_text.h\"
 
 namespace nlo::codegen {
 

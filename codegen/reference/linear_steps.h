@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include "codegen/latent_step.h"
-#include "codegen/model.h"
+#include "codegen/model/latent_step.h"
+#include "codegen/model/model.h"
 #include "codegen/reference/dynamics.h"
 
 namespace nlo::codegen {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/reference/network.h"
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 
 namespace nlo::codegen {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A network as codegen/network.h states it, over columns of inputs: nothing folded, the standard library's activations
+// A network as codegen/model/network.h states it, over columns of inputs: nothing folded, the standard library's activations
 // (or the runtime's, to see what they change). The one forward pass that everything but flight and training uses.
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "codegen/network.h"
+#include "codegen/model/network.h"
 
 namespace nlo::codegen {
 

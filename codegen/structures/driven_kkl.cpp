@@ -4,10 +4,10 @@
 
 #include <utility>
 
-#include "codegen/checks.h"
-#include "codegen/hold.h"
-#include "codegen/latent_step.h"
-#include "codegen/model_fields.h"
+#include "codegen/model/checks.h"
+#include "codegen/model/hold.h"
+#include "codegen/model/latent_step.h"
+#include "codegen/model/model_fields.h"
 #include "codegen/reference/integrate.h"
 #include "codegen/reference/linear_steps.h"
 #include "codegen/structures/kkl_family.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/structures/general.h"
+#include "codegen/model/general.h"
 
 #include <fmt/format.h>
 #include <nlo/explicit_rk.h>
 
-#include "codegen/checks.h"
-#include "codegen/hold.h"
-#include "codegen/model_fields.h"
+#include "codegen/model/checks.h"
+#include "codegen/model/hold.h"
+#include "codegen/model/model_fields.h"
 #include "codegen/reference/integrate.h"
 #include "codegen/structures/module.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include "codegen/latent_step.h"
-#include "codegen/model_fields.h"
+#include "codegen/model/latent_step.h"
+#include "codegen/model/model_fields.h"
 #include "codegen/reference/linear_steps.h"
 #include "codegen/structures/kkl_family.h"
 

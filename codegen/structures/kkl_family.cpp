@@ -8,9 +8,9 @@
 #include <complex>
 #include <vector>
 
-#include "codegen/checks.h"
-#include "codegen/hold.h"
-#include "codegen/latent_step.h"
+#include "codegen/model/checks.h"
+#include "codegen/model/hold.h"
+#include "codegen/model/latent_step.h"
 
 namespace nlo::codegen {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <string>
 
-#include "codegen/cpp_structure.h"
 #include "codegen/structures/module.h"
+#include "codegen/text/cpp_structure.h"
 
 namespace nlo::codegen {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/structures/luenberger.h"
+#include "codegen/model/luenberger.h"
+#include "codegen/base/linear_algebra.h"
 
 #include <fmt/format.h>
 #include <nlo/explicit_rk.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <complex>
 #include <string>
 
-#include "codegen/checks.h"
-#include "codegen/hold.h"
-#include "codegen/model_fields.h"
+#include "codegen/model/checks.h"
+#include "codegen/model/hold.h"
+#include "codegen/model/model_fields.h"
 #include "codegen/reference/integrate.h"
 #include "codegen/structures/module.h"
 
@@ -112,8 +112,7 @@ void check_luenberger(const Model& m) {
   check_shape(l.gain, nx, m.ny(), "luenberger.gain", "n_x x n_y");
   check_network(l.nonlinearity, nx, nx, "luenberger.nonlinearity", "n_u x n_x");
 
-  const Eigen::VectorXcd eigenvalues = (l.state_matrix - l.gain * l.output_matrix).eigenvalues();
-  for (const std::complex<double> lambda : eigenvalues) {
+  for (const std::complex<double> lambda : eigenvalues(l.state_matrix - l.gain * l.output_matrix)) {
     if (!(lambda.real() < 0.0))
       fail(
           "luenberger.gain leaves A - G C with the eigenvalue {}; its real part must be negative (A - G C must be "
@@ -160,7 +159,7 @@ class LuenbergerModule final : public StructureModule {
   }
   Network* inverse_map(Model&) const override { return nullptr; }
   std::optional<double> fastest_mode(const Model& m) const override {
-    return -error_matrix(own_part<Luenberger>(m)).eigenvalues().real().minCoeff();
+    return -eigenvalues(error_matrix(own_part<Luenberger>(m))).real().minCoeff();
   }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a structure is: everything that depends on which one a model has, behind one interface. A module is one file in
-// this folder; table.cpp names them. All others ask module_of(model), or what codegen/model.h offers, and never which
+// this folder; table.cpp names them. All others ask module_of(model), or what codegen/model/model.h offers, and never which
 // structure it is.
 #pragma once
 
@@ -13,12 +13,12 @@
 #include <variant>
 #include <vector>
 
-#include "codegen/cpp_structure.h"
-#include "codegen/fold.h"
-#include "codegen/json_field.h"
-#include "codegen/json_object.h"
-#include "codegen/model.h"
+#include "codegen/base/json_field.h"
+#include "codegen/model/folded.h"
+#include "codegen/model/json_object.h"
+#include "codegen/model/model.h"
 #include "codegen/reference/dynamics.h"
+#include "codegen/text/cpp_structure.h"
 
 namespace nlo::codegen {
 
@@ -45,7 +45,7 @@ class StructureModule {
   /// Throws Error naming the field, what is wrong and what to do. What all models have is right already.
   virtual void check(const Model& model) const = 0;
 
-  // What others may ask (codegen/model.h).
+  // What others may ask (codegen/model/model.h).
 
   virtual std::vector<Named<Network>> networks(Model& model) const = 0;
   virtual Network* inverse_map(Model& model) const = 0;
@@ -56,7 +56,7 @@ class StructureModule {
   /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
 
-  // The equations as they stand in the paper: reference/observer.h steps them. The model must outlive the result.
+  // The equations as they stand in the paper: codegen/replay/reference_observer.h steps them. The model must outlive the result.
 
   virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model&, Activations) const = 0;
   virtual std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model&, Activations) const = 0;

@@ -7,14 +7,14 @@
 #include <map>
 #include <memory>
 
-#include "codegen/embedded_text.h"
-#include "codegen/error.h"
-#include "codegen/generated_text.h"
-#include "codegen/number.h"
-#include "codegen/number_formats.h"
+#include "codegen/base/embedded_text.h"
+#include "codegen/base/error.h"
+#include "codegen/base/number.h"
+#include "codegen/export/number_formats.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/c99_map.h"
 #include "codegen/targets/export_parts.h"
+#include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 namespace {

@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "codegen/activations.h"
-#include "codegen/checks.h"
-#include "codegen/embedded_text.h"
+#include "codegen/base/embedded_text.h"
+#include "codegen/model/activations.h"
+#include "codegen/model/checks.h"
 
 namespace nlo::codegen {
 namespace {

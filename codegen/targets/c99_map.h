@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "codegen/fold.h"
-#include "codegen/generated_text.h"
-#include "codegen/quantise.h"
+#include "codegen/fold/fold.h"
+#include "codegen/fold/quantise.h"
+#include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 

@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include "codegen/activations.h"
-#include "codegen/cpp_cost.h"
-#include "codegen/generated_text.h"
-#include "codegen/number.h"
-#include "codegen/number_formats.h"
+#include "codegen/base/number.h"
+#include "codegen/export/cpp_cost.h"
+#include "codegen/export/number_formats.h"
+#include "codegen/model/activations.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/export_parts.h"
+#include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 namespace {

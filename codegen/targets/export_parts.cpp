@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include "codegen/error.h"
-#include "codegen/error_limits.h"
-#include "codegen/generated_text.h"
-#include "codegen/number_formats.h"
+#include "codegen/base/error.h"
+#include "codegen/export/error_limits.h"
+#include "codegen/export/number_formats.h"
+#include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 

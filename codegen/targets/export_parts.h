@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
-#include "codegen/prepared_export.h"
+#include "codegen/export/prepared_export.h"
+#include "codegen/model/model.h"
 
 namespace nlo::codegen {
 

@@ -8,13 +8,13 @@
 #include <map>
 #include <set>
 
-#include "codegen/embedded_text.h"
-#include "codegen/generated_text.h"
-#include "codegen/number_formats.h"
+#include "codegen/base/embedded_text.h"
+#include "codegen/export/number_formats.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/export_parts.h"
+#include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "codegen/file.h"
-#include "codegen/prepared_export.h"
+#include "codegen/base/file.h"
+#include "codegen/export/prepared_export.h"
 
 namespace nlo::codegen {
 

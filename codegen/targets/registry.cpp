@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/targets/registry.h"
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/library.h"

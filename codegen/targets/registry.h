@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "codegen/export_options.h"
-#include "codegen/file.h"
-#include "codegen/prepared_export.h"
+#include "codegen/base/file.h"
+#include "codegen/export/prepared_export.h"
+#include "codegen/text/export_options.h"
 
 namespace nlo::codegen {
 

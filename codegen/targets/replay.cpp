@@ -7,16 +7,16 @@
 #include <limits>
 #include <string>
 
-#include "codegen/embedded_text.h"
-#include "codegen/generated_text.h"
-#include "codegen/number_formats.h"
-#include "codegen/replay_run.h"
+#include "codegen/base/embedded_text.h"
+#include "codegen/export/number_formats.h"
+#include "codegen/replay/replay_run.h"
 #include "codegen/targets/c99.h"
+#include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 namespace {
 
-// How much further than its emulation (codegen/replay_run.h) an export may be from the equations: it sums in another
+// How much further than its emulation (codegen/replay/replay_run.h) an export may be from the equations: it sums in another
 // order, and discretises irregular steps in its own scalar.
 constexpr double kTimesMeasured = 8.0;
 constexpr double kTimesMeasuredInt16 = 1.25;  // of the estimate: its integers have the bits of the emulation

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "codegen/directory.h"
-#include "codegen/error.h"
+#include "codegen/base/directory.h"
+#include "codegen/base/error.h"
 
 namespace nlo::codegen {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 #include "codegen/targets/registry.h"
 
 namespace nlo::codegen {

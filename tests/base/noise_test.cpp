@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::trainer {
 namespace {

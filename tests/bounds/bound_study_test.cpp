@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "codegen/error.h"
-#include "codegen/hold.h"
-#include "codegen/reference/observer.h"
+#include "codegen/base/error.h"
+#include "codegen/model/hold.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/bounds/bound_text.h"
 #include "trainer/bounds/lipschitz.h"
 #include "trainer/plants/initial_states.h"

@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/bounds/lipschitz.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/registry.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "codegen/reference/network.h"
 #include "tests/bounds/random_inverse_map.h"
 

@@ -10,8 +10,8 @@
 #include <random>
 #include <string>
 
-#include "codegen/latent_step.h"
-#include "codegen/reference/observer.h"
+#include "codegen/model/latent_step.h"
+#include "codegen/replay/reference_observer.h"
 #include "tests/bounds/random_inverse_map.h"
 #include "trainer/bounds/activation_slope.h"
 #include "trainer/bounds/jacobian_enclosure.h"

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "codegen/activations.h"
-#include "codegen/model.h"
+#include "codegen/model/activations.h"
+#include "codegen/model/model.h"
 
 namespace nlo::trainer {
 

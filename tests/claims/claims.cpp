@@ -14,7 +14,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 #include "tests/claims/flight.h"
 #include "tests/claims/ledger.h"
 #include "trainer/base/parallel.h"

@@ -11,8 +11,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "codegen/file.h"
-#include "codegen/model_file.h"
+#include "codegen/base/file.h"
+#include "codegen/model_file/model_file.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 
 namespace nlo::claims {
 namespace {

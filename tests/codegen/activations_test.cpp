@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every activation through every table that codegen has of them. What the trainer has: tests/nn/activations_test.cpp.
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "codegen/embedded_text.h"
-#include "codegen/error.h"
+#include "codegen/base/embedded_text.h"
+#include "codegen/base/error.h"
 #include "codegen/targets/replay.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"

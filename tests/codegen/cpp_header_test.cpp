@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/targets/cpp_header.h"
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "codegen/targets/registry.h"
 
 #include <gmock/gmock.h>
@@ -14,12 +14,12 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
-#include "codegen/fold.h"
-#include "codegen/generated_text.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "codegen/fold/fold.h"
 #include "codegen/reference/network.h"
 #include "codegen/targets/replay.h"
+#include "codegen/text/generated_text.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"
 

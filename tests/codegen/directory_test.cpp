@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/directory.h"
+#include "codegen/base/directory.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 
 namespace nlo::codegen {
 namespace {

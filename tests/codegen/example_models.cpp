@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/codegen/example_models.h"
-#include "codegen/activations.h"
-#include "codegen/hold.h"
+#include "codegen/model/activations.h"
+#include "codegen/model/hold.h"
 #include "tests/codegen/flown.h"
 
 #include <cmath>

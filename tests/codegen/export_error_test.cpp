@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What an export says about its own arithmetic.
-#include "codegen/export_error.h"
+#include "codegen/replay/export_error.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,9 +11,9 @@
 #include <limits>
 #include <vector>
 
-#include "codegen/error.h"
-#include "codegen/error_limits.h"
-#include "codegen/model_file.h"
+#include "codegen/base/error.h"
+#include "codegen/export/error_limits.h"
+#include "codegen/model_file/model_file.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/flown.h"
 

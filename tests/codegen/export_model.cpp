@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model_file.h"
-#include "codegen/prepared_export.h"
+#include "codegen/export/prepared_export.h"
+#include "codegen/model_file/model_file.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "tests/codegen/example_models.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 #include <filesystem>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::codegen {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The budget and the refusals; whether the table holds is for tests/embedded/fit.sh, which links programs.
-#include "codegen/fit.h"
+#include "codegen/export/fit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {

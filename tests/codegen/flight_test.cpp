@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Flights in a model file: what is written comes back, and nothing else is believed.
-#include "codegen/flight.h"
+#include "codegen/model/flight.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,10 +9,10 @@
 #include <limits>
 #include <string>
 
-#include "codegen/error.h"
-#include "codegen/model_file.h"
-#include "codegen/validate.h"
-#include "codegen/vlq.h"
+#include "codegen/base/error.h"
+#include "codegen/base/vlq.h"
+#include "codegen/model_file/model_file.h"
+#include "codegen/model_file/validate.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/flown.h"
 

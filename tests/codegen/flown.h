@@ -2,7 +2,7 @@
 // Flights for the example models: as training would record them, from no plant.
 #pragma once
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 
 namespace nlo::codegen {
 

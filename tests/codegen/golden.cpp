@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 
 namespace nlo::codegen {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "codegen/error.h"
-#include "codegen/model_file.h"
+#include "codegen/base/error.h"
+#include "codegen/model_file/model_file.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {

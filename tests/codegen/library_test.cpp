@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/model_file.h"
+#include "codegen/model_file/model_file.h"
 #include "codegen/structures/module.h"
 
 #include <gmock/gmock.h>
@@ -12,9 +12,9 @@
 #include <set>
 #include <string>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
-#include "codegen/validate.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "codegen/model_file/validate.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Weights of 16 bits and the choice of a tanh, as exports make them.
-#include "codegen/number_formats.h"
+#include "codegen/export/number_formats.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -17,9 +17,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "codegen/error.h"
-#include "codegen/export_error.h"
-#include "codegen/replay_run.h"
+#include "codegen/base/error.h"
+#include "codegen/replay/export_error.h"
+#include "codegen/replay/replay_run.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/library.h"

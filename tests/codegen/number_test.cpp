@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/number.h"
+#include "codegen/base/number.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <random>
 #include <string>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::codegen {
 namespace {

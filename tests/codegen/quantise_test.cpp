@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/quantise.h"
-#include "codegen/activations.h"
+#include "codegen/fold/quantise.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +8,9 @@
 #include <limits>
 
 #include "bench/random_quantised_model.h"
-#include "codegen/error.h"
+#include "codegen/base/error.h"
+#include "codegen/fold/fold.h"
+#include "codegen/model/activations.h"
 #include "codegen/reference/network.h"
 #include "tests/codegen/example_models.h"
 

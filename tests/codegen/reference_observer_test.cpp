@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/latent_step.h"
-#include "codegen/reference/observer.h"
+#include "codegen/replay/reference_observer.h"
+#include "codegen/model/latent_step.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {

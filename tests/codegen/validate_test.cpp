@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What validation says about each field of each structure. A row spoils one thing in a good model.
-#include "codegen/validate.h"
+#include "codegen/model_file/validate.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <ostream>
 #include <string>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "tests/codegen/example_models.h"
 
 namespace nlo::codegen {

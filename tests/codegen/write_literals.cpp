@@ -11,7 +11,7 @@
 #include <string>
 #include <type_traits>
 
-#include "codegen/number.h"
+#include "codegen/base/number.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "codegen/model_file.h"
+#include "codegen/model_file/model_file.h"
 #include "tests/commands/program.h"
 #include "trainer/base/number_text.h"
 #include "trainer/config/experiment.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/config/experiment.h"
 #include "trainer/experiments/load_experiment.h"
 

@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 #include "tests/data/pendulum_logs.h"
 #include "tests/data/testing.h"
 #include "trainer/data/log_dataset.h"

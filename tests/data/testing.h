@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {

@@ -6,7 +6,7 @@ set -euo pipefail
 nlo=$1 export_model=$2 source=$3 work=$4 core=$5 board=$6
 shift 6
 cross=("$@" -ffunction-sections -fdata-sections)
-slack_bytes=1200 slack_percent=5 # of flash; of the stack 200 bytes: see the table in codegen/fit.cpp
+slack_bytes=1200 slack_percent=5 # of flash; of the stack 200 bytes: see the table in codegen/export/fit.cpp
 slack_stack=200
 failed=0
 rm -rf "$work" && mkdir -p "$work"

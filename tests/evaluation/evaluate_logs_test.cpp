@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/evaluation/evaluation_text.h"
 
 namespace nlo::trainer {

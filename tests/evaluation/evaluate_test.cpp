@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "codegen/error.h"
-#include "codegen/reference/observer.h"
+#include "codegen/base/error.h"
+#include "codegen/replay/reference_observer.h"
 #include "tests/evaluation/van_der_pol_set.h"
 #include "trainer/evaluation/evaluation_text.h"
 

@@ -66,7 +66,8 @@ struct Problem {
     experiment.inverse_map.hidden = {4};
     experiment.forward_map.hidden = {5, 4};
     variant.change(experiment);
-    structure = make_structure(experiment, {{"y1", "", 0.0}, {"y2", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
+    structure = make_structure(experiment, needs_forward_map(experiment.loss), {{"y1", "", 0.0}, {"y2", "", 0.0}},
+                               {{"x1", "", 0.0}, {"x2", "", 0.0}});
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-0.8, 0.8);
     const auto draw = [&](std::size_t size) {
@@ -170,7 +171,8 @@ TEST(MapLosses, ResidualVanishesForTheSolutionOfALinearPlant) {
   experiment.inverse_map.hidden = {};
   experiment.forward_map.hidden = {};
   experiment.loss.weights["pde_residual"] = 1.0;
-  const ObserverStructure structure = make_structure(experiment, {{"y", "", 0.0}}, {{"x", "", 0.0}});
+  const ObserverStructure structure =
+      make_structure(experiment, needs_forward_map(experiment.loss), {{"y", "", 0.0}}, {{"x", "", 0.0}});
   constexpr double kA = 0.5;
   std::vector<double> x(kStride), f(kStride), weight(kStride, 1.0);
   for (int s = 0; s < kStride; ++s) {
@@ -204,7 +206,7 @@ struct ClosedForm {
     experiment.observer.eigenvalues = {kLambda};
     experiment.inverse_map.hidden = experiment.forward_map.hidden = {};
     experiment.loss.weights["map_consistency"] = 1.0;  // so that there is a T
-    structure = make_structure(experiment, {{"y", "", 0.0}}, {{"x", "", 0.0}});
+    structure = make_structure(experiment, needs_forward_map(experiment.loss), {{"y", "", 0.0}}, {{"x", "", 0.0}});
     structure.state_mean = {static_cast<float>(kMx)};
     structure.state_scale = {static_cast<float>(kSx)};
     structure.latent_mean = {static_cast<float>(kMz)};

@@ -7,7 +7,7 @@
 
 #include <set>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {
@@ -30,6 +30,7 @@ TEST_P(EachLoss, HasAKeyHelpAndAPlaceInTheText) {
   const Experiment experiment = parse_experiment(experiment_with(name, "eigenvalues = [-1.0]"), "small.toml", {});
   EXPECT_EQ(experiment.loss.weight(name), 0.25);
   EXPECT_THAT(format_experiment(experiment), HasSubstr("\n" + name + " = 0.25\n"));
+  EXPECT_FALSE(GetParam().meaning.empty());
   EXPECT_THAT(describe_experiment_keys(), HasSubstr(std::string(GetParam().meaning)));
   EXPECT_EQ(needs_forward_map(experiment.loss), GetParam().needs_forward_map);
   EXPECT_EQ(needs_equations(experiment.loss), GetParam().needs_equations);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every activation through what the trainer has of them beside the networks' own tests (network_test.cpp and
 // network_tangents_test.cpp run over the same table) and the bounds' (tests/bounds).
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST_P(EachTrainedActivation, IsAKeyOfEveryNetworkAndBecomesItsShape) {
   EXPECT_EQ(experiment.inverse_map.activation, GetParam());
   EXPECT_THAT(format_experiment(experiment), HasSubstr("activation = \"" + GetParam() + "\""));
   const codegen::Channel channel{.name = "x", .unit = "", .wrap = 0.0};
-  const ObserverStructure structure = make_structure(experiment, {channel}, {channel, channel});
+  const ObserverStructure structure = make_structure(experiment, false, {channel}, {channel, channel});
   EXPECT_EQ(structure.network.activation, row().kind);
 }
 

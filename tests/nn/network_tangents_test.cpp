@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "trainer/nn/network_block.h"
 
 namespace nlo::trainer {

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "trainer/nn/network.h"
 
 namespace nlo::trainer::testing {

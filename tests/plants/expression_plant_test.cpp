@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/registry.h"

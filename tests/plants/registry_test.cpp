@@ -7,8 +7,8 @@
 
 #include <cmath>
 
-#include "codegen/error.h"
-#include "codegen/identifier.h"
+#include "codegen/base/error.h"
+#include "codegen/base/identifier.h"
 #include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/simulate.h"
 

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/registry.h"
 

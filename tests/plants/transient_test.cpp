@@ -9,7 +9,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "tests/sensitivity/plain_latent.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/linear.h"
@@ -185,7 +185,7 @@ TEST(Transient, TheFilterOfTrainingSeesTheSamePairs) {
   Dataset data = simulate_from(plant, sampled(0.01), kInitial);
   keep_out_transient(experiment, plant, data);
 
-  const ObserverStructure structure = make_structure(experiment, data.outputs, data.states);
+  const ObserverStructure structure = make_structure(experiment, false, data.outputs, data.states);
   const TrainingData training(data);
   const auto dynamics = make_dynamics(experiment, structure, training.steps_s, 1);
   dynamics->prepare(initial_dynamics(structure, experiment).data());

@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <regex>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "tests/report/sample_report.h"
 #include "trainer/report/gnuplot.h"
 #include "trainer/report/html.h"

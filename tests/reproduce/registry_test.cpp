@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/reproduce/jobs.h"
 
 namespace nlo::trainer::reproduction {

@@ -13,8 +13,8 @@
 #include <string>
 #include <thread>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "trainer/reproduce/jobs.h"
 
 namespace nlo::trainer::reproduction {

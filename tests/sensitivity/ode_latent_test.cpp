@@ -60,7 +60,8 @@ struct Problem {
   OdeRun<double> run;
 
   Problem(const Experiment& experiment, int length, Hold hold, bool jittered) {
-    structure = make_structure(experiment, {{"y1", "", 0.0}, {"y2", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
+    structure =
+        make_structure(experiment, false, {{"y1", "", 0.0}, {"y2", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
     dynamics = structure.module->lanes_in_double(structure);
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(-0.5, 0.5);
@@ -220,7 +221,8 @@ TEST(OdeLatent, LuenbergerEstimateConvergesWhenTheNonlinearityIsKnown) {
   experiment.observer.own.set<LuenbergerConfig>() = {
       .state_matrix = {{0.0, 1.0}, {-1.0, 0.0}}, .output_matrix = {{1.0, 0.0}}, .gain_poles = {-1.0, -2.0}};
   experiment.dynamics.hidden = {3};
-  const ObserverStructure structure = make_structure(experiment, {{"y", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
+  const ObserverStructure structure =
+      make_structure(experiment, false, {{"y", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}});
   const auto dynamics = structure.module->lanes_in_double(structure);
   const std::vector<double> theta(static_cast<std::size_t>(dynamics->parameters()), 0.0);
   dynamics->prepare(theta.data());

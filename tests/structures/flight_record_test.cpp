@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "codegen/prepared_export.h"
+#include "codegen/export/prepared_export.h"
 #include "tests/training/testing.h"
 #include "trainer/training/train.h"
 

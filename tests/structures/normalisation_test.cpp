@@ -2,8 +2,8 @@
 // Scales and domain are those of flight: what T* reads from the first sample on, whatever the masks say of the truth.
 #include <gtest/gtest.h>
 
-#include "codegen/domain.h"
-#include "codegen/reference/observer.h"
+#include "codegen/model/domain.h"
+#include "codegen/replay/reference_observer.h"
 #include "tests/training/testing.h"
 #include "trainer/data/transient.h"
 #include "trainer/structures/for_each_sample.h"
@@ -55,7 +55,7 @@ struct Normalised {
         dataset(d),
         data(dataset),
         pool(1),
-        structure(make_structure(experiment, dataset.outputs, dataset.states)),
+        structure(make_structure(experiment, false, dataset.outputs, dataset.states)),
         objective(experiment, structure, data, pool),
         flight(objective.roll_out_flight(initial_dynamics(structure, experiment).data())) {
     normalise(structure, flight);

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::trainer {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "codegen/error.h"
-#include "codegen/reference/observer.h"
+#include "codegen/base/error.h"
+#include "codegen/replay/reference_observer.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/training/train.h"

@@ -6,8 +6,8 @@
 
 #include <fstream>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "tests/training/testing.h"
 
 namespace nlo::trainer {

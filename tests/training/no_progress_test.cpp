@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/training/no_progress.h"
+#include "trainer/losses/registry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "codegen/model_file.h"
+#include "codegen/model_file/model_file.h"
 #include "tests/training/testing.h"
 #include "trainer/structures/structure.h"
 #include "trainer/training/objective.h"
@@ -78,7 +79,8 @@ TEST(NoProgress, NamesTheFeatureThatLeavesItsScale) {
   const Dataset dataset = harmonics({60, 60}, false);
   const TrainingData data(dataset);
   ThreadPool pool(1);
-  ObserverStructure structure = make_structure(experiment, dataset.outputs, dataset.states);
+  ObserverStructure structure =
+      make_structure(experiment, needs_forward_map(experiment.loss), dataset.outputs, dataset.states);
   Objective objective(experiment, structure, data, pool);
   const Rollout& flight = objective.roll_out_flight(initial_dynamics(structure, experiment).data());
   normalise(structure, flight);

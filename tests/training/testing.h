@@ -9,8 +9,8 @@
 #include <random>
 #include <string>
 
-#include "codegen/model.h"
-#include "codegen/reference/observer.h"
+#include "codegen/model/model.h"
+#include "codegen/replay/reference_observer.h"
 #include "tests/nn/plain_network.h"
 #include "tests/sensitivity/plain_latent.h"
 #include "trainer/config/experiment.h"
@@ -135,7 +135,7 @@ inline Hold hold_of(const codegen::Model& model) {
   return model.hold;
 }
 
-/// z and x_hat at all samples, one column each, from the equations that stand in codegen/model.h.
+/// z and x_hat at all samples, one column each, from the equations that stand in codegen/model/model.h.
 struct PlainEstimates {
   Eigen::MatrixXd latent, states;
 };

@@ -7,9 +7,9 @@
 #include <functional>
 #include <limits>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
-#include "codegen/model_file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "codegen/model_file/model_file.h"
 #include "tests/training/testing.h"
 
 namespace nlo::trainer {

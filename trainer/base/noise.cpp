@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
 
 namespace nlo::trainer {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/baselines/ekf.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "codegen/base/linear_algebra.h"
 #include "codegen/reference/rk4.h"
 #include "trainer/data/angle.h"
 #include "trainer/evaluation/measurement_noise.h"
@@ -80,7 +80,8 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
     const Stencil stencil(x);
     const MatrixXd predicted = plant.h(stencil.points);
     const MatrixXd h = stencil.jacobian(predicted);
-    const MatrixXd gain = (h * p * h.transpose() + r).ldlt().solve(h * p).transpose();  // P H' S^-1, S and P symmetric
+    const MatrixXd gain =
+        codegen::solve_symmetric(h * p * h.transpose() + r, h * p).transpose();  // P H' S^-1, S and P symmetric
     VectorXd innovation = outputs.col(k) - predicted.col(0);
     for (Index j = 0; j < plant.output_wraps.size(); ++j)
       if (plant.output_wraps[j] > 0.0) innovation[j] = wrap_difference(innovation[j], plant.output_wraps[j]);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What is known of an activation and of its slope over an interval: what bounds of a network's Jacobian are made of.
-// All of it follows from the activation's row in codegen/activations.h.
+// All of it follows from the activation's row in codegen/model/activations.h.
 #pragma once
 
 #include <Eigen/Core>
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 
 namespace nlo::trainer {
 

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "codegen/reference/observer.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/bounds/bound_study.h"
 #include "trainer/evaluation/measurement_noise.h"

@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "codegen/error.h"
-#include "codegen/latent_step.h"
+#include "codegen/base/error.h"
+#include "codegen/base/linear_algebra.h"
+#include "codegen/model/latent_step.h"
 #include "codegen/reference/network.h"
 #include "trainer/bounds/lipschitz.h"
 #include "trainer/bounds/local_lipschitz.h"
@@ -122,8 +122,7 @@ codegen::Model BoundStudy::exact_observer(double k) const {
   inverse.features = Eigen::MatrixXd::Identity(nz, nz + ny);
   inverse.feature_mean = Eigen::VectorXd::Zero(nz);
   inverse.feature_scale = Eigen::VectorXd::Ones(nz);
-  inverse.layers = {
-      {map_of(system).matrix.completeOrthogonalDecomposition().pseudoInverse(), Eigen::VectorXd::Zero(nx)}};
+  inverse.layers = {{codegen::pseudo_inverse(map_of(system).matrix), Eigen::VectorXd::Zero(nx)}};
   inverse.output_mean = Eigen::VectorXd::Zero(nx);
   inverse.output_scale = Eigen::VectorXd::Ones(nx);
   *codegen::inverse_map(observer) = std::move(inverse);

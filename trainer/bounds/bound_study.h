@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/bounds/map_constants.h"
 #include "trainer/bounds/robustness_bound.h"
 #include "trainer/config/experiment.h"

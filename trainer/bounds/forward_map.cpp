@@ -3,14 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
+#include "codegen/base/linear_algebra.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {
@@ -206,13 +205,13 @@ Eigen::MatrixXd sylvester_map(const Eigen::MatrixXd& a, const Eigen::MatrixXd& c
     if (!modes[i].driven) continue;
     Eigen::MatrixXcd shifted = a.cast<Complex>();
     shifted.diagonal().array() -= modes[i].lambda;
-    const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXcd>(shifted).singularValues();
+    const Eigen::VectorXd sigma = codegen::singular_values(shifted);
     if (sigma(sigma.size() - 1) <= kSingular * sigma(0))
       throw codegen::Error(
           fmt::format("the eigenvalue {:.6g}{:+.6g}i of D is an eigenvalue of the plant, so no map T exists; choose "
                       "another factor k",
                       modes[i].lambda.real(), modes[i].lambda.imag()));
-    t.row(static_cast<Eigen::Index>(i)) = modes[i].f * c * shifted.inverse();
+    t.row(static_cast<Eigen::Index>(i)) = modes[i].f * c * codegen::inverse(shifted);
   }
   return real_rows(modes, t);
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/bounds/jacobian_enclosure.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "codegen/base/linear_algebra.h"
 #include "trainer/bounds/activation_slope.h"
 
 namespace nlo::trainer {
@@ -35,8 +35,7 @@ double norm_of(const Matrix& m) {
     const double half = 0.5 * (gram(0, 0) - gram(1, 1));
     return std::sqrt(0.5 * (gram(0, 0) + gram(1, 1)) + std::hypot(half, gram(0, 1)));
   }
-  return std::sqrt(
-      std::max(0.0, Eigen::SelfAdjointEigenSolver<Matrix>(gram, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff()));
+  return std::sqrt(std::max(0.0, codegen::largest_eigenvalue(gram)));
 }
 
 /// |J - J_C| by the norms of its factors. Each diagonal D - C stands between two of them, and any positive diagonal S

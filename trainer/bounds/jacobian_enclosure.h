@@ -17,8 +17,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "codegen/activations.h"
-#include "codegen/model.h"
+#include "codegen/model/activations.h"
+#include "codegen/model/model.h"
 
 namespace nlo::trainer {
 

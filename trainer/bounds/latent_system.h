@@ -7,7 +7,7 @@
 #include <complex>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 
 namespace nlo::trainer {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/bounds/lipschitz.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <vector>
 
+#include "codegen/base/linear_algebra.h"
 #include "codegen/reference/network.h"
 #include "trainer/bounds/activation_slope.h"
 
@@ -64,7 +64,7 @@ double upper_bound(const Around& map, const CentredRange& range) {
 
 double spectral_norm(const Eigen::MatrixXd& matrix) {
   if (matrix.size() == 0) return 0.0;
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(matrix).singularValues()(0);
+  return codegen::singular_values(matrix)(0);
 }
 
 LipschitzConstants lipschitz_upper(const codegen::Model& model) {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 
 namespace nlo::trainer {
 

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <queue>
@@ -11,9 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/error.h"
-#include "codegen/latent_step.h"
-#include "codegen/reference/observer.h"
+#include "codegen/base/error.h"
+#include "codegen/base/linear_algebra.h"
+#include "codegen/model/latent_step.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/bounds/jacobian_enclosure.h"
 
 namespace nlo::trainer {
@@ -89,7 +89,7 @@ LocalLipschitz steepest_slope(const codegen::Model& model, bool of_output, int s
   };
   Eigen::VectorXd first = Eigen::VectorXd::Zero(n);  // the centre, or the steepest point
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const Eigen::VectorXd away = domain.inputs.inverse() * points.col(i) - domain.box.centre;
+    const Eigen::VectorXd away = codegen::inverse(domain.inputs) * points.col(i) - domain.box.centre;
     // Relative; an input without width, as y where T* does not read it, stays where it is.
     const Eigen::VectorXd q = (domain.box.radius.array() > 0.0).select(away.cwiseQuotient(domain.box.radius), 0.0);
     if (q.lpNorm<Eigen::Infinity>() > 1.0) continue;

@@ -11,7 +11,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/bounds/lipschitz.h"
 
 namespace nlo::trainer {

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <limits>
 #include <vector>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
+#include "codegen/base/linear_algebra.h"
 #include "trainer/bounds/forward_map.h"
 #include "trainer/bounds/lipschitz.h"
 #include "trainer/bounds/robustness_bound.h"
@@ -23,7 +23,7 @@ constexpr Eigen::Index kJacobianPoints = 120;  // each costs 8 backward runs on 
 constexpr Eigen::Index kPairPoints = 600;      // 180,000 pairs
 
 double smallest_singular_value(const Eigen::MatrixXd& matrix) {
-  const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(matrix).singularValues();
+  const Eigen::VectorXd sigma = codegen::singular_values(matrix);
   return matrix.rows() < matrix.cols() ? 0.0 : sigma(sigma.size() - 1);
 }
 

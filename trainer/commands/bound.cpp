@@ -8,8 +8,8 @@
 #include <memory>
 #include <string_view>
 
-#include "codegen/file.h"
-#include "codegen/model_file.h"
+#include "codegen/base/file.h"
+#include "codegen/model_file/model_file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/bounds/bound_study.h"
 #include "trainer/bounds/bound_text.h"
@@ -24,7 +24,7 @@
 namespace nlo::trainer {
 namespace {
 
-struct Arguments {
+struct BoundArguments {
   std::string model, factors = "1,2,4,8", noise, disturbance = "0", output;
   BoundTest test;
   int steps = 0;  ///< 0: the experiment's, at most 2,000
@@ -93,7 +93,7 @@ void check_model(const codegen::Model& model, const Experiment& experiment, cons
         refuse(channel.name + " is an angle that wraps; the bound needs a state space without turns");
 }
 
-BoundReport study(const Arguments& arguments, const codegen::Model& model, const Experiment& experiment,
+BoundReport study(const BoundArguments& arguments, const codegen::Model& model, const Experiment& experiment,
                   const Plant& plant, const std::vector<double>& factors) {
   const BoundStudy bound(plant, model, experiment.simulation, arguments.test);
   BoundReport report{model.name, plant.name(),  bound.exact(), arguments.test, experiment.simulation.horizon_s,
@@ -114,7 +114,7 @@ BoundReport study(const Arguments& arguments, const codegen::Model& model, const
   return report;
 }
 
-void run(Arguments arguments) {
+void run_bound(BoundArguments arguments) {
   const std::vector<double> factors = parse_factors(arguments.factors);
   arguments.test.disturbance = disturbance_limit(arguments.disturbance);
   const codegen::Model model = codegen::read_model(arguments.model);
@@ -149,7 +149,7 @@ void run(Arguments arguments) {
 }  // namespace
 
 void add_bound(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BoundArguments>();
   CLI::App* command =
       app.add_subcommand("bound", "Trade speed against noise: the robustness bound for faster and slower eigenvalues");
   command->add_option("MODEL", arguments->model, "model.json of nlo train, trained on a plant")->required();
@@ -184,7 +184,7 @@ void add_bound(CLI::App& app, Action& action) {
       "Examples:\n"
       "  nlo bound runs/van_der_pol/model.json --k 1,2,4,8 --noise uniform:0.5 -o runs/van_der_pol\n"
       "  nlo bound runs/van_der_pol/model.json --k 0.5,1,2 --disturbance 0.05 --steps 4000 --json");
-  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+  command->callback([arguments, &action] { action = [arguments] { run_bound(*arguments); }; });
 }
 
 }  // namespace nlo::trainer

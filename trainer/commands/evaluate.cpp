@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "codegen/model_file.h"
+#include "codegen/model_file/model_file.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/log_columns.h"
 #include "trainer/commands/patient_progress.h"
@@ -24,7 +24,7 @@
 namespace nlo::trainer {
 namespace {
 
-struct Arguments {
+struct EvaluateArguments {
   std::vector<std::string> models, noises, data;
   std::string columns;
   StrictTest test;
@@ -56,12 +56,12 @@ void require_one_experiment(const std::vector<NamedModel>& models) {
   }
 }
 
-void print(const Arguments& arguments, const std::vector<std::string>& results) {
+void print(const EvaluateArguments& arguments, const std::vector<std::string>& results) {
   if (arguments.json) return fmt::print("{}", json_array(results));
   for (const std::string& result : results) fmt::print("{}{}", &result == &results.front() ? "" : "\n", result);
 }
 
-void on_plant(const Arguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
+void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
   require_one_experiment(models);
   const Experiment tested = changed_experiment(experiment, arguments.test.changes);
   const auto plant = make_plant(*tested.plant);
@@ -97,7 +97,7 @@ void note_training_logs(const codegen::Model& model, const Dataset& logs, LogRep
   }
 }
 
-void on_logs(const Arguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
+void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
   PatientProgress progress;
   LogConfig columns = columns_for(models.front().model, experiment, arguments.columns);
   // The model's clock: a log at another rate must not count as even.
@@ -132,7 +132,7 @@ void on_logs(const Arguments& arguments, const std::vector<NamedModel>& models, 
   print(arguments, results);
 }
 
-void run(Arguments arguments) {
+void run_evaluate(EvaluateArguments arguments) {
   for (const std::string& noise : arguments.noises) arguments.test.noises.push_back(parse_noise(noise));
   if (arguments.noises.empty()) arguments.test.noises.emplace_back();
   std::vector<NamedModel> models;
@@ -157,7 +157,7 @@ void run(Arguments arguments) {
 }  // namespace
 
 void add_evaluate(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand("evaluate", "Measure how well a model estimates the state");
   command
       ->add_option("MODEL", arguments->models,
@@ -231,7 +231,7 @@ void add_evaluate(CLI::App& app, Action& action) {
   command->callback([arguments, &action, for_plants] {
     for (const CLI::Option* option : for_plants)
       if (option->count() > 0 && arguments->plant_option.empty()) arguments->plant_option = option->get_name();
-    action = [arguments] { run(*arguments); };
+    action = [arguments] { run_evaluate(*arguments); };
   });
 }
 

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"

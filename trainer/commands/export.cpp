@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "codegen/error_limits.h"
-#include "codegen/file.h"
-#include "codegen/fit.h"
-#include "codegen/identifier.h"
-#include "codegen/model_file.h"
-#include "codegen/prepared_export.h"
+#include "codegen/base/file.h"
+#include "codegen/base/identifier.h"
+#include "codegen/export/error_limits.h"
+#include "codegen/export/fit.h"
+#include "codegen/export/prepared_export.h"
+#include "codegen/model_file/model_file.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "trainer/commands/command.h"
@@ -24,7 +24,7 @@
 namespace nlo::trainer {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit;
   bool quiet = false;
 };
@@ -35,7 +35,7 @@ struct Judged {
 };
 
 /// Throws Error when --max-error or --fit are not understood.
-Judged judge(const codegen::PreparedExport& prepared, const Arguments& arguments) {
+Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::optional<Eigen::VectorXd> limits;
   std::optional<codegen::Budget> budget;
   if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, prepared.model());
@@ -53,7 +53,7 @@ Judged judge(const codegen::PreparedExport& prepared, const Arguments& arguments
   return judged;
 }
 
-void run(const Arguments& arguments) {
+void run_export(const ExportArguments& arguments) {
   const codegen::ExportTarget& target = codegen::export_target(arguments.target);
   codegen::ExportOptions options;
   options.scalar = codegen::scalar_type(arguments.scalar);
@@ -95,7 +95,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_export(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Turn a model into a header of constants for firmware");
   command->add_option("MODEL", arguments->model, "model.json of nlo train")->required();
   std::string targets;
@@ -132,7 +132,7 @@ void add_export(CLI::App& app, Action& action) {
       "  nlo export model.json --target c99 -o van_der_pol.h                      (and van_der_pol.c)\n"
       "  nlo export model.json --target arduino -o ~/Arduino/libraries/van_der_pol\n"
       "A folder is replaced only while all of it is as nlo has written it.");
-  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+  command->callback([arguments, &action] { action = [arguments] { run_export(*arguments); }; });
 }
 
 }  // namespace nlo::trainer

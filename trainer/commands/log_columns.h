@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
-#include "codegen/model_file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "codegen/model_file/model_file.h"
 
 namespace nlo::trainer {
 namespace {

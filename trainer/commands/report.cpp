@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "codegen/model_file.h"
+#include "codegen/model_file/model_file.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_report.h"
@@ -14,13 +14,13 @@
 namespace nlo::trainer {
 namespace {
 
-struct Arguments {
+struct ReportArguments {
   std::string directory, data, output;
   std::vector<std::string> noises;
   StrictTest test;
 };
 
-void run(Arguments arguments) {
+void run_report(ReportArguments arguments) {
   for (const std::string& noise : arguments.noises) arguments.test.noises.push_back(parse_noise(noise));
   const std::string file = arguments.directory + "/model.json";
   const codegen::Model model = codegen::read_model(file);
@@ -46,7 +46,7 @@ void run(Arguments arguments) {
 }  // namespace
 
 void add_report(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand("report", "Write the report.html of a run anew");
   command->add_option("DIR", arguments->directory, "directory that nlo train wrote")->required();
   command->add_option("--noise", arguments->noises, "as of nlo evaluate; may be repeated (none, and the training's)")
@@ -65,7 +65,7 @@ void add_report(CLI::App& app, Action& action) {
   command->footer(
       "Example:\n"
       "  nlo report runs/van_der_pol --noise none --noise gaussian:0.5 --noise uniform:3 --against ekf");
-  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+  command->callback([arguments, &action] { action = [arguments] { run_report(*arguments); }; });
 }
 
 }  // namespace nlo::trainer

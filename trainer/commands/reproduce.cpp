@@ -19,12 +19,12 @@ namespace {
 
 using reproduction::Request;
 
-struct Arguments {
+struct ReproduceArguments {
   Request request;
   int seeds = 0;  ///< 0: 3, or 1 when quick
 };
 
-void run(Arguments arguments) {
+void run_reproduce(ReproduceArguments arguments) {
   Request& request = arguments.request;
   if (request.quick) request.size = reproduction::kQuickSize;
   request.seeds = arguments.seeds > 0 ? arguments.seeds : (request.quick ? 1 : 3);
@@ -52,7 +52,7 @@ void run(Arguments arguments) {
 }  // namespace
 
 void add_reproduce(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReproduceArguments>();
   CLI::App* command =
       app.add_subcommand("reproduce", "Make the paper's tables and figures, beside the paper's numbers");
   command->add_option("WHAT", arguments->request.what, "all, an example, a table or a figure (listed below)")
@@ -77,7 +77,7 @@ void add_reproduce(CLI::App& app, Action& action) {
                   "  nlo reproduce all\n"
                   "  nlo reproduce table1 --quick -o /tmp/look",
                   names));
-  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+  command->callback([arguments, &action] { action = [arguments] { run_reproduce(*arguments); }; });
 }
 
 }  // namespace nlo::trainer

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/commands/run_report.h"
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/evaluation/evaluation_text.h"
 #include "trainer/report/report.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
 #include "trainer/bounds/latent_system.h"
 #include "trainer/experiments/load_experiment.h"

@@ -2,7 +2,7 @@
 // The observer of k D: a model's experiment trained again with its eigenvalues times k, held fixed.
 #pragma once
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {

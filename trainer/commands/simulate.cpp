@@ -22,7 +22,7 @@
 namespace nlo::trainer {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   ExperimentArgument experiment;
   std::string output, noise = "none";
   std::vector<std::string> inputs;
@@ -81,7 +81,7 @@ std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured)
   return text;
 }
 
-void run(const Arguments& arguments) {
+void run_simulate(const SimulateArguments& arguments) {
   const NoiseConfig noise = parse_noise(arguments.noise);
   const Experiment experiment = read_experiment(arguments.experiment);
   if (!experiment.plant)
@@ -111,7 +111,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_simulate(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand("simulate", "Write trajectories of a plant as CSV logs");
   command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one")
       ->required();
@@ -146,7 +146,7 @@ void add_simulate(CLI::App& app, Action& action) {
       "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv\n"
       "  nlo simulate van_der_pol --input \"cos(12*t)\" -o excited.csv\n"
       "  nlo simulate van_der_pol -o - | column -s, -t | less");
-  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+  command->callback([arguments, &action] { action = [arguments] { run_simulate(*arguments); }; });
 }
 
 }  // namespace nlo::trainer

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/baselines/ekf.h"
 #include "trainer/evaluation/measurement_noise.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluation_study.h"

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "codegen/file.h"
-#include "codegen/model_file.h"
+#include "codegen/base/file.h"
+#include "codegen/model_file/model_file.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/ignored_inputs.h"
@@ -27,7 +27,7 @@
 namespace nlo::trainer {
 namespace {
 
-struct Arguments {
+struct TrainArguments {
   ExperimentArgument experiment;
   std::string data, output;
   bool resume = false, force = false, quiet = false, help_config = false;
@@ -46,7 +46,7 @@ Data simulated(const Experiment& experiment) {
   return {std::move(sets.training), std::move(sets.validation), {}, {}};
 }
 
-Data logged(const Experiment& experiment, const Arguments& arguments) {
+Data logged(const Experiment& experiment, const TrainArguments& arguments) {
   LogSplits splits = load_log_splits(*experiment.log, arguments.data, experiment.training.mirror);
   if (!arguments.quiet) fmt::print(stderr, "{}", to_text(splits.report));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
@@ -74,7 +74,7 @@ void say_units(const Experiment& experiment, const Dataset& training) {
                "\"normalised\" weighs the states alike\n");
 }
 
-TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const Arguments& arguments) {
+TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const TrainArguments& arguments) {
   std::optional<ProgressDisplay> display;
   if (!arguments.quiet) {
     say_units(experiment, data.training);
@@ -98,7 +98,7 @@ RunReport judge(const Experiment& experiment, const Data& data, const codegen::M
   return report_on_plant(model, experiment, test);
 }
 
-std::string resume_command(const Arguments& arguments) {
+std::string resume_command(const TrainArguments& arguments) {
   std::string command = fmt::format("nlo train {}", arguments.experiment.experiment);
   if (!arguments.data.empty()) command += " --data " + arguments.data;
   for (const std::string& assignment : arguments.experiment.overrides)
@@ -107,7 +107,7 @@ std::string resume_command(const Arguments& arguments) {
   return command + fmt::format(" -o {} --resume", arguments.output);
 }
 
-void run(Arguments arguments) {
+void run_train(TrainArguments arguments) {
   if (arguments.help_config) {
     fmt::print("{}", describe_experiment_keys());
     return;
@@ -144,7 +144,7 @@ void run(Arguments arguments) {
 }  // namespace
 
 void add_train(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<TrainArguments>();
   CLI::App* command = app.add_subcommand("train", "Learn an observer from a plant or from logs");
   command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one");
   command->add_option("--data", arguments->data, "directory of the logs that [log] names")->type_name("DIR");
@@ -171,7 +171,7 @@ void add_train(CLI::App& app, Action& action) {
                   "  nlo train my_rig.toml --data logs/ --set training.steps=2000 --seed 3\n"
                   "  nlo train van_der_pol -o runs/first --resume",
                   shipped));
-  command->callback([arguments, &action] { action = [arguments] { run(*arguments); }; });
+  command->callback([arguments, &action] { action = [arguments] { run_train(*arguments); }; });
 }
 
 }  // namespace nlo::trainer

@@ -3,7 +3,7 @@
 // optimisers, schedules, activations) are names, which the tables of their folders know.
 #pragma once
 
-#include "codegen/hold.h"
+#include "codegen/model/hold.h"
 #include "trainer/base/names.h"
 
 namespace nlo::trainer {

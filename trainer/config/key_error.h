@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::trainer {
 

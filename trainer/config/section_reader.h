@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/config/keys.h"
 #include "trainer/config/places.h"

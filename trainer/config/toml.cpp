@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::trainer {
 namespace {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "codegen/error.h"
-#include "codegen/identifier.h"
+#include "codegen/base/error.h"
+#include "codegen/base/identifier.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/number_text.h"
 

@@ -10,8 +10,8 @@
 #include <optional>
 #include <utility>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
 
 namespace nlo::trainer {

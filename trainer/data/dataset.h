@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {

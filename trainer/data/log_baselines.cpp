@@ -10,7 +10,7 @@
 #include <cmath>
 #include <limits>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/data/angle.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/data/angle.h"
 #include "trainer/data/log_checks.h"
 #include "trainer/data/log_file.h"

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/data/csv.h"
 
 namespace nlo::trainer {

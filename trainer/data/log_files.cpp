@@ -10,8 +10,8 @@
 #include <map>
 #include <string_view>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 
 namespace nlo::trainer {
 namespace {

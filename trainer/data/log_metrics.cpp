@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <limits>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
 
 namespace nlo::trainer {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::trainer {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::trainer {
 namespace {

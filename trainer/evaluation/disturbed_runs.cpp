@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/plants/simulate.h"
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <memory>
 
-#include "codegen/domain.h"
-#include "codegen/error.h"
-#include "codegen/reference/observer.h"
+#include "codegen/base/error.h"
+#include "codegen/model/domain.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/evaluation/examples.h"

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/base/noise.h"
 #include "trainer/data/dataset.h"
 #include "trainer/evaluation/linear_readout.h"

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/evaluation/examples.h"
 #include "trainer/evaluation/measurement_noise.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/base/noise.h"
 #include "trainer/data/dataset.h"
 #include "trainer/data/log_metrics.h"

@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "codegen/domain.h"
-#include "codegen/reference/observer.h"
+#include "codegen/model/domain.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/evaluation/metrics.h"
 
 namespace nlo::trainer {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/evaluation/linear_readout.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
+#include "codegen/base/linear_algebra.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {
@@ -79,7 +79,7 @@ void LinearReadout::fit() {
   MatrixXd normal = (gram_ / weight_).array() / (power * power.transpose()).array();
   normal.diagonal().tail(normal.rows() - 1).array() += kRidge;
   const MatrixXd right = (cross_ / weight_).array().rowwise() / power.transpose().array();
-  weights_ = normal.ldlt().solve(right.transpose()).transpose();
+  weights_ = codegen::solve_symmetric(normal, right.transpose()).transpose();
   weights_ = (weights_.array().rowwise() / power.transpose().array()).eval();
 }
 

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "codegen/model.h"
-#include "codegen/reference/observer.h"
+#include "codegen/model/model.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/data/log_baselines.h"
 
 namespace nlo::trainer {

@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "codegen/reference/integrate.h"
-#include "codegen/reference/observer.h"
+#include "codegen/replay/reference_observer.h"
 #include "codegen/structures/module.h"
 #include "trainer/base/parallel.h"
 #include "trainer/evaluation/measurement_noise.h"

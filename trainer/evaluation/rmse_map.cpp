@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "codegen/reference/observer.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

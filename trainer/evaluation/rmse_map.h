@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "trainer/experiments/keys.h"
+#include "trainer/experiments/forward_map.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/structures/table.h"
 

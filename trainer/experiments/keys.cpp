@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/experiments/keys.h"
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "trainer/config/value.h"
 #include "trainer/losses/registry.h"
 #include "trainer/optim/optimiser.h"

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "trainer/config/section_reader.h"
 #include "trainer/config/toml.h"
 #include "trainer/config/value.h"

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/lead_in.h"

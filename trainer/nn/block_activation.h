@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An activation as training runs it over SIMD registers: a = s(v), s'(v) and s''(v), in float by the very functions
-// that fly. One specialisation for each row of codegen/activations.h that can be trained; without one, a row does not
+// that fly. One specialisation for each row of codegen/model/activations.h that can be trained; without one, a row does not
 // compile here.
 #pragma once
 
@@ -35,7 +35,7 @@ NLO_INLINE P smooth_sigmoid(P v) {
 }
 
 /// P is a scalar or a register of them. Slope and curvature take v and a = value(v); v is a again where the row of
-/// codegen/activations.h says that the slope does not need it.
+/// codegen/model/activations.h says that the slope does not need it.
 template <Activation kKind>
 struct BlockActivation;
 

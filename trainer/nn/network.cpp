@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "trainer/base/random.h"
 
 namespace nlo::trainer {

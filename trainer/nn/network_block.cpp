@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/nn/network_block.h"
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "trainer/nn/block_activation.h"
 #include "trainer/nn/block_products.h"
 

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/plants/initial_states.h"
 
 namespace nlo::trainer {

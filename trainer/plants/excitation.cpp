@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/plants/expression.h"
 
 namespace nlo::trainer {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 
 namespace nlo::trainer {
 namespace {

@@ -6,7 +6,7 @@
 #include <deque>
 #include <set>
 
-#include "codegen/identifier.h"
+#include "codegen/base/identifier.h"
 #include "trainer/config/key_error.h"
 #include "trainer/plants/expression.h"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/data/transient.h"
 #include "trainer/plants/simulate.h"
 

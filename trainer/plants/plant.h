@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/error.h"
-#include "codegen/model.h"
+#include "codegen/base/error.h"
+#include "codegen/model/model.h"
 
 namespace nlo::trainer {
 

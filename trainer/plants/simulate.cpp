@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "codegen/reference/rk4.h"
 #include "trainer/data/angle.h"
 

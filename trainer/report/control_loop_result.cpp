@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 
 namespace nlo::trainer {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/evaluation/text.h"

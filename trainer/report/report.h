@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluate_logs.h"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
 
 namespace nlo::trainer {

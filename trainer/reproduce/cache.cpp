@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "codegen/error.h"
-#include "codegen/model_file.h"
+#include "codegen/base/error.h"
+#include "codegen/model_file/model_file.h"
 #include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer::reproduction {

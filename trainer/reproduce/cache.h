@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer::reproduction {

@@ -10,8 +10,9 @@
 #include <optional>
 #include <utility>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/parallel.h"
+#include "trainer/experiments/forward_map.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"

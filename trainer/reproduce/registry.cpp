@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/reproduce/analyses.h"
 

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "codegen/file.h"
+#include "codegen/base/file.h"
 #include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/jobs.h"
 #include "trainer/reproduce/page.h"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/base/noise.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 #include "codegen/reference/network.h"
 #include "trainer/structures/for_each_sample.h"
 

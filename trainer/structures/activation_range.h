@@ -2,7 +2,7 @@
 // How large the activations of T* get on the training data: what an export in integers scales relu by.
 #pragma once
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/rollout/rollout.h"
 
 namespace nlo::trainer {

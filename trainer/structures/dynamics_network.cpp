@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/structures/dynamics_network.h"
 
-#include "codegen/activations.h"
+#include "codegen/model/activations.h"
 
 namespace nlo::trainer {
 

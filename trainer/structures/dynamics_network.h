@@ -12,7 +12,7 @@
 
 namespace nlo::trainer {
 
-/// Fully connected layers; `activation` is a name in the table of codegen/activations.h, else codegen::Error.
+/// Fully connected layers; `activation` is a name in the table of codegen/model/activations.h, else codegen::Error.
 NetworkShape network_shape(int inputs, const std::vector<int>& hidden, int outputs, const std::string& activation,
                            bool linear_path);
 

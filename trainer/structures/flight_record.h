@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/data/dataset.h"
 #include "trainer/rollout/rollout.h"
 

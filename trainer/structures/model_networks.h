@@ -2,7 +2,7 @@
 // The networks of a trained observer as a model holds them: in double, with the normalisation that training gave them.
 #pragma once
 
-#include "codegen/network.h"
+#include "codegen/model/network.h"
 #include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <complex>
 
+#include "codegen/base/linear_algebra.h"
 #include "trainer/base/number_text.h"
 #include "trainer/config/key_error.h"
 
@@ -56,7 +56,7 @@ MatrixXd place_poles(const MatrixXd& a, const MatrixXd& c, const VectorXd& poles
     VectorXd candidate(c.rows());
     for (Index j = 0; j < c.rows(); ++j)
       candidate(j) = std::cos(static_cast<double>(trial) * (1.0 + 2.3 * static_cast<double>(j)));
-    const VectorXd values = observability(a, candidate.transpose() * c).jacobiSvd().singularValues();
+    const VectorXd values = codegen::singular_values(observability(a, candidate.transpose() * c));
     const double clarity = values(n - 1) / values(0);
     if (clarity > clearest) {
       clearest = clarity;
@@ -72,19 +72,19 @@ MatrixXd place_poles(const MatrixXd& a, const MatrixXd& c, const VectorXd& poles
   for (const double pole : poles) polynomial = (polynomial * (a - pole * MatrixXd::Identity(n, n))).eval();
   const MatrixXd view = observability(a, weights.transpose() * c);
   const VectorXd last = VectorXd::Unit(n, n - 1);
-  return polynomial * view.partialPivLu().solve(last) * weights.transpose();
+  return polynomial * codegen::solve(view, last) * weights.transpose();
 }
 
 MatrixXd kalman_gain(const MatrixXd& a, const MatrixXd& c, double process_noise, double measurement_noise) {
   const Index n = a.rows();
   MatrixXd hamiltonian(2 * n, 2 * n);
   hamiltonian << a.transpose(), -c.transpose() * c / measurement_noise, -process_noise * MatrixXd::Identity(n, n), -a;
-  const Eigen::EigenSolver<MatrixXd> solver(hamiltonian);
+  const codegen::Eigensystem system = codegen::eigensystem(hamiltonian);
   Eigen::MatrixXcd stable(2 * n, n);
   Index found = 0;
   for (Index i = 0; i < 2 * n; ++i) {
-    if (solver.eigenvalues()(i).real() >= 0.0) continue;
-    if (found < n) stable.col(found) = solver.eigenvectors().col(i);
+    if (system.values(i).real() >= 0.0) continue;
+    if (found < n) stable.col(found) = system.vectors.col(i);
     ++found;
   }
   if (found != n)
@@ -92,8 +92,8 @@ MatrixXd kalman_gain(const MatrixXd& a, const MatrixXd& c, double process_noise,
         "observer.gain_noise",
         "[observer] gain_noise: there is no stationary Kalman gain: a state that drifts cannot be seen in the outputs "
         "through A and C");
-  const Eigen::MatrixXcd top = stable.topRows(n), bottom = stable.bottomRows(n);
-  const MatrixXd covariance = top.transpose().partialPivLu().solve(bottom.transpose()).transpose().real();
+  const Eigen::MatrixXcd top = stable.topRows(n).transpose(), bottom = stable.bottomRows(n).transpose();
+  const MatrixXd covariance = codegen::solve(top, bottom).transpose().real();
   return covariance * c.transpose() / measurement_noise;
 }
 
@@ -123,8 +123,8 @@ LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny) {
       throw KeyError("observer.gain_noise", "[observer] gain_noise must be two intensities: [process, measurement]");
     known.gain = kalman_gain(known.state_matrix, known.output_matrix, config.gain_noise[0], config.gain_noise[1]);
   }
-  const Eigen::VectorXcd eigenvalues = (known.state_matrix - known.gain * known.output_matrix).eigenvalues();
-  for (const std::complex<double>& lambda : eigenvalues) {
+  for (const std::complex<double>& lambda :
+       codegen::eigenvalues(known.state_matrix - known.gain * known.output_matrix)) {
     if (lambda.real() < 0.0) continue;
     throw KeyError(
         "observer.gain",

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/structures/structure.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include "codegen/base/linear_algebra.h"
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/for_each_sample.h"
 #include "trainer/structures/moments.h"
@@ -17,8 +18,8 @@ std::vector<double> ObserverStructure::eigenvalues_at(const float* parameters) c
   return result;
 }
 
-ObserverStructure make_structure(const Experiment& experiment, const std::vector<Channel>& outputs,
-                                 const std::vector<Channel>& states) {
+ObserverStructure make_structure(const Experiment& experiment, bool trains_forward_map,
+                                 const std::vector<Channel>& outputs, const std::vector<Channel>& states) {
   const int nx = static_cast<int>(states.size());
   ObserverStructure structure;
   structure.module = &structure_of(experiment.observer);
@@ -30,7 +31,7 @@ ObserverStructure make_structure(const Experiment& experiment, const std::vector
   if (!structure.module->has_inverse_map()) return structure;
   structure.network = network_shape(static_cast<int>(structure.features.size()), experiment.inverse_map.hidden, nx,
                                     experiment.inverse_map.activation, experiment.inverse_map.linear_path);
-  if (uses_forward_map(experiment)) {
+  if (trains_forward_map || structure.module->flies_forward_map()) {
     const int nz = structure.latent.rows;
     structure.forward_map =
         network_shape(nx, experiment.forward_map.hidden, nz, experiment.forward_map.activation, false);
@@ -126,7 +127,7 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
     total += w;
   });
   gram.diagonal().array() += experiment.inverse_map.ridge * total;  // features have unit power: so has the mean of gram
-  const Eigen::MatrixXd path = gram.selfadjointView<Eigen::Lower>().ldlt().solve(moment);
+  const Eigen::MatrixXd path = codegen::solve_symmetric(gram, moment);
   float* out = parameters.data() + structure.dynamics_parameters() + structure.network.linear_path;
   for (Eigen::Index i = 0; i < nx; ++i) {
     for (Eigen::Index f = 0; f < nf; ++f) out[i * nf + f] = static_cast<float>(path(f, i));

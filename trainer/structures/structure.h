@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 #include "trainer/rollout/rollout.h"
 #include "trainer/structures/observer_structure.h"
@@ -12,8 +12,9 @@
 namespace nlo::trainer {
 
 /// The structure an experiment describes, for a dataset's channels; features and states not normalised yet.
-ObserverStructure make_structure(const Experiment& experiment, const std::vector<Channel>& outputs,
-                                 const std::vector<Channel>& states);
+///   trains_forward_map  T is there, though the observer does not fly it: a loss is about it
+ObserverStructure make_structure(const Experiment& experiment, bool trains_forward_map,
+                                 const std::vector<Channel>& outputs, const std::vector<Channel>& states);
 
 /// Sets the means and scales of what a network within the latent system reads; before anything is rolled out.
 void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool);

@@ -6,9 +6,8 @@
 
 #include <array>
 
-#include "codegen/error.h"
+#include "codegen/base/error.h"
 #include "trainer/config/keys.h"
-#include "trainer/losses/registry.h"
 
 namespace nlo::trainer {
 
@@ -40,10 +39,6 @@ const TrainableStructure& structure_of(const ObserverConfig& observer) {
     if (structure->name() == observer.structure) return *structure;
   throw codegen::Error(
       fmt::format("unknown structure \"{}\"; there are: {}", observer.structure, fmt::join(structure_names(), ", ")));
-}
-
-bool uses_forward_map(const Experiment& experiment) {
-  return structure_of(experiment.observer).flies_forward_map() || needs_forward_map(experiment.loss);
 }
 
 }  // namespace nlo::trainer

@@ -17,7 +17,4 @@ std::vector<std::string> structure_names();
 /// The structure that [observer] names. Throws codegen::Error listing the names that there are.
 const TrainableStructure& structure_of(const ObserverConfig& observer);
 
-/// Whether an experiment trains T: its structure flies it, or a loss needs it.
-bool uses_forward_map(const Experiment& experiment);
-
 }  // namespace nlo::trainer

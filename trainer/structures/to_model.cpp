@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "codegen/latent_step.h"
+#include "codegen/model/latent_step.h"
 #include "trainer/structures/activation_range.h"
 #include "trainer/structures/flight_record.h"
 #include "trainer/structures/for_each_sample.h"

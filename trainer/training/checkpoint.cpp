@@ -3,8 +3,8 @@
 
 #include <cstring>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
 
 namespace nlo::trainer {

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/training/checkpoint.h"

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/training/train.h"
+#include "trainer/losses/registry.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 
-#include "codegen/error.h"
-#include "codegen/file.h"
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/parallel.h"
 #include "trainer/optim/optimiser.h"
@@ -47,7 +48,7 @@ class Training {
         options_(options),
         training_data_(training),
         validation_data_(validation),
-        structure_(make_structure(experiment, training.outputs, training.states)),
+        structure_(make_structure(experiment, needs_forward_map(experiment.loss), training.outputs, training.states)),
         pool_(experiment.threads),
         objective_(experiment_, structure_, training_data_, pool_),
         validator_(experiment_, structure_, validation_data_, pool_),

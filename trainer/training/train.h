@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/model.h"
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/training/checkpoint.h"

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Eigen's factorisations of matrices with dynamic sizes, compiled once: each costs a source that includes it five to
+// thirty seconds.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace nlo::codegen {
+
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& a);
+
+struct Eigensystem {
+  Eigen::VectorXcd values;
+  Eigen::MatrixXcd vectors;  ///< in columns
+};
+Eigensystem eigensystem(const Eigen::MatrixXd& a);
+
+/// Of a symmetric matrix.
+double largest_eigenvalue(const Eigen::MatrixXd& symmetric);
+
+/// In falling order.
+Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
+Eigen::VectorXd singular_values(const Eigen::MatrixXcd& a);
+
+/// a^-1 and x with a x = b, for a that has an inverse.
+Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
+Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a);
+Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
+
+/// The same for a symmetric semidefinite a, whose lower half is read.
+Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+/// Moore and Penrose's inverse, and the shortest x that makes |a x - b| least.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/export/cpp_cost.h"
+
+namespace nlo::codegen {
+
+CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialiser& init) {
+  const Eigen::Index nz = m.nz(), ny = m.ny(), nu = m.nu();
+  const auto bytes = static_cast<Eigen::Index>(init.scalar_bytes());
+  CppCost cost;
+  cost.step_multiply_adds = structure.step_multiply_adds();
+  cost.step_activations = structure.step_activations();
+  cost.estimate_multiply_adds = structure.estimate_multiply_adds();
+  cost.estimate_activations = structure.estimate_activations();
+  // Sample period, output range, domain, the structure's own, the networks.
+  cost.constant_bytes = bytes * (1 + 3 * ny + 2 * nz + structure.own_scalars());
+  for (const CppNetwork& network : structure.networks()) cost.constant_bytes += network.constant_bytes(init);
+  cost.observer_bytes = bytes * (1 + nz + ny + nu + 1);  // pointer (32 bit, padded), z, y, u, flags
+  return cost;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// A model as one set of options exports it, prepared once for all that write, measure and judge it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "codegen/fold/fold.h"
+#include "codegen/fold/quantise.h"
+#include "codegen/model/model.h"
+#include "codegen/replay/export_error.h"
+#include "codegen/text/cpp_structure.h"
+#include "codegen/text/export_options.h"
+#include "codegen/text/generated_text.h"
+
+namespace nlo::codegen {
+
+class PreparedExport {
+ public:
+  /// Validates, folds and, in int16, quantises. With `max_error` (as error_limits() reads it), takes the cheapest tanh
+  /// that keeps the largest error of every state in the domain within it, or the most accurate when none does; nothing
+  /// is to choose in another scalar than float, or without tanh. The same model and options give the same export on the
+  /// same machine. Throws Error, with the mend, when the model cannot be exported so.
+  explicit PreparedExport(const Model& model, const ExportOptions& options = {}, const std::string& max_error = "");
+
+  const Model& model() const { return model_; }
+  const ExportOptions& options() const { return options_; }  ///< with the tanh that was chosen
+  const std::string& name() const { return name_; }          ///< namespace and file name of what is generated
+  const FoldedModel& folded() const { return folded_; }      ///< in the numbers of options()
+  const QuantisedNetwork* quantised() const { return quantised_ ? &*quantised_ : nullptr; }  ///< of int16
+  const Initialiser& initialiser() const { return initialiser_; }
+  ExportSource source() const { return {model_, folded_, initialiser_, quantised()}; }
+
+  /// What its arithmetic costs; measured at the first call. Throws Error when too few samples lie in the domain.
+  const ExportError& error() const;
+
+  /// The same model in other numbers; what was measured of the model itself is shared.
+  PreparedExport with(const ExportOptions& options) const;
+
+ private:
+  /// The model itself, for all options alike.
+  struct Exact {
+    explicit Exact(const Model& m) : plain(fold(m)) {}
+    const FoldedModel plain;
+    std::unique_ptr<const ErrorReplay> replay;  ///< once it was asked for
+  };
+
+  PreparedExport(const Model& model, const ExportOptions& options, std::shared_ptr<Exact> exact);
+  const ErrorReplay& replay() const;
+
+  Model model_;
+  ExportOptions options_;
+  std::string name_;
+  std::shared_ptr<Exact> exact_;
+  FoldedModel folded_;
+  std::optional<QuantisedNetwork> quantised_;
+  Initialiser initialiser_;
+  mutable std::optional<ExportError> error_;
+};
+
+/// Its golden replay (replay_run.h).
+ReplayRun run_replay(const PreparedExport& prepared);
+
+}  // namespace nlo::codegen

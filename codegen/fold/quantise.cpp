@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/fold/quantise.h"
+
+#include <nlo/kernels/int16.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "codegen/model/activations.h"
+#include "codegen/model/checks.h"
+#include "codegen/reference/network.h"
+#include "codegen/structures/module.h"
+
+namespace nlo::codegen {
+namespace {
+
+constexpr double kOne = kernels::int16::kOne;
+constexpr double kLargestSum = std::numeric_limits<std::int32_t>::max();
+constexpr int kLargestShift = 31;
+constexpr double kTanhEnd = 8.0;  // where the table of tanh ends: +-1
+
+/// Over the integers that a layer reads: v = weights q + bias.
+using RealLayer = DenseLayer;
+
+double absolute_sum(const RealLayer& layer, Eigen::Index row) {
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < layer.weights.cols(); ++i) sum += std::abs(layer.weights(row, i));
+  return sum;
+}
+
+/// Row `o` of `layer` times `scale`, rounded, `half` added to its bias. False when a weight or a sum does not fit.
+bool round_row(const RealLayer& layer, Eigen::Index o, double scale, double half, QuantisedLayer& to) {
+  double worst = std::abs(std::round(layer.bias(o) * scale) + half);
+  for (Eigen::Index i = 0; i < layer.weights.cols(); ++i) {
+    const double weight = std::round(layer.weights(o, i) * scale);
+    if (!(std::abs(weight) <= kOne)) return false;
+    worst += std::abs(weight) * kOne;
+    to.weights(o, i) = static_cast<std::int16_t>(weight);
+  }
+  if (!(worst <= kLargestSum)) return false;  // exact: all terms are integers below 2^53
+  to.bias(o) = static_cast<std::int32_t>(std::round(layer.bias(o) * scale) + half);
+  return true;
+}
+
+QuantisedLayer sized_like(const RealLayer& layer) {
+  QuantisedLayer sized;
+  sized.weights.resize(layer.weights.rows(), layer.weights.cols());
+  sized.bias.resize(layer.bias.size());
+  return sized;
+}
+
+/// A layer whose sums are `unit` 2^shift per unit of v, with the largest shift that all rows allow. Shifting rounds
+/// down: half a unit of the result in the bias makes that the nearest.
+QuantisedLayer hidden_layer(const RealLayer& layer, double unit, std::size_t index) {
+  QuantisedLayer quantised = sized_like(layer);
+  for (quantised.shift = kLargestShift; quantised.shift >= 1; --quantised.shift) {
+    Eigen::Index o = 0;
+    while (o < layer.bias.size() &&
+           round_row(layer, o, std::ldexp(unit, quantised.shift), std::ldexp(0.5, quantised.shift), quantised))
+      ++o;
+    if (o == layer.bias.size()) return quantised;
+  }
+  Eigen::Index worst = 0;
+  const auto reach = [&](Eigen::Index o) { return std::abs(layer.bias(o)) + absolute_sum(layer, o) * kOne; };
+  for (Eigen::Index o = 1; o < layer.bias.size(); ++o)
+    if (reach(o) > reach(worst)) worst = o;
+  fail(
+      "inverse_map.layers[{}]: neuron {} sums up to {:.3g}, beyond the {:.3g} that int16 has room for; export with "
+      "--scalar float, or train with weight_decay",
+      index, worst, reach(worst), kLargestSum / (2.0 * unit));
+}
+
+/// The last layer: each row with the largest scale that it allows.
+QuantisedLayer last_layer(const RealLayer& layer, std::size_t index, Eigen::VectorXf& scale) {
+  QuantisedLayer quantised = sized_like(layer);
+  scale.resize(layer.bias.size());
+  const double rounding = (kOne * static_cast<double>(layer.weights.cols()) + 1.0) / 2.0;  // of all terms together
+  for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
+    constexpr double kLargestScale = 0x1p60;  // rows of (almost) nothing but zeros
+    double sums_per_unit = kLargestScale;
+    if (const double reach = std::abs(layer.bias(o)) + absolute_sum(layer, o) * kOne; reach > 0.0)
+      sums_per_unit = std::min(sums_per_unit, (kLargestSum - rounding) / reach);
+    if (const double most = layer.weights.row(o).cwiseAbs().maxCoeff(); most > 0.0)
+      sums_per_unit = std::min(sums_per_unit, kOne / most);
+    scale(o) = static_cast<float>(1.0 / sums_per_unit);
+    if (!(sums_per_unit > 0.0) || !std::isfinite(scale(o)) || !round_row(layer, o, sums_per_unit, 0.0, quantised))
+      fail(
+          "inverse_map.layers[{}]: row {} is beyond what int16 can hold; export with --scalar float, or train with "
+          "weight_decay",
+          index, o);
+  }
+  return quantised;
+}
+
+void check_supported(const Model& m) {
+  if (module_of(m).abilities().int16) return;
+  fail("int16 exists for structure {}, and this model is {}; export with --scalar float",
+       names_of_structures([](const StructureModule& s) { return s.abilities().int16; }), structure_name(m));
+}
+
+}  // namespace
+
+InputBox input_box(const Model& m, const FoldedModel& folded) {
+  InputBox box{m.latent_min, m.latent_max};
+  for (int j = 0; j < m.ny(); ++j) {
+    if (!is_relative(m, j)) continue;
+    for (int r = 0; r < m.nz(); ++r) {
+      const double a = folded.steady_gain(r, j) * m.output_min(j), b = folded.steady_gain(r, j) * m.output_max(j);
+      box.min(r) += std::min(a, b);
+      box.max(r) += std::max(a, b);
+    }
+  }
+  if (folded.inverse_map()->inputs() > m.nz()) {
+    box.min.conservativeResize(m.nz() + m.ny());
+    box.max.conservativeResize(m.nz() + m.ny());
+    box.min.tail(m.ny()) = m.output_min;
+    box.max.tail(m.ny()) = m.output_max;
+  }
+  return box;
+}
+
+QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std::vector<double>& largest) {
+  if (!activation_row(n.activation).has_int16() && n.layers.size() > 1)
+    fail("int16 has tanh and relu, and this model's activation is {}; export with --scalar float, or train with tanh",
+         activation_row(n.activation).name);
+  QuantisedNetwork q{
+      n.layers.size() > 1 ? n.activation : Activation::kTanh, {}, {}, {}, {}, n.linear_path.cast<float>()};
+  q.centre.resize(n.inputs());
+  q.gain.resize(n.inputs());
+
+  // What one unit of an integer stands for, and what stays when all integers are zero.
+  Eigen::VectorXd per_unit(n.inputs()), offset(n.inputs());
+  for (Eigen::Index i = 0; i < n.inputs(); ++i) {
+    // Narrower than floats can tell apart would make the gain infinite.
+    const double middle = box.min(i) + (box.max(i) - box.min(i)) / 2.0;
+    const double half = std::max({(box.max(i) - box.min(i)) / 2.0, std::abs(middle) * 0x1p-23, 0x1p-60});
+    q.centre(i) = static_cast<float>(middle);
+    q.gain(i) = static_cast<float>(kOne / half);
+    if (!std::isfinite(q.centre(i)) || !(q.gain(i) > 0.0F))
+      fail("the range [{}, {}] of input {} of inverse_map is beyond float; export with --scalar double", box.min(i),
+           box.max(i), i);
+    per_unit(i) = 1.0 / static_cast<double>(q.gain(i));
+    offset(i) = static_cast<double>(q.centre(i));
+  }
+
+  for (std::size_t l = 0; l < n.layers.size(); ++l) {
+    RealLayer real = n.layers[l];
+    for (Eigen::Index o = 0; o < real.bias.size(); ++o)
+      for (Eigen::Index i = 0; i < real.weights.cols(); ++i) {
+        real.bias(o) += real.weights(o, i) * offset(i);
+        real.weights(o, i) *= per_unit(i);
+      }
+    if (l + 1 == n.layers.size()) {
+      q.layers.push_back(last_layer(real, l, q.scale));
+      break;
+    }
+    const bool is_tanh = n.activation == Activation::kTanh;
+    if (is_tanh) {  // a neuron that is always saturated stays so with a smaller bias, which leaves room for scale
+      for (Eigen::Index o = 0; o < real.bias.size(); ++o) {
+        const double enough = kTanhEnd + absolute_sum(real, o) * kOne;
+        real.bias(o) = std::clamp(real.bias(o), -enough, enough);
+      }
+    }
+    q.layers.push_back(hidden_layer(real, is_tanh ? 0x1p16 : kOne / largest[l], l));
+    per_unit.setConstant(real.bias.size(), (is_tanh ? 1.0 : largest[l]) / kOne);
+    offset.setConstant(real.bias.size(), is_tanh ? 0.5 / kOne : 0.0);  // the table of tanh rounds down
+  }
+  return q;
+}
+
+std::vector<double> largest_activations(const Network& map, const FoldedNetwork& n, const InputBox& box) {
+  constexpr double kHeadroom = 1.1;  // noise and plants that are not quite the model
+  constexpr Eigen::Index kInputs = 4096;
+  if (std::isfinite(activation_row(n.activation).largest_value))
+    return std::vector<double>(n.layers.size() - 1, activation_row(n.activation).largest_value);
+  std::vector<double> largest = map.largest_activations;
+  if (largest.empty()) {
+    std::uint64_t state = 1;
+    Eigen::MatrixXd in(n.inputs(), kInputs);
+    for (Eigen::Index k = 0; k < kInputs; ++k)
+      for (Eigen::Index i = 0; i < in.rows(); ++i) {
+        state = state * 6364136223846793005U + 1442695040888963407U;  // Knuth's, as in MMIX
+        const double uniform = static_cast<double>(state >> 11) * 0x1p-53;
+        in(i, k) = box.min(i) + (box.max(i) - box.min(i)) * (k % 2 == 0 ? uniform : std::round(uniform));
+      }
+    largest = ReferenceNetwork<double>(unfolded(n, n.inputs())).largest_activations(in);
+  }
+  for (double& value : largest) value = std::max(kHeadroom * value, 0x1p-60);  // a layer may be dead
+  return largest;
+}
+
+QuantisedNetwork quantise(const Model& m, const FoldedModel& folded) {
+  check_supported(m);
+  const InputBox box = input_box(m, folded);
+  const FoldedNetwork& map = *folded.inverse_map();
+  return quantise(map, box, largest_activations(*inverse_map(m), map, box));
+}
+
+}  // namespace nlo::codegen

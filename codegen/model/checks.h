@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Checks that validation is made of. Each throws Error that names the field, what is wrong and what to do.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "codegen/base/fail.h"
+#include "codegen/model/model.h"
+
+namespace nlo::codegen {
+
+/// `m` is rows x cols and finite; `meaning` says what the sizes are.
+void check_shape(const Eigen::MatrixXd& m, Eigen::Index rows, Eigen::Index cols, const std::string& field,
+                 const char* meaning);
+void check_shape(const Eigen::VectorXd& v, Eigen::Index size, const std::string& field, const char* meaning);
+
+/// Every entry of a scale is positive.
+void check_positive(const Eigen::VectorXd& v, const std::string& field);
+
+/// FIELD_min is below FIELD_max, entry by entry.
+void check_range(const Eigen::VectorXd& low, const Eigen::VectorXd& high, const char* field);
+
+/// Channels that can be named in code, each by another name.
+void check_channels(const std::vector<Channel>& channels, const std::string& field);
+
+/// A network from `inputs` (described by `meaning`) to `outputs` that is whole and finite.
+void check_network(const Network& network, int inputs, int outputs, const std::string& field, const char* meaning);
+
+/// No output is an angle that is continued over its wrap: what has no steady state S cannot turn z with it.
+void check_no_angles(const Model& model);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// KKL observer (16): z' = D z + F y, x_hat = T*(z) or T*(z, y).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "codegen/model/network.h"
+
+namespace nlo::codegen {
+
+/// z' = D z + F y. D is block diagonal: first `pairs` 2x2 blocks [[re, -im], [im, re]], then real eigenvalues. z starts
+/// at the model's initial latent; with starts_steady at that plus S y_0, S = -D^-1 F the steady state per unit of y.
+struct LinearLatent {
+  int pairs = 0;
+  Eigen::VectorXd eigenvalues;       ///< n_z [1/s]: (re, im) of each pair, then the real ones
+  Eigen::MatrixXd output_injection;  ///< F, n_z x n_y; a zero row is a clock: exp(lambda t) from its initial latent
+  bool starts_steady = false;        ///< warm start: the first output sets z to its steady state
+  /// Rising: outputs beside the angles that T* knows only through z - S y, so that where they are at rest is not of the
+  /// domain; empty: angles alone.
+  std::vector<int> relative_outputs = {};
+};
+
+struct Kkl {
+  LinearLatent latent;
+  Network inverse_map;  ///< T*: [z; y] -> x_hat, n_z + n_y -> n_x
+};
+
+}  // namespace nlo::codegen

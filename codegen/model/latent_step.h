@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The latent recurrence of a KKL observer in double, z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}: the runtime's own
+// discretisation, with sizes known only when it runs.
+#pragma once
+
+#include <nlo/exponential_rk.h>
+#include <Eigen/Core>
+
+#include "codegen/model/model.h"
+
+namespace nlo::codegen {
+
+struct LatentStep {
+  Eigen::VectorXd a_minus_1;  ///< n_z, laid out as the eigenvalues are: (re, im) of each pair, then real modes
+  Eigen::MatrixXd b0, b1;     ///< n_z x n_y
+};
+
+/// Discretises (D, F) over a step of `dt_s`. An rk4 model is stepped by the first-order hold when `dt_s` is not its
+/// sample period: its coefficients approximate that hold, and are stable only near the period.
+LatentStep latent_step(const Model& model, double dt_s);
+
+/// What a driven KKL observer needs beside it: D and F over half the step, and the weights of phi(z) u.
+struct ForcedLatentStep {
+  LatentStep half;
+  ForcedWeights<Eigen::VectorXd> weights;  ///< n_z each, laid out as the eigenvalues are
+};
+ForcedLatentStep forced_latent_step(const Model& model, double dt_s);
+
+/// A mode's coefficients (laid out as the eigenvalues are) as a block-diagonal matrix, n_z x n_z.
+Eigen::MatrixXd block_diagonal(const Model& model, const Eigen::VectorXd& modes);
+
+/// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still. Zeros where the latent system is
+/// not linear.
+Eigen::MatrixXd steady_gain(const Model& model);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// A trained observer as a value: named, shaped fields with their provenance. What a model file holds, what an export
+// reads. All numbers are double here; an export rounds each of them once, to the scalar of its target.
+#pragma once
+
+#include <nlo/latent.h>
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "codegen/model/flight.h"
+#include "codegen/model/network.h"
+#include "codegen/model/structures.h"
+
+namespace nlo::codegen {
+
+/// An observer of sampled outputs y with a latent state z: what every structure has, and the structure's own part,
+/// whose equations stand in structures/. `hold` says how y runs between samples.
+struct Model {
+  std::string name;  ///< an identifier: namespace and file name of what is exported
+  std::vector<Channel> outputs;
+  std::vector<Channel> states;
+
+  double sample_period_s = 0.0;
+  Hold hold = Hold::kFirstOrder;   ///< kRk4: a ramp (KKL: by one Runge-Kutta step)
+  Eigen::VectorXd initial_latent;  ///< n_z, before the first sample
+
+  Eigen::VectorXd output_min, output_max;  ///< n_y: measurements outside are clamped (angles: refused)
+  Eigen::VectorXd latent_min, latent_max;  ///< n_z: training domain of z, relative to S y for relative outputs
+
+  Structure structure;
+
+  /// Facts for the reader and for reproduction, in the order they are shown: version, seed, config, data hash,
+  /// errors...
+  std::vector<std::pair<std::string, std::string>> provenance;
+
+  Flight flight = {};  ///< no runs: a model made by hand, or before training recorded them
+
+  int nx() const { return static_cast<int>(states.size()); }
+  int ny() const { return static_cast<int>(outputs.size()); }
+  int nz() const { return static_cast<int>(initial_latent.size()); }
+  int nu() const;  ///< known inputs; 0 for structures that take none
+};
+
+/// A learned map of a model, by its name in the model file.
+template <class NetworkType>
+struct Named {
+  std::string field;  ///< "drive.forward_map"
+  NetworkType* network;
+  Eigen::Index reads;  ///< the first of its inputs that matter: n_z of [z; y] where y has no weight
+};
+
+// What may be asked of a model whatever its structure.
+
+/// "kkl", "driven_kkl", ...: its name in model files.
+std::string_view structure_name(const Model& model);
+
+/// All its learned maps, in the order of the model file.
+std::vector<Named<const Network>> networks(const Model& model);
+std::vector<Named<Network>> networks(Model& model);
+
+/// The map from z (and y) to the estimate; null where z is the estimate.
+const Network* inverse_map(const Model& model);
+Network* inverse_map(Model& model);
+
+/// D and F where the latent system is linear, else null.
+const LinearLatent* linear_latent(const Model& model);
+LinearLatent* linear_latent(Model& model);
+
+/// Known inputs; none for most structures.
+const std::vector<Channel>& inputs(const Model& model);
+
+/// The same observer, taking none.
+Model without_inputs(Model model);
+
+/// The domain is of z less S y for this output: an angle, or one of relative_outputs.
+bool is_relative(const Model& model, int output);
+
+}  // namespace nlo::codegen

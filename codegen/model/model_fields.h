@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Parts of a model as its file has them (json_object.h writes them). Each throws Error with the place in the file.
+#pragma once
+
+#include <nlo/latent.h>
+#include <vector>
+
+#include "codegen/base/json_field.h"
+#include "codegen/model/network.h"
+
+namespace nlo::codegen {
+
+std::vector<Channel> channels(const Field& field);
+DenseLayer dense(const Field& field);
+Network network(const Field& field);
+Hold hold(const Field& field);
+
+}  // namespace nlo::codegen

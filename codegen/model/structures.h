@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// The structures that a model can have. One more is a line here, a line in table.cpp, and its module.
+#pragma once
+
+#include <variant>
+
+#include "codegen/model/driven_kkl.h"
+#include "codegen/model/general.h"
+#include "codegen/model/kkl.h"
+#include "codegen/model/luenberger.h"
+#include "codegen/model/window.h"
+
+namespace nlo::codegen {
+
+using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Window>;
+
+}  // namespace nlo::codegen

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// The writing half and the entry points; model_reader.cpp has parse_model().
+#include "codegen/model_file/model_file.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "codegen/base/number.h"
+#include "codegen/base/vlq.h"
+#include "codegen/model/hold.h"
+#include "codegen/model/json_object.h"
+#include "codegen/model_file/model_upgrade.h"
+#include "codegen/model_file/validate.h"
+#include "codegen/structures/module.h"
+
+namespace nlo::codegen {
+namespace {
+
+std::string facts(const std::vector<std::pair<std::string, std::string>>& list) {
+  std::string text = "{";
+  for (std::size_t i = 0; i < list.size(); ++i)
+    text += (i == 0 ? "\n    " : ",\n    ") + json_text(list[i].first) + ": " + json_text(list[i].second);
+  return text + (list.empty() ? "}" : "\n  }");
+}
+
+std::string counts(const Eigen::MatrixXi& channels) {
+  std::string text = "[";
+  for (Eigen::Index j = 0; j < channels.rows(); ++j)
+    text += std::string(j == 0 ? "\"" : ", \"") + to_vlq(channels.row(j)) + "\"";
+  return text + "]";
+}
+
+std::string flight(const Flight& f, const std::string& indent) {
+  JsonObject object(indent);
+  object.vector("output_step", f.output_step);
+  object.vector("input_step", f.input_step);
+  object.field("dt_step_s", literal(f.dt_step_s));
+  std::string runs = "[";
+  for (const FlightRun& run : f.runs) {
+    runs += (runs.size() == 1 ? "\n" : ",\n") + object.inner() + "  {\"outputs\": " + counts(run.outputs);
+    if (run.inputs.size() != 0) runs += ", \"inputs\": " + counts(run.inputs);
+    if (run.dt.size() != 0) runs += ", \"dt\": " + counts(run.dt.transpose());
+    runs += "}";
+  }
+  object.field("runs", runs + "\n" + object.inner() + "]");
+  return object.text();
+}
+
+}  // namespace
+
+std::string to_json(const Model& m) {
+  JsonObject file;
+  file.field("format", "\"nlo-model\"");
+  file.field("version", std::to_string(kModelVersion));
+  file.text("structure", structure_name(m));
+  file.text("name", m.name);
+  file.channels("outputs", m.outputs);
+  file.channels("states", m.states);
+  file.field("provenance", facts(m.provenance));
+  file.field("sample_period_s", literal(m.sample_period_s));
+  file.text("hold", hold_name(m.hold));
+  file.vector("initial_latent", m.initial_latent);
+  file.vector("output_min", m.output_min);
+  file.vector("output_max", m.output_max);
+  file.vector("latent_min", m.latent_min);
+  file.vector("latent_max", m.latent_max);
+  module_of(m).write(m, file);
+  if (!m.flight.runs.empty()) file.field("flight", flight(m.flight, file.inner()));
+  return file.text() + "\n";
+}
+
+void write_model(const Model& model, const std::string& path) {
+  try {
+    validate(model);
+  } catch (const Error& error) {
+    throw Error(path + ": not written: " + error.what());
+  }
+  write_file_atomically(path, to_json(model));
+}
+
+Model read_model(const std::string& path) {
+  return parse_model(read_file(path), path);
+}
+
+}  // namespace nlo::codegen

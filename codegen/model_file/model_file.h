@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// Model files: JSON with the fields of codegen/model/model.h by their names, "format": "nlo-model" and a version. Numbers are
+// written in their shortest form that reads back to the same bits; the same model gives the same bytes. Files of older
+// versions are read too (model_upgrade.h); docs/model_files.md has the policy.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "codegen/model/model.h"
+
+namespace nlo::codegen {
+
+/// Reads and validates. Throws Error: `FILE: FIELD: what is wrong and what to do`.
+Model read_model(const std::string& path);
+
+/// The same from text; `origin` stands for the file in messages.
+Model parse_model(std::string_view json, const std::string& origin);
+
+/// One line per matrix row. Throws Error when a number is not finite or a text is not UTF-8.
+std::string to_json(const Model& model);
+
+/// Validates, then replaces the file atomically: what stands on disk can always be read again.
+void write_model(const Model& model, const std::string& path);
+
+}  // namespace nlo::codegen

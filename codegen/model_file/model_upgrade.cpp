@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/model_file/model_upgrade.h"
+
+#include <string>
+#include <utility>
+
+#include "codegen/base/error.h"
+
+namespace nlo::codegen {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Version 1 knew one structure, KKL, whose inverse map lay among the fields of the model.
+void from_1(Json& file) {
+  constexpr std::pair<const char*, const char*> kMoved[] = {{"features", "features"},
+                                                            {"feature_mean", "feature_mean"},
+                                                            {"feature_scale", "feature_scale"},
+                                                            {"activation", "activation"},
+                                                            {"layers", "layers"},
+                                                            {"skip", "skip"},
+                                                            {"state_mean", "output_mean"},
+                                                            {"state_scale", "output_scale"}};
+  for (const char* later : {"structure", "inverse_map"})
+    if (file.contains(later))
+      throw Error(std::string(later) + ": is no field of version 1; give the file as nlo wrote it");
+  Json map = Json::object();
+  for (const auto& [before, after] : kMoved) {
+    if (!file.contains(before)) continue;
+    map[after] = std::move(file[before]);
+    file.erase(before);
+  }
+  file["structure"] = "kkl";
+  file["inverse_map"] = std::move(map);
+}
+
+}  // namespace
+
+void upgrade(nlohmann::ordered_json& file, int version) {
+  if (version < 2) from_1(file);
+  file["version"] = kModelVersion;
+}
+
+}  // namespace nlo::codegen

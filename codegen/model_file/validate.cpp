@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/model_file/validate.h"
+
+#include <cmath>
+#include <string>
+
+#include "codegen/base/identifier.h"
+#include "codegen/model/checks.h"
+#include "codegen/structures/module.h"
+
+namespace nlo::codegen {
+namespace {
+
+void check_sampling(const Model& m) {
+  if (!(m.sample_period_s > 0.0) || !std::isfinite(m.sample_period_s))
+    fail("sample_period_s is {}; it must be positive", m.sample_period_s);
+  check_shape(m.output_min, m.ny(), "output_min", "n_y");
+  check_shape(m.output_max, m.ny(), "output_max", "n_y");
+  check_range(m.output_min, m.output_max, "output");
+
+  const int nz = m.nz();
+  if (nz == 0) fail("initial_latent is empty; an observer has at least one latent state");
+  check_shape(m.initial_latent, nz, "initial_latent", "n_z");
+  check_shape(m.latent_min, nz, "latent_min", "n_z");
+  check_shape(m.latent_max, nz, "latent_max", "n_z");
+  check_range(m.latent_min, m.latent_max, "latent");
+}
+
+void check_flight(const Model& m) {
+  const Flight& f = m.flight;
+  if (f.runs.empty()) return;
+  check_shape(f.output_step, m.ny(), "flight.output_step", "n_y");
+  check_shape(f.input_step, m.nu(), "flight.input_step", "n_u");
+  check_positive(f.output_step, "flight.output_step");
+  check_positive(f.input_step, "flight.input_step");
+  if (!(f.dt_step_s > 0.0) || !std::isfinite(f.dt_step_s))
+    fail("flight.dt_step_s is {}; it must be positive", f.dt_step_s);
+  if (f.samples() > kMostFlightSamples)
+    fail("flight.runs have {} samples; leave some out, {} are the most", f.samples(), kMostFlightSamples);
+  for (std::size_t i = 0; i < f.runs.size(); ++i) {
+    const FlightRun& run = f.runs[i];
+    const Eigen::Index samples = run.outputs.cols();
+    if (samples == 0) fail("flight.runs[{}] is empty; leave it out", i);
+    if (run.outputs.rows() != m.ny() || run.inputs.rows() != m.nu() || (m.nu() > 0 && run.inputs.cols() != samples) ||
+        (run.dt.size() != 0 && run.dt.size() != samples))
+      fail(
+          "flight.runs[{}] has {} outputs, {} inputs and {} times over {} samples; it must have {}, {} and 0 or one "
+          "each",
+          i, run.outputs.rows(), run.inputs.rows(), run.dt.size(), samples, m.ny(), m.nu());
+    const auto beyond = [](const Eigen::MatrixXi& counts) {
+      return counts.size() != 0 && (counts.minCoeff() < -kMostFlightCount || counts.maxCoeff() > kMostFlightCount);
+    };
+    if (beyond(run.outputs) || beyond(run.inputs))
+      fail("flight.runs[{}] has a count beyond 2^24; take a larger step", i);
+    if (run.dt.size() != 0 && (run.dt.minCoeff() < 1 || run.dt.maxCoeff() > kMostFlightCount))
+      fail("flight.runs[{}].dt has a count that is not within 1 and 2^24; time must go on", i);
+  }
+}
+
+}  // namespace
+
+void validate(const Model& m) {
+  if (!is_identifier(m.name))
+    fail("name is no identifier; use a letter, then letters, digits and underscores (63 at most), no C++ keyword");
+  check_channels(m.outputs, "outputs");
+  check_channels(m.states, "states");
+  check_sampling(m);
+  module_of(m).check(m);
+  check_flight(m);
+  for (std::size_t i = 0; i < m.provenance.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (m.provenance[i].first == m.provenance[j].first)
+        fail("provenance has \"{}\" twice; keep one", m.provenance[i].first);
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// A network in int16 as runtime/include/nlo/quantised_map.h executes it, with sizes known only when it runs: its results
+// and its size. codegen/fold/quantise.h makes it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "codegen/model/activations.h"
+
+namespace nlo::codegen {
+
+/// One layer: sum = bias + weights q, q in Q15, and |bias| + sum |weights| 32767 < 2^31 in every row.
+struct QuantisedLayer {
+  Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> weights;  ///< n_out x n_in
+  Eigen::Matrix<std::int32_t, Eigen::Dynamic, 1> bias;                  ///< n_out
+  int shift = 1;  ///< 1 to 31; sum / 2^shift is tanh's argument in Q16, or relu's result in Q15. Not read in the last
+};
+
+/// out = scale (integer layers)(saturate((in - centre) gain)) + linear_path in
+struct QuantisedNetwork {
+  Activation activation;         ///< kTanh (by table) or kRelu; after every layer but the last
+  Eigen::VectorXf centre, gain;  ///< n_in; gain is 32767 / half of the input's range
+  std::vector<QuantisedLayer> layers;
+  Eigen::VectorXf scale;        ///< n_out; result per unit of the last sums
+  Eigen::MatrixXf linear_path;  ///< n_out x n_in; 0 x 0: none
+
+  Eigen::Index inputs() const { return centre.size(); }
+  Eigen::Index outputs() const { return scale.size(); }
+};
+
+/// Rows of a layer as the kernel executes them: those of zeros that fill up its blocks of 4 and 5 included.
+Eigen::Index padded_rows(Eigen::Index rows);
+
+/// Bytes of the nlo::QuantisedMap that holds it, padding included.
+Eigen::Index packed_bytes(const QuantisedNetwork& network);
+
+/// The very bits that nlo::QuantisedMap::evaluate gives, on any target.
+Eigen::VectorXf evaluate(const QuantisedNetwork& network, const Eigen::VectorXf& in);
+
+}  // namespace nlo::codegen

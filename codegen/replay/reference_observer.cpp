@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/replay/reference_observer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "codegen/base/error.h"
+#include "codegen/model_file/validate.h"
+#include "codegen/structures/module.h"
+
+namespace nlo::codegen {
+namespace {
+
+/// Relative. Stamps of 10^5 s in double have steps good to 1e-8 at 1 kHz; float's z cannot tell either.
+constexpr double kSameStep = 1e-8;
+
+const Model& validated(const Model& model) {
+  validate(model);
+  return model;
+}
+
+template <class Scalar>
+std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_of(const Model& m, Activations activations) {
+  if constexpr (std::is_same_v<Scalar, float>) return module_of(m).dynamics_in_float(m, activations);
+  if constexpr (std::is_same_v<Scalar, double>) return module_of(m).dynamics_in_double(m, activations);
+}
+
+}  // namespace
+
+template <class Scalar>
+ReferenceObserver<Scalar>::ReferenceObserver(const Model& model)
+    : ReferenceObserver(validated(model), Activations::kExact) {}
+
+template <class Scalar>
+ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations activations)
+    : model_(std::make_unique<const Model>(model)),
+      screening_(std::make_unique<Screening>(*model_)),
+      dynamics_(dynamics_of<Scalar>(*model_, activations)) {
+  if (const Network* map = codegen::inverse_map(model)) inverse_map_.emplace(*map, activations);
+  reset();
+}
+
+template <class Scalar>
+void ReferenceObserver<Scalar>::reset() {
+  z_ = model_->initial_latent.cast<Scalar>();
+  screening_->reset();
+  status_ = StepStatus::kOk;
+  started_ = false;
+}
+
+template <class Scalar>
+void ReferenceObserver<Scalar>::step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) {
+  take(y, u, true, model_->sample_period_s);
+}
+
+template <class Scalar>
+void ReferenceObserver<Scalar>::step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s) {
+  take(y, u, true, dt_s);
+}
+
+template <class Scalar>
+auto ReferenceObserver<Scalar>::estimate() const -> Vector {
+  return estimate_of(z_, screening_->y().template cast<Scalar>());
+}
+
+template <class Scalar>
+Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                   const Eigen::VectorXd& time_s, bool uniform) {
+  const Eigen::Index samples = outputs.cols();
+  const int nu = model_->nu();
+  if (nu != inputs.rows() || (nu > 0 && inputs.cols() != samples))
+    throw Error(
+        fmt::format("\"{}\" has {} inputs over {} samples; it was given {} x {}: name the data's inputs as the "
+                    "model does",
+                    model_->name, nu, samples, inputs.rows(), inputs.cols()));
+  Run run{Eigen::MatrixXd(model_->nx(), samples), Eigen::MatrixXd(model_->nz(), samples),
+          Eigen::MatrixXd(model_->ny(), samples)};
+  Matrix z(model_->nz(), samples), y(model_->ny(), samples);
+  reset();
+  const double period_s = model_->sample_period_s;
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    const double since_last_s = uniform || k == 0 ? period_s : time_s(k) - time_s(k - 1);
+    const bool nominal = std::abs(since_last_s - period_s) <= kSameStep * period_s;
+    take(outputs.col(k), nu > 0 ? Eigen::VectorXd(inputs.col(k)) : Eigen::VectorXd(), false,
+         nominal ? period_s : since_last_s);
+    z.col(k) = z_;
+    y.col(k) = output().template cast<Scalar>();
+    run.y.col(k) = output();
+  }
+  run.x_hat = estimates_in_blocks(z, y);
+  run.z = z.template cast<double>();
+  return run;
+}
+
+template <class Scalar>
+Eigen::MatrixXd ReferenceObserver<Scalar>::estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const {
+  return estimates_in_blocks(z.cast<Scalar>(), y.cast<Scalar>());
+}
+
+template <class Scalar>
+void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped, double dt_s) {
+  status_ = StepStatus::kRejected;
+  if (started_ && !(dt_s <= dynamics_->longest_step_s())) return;
+  const bool usable = screening_->take(y, u, wrapped);
+  status_ = screening_->status();
+  if (!usable) return;
+  next_y_ = screening_->y().template cast<Scalar>();
+  next_u_ = screening_->u().template cast<Scalar>();
+  if (started_) {
+    advance(dt_s);
+  } else {
+    Matrix z = z_;
+    dynamics_->start(z, next_y_);
+    z_ = z;
+  }
+  last_y_ = next_y_;
+  last_u_ = next_u_;
+  started_ = true;
+}
+
+template <class Scalar>
+void ReferenceObserver<Scalar>::advance(double dt_s) {
+  candidate_ = z_;
+  dynamics_->advance(candidate_, {last_y_, next_y_, last_u_, next_u_}, dt_s);
+  if (candidate_.allFinite() && candidate_.cwiseAbs().maxCoeff() <= Scalar(0x1p100)) {
+    z_ = candidate_;
+  } else {
+    status_ = StepStatus::kDiverged;
+  }
+}
+
+/// The inverse map as matrix products over blocks of samples.
+template <class Scalar>
+Eigen::MatrixXd ReferenceObserver<Scalar>::estimates_in_blocks(const Matrix& z, const Matrix& y) const {
+  constexpr Eigen::Index kBlock = 512;  // 50 neurons x 512 floats: a layer's input and output stay in the L2 cache
+  Eigen::MatrixXd x_hat(model_->nx(), z.cols());
+  for (Eigen::Index k = 0; k < z.cols(); k += kBlock) {
+    const Eigen::Index n = std::min(kBlock, z.cols() - k);
+    x_hat.middleCols(k, n) = estimate_of(z.middleCols(k, n), y.middleCols(k, n)).template cast<double>();
+  }
+  return x_hat;
+}
+
+/// x_hat for each column of z (n_z x B) and y (n_y x B).
+template <class Scalar>
+auto ReferenceObserver<Scalar>::estimate_of(const Matrix& z, const Matrix& y) const -> Matrix {
+  if (!inverse_map_) return z;
+  if (codegen::inverse_map(*model_)->inputs() == z.rows()) return (*inverse_map_)(z);
+  return (*inverse_map_)(stacked<Scalar>(z, y));
+}
+
+template class ReferenceObserver<float>;
+template class ReferenceObserver<double>;
+
+}  // namespace nlo::codegen

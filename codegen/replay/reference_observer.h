@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// The equations of structures/ as they stand there, with dynamic sizes and nothing folded: the oracle that exports are
+// tested against (double) and what `nlo evaluate` runs over whole trajectories (float).
+#pragma once
+
+#include <nlo/vector.h>
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+
+#include "codegen/model/model.h"
+#include "codegen/reference/dynamics.h"
+#include "codegen/reference/network.h"
+#include "codegen/replay/screening.h"
+
+namespace nlo::codegen {
+
+/// The observer's answers over one trajectory of N samples.
+struct Run {
+  Eigen::MatrixXd x_hat;  ///< n_x x N
+  Eigen::MatrixXd z;      ///< n_z x N
+  Eigen::MatrixXd y;      ///< n_y x N, the outputs as they were taken: held, clamped
+};
+
+template <class Scalar>
+class ReferenceObserver {
+ public:
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+
+  /// Copies the model. Throws Error unless it is valid (see validate.h).
+  explicit ReferenceObserver(const Model& model);
+
+  /// The same, not validated, with the runtime's activations: for a model that is rewritten as it is exported.
+  ReferenceObserver(const Model& model, Activations activations);
+
+  /// z = initial latent; the next sample is the first.
+  void reset();
+
+  /// One sample period with the outputs `y` (n_y) and the inputs `u` (n_u), screened as Screening::take does. Before
+  /// the first good sample, nothing happens.
+  void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u = {});
+
+  /// The same over `dt_s` since the last sample. Structures that are integrated in pieces do nothing when that is more
+  /// than kMostPieces sample periods.
+  void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s);
+
+  /// x_hat, n_x.
+  Vector estimate() const;
+
+  /// z, n_z. Angles are unwrapped from the first sample on, and z with them: subtract steady_gain() times the turns to
+  /// compare with an observer that turns z back.
+  const Vector& latent() const { return z_; }
+
+  /// The outputs as the last step took them, n_y: held, clamped, angles unwrapped.
+  const Eigen::VectorXd& output() const { return screening_->y(); }
+
+  /// What the runtime's observer says of the last step.
+  StepStatus status() const { return status_; }
+
+  /// The last step would have left the finite numbers: z was kept.
+  bool diverged() const { return status_ == StepStatus::kDiverged; }
+
+  /// A whole trajectory from reset: `outputs` n_y x N with angles unwrapped, `inputs` n_u x N (0 x 0 where there are
+  /// none), `time_s` N. With `uniform` each step is the sample period, else it is the difference of the time stamps,
+  /// where what is the sample period but for the stamps' rounding counts as it. Estimates are matrix products over
+  /// blocks of samples. Throws Error when the inputs are not those of the model.
+  Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform);
+
+  /// x_hat (n_x x N) for the columns of z (n_z x N) and y (n_y x N), wherever they come from.
+  Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
+
+ private:
+  void take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped, double dt_s);
+  void advance(double dt_s);
+  Eigen::MatrixXd estimates_in_blocks(const Matrix& z, const Matrix& y) const;
+  Matrix estimate_of(const Matrix& z, const Matrix& y) const;
+
+  std::unique_ptr<const Model> model_;  // one place, whoever holds the observer
+  std::unique_ptr<Screening> screening_;
+  std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_;
+  std::optional<ReferenceNetwork<Scalar>> inverse_map_;  // none: z is the estimate
+
+  Vector z_;
+  Vector candidate_, last_y_, next_y_, last_u_, next_u_;  // members, so that a step allocates little
+  StepStatus status_ = StepStatus::kOk;
+  bool started_ = false;
+};
+
+// Compiled once, for speed, in reference_observer.cpp.
+extern template class ReferenceObserver<float>;
+extern template class ReferenceObserver<double>;
+
+}  // namespace nlo::codegen

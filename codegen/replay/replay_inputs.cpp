@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/replay/replay_inputs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace nlo::codegen {
+namespace {
+
+/// splitmix64 in [0, 1): the same on every platform. Source: Steele, Lea, Flood 2014.
+class Uniform {
+ public:
+  explicit Uniform(std::uint64_t seed) : state_(seed) {}
+
+  double operator()() {
+    std::uint64_t bits = state_ += 0x9e3779b97f4a7c15U;
+    bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9U;
+    bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebU;
+    return static_cast<double>((bits ^ (bits >> 31)) >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Six tones between one period per replay and one per 12 samples, |sum| <= 1.
+Eigen::VectorXd tones(const Eigen::VectorXd& time_s, double sample_period_s, Uniform& uniform) {
+  constexpr int kTones = 6;
+  const double longest_s = static_cast<double>(time_s.size()) * sample_period_s, shortest_s = 12.0 * sample_period_s;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(time_s.size());
+  for (int i = 0; i < kTones; ++i) {
+    const double period_s = shortest_s * std::pow(std::max(longest_s / shortest_s, 1.0), uniform());
+    const double phase = 2.0 * std::numbers::pi * uniform();
+    for (Eigen::Index k = 0; k < sum.size(); ++k)
+      sum(k) += std::sin(2.0 * std::numbers::pi * time_s(k) / period_s + phase) / kTones;
+  }
+  return sum;
+}
+
+/// `angle` less whole turns, in [low, low + turn), and not so near to where it wraps, or to half a turn, that rounding
+/// decides on which side it is.
+double measured_angle(double angle, double low, double turn) {
+  constexpr double kMargin = 0.01;
+  for (const double edge : {low, turn / 2.0}) {
+    const double off = std::remainder(angle - edge, turn);
+    if (std::abs(off) < kMargin * turn) angle += kMargin * turn - off;
+  }
+  return angle - turn * std::floor((angle - low) / turn);
+}
+
+/// In sample periods; not so near to 1.5 that rounding decides in how many pieces it is stepped.
+double irregular_step(Uniform& uniform) {
+  const double step = 0.4 + 1.6 * uniform();
+  return std::abs(step - 1.5) < 1e-3 ? 1.49 : step;
+}
+
+}  // namespace
+
+ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double amplitude,
+                           const Eigen::MatrixXd& ranges) {
+  Uniform uniform(seed);
+  const double h = m.sample_period_s;
+  ReplayInputs inputs{Eigen::VectorXd::Zero(samples), Eigen::MatrixXd(m.ny(), samples),
+                      Eigen::MatrixXd(m.nu(), samples)};
+  Eigen::VectorXd time_s(samples);
+  for (int k = 0; k < samples; ++k) {
+    const bool irregular = k >= samples / 2 && k < samples * 7 / 10;
+    if (irregular && k > 0) inputs.dt_s(k) = h * irregular_step(uniform);
+    time_s(k) = k == 0 ? 0.0 : time_s(k - 1) + (irregular ? inputs.dt_s(k) : h);
+  }
+
+  for (int j = 0; j < m.ny(); ++j) {
+    const double low = m.output_min(j), high = m.output_max(j), wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
+    const bool turns = wrap > 0.0 && high - low >= wrap * (1.0 - 1e-6);
+    const bool narrowed = ranges.size() != 0 && !turns;
+    const double from = narrowed ? ranges(j, 0) : low, to = narrowed ? ranges(j, 1) : high;
+    const Eigen::VectorXd tone = tones(time_s, h, uniform);
+    for (int k = 0; k < samples; ++k) {
+      double y = (from + to) / 2.0 + (turns ? 1.0 : amplitude) * 0.85 * (to - from) / 2.0 * tone(k);
+      if (turns) y = measured_angle(y + 2.5 * wrap * k / samples, low, wrap);
+      inputs.outputs(j, k) = y;
+    }
+  }
+
+  constexpr double kMissedShare = 0.03, kOutsideShare = 0.02;
+  const double missed = std::numeric_limits<double>::quiet_NaN();
+  for (int k = 10; k < samples; ++k) {
+    const int j = static_cast<int>(uniform() * m.ny());
+    const double kind = uniform();
+    if (kind < kMissedShare) {
+      inputs.outputs(j, k) = missed;
+    } else if (kind < kMissedShare + kOutsideShare) {
+      inputs.outputs(j, k) = m.output_max(j) + 0.5 * (m.output_max(j) - m.output_min(j));
+    }
+  }
+  for (int i = 0; i < m.nu(); ++i) {
+    inputs.inputs.row(i) = amplitude * tones(time_s, h, uniform);
+    inputs.inputs(i, samples / 3) = missed;
+  }
+  const int gap = std::min(stale_after + 2, samples / 8);
+  for (int k = samples * 8 / 10; k < samples * 8 / 10 + gap; ++k) inputs.outputs.col(k).setConstant(missed);
+  return inputs;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/replay/replay_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "codegen/base/error.h"
+#include "codegen/model/domain.h"
+
+namespace nlo::codegen {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// The model with its networks folded, as it is exported.
+Model as_exported(Model m, const FoldedModel& folded) {
+  std::size_t next = 0;
+  for (const Named<Network>& n : networks(m)) *n.network = unfolded(folded.networks[next++], n.network->inputs());
+  return m;
+}
+
+ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+                 const ExportOptions& options) {
+  ReplayRun run;
+  run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, amplitude);
+  if (options.scalar != ScalarType::kDouble) {  // both sides see the very same measurements
+    run.inputs.dt_s = run.inputs.dt_s.cast<float>().cast<double>().eval();
+    run.inputs.outputs = run.inputs.outputs.cast<float>().cast<double>().eval();
+    run.inputs.inputs = run.inputs.inputs.cast<float>().cast<double>().eval();
+  }
+  ReferenceObserver<double> exact(m);
+  ExportedObserver exported(m, folded, quantised, options.scalar);
+  const LatentDomain domain(m);
+  const InputBox box = options.scalar == ScalarType::kInt16 ? input_box(m, folded) : InputBox{};
+  const Eigen::Index samples = run.inputs.dt_s.size();
+  run.z = run.exported_z = MatrixXd(m.nz(), samples);
+  run.x_hat = run.exported_x_hat = MatrixXd(m.nx(), samples);
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    const VectorXd y = run.inputs.outputs.col(k), u = run.inputs.inputs.col(k);
+    const double dt_s = run.inputs.dt_s(k) == 0.0 ? m.sample_period_s : run.inputs.dt_s(k);
+    exact.step(y, u, dt_s);
+    exported.step(y, u, dt_s);
+    const VectorXd turned = turns_in(m, exact.output());
+    const VectorXd back = folded.steady_gain * turned;
+    run.z.col(k) = exact.latent() - back;
+    run.x_hat.col(k) = exact.estimate();
+    if (options.scalar == ScalarType::kInt16) {
+      const VectorXd nearest = run.z.col(k).cwiseMax(box.min.head(m.nz())).cwiseMin(box.max.head(m.nz()));
+      run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
+    }
+    run.status.push_back(exact.status());
+    run.in_domain.push_back(domain.contains(exact.latent(), exact.output()));
+    run.exported_z.col(k) = exported.latent() - back;
+    run.exported_x_hat.col(k) = exported.estimate(run.exported_z.col(k), exact.output() - turned);
+  }
+  return run;
+}
+
+std::variant<ReferenceObserver<float>, ReferenceObserver<double>> rounded_observer(const Model& exported,
+                                                                                   ScalarType scalar) {
+  if (scalar == ScalarType::kDouble) return ReferenceObserver<double>(exported, Activations::kRuntime);
+  return ReferenceObserver<float>(exported, Activations::kRuntime);
+}
+
+}  // namespace
+
+VectorXd turns_in(const Model& m, const VectorXd& y) {
+  VectorXd turned = VectorXd::Zero(m.ny());
+  for (int j = 0; j < m.ny(); ++j) {
+    const double wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
+    if (wrap > 0.0) turned(j) = wrap * std::round(y(j) / wrap);
+  }
+  return turned;
+}
+
+ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+                                   ScalarType scalar)
+    : observer_(rounded_observer(as_exported(m, folded), scalar)), quantised_(quantised) {}
+
+void ExportedObserver::reset() {
+  std::visit([](auto& observer) { observer.reset(); }, observer_);
+}
+
+void ExportedObserver::step(const VectorXd& y, const VectorXd& u, double dt_s) {
+  std::visit([&](auto& observer) { observer.step(y, u, dt_s); }, observer_);
+}
+
+VectorXd ExportedObserver::latent() const {
+  return std::visit([](const auto& observer) -> VectorXd { return observer.latent().template cast<double>(); },
+                    observer_);
+}
+
+VectorXd ExportedObserver::estimate(const VectorXd& z, const VectorXd& y) const {
+  if (!quantised_)
+    return std::visit([&](const auto& observer) -> VectorXd { return observer.estimates(z, y); }, observer_);
+  Eigen::VectorXf in(quantised_->inputs());
+  in.head(z.size()) = z.cast<float>();
+  if (in.size() > z.size()) in.tail(y.size()) = y.cast<float>();
+  return evaluate(*quantised_, in).cast<double>();
+}
+
+MatrixXd ExportedObserver::estimates(const MatrixXd& z, const MatrixXd& y) const {
+  if (!quantised_)
+    return std::visit([&](const auto& observer) -> MatrixXd { return observer.estimates(z, y); }, observer_);
+  MatrixXd x_hat(quantised_->outputs(), z.cols());
+  for (Eigen::Index k = 0; k < z.cols(); ++k) x_hat.col(k) = estimate(z.col(k), y.col(k));
+  return x_hat;
+}
+
+ReplayRun run_replay(const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+                     const ExportOptions& options) {
+  constexpr int kFewest = 20, kMost = 1000000;
+  if (options.samples < kFewest || options.samples > kMost)
+    throw Error(fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewest, kMost));
+  constexpr double kSmallest = 1.0 / 64.0;
+  for (double amplitude = 1.0;; amplitude /= 2.0) {
+    ReplayRun run = run_at(amplitude, m, folded, quantised, options);
+    const auto inside = std::count(run.in_domain.begin(), run.in_domain.end(), true);
+    if (2 * inside >= options.samples || amplitude <= kSmallest) return run;
+  }
+}
+
+}  // namespace nlo::codegen

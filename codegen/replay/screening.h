@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// What an observer makes of a measurement, as nlo/measurement.h does, with dynamic sizes: the reference of its rules.
+#pragma once
+
+#include <nlo/vector.h>
+#include <Eigen/Core>
+
+#include "codegen/model/model.h"
+
+namespace nlo::codegen {
+
+class Screening {
+ public:
+  /// `model` must outlive it.
+  explicit Screening(const Model& model);
+
+  void reset();
+
+  /// Takes a sample of outputs y (n_y) and inputs u (n_u). An entry that is not finite, or an angle out of its range,
+  /// keeps its last good value; others are clamped to their range. With `wrapped`, angles are continued from the last
+  /// sample. False before the first sample that is good in all entries: y() and u() are not to be used.
+  bool take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped);
+
+  const Eigen::VectorXd& y() const { return y_; }  ///< as taken: held, clamped, angles unwrapped
+  const Eigen::VectorXd& u() const { return u_; }
+  StepStatus status() const { return status_; }  ///< kOk, kClamped, kHeld or kStale
+
+ private:
+  const Model& model_;
+  int stale_after_;
+  Eigen::VectorXd y_, u_;
+  StepStatus status_ = StepStatus::kOk;
+  int held_ = 0;  ///< samples in a row
+  bool started_ = false;
+};
+
+}  // namespace nlo::codegen

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// A folded network as C++: its layers as constants, its type, its initialiser, and what it costs.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "codegen/model/folded.h"
+#include "codegen/reference/quantised_network.h"
+#include "codegen/text/generated_text.h"
+
+namespace nlo::codegen {
+
+/// One network of a generated header; in int16 where `quantised` is set.
+struct CppNetwork {
+  const FoldedNetwork& network;
+  std::string field;  ///< in the model, for messages: "inverse_map"
+  std::string layer;  ///< layers are weights::kLayer1, ... for "Layer"
+  std::string type;   ///< name of its mlp's type: "Network"
+  std::string map;    ///< the runtime's template around it: InverseMap or LearnedMap
+  std::string reads;  ///< "[z; y]"
+  const QuantisedNetwork* quantised = nullptr;
+
+  bool has_linear_path() const { return network.linear_path.size() != 0; }
+
+  /// The constants kLayer1, ... with a comment each, for the namespace weights.
+  std::string layers(const Initialiser& init) const;
+
+  /// `using Network = decltype(make_mlp<...>(weights::kLayer1, ...));`
+  std::string using_declaration() const;
+
+  /// `InverseMap<Network, LinearPath<float, 3, 2>>`
+  std::string map_type(const Initialiser& init) const;
+
+  /// `    .inverse_map = {...},`
+  std::string initialiser(const Initialiser& init, const std::string& member) const;
+
+  /// "3-50-50-2 tanh and a linear path, reads z"
+  std::string description() const;
+
+  Eigen::Index multiply_adds() const;
+  Eigen::Index activations() const;
+  Eigen::Index constant_bytes(const Initialiser& init) const;
+
+ private:
+  std::string made() const;  ///< `make_mlp<...>(weights::kLayer1, ...)`
+};
+
+}  // namespace nlo::codegen

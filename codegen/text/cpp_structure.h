@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+// What a structure puts into its generated C++ header. Each structure's module has its own.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "codegen/model/folded.h"
+#include "codegen/model/model.h"
+#include "codegen/text/cpp_network.h"
+#include "codegen/text/generated_text.h"
+
+namespace nlo::codegen {
+
+/// What an export is generated from.
+struct ExportSource {
+  const Model& model;
+  const FoldedModel& folded;
+  const Initialiser& init;
+  const QuantisedNetwork* quantised = nullptr;  ///< the inverse map in int16; null: in the scalar
+};
+
+class CppStructure {
+ public:
+  virtual ~CppStructure() = default;
+
+  virtual std::string title() const = 0;        ///< "a learned state observer (...)"
+  virtual std::string description() const = 0;  ///< lines of comment
+  virtual std::string header() const = 0;       ///< "kkl_observer.h"
+  virtual std::vector<CppNetwork> networks() const = 0;
+  virtual std::string types() const = 0;            ///< Model and Observer
+  virtual std::string leading_fields() const = 0;   ///< of kModel, between stale_after and outputs
+  virtual std::string trailing_fields() const = 0;  ///< of kModel, behind domain
+
+  virtual Eigen::Index step_multiply_adds() const = 0;
+  virtual Eigen::Index step_activations() const = 0;
+  virtual Eigen::Index estimate_multiply_adds() const = 0;
+  virtual Eigen::Index estimate_activations() const = 0;
+  virtual Eigen::Index own_scalars() const = 0;  ///< of constants, beside those that all have; padding counts as whole
+};
+
+/// What most structures share: an inverse map that is the estimate's cost, networks that end kModel.
+class CppStructureBase : public CppStructure {
+ public:
+  explicit CppStructureBase(const ExportSource& source);
+
+  std::string trailing_fields() const override;
+  Eigen::Index estimate_multiply_adds() const override { return inverse_map().multiply_adds(); }
+  Eigen::Index estimate_activations() const override { return inverse_map().activations(); }
+
+ protected:
+  CppNetwork inverse_map() const;
+  /// The network of that field of the model file, with the names it has in the header.
+  CppNetwork network(const std::string& field, const std::string& layer, const std::string& type,
+                     const std::string& reads) const;
+
+  const Model& m_;
+  const FoldedModel& f_;
+  const Initialiser& init_;
+  const QuantisedNetwork* quantised_;
+  const Eigen::Index nx_, ny_, nz_;
+};
+
+/// "Hold::kRk4".
+std::string hold_identifier(Hold hold);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/text/generated_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "codegen/base/error.h"
+#include "codegen/base/identifier.h"
+#include "codegen/base/number.h"
+
+namespace nlo::codegen {
+namespace {
+
+// A model is a namespace inside nlo, where the runtime has these names. cpp_header_test.cpp reads the runtime's headers
+// and says when one is missing. By hand, as the formatter gives each name a line.
+// clang-format off
+constexpr std::array kRuntimeNames = {
+    "Activation", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "Dense", "Domain", "DrivenKklModel",
+    "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver",
+    "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
+    "LatentModel", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
+    "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "ObserverState", "OutputRange", "PackedDense",
+    "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver",
+    "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
+    "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estrin", "evaluate_inverse",
+    "explicit_rk_step", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "horner", "integrate",
+    "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kMostPieces", "kRk4",
+    "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "make_mlp",
+    "make_quantised_mlp", "make_relative", "may_skip", "multiply_add", "native", "pack", "padded_inputs", "pieces_of",
+    "quantised_layer", "reciprocal", "rounded", "select", "simd", "starts_steady", "tanh_rational", "turn_back"};
+// clang-format on
+
+}  // namespace
+
+std::string Initialiser::operator()(double value, std::string_view field) const {
+  if (scalar_ == ScalarType::kDouble) {
+    if (!std::isfinite(value)) throw Error(fmt::format("{} overflows when it is folded; train again", field));
+    return literal(value);
+  }
+  const float rounded = static_cast<float>(value);
+  if (!std::isfinite(rounded))
+    throw Error(fmt::format(
+        "{} is {} when folded: beyond the range of float; export with scalar double, or train again", field, value));
+  return literal(rounded);
+}
+
+std::string Initialiser::vector(const Eigen::VectorXd& values, std::string_view field) const {
+  std::string text = "{";
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (i > 0) text += ", ";
+    text += (*this)(values(i), field);
+  }
+  return text + "}";
+}
+
+std::string Initialiser::matrix(const Eigen::MatrixXd& values, std::string_view field) const {
+  std::string text = "{";
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    if (i > 0) text += ", ";
+    text += vector(values.row(i), field);
+  }
+  return text + "}";
+}
+
+std::string Initialiser::rows(const Eigen::MatrixXd& values, int indent, std::string_view field) const {
+  std::string text = "{\n";
+  for (Eigen::Index i = 0; i < values.rows(); ++i)
+    text += std::string(static_cast<std::size_t>(indent), ' ') + vector(values.row(i), field) + ",\n";
+  return text + std::string(static_cast<std::size_t>(indent - 2), ' ') + "}";
+}
+
+std::string safe_comment(std::string_view text, std::size_t longest) {
+  constexpr std::string_view kSafe = " .,:;()[]+-=_/%<>^*|'#@&~";  // no backslash, no question mark (trigraphs)
+  std::string safe(text.substr(0, longest));
+  for (char& c : safe) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+    if (!plain && kSafe.find(c) == std::string_view::npos) c = '_';
+  }
+  return safe;
+}
+
+std::string grouped(Eigen::Index number) {
+  std::string text = std::to_string(number);
+  for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3)
+    text.insert(static_cast<std::size_t>(i), 1, ',');
+  return text;
+}
+
+std::string export_name(const Model& model, const ExportOptions& options) {
+  const std::string& name = options.name.empty() ? model.name : options.name;
+  if (!is_identifier(name))
+    throw Error(
+        fmt::format("\"{}\" cannot name an export; use a letter, then letters, digits and underscores (63 at "
+                    "most), no C++ keyword",
+                    safe_comment(name, 80)));
+  if (std::find(kRuntimeNames.begin(), kRuntimeNames.end(), name) != kRuntimeNames.end())
+    throw Error(fmt::format("\"{}\" is a name of the runtime; export under another one", name));
+  return name;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// What the generators of C++ headers share: initialisers with literals of the target's scalar, and user text made safe
+// for a comment.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+
+#include "codegen/model/model.h"
+#include "codegen/text/export_options.h"
+
+namespace nlo::codegen {
+
+/// Initialisers of C arrays. Rounds each number once to the scalar; throws Error, naming the field, when one overflows.
+class Initialiser {
+ public:
+  explicit Initialiser(const ExportOptions& options) : scalar_(options.scalar), weights_(options.weights) {}
+
+  const char* scalar_name() const { return scalar_ == ScalarType::kDouble ? "double" : "float"; }
+  std::size_t scalar_bytes() const { return scalar_ == ScalarType::kDouble ? 8 : 4; }
+
+  /// Of a layer's weights, and their bytes.
+  const char* weight_type() const {
+    return weights_ == WeightType::kFull ? scalar_name() : weights_ == WeightType::kBfloat16 ? "Bfloat16" : "Float16";
+  }
+  std::size_t weight_bytes() const { return weights_ == WeightType::kFull ? scalar_bytes() : 2; }
+
+  std::string operator()(double value, std::string_view field) const;
+
+  /// `{a, b, c}`
+  std::string vector(const Eigen::VectorXd& values, std::string_view field) const;
+
+  /// `{{a, b}, {c, d}}` on one line.
+  std::string matrix(const Eigen::MatrixXd& values, std::string_view field) const;
+
+  /// The same with one row per line, each behind `indent` spaces; the last line is the closing brace, two spaces less.
+  std::string rows(const Eigen::MatrixXd& values, int indent, std::string_view field) const;
+
+ private:
+  ScalarType scalar_;
+  WeightType weights_;
+};
+
+/// At most `longest` characters of a set that can neither end nor continue a `//` comment: others become '_'.
+std::string safe_comment(std::string_view text, std::size_t longest);
+
+/// 7750 as "7,750".
+std::string grouped(Eigen::Index number);
+
+/// `options.name`, or the model's. Throws Error unless it is an identifier that neither C++ nor the runtime has taken.
+std::string export_name(const Model& model, const ExportOptions& options);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// Gradients of the cost against differences of the cost itself.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "tests/training/objective_problem.h"
+#include "trainer/losses/registry.h"
+#include "trainer/structures/table.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::harmonics;
+using testing::kSomeStep;
+using testing::kUnequal;
+using testing::masked;
+using testing::Problem;
+using testing::small_experiment;
+using testing::Variant;
+using testing::variants;
+
+/// The gradient, for every parameter, against fourth-order central differences of the objective itself.
+void expect_gradient_meets_differences(const Experiment& experiment, const Dataset& dataset) {
+  // The loss comes in float32 sums, good to 1e-7 of itself: 2e-5 of the loss after division by kStep, measured. The
+  // truncated term, kStep^4 / 30 times the fifth derivative, is as large for the steepest variant (silu).
+  constexpr float kStep = 0.015F;
+  constexpr double kTolerance = 1.2e-4;
+  Problem problem(experiment, dataset);
+  const std::vector<float> gradient = problem.gradient(kSomeStep);
+  const double loss = problem.loss(problem.parameters, kSomeStep);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    const auto moved = [&](float by) {
+      std::vector<float> at = problem.parameters;
+      at[i] += by;
+      return problem.loss(at, kSomeStep);
+    };
+    // Float32 parameters: what was moved is not exactly the step.
+    const double width =
+        static_cast<double>(problem.parameters[i] + kStep) - static_cast<double>(problem.parameters[i] - kStep);
+    const double difference =
+        (8.0 * (moved(kStep) - moved(-kStep)) - (moved(2 * kStep) - moved(-2 * kStep))) / (6.0 * width);
+    largest = std::max(largest, std::abs(difference));
+    ASSERT_NEAR(static_cast<double>(gradient[i]), difference, kTolerance * (1.0 + loss)) << "parameter " << i;
+  }
+  ASSERT_GT(largest, 200.0 * kTolerance * (1.0 + loss)) << "the tolerance would pass a gradient of zero";
+}
+
+void expect_every_variant_meets_differences(const Dataset& dataset) {
+  for (const Variant& variant : variants()) {
+    SCOPED_TRACE(variant.name);
+    Experiment experiment = small_experiment();
+    variant.change(experiment);
+    expect_gradient_meets_differences(experiment, dataset);
+    if (::testing::Test::HasFatalFailure()) return;
+  }
+}
+
+TEST(Objective, GradientMeetsDifferencesOfTheObjectiveInEveryVariant) {
+  expect_every_variant_meets_differences(harmonics(kUnequal, false));
+}
+
+TEST(Objective, GradientMeetsDifferencesOfTheObjectiveOnJitteredSamples) {
+  expect_every_variant_meets_differences(harmonics(kUnequal, true));
+}
+
+TEST(Objective, GradientMeetsDifferencesOfTheObjectiveOnWeightedSamples) {
+  expect_every_variant_meets_differences(masked(harmonics(kUnequal, false)));
+}
+
+/// Every loss over every structure that may have it.
+TEST(Objective, GradientMeetsDifferencesForEveryLossOverEveryStructure) {
+  for (const TrainableStructure* structure : structure_table()) {
+    for (const LossTerm& term : loss_terms()) {
+      if (term.needs_eigenvalues && !structure->has_eigenvalues()) continue;
+      SCOPED_TRACE(std::string(structure->name()) + ", " + std::string(term.name));
+      Experiment experiment = small_experiment();
+      if (structure->name() == "luenberger") testing::make_luenberger(experiment);
+      experiment.observer.structure = structure->name();
+      experiment.dynamics.hidden = {5};
+      experiment.forward_map.hidden = {4};
+      experiment.loss.weights = {{"state_error", 0.5}, {std::string(term.name), 0.5}};
+      Dataset dataset = harmonics(kUnequal, false);
+      if (term.needs_equations)
+        for (Trajectory& run : dataset.trajectories) run.derivatives = 0.5 * run.states;  // as good as any f
+      expect_gradient_meets_differences(experiment, dataset);
+      if (::testing::Test::HasFatalFailure()) return;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer

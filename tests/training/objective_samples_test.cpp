@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// Which samples a step sees and what they count: masks, weights, draws, noise, mirrors.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+
+#include "tests/training/objective_problem.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::harmonics;
+using testing::kSomeStep;
+using testing::kUnequal;
+using testing::Problem;
+using testing::small_experiment;
+
+/// Loss and gradient with one sample's truth moved far off; the normalisation stays that of `problem`.
+std::pair<double, std::vector<float>> with_truth_moved(Problem& problem, int sample) {
+  std::vector<float>& states = problem.data.runs[2].states;
+  const float before = states[static_cast<std::size_t>(sample)];
+  states[static_cast<std::size_t>(sample)] = 1e4F;
+  std::pair<double, std::vector<float>> result{problem.loss(problem.parameters, kSomeStep),
+                                               problem.gradient(kSomeStep)};
+  states[static_cast<std::size_t>(sample)] = before;
+  return result;
+}
+
+TEST(Objective, MaskedSamplesDoNotMatter) {
+  for (const auto mode : {TrainingMode::kFullBatch, TrainingMode::kRandomSamples}) {
+    Experiment experiment = small_experiment();
+    experiment.training.mode = mode;
+    experiment.training.samples_per_step = 5000;  // so that every tick is drawn
+    experiment.training.trajectories_per_step = 60;
+    Dataset dataset = harmonics(kUnequal, false);
+    dataset.trajectories[2].weight(10) = 0.0;
+    Problem problem(experiment, dataset);
+    const double loss = problem.loss(problem.parameters, kSomeStep);
+    const std::vector<float> gradient = problem.gradient(kSomeStep);
+    const auto [masked_loss, masked_gradient] = with_truth_moved(problem, 10);
+    EXPECT_EQ(masked_loss, loss) << to_name(mode);
+    EXPECT_EQ(masked_gradient, gradient) << to_name(mode);
+    const auto [counted_loss, counted_gradient] = with_truth_moved(problem, 11);
+    EXPECT_GT(counted_loss, 2.0 * loss) << "control, " << to_name(mode);
+    EXPECT_NE(counted_gradient, gradient) << "control, " << to_name(mode);
+  }
+}
+
+TEST(Objective, WeightsCountAsShares) {
+  // A run that counts half, twice, is the run once.
+  Experiment experiment = small_experiment();
+  experiment.training.mode = TrainingMode::kFullBatch;
+  const Dataset once = harmonics(kUnequal, false);
+  Dataset twice = once;
+  for (Trajectory& run : twice.trajectories) run.weight *= 0.5;
+  const std::vector<Trajectory> copy = twice.trajectories;
+  twice.trajectories.insert(twice.trajectories.end(), copy.begin(), copy.end());
+  Problem one(experiment, once);
+  Problem two(experiment, twice);
+  constexpr double kTolerance = 1e-6;  // float32, summed in another order
+  EXPECT_NEAR(two.loss(one.parameters, 0), one.loss(one.parameters, 0), kTolerance * one.loss(one.parameters, 0));
+}
+
+TEST(Objective, RandomSamplesAgreeWithFullBatchesInExpectation) {
+  // Whole runs and short segments, runs of unequal length whose errors differ: every sample must be as likely.
+  constexpr int kSteps = 400;
+  constexpr double kStandardErrors = 4.0;
+  // Runs of 100 samples or more: a segment reaches the first and last few samples of a run less often than the others.
+  const Dataset dataset = harmonics({100, 300, 200, 150, 260, 120, 300, 180, 110, 220, 130}, false);
+  Experiment experiment = small_experiment();
+  experiment.training.mode = TrainingMode::kFullBatch;
+  Problem full(experiment, dataset);
+  const double expected = full.loss(full.parameters, 0);
+  experiment.training.mode = TrainingMode::kRandomSamples;
+  experiment.training.trajectories_per_step = 64;
+  experiment.training.samples_per_step = 64 * 16;
+  Problem random(experiment, dataset);
+  random.take_scales_of(full);
+  double sum = 0.0;
+  double squares = 0.0;
+  for (long step = 0; step < kSteps; ++step) {
+    const double loss = random.loss(full.parameters, step);
+    sum += loss;
+    squares += loss * loss;
+  }
+  const double mean = sum / kSteps;
+  const double error = std::sqrt((squares / kSteps - mean * mean) / kSteps);
+  EXPECT_NEAR(mean, expected, kStandardErrors * error);
+  EXPECT_LT(kStandardErrors * error, 0.02 * expected) << "control: the bound is sharp";
+}
+
+TEST(Objective, EarlyShareDrawsThatShareOfTheSamplesFromTheStart) {
+  // Only samples before early_s are wrong, by a known amount: the loss tells their share.
+  Experiment experiment = small_experiment();
+  experiment.training.early_s = 0.5;  // 10 of 200 samples
+  experiment.training.early_share = 0.4;
+  experiment.training.trajectories_per_step = 64;
+  experiment.training.samples_per_step = 64 * 50;
+  Problem problem(experiment, harmonics(std::vector<int>(8, 200), false));
+  const double before = problem.loss(problem.parameters, 0);
+  for (auto& run : problem.data.runs) {
+    for (std::size_t k = 0; k < 10; ++k) run.states[k] += 1000.0F;
+  }
+  const double share = (problem.loss(problem.parameters, 0) - before) / 1e6;
+  // 20 of 50 ticks by rule, and of the other 30 one in twenty by chance; half a sample's worth of the error itself.
+  EXPECT_NEAR(share, 0.4 + 0.6 / 20.0, 0.02);
+}
+
+TEST(Objective, DrawsAnewInEachStepAndTheSameInTheSameStep) {
+  Experiment experiment = small_experiment();
+  experiment.training.noise = {NoiseKind::kGaussian, 0.3};
+  for (const auto mode : {TrainingMode::kFullBatch, TrainingMode::kRandomSamples}) {
+    experiment.training.mode = mode;
+    Problem problem(experiment, harmonics(kUnequal, false));
+    const double first = problem.loss(problem.parameters, 0);
+    EXPECT_NE(problem.loss(problem.parameters, 1), first) << to_name(mode);
+    EXPECT_EQ(problem.loss(problem.parameters, 0), first) << to_name(mode);
+    const double validated = problem.objective.validate(problem.parameters.data());
+    problem.loss(problem.parameters, 7);
+    EXPECT_EQ(problem.objective.validate(problem.parameters.data()), validated) << to_name(mode);
+  }
+}
+
+TEST(Objective, NoiseHasTheNamedDeviation) {
+  Experiment experiment = small_experiment();
+  const Dataset dataset = harmonics(std::vector<int>(40, 500), false);
+  for (const auto& [kind, deviation] :
+       {std::pair{NoiseKind::kGaussian, 0.3}, std::pair{NoiseKind::kUniform, 0.3 / std::sqrt(3.0)}}) {
+    experiment.training.noise = {kind, 0.3};
+    Problem problem(experiment, dataset);
+    const Rollout& rollout = problem.objective.roll_out_flight(problem.parameters.data());
+    double sum = 0.0;
+    double squares = 0.0;
+    double count = 0.0;
+    for (std::size_t g = 0; g < rollout.groups().size(); ++g) {
+      const SegmentGroup& group = rollout.groups()[g];
+      for (int l = 0; l < group.lanes; ++l) {
+        const auto& run = problem.data.runs[static_cast<std::size_t>(rollout.segment(static_cast<int>(g), l).run)];
+        for (int t = 0; t < group.length; ++t, count += 1.0) {
+          const auto noise = static_cast<double>(group.outputs[group.at(0, t) + static_cast<std::size_t>(l)] -
+                                                 run.outputs[static_cast<std::size_t>(t)]);
+          sum += noise;
+          squares += noise * noise;
+        }
+      }
+    }
+    // Five standard errors of a mean and of a deviation.
+    EXPECT_NEAR(sum / count, 0.0, 5.0 * deviation / std::sqrt(count));
+    EXPECT_NEAR(std::sqrt(squares / count), deviation, 5.0 * deviation / std::sqrt(2.0 * count));
+  }
+}
+
+TEST(Objective, MirroredRunsOfAnOddMapCostTheSame) {
+  // Without biases and means, tanh networks are odd: mirrored or not, the error is the same.
+  Experiment experiment = small_experiment();
+  experiment.training.mode = TrainingMode::kFullBatch;
+  Problem plain(experiment, harmonics(kUnequal, false));
+  experiment.training.mirror = true;
+  Problem mirrored(experiment, harmonics(kUnequal, false));
+  mirrored.take_scales_of(plain);
+  mirrored.parameters = plain.parameters;
+  for (Problem* problem : {&plain, &mirrored}) {
+    for (Feature& feature : problem->structure.features) feature.mean = 0.0F;
+    for (float& mean : problem->structure.state_mean) mean = 0.0F;
+    for (const LayerView& layer : problem->structure.network.layers) {
+      for (int o = 0; o < layer.out; ++o) {
+        problem->parameters[static_cast<std::size_t>(problem->structure.latent.learned + layer.bias + o)] = 0.0F;
+      }
+    }
+  }
+  const double loss = plain.loss(plain.parameters, 0);
+  EXPECT_NEAR(mirrored.loss(plain.parameters, 0), loss, 1e-6 * loss);
+  plain.structure.state_mean[0] = mirrored.structure.state_mean[0] = 1.0F;
+  const double shifted = plain.loss(plain.parameters, 0);
+  EXPECT_GT(std::abs(mirrored.loss(plain.parameters, 0) - shifted), 1e-3 * shifted)
+      << "control: some runs are mirrored";
+}
+
+}  // namespace
+}  // namespace nlo::trainer
