@@ -6,6 +6,11 @@ target_compile_options(nlo_warnings INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # GCC 12 misreads "literal" + std::string (its bug 105651)
   $<$<BOOL:${NLO_WARNINGS_AS_ERRORS}>:-Werror>)
 
+# GCC collects its garbage less often: five to ten percent of the time of a compilation for 100 MB more.
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND PROJECT_IS_TOP_LEVEL)
+  add_compile_options(--param=ggc-min-expand=300 --param=ggc-min-heapsize=524288)
+endif()
+
 # Fast code for the machine that trains. -ffp-contract is left at the compiler's default: the bytes of a run are
 # reproducible on one build, not across instruction sets.
 add_library(nlo_native INTERFACE)

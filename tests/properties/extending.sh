@@ -40,7 +40,7 @@ step "commands"
 nlo=$work/tree/build/trainer/nlo
 cd "$work/run"
 cat >new.toml <<'TOML'
-name = "new"
+name = "added"
 
 [plant]
 model = "pendulum"
@@ -74,14 +74,14 @@ TOML
 "$nlo" train new.toml -q -o kkl --set 'observer.structure="kkl"' --set 'observer.eigenvalues=[-1.0, -2.0, -3.0]' ||
   fail "the new loss and activation cannot be trained in a KKL observer"
 "$nlo" info static_map/model.json | grep "^structure  static_map$" >/dev/null || fail "the new command does not name the structure"
-"$nlo" info kkl/model.json | grep "^map        inverse_map lisht 3-8-2$" >/dev/null || fail "the new command does not show the map"
+"$nlo" info kkl/model.json | grep "^map        inverse_map lisht 4-8-2$" >/dev/null || fail "the new command does not show the map"
 for name in static_map kkl; do
   "$nlo" export $name/model.json --name ${name}_new -q -o ${name}_new.h
   "$nlo" export $name/model.json --name ${name}_new -q --target replay -o ${name}_new_replay.h
   "$nlo" export $name/model.json -q --target facts -o $name.md
   grep -q '^| `x2` | - | estimated' $name.md || fail "the new target does not name the states of $name"
 done
-"$nlo" export kkl/model.json -q --target c99 -o kkl_c99.h
+"$nlo" export kkl/model.json -q --target c99 --name kkl_c99 -o kkl_c99.h
 cc -std=c99 -Wall -Wextra -Werror -c kkl_c99.c || fail "C99 with the new activation does not compile"
 cat >fly.cpp <<'CPP'
 #include "kkl_new.h"

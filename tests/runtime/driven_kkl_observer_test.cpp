@@ -6,10 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
-#include <unsupported/Eigen/MatrixFunctions>
 
+#include "codegen/base/linear_algebra.h"
+#include "tests/runtime/matrix_exponential.h"
 #include "tests/runtime/structures.h"
 
 namespace nlo {
@@ -123,7 +124,8 @@ struct DrivenOscillator {
     Eigen::Matrix2d t;  // row i: lambda_i T_i + C = T_i A
     for (int i = 0; i < 2; ++i) {
       const Eigen::Matrix2d a = (Eigen::Matrix2d() << 0, 1, -1, 0).finished();
-      t.row(i) = Eigen::RowVector2d(1, 0) * (a - lambda[i] * Eigen::Matrix2d::Identity()).inverse();
+      t.row(i) =
+          Eigen::RowVector2d(1, 0) * codegen::inverse(Eigen::MatrixXd(a - lambda[i] * Eigen::Matrix2d::Identity()));
       model.latent.eigenvalues[i] = lambda[i];
       model.latent.output_injection[i][0] = 1.0;
     }
@@ -134,7 +136,7 @@ struct DrivenOscillator {
     model.forced = forced_step<0>(Hold::kFirstOrder, model.latent.eigenvalues, model.latent.output_injection, kPeriod);
     model.input_hold = Hold::kZeroOrder;
     model.input_field.constant[0][1] = input_gain;
-    const Eigen::Matrix2d inverse = t.inverse();
+    const Eigen::Matrix2d inverse = codegen::inverse(Eigen::MatrixXd(t));
     Dense<double, 2, 2> back{}, forward{};
     for (int o = 0; o < 2; ++o) {
       for (int i = 0; i < 2; ++i) {
@@ -152,7 +154,7 @@ struct DrivenOscillator {
     system(0, 1) = 1.0;
     system(1, 0) = -1.0;
     system(1, 2) = 1.0;
-    const Eigen::Matrix3d flow = (system * kPeriod).exp();
+    const Eigen::Matrix3d flow = testing::exponential(system * kPeriod);
     DrivenKklObserver observer(model);
     Eigen::Vector3d x(1.0, 0.0, 0.0);
     double worst = 0.0;

@@ -5,13 +5,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <unsupported/Eigen/MatrixFunctions>
 
+#include "tests/runtime/matrix_exponential.h"
 #include "tests/runtime/testing.h"
 
 namespace nlo {
@@ -135,7 +135,7 @@ Latent by_matrix_exponential(double h, const Latent& z0, const Output& y0, const
   all.block<kNy, kNy>(kNz, kNz + kNy).setIdentity();
   Eigen::Matrix<double, kNz + 2 * kNy, 1> start;
   start << z0, y0, slope;
-  const Eigen::Matrix<double, kNz + 2 * kNy, kNz + 2 * kNy> flow = (all * h).exp();
+  const Eigen::Matrix<double, kNz + 2 * kNy, kNz + 2 * kNy> flow = testing::exponential(all * h);
   return (flow * start).head<kNz>();
 }
 

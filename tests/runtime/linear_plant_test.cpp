@@ -6,14 +6,15 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unsupported/Eigen/MatrixFunctions>
 #include <utility>
 #include <vector>
 
+#include "codegen/base/linear_algebra.h"
+#include "tests/runtime/matrix_exponential.h"
 #include "tests/runtime/testing.h"
 
 namespace nlo {
@@ -31,7 +32,7 @@ Matrix solve_sylvester(const Matrix& p, const Matrix& q, const Matrix& r) {
     system.block(j * nz, j * nz, nz, nz) += p;
     for (Eigen::Index i = 0; i < nx; ++i) system.block(j * nz, i * nz, nz, nz) -= q(i, j) * Matrix::Identity(nz, nz);
   }
-  const Eigen::VectorXd solution = system.fullPivLu().solve(Eigen::Map<const Eigen::VectorXd>(r.data(), nz * nx));
+  const Eigen::VectorXd solution = codegen::solve(system, Eigen::Map<const Matrix>(r.data(), nz * nx, 1));
   return Eigen::Map<const Matrix>(solution.data(), nz, nx);
 }
 
@@ -62,7 +63,7 @@ struct Oscillator {
     testing::complete(model);
     t = solve_sylvester(d, a, -f * c);
     if (sampled) {
-      const Matrix flow = (a * h).exp();
+      const Matrix flow = testing::exponential(a * h);
       Matrix b0(3, 1), b1(3, 1), az = Matrix::Zero(3, 3);
       const auto& step = model.latent.step;
       for (int r = 0; r < 3; ++r) {
@@ -74,7 +75,7 @@ struct Oscillator {
       az(0, 1) = -az(1, 0);
       t = solve_sylvester(az, flow, -(b0 * c + b1 * c * flow));
     }
-    const Matrix inverse = t.completeOrthogonalDecomposition().pseudoInverse();
+    const Matrix inverse = codegen::pseudo_inverse(t);
     Dense<Scalar, 3, 2> layer{};
     for (int o = 0; o < 2; ++o) {
       for (int i = 0; i < 3; ++i) layer.weights[o][i] = static_cast<Scalar>(inverse(o, i));
@@ -111,8 +112,8 @@ TEST(LinearPlant, ErrorFallsAtTheRateOfTheSlowestEigenvalue) {
   const double rate = std::log(error[9000] / error[6000]) / 3.0;
   EXPECT_NEAR(rate, kSlowest, kRampError + 5e-3);  // the faster pair has exp(-6) left at 6 s
   // |T* (z - T x)| <= |T*| |T x0| exp(max Re(lambda) t): D is normal.
-  const Matrix inverse = plant.t.completeOrthogonalDecomposition().pseudoInverse();
-  const double start = (plant.t * Eigen::Vector2d(1.5, -0.5)).norm() * inverse.operatorNorm();
+  const Matrix inverse = codegen::pseudo_inverse(plant.t);
+  const double start = (plant.t * Eigen::Vector2d(1.5, -0.5)).norm() * codegen::singular_values(inverse)(0);
   for (int k = 0; k <= 10000; ++k) {
     ASSERT_LE(error[static_cast<std::size_t>(k)], start * std::exp(kSlowest * k * h) + 1e-6) << k;
   }

@@ -144,7 +144,7 @@ TEST(EveryStructure, ContinuesFromASavedState) {
     ASSERT_EQ(step(observer, 0.4F, -0.2F), step(other, 0.4F, -0.2F));
     ASSERT_TRUE(testing::same_bits(observer.save(), other.save()));
     auto damaged = observer.save();
-    damaged.z[1] = kNaN;
+    damaged.z[0] = kNaN;
     ASSERT_FALSE(other.restore(damaged));
   });
 }

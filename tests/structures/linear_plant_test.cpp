@@ -3,8 +3,9 @@
 // its left inverse, and the error decays as T* exp(D t) (z_0 - T x_0).
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
+#include "codegen/base/linear_algebra.h"
 #include "tests/training/testing.h"
 #include "trainer/training/train.h"
 
@@ -57,7 +58,8 @@ Eigen::MatrixXd sylvester(const codegen::Model& model) {
   for (int i = 0; i < model.nz(); ++i) {
     const Eigen::Matrix2d shifted =
         kPlant - codegen::linear_latent(model)->eigenvalues(i) * Eigen::Matrix2d::Identity();
-    t.row(i) = codegen::linear_latent(model)->output_injection(i, 0) * kOutput * shifted.inverse();
+    t.row(i) =
+        codegen::linear_latent(model)->output_injection(i, 0) * kOutput * codegen::inverse(Eigen::MatrixXd(shifted));
   }
   return t;
 }
@@ -91,7 +93,7 @@ constexpr double kTolerance = 2e-3;
 TEST(LinearPlant, TrainingFindsTheInverseOfTheSylvesterSolution) {
   const codegen::Model model = train_linear({-1.0, -3.0});
   const Eigen::MatrixXd t = sylvester(model);
-  const Eigen::MatrixXd expected = t.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd expected = codegen::pseudo_inverse(t);
   EXPECT_LT((trained_map(model) - expected).cwiseAbs().maxCoeff(), kTolerance * expected.cwiseAbs().maxCoeff())
       << "trained\n"
       << trained_map(model) << "\nclosed form\n"
@@ -110,7 +112,7 @@ TEST(LinearPlant, ErrorOfTheTrainedObserverDecaysByTheClosedForm) {
   const Eigen::Vector2d x0(0.7, -1.1);  // not a run of the training set
   const Trajectory run = oscillator_run(x0, 8.0, 0.0);
   const Eigen::MatrixXd error = testing::plain_estimates(model, run).states - run.states;
-  const Eigen::MatrixXd left_inverse = t.completeOrthogonalDecomposition().pseudoInverse();
+  const Eigen::MatrixXd left_inverse = codegen::pseudo_inverse(t);
   const double start = (left_inverse * t * x0).norm();
   for (Eigen::Index k = 0; k < run.samples(); ++k) {
     const Eigen::VectorXd decay = (codegen::linear_latent(model)->eigenvalues * run.time_s(k)).array().exp();

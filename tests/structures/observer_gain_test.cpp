@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/structures/observer_gain.h"
+#include "codegen/base/linear_algebra.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <vector>
 
@@ -18,7 +19,7 @@ using Eigen::VectorXd;
 using ::testing::HasSubstr;
 
 std::vector<double> real_parts(const MatrixXd& m) {
-  const Eigen::VectorXcd values = m.eigenvalues();
+  const Eigen::VectorXcd values = codegen::eigenvalues(m);
   std::vector<double> parts;
   for (const auto& value : values) parts.push_back(value.real());
   std::sort(parts.begin(), parts.end());
@@ -84,7 +85,7 @@ TEST(ObserverGain, KalmanGainSolvesTheRiccatiEquation) {
       if (i == j) kronecker.block(3 * i, 3 * j, 3, 3) += closed;
     }
   const MatrixXd right = -(q * MatrixXd::Identity(3, 3) + r * gain * gain.transpose());
-  const VectorXd solution = kronecker.partialPivLu().solve(Eigen::Map<const VectorXd>(right.data(), 9));
+  const VectorXd solution = codegen::solve(kronecker, Eigen::Map<const VectorXd>(right.data(), 9));
   const MatrixXd covariance = Eigen::Map<const MatrixXd>(solution.data(), 3, 3);
   EXPECT_LT((covariance * c.transpose() / r - gain).cwiseAbs().maxCoeff(), 1e-9);
 }

@@ -2,8 +2,8 @@
 // An experiment as text: what is recorded in a model, and what people are told about its keys.
 #include <fmt/format.h>
 
-#include "trainer/experiments/keys.h"
 #include "trainer/experiments/forward_map.h"
+#include "trainer/experiments/keys.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/structures/table.h"
 
