@@ -35,7 +35,7 @@ function(nlo_optimise target)
 endfunction()
 
 # nlo_add_library(NAME USES target...): a static library and, beside it, the object library NAME_hot of the sources where
-# a run spends its time: -O3, or -O1 in Debug builds (sanitizers), where the others have none.
+# a run spends its time: -O3 where the others have -O1, and -O1 in Debug builds (sanitizers), where the others have none.
 function(nlo_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "USES")
   add_library(${name}_hot OBJECT)
@@ -46,7 +46,7 @@ function(nlo_add_library name)
     nlo_precompile_common_headers(${part})
   endforeach()
   nlo_optimise(${name})
-  target_compile_options(${name}_hot PRIVATE $<$<CONFIG:Release>:-O3>)
+  target_compile_options(${name}_hot PRIVATE "$<$<CONFIG:Release>:-O3>" "$<$<CONFIG:Debug>:-O1>")
 endfunction()
 
 # nlo_hot_sources(TARGET SOURCES...): sources of this folder that belong to TARGET_hot.

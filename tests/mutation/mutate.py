@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: MIT
 """Mutation check: changes one token of a source, builds the tests that cover it, and looks whether one of them fails.
 
-usage: tests/mutation/mutate.py [--count N] [--seed S] [--minutes M] [--only FOLDER] [--list]
+usage: tests/mutation/mutate.py [--count N] [--seed S] [--minutes M] [--only FOLDER] [--here] [--list]
 
   --count N      mutants to have tried in all (300)
   --seed S       places are drawn at random; the same seed draws the same (1)
   --minutes M    stop after the mutant that is running then (60)
   --only FOLDER  mutants below this folder only
+  --here         change this very tree and build in build/release, as it stands: for a clone that nobody else uses
   --list         print the mutants that would be tried, without building
 
-Works on a copy of the tree in build/mutation. Verdicts go to build/mutation/journal.jsonl, so that a run that was stopped
+Works on a copy of the tree in build/mutation, but for --here. Verdicts go to build/mutation/journal.jsonl, so that a run that was stopped
 goes on where it was; `invalid` did not compile and does not count. Prints the share that was killed and every survivor
 that tests/mutation/survivors.md does not explain, and ends with exit 1 when less than 85 % were killed.
 """
@@ -28,6 +29,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 WORK = ROOT / "build/mutation"
 TREE = WORK / "tree"
+BUILD = WORK / "build"
 JOURNAL = WORK / "journal.jsonl"
 WANTED = 0.85
 TEST_LIMIT_S = 120  # an endless loop is a killed mutant
@@ -83,11 +85,11 @@ def programs_for(name):
 
 
 def build(*targets):
-    return subprocess.run(["ninja", "-C", WORK / "build", *targets], capture_output=True, text=True)
+    return subprocess.run(["ninja", "-C", BUILD, *targets], capture_output=True, text=True)
 
 
 def passes(program):
-    path = next((WORK / "build/tests").glob(f"*/{program}"))
+    path = next((BUILD / "tests").glob(f"*/{program}"))
     try:
         return subprocess.run([path, "--gtest_brief=1", "--gtest_fail_fast"], capture_output=True,
                               timeout=TEST_LIMIT_S).returncode == 0
@@ -95,15 +97,20 @@ def passes(program):
         return False
 
 
-def prepare(programs):
+def copy_the_tree():
     shutil.rmtree(TREE, ignore_errors=True)
-    WORK.mkdir(parents=True, exist_ok=True)
     shutil.copytree(ROOT, TREE, ignore=shutil.ignore_patterns("build", "out", ".git"))
-    subprocess.run(["cmake", "-G", "Ninja", "-S", TREE, "-B", WORK / "build", "-DCMAKE_BUILD_TYPE=Release",
-                    "-DNLO_JOIN_SOURCES=OFF", "-DNLO_TESTS=ON", "-DNLO_BENCH=OFF", "-DNLO_EXAMPLES=OFF",
-                    "-DNLO_WARNINGS_AS_ERRORS=OFF"], check=True, capture_output=True)
+    subprocess.run(["cmake", "-G", "Ninja", "-S", TREE, "-B", BUILD, "-DCMAKE_BUILD_TYPE=Release", "-DNLO_TESTS=ON",
+                    "-DNLO_BENCH=OFF", "-DNLO_EXAMPLES=OFF", "-DNLO_WARNINGS_AS_ERRORS=OFF"], check=True,
+                   capture_output=True)
+
+
+def prepare(programs):
+    WORK.mkdir(parents=True, exist_ok=True)
+    if TREE != ROOT:
+        copy_the_tree()
     if build(*programs).returncode != 0:
-        sys.exit("the tests do not build without a mutant: ninja -C build/mutation/build says why")
+        sys.exit(f"the tests do not build without a mutant: ninja -C {BUILD} says why")
     for program in programs:
         if not passes(program):
             sys.exit(f"{program} fails without a mutant: mend it first")
@@ -154,6 +161,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=60)
     parser.add_argument("--only", default="")
+    parser.add_argument("--here", action="store_true")
     parser.add_argument("--list", action="store_true")
     options = parser.parse_args()
     chosen = mutants(options.seed, options.only)
@@ -164,6 +172,9 @@ def main():
     entries = [json.loads(line) for line in JOURNAL.read_text().splitlines()] if JOURNAL.exists() else []
     tried = {(e["file"], e["original"], e["mutant"]) for e in entries}
     os.nice(15)
+    if options.here:
+        global TREE, BUILD
+        TREE, BUILD = ROOT, ROOT / "build/release"
     prepare(sorted({program for name, *_ in chosen for program in programs_for(name)}))
     end = time.monotonic() + 60 * options.minutes
     for mutant in chosen:
