@@ -63,12 +63,6 @@ struct Formula<Activation::kSilu> {
   }
 };
 
-const ActivationRow* find(std::string_view name, bool trained_alone) {
-  for (const ActivationRow& row : kActivations)
-    if (row.name == name && (row.is_trained() || !trained_alone)) return &row;
-  return nullptr;
-}
-
 }  // namespace
 
 namespace activation_functions {
@@ -108,19 +102,13 @@ double silu_curvature(double v) {
 }  // namespace activation_functions
 
 const ActivationRow* find_activation(std::string_view name) {
-  return find(name, true);
-}
-const ActivationRow* find_any_activation(std::string_view name) {
-  return find(name, false);
+  for (const ActivationRow& row : kActivations)
+    if (row.name == name && row.is_trained()) return &row;
+  return nullptr;
 }
 
 const ActivationRow& activation_named(std::string_view name) {
   if (const ActivationRow* row = find_activation(name)) return *row;
-  throw Error(fmt::format("unknown activation \"{}\"; use {}", name, activations_in_words()));
-}
-
-const ActivationRow& any_activation_named(std::string_view name) {
-  if (const ActivationRow* row = find_any_activation(name)) return *row;
   throw Error(fmt::format("unknown activation \"{}\"; use {}", name, activations_in_words()));
 }
 

@@ -152,12 +152,8 @@ constexpr const ActivationRow& activation_row(Activation kind) {
 
 /// By the name in a model file or an experiment; null when there is none, and for what an export alone may choose.
 const ActivationRow* find_activation(std::string_view name);
-/// The same, by the name in a FoldedNetwork: the coarser tanh too.
-const ActivationRow* find_any_activation(std::string_view name);
-
-/// The same two, throwing Error with the names there are: unknown activation "gelu"; use tanh, relu or silu.
+/// The same, throwing Error with the names there are: unknown activation "gelu"; use tanh, relu or silu.
 const ActivationRow& activation_named(std::string_view name);
-const ActivationRow& any_activation_named(std::string_view name);
 
 /// tanh, relu, silu: what a network may be trained with.
 std::vector<std::string> activation_names();

@@ -112,9 +112,10 @@ MatrixXd ExportedObserver::estimates(const MatrixXd& z, const MatrixXd& y) const
 
 ReplayRun run_replay(const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
                      const ExportOptions& options) {
-  constexpr int kFewest = 20, kMost = 1000000;
-  if (options.samples < kFewest || options.samples > kMost)
-    throw Error(fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewest, kMost));
+  constexpr int kFewestSamples = 20, kMostSamples = 1000000;
+  if (options.samples < kFewestSamples || options.samples > kMostSamples)
+    throw Error(
+        fmt::format("{} replay samples asked for; {} to {} make sense", options.samples, kFewestSamples, kMostSamples));
   constexpr double kSmallest = 1.0 / 64.0;
   for (double amplitude = 1.0;; amplitude /= 2.0) {
     ReplayRun run = run_at(amplitude, m, folded, quantised, options);

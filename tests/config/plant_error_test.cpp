@@ -57,8 +57,12 @@ TEST(PlantErrors, AnglesOfPlants) {
                                   "\"latent_minus_output\"", "\"latent_and_output\"");
   EXPECT_EQ(error_of(sincos), "no error");
   EXPECT_EQ(error_of(with(sincos, "[observer]", "[loss]\nmap_consistency = 1\n[observer]")), "no error");
-  expect_rows(sincos,
-              {{"[observer]", "[training]\nmirror = true\n[observer]", "e.toml:17", "cos(y) has none to turn"}});
+  const std::string mirrored = with(sincos, "[observer]", "[training]\nmirror = true\n[observer]");
+  EXPECT_EQ(error_of(mirrored), "no error") << "the sine turns, the cosine stays";
+  expect_rows(mirrored, {{"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"thet\"]", "e.toml:7",
+                          "no state and no output; did you mean \"theta\"?"},
+                         {"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"theta\"]", "e.toml:18",
+                          "and at its mirror image it is"}});
   const std::string driven = with(sincos, "outputs = [\"theta\"]",
                                   "outputs = [\"theta\"]\ninputs = [\"u\"]\ninput_field = [[\"0\"], [\"1\"]]");
   expect_rows(with(driven, "[observer]", "[loss]\nmap_consistency = 1\n[observer]"),

@@ -43,6 +43,15 @@ TEST(LogSchema, MakesChannelsOfColumnsInTheirOrder) {
   EXPECT_EQ(schema.inputs.size(), 1u);
 }
 
+TEST(LogSchema, AMirrorKeepsCosinesAndColumnsThatAreNotOdd) {
+  ColumnConfig angle = kAngle, speed = column("v", ColumnRole::kState, {.unit = "m/s"});
+  angle.encoding = Encoding::kSincos;
+  speed.odd = false;
+  const LogSchema schema = resolve_columns(with_columns({kTime, angle, kVelocity, speed}));
+  EXPECT_EQ(schema.mirror.outputs, (std::vector<double>{-1.0, 1.0}));
+  EXPECT_EQ(schema.mirror.states, (std::vector<double>{-1.0, 1.0}));
+}
+
 TEST(LogSchema, SplitsAnAngleIntoSineAndCosine) {
   ColumnConfig angle = kAngle;
   angle.encoding = Encoding::kSincos;

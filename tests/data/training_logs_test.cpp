@@ -70,6 +70,8 @@ TEST_F(TrainingLogsTest, MirroredTrainingSeesBothSigns) {
   const std::string negative = "time,a,b\n0,0,0\n0.01,-0.5,1\n0.02,-0.9,0\n0.03,-1,0.4\n";
   EXPECT_THAT(notes_with(negative), ElementsAre(HasSubstr("leaves its training range, 0 to 1 m, by up to 1 m")));
   EXPECT_THAT(notes_with(negative, true), IsEmpty());
+  config_.columns[1].odd = false;
+  EXPECT_THAT(notes_with(negative, true), ElementsAre(HasSubstr("leaves its training range, 0 to 1 m")));
 }
 
 TEST_F(TrainingLogsTest, ModelKnowsTheLogsThatTrainedIt) {

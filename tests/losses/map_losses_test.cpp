@@ -197,12 +197,15 @@ TEST(MapLosses, ResidualVanishesForTheSolutionOfALinearPlant) {
 struct ClosedForm {
   static constexpr double kMx = 0.25, kSx = 2.0, kMz = -0.5, kSz = 4.0, kMf = 0.125, kSf = 0.5;
   static constexpr double kA = 0.75, kB = -0.3, kP = 1.5, kQ = 0.2, kLambda = -3.0;
+  static constexpr double kMy = -0.4, kSy = 0.8, kPy = -0.65;  // of the output, where T* reads it
   static constexpr double kX = 0.6, kZ = 1.1, kF = -0.7, kH = 0.9, kWeight = 1.75;
 
   Experiment experiment;
   ObserverStructure structure;
+  std::vector<double> inverse = {kP, kQ};
 
-  ClosedForm() {
+  explicit ClosedForm(bool reads_output = false) {
+    if (reads_output) experiment.observer.features = FeatureSet::kLatentAndOutput;
     experiment.observer.eigenvalues = {kLambda};
     experiment.inverse_map.hidden = experiment.forward_map.hidden = {};
     experiment.loss.weights["map_consistency"] = 1.0;  // so that there is a T
@@ -213,6 +216,10 @@ struct ClosedForm {
     structure.latent_scale = {static_cast<float>(kSz)};
     structure.features.front().mean = static_cast<float>(kMf);
     structure.features.front().scale = static_cast<float>(kSf);
+    if (!reads_output) return;
+    structure.features.back().mean = static_cast<float>(kMy);
+    structure.features.back().scale = static_cast<float>(kSy);
+    inverse = {kP, kPy, kQ};
   }
 
   static double map() { return kMz + kSz * (kA * (kX - kMx) / kSx + kB); }
@@ -223,7 +230,7 @@ struct ClosedForm {
     x[0] = kX, z[0] = kZ, f[0] = kF, h[0] = kH, weight[0] = kWeight;
     const MapSamples<double> samples{
         .count = 1, .x = x.data(), .z = z.data(), .y = h.data(), .f = f.data(), .h = h.data(), .weight = weight.data()};
-    const std::vector<double> inverse = {kP, kQ}, forward = {kA, kB};
+    const std::vector<double> forward = {kA, kB};
     Losses losses(structure, normalised, true);
     losses.prepare(inverse.data(), forward.data(), {kLambda});
     losses.forward(samples);
@@ -233,6 +240,7 @@ struct ClosedForm {
 
 constexpr double kRounding = 1e-13;
 constexpr double kTermWeight = 0.6;
+constexpr double kFloatScales = 1e-6;  // those of a feature are floats, and .8 is none
 double* const kNoCotangent = nullptr;
 
 TEST(MapLosses, ConsistencyIsTheSquaredErrorOfT) {
@@ -253,6 +261,16 @@ TEST(MapLosses, ReconstructionIsTheSquaredErrorOfThereAndBack) {
   };
   EXPECT_NEAR(C().value(false, value), expected, kRounding * expected);
   EXPECT_NEAR(C().value(true, value), expected / std::pow(C::kSx, 2), kRounding * expected);
+}
+
+TEST(MapLosses, ReconstructionReadsTheMeasuredOutput) {
+  using C = ClosedForm;
+  const double read = C::kP * (C::map() - C::kMf) / C::kSf + C::kPy * (C::kH - C::kMy) / C::kSy;
+  const double expected = kTermWeight * C::kWeight * std::pow(C::kX - C::kMx - C::kSx * (read + C::kQ), 2);
+  const auto value = [](Losses& block, const MapSamples<double>& samples) {
+    return reconstruction(block, samples, kTermWeight, kNoCotangent);
+  };
+  EXPECT_NEAR(C(true).value(false, value), expected, kFloatScales * expected);
 }
 
 TEST(MapLosses, ResidualIsTheSquaredDefectOfTheEquation) {

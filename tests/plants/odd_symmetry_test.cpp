@@ -11,7 +11,8 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string counterexample(const std::vector<std::string>& derivative, const std::string& output) {
+std::string counterexample(const std::vector<std::string>& derivative, const std::string& output,
+                           const std::vector<std::string>& even = {}) {
   PlantConfig plant;
   for (std::size_t i = 0; i < derivative.size(); ++i) plant.states.push_back("x" + std::to_string(i + 1));
   plant.derivative = derivative;
@@ -19,7 +20,7 @@ std::string counterexample(const std::vector<std::string>& derivative, const std
   SimulationConfig simulation;
   simulation.initial_low.assign(derivative.size(), -2.0);
   simulation.initial_high.assign(derivative.size(), 3.0);
-  return odd_counterexample(*make_plant(plant), simulation).value_or("odd");
+  return odd_counterexample(*make_plant(plant), even, simulation).value_or("odd");
 }
 
 TEST(OddSymmetry, IsFoundInOddPlantsAndOnlyThere) {
@@ -38,6 +39,14 @@ TEST(OddSymmetry, TheLorenzSystemIsRefusedWithACounterexample) {
   EXPECT_THAT(found, HasSubstr("and at -x it is"));
 }
 
+TEST(OddSymmetry, TheLorenzSystemTurnsAboutItsThirdAxis) {
+  const std::vector<std::string> lorenz = {"10 * (x2 - x1)", "x1 * (28 - x3) - x2", "x1 * x2 - 8 / 3 * x3"};
+  EXPECT_EQ(counterexample(lorenz, "x1", {"x3"}), "odd");
+  EXPECT_EQ(counterexample(lorenz, "x1^2", {"x3", "y"}), "odd") << "an output may be even, too";
+  EXPECT_THAT(counterexample(lorenz, "x1^2", {"x3"}), HasSubstr("the output of y"));
+  EXPECT_THAT(counterexample(lorenz, "x1", {"x2"}), HasSubstr("and at its mirror image it is"));
+}
+
 TEST(OddSymmetry, WhereThePlantHasNoValueNothingIsClaimed) {
   EXPECT_EQ(counterexample({"x2", "-x1 * sqrt(x1^2 - 100)"}, "x1"), "odd");
 }
@@ -49,7 +58,7 @@ TEST(OddSymmetry, OneInitialStateIsEnoughToLookAround) {
   plant.outputs = {"a"};
   SimulationConfig simulation;
   simulation.initial_low = simulation.initial_high = {0.0, 0.0};  // where every f(0) = 0 looks odd
-  EXPECT_TRUE(odd_counterexample(*make_plant(plant), simulation).has_value());
+  EXPECT_TRUE(odd_counterexample(*make_plant(plant), {}, simulation).has_value());
 }
 
 TEST(OddSymmetry, TheBuiltInOscillatorsAreOdd) {
@@ -59,7 +68,7 @@ TEST(OddSymmetry, TheBuiltInOscillatorsAreOdd) {
     SimulationConfig simulation;
     simulation.initial_low = {-1.0, -1.0};
     simulation.initial_high = {1.0, 1.0};
-    EXPECT_EQ(odd_counterexample(*make_plant(plant), simulation).value_or("odd"), "odd") << name;
+    EXPECT_EQ(odd_counterexample(*make_plant(plant), {}, simulation).value_or("odd"), "odd") << name;
   }
 }
 

@@ -58,5 +58,41 @@ TEST(TrainingData, HasOneStepWhenSamplingIsUniform) {
   EXPECT_TRUE(data.runs[0].step_of.empty());
 }
 
+/// z = y: all that a roll-out gathers can be read from it.
+class Identity final : public LatentDynamics {
+ public:
+  using LatentDynamics::LatentDynamics;
+  void prepare(const float*) override {}
+  void forward(SegmentGroup& group, int) override { group.latent = group.outputs; }
+  void backward(SegmentGroup&, int) override {}
+};
+
+TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
+  Dataset dataset = jittering_log();
+  dataset.outputs.push_back({"even", "", 0.0});
+  dataset.states.push_back({"even", "", 0.0});
+  dataset.mirror = {.outputs = {-1.0, 1.0}, .states = {-1.0, 1.0}};
+  Trajectory& run = dataset.trajectories[0];
+  run.outputs = run.states = Eigen::MatrixXd::Random(2, run.samples());
+  const TrainingData data(dataset);
+  Rollout rollout(data);
+  Identity dynamics(2);
+  ThreadPool pool(1);
+  std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
+  segments.push_back(segments[0]);
+  segments[1].mirrored = true;
+  rollout.run(segments, dynamics, {}, 1, Purpose::kSegments, 0, pool);
+  const SegmentGroup& group = rollout.groups()[0];
+  for (int t = 0; t < 20; ++t) {
+    for (int row = 0; row < 2; ++row) {
+      const float* lanes = group.outputs.data() + group.at(row, t);
+      ASSERT_EQ(lanes[0], static_cast<float>(run.outputs(row, 7 + t)));
+      ASSERT_EQ(lanes[1], row == 0 ? -lanes[0] : lanes[0]);
+      const auto state = static_cast<std::size_t>(row);
+      ASSERT_EQ(rollout.state(segments[1], state, t), (row == 0 ? -1.0F : 1.0F) * rollout.state(segments[0], state, t));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace nlo::trainer

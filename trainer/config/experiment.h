@@ -30,6 +30,7 @@ struct PlantConfig {
   std::vector<double> state_wraps, output_wraps;
   std::vector<Encoding> state_encodings, output_encodings;  ///< of angles; empty: unwrapped
   std::vector<std::string> estimated;            ///< the states that the observer estimates, in this order; empty: all
+  std::vector<std::string> even;                 ///< states and outputs that mirror leaves as they are
   std::vector<std::string> inputs, input_units;  ///< names; empty: the plant is autonomous
   /// g(x) of dx/dt = f(x) + g(x) u: a row per state, in it one expression per input
   std::vector<std::vector<std::string>> input_field;
@@ -57,7 +58,7 @@ struct ColumnConfig {
   double wrap = 0.0;  ///< full turn of an angle, in its unit; 0: not an angle
   Encoding encoding = Encoding::kUnwrap;
   std::string derivative_of;  ///< a state that is the derivative of this column (see VelocityFilterConfig)
-  bool odd = true;            ///< the mirror image of a run has its sign turned; false: a temperature, a distance
+  bool odd = true;            ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
 };
 
 /// [log.velocity_filter]: Butterworth low-pass run forwards and backwards, then a central difference.
@@ -145,7 +146,7 @@ struct TrainingConfig {
   double ema = 0.0;                       ///< weight averaging: the model is the exponential average; 0: off
   NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step
   double noise_level_max = 0.0;           ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
-  bool mirror = false;                    ///< the plant is odd: (x, y) -> (-x, -y) is also a run of it
+  bool mirror = false;                    ///< a run with the sign of its odd channels turned is a run of the plant, too
   LatentGradient gradient = LatentGradient::kAutomatic;
   Transient transient = Transient::kKeep;
   double transient_factor = 5.0;  ///< k of the transient's length k / min |Re lambda|

@@ -34,6 +34,15 @@ struct Collocation {
   Eigen::MatrixXd x, f, h;  ///< n_x, n_x, n_y x count; 0 x 0 when nothing does
 };
 
+/// What the mirror image of a run multiplies each channel by: -1, or 1 where the channel is even (a temperature, a
+/// cosine). Empty: -1 for all.
+struct Mirror {
+  std::vector<double> outputs, states;
+
+  double output(std::size_t j) const { return outputs.empty() ? -1.0 : outputs[j]; }
+  double state(std::size_t i) const { return states.empty() ? -1.0 : states[i]; }
+};
+
 struct Dataset {
   std::vector<Channel> outputs;
   std::vector<Channel> states;
@@ -44,6 +53,7 @@ struct Dataset {
   codegen::DenseLayer input_field = {};  ///< g of a plant that a driven observer is trained for, as in codegen::Drive
   std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
   std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
+  Mirror mirror = {};
 
   /// How many quantities are measured: an angle as sine and cosine is one.
   std::size_t sensors() const { return outputs.size() - output_angles.size(); }

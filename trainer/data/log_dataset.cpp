@@ -186,6 +186,7 @@ Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector
   Dataset data;
   data.outputs = schema.output_channels;
   data.states = schema.state_channels;
+  data.mirror = schema.mirror;
   for (Index channel = 0; const LogColumn& output : schema.outputs) {
     if (output.sincos) data.output_angles.push_back({channel, output.wrap});
     channel += output.sincos ? 2 : 1;

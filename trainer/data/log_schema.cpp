@@ -80,6 +80,12 @@ void append_channels(const LogColumn& column, std::vector<Channel>& channels) {
   }
 }
 
+/// Behind append_channels(): a cosine keeps its sign whatever the angle's does.
+void append_mirror(const ColumnConfig& column, bool sincos, std::vector<double>& mirror) {
+  mirror.push_back(column.odd ? -1.0 : 1.0);
+  if (sincos) mirror.push_back(1.0);
+}
+
 /// The outputs' channels that measure the quantity under `heading`, if any do.
 StateSource measured_by(const std::string& heading, const std::vector<LogColumn>& outputs) {
   int channel = 0;
@@ -137,10 +143,12 @@ LogSchema resolve_columns(const LogConfig& config) {
       case ColumnRole::kOutput:
         schema.outputs.push_back(resolved);
         append_channels(resolved, schema.output_channels);
+        append_mirror(column, resolved.sincos, schema.mirror.outputs);
         break;
       case ColumnRole::kState:
         schema.states.push_back(resolved);
         append_channels(resolved, schema.state_channels);
+        append_mirror(column, resolved.sincos, schema.mirror.states);
         if (resolved.sincos)
           schema.angle_pairs.push_back(
               {resolved.name, resolved.unit, resolved.wrap, static_cast<int>(schema.state_channels.size()) - 2});

@@ -8,6 +8,7 @@
 
 #include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
 
@@ -41,6 +42,7 @@ struct LogSchema {
   double time_unit_s = 1.0;  ///< seconds per unit of the time column
   std::vector<LogColumn> outputs, states, inputs;
   std::vector<codegen::Channel> output_channels, state_channels;
+  Mirror mirror;                           ///< of the channels
   std::vector<StateSource> state_sources;  ///< one per state channel
   std::vector<AnglePair> angle_pairs;      ///< among the states
 };

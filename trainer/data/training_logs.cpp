@@ -56,8 +56,9 @@ TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& tr
     range.high = -range.low;
     for (const Trajectory& run : training.trajectories) {
       const auto row = run.outputs.row(static_cast<Eigen::Index>(j));
-      range.low = std::min(range.low, mirrored ? -row.cwiseAbs().maxCoeff() : row.minCoeff());
-      range.high = std::max(range.high, mirrored ? row.cwiseAbs().maxCoeff() : row.maxCoeff());
+      const bool turned = mirrored && training.mirror.output(j) < 0.0;
+      range.low = std::min(range.low, turned ? -row.cwiseAbs().maxCoeff() : row.minCoeff());
+      range.high = std::max(range.high, turned ? row.cwiseAbs().maxCoeff() : row.maxCoeff());
     }
     result.outputs.push_back(std::move(range));
   }

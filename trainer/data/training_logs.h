@@ -30,7 +30,7 @@ struct TrainingLogs {
   std::vector<Range> outputs;  ///< without angles that are unwrapped, which turn without end
 };
 
-/// `mirrored`: training sees -y for each y, too.
+/// `mirrored`: training sees -y for each y of an odd channel, too.
 TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training, bool mirrored);
 
 /// One line per output and log; a fact of the model's provenance under kTrainingLogsFact.

@@ -88,17 +88,6 @@ void check_plant_states(const Experiment& e, const PlantChannels& channels, cons
                    "another order in `estimated` are not for it; remove them, or take structure = \"kkl\"");
 }
 
-void check_mirrored_angles(const Experiment& e, const std::vector<Angle>& outputs, const std::vector<Angle>& states) {
-  if (!e.training.mirror) return;
-  for (const auto* angles : {&outputs, &states})
-    for (const auto& [name, sincos] : *angles)
-      if (sincos)
-        throw KeyError("training.mirror",
-                       fmt::format("[training] mirror turns every sign, and cos({}) has none to turn; set mirror = "
-                                   "false, or the angle's encoding = \"unwrap\"",
-                                   name));
-}
-
 }  // namespace
 
 void check_angles(const Experiment& e) {
@@ -117,7 +106,6 @@ void check_angles(const Experiment& e) {
     check_outputs(e.observer, outputs, "its [plant] output_encodings to \"sincos\"");
     check_plant_states(e, PlantChannels(*e.plant, *plant), outputs, states);
   }
-  check_mirrored_angles(e, outputs, states);
 }
 
 }  // namespace nlo::trainer

@@ -25,17 +25,22 @@ void check_mirror(const Experiment& e) {
     throw KeyError("training.mirror", "[training] mirror = true: " + why);
   };
   if (e.plant)
-    if (const auto found = odd_counterexample(*make_plant(*e.plant), e.simulation))
-      refuse(fmt::format("{}; set mirror = false", *found));
+    if (const auto found = odd_counterexample(*make_plant(*e.plant), e.plant->even, e.simulation))
+      refuse(fmt::format("{}; {}set mirror = false", *found,
+                         e.plant->even.empty() ? "name what keeps its sign in [plant] even, or " : ""));
   if (!e.log) return;
+  bool turns = false;
   for (const ColumnConfig& column : e.log->columns) {
     if (column.role != ColumnRole::kOutput && column.role != ColumnRole::kState) continue;
-    if (!column.odd)
-      refuse(
-          fmt::format("the column {} is declared odd = false, so the mirror image of a log is no run of this "
-                      "rig; set mirror = false",
-                      column.name));
+    turns = turns || column.odd;
+    for (const ColumnConfig& source : e.log->columns)
+      if (source.name == column.derivative_of && source.derivative_of.empty() && source.odd != column.odd)
+        refuse(
+            fmt::format("the column {} has odd = {} and is the derivative of {}, which has odd = {}: a sign turns "
+                        "for both or for none; declare them alike",
+                        column.name, column.odd, source.name, source.odd));
   }
+  if (!turns) refuse("every column is declared odd = false, so a mirror image is the run itself; set mirror = false");
 }
 
 }  // namespace

@@ -87,6 +87,7 @@ const std::vector<Key<PlantConfig>>& keys() {
           "of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
       key("output_encodings", &P::output_encodings, names_of<Encoding>(), "the same, one for each output"),
       key("estimated", &P::estimated, identifiers(), "names of the states to estimate; all unless given"),
+      key("even", &P::even, identifiers(), "names of the states and outputs that mirror leaves as they are"),
       key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; training leaves them at 0"),
       key("input_units", &P::input_units, any(), "one for each input, if they have any"),
       key("input_field", &P::input_field, any(),
@@ -142,7 +143,8 @@ const std::vector<Key<ColumnConfig>>& keys() {
        [](const C& c) { return show_value(c.wrap); }},
       key("encoding", &C::encoding, names_of<Encoding>(), "of an angle; sincos: two channels NAME_sin and NAME_cos"),
       key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
-      key("odd", &C::odd, any(), "mirror turns its sign; false (a temperature, a distance): no mirror image exists"),
+      key("odd", &C::odd, any(),
+          "mirror turns its sign; false (a temperature, a forward speed): mirror leaves it as it is"),
   };
   return kKeys;
 }
@@ -236,7 +238,8 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("noise", &T::noise, any(), "added to the outputs, drawn afresh in each step; a list: one for each output"),
       key("noise_level_max", &T::noise_level_max, at_least(0),
           "> 0: each trajectory's noise is scaled by a number in [0, max]"),
-      key("mirror", &T::mirror, any(), "the plant is odd: (-x, -y) is also a run of it; checked"),
+      key("mirror", &T::mirror, any(),
+          "a run with all signs turned, but of channels declared even, is also a run of the plant; checked"),
       key("gradient", &T::gradient, names_of<LatentGradient>(),
           "of the latent system; automatic: the exact filter where it is linear, else backprop"),
       key("transient", &T::transient, names_of<Transient>(),

@@ -33,25 +33,27 @@ MapSamples<float> SampleRows::view(int count) const {
 MapSamples<float> SampleRows::gather(const Rollout& rollout, const SampleRange& range, float share,
                                      bool with_equations) {
   const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(range.group)];
+  const TrainingData& data = rollout.data();
   const int* offsets = range.offsets();
   const std::size_t nx = x_.size() / kRow, nz = z_.size() / kRow, ny = y_.size() / kRow;
   for (int s = 0; s < range.count; ++s) {
     const auto at = static_cast<std::size_t>(s);
     const int time = offsets[s] / kGroup, lane = offsets[s] % kGroup;
     const Segment& segment = rollout.segment(range.group, lane);
-    const TrainingData::Run& run = rollout.data().runs[static_cast<std::size_t>(segment.run)];
+    const TrainingData::Run& run = data.runs[static_cast<std::size_t>(segment.run)];
     const auto samples = static_cast<std::size_t>(run.samples);
     const auto k = static_cast<std::size_t>(segment.start + time);
     weight_[at] = share * range.weights()[s];
     for (std::size_t i = 0; i < nx; ++i) {
       x_[i * kRow + at] = rollout.state(segment, i, time);
-      if (with_equations) f_[i * kRow + at] = segment.sign * run.derivatives[i * samples + k];
+      if (with_equations)
+        f_[i * kRow + at] = (segment.mirrored ? data.state_mirror[i] : 1.0F) * run.derivatives[i * samples + k];
     }
     for (std::size_t r = 0; r < nz; ++r)
       z_[r * kRow + at] = group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)];
     for (std::size_t j = 0; j < ny; ++j) {
       y_[j * kRow + at] = group.outputs[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
-      h_[j * kRow + at] = segment.sign * run.outputs[j * samples + k];
+      h_[j * kRow + at] = (segment.mirrored ? data.output_mirror[j] : 1.0F) * run.outputs[j * samples + k];
     }
   }
   return view(range.count);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A plant is odd when f(-x) = -f(x) and h(-x) = -h(x): then the mirror image (-x, -y) of a run is a run of it, which is
-// what [training] mirror takes for granted.
+// A plant is odd when f(S x) = S f(x) and h(S x) = S_y h(x), where S and S_y turn the signs of all channels but of those
+// declared even: then the mirror image (S x, S_y y) of a run is a run of it, which [training] mirror takes for granted.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "trainer/config/experiment.h"
 #include "trainer/plants/plant.h"
@@ -12,6 +13,8 @@
 namespace nlo::trainer {
 
 /// A state about the initial ones at which f or h is not odd, in words; empty when 64 random ones agree to rounding.
-std::optional<std::string> odd_counterexample(const Plant& plant, const SimulationConfig& simulation);
+///   even  names of states and outputs whose sign stays
+std::optional<std::string> odd_counterexample(const Plant& plant, const std::vector<std::string>& even,
+                                              const SimulationConfig& simulation);
 
 }  // namespace nlo::trainer

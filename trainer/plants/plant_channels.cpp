@@ -46,6 +46,20 @@ std::size_t index_of(const std::string& name, const std::vector<Channel>& states
                                                                 : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
+/// Each name is that of a state or of an output.
+void check_even(const std::vector<std::string>& even, const Plant& plant) {
+  std::vector<std::string> known;
+  for (const auto* channels : {&plant.states(), &plant.outputs()})
+    for (const Channel& channel : *channels) known.push_back(channel.name);
+  for (const std::string& name : even) {
+    if (std::ranges::find(known, name) != known.end()) continue;
+    const std::string nearest = nearest_name(name, known);
+    throw KeyError("plant.even", fmt::format("[plant] even has \"{}\", which is no state and no output; {}", name,
+                                             nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
+                                                             : fmt::format("did you mean \"{}\"?", nearest)));
+  }
+}
+
 void check_distinct(const std::vector<Channel>& channels, std::string_view key) {
   std::set<std::string> seen;
   for (const Channel& channel : channels)
@@ -69,26 +83,29 @@ PlantChannels::PlantChannels(const PlantConfig& config, const Plant& plant)
   }
   if (estimated.empty())
     for (std::size_t i = 0; i < plant.states().size(); ++i) estimated.push_back(i);
-  for (const std::size_t i : estimated) add(states_, plant.states()[i], static_cast<Eigen::Index>(i), state_sincos[i]);
+  check_even(config.even, plant);
+  const auto is_even = [&](const Channel& c) { return std::ranges::find(config.even, c.name) != config.even.end(); };
+  for (const std::size_t i : estimated)
+    add(states_, plant.states()[i], static_cast<Eigen::Index>(i), state_sincos[i], is_even(plant.states()[i]));
   for (std::size_t j = 0; j < plant.outputs().size(); ++j)
-    add(outputs_, plant.outputs()[j], static_cast<Eigen::Index>(j), output_sincos[j]);
+    add(outputs_, plant.outputs()[j], static_cast<Eigen::Index>(j), output_sincos[j], is_even(plant.outputs()[j]));
   states_.plain = states_.plain && static_cast<Eigen::Index>(estimated.size()) == plant_states_ &&
                   std::is_sorted(estimated.begin(), estimated.end());
   check_distinct(states_.channels, "state_encodings");
   check_distinct(outputs_.channels, "output_encodings");
 }
 
-void PlantChannels::add(Side& side, const Channel& channel, Eigen::Index row, bool sincos) {
+void PlantChannels::add(Side& side, const Channel& channel, Eigen::Index row, bool sincos, bool even) {
   if (!sincos) {
     side.channels.push_back(channel);
-    side.sources.push_back({row, Part::kWhole, channel.wrap});
+    side.sources.push_back({row, Part::kWhole, channel.wrap, even});
     return;
   }
   side.plain = false;
   side.channels.push_back({channel.name + "_sin", "", 0.0});
   side.channels.push_back({channel.name + "_cos", "", 0.0});
-  side.sources.push_back({row, Part::kSine, channel.wrap});
-  side.sources.push_back({row, Part::kCosine, channel.wrap});
+  side.sources.push_back({row, Part::kSine, channel.wrap, even});
+  side.sources.push_back({row, Part::kCosine, channel.wrap, even});
 }
 
 bool PlantChannels::all_states() const {
@@ -100,7 +117,7 @@ bool PlantChannels::all_states() const {
 Eigen::MatrixXd PlantChannels::encoded(const Side& side, const Eigen::MatrixXd& values) {
   Eigen::MatrixXd channels(static_cast<Eigen::Index>(side.sources.size()), values.cols());
   Eigen::Index next = 0;
-  for (const auto& [row, part, wrap] : side.sources) {
+  for (const auto& [row, part, wrap, even] : side.sources) {
     const Eigen::VectorXd value = values.row(row);
     if (part == Part::kWhole) channels.row(next++) = value.transpose();
     if (part == Part::kSine) channels.row(next++) = sine_of(value, wrap).transpose();
@@ -112,7 +129,7 @@ Eigen::MatrixXd PlantChannels::encoded(const Side& side, const Eigen::MatrixXd& 
 Eigen::MatrixXd PlantChannels::derivatives(const Eigen::MatrixXd& x, const Eigen::MatrixXd& f) const {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(states_.sources.size()), f.cols());
   Eigen::Index next = 0;
-  for (const auto& [row, part, wrap] : states_.sources) {
+  for (const auto& [row, part, wrap, even] : states_.sources) {
     const Eigen::VectorXd angle = x.row(row);
     auto to = result.row(next++);
     to = f.row(row);
@@ -128,7 +145,7 @@ Eigen::MatrixXd PlantChannels::plant_outputs(const Eigen::MatrixXd& channels) co
   if (outputs_.plain) return channels;
   Eigen::MatrixXd y(plant_outputs_, channels.cols());
   for (std::size_t i = 0; i < outputs_.sources.size(); ++i) {
-    const auto& [row, part, wrap] = outputs_.sources[i];
+    const auto& [row, part, wrap, even] = outputs_.sources[i];
     const auto at = static_cast<Eigen::Index>(i);
     if (part == Part::kWhole) y.row(row) = channels.row(at);
     if (part == Part::kSine) y.row(row) = angle_of(channels.row(at), channels.row(at + 1), wrap).transpose();
@@ -137,6 +154,8 @@ Eigen::MatrixXd PlantChannels::plant_outputs(const Eigen::MatrixXd& channels) co
 }
 
 void PlantChannels::apply(Dataset& dataset) const {
+  for (const Source& source : outputs_.sources) dataset.mirror.outputs.push_back(source.mirror());
+  for (const Source& source : states_.sources) dataset.mirror.states.push_back(source.mirror());
   if (plain()) return;
   for (Trajectory& run : dataset.trajectories) {
     if (run.derivatives.size() > 0) run.derivatives = derivatives(run.states, run.derivatives);

@@ -14,8 +14,8 @@ namespace nlo::trainer {
 
 class PlantChannels {
  public:
-  /// Throws KeyError of a key of [plant]: lists of the wrong length, the sine of what is no angle, a state
-  /// that is not there or named twice.
+  /// Throws KeyError of a key of [plant]: lists of the wrong length, the sine of what is no angle, a state or an even
+  /// channel that is not there, a state named twice.
   PlantChannels(const PlantConfig& config, const Plant& plant);
 
   const std::vector<Channel>& states() const { return states_.channels; }
@@ -40,6 +40,9 @@ class PlantChannels {
     Eigen::Index row;  ///< of the plant's states or outputs
     Part part;
     double wrap;
+    bool even;  ///< mirror leaves it: declared so, or the cosine of an angle
+
+    double mirror() const { return even || part == Part::kCosine ? 1.0 : -1.0; }
   };
   struct Side {
     std::vector<Channel> channels;
@@ -47,7 +50,7 @@ class PlantChannels {
     bool plain = true;
   };
 
-  static void add(Side& side, const Channel& channel, Eigen::Index row, bool sincos);
+  static void add(Side& side, const Channel& channel, Eigen::Index row, bool sincos, bool even);
   static Eigen::MatrixXd encoded(const Side& side, const Eigen::MatrixXd& values);
   /// d/dt of the channels where the states x move at f.
   Eigen::MatrixXd derivatives(const Eigen::MatrixXd& x, const Eigen::MatrixXd& f) const;

@@ -52,6 +52,10 @@ TrainingData::TrainingData(const Dataset& dataset)
       nx(static_cast<int>(dataset.states.size())),
       ny(static_cast<int>(dataset.outputs.size())),
       output_angles(dataset.output_angles) {
+  for (std::size_t j = 0; j < dataset.outputs.size(); ++j)
+    output_mirror.push_back(static_cast<float>(dataset.mirror.output(j)));
+  for (std::size_t i = 0; i < dataset.states.size(); ++i)
+    state_mirror.push_back(static_cast<float>(dataset.mirror.state(i)));
   if (uniform) steps_s.push_back(dataset.sample_period_s);
   DistinctSteps distinct(sample_period_s, steps_s);
   const auto row_major = [](const Eigen::MatrixXd& m) {
@@ -110,20 +114,25 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
   for (int l = 0; l < group.lanes; ++l) group.length = std::max(group.length, segment(index, l).length);
   group.outputs.resize(group.at(data_->ny, 0));
   group.step_of.assign(data_->uniform ? 0 : group.at(1, 0), 0);
-  float level[kGroup], sign[kGroup];
+  float level[kGroup];
+  bool mirrored[kGroup];
   int start[kGroup], last[kGroup];
   const TrainingData::Run* runs[kGroup];
   for (int l = 0; l < kGroup; ++l) {
     const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
     runs[l] = &data_->runs[static_cast<std::size_t>(segment.run)];
     level[l] = segment.noise_level;
-    sign[l] = segment.sign;
+    mirrored[l] = segment.mirrored;
     last[l] = segment.length - 1;  // past its end a segment repeats its last sample
     start[l] = segment.start;
   }
   for (int j = 0; j < data_->ny; ++j) {
     const float* from[kGroup];
-    for (int l = 0; l < kGroup; ++l) from[l] = runs[l]->outputs.data() + j * runs[l]->samples + start[l];
+    float sign[kGroup];
+    for (int l = 0; l < kGroup; ++l) {
+      from[l] = runs[l]->outputs.data() + j * runs[l]->samples + start[l];
+      sign[l] = mirrored[l] ? data_->output_mirror[static_cast<std::size_t>(j)] : 1.0F;
+    }
     float* to = group.outputs.data() + group.at(j, 0);
     for (int t = 0; t < group.length; ++t, to += kGroup) {
       for (int l = 0; l < kGroup; ++l) to[l] = sign[l] * from[l][std::min(t, last[l])];

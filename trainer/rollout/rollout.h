@@ -38,7 +38,8 @@ struct TrainingData {
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;
   int nx = 0, ny = 0;
-  std::vector<EncodedAngle> output_angles;  ///< among the outputs: their noise is on the angle
+  std::vector<EncodedAngle> output_angles;         ///< among the outputs: their noise is on the angle
+  std::vector<float> output_mirror, state_mirror;  ///< ny and nx: what a mirrored segment multiplies them by, -1 or 1
 
   explicit TrainingData(const Dataset& dataset);
 };
@@ -47,7 +48,7 @@ struct Segment {
   int run = 0;
   int start = 0;
   int length = 0;
-  float sign = 1.0F;         ///< -1: the mirrored trajectory (-x, -y)
+  bool mirrored = false;     ///< odd channels have their sign turned
   float noise_level = 1.0F;  ///< times the configured noise
 };
 
@@ -73,7 +74,7 @@ class Rollout {
   /// The truth there, turned where the segment is mirrored.
   float state(const Segment& segment, std::size_t row, int time) const {
     const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
-    return segment.sign *
+    return (segment.mirrored ? data_->state_mirror[row] : 1.0F) *
            run.states[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(segment.start + time)];
   }
 

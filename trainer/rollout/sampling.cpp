@@ -54,7 +54,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
     }
   }
   for (Segment& segment : segments) {
-    if (training.mirror && random.unit() < 0.5F) segment.sign = -1.0F;
+    if (training.mirror && random.unit() < 0.5F) segment.mirrored = true;
     if (training.noise_level_max > 0.0)
       segment.noise_level = static_cast<float>(training.noise_level_max) * random.unit();
   }
@@ -65,7 +65,7 @@ std::vector<Segment> flight_segments(const Experiment& experiment, const Trainin
   std::vector<Segment> segments = whole_runs(data);
   if (experiment.training.mirror) {
     for (Segment run : whole_runs(data)) {
-      run.sign = -1.0F;
+      run.mirrored = true;
       segments.push_back(run);
     }
   }

@@ -30,8 +30,10 @@ std::string name_of(const ObserverStructure& structure, const std::vector<Channe
 std::optional<std::string> off_centre(const Dataset& dataset) {
   std::string furthest;
   double most = 1.0;  // means within one deviation prove nothing: a few runs need not be balanced
-  const auto look_at = [&](const std::vector<Channel>& channels, Eigen::MatrixXd Trajectory::*signal) {
+  const auto look_at = [&](const std::vector<Channel>& channels, Eigen::MatrixXd Trajectory::*signal,
+                           const auto& mirror) {
     for (std::size_t i = 0; i < channels.size(); ++i) {
+      if (mirror(i) > 0.0) continue;
       double count = 0.0, sum = 0.0, squares = 0.0;
       for (const Trajectory& run : dataset.trajectories) {
         for (Eigen::Index k = 0; k < run.samples(); ++k) {
@@ -48,8 +50,8 @@ std::optional<std::string> off_centre(const Dataset& dataset) {
       furthest = fmt::format("the mean of {} is {:.3g}, {:.2g} deviations from zero", channels[i].name, mean, most);
     }
   };
-  look_at(dataset.outputs, &Trajectory::outputs);
-  look_at(dataset.states, &Trajectory::states);
+  look_at(dataset.outputs, &Trajectory::outputs, [&](std::size_t j) { return dataset.mirror.output(j); });
+  look_at(dataset.states, &Trajectory::states, [&](std::size_t i) { return dataset.mirror.state(i); });
   return furthest.empty() ? std::nullopt : std::optional(furthest);
 }
 
@@ -104,7 +106,8 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
         fmt::format("{}: take eigenvalues nearer to the plant's own, or look for outliers in the outputs", reach));
   if (experiment.training.mirror)
     if (const auto off = off_centre(dataset))
-      causes.push_back(fmt::format("mirror = true says that the plant is odd, but {}: set mirror = false", *off));
+      causes.push_back(fmt::format(
+          "mirror = true says that the plant is odd, but {}: set mirror = false, or declare it even", *off));
   constexpr int kFewSteps = 200;
   if (experiment.training.steps < kFewSteps)
     causes.push_back(fmt::format("{} steps may be too few", experiment.training.steps));
