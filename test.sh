@@ -12,7 +12,7 @@ usage: ./test.sh [--quick | --full | --claims]
             compiled and flown, their figures compared with the published ones); formatting; clang++ build with sanitizers
   --quick   release build and all tests only
   --full    also the exhaustive tests (every float, many seeds), more cores, compilers and instruction sets, the
-            benchmarks' own tests, all of the program under sanitizers, and clang-tidy; some 50 minutes on 2 cores
+            benchmarks' own tests, all of the program under sanitizers, and clang-tidy
   --claims  release build, then every figure of README and docs made again (some 40 minutes on 2 cores)
 
 What is as when it passed, program and files, is not run again (tests/unchanged.py); rm -r build forgets that.

@@ -8,7 +8,7 @@ usage: tests/unchanged.py ctest BUILD [ARGUMENT...]       ctest in BUILD, withou
                                                           COMMAND, unless the programs are as when it passed
 
 What a test depends on: the files in its command; the programs of the build that its program names; what is no source of
-codegen or of the trainer (those are in the programs); the compilers and emulators. Tests with the label `tree` read all
+codegen or of the trainer and no *_test.cpp (those are in the programs; scripts compile others); the compilers and emulators. Tests with the label `tree` read all
 sources: they always run.
 """
 import hashlib
@@ -23,7 +23,7 @@ import xml.etree.ElementTree
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = ("g++", "gcc", "clang++", "clang", "cmake", "arm-none-eabi-g++", "aarch64-linux-gnu-g++", "riscv64-linux-gnu-g++",
          "qemu-system-arm", "qemu-aarch64", "qemu-riscv64", "valgrind", "gnuplot")
-IN_PROGRAMS = re.compile(r"(codegen|trainer)/.*\.(cpp|h)$|tests/(?!embedded|golden).*\.(cpp|h|txt)$")
+IN_PROGRAMS = re.compile(r"(codegen|trainer)/.*\.(cpp|h)$|tests/.*(_test\.cpp|CMakeLists\.txt)$")
 NOT_READ = re.compile(r"(build|out|runs|\.git)$")
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Eigen's factorisations of matrices with dynamic sizes, compiled once: each costs a source that includes it five to
-// thirty seconds.
+// Eigen's factorisations of matrices with dynamic sizes, compiled once: they are most of the time of a source that
+// includes them.
 #pragma once
 
 #include <Eigen/Core>

@@ -5,7 +5,7 @@
 
 namespace nlo::testing {
 
-/// e^A, by Eigen. Here because its templates take half a minute to compile.
+/// e^A, by Eigen, whose templates take long to compile: here once.
 Eigen::MatrixXd exponential(const Eigen::MatrixXd& a);
 
 }  // namespace nlo::testing
