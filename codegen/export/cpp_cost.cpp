@@ -12,7 +12,7 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
   cost.estimate_multiply_adds = structure.estimate_multiply_adds();
   cost.estimate_activations = structure.estimate_activations();
   // Sample period, output range, domain, the structure's own, the networks.
-  cost.constant_bytes = bytes * (1 + 3 * ny + 2 * nz + structure.own_scalars());
+  cost.constant_bytes = bytes * (1 + 3 * m.nr() + 2 * nz + structure.own_scalars());
   for (const CppNetwork& network : structure.networks()) cost.constant_bytes += network.constant_bytes(init);
   cost.observer_bytes = bytes * (1 + nz + ny + nu + 1);  // pointer (32 bit, padded), z, y, u, flags
   return cost;

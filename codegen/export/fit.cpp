@@ -90,7 +90,7 @@ Index stack_bytes(const Model& m, const FoldedNetwork& map, const Core& core, bo
   const bool one_buffer = !is_int16 && map.layers.size() <= 2;
   const Index activations = is_int16 ? 2 * 2 * (widest + 1) : (one_buffer ? 4 : 2 * 4) * widest;
   constexpr Index kPerSignal = 8;  // z, y and x_hat, copied on their way
-  return (is_int16 ? core.in_int16 : core.in_float).stack + kPerSignal * (m.nz() + m.ny() + m.nx()) + activations;
+  return (is_int16 ? core.in_int16 : core.in_float).stack + kPerSignal * (m.nz() + m.nr() + m.nx()) + activations;
 }
 
 Index amount(const std::string& key, std::string text, Index kilo) {

@@ -113,10 +113,10 @@ InputBox input_box(const Model& m, const FoldedModel& folded) {
     }
   }
   if (folded.inverse_map()->inputs() > m.nz()) {
-    box.min.conservativeResize(m.nz() + m.ny());
-    box.max.conservativeResize(m.nz() + m.ny());
-    box.min.tail(m.ny()) = m.output_min;
-    box.max.tail(m.ny()) = m.output_max;
+    box.min.conservativeResize(m.nz() + m.nr());
+    box.max.conservativeResize(m.nz() + m.nr());
+    box.min.tail(m.nr()) = reading_min(m);
+    box.max.tail(m.nr()) = reading_max(m);
   }
   return box;
 }

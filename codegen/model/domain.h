@@ -12,13 +12,13 @@ namespace nlo::codegen {
 class LatentDomain {
  public:
   explicit LatentDomain(const Model& model) : low_(model.latent_min), high_(model.latent_max) {
-    steady_ = Eigen::MatrixXd::Zero(model.nz(), model.ny());
+    steady_ = Eigen::MatrixXd::Zero(model.nz(), model.nr());
     const Eigen::MatrixXd gain = steady_gain(model);
-    for (int j = 0; j < model.ny(); ++j)
+    for (int j = 0; j < model.nr(); ++j)
       if (is_relative(model, j)) steady_.col(j) = gain.col(j);
   }
 
-  /// z (n_z) at a sample whose outputs were taken as y (n_y), angles unwrapped: z is judged relative to S y of those.
+  /// z (n_z) at a sample whose readings were taken as y (n_r), angles unwrapped: z is judged relative to S y of those.
   template <class Z, class Y>
   bool contains(const Eigen::MatrixBase<Z>& z, const Eigen::MatrixBase<Y>& y) const {
     const Eigen::VectorXd relative = z - steady_ * y;
@@ -27,7 +27,7 @@ class LatentDomain {
 
  private:
   Eigen::VectorXd low_, high_;
-  Eigen::MatrixXd steady_;  ///< S for relative outputs, 0 for the others; n_z x n_y
+  Eigen::MatrixXd steady_;  ///< S for relative outputs, 0 for the others; n_z x n_r
 };
 
 }  // namespace nlo::codegen

@@ -27,7 +27,7 @@ struct FoldedModel {
   int stale_after = 0;
   std::vector<FoldedNetwork> networks;  ///< networks(model), in their order
   LatentStep step;                      ///< over one sample period; empty where the latent system is not linear
-  Eigen::MatrixXd steady_gain;          ///< S, n_z x n_y; zeros there
+  Eigen::MatrixXd steady_gain;          ///< S, n_z x n_r; zeros there
 
   const FoldedNetwork& network(std::string_view field) const;  ///< which must be there
   const FoldedNetwork* inverse_map() const;                    ///< null where z is the estimate

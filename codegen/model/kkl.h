@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// KKL observer (16): z' = D z + F y, x_hat = T*(z) or T*(z, y).
+// KKL observer (16): z' = D z + F y, x_hat = T*(z) or T*(z, y). With known inputs, y is [y; u].
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@ namespace nlo::codegen {
 struct LinearLatent {
   int pairs = 0;
   Eigen::VectorXd eigenvalues;       ///< n_z [1/s]: (re, im) of each pair, then the real ones
-  Eigen::MatrixXd output_injection;  ///< F, n_z x n_y; a zero row is a clock: exp(lambda t) from its initial latent
+  Eigen::MatrixXd output_injection;  ///< F, n_z x n_r; a zero row is a clock: exp(lambda t) from its initial latent
   bool starts_steady = false;        ///< warm start: the first output sets z to its steady state
   /// Rising: outputs beside the angles that T* knows only through z - S y, so that where they are at rest is not of the
   /// domain; empty: angles alone.
@@ -23,7 +23,7 @@ struct LinearLatent {
 
 struct Kkl {
   LinearLatent latent;
-  Network inverse_map;  ///< T*: [z; y] -> x_hat, n_z + n_y -> n_x
+  Network inverse_map;  ///< T*: [z; y] -> x_hat, n_z + n_r -> n_x
 };
 
 }  // namespace nlo::codegen

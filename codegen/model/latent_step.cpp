@@ -10,7 +10,7 @@ LatentStep discretised(const Model& m, Hold hold, double dt_s) {
   const LinearLatent& latent = *linear_latent(m);
   const Eigen::MatrixXd& f = latent.output_injection;
   const Eigen::VectorXd& eigenvalues = latent.eigenvalues;
-  LatentStep step{Eigen::VectorXd(m.nz()), Eigen::MatrixXd(m.nz(), m.ny()), Eigen::MatrixXd(m.nz(), m.ny())};
+  LatentStep step{Eigen::VectorXd(m.nz()), Eigen::MatrixXd(m.nz(), m.nr()), Eigen::MatrixXd(m.nz(), m.nr())};
   for (int r = 0; r < 2 * latent.pairs; r += 2) {
     const auto mode = discretise(hold, Complex<double>{eigenvalues(r), eigenvalues(r + 1)}, dt_s);
     step.a_minus_1.segment<2>(r) << mode.a_minus_1.re, mode.a_minus_1.im;
@@ -71,7 +71,7 @@ Eigen::MatrixXd block_diagonal(const Model& m, const Eigen::VectorXd& modes) {
 }
 
 Eigen::MatrixXd steady_gain(const Model& m) {
-  if (linear_latent(m) == nullptr) return Eigen::MatrixXd::Zero(m.nz(), m.ny());
+  if (linear_latent(m) == nullptr) return Eigen::MatrixXd::Zero(m.nz(), m.nr());
   const auto& [pairs, eigenvalues, injection, starts_steady, relative] = *linear_latent(m);
   Eigen::MatrixXd gain(injection.rows(), injection.cols());
   for (int p = 0; p < pairs; ++p) {

@@ -12,7 +12,7 @@ namespace nlo::codegen {
 
 struct LatentStep {
   Eigen::VectorXd a_minus_1;  ///< n_z, laid out as the eigenvalues are: (re, im) of each pair, then real modes
-  Eigen::MatrixXd b0, b1;     ///< n_z x n_y
+  Eigen::MatrixXd b0, b1;     ///< n_z x n_r
 };
 
 /// Discretises (D, F) over a step of `dt_s`. An rk4 model is stepped by the first-order hold when `dt_s` is not its
@@ -29,7 +29,7 @@ ForcedLatentStep forced_latent_step(const Model& model, double dt_s);
 /// A mode's coefficients (laid out as the eigenvalues are) as a block-diagonal matrix, n_z x n_z.
 Eigen::MatrixXd block_diagonal(const Model& model, const Eigen::VectorXd& modes);
 
-/// S = -D^-1 F, n_z x n_y: the latent state per unit of an output that stands still. Zeros where the latent system is
+/// S = -D^-1 F, n_z x n_r: the latent state per unit of a reading that stands still. Zeros where the latent system is
 /// not linear.
 Eigen::MatrixXd steady_gain(const Model& model);
 

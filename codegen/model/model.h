@@ -23,6 +23,13 @@ struct Model {
   std::vector<Channel> outputs;
   std::vector<Channel> states;
 
+  /// Known inputs u that the observer reads beside y: where an equation of structures/ says y, it means [y; u]. Empty:
+  /// none. (A driven_kkl observer, on whose estimate u acts, has inputs of its own.)
+  std::vector<Channel> inputs = {};
+  /// Zero order: the u given has acted since the last sample (a command); first order: it runs as the outputs do.
+  Hold input_hold = Hold::kZeroOrder;
+  Eigen::VectorXd input_min, input_max;  ///< n_u: inputs outside are clamped
+
   double sample_period_s = 0.0;
   Hold hold = Hold::kFirstOrder;   ///< kRk4: a ramp (KKL: by one Runge-Kutta step)
   Eigen::VectorXd initial_latent;  ///< n_z, before the first sample
@@ -41,7 +48,8 @@ struct Model {
   int nx() const { return static_cast<int>(states.size()); }
   int ny() const { return static_cast<int>(outputs.size()); }
   int nz() const { return static_cast<int>(initial_latent.size()); }
-  int nu() const;  ///< known inputs; 0 for structures that take none
+  int nu() const;  ///< known inputs, read or acting; 0 where step() takes none
+  int nr() const { return ny() + static_cast<int>(inputs.size()); }  ///< readings: outputs, then the inputs read
 };
 
 /// A learned map of a model, by its name in the model file.
@@ -69,13 +77,18 @@ Network* inverse_map(Model& model);
 const LinearLatent* linear_latent(const Model& model);
 LinearLatent* linear_latent(Model& model);
 
-/// Known inputs; none for most structures.
+/// Known inputs that step() takes.
 const std::vector<Channel>& inputs(const Model& model);
 
-/// The same observer, taking none.
+/// [y; u]: what F and T* read, and the range of each, n_r.
+std::vector<Channel> readings(const Model& model);
+Eigen::VectorXd reading_min(const Model& model);
+Eigen::VectorXd reading_max(const Model& model);
+
+/// The same observer without inputs that act on its estimate; those that it reads it needs.
 Model without_inputs(Model model);
 
-/// The domain is of z less S y for this output: an angle, or one of relative_outputs.
-bool is_relative(const Model& model, int output);
+/// The domain is of z less S y for this reading: an angle, or one of relative_outputs.
+bool is_relative(const Model& model, int reading);
 
 }  // namespace nlo::codegen

@@ -59,6 +59,12 @@ std::string to_json(const Model& m) {
   file.text("name", m.name);
   file.channels("outputs", m.outputs);
   file.channels("states", m.states);
+  if (!m.inputs.empty()) {
+    file.channels("inputs", m.inputs);
+    file.text("input_hold", hold_name(m.input_hold));
+    file.vector("input_min", m.input_min);
+    file.vector("input_max", m.input_max);
+  }
   file.field("provenance", facts(m.provenance));
   file.field("sample_period_s", literal(m.sample_period_s));
   file.text("hold", hold_name(m.hold));

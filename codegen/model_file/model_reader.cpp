@@ -95,8 +95,9 @@ const StructureModule& module_named_in(const Field& file) {
 Model model_of(const Field& file) {
   const StructureModule& module = module_named_in(file);
   std::vector<const char*> keys = {
-      "format",         "version",    "structure",  "name",       "outputs",         "states",     "provenance", "hold",
-      "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max", "flight"};
+      "format", "version",        "structure",  "name",       "outputs",    "states",          "provenance",
+      "hold",   "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max",
+      "flight", "inputs",         "input_hold", "input_min",  "input_max"};
   const std::vector<const char*> own = module.keys();
   keys.insert(keys.end(), own.begin(), own.end());
   file.allow_only(keys);
@@ -105,6 +106,12 @@ Model model_of(const Field& file) {
   m.name = text(file["name"]);
   m.outputs = channels(file["outputs"]);
   m.states = channels(file["states"]);
+  if (file.has("inputs")) {
+    m.inputs = channels(file["inputs"]);
+    m.input_hold = hold(file["input_hold"]);
+    m.input_min = vector(file["input_min"]);
+    m.input_max = vector(file["input_max"]);
+  }
   m.provenance = facts(file["provenance"]);
   m.sample_period_s = number(file["sample_period_s"]);
   m.hold = hold(file["hold"]);

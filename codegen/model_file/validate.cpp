@@ -11,12 +11,37 @@
 namespace nlo::codegen {
 namespace {
 
+void check_inputs(const Model& m) {
+  const auto count = static_cast<Eigen::Index>(m.inputs.size());
+  check_shape(m.input_min, count, "input_min", "n_u");
+  check_shape(m.input_max, count, "input_max", "n_u");
+  if (m.inputs.empty()) return;
+  if (!module_of(m).reads_inputs())
+    fail("inputs has no use in a {} observer, which has its own; leave it out", structure_name(m));
+  check_channels(m.inputs, "inputs");
+  check_range(m.input_min, m.input_max, "input");
+  for (std::size_t i = 0; i < m.inputs.size(); ++i) {
+    if (m.inputs[i].wrap != 0.0)
+      fail("inputs[{}].wrap is {}; an input is taken as it comes: write 0", i, m.inputs[i].wrap);
+    for (const Channel& output : m.outputs)
+      if (output.name == m.inputs[i].name)
+        fail("inputs[{}] is called \"{}\", as an output is; rename one", i, output.name);
+  }
+  if (m.input_hold == Hold::kRk4)
+    fail("input_hold is unknown; use zero_order (a command that has acted since the last sample) or first_order");
+  if (m.input_hold == Hold::kFirstOrder && m.hold == Hold::kZeroOrder)
+    fail(
+        "input_hold is first_order, and hold zero_order; an input runs as the outputs do, or is a command: zero_order");
+}
+
 void check_sampling(const Model& m) {
   if (!(m.sample_period_s > 0.0) || !std::isfinite(m.sample_period_s))
     fail("sample_period_s is {}; it must be positive", m.sample_period_s);
   check_shape(m.output_min, m.ny(), "output_min", "n_y");
   check_shape(m.output_max, m.ny(), "output_max", "n_y");
   check_range(m.output_min, m.output_max, "output");
+
+  check_inputs(m);
 
   const int nz = m.nz();
   if (nz == 0) fail("initial_latent is empty; an observer has at least one latent state");

@@ -14,8 +14,8 @@ namespace nlo::codegen {
 template <class Scalar>
 struct Between {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  const Vector &y, &y_next;  ///< n_y
-  const Vector &u, &u_next;  ///< n_u; empty where there are no inputs
+  const Vector &y, &y_next;  ///< readings, n_r; inputs among them as ReferenceObserver takes them
+  const Vector &u, &u_next;  ///< n_u, inputs that act apart from the readings; empty where there are none
 };
 
 template <class Scalar>

@@ -32,15 +32,16 @@ ReplayInputs measured(const Flight& flight, const FlightRun& run) {
   return inputs;
 }
 
-/// Outputs (n_y x 2: low, high) at which the steady state z = S y of a KKL observer lies in its domain, or nearly so;
+/// Readings (n_r x 2: low, high) at which the steady state z = S y of a KKL observer lies in its domain, or nearly so;
 /// the declared ranges where that says nothing.
 MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
-  MatrixXd ranges(m.ny(), 2);
-  ranges << m.output_min, m.output_max;
+  const VectorXd low = reading_min(m), high = reading_max(m);
+  MatrixXd ranges(m.nr(), 2);
+  ranges << low, high;
   const VectorXd half_z = (m.latent_max - m.latent_min) / 2.0, middle_z = (m.latent_max + m.latent_min) / 2.0;
-  const VectorXd half_y = (m.output_max - m.output_min) / 2.0, middle_y = (m.output_max + m.output_min) / 2.0;
+  const VectorXd half_y = (high - low) / 2.0, middle_y = (high + low) / 2.0;
   MatrixXd gain = folded.steady_gain;
-  for (int j = 0; j < m.ny(); ++j)
+  for (int j = 0; j < m.nr(); ++j)
     if (is_relative(m, j)) gain.col(j).setZero();  // the domain goes with it
   // Least squares in units of the domain; what no latent state follows keeps its middle.
   const MatrixXd scaled = half_z.cwiseInverse().asDiagonal() * gain * half_y.asDiagonal();
@@ -48,10 +49,10 @@ MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   const VectorXd off = (middle_z - gain * middle_y).cwiseQuotient(half_z);
   const VectorXd shift = least_squares(scaled, off).cwiseMax(-1.0).cwiseMin(1.0);
   const double share = std::min(1.0, 1.0 / scaled.cwiseAbs().rowwise().sum().maxCoeff());
-  for (int j = 0; j < m.ny(); ++j) {
+  for (int j = 0; j < m.nr(); ++j) {
     if (scaled.col(j).isZero(0.0)) continue;
-    ranges(j, 0) = std::max(middle_y(j) + (shift(j) - share) * half_y(j), m.output_min(j));
-    ranges(j, 1) = std::min(middle_y(j) + (shift(j) + share) * half_y(j), m.output_max(j));
+    ranges(j, 0) = std::max(middle_y(j) + (shift(j) - share) * half_y(j), low(j));
+    ranges(j, 1) = std::min(middle_y(j) + (shift(j) + share) * half_y(j), high(j));
   }
   return ranges;
 }
@@ -104,7 +105,7 @@ void ErrorReplay::add(ReplayInputs inputs) {
   const Index samples = inputs.dt_s.size();
   ReferenceObserver<double> exact(model_);
   const LatentDomain domain(model_);
-  MatrixXd z(model_.nz(), samples), y(model_.ny(), samples), turned(model_.ny(), samples);
+  MatrixXd z(model_.nz(), samples), y(model_.nr(), samples), turned(model_.nr(), samples);
   std::vector<bool> inside;
   for (Index k = 0; k < samples; ++k) {
     const double dt_s = inputs.dt_s(k) == 0.0 ? model_.sample_period_s : inputs.dt_s(k);

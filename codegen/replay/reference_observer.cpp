@@ -77,8 +77,8 @@ Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::
                     "model does",
                     model_->name, nu, samples, inputs.rows(), inputs.cols()));
   Run run{Eigen::MatrixXd(model_->nx(), samples), Eigen::MatrixXd(model_->nz(), samples),
-          Eigen::MatrixXd(model_->ny(), samples)};
-  Matrix z(model_->nz(), samples), y(model_->ny(), samples);
+          Eigen::MatrixXd(model_->nr(), samples)};
+  Matrix z(model_->nz(), samples), y(model_->nr(), samples);
   reset();
   const double period_s = model_->sample_period_s;
   for (Eigen::Index k = 0; k < samples; ++k) {
@@ -124,6 +124,9 @@ void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::Vect
 template <class Scalar>
 void ReferenceObserver<Scalar>::advance(double dt_s) {
   candidate_ = z_;
+  // A command given now has acted since the last sample.
+  const Eigen::Index read = model_->nr() - model_->ny();
+  if (model_->input_hold == Hold::kZeroOrder) last_y_.tail(read) = next_y_.tail(read);
   dynamics_->advance(candidate_, {last_y_, next_y_, last_u_, next_u_}, dt_s);
   if (candidate_.allFinite() && candidate_.cwiseAbs().maxCoeff() <= Scalar(0x1p100)) {
     z_ = candidate_;
@@ -144,7 +147,7 @@ Eigen::MatrixXd ReferenceObserver<Scalar>::estimates_in_blocks(const Matrix& z, 
   return x_hat;
 }
 
-/// x_hat for each column of z (n_z x B) and y (n_y x B).
+/// x_hat for each column of z (n_z x B) and readings y (n_r x B).
 template <class Scalar>
 auto ReferenceObserver<Scalar>::estimate_of(const Matrix& z, const Matrix& y) const -> Matrix {
   if (!inverse_map_) return z;

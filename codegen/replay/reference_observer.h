@@ -19,7 +19,7 @@ namespace nlo::codegen {
 struct Run {
   Eigen::MatrixXd x_hat;  ///< n_x x N
   Eigen::MatrixXd z;      ///< n_z x N
-  Eigen::MatrixXd y;      ///< n_y x N, the outputs as they were taken: held, clamped
+  Eigen::MatrixXd y;      ///< n_r x N, the outputs (then the inputs it reads) as they were taken: held, clamped
 };
 
 template <class Scalar>
@@ -52,7 +52,7 @@ class ReferenceObserver {
   /// compare with an observer that turns z back.
   const Vector& latent() const { return z_; }
 
-  /// The outputs as the last step took them, n_y: held, clamped, angles unwrapped.
+  /// The readings as the last step took them, n_r: held, clamped, angles unwrapped.
   const Eigen::VectorXd& output() const { return screening_->y(); }
 
   /// What the runtime's observer says of the last step.
@@ -67,7 +67,7 @@ class ReferenceObserver {
   /// blocks of samples. Throws Error when the inputs are not those of the model.
   Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform);
 
-  /// x_hat (n_x x N) for the columns of z (n_z x N) and y (n_y x N), wherever they come from.
+  /// x_hat (n_x x N) for the columns of z (n_z x N) and readings y (n_r x N), wherever they come from.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
  private:

@@ -96,7 +96,14 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     }
   }
   for (int i = 0; i < m.nu(); ++i) {
-    inputs.inputs.row(i) = amplitude * tones(time_s, h, uniform);
+    const Eigen::VectorXd tone = amplitude * tones(time_s, h, uniform);
+    inputs.inputs.row(i) = tone;
+    if (m.nr() > m.ny()) {  // read, so that its range is known
+      const int j = m.ny() + i;
+      const double from = ranges.size() != 0 ? ranges(j, 0) : m.input_min(i);
+      const double to = ranges.size() != 0 ? ranges(j, 1) : m.input_max(i);
+      inputs.inputs.row(i) = ((from + to) / 2.0 + 0.85 * (to - from) / 2.0 * tone.array()).matrix();
+    }
     inputs.inputs(i, samples / 3) = missed;
   }
   const int gap = std::min(stale_after + 2, samples / 8);

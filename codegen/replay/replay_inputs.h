@@ -12,14 +12,13 @@ namespace nlo::codegen {
 struct ReplayInputs {
   Eigen::VectorXd dt_s;     ///< N; 0: the sample period
   Eigen::MatrixXd outputs;  ///< n_y x N, as measured: angles wrapped, NaN where missed
-  Eigen::MatrixXd inputs;   ///< n_u x N, within +-1; NaN where missed
+  Eigen::MatrixXd inputs;   ///< n_u x N, within their range, or +-1 where none is declared; NaN where missed
 };
 
 /// Sums of tones inside the declared ranges, slow against the sample period; angles that may turn do so two times and
 /// a half. From the tenth sample on, some are missed or out of range, and `stale_after` are missed in a row.
 /// `amplitude` times the tones of inputs, and of outputs that are no turning angles; these are about the middle of
-/// `ranges` (n_y x
-/// 2: low, high), or of the declared ones where that is empty.
+/// `ranges` (n_r x 2: low, high), or of the declared ones where that is empty.
 ReplayInputs replay_inputs(const Model& model, int stale_after, std::uint64_t seed, int samples, double amplitude = 1.0,
                            const Eigen::MatrixXd& ranges = {});
 

@@ -68,7 +68,7 @@ std::variant<ReferenceObserver<float>, ReferenceObserver<double>> rounded_observ
 }  // namespace
 
 VectorXd turns_in(const Model& m, const VectorXd& y) {
-  VectorXd turned = VectorXd::Zero(m.ny());
+  VectorXd turned = VectorXd::Zero(m.nr());
   for (int j = 0; j < m.ny(); ++j) {
     const double wrap = m.outputs[static_cast<std::size_t>(j)].wrap;
     if (wrap > 0.0) turned(j) = wrap * std::round(y(j) / wrap);

@@ -41,7 +41,7 @@ class ExportedObserver {
   const QuantisedNetwork* quantised_;
 };
 
-/// Whole turns of the angles among `y`, n_y, which the exported observer takes back.
+/// Whole turns of the angles among the readings `y`, n_r, which the exported observer takes back.
 Eigen::VectorXd turns_in(const Model& model, const Eigen::VectorXd& y);
 
 /// N samples.

@@ -9,24 +9,32 @@
 
 namespace nlo::codegen {
 
-Screening::Screening(const Model& model) : model_(model), stale_after_(stale_after(model)) {
+Screening::Screening(const Model& model)
+    : model_(model), stale_after_(stale_after(model)), low_(reading_min(model)), high_(reading_max(model)) {
+  for (const Channel& channel : readings(model)) wrap_.push_back(channel.wrap);
   reset();
 }
 
 void Screening::reset() {
-  y_ = Eigen::VectorXd::Zero(model_.ny());
-  u_ = Eigen::VectorXd::Zero(model_.nu());
+  y_ = Eigen::VectorXd::Zero(model_.nr());
+  u_ = Eigen::VectorXd::Zero(model_.nr() > model_.ny() ? 0 : model_.nu());
   status_ = StepStatus::kOk;
   held_ = 0;
   started_ = false;
 }
 
-bool Screening::take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped) {
+bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped) {
+  Eigen::VectorXd y = outputs, u = inputs;
+  if (y_.size() > outputs.size()) {  // inputs are readings
+    y.conservativeResize(y_.size());
+    y.tail(inputs.size()) = inputs;
+    u.resize(0);
+  }
   Eigen::VectorXd good_y = y, good_u = u;
   bool held = !u.allFinite(), clamped = false;
-  for (int j = 0; j < model_.ny(); ++j) {
-    const double wrap = model_.outputs[static_cast<std::size_t>(j)].wrap;
-    const double low = model_.output_min(j), high = model_.output_max(j);
+  for (int j = 0; j < y.size(); ++j) {
+    const double wrap = wrap_[static_cast<std::size_t>(j)];
+    const double low = low_(j), high = high_(j);
     const bool outside = y(j) < low || y(j) > high;
     if (wrap == 0.0) {
       if (std::isfinite(y(j))) good_y(j) = std::clamp(y(j), low, high);

@@ -4,6 +4,7 @@
 
 #include <nlo/vector.h>
 #include <Eigen/Core>
+#include <vector>
 
 #include "codegen/model/model.h"
 
@@ -16,18 +17,20 @@ class Screening {
 
   void reset();
 
-  /// Takes a sample of outputs y (n_y) and inputs u (n_u). An entry that is not finite, or an angle out of its range,
+  /// Takes a sample of outputs (n_y) and inputs (n_u). An entry that is not finite, or an angle out of its range,
   /// keeps its last good value; others are clamped to their range. With `wrapped`, angles are continued from the last
   /// sample. False before the first sample that is good in all entries: y() and u() are not to be used.
-  bool take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped);
+  bool take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped);
 
-  const Eigen::VectorXd& y() const { return y_; }  ///< as taken: held, clamped, angles unwrapped
-  const Eigen::VectorXd& u() const { return u_; }
-  StepStatus status() const { return status_; }  ///< kOk, kClamped, kHeld or kStale
+  const Eigen::VectorXd& y() const { return y_; }  ///< readings, n_r, as taken: held, clamped, angles unwrapped
+  const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are no readings
+  StepStatus status() const { return status_; }    ///< kOk, kClamped, kHeld or kStale
 
  private:
   const Model& model_;
   int stale_after_;
+  Eigen::VectorXd low_, high_;  ///< of the readings
+  std::vector<double> wrap_;
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;
   int held_ = 0;  ///< samples in a row

@@ -165,7 +165,7 @@ class DrivenKklHeader final : public KklHeader {
     return 4 * (inverse_map().activations() + forward_map().activations());
   }
   Eigen::Index own_scalars() const override {
-    return KklHeader::own_scalars() + (nz_ + 2 * nz_ * ny_) + 8 * nz_ + nu_ * nx_ * (nx_ + 1);
+    return KklHeader::own_scalars() + (nz_ + 2 * nz_ * nr_) + 8 * nz_ + nu_ * nx_ * (nx_ + 1);
   }
 
  private:
@@ -233,6 +233,7 @@ class DrivenKklModule final : public StructureModule {
   Network* inverse_map(Model& m) const override { return &own_part<DrivenKkl>(m).inverse_map; }
   LinearLatent* linear_latent(Model& m) const override { return &own_part<DrivenKkl>(m).latent; }
   const std::vector<Channel>& inputs(const Model& m) const override { return own_part<DrivenKkl>(m).inputs; }
+  bool reads_inputs() const override { return false; }
   Structure without_inputs(const Model& m) const override { return Kkl(own_part<DrivenKkl>(m)); }
   std::optional<double> fastest_mode(const Model& m) const override {
     return fastest_driven_mode(own_part<DrivenKkl>(m).latent);

@@ -42,15 +42,17 @@ class GeneralHeader final : public CppStructureBase {
   std::string title() const override { return "a learned state observer (general: dz/dt = F(z, y))"; }
   std::string description() const override {
     return fmt::format("// Latent state: {}, RK4, {} hold. F: {}. G: {}.\n", nz_, hold_name(m_.hold),
-                       dynamics().description(), inverse_map().description());
+                       dynamics().description(), inverse_map().description()) +
+           input_comment();
   }
   std::string header() const override { return "general_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {dynamics(), inverse_map()}; }
   std::string types() const override {
     return fmt::format(
-        "using Model = GeneralModel<{}, {}, {}, {}, {}, {}>;  // n_x, n_y, n_z\n"
+        "using Model = GeneralModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z{}\n"
         "using Observer = GeneralObserver<Model>;\n",
-        init_.scalar_name(), nx_, ny_, nz_, dynamics().map_type(init_), inverse_map().map_type(init_));
+        init_.scalar_name(), nx_, ny_, nz_, dynamics().map_type(init_), inverse_map().map_type(init_),
+        input_arguments(), nr_ > ny_ ? ", F, G, n_u" : "");
   }
   std::string leading_fields() const override {
     return fmt::format("    .hold = {},\n    .initial = {},\n", hold_identifier(m_.hold),
@@ -62,7 +64,9 @@ class GeneralHeader final : public CppStructureBase {
   Eigen::Index own_scalars() const override { return nz_ + 1; }  // stale_after and hold share one
 
  private:
-  CppNetwork dynamics() const { return network("dynamics", "DynamicsLayer", "DynamicsNetwork", "[z; y]"); }
+  CppNetwork dynamics() const {
+    return network("dynamics", "DynamicsLayer", "DynamicsNetwork", nr_ > ny_ ? "[z; y; u]" : "[z; y]");
+  }
 };
 
 class GeneralModule final : public StructureModule {
@@ -81,13 +85,14 @@ class GeneralModule final : public StructureModule {
   void check(const Model& m) const override {
     check_no_angles(m);
     const General& own = own_part<General>(m);
-    check_network(own.dynamics, m.nz() + m.ny(), m.nz(), "dynamics", "n_u x (n_z + n_y)");
+    check_network(own.dynamics, m.nz() + m.nr(), m.nz(), "dynamics",
+                  m.nr() > m.ny() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
     check_network(own.inverse_map, m.nz(), m.nx(), "inverse_map", "n_u x n_z");
   }
 
   std::vector<Named<Network>> networks(Model& m) const override {
     General& own = own_part<General>(m);
-    return {{"dynamics", &own.dynamics, m.nz() + m.ny()}, {"inverse_map", &own.inverse_map, m.nz()}};
+    return {{"dynamics", &own.dynamics, m.nz() + m.nr()}, {"inverse_map", &own.inverse_map, m.nz()}};
   }
   Network* inverse_map(Model& m) const override { return &own_part<General>(m).inverse_map; }
 

@@ -27,16 +27,18 @@ class KklDynamics final : public ReferenceDynamics<Scalar> {
 
 std::string c99_tables(const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const LinearLatent& latent = *linear_latent(m);
+  const char* r = m.inputs.empty() ? "kNy" : "kNr";  // as the template has it
   const auto vector = [&](const char* name, const char* size, const Eigen::VectorXd& values, const char* field) {
     return fmt::format("static const Scalar {}[{}] = {};\n", name, size, init.vector(values, field));
   };
   const auto matrix = [&](const char* name, const Eigen::MatrixXd& values, const char* field) {
-    return fmt::format("static const Scalar {}[kNz][kNy] = {};\n", name, init.matrix(values, field));
+    return fmt::format("static const Scalar {}[kNz][{}] = {};\n", name, r, init.matrix(values, field));
   };
-  Eigen::VectorXd wrap(m.ny());
+  const std::vector<Channel> channels = readings(m);
+  Eigen::VectorXd wrap(m.nr());
   std::string relative;
-  for (int j = 0; j < m.ny(); ++j) {
-    wrap(j) = m.outputs[static_cast<std::size_t>(j)].wrap;
+  for (int j = 0; j < m.nr(); ++j) {
+    wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
     relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
   }
   return fmt::format("static const Recurrence kStep = {{  // over one sample period\n    {},\n    {},\n    {}}};\n",
@@ -47,13 +49,12 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
          matrix("kOutputInjection", latent.output_injection, "output_injection") +
          matrix("kSteadyGain", folded.steady_gain, "steady_gain") +
          vector("kInitial", "kNz", m.initial_latent, "initial_latent") +
-         vector("kNoOutput", "kNy", Eigen::VectorXd::Zero(m.ny()), "") +
+         vector("kNoOutput", r, Eigen::VectorXd::Zero(m.nr()), "") +
          "\n// What a measurement may be; a full turn of an angle, or 0. The box that training has filled: of z, less "
          "S y for\n"
          "// relative outputs.\n" +
-         vector("kOutputMin", "kNy", m.output_min, "output_min") +
-         vector("kOutputMax", "kNy", m.output_max, "output_max") + vector("kWrap", "kNy", wrap, "wrap") +
-         fmt::format("static const bool kRelative[kNy] = {{{}}};\n", relative) +
+         vector("kOutputMin", r, reading_min(m), "output_min") + vector("kOutputMax", r, reading_max(m), "output_max") +
+         vector("kWrap", r, wrap, "wrap") + fmt::format("static const bool kRelative[{}] = {{{}}};\n", r, relative) +
          vector("kLatentMin", "kNz", m.latent_min, "latent_min") +
          vector("kLatentMax", "kNz", m.latent_max, "latent_max");
 }

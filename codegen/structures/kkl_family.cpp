@@ -58,7 +58,8 @@ void check_linear_latent(const Model& m) {
   if (latent.pairs < 0 || 2 * latent.pairs > nz)
     fail("pairs is {}; with {} latent states it must be 0 to {}", latent.pairs, nz, nz / 2);
   check_shape(latent.eigenvalues, nz, "eigenvalues", "n_z, the size of initial_latent");
-  check_shape(latent.output_injection, nz, m.ny(), "output_injection", "n_z x n_y");
+  check_shape(latent.output_injection, nz, m.nr(), "output_injection",
+              m.nr() > m.ny() ? "n_z x (n_y + n_u)" : "n_z x n_y");
 
   for (Eigen::Index i = 0; i < nz; ++i) {
     const bool paired = i < 2 * latent.pairs;
@@ -85,12 +86,13 @@ void check_linear_latent(const Model& m) {
 }
 
 void check_latent_map(const Model& m) {
-  check_network(*inverse_map(m), m.nz() + m.ny(), m.nx(), "inverse_map", "n_u x (n_z + n_y)");
+  check_network(*inverse_map(m), m.nz() + m.nr(), m.nx(), "inverse_map",
+                m.nr() > m.ny() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
   const Eigen::MatrixXd gain = steady_gain(m);
   const Eigen::MatrixXd& features = inverse_map(m)->features;
   for (int j = 0; j < m.ny(); ++j) {
     if (m.outputs[static_cast<std::size_t>(j)].wrap == 0.0) continue;
-    Eigen::VectorXd turn = Eigen::VectorXd::Zero(m.nz() + m.ny());
+    Eigen::VectorXd turn = Eigen::VectorXd::Zero(m.nz() + m.nr());
     turn.head(m.nz()) = gain.col(j);
     turn(m.nz() + j) = 1.0;
     const Eigen::VectorXd seen = features * turn;
@@ -117,26 +119,28 @@ double fastest_driven_mode(const LinearLatent& latent) {
 }
 
 Eigen::Index reads_of(const Network& map, const Model& m) {
-  return map.features.rightCols(m.ny()).isZero(0.0) ? m.nz() : map.features.cols();
+  return map.features.rightCols(m.nr()).isZero(0.0) ? m.nz() : map.features.cols();
 }
 
 KklHeader::KklHeader(const ExportSource& source) : CppStructureBase(source), latent_(*linear_latent(source.model)) {}
 
 std::string KklHeader::description() const {
   return fmt::format("// Latent state: {} ({} complex pairs), {} hold. Inverse map T*: {}.\n", nz_, latent_.pairs,
-                     hold_name(m_.hold), inverse_map().description());
+                     hold_name(m_.hold), inverse_map().description()) +
+         input_comment();
 }
 
 std::string KklHeader::types() const {
   return fmt::format(
-      "using Model = KklModel<{}, {}, {}, {}, {}, {}>;  // n_x, n_y, n_z, complex pairs\n"
+      "using Model = KklModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, complex pairs{}\n"
       "using Observer = KklObserver<Model>;\n",
-      init_.scalar_name(), nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_));
+      init_.scalar_name(), nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_), input_arguments(),
+      nr_ > ny_ ? ", T*, n_u" : "");
 }
 
 Eigen::Index KklHeader::own_scalars() const {
   // eigenvalues, F, A, B0, B1, S, initial; stale_after, hold and starts_steady by alignment
-  return nz_ + nz_ * ny_ + (nz_ + 2 * nz_ * ny_) + nz_ * ny_ + nz_ + 3;
+  return nz_ + nz_ * nr_ + (nz_ + 2 * nz_ * nr_) + nz_ * nr_ + nz_ + 3;
 }
 
 std::string KklHeader::latent_fields() const {
@@ -150,7 +154,7 @@ std::string KklHeader::latent_fields() const {
   text += fmt::format("        .starts_steady = {},\n", latent_.starts_steady);
   if (!latent_.relative_outputs.empty()) {
     std::string list;
-    for (int j = 0; j < m_.ny(); ++j) list += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m_, j));
+    for (int j = 0; j < m_.nr(); ++j) list += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m_, j));
     text += fmt::format("        .relative = {{{}}},\n", list);
   }
   return text + "    },\n";

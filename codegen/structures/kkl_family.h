@@ -42,7 +42,7 @@ class KklHeader : public CppStructureBase {
   Eigen::Index own_scalars() const override;
 
  protected:
-  Eigen::Index linear_multiply_adds() const { return nz_ + 2 * latent_.pairs + 2 * nz_ * ny_; }
+  Eigen::Index linear_multiply_adds() const { return nz_ + 2 * latent_.pairs + 2 * nz_ * nr_; }
   std::string latent_fields() const;
   std::string step(const LatentStep& step, std::size_t indent) const;
 

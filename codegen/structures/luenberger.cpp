@@ -18,6 +18,14 @@
 namespace nlo::codegen {
 namespace {
 
+/// [G, B], which read [y; u].
+Eigen::MatrixXd reading_gain(const Luenberger& l, Eigen::Index inputs) {
+  Eigen::MatrixXd both(l.gain.rows(), l.gain.cols() + inputs);
+  both.leftCols(l.gain.cols()) = l.gain;
+  if (inputs > 0) both.rightCols(inputs) = l.input_matrix;
+  return both;
+}
+
 /// A - G C.
 Eigen::MatrixXd error_matrix(const Luenberger& l) {
   return l.state_matrix - ordered_product(l.gain, l.output_matrix);
@@ -35,6 +43,7 @@ class LuenbergerDynamics final : public ReferenceDynamics<Scalar> {
         state_matrix_(own_part<Luenberger>(m).state_matrix.cast<Scalar>()),
         output_matrix_(own_part<Luenberger>(m).output_matrix.cast<Scalar>()),
         gain_(own_part<Luenberger>(m).gain.cast<Scalar>()),
+        input_matrix_(own_part<Luenberger>(m).input_matrix.cast<Scalar>()),
         nonlinearity_(own_part<Luenberger>(m).nonlinearity, activations) {}
 
   void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
@@ -42,13 +51,16 @@ class LuenbergerDynamics final : public ReferenceDynamics<Scalar> {
   }
   double longest_step_s() const override { return kMostPieces * sample_period_s_; }
   Matrix slope(const Matrix& z, const Matrix& y, const Vector&) const override {
-    return state_matrix_ * z + nonlinearity_(z) + gain_ * (y - output_matrix_ * z);
+    const Eigen::Index ny = gain_.cols(), nu = y.rows() - ny;
+    Matrix slope = state_matrix_ * z + nonlinearity_(z) + gain_ * (y.topRows(ny) - output_matrix_ * z);
+    if (nu > 0) slope += input_matrix_ * y.bottomRows(nu);
+    return slope;
   }
 
  private:
   Hold hold_;
   double sample_period_s_;
-  Matrix state_matrix_, output_matrix_, gain_;
+  Matrix state_matrix_, output_matrix_, gain_, input_matrix_;
   ReferenceNetwork<Scalar> nonlinearity_;
 };
 
@@ -57,33 +69,35 @@ class LuenbergerHeader final : public CppStructureBase {
   using CppStructureBase::CppStructureBase;
   std::string title() const override { return "a state observer (Luenberger-like, with a learned nonlinearity)"; }
   std::string description() const override {
-    return fmt::format("// x_hat' = A x_hat + g_hat(x_hat) + G (y - C x_hat), RK4, {} hold. g_hat: {}.\n",
-                       hold_name(m_.hold), nonlinearity().description());
+    return fmt::format("// x_hat' = A x_hat + {}g_hat(x_hat) + G (y - C x_hat), RK4, {} hold. g_hat: {}.\n",
+                       nr_ > ny_ ? "B u + " : "", hold_name(m_.hold), nonlinearity().description()) +
+           input_comment();
   }
   std::string header() const override { return "luenberger_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {nonlinearity()}; }
   std::string types() const override {
     return fmt::format(
-        "using Model = LuenbergerModel<{}, {}, {}, {}>;  // n_x, n_y\n"
+        "using Model = LuenbergerModel<{}, {}, {}, {}{}>;  // n_x, n_y{}\n"
         "using Observer = LuenbergerObserver<Model>;\n",
-        init_.scalar_name(), nx_, ny_, nonlinearity().map_type(init_));
+        init_.scalar_name(), nx_, ny_, nonlinearity().map_type(init_), input_arguments(),
+        nr_ > ny_ ? ", g_hat, n_u" : "");
   }
   std::string leading_fields() const override {
     return fmt::format(
         "    .hold = {},\n"
         "    .error_matrix = {},  // A - G C\n"
-        "    .gain = {},  // G\n"
+        "    .gain = {},  // {}\n"
         "    .initial = {},\n",
         hold_identifier(m_.hold), init_.matrix(error_matrix(own_part<Luenberger>(m_)), "luenberger.state_matrix"),
-        init_.matrix(own_part<Luenberger>(m_).gain, "luenberger.gain"),
+        init_.matrix(reading_gain(own_part<Luenberger>(m_), nr_ - ny_), "luenberger.gain"), nr_ > ny_ ? "[G, B]" : "G",
         init_.vector(m_.initial_latent, "initial_latent"));
   }
 
-  Eigen::Index step_multiply_adds() const override { return 4 * (nx_ * (nx_ + ny_) + nonlinearity().multiply_adds()); }
+  Eigen::Index step_multiply_adds() const override { return 4 * (nx_ * (nx_ + nr_) + nonlinearity().multiply_adds()); }
   Eigen::Index step_activations() const override { return 4 * nonlinearity().activations(); }
   Eigen::Index estimate_multiply_adds() const override { return 0; }
   Eigen::Index estimate_activations() const override { return 0; }
-  Eigen::Index own_scalars() const override { return nx_ * (nx_ + ny_) + nx_ + 1; }  // stale_after and hold share one
+  Eigen::Index own_scalars() const override { return nx_ * (nx_ + nr_) + nx_ + 1; }  // stale_after and hold share one
 
  private:
   CppNetwork nonlinearity() const { return network("luenberger.nonlinearity", "Layer", "Network", "x_hat"); }
@@ -110,6 +124,8 @@ void check_luenberger(const Model& m) {
   check_shape(l.state_matrix, nx, nx, "luenberger.state_matrix", "n_x x n_x");
   check_shape(l.output_matrix, m.ny(), nx, "luenberger.output_matrix", "n_y x n_x");
   check_shape(l.gain, nx, m.ny(), "luenberger.gain", "n_x x n_y");
+  if (m.nr() > m.ny() || l.input_matrix.size() != 0)
+    check_shape(l.input_matrix, nx, m.nr() - m.ny(), "luenberger.input_matrix", "n_x x n_u");
   check_network(l.nonlinearity, nx, nx, "luenberger.nonlinearity", "n_u x n_x");
 
   for (const std::complex<double> lambda : eigenvalues(l.state_matrix - l.gain * l.output_matrix)) {
@@ -136,9 +152,10 @@ class LuenbergerModule final : public StructureModule {
   std::vector<const char*> keys() const override { return {"luenberger"}; }
   void read(const Field& file, Model& m) const override {
     const Field own = file["luenberger"];
-    own.allow_only({"state_matrix", "output_matrix", "gain", "nonlinearity"});
+    own.allow_only({"state_matrix", "output_matrix", "gain", "input_matrix", "nonlinearity"});
     m.structure = Luenberger{matrix(own["state_matrix"]), matrix(own["output_matrix"]), matrix(own["gain"]),
-                             network(own["nonlinearity"])};
+                             network(own["nonlinearity"]),
+                             own.has("input_matrix") ? matrix(own["input_matrix"]) : Eigen::MatrixXd()};
   }
   void write(const Model& m, JsonObject& file) const override {
     const Luenberger& l = own_part<Luenberger>(m);
@@ -146,6 +163,7 @@ class LuenbergerModule final : public StructureModule {
     object.matrix("state_matrix", l.state_matrix);
     object.matrix("output_matrix", l.output_matrix);
     object.matrix("gain", l.gain);
+    if (l.input_matrix.size() != 0) object.matrix("input_matrix", l.input_matrix);
     object.network("nonlinearity", l.nonlinearity);
     file.field("luenberger", object.text());
   }

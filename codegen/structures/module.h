@@ -50,9 +50,11 @@ class StructureModule {
   virtual std::vector<Named<Network>> networks(Model& model) const = 0;
   virtual Network* inverse_map(Model& model) const = 0;
   virtual LinearLatent* linear_latent(Model&) const { return nullptr; }
-  virtual const std::vector<Channel>& inputs(const Model&) const;
+  virtual const std::vector<Channel>& inputs(const Model& model) const { return model.inputs; }
   /// The same observer, taking no inputs.
   virtual Structure without_inputs(const Model& model) const { return model.structure; }
+  /// Model::inputs may be there.
+  virtual bool reads_inputs() const { return true; }
   /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
 

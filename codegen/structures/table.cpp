@@ -16,12 +16,6 @@ const StructureModule& luenberger_module();
 const StructureModule& general_module();
 const StructureModule& window_module();
 
-namespace {
-
-const std::vector<Channel> kNoChannels;
-
-}  // namespace
-
 const std::vector<const StructureModule*>& structure_modules() {
   static const std::vector<const StructureModule*> kModules = {
       &kkl_module(), &driven_kkl_module(), &luenberger_module(), &general_module(), &window_module()};
@@ -38,12 +32,8 @@ const StructureModule* find_structure(std::string_view name) {
   return nullptr;
 }
 
-const std::vector<Channel>& StructureModule::inputs(const Model&) const {
-  return kNoChannels;
-}
-
 int Model::nu() const {
-  return static_cast<int>(inputs(*this).size());
+  return static_cast<int>(codegen::inputs(*this).size());
 }
 
 std::string_view structure_name(const Model& m) {
@@ -83,7 +73,31 @@ Model without_inputs(Model m) {
   return m;
 }
 
+namespace {
+
+Eigen::VectorXd stacked(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs) {
+  Eigen::VectorXd both(outputs.size() + inputs.size());
+  both << outputs, inputs;
+  return both;
+}
+
+}  // namespace
+
+std::vector<Channel> readings(const Model& m) {
+  std::vector<Channel> both = m.outputs;
+  both.insert(both.end(), m.inputs.begin(), m.inputs.end());
+  return both;
+}
+
+Eigen::VectorXd reading_min(const Model& m) {
+  return stacked(m.output_min, m.input_min);
+}
+Eigen::VectorXd reading_max(const Model& m) {
+  return stacked(m.output_max, m.input_max);
+}
+
 bool is_relative(const Model& m, int output) {
+  if (output >= m.ny()) return false;  // an input
   if (m.outputs[static_cast<std::size_t>(output)].wrap > 0.0) return true;
   const LinearLatent* latent = linear_latent(m);
   return latent != nullptr && std::find(latent->relative_outputs.begin(), latent->relative_outputs.end(), output) !=

@@ -60,15 +60,17 @@ class WindowHeader final : public CppStructureBase {
   std::string title() const override { return "a learned state observer (a map of the last measurements)"; }
   std::string description() const override {
     return fmt::format("// Latent state: the last {} measurements of each output. Map T*: {}.\n", samples_,
-                       inverse_map().description());
+                       inverse_map().description()) +
+           input_comment();
   }
   std::string header() const override { return "window_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {inverse_map()}; }
   std::string types() const override {
     return fmt::format(
-        "using Model = WindowModel<{}, {}, {}, {}, {}>;  // n_x, n_y, samples\n"
+        "using Model = WindowModel<{}, {}, {}, {}, {}{}>;  // n_x, n_y, samples{}\n"
         "using Observer = WindowObserver<Model>;\n",
-        init_.scalar_name(), nx_, ny_, samples_, inverse_map().map_type(init_));
+        init_.scalar_name(), nx_, ny_, samples_, inverse_map().map_type(init_), input_arguments(),
+        nr_ > ny_ ? ", T*, n_u" : "");
   }
   std::string leading_fields() const override { return fmt::format("    .hold = {},\n", hold_identifier(m_.hold)); }
 
@@ -96,8 +98,9 @@ class WindowModule final : public StructureModule {
   void check(const Model& m) const override {
     const Window& own = own_part<Window>(m);
     check_no_angles(m);
-    if (own.samples < 1 || own.samples * m.ny() != m.nz())
-      fail("samples is {}; with {} outputs, {} latent states must be that many of each", own.samples, m.ny(), m.nz());
+    if (own.samples < 1 || own.samples * m.nr() != m.nz())
+      fail("samples is {}; with {} outputs{}, {} latent states must be that many of each", own.samples, m.ny(),
+           m.nr() > m.ny() ? fmt::format(" and {} inputs", m.nr() - m.ny()) : "", m.nz());
     check_network(own.inverse_map, m.nz(), m.nx(), "inverse_map", "n_u x n_z");
   }
 

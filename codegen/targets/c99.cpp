@@ -29,6 +29,11 @@ std::string positions(const std::string& prefix, const std::vector<Channel>& cha
 std::string example(const Model& m, const std::string& name, const char* scalar) {
   std::string reads;
   for (const Channel& channel : m.outputs) reads += fmt::format("{}read_{}()", reads.empty() ? "" : ", ", channel.name);
+  std::string commands;
+  for (const Channel& channel : m.inputs)
+    commands += fmt::format("{}command_{}()", commands.empty() ? "" : ", ", channel.name);
+  const std::string u =
+      commands.empty() ? "" : fmt::format("//     const {} u[{}_NU] = {{{}}};\n", scalar, name, commands);
   return fmt::format(
       "// Use\n"
       "//   #include \"{0}.h\"\n"
@@ -36,13 +41,41 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
       "//\n"
       "//   void on_timer(void) {{  // every {1} s\n"
       "//     const {4} y[{0}_NY] = {{{2}}};\n"
+      "{5}"
       "//     {4} x_hat[{0}_NX];\n"
-      "//     if ({0}_step(&observer, y) != {0}_OK) note_fault({0}_last_status(&observer));\n"
+      "//     if ({0}_step(&observer, y{6}) != {0}_OK) note_fault({0}_last_status(&observer));\n"
       "//     if (!{0}_in_domain(&observer)) {{ enter_safe_mode(); return; }}\n"
       "//     {0}_estimate(&observer, x_hat);\n"
       "//     use(x_hat[{0}_state_{3}]);\n"
       "//   }}\n",
-      name, literal(m.sample_period_s), reads, m.states.front().name, scalar);
+      name, literal(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u");
+}
+
+/// What the templates say where the observer reads inputs: nothing for one that has none.
+std::map<std::string, std::string> input_values(const Model& m, const std::string& name, const std::string& scalar) {
+  std::map<std::string, std::string> values = {
+      {"MORE_SIZES", ""},      {"PUBLIC_SIZES", ""}, {"SIZES_MORE", ""},
+      {"INPUT_POSITIONS", ""}, {"AND_INPUT", ""},    {"U_PARAMETER", ""},
+      {"INPUT_NOTE", ""},      {"HOLD_INPUTS", ""},  {"READ", ""},
+      {"READINGS", "y"},       {"COPY_INPUTS", ""},  {"STEP_BODY", " return take(observer, y, &kStep); "}};
+  if (m.inputs.empty()) return values;
+  const bool command = m.input_hold == Hold::kZeroOrder;
+  const auto size = m.inputs.size();
+  values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
+  values["PUBLIC_SIZES"] = fmt::format(", {}_NU = {}", name, size);
+  values["SIZES_MORE"] = ", inputs";
+  values["INPUT_POSITIONS"] = fmt::format("enum {{ {} }};\n", positions(name + "_input_", m.inputs));
+  values["AND_INPUT"] = " and input";
+  values["U_PARAMETER"] = fmt::format(", const {} u[{}]", scalar, size);
+  values["INPUT_NOTE"] = fmt::format("// u: {}. One that is not finite holds the last good one.\n",
+                                     command ? "what has acted since the last sample" : "measured with y");
+  if (command)
+    values["HOLD_INPUTS"] = "  copy(o->y + kNy, next + kNy, kNr - kNy);  // u has acted since the last sample\n";
+  values["READ"] = "  Scalar r[kNr];\n  copy(r, y, kNy);\n  copy(r + kNy, u, kNr - kNy);\n";
+  values["READINGS"] = "r";
+  values["COPY_INPUTS"] = "  copy(y + kNy, u, kNr - kNy);\n";
+  values["STEP_BODY"] = "\n" + values["READ"] + "  return take(observer, r, &kStep);\n";
+  return values;
 }
 
 }  // namespace
@@ -84,12 +117,15 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
       {"NZ", std::to_string(m.nz())},
       {"STALE_AFTER", std::to_string(folded.stale_after)},
       {"SAMPLE_PERIOD", init(m.sample_period_s, "sample_period_s")},
+      {"NR", std::to_string(m.nr())},
+      {"R", m.inputs.empty() ? "kNy" : "kNr"},
       {"OUTPUTS", positions(name + "_output_", m.outputs)},
       {"STATES", positions(name + "_state_", m.states)},
       {"STEP_COST", with_activations(parts->step_multiply_adds(), parts->step_activations())},
       {"ESTIMATE_COST", with_activations(parts->estimate_multiply_adds(), parts->estimate_activations())},
       {"MAP", map},
   };
+  values.merge(input_values(m, name, init.scalar_name()));
   values.merge(module_of(m).c99(prepared.source()));
   values["TOP"] = "";
   std::uint32_t hash = 0x811c9dc5U;  // FNV-1a of all that the two must agree on
@@ -100,14 +136,15 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
   std::string flags;
   if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
   if (name != m.name) flags += " --name " + name;
-  const std::size_t bytes = init.scalar_bytes(), state = bytes * static_cast<std::size_t>(m.nz() + m.ny()) + 4;
+  const std::size_t bytes = init.scalar_bytes(), state = bytes * static_cast<std::size_t>(m.nz() + m.nr()) + 4;
   values["TOP"] =
       fmt::format(
           "// {0}: {1} in C99, generated. Do not edit; make it again by\n"
           "//   nlo export model.json --target c99{2} -o {0}.h\n"
           "//\n"
           "// Estimates {3} from {4}, sampled every {5} s.\n",
-          name, parts->title(), flags, channel_list(m.states, true), channel_list(m.outputs, true),
+          name, parts->title(), flags, channel_list(m.states, true),
+          channel_list(m.outputs, true) + (m.inputs.empty() ? "" : " and the inputs " + channel_list(m.inputs, true)),
           literal(m.sample_period_s)) +
       parts->description() +
       "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "

@@ -85,8 +85,9 @@ std::string enumeration(const char* name, const std::vector<Channel>& channels) 
 
 std::string model_constant(const Source& s) {
   const Model& m = s.model;
-  Eigen::VectorXd wrap(m.ny());
-  for (int j = 0; j < m.ny(); ++j) wrap(j) = m.outputs[static_cast<std::size_t>(j)].wrap;
+  const std::vector<Channel> channels = readings(m);
+  Eigen::VectorXd wrap(m.nr());
+  for (int j = 0; j < m.nr(); ++j) wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
 
   const std::string reason = module_of(m).fastest_mode(m) ? ": the fastest mode's time constant" : "";
   std::string text = "inline constexpr Model kModel = {\n";
@@ -94,8 +95,8 @@ std::string model_constant(const Source& s) {
   text += fmt::format("    .stale_after = {},  // held measurements{}\n", s.folded.stale_after, reason);
   text += s.structure.leading_fields();
   text +=
-      fmt::format("    .outputs = {{.min = {}, .max = {}, .wrap = {}}},\n", s.init.vector(m.output_min, "output_min"),
-                  s.init.vector(m.output_max, "output_max"), s.init.vector(wrap, "wrap"));
+      fmt::format("    .outputs = {{.min = {}, .max = {}, .wrap = {}}},\n", s.init.vector(reading_min(m), "output_min"),
+                  s.init.vector(reading_max(m), "output_max"), s.init.vector(wrap, "wrap"));
   text += fmt::format("    .domain = {{.latent_min = {},\n", s.init.vector(m.latent_min, "latent_min"));
   text += fmt::format("               .latent_max = {}}},\n", s.init.vector(m.latent_max, "latent_max"));
   return text + s.structure.trailing_fields() + "};\n";

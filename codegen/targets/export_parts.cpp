@@ -74,9 +74,14 @@ void check_rounding(const Model& m, ScalarType scalar) {
   const auto rounded = [](double value) { return static_cast<float>(value); };
   if (!(rounded(m.sample_period_s) > 0.0F))
     throw Error("sample_period_s rounds to zero in float; export with scalar double");
-  for (int j = 0; j < m.ny(); ++j)
-    if (!(rounded(m.output_min(j)) < rounded(m.output_max(j))))
-      throw Error(fmt::format("output_min[{0}] and output_max[{0}] are equal in float; export with scalar double", j));
+  const auto check = [&](const char* field, const Eigen::VectorXd& low, const Eigen::VectorXd& high) {
+    for (Eigen::Index j = 0; j < low.size(); ++j)
+      if (!(rounded(low(j)) < rounded(high(j))))
+        throw Error(
+            fmt::format("{0}_min[{1}] and {0}_max[{1}] are equal in float; export with scalar double", field, j));
+  };
+  check("output", m.output_min, m.output_max);
+  check("input", m.input_min, m.input_max);
 }
 
 }  // namespace nlo::codegen

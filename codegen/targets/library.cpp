@@ -91,6 +91,9 @@ Values values_of(const PreparedExport& prepared) {
       {"CPP_INPUT", driven ? "  " + input : ""},
       {"ZEPHYR_INPUT", driven ? "    " + input : ""},
       {"CPP_U", driven ? ", u" : ""},
+      {"C99_INPUT", driven ? fmt::format("  const {} u[{}_c99_NU] = {{{}}};\n", init.scalar_name(), name,
+                                         calls("command_", inputs(m)))
+                           : ""},
       {"C99_CMAKE", c ? fmt::format("if(CONFIG_NLO_{1}_C99)\n  zephyr_library_named(nlo_{0})\n"
                                     "  zephyr_library_sources(src/{0}_c99.c)\nendif()\n",
                                     name, upper)

@@ -219,18 +219,21 @@ std::string replay_c99(const PreparedExport& prepared) {
     for (char& c : status) c = static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
     return g.name + "_" + status.substr(1);
   };
-  return filled(embedded_text("c99/replay.h.in"), {{"NAME", g.name},
-                                                   {"FLAGS", g.flags},
-                                                   {"EXPLANATION", g.explanation},
-                                                   {"SCALAR", g.init.scalar_name()},
-                                                   {"F", g.init.scalar_bytes() == 4 ? "f" : ""},
-                                                   {"NX", std::to_string(m.nx())},
-                                                   {"NY", std::to_string(m.ny())},
-                                                   {"NZ", std::to_string(m.nz())},
-                                                   {"Z_TOLERANCE", g.z_tolerance},
-                                                   {"X_TOLERANCE", g.x_hat_tolerance},
-                                                   {"SAMPLES", std::to_string(g.run.inputs.dt_s.size())},
-                                                   {"ANSWERS", samples_text(g, g.name + "_MISSED", status_text)}});
+  return filled(embedded_text("c99/replay.h.in"),
+                {{"NAME", g.name},
+                 {"FLAGS", g.flags},
+                 {"EXPLANATION", g.explanation},
+                 {"SCALAR", g.init.scalar_name()},
+                 {"F", g.init.scalar_bytes() == 4 ? "f" : ""},
+                 {"NX", std::to_string(m.nx())},
+                 {"NY", std::to_string(m.ny())},
+                 {"U_FIELD", m.nu() > 0 ? fmt::format("  {} u[{}];\n", g.init.scalar_name(), m.nu()) : ""},
+                 {"U_ARGUMENT", m.nu() > 0 ? ", sample->u" : ""},
+                 {"NZ", std::to_string(m.nz())},
+                 {"Z_TOLERANCE", g.z_tolerance},
+                 {"X_TOLERANCE", g.x_hat_tolerance},
+                 {"SAMPLES", std::to_string(g.run.inputs.dt_s.size())},
+                 {"ANSWERS", samples_text(g, g.name + "_MISSED", status_text)}});
 }
 
 }  // namespace nlo::codegen

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/text/cpp_structure.h"
 
+#include <fmt/format.h>
+
 namespace nlo::codegen {
 
 std::string hold_identifier(Hold hold) {
@@ -22,6 +24,7 @@ CppStructureBase::CppStructureBase(const ExportSource& s)
       quantised_(s.quantised),
       nx_(s.model.nx()),
       ny_(s.model.ny()),
+      nr_(s.model.nr()),
       nz_(s.model.nz()) {}
 
 std::string CppStructureBase::trailing_fields() const {
@@ -30,9 +33,23 @@ std::string CppStructureBase::trailing_fields() const {
   return text;
 }
 
+std::string CppStructureBase::input_arguments() const {
+  if (nr_ == ny_) return "";
+  return fmt::format(", {}{}", nr_ - ny_,
+                     m_.input_hold == Hold::kZeroOrder ? "" : ", " + hold_identifier(m_.input_hold));
+}
+
+std::string CppStructureBase::input_comment() const {
+  if (nr_ == ny_) return "";
+  return fmt::format("// Inputs are read beside the outputs; {}.\n",
+                     m_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample" : "u runs as y does");
+}
+
 CppNetwork CppStructureBase::inverse_map() const {
   const FoldedNetwork& map = f_.network("inverse_map");
-  return {map, map.field, "Layer", "Network", "InverseMap", map.inputs() > nz_ ? "[z; y]" : "z", quantised_};
+  return {map,       map.field,    "Layer",
+          "Network", "InverseMap", map.inputs() == nz_ ? "z" : nr_ > ny_ ? "[z; y; u]" : "[z; y]",
+          quantised_};
 }
 
 CppNetwork CppStructureBase::network(const std::string& field, const std::string& layer, const std::string& type,

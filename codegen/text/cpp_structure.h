@@ -51,6 +51,9 @@ class CppStructureBase : public CppStructure {
 
  protected:
   CppNetwork inverse_map() const;
+  /// The arguments that end a model's type where it reads inputs: ", 2", ", 2, Hold::kFirstOrder"; else nothing.
+  std::string input_arguments() const;
+  std::string input_comment() const;  ///< a line of description, or nothing
   /// The network of that field of the model file, with the names it has in the header.
   CppNetwork network(const std::string& field, const std::string& layer, const std::string& type,
                      const std::string& reads) const;
@@ -59,7 +62,7 @@ class CppStructureBase : public CppStructure {
   const FoldedModel& f_;
   const Initialiser& init_;
   const QuantisedNetwork* quantised_;
-  const Eigen::Index nx_, ny_, nz_;
+  const Eigen::Index nx_, ny_, nr_, nz_;  ///< nr_: readings
 };
 
 /// "Hold::kRk4".

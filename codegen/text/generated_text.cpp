@@ -22,7 +22,7 @@ constexpr std::array kRuntimeNames = {
     "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver",
     "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
     "LatentModel", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
-    "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "ObserverState", "OutputRange", "PackedDense",
+    "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "ObserverCore", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver",
     "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
     "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estrin", "evaluate_inverse",

@@ -22,8 +22,13 @@ kkl_examples() {
   done
 }
 
+# The C++ runtime behind the C header of NAME.
+shim() {
+  if grep -q "$1_NU" "$work/$1.h"; then echo "NLO_C99_DRIVEN_SHIM($1, $2)"; else echo "NLO_C99_SHIM($1, $2)"; fi
+}
+
 names=()
-for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 $(kkl_examples | sed 's/$/:float/'); do
+for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 commanded:int16 $(kkl_examples | sed 's/$/:float/'); do
   example=${entry%:*} scalar=${entry#*:} name=$example
   if [[ $scalar != float ]]; then name=${example}_$scalar; fi
   names+=("$name:${scalar/int16/float}") # all but T* is float
@@ -41,6 +46,8 @@ for entry in "${names[@]}"; do sources+=("$work/${entry%:*}.c") && objects+=("$w
     echo "#include \"${name}_replay.h\""
     echo "#define NLO_NAME $name"
     echo "#define NLO_SCALAR ${entry#*:}"
+    inputs=$(sed -n "s/.* ${name}_NU = \([0-9]*\).*/\1/p" "$work/$name.h")
+    if [[ $inputs ]]; then echo "#define NLO_INPUTS $inputs"; fi
     echo "#include \"$tests/drive.h\""
     bytes=$(sed -n 's|.*_observer takes \([0-9]*\) bytes of RAM.*|\1|p' "$work/$name.h")
     echo "typedef char ${name}_takes_its_bytes[sizeof(${name}_observer) == $bytes ? 1 : -1];"
@@ -56,7 +63,7 @@ for entry in "${names[@]}"; do sources+=("$work/${entry%:*}.c") && objects+=("$w
     echo "#include \"$work/cpp/$name.h\""
   done
   echo "#include \"$tests/shim.h\""
-  for entry in "${names[@]}"; do echo "NLO_C99_SHIM(${entry%:*}, ${entry#*:})"; done
+  for entry in "${names[@]}"; do shim "${entry%:*}" "${entry#*:}"; done
 } >"$work/shim.cpp"
 
 "$cc" "${strict[@]}" -O1 -c "$work/main.c" -o "$work/main.o"

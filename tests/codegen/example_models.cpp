@@ -245,6 +245,82 @@ Model window_model() {
   return with_domain(m);
 }
 
+namespace {
+
+/// One input in +-2; its hold.
+Model with_input(Model m, const std::string& name, Hold hold) {
+  m.name = name;
+  m.inputs = {{"torque", "N m", 0.0}};
+  m.input_hold = hold;
+  m.input_min = Eigen::VectorXd::Constant(1, -2.0);
+  m.input_max = Eigen::VectorXd::Constant(1, 2.0);
+  return m;
+}
+
+}  // namespace
+
+Model commanded_model() {
+  Model m = blank("commanded", 1, 2);
+  m.inputs = {{"voltage", "V", 0.0}, {"brake", "", 0.0}};
+  m.input_min = Eigen::Vector2d(-12.0, 0.0);
+  m.input_max = Eigen::Vector2d(12.0, 1.0);
+  linear_latent(m)->pairs = 1;
+  linear_latent(m)->eigenvalues.resize(5);
+  linear_latent(m)->eigenvalues << -3.0, 4.0, -5.0, -7.0, -0.5;  // pair of y, real of each reading, clock
+  linear_latent(m)->output_injection = Eigen::MatrixXd::Zero(5, 3);
+  linear_latent(m)->output_injection.col(0) << 3.0, -4.0, 0.0, 0.0, 0.0;
+  linear_latent(m)->output_injection.col(1) << 0.0, 0.0, 5.0, 0.0, 0.0;
+  linear_latent(m)->output_injection.col(2) << 0.0, 0.0, 0.0, 7.0, 0.0;
+  linear_latent(m)->starts_steady = true;
+  linear_latent(m)->relative_outputs = {0};
+  m.initial_latent = Eigen::VectorXd::Unit(5, 4);
+  m.latent_max = Eigen::VectorXd::Constant(5, 4.0);
+  m.latent_max(2) = 14.0;
+  m.latent_min = -m.latent_max;
+  Network& map = *inverse_map(m);
+  map = random_network({7, 16, 12, 2}, 51, 1.1);
+  map.features = Eigen::MatrixXd::Zero(7, 8);
+  map.features.leftCols(5).topRows(5).setIdentity();
+  map.features(0, 5) = -1.0;  // of y: z - y
+  map.features(5, 6) = map.features(6, 7) = 1.0;
+  map.feature_scale << 1.0, 1.0, 6.0, 0.6, 0.5, 6.0, 0.6;
+  map.skip = Uniform(52).matrix(2, 7, 0.3);
+  return m;
+}
+
+Model commanded_ramp_model() {
+  Model m = commanded_model();
+  m.name = "commanded_ramp";
+  m.input_hold = Hold::kFirstOrder;
+  return m;
+}
+
+Model commanded_luenberger_model() {
+  Model m = with_input(luenberger_model(), "commanded_pendulum", Hold::kZeroOrder);
+  std::get<Luenberger>(m.structure).input_matrix = Eigen::Vector2d(0.0, 1.5);
+  return m;
+}
+
+Model commanded_general_model() {
+  Model m = with_input(general_model(), "commanded_general", Hold::kFirstOrder);
+  General& own = std::get<General>(m.structure);
+  const Network before = own.dynamics;
+  own.dynamics = random_network({6, 12, 3}, 24, 0.3);
+  own.dynamics.skip = Eigen::MatrixXd::Zero(3, 6);
+  own.dynamics.skip.leftCols(5) = before.skip;
+  own.dynamics.skip.col(5) << 0.5, -1.0, 0.8;
+  own.dynamics.output_scale.setOnes();
+  own.dynamics.feature_scale.setOnes();
+  return m;
+}
+
+Model commanded_window_model() {
+  Model m = with_input(window_model(), "commanded_window", Hold::kZeroOrder);
+  m.initial_latent = Eigen::VectorXd::Zero(9);
+  m.structure = Window{3, random_network({9, 8, 2}, 42, 0.9)};
+  return with_domain(m);
+}
+
 std::vector<Model> structure_models() {
   return {luenberger_model(), general_model(), driven_model(), window_model()};
 }
@@ -258,7 +334,12 @@ std::vector<Model> example_models() {
                                activation_model("tanh"),
                                linear_model(),
                                hold_model("zero_order"),
-                               hold_model("rk4")};
+                               hold_model("rk4"),
+                               commanded_model(),
+                               commanded_ramp_model(),
+                               commanded_luenberger_model(),
+                               commanded_general_model(),
+                               commanded_window_model()};
   for (const Model& m : structure_models()) models.push_back(m);
   return models;
 }

@@ -42,6 +42,16 @@ Model driven_model();
 /// Two outputs, the last three measurements of each, T* 6-8-2.
 Model window_model();
 
+/// `rig_model` without its angle, with two known inputs that have modes of their own and that T* reads too: commands, or
+/// (`commanded_ramp`) measured with y.
+Model commanded_model();
+Model commanded_ramp_model();
+
+/// The other structures with a known input: (15) with B u, (11) with F(z, y, u), a window of y and u.
+Model commanded_luenberger_model();
+Model commanded_general_model();
+Model commanded_window_model();
+
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.
 Model large_model();
 

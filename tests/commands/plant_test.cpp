@@ -204,14 +204,14 @@ TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
   scratch.write("tiny.toml", kTinyExperiment);  // van_der_pol has the input u
   const auto train = scratch.run({"train", "tiny.toml", "-o", "run"});
   ASSERT_EQ(train.exit_code, 0) << train.err;
-  EXPECT_THAT(train.err, HasSubstr("note: a kkl observer takes no input, so this one does not know u"));
+  EXPECT_THAT(train.err, HasSubstr("note: this kkl observer was trained without inputs, so it does not know u"));
   EXPECT_THAT(scratch.read("run/report.html"), HasSubstr("ignored_inputs"));
   const auto exported = scratch.run({"export", "run/model.json", "-o", "tiny.h"});
   EXPECT_THAT(exported.err, HasSubstr("does not know u"));
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("ignored_inputs                u\n"));
   EXPECT_EQ(scratch.run({"export", "run/model.json", "-q", "-o", "tiny.h"}).err, "");
   scratch.write("autonomous.toml", with(kTinyExperiment, "\"van_der_pol\"", "\"sine_cosine\""));
-  EXPECT_THAT(scratch.run({"train", "autonomous.toml", "-o", "none"}).err, Not(HasSubstr("takes no input")));
+  EXPECT_THAT(scratch.run({"train", "autonomous.toml", "-o", "none"}).err, Not(HasSubstr("without inputs")));
 }
 
 }  // namespace

@@ -185,12 +185,19 @@ TEST_F(LogDataset, TakesTheGridForRoundedStamps) {
   }
 }
 
-TEST_F(LogDataset, NotesInputsThatItChecksAndDoesNotUse) {
+TEST_F(LogDataset, ReadsInputsAndChecksThem) {
   LogConfig config = SyntheticLog::config();
   config.columns.push_back(column("torque", ColumnRole::kInput));
-  load(config, log_.csv());
-  EXPECT_THAT(report_.notes, ElementsAre(AllOf(HasSubstr("input \"torque\" is read and checked, and nothing uses it"),
-                                               HasSubstr("role \"output\""))));
+  config.columns.back().odd = false;
+  const Dataset data = load(config, log_.csv());
+  EXPECT_TRUE(data.reads_inputs);
+  ASSERT_EQ(data.readings().size(), data.outputs.size() + 1);
+  EXPECT_EQ(data.readings().back().name, "torque");
+  EXPECT_EQ(data.mirror.input(0), 1.0);
+  const Trajectory& run = data.trajectories[0];
+  ASSERT_EQ(run.inputs.rows(), 1);
+  ASSERT_EQ(run.inputs.cols(), run.samples());
+  EXPECT_GT(run.inputs.cwiseAbs().maxCoeff(), 0.0);
   config.columns.back().column = "comment";
   EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv:2:comment: \"row, 0\" is no number"));
 }

@@ -4,12 +4,12 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x5d9f6c75
+#if tiny_c99_EXPORT != 0x292ceaf4
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
 #if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC optimize("fp-contract=off", "no-tree-loop-distribute-patterns")
+#pragma GCC optimize("fp-contract=off", "no-tree-loop-distribute-patterns", "no-tree-vectorize")
 #else
 #pragma STDC FP_CONTRACT OFF
 #endif

@@ -57,7 +57,7 @@ Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise) {
     for (int t = 0; t < group.length; ++t)
       for (int l = 0; l < group.lanes; ++l, ++column)
         for (int j = 0; j < data.ny; ++j)
-          all(j, column) = static_cast<double>(group.outputs[group.at(j, t) + static_cast<std::size_t>(l)]);
+          all(j, column) = static_cast<double>(group.readings[group.at(j, t) + static_cast<std::size_t>(l)]);
   return all;
 }
 

@@ -63,7 +63,7 @@ class Identity final : public LatentDynamics {
  public:
   using LatentDynamics::LatentDynamics;
   void prepare(const float*) override {}
-  void forward(SegmentGroup& group, int) override { group.latent = group.outputs; }
+  void forward(SegmentGroup& group, int) override { group.latent = group.readings; }
   void backward(SegmentGroup&, int) override {}
 };
 
@@ -85,7 +85,7 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
   const SegmentGroup& group = rollout.groups()[0];
   for (int t = 0; t < 20; ++t) {
     for (int row = 0; row < 2; ++row) {
-      const float* lanes = group.outputs.data() + group.at(row, t);
+      const float* lanes = group.readings.data() + group.at(row, t);
       ASSERT_EQ(lanes[0], static_cast<float>(run.outputs(row, 7 + t)));
       ASSERT_EQ(lanes[1], row == 0 ? -lanes[0] : lanes[0]);
       const auto state = static_cast<std::size_t>(row);

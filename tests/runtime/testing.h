@@ -51,7 +51,7 @@ constexpr void complete(Model& model) {
   auto& latent = model.latent;
   latent.step =
       discretise<Model::kPairs>(latent.hold, latent.eigenvalues, latent.output_injection, model.sample_period_s);
-  for (int j = 0; j < Model::kNy; ++j) {
+  for (int j = 0; j < Model::kNr; ++j) {
     for (int r = 0; r < 2 * Model::kPairs; r += 2) {  // -f / lambda
       const Scalar re = latent.eigenvalues[r], im = latent.eigenvalues[r + 1];
       const Scalar f_re = latent.output_injection[r][j], f_im = latent.output_injection[r + 1][j];

@@ -44,11 +44,12 @@ struct Problem {
   std::vector<double> steps_s;
   SegmentGroup group;
 
-  Problem(Hold hold, Injection injection, bool pair, bool jittered, bool steady) {
+  Problem(Hold hold, Injection injection, bool pair, bool jittered, bool steady, bool command = false) {
     shape.hold = hold;
+    if (command) shape.commands_from = 0;
     shape.injection = injection;
     shape.starts_steady = steady;
-    shape.modes = {{.pair = pair, .row = 0, .output = 0}};
+    shape.modes = {{.pair = pair, .row = 0, .reading = 0}};
     shape.rows = shape.learned = pair ? 2 : 1;
     parameters = pair ? std::vector<float>{0.4F, 1.1F} : std::vector<float>{0.4F};
     eigenvalues.resize(parameters.size());
@@ -57,10 +58,10 @@ struct Problem {
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     group.length = kLength;
     group.lanes = kGroup;
-    group.outputs.resize(group.at(1, 0));
+    group.readings.resize(group.at(1, 0));
     group.latent.resize(group.at(shape.rows, 0));
     group.cotangent.resize(group.at(shape.rows, 0));
-    for (float& y : group.outputs) y = static_cast<float>(1.5 * uniform(random) + 0.5);
+    for (float& y : group.readings) y = static_cast<float>(1.5 * uniform(random) + 0.5);
     for (float& g : group.cotangent) g = static_cast<float>(uniform(random) + 0.5);
     if (!jittered) {
       steps_s = {kPeriod};
@@ -78,7 +79,7 @@ struct Problem {
   std::vector<double> outputs(int lane) const {
     std::vector<double> y;
     for (int t = 0; t < kLength; ++t) {
-      y.push_back(static_cast<double>(group.outputs[group.at(0, t) + static_cast<std::size_t>(lane)]));
+      y.push_back(static_cast<double>(group.readings[group.at(0, t) + static_cast<std::size_t>(lane)]));
     }
     return y;
   }
@@ -92,7 +93,7 @@ struct Problem {
   }
   std::vector<Cd> plain(Cd at, int lane) const {
     const Cd f = plain_injection(shape.injection, shape.modes[0].pair, at);
-    return plain_filter(shape.hold, at, f, shape.starts_steady, outputs(lane), steps(lane));
+    return plain_filter(shape.hold, at, f, shape.starts_steady, outputs(lane), steps(lane), shape.ahead(0));
   }
   /// l = sum of cotangent times z; `size` also adds up the sizes of the terms.
   double loss(double at_p, double at_q, double* size = nullptr) const {
@@ -123,18 +124,18 @@ struct Problem {
   }
 };
 
-/// Calls check(problem) for every hold, injection, kind of mode, sampling and start.
+/// Calls check(problem) for every hold, injection, kind of mode, sampling and start, of outputs and of commands.
 template <class Check>
 void for_all_problems(const Check& check) {
   for (const Hold hold : kHolds) {
     for (const Injection injection : {Injection::kOnes, Injection::kUnitGain}) {
       for (const bool pair : {false, true}) {
         for (const bool jittered : {false, true}) {
-          for (const bool steady : {false, true}) {
+          for (const auto& [steady, command] : {std::pair{false, false}, {true, false}, {false, true}}) {
             SCOPED_TRACE(name_of(hold) + (injection == Injection::kOnes ? " ones" : " unit_gain") +
                          (pair ? " pair" : " real") + (jittered ? " jittered" : " uniform") +
-                         (steady ? " steady" : " zero"));
-            Problem problem(hold, injection, pair, jittered, steady);
+                         (steady ? " steady" : " zero") + (command ? " command" : ""));
+            Problem problem(hold, injection, pair, jittered, steady, command);
             check(problem);
             if (::testing::Test::HasFatalFailure()) return;
           }
@@ -197,7 +198,7 @@ TEST(LinearLatent, AdjointSeesTheStartThroughACotangentAtTheFirstSampleAlone) {
     const Cd f = plain_injection(Injection::kOnes, pair, lambda);
     double expected = 0.0;
     for (std::size_t lane = 0; lane < kGroup; ++lane) {
-      const Cd slope = f / (lambda * lambda) * static_cast<double>(problem.group.outputs[lane]) * lambda.real();
+      const Cd slope = f / (lambda * lambda) * static_cast<double>(problem.group.readings[lane]) * lambda.real();
       expected += static_cast<double>(problem.group.cotangent[lane]) * slope.real();
     }
     EXPECT_NEAR(problem.group.gradient[0], expected, 1e-5 * std::abs(expected)) << (pair ? "pair" : "real");
@@ -224,11 +225,11 @@ TEST(LinearLatent, GradientIsTheSumOverTheLanes) {
 /// A pair and two real modes on two outputs, and a clock: what a real observer looks like.
 LatentShape mixed_shape() {
   LatentShape shape;
-  shape.modes = {{.pair = true, .row = 0, .output = 0},
-                 {.pair = true, .row = 2, .output = 1},
-                 {.pair = false, .row = 4, .output = 0},
-                 {.pair = false, .row = 5, .output = 1},
-                 {.pair = false, .row = 6, .output = -1}};
+  shape.modes = {{.pair = true, .row = 0, .reading = 0},
+                 {.pair = true, .row = 2, .reading = 1},
+                 {.pair = false, .row = 4, .reading = 0},
+                 {.pair = false, .row = 5, .reading = 1},
+                 {.pair = false, .row = 6, .reading = -1}};
   shape.rows = 7;
   shape.learned = 6;
   shape.starts_steady = true;
@@ -240,11 +241,11 @@ SegmentGroup mixed_group(const LatentShape& shape) {
   SegmentGroup group;
   group.length = kLength;
   group.lanes = kGroup;
-  group.outputs.resize(group.at(2, 0));
+  group.readings.resize(group.at(2, 0));
   group.latent.resize(group.at(shape.rows, 0));
   std::mt19937 random(5);
   std::uniform_real_distribution<float> uniform(-1.0F, 2.0F);
-  for (float& y : group.outputs) y = uniform(random);
+  for (float& y : group.readings) y = uniform(random);
   return group;
 }
 
@@ -265,18 +266,18 @@ TEST(LinearLatent, FilterMeetsTheRuntimesObserverOnTheSameNumbers) {
   double eigenvalues[7];
   for (int r = 0; r < 7; ++r) eigenvalues[r] = kMixed[r];
   for (const Mode& mode : shape.modes) {
-    if (mode.output < 0) {
+    if (mode.reading < 0) {
       model.latent.initial[mode.row] = 1.0F;
       continue;
     }
     const Cd lambda{kMixed[mode.row], mode.pair ? kMixed[mode.row + 1] : 0.0};
     const Cd in = plain_injection(shape.injection, mode.pair, lambda);
     const Cd steady = -in / lambda;
-    f[mode.row][mode.output] = in.real();
-    model.latent.steady_gain[mode.row][mode.output] = static_cast<float>(steady.real());
+    f[mode.row][mode.reading] = in.real();
+    model.latent.steady_gain[mode.row][mode.reading] = static_cast<float>(steady.real());
     if (!mode.pair) continue;
-    f[mode.row + 1][mode.output] = in.imag();
-    model.latent.steady_gain[mode.row + 1][mode.output] = static_cast<float>(steady.imag());
+    f[mode.row + 1][mode.reading] = in.imag();
+    model.latent.steady_gain[mode.row + 1][mode.reading] = static_cast<float>(steady.imag());
   }
   const auto step = discretise<2>(Hold::kFirstOrder, eigenvalues, f, kPeriod);
   for (int r = 0; r < 7; ++r) {
@@ -294,7 +295,7 @@ TEST(LinearLatent, FilterMeetsTheRuntimesObserverOnTheSameNumbers) {
   for (std::size_t lane = 0; lane < kGroup; ++lane) {
     KklObserver<Flown> observer(model);
     for (int t = 0; t < kLength; ++t) {
-      ASSERT_EQ(observer.step({{group.outputs[group.at(0, t) + lane], group.outputs[group.at(1, t) + lane]}}),
+      ASSERT_EQ(observer.step({{group.readings[group.at(0, t) + lane], group.readings[group.at(1, t) + lane]}}),
                 StepStatus::kOk);
       for (int r = 0; r < 7; ++r) {
         ASSERT_NEAR(observer.latent()[r], group.latent[group.at(r, t) + lane], static_cast<float>(kFilterTolerance))

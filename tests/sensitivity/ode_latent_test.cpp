@@ -88,7 +88,7 @@ struct Problem {
     }
     run = {.length = length,
            .hold = hold,
-           .outputs = outputs.data(),
+           .readings = outputs.data(),
            .steps_s = steps_s.data(),
            .uniform = !jittered,
            .latent = latent.data(),
@@ -231,7 +231,7 @@ TEST(OdeLatent, LuenbergerEstimateConvergesWhenTheNonlinearityIsKnown) {
   std::vector<double> outputs(kLength * kGroup), latent(2 * outputs.size());
   for (int k = 0; k < kLength; ++k) std::fill_n(outputs.data() + k * kGroup, kGroup, std::cos(h * k));
   integrate(*dynamics, kRk4<double>,
-            OdeRun<double>{.length = kLength, .outputs = outputs.data(), .steps_s = &h, .latent = latent.data()});
+            OdeRun<double>{.length = kLength, .readings = outputs.data(), .steps_s = &h, .latent = latent.data()});
   const auto error = [&](int k) {
     const auto at = static_cast<std::size_t>(k) * kGroup;
     return std::hypot(latent[at] - std::cos(h * k), latent[outputs.size() + at] + std::sin(h * k));

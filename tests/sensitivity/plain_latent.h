@@ -42,11 +42,11 @@ inline PlainStep plain_step(Hold hold, Cd lambda, double h) {
 
 /// z at all samples of one mode, driven through f, from rest or from the steady state of y_0.
 inline std::vector<Cd> plain_filter(Hold hold, Cd lambda, Cd f, bool starts_steady, const std::vector<double>& y,
-                                    const std::vector<double>& steps_s) {
+                                    const std::vector<double>& steps_s, int ahead = 0) {
   std::vector<Cd> z{starts_steady ? -f / lambda * y[0] : 0.0};
   for (std::size_t k = 0; k + 1 < y.size(); ++k) {
     const PlainStep step = plain_step(hold, lambda, steps_s[k]);
-    z.push_back(step.a * z.back() + f * (step.b0 * y[k] + step.b1 * y[k + 1]));
+    z.push_back(step.a * z.back() + f * (step.b0 * y[k + static_cast<std::size_t>(ahead)] + step.b1 * y[k + 1]));
   }
   return z;
 }

@@ -138,8 +138,8 @@ TEST(Objective, NoiseHasTheNamedDeviation) {
       for (int l = 0; l < group.lanes; ++l) {
         const auto& run = problem.data.runs[static_cast<std::size_t>(rollout.segment(static_cast<int>(g), l).run)];
         for (int t = 0; t < group.length; ++t, count += 1.0) {
-          const auto noise = static_cast<double>(group.outputs[group.at(0, t) + static_cast<std::size_t>(l)] -
-                                                 run.outputs[static_cast<std::size_t>(t)]);
+          const auto noise = static_cast<double>(group.readings[group.at(0, t) + static_cast<std::size_t>(l)] -
+                                                 run.readings[static_cast<std::size_t>(t)]);
           sum += noise;
           squares += noise * noise;
         }

@@ -23,9 +23,6 @@ std::string ignored_inputs(const Experiment& experiment) {
     const auto plant = make_plant(*experiment.plant);
     for (const codegen::Channel& input : plant->inputs()) add(input.name);
   }
-  if (experiment.log)
-    for (const ColumnConfig& column : experiment.log->columns)
-      if (column.role == ColumnRole::kInput) add(column.name);
   return names;
 }
 
@@ -42,7 +39,7 @@ std::string ignored_inputs_note(const codegen::Model& model) {
   for (const auto& [name, inputs] : model.provenance)
     if (name == kFact)
       return fmt::format(
-          "note: a {} observer takes no input, so this one does not know {}: where an input acts, its "
+          "note: this {} observer was trained without inputs, so it does not know {}: where an input acts, its "
           "estimates are off; of a plant, structure = \"driven_kkl\" takes inputs\n",
           codegen::structure_name(model), inputs);
   return "";

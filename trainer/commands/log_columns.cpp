@@ -28,6 +28,7 @@ LogConfig columns_for(const codegen::Model& model, const Experiment& experiment,
   } else {
     log.columns.push_back(column_of({"time", "s", 0.0}, ColumnRole::kTime));
     for (const codegen::Channel& output : model.outputs) log.columns.push_back(column_of(output, ColumnRole::kOutput));
+    for (const codegen::Channel& input : model.inputs) log.columns.push_back(column_of(input, ColumnRole::kInput));
     for (const codegen::Channel& state : model.states) log.columns.push_back(column_of(state, ColumnRole::kState));
   }
   const bool timed = std::any_of(log.columns.begin(), log.columns.end(),

@@ -23,7 +23,8 @@ Experiment scaled_experiment(const Experiment& experiment, const codegen::Model&
   constexpr double kSame = 1e-6;
   Experiment again = experiment;
   ObserverConfig& observer = again.observer;
-  const std::size_t outputs = model.outputs.size(), pairs = observer.pairs.size(), real = observer.eigenvalues.size();
+  const std::size_t outputs = static_cast<std::size_t>(model.nr()), pairs = observer.pairs.size(),
+                    real = observer.eigenvalues.size();
   const auto expected = outputs * (2 * pairs + real) + observer.clocks_s.size();
   if (static_cast<std::size_t>(model.nz()) != expected ||
       static_cast<std::size_t>(codegen::linear_latent(model)->pairs) != outputs * pairs)

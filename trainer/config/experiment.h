@@ -87,7 +87,7 @@ struct ObserverConfig {
   LatentStart start = LatentStart::kZero;
   std::vector<double> clocks_s;               ///< extra latent rows exp(-t/tau): how far z can be trusted since reset
   FeatureSet features = FeatureSet::kLatent;  ///< angles need kLatentMinusOutput
-  /// Of the inputs of an observer that takes them: the u given has acted since the last sample, or is ramped to.
+  /// Of known inputs: the u given has acted since the last sample, or runs as the outputs do.
   Hold input_hold = Hold::kZeroOrder;
 
   ByType own;  ///< keys of one structure alone, in a struct of its module's

@@ -37,10 +37,11 @@ struct Collocation {
 /// What the mirror image of a run multiplies each channel by: -1, or 1 where the channel is even (a temperature, a
 /// cosine). Empty: -1 for all.
 struct Mirror {
-  std::vector<double> outputs, states;
+  std::vector<double> outputs, states, inputs = {};
 
   double output(std::size_t j) const { return outputs.empty() ? -1.0 : outputs[j]; }
   double state(std::size_t i) const { return states.empty() ? -1.0 : states[i]; }
+  double input(std::size_t i) const { return inputs.empty() ? -1.0 : inputs[i]; }
 };
 
 struct Dataset {
@@ -52,8 +53,16 @@ struct Dataset {
   Collocation collocation = {};
   codegen::DenseLayer input_field = {};  ///< g of a plant that a driven observer is trained for, as in codegen::Drive
   std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
+  bool reads_inputs = false;             ///< the observer reads them beside the outputs
   std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
   Mirror mirror = {};
+
+  /// What the latent system and T* read: outputs, then the inputs that are read.
+  std::vector<Channel> readings() const {
+    std::vector<Channel> both = outputs;
+    if (reads_inputs) both.insert(both.end(), inputs.begin(), inputs.end());
+    return both;
+  }
 
   /// How many quantities are measured: an angle as sine and cosine is one.
   std::size_t sensors() const { return outputs.size() - output_angles.size(); }

@@ -164,16 +164,6 @@ void note_suspicious_steps(const LogColumn& column, const VectorXd& values, cons
                             file, column.heading, wide));
 }
 
-void note_unused_inputs(const LogSchema& schema, Notes& notes) {
-  if (schema.inputs.empty()) return;
-  std::string names;
-  for (const LogColumn& input : schema.inputs) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", input.name);
-  note_once(notes,
-            fmt::format("input {} is read and checked, and nothing uses it: no observer that is trained on logs knows "
-                        "inputs yet; give it the role \"output\" for the observer to see it as a measurement",
-                        names));
-}
-
 void note_suspicious_columns(const LogSchema& schema, const std::vector<LogFile>& logs, Notes& notes) {
   if (logs.empty()) return;
   std::set<std::string> seen;

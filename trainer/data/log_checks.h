@@ -18,9 +18,6 @@ void note_once(std::vector<std::string>& notes, const std::string& text);
 void note_suspicious_steps(const LogColumn& column, const Eigen::VectorXd& values, const std::string& file,
                            std::vector<std::string>& notes);
 
-/// Inputs are in the files, and no observer of logs reads them: without this note a user would think that it did.
-void note_unused_inputs(const LogSchema& schema, std::vector<std::string>& notes);
-
 /// Looks at all logs together: a column may well rest in one of them.
 void note_suspicious_columns(const LogSchema& schema, const std::vector<LogFile>& logs,
                              std::vector<std::string>& notes);

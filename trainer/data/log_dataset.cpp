@@ -39,6 +39,8 @@ class Loader {
     result.time_s = time_of(run);
     result.outputs = channels(log, run, result.time_s, schema_.outputs, schema_.output_channels.size());
     result.states = channels(log, run, result.time_s, schema_.states, schema_.state_channels.size());
+    if (!schema_.inputs.empty())
+      result.inputs = channels(log, run, result.time_s, schema_.inputs, schema_.input_channels.size());
     result.weight = weights(result.time_s);
     if (result.weight.sum() == 0.0)
       throw Error(fmt::format("{:.3g} s long, all of it within mask_edges_s = {} s of its ends: use a longer log",
@@ -186,6 +188,8 @@ Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector
   Dataset data;
   data.outputs = schema.output_channels;
   data.states = schema.state_channels;
+  data.inputs = schema.input_channels;
+  data.reads_inputs = !schema.input_channels.empty();
   data.mirror = schema.mirror;
   for (Index channel = 0; const LogColumn& output : schema.outputs) {
     if (output.sincos) data.output_angles.push_back({channel, output.wrap});
@@ -206,7 +210,6 @@ Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector
   if (check_columns) {
     note_suspicious_columns(schema, logs, report.notes);
     note_logged_velocities(schema, config.velocity_filter, logs, runs, data.sample_period_s, report.notes);
-    note_unused_inputs(schema, report.notes);
   }
   // One run as it is stamped decides for all: their steps share a table.
   if (!data.uniform)

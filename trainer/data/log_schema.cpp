@@ -118,7 +118,7 @@ std::string key_of(const std::string& name, const std::vector<ColumnConfig>& all
 
 void check_names(const LogSchema& schema, const std::vector<ColumnConfig>& all) {
   std::set<std::string> taken;
-  for (const auto* channels : {&schema.output_channels, &schema.state_channels})
+  for (const auto* channels : {&schema.output_channels, &schema.state_channels, &schema.input_channels})
     for (const Channel& channel : *channels)
       if (!taken.insert(channel.name).second)
         throw KeyError(key_of(channel.name, all),
@@ -154,7 +154,11 @@ LogSchema resolve_columns(const LogConfig& config) {
               {resolved.name, resolved.unit, resolved.wrap, static_cast<int>(schema.state_channels.size()) - 2});
         break;
       case ColumnRole::kInput:
+        if (resolved.wrap > 0.0)
+          fail(column, config.columns, "an input is taken as it comes, and cannot be an angle: leave wrap out");
         schema.inputs.push_back(resolved);
+        append_channels(resolved, schema.input_channels);
+        append_mirror(column, false, schema.mirror.inputs);
         break;
       case ColumnRole::kIgnored:
         break;

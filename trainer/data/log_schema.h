@@ -41,7 +41,7 @@ struct LogSchema {
   std::string time_heading;  ///< empty: no time stamps, rows are sample_period_s apart
   double time_unit_s = 1.0;  ///< seconds per unit of the time column
   std::vector<LogColumn> outputs, states, inputs;
-  std::vector<codegen::Channel> output_channels, state_channels;
+  std::vector<codegen::Channel> output_channels, state_channels, input_channels;
   Mirror mirror;                           ///< of the channels
   std::vector<StateSource> state_sources;  ///< one per state channel
   std::vector<AnglePair> angle_pairs;      ///< among the states

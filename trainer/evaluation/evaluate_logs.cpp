@@ -128,6 +128,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   if (logs.trajectories.empty()) throw Error("evaluation: no log to evaluate on");
   require_same_names(model.outputs, logs.outputs, "outputs");
   require_same_names(model.states, logs.states, "states");
+  if (!model.inputs.empty()) require_same_names(model.inputs, logs.inputs, "inputs");
   const auto say = [&](double share, const std::string& what) {
     if (progress) progress(share, what);
   };

@@ -24,7 +24,7 @@ LinearReadout::LinearReadout(const codegen::Model& model) : states_(model.states
     mean_ = map->feature_mean;
     scale_ = map->feature_scale;
   } else {
-    map_ = MatrixXd::Identity(model.nz() + model.ny(), model.nz() + model.ny());
+    map_ = MatrixXd::Identity(model.nz() + model.nr(), model.nz() + model.nr());
     mean_ = VectorXd::Zero(map_.rows());
     scale_ = VectorXd::Ones(map_.rows());
   }

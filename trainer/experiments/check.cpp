@@ -47,7 +47,13 @@ void check_observer(const Experiment& e) {
                        fmt::format("[observer] {} belongs to structure = \"{}\"; this one is \"{}\"", key.name,
                                    other->name(), structure.name()));
   }
-  structure.check(e, observer_channels(e));
+  const ChannelCounts channels = observer_channels(e);
+  if (channels.read_inputs > 0 && o.input_hold == Hold::kFirstOrder && o.hold == Hold::kZeroOrder)
+    throw KeyError(
+        "observer.input_hold",
+        "[observer] input_hold is \"first_order\", and hold \"zero_order\": inputs run as the outputs do, or "
+        "are commands; set hold = \"first_order\", or input_hold = \"zero_order\"");
+  structure.check(e, channels);
 }
 
 void check_evaluation(const Experiment& e) {

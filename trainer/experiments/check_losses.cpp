@@ -65,6 +65,10 @@ void check_losses(const Experiment& e) {
     throw KeyError("observer.clocks_s",
                    "[observer] clocks_s are no function of the state, so T cannot give them; remove them, or "
                    "the losses of T");
+  if (uses_forward_map(e) && observer_channels(e).read_inputs > 0)
+    throw KeyError("loss",
+                   "[loss] T is a function of the state, and the latent state of an observer that reads inputs is "
+                   "none: remove the losses of T, or the inputs");
   check_collocation(e);
 }
 

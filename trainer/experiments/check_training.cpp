@@ -31,7 +31,7 @@ void check_mirror(const Experiment& e) {
   if (!e.log) return;
   bool turns = false;
   for (const ColumnConfig& column : e.log->columns) {
-    if (column.role != ColumnRole::kOutput && column.role != ColumnRole::kState) continue;
+    if (column.role == ColumnRole::kTime || column.role == ColumnRole::kIgnored) continue;
     turns = turns || column.odd;
     for (const ColumnConfig& source : e.log->columns)
       if (source.name == column.derivative_of && source.derivative_of.empty() && source.odd != column.odd)

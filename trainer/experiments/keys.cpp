@@ -32,7 +32,7 @@ std::vector<Key<ObserverConfig>> common_observer_keys() {
   using O = ObserverConfig;
   return {
       key("structure", &O::structure, one_of(structure_names()), "equations of the observer"),
-      key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output"),
+      key("eigenvalues", &O::eigenvalues, negative(), "real ones of D [1/s], repeated for each output and input"),
       key("pairs", &O::pairs, any(), "complex ones [re, im] of D [1/s], re < 0 < im, repeated for each output"),
       key("learn_eigenvalues", &O::learn_eigenvalues, any(), "else they stay as given"),
       key("output_injection", &O::output_injection, names_of<Injection>(),
@@ -42,7 +42,7 @@ std::vector<Key<ObserverConfig>> common_observer_keys() {
       key("clocks_s", &O::clocks_s, positive(), "extra inputs exp(-t / tau) of T*: how far z can be trusted [s]"),
       key("features", &O::features, names_of<FeatureSet>(), "what T* reads: z; z and y; z - y and y (angles need it)"),
       key("input_hold", &O::input_hold, one_of({"zero_order", "first_order"}),
-          "driven_kkl: the u given has acted since the last sample, or is ramped to"),
+          "of known inputs: the u given has acted since the last sample, or runs as y does"),
   };
 }
 

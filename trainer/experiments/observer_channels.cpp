@@ -4,6 +4,7 @@
 #include "trainer/data/log_schema.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
+#include "trainer/structures/table.h"
 
 namespace nlo::trainer {
 
@@ -12,10 +13,12 @@ ChannelCounts observer_channels(const Experiment& experiment) {
     const auto plant = make_plant(*experiment.plant);
     const PlantChannels channels(*experiment.plant, *plant);
     return {static_cast<int>(channels.states().size()), static_cast<int>(channels.outputs().size()),
-            static_cast<int>(plant->nu())};
+            static_cast<int>(plant->nu()), 0};
   }
   const LogSchema schema = resolve_columns(*experiment.log);
-  return {static_cast<int>(schema.state_channels.size()), static_cast<int>(schema.output_channels.size()), 0};
+  const auto inputs = static_cast<int>(schema.input_channels.size());
+  return {static_cast<int>(schema.state_channels.size()), static_cast<int>(schema.output_channels.size()), inputs,
+          structure_of(experiment.observer).reads_inputs() ? inputs : 0};
 }
 
 }  // namespace nlo::trainer

@@ -33,7 +33,7 @@ void EstimateBlock::read_features() {
   for (std::size_t f = 0; f < features.size(); ++f) {
     const Feature& feature = features[f];
     const float* z = feature.latent >= 0 ? group.latent.data() + group.at(feature.latent, 0) : nullptr;
-    const float* y = feature.output >= 0 ? group.outputs.data() + group.at(feature.output, 0) : nullptr;
+    const float* y = feature.reading >= 0 ? group.readings.data() + group.at(feature.reading, 0) : nullptr;
     float* row = network_->input() + f * kRow;
     const FeatureFormula<float> formula(feature);
     for (int s = 0; s < samples_.count; ++s)

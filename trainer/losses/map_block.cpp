@@ -99,7 +99,7 @@ void MapBlock<Scalar, kColumns>::run_inverse(const MapSamples<Scalar>& samples) 
     const FeatureFormula<Scalar> formula(features[f]);
     const Scalar* z = features[f].latent >= 0 ? latent(static_cast<std::size_t>(features[f].latent)) : nullptr;
     const Scalar* y =
-        features[f].output >= 0 ? samples.y + static_cast<std::ptrdiff_t>(features[f].output) * kStride : nullptr;
+        features[f].reading >= 0 ? samples.y + static_cast<std::ptrdiff_t>(features[f].reading) * kStride : nullptr;
     Scalar* u = inverse_.input() + f * kStride;
     for (int s = 0; s < samples.count; ++s)
       u[s] = formula.normalised(z != nullptr ? z + s : nullptr, y != nullptr ? y + s : nullptr);

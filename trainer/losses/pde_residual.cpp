@@ -28,7 +28,7 @@ double pde_residual(MapBlock<Scalar, kColumns>& block, const MapSamples<Scalar>&
     const std::complex<double> injection = injection_of(block.structure().latent.injection, mode, lambda);
     const auto re = static_cast<Scalar>(lambda.real()), im = static_cast<Scalar>(lambda.imag());
     const auto f_re = static_cast<Scalar>(injection.real()), f_im = static_cast<Scalar>(injection.imag());
-    const Scalar* h = samples.h + static_cast<std::ptrdiff_t>(mode.output) * kStride;
+    const Scalar* h = samples.h + static_cast<std::ptrdiff_t>(mode.reading) * kStride;
     const Scalar* n = network.output() + mode.row * kStride;
     const Scalar* n_dot = network.output_tangent() + mode.row * kStride;
     Scalar* pull = network.output_cotangent() + mode.row * kStride;

@@ -15,7 +15,7 @@ std::vector<float> rows(std::size_t count) {
 SampleRows::SampleRows(const ObserverStructure& structure)
     : x_(rows(structure.state_scale.size())),
       z_(rows(structure.latent_scale.size())),
-      y_(rows(static_cast<std::size_t>(structure.outputs))),
+      y_(rows(static_cast<std::size_t>(structure.readings))),
       f_(x_),
       h_(y_),
       weight_(rows(1)) {}
@@ -52,8 +52,8 @@ MapSamples<float> SampleRows::gather(const Rollout& rollout, const SampleRange& 
     for (std::size_t r = 0; r < nz; ++r)
       z_[r * kRow + at] = group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)];
     for (std::size_t j = 0; j < ny; ++j) {
-      y_[j * kRow + at] = group.outputs[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
-      h_[j * kRow + at] = (segment.mirrored ? data.output_mirror[j] : 1.0F) * run.outputs[j * samples + k];
+      y_[j * kRow + at] = group.readings[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
+      h_[j * kRow + at] = (segment.mirrored ? data.reading_mirror[j] : 1.0F) * run.readings[j * samples + k];
     }
   }
   return view(range.count);

@@ -51,9 +51,12 @@ TrainingData::TrainingData(const Dataset& dataset)
       uniform(dataset.uniform),
       nx(static_cast<int>(dataset.states.size())),
       ny(static_cast<int>(dataset.outputs.size())),
+      nr(static_cast<int>(dataset.readings().size())),
       output_angles(dataset.output_angles) {
   for (std::size_t j = 0; j < dataset.outputs.size(); ++j)
-    output_mirror.push_back(static_cast<float>(dataset.mirror.output(j)));
+    reading_mirror.push_back(static_cast<float>(dataset.mirror.output(j)));
+  for (int i = 0; i < nr - ny; ++i)
+    reading_mirror.push_back(static_cast<float>(dataset.mirror.input(static_cast<std::size_t>(i))));
   for (std::size_t i = 0; i < dataset.states.size(); ++i)
     state_mirror.push_back(static_cast<float>(dataset.mirror.state(i)));
   if (uniform) steps_s.push_back(dataset.sample_period_s);
@@ -70,7 +73,11 @@ TrainingData::TrainingData(const Dataset& dataset)
     Run run;
     run.samples = static_cast<int>(trajectory.samples());
     run.first_estimate = static_cast<int>(trajectory.first_estimate);
-    run.outputs = row_major(trajectory.outputs);
+    run.readings = row_major(trajectory.outputs);
+    if (nr > ny) {
+      const std::vector<float> inputs = row_major(trajectory.inputs);
+      run.readings.insert(run.readings.end(), inputs.begin(), inputs.end());
+    }
     run.states = row_major(trajectory.states);
     run.derivatives = row_major(trajectory.derivatives);
     run.weight.assign(static_cast<std::size_t>(run.samples), 1.0F);
@@ -112,7 +119,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
   group.lanes = std::min(kGroup, static_cast<int>(segments_.size()) - first);
   group.length = 0;
   for (int l = 0; l < group.lanes; ++l) group.length = std::max(group.length, segment(index, l).length);
-  group.outputs.resize(group.at(data_->ny, 0));
+  group.readings.resize(group.at(data_->nr, 0));
   group.step_of.assign(data_->uniform ? 0 : group.at(1, 0), 0);
   float level[kGroup];
   bool mirrored[kGroup];
@@ -126,14 +133,14 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
     last[l] = segment.length - 1;  // past its end a segment repeats its last sample
     start[l] = segment.start;
   }
-  for (int j = 0; j < data_->ny; ++j) {
+  for (int j = 0; j < data_->nr; ++j) {
     const float* from[kGroup];
     float sign[kGroup];
     for (int l = 0; l < kGroup; ++l) {
-      from[l] = runs[l]->outputs.data() + j * runs[l]->samples + start[l];
-      sign[l] = mirrored[l] ? data_->output_mirror[static_cast<std::size_t>(j)] : 1.0F;
+      from[l] = runs[l]->readings.data() + j * runs[l]->samples + start[l];
+      sign[l] = mirrored[l] ? data_->reading_mirror[static_cast<std::size_t>(j)] : 1.0F;
     }
-    float* to = group.outputs.data() + group.at(j, 0);
+    float* to = group.readings.data() + group.at(j, 0);
     for (int t = 0; t < group.length; ++t, to += kGroup) {
       for (int l = 0; l < kGroup; ++l) to[l] = sign[l] * from[l][std::min(t, last[l])];
     }
@@ -164,8 +171,8 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const flo
       scale[l] = level[l] * static_cast<float>(own.scale);
       if (encoded) scale[l] *= static_cast<float>(2.0 * std::numbers::pi / angle->wrap);
     }
-    float* y = group.outputs.data() + group.at(row, 0);
-    float* cosine = encoded ? group.outputs.data() + group.at(row + 1, 0) : nullptr;
+    float* y = group.readings.data() + group.at(row, 0);
+    float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
     for (int t = 0; kind != NoiseKind::kNone && t < group.length; ++t, y += kGroup) {
       if (left == 0) {
         draw_pair(random, kind, draw);

@@ -25,7 +25,7 @@ struct TrainingData {
     int samples = 0;
     int first_estimate = 0;          ///< see Trajectory
     std::vector<int> step_of;        ///< samples: which of steps_s leaves the sample; empty when uniform
-    std::vector<float> outputs;      ///< n_y x samples
+    std::vector<float> readings;     ///< n_r x samples: outputs, then the inputs that the observer reads
     std::vector<float> states;       ///< n_x x samples
     std::vector<float> weight;       ///< samples
     std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only
@@ -37,9 +37,9 @@ struct TrainingData {
   std::vector<double> steps_s;
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;
-  int nx = 0, ny = 0;
-  std::vector<EncodedAngle> output_angles;         ///< among the outputs: their noise is on the angle
-  std::vector<float> output_mirror, state_mirror;  ///< ny and nx: what a mirrored segment multiplies them by, -1 or 1
+  int nx = 0, ny = 0, nr = 0;
+  std::vector<EncodedAngle> output_angles;          ///< among the outputs: their noise is on the angle
+  std::vector<float> reading_mirror, state_mirror;  ///< nr and nx: what a mirrored segment multiplies them by, -1 or 1
 
   explicit TrainingData(const Dataset& dataset);
 };

@@ -28,10 +28,11 @@ void LinearLatent::backward(SegmentGroup& group, int /*thread*/) {
   adjoint_filter(shape_, coefficients_, eigenvalues_.data(), group);
 }
 
-OdeLatent::OdeLatent(const Factory& make, int threads, Hold hold, LatentGradient gradient,
+OdeLatent::OdeLatent(const Factory& make, int threads, const LatentShape& shape, LatentGradient gradient,
                      const std::vector<double>& steps_s)
     : LatentDynamics(make()->rows()),
-      hold_(hold),
+      hold_(shape.hold),
+      commands_from_(shape.commands_from),
       by_adjoint_(gradient == LatentGradient::kAdjoint),
       steps_s_(steps_s),
       step_s_(static_cast<float>(steps_s.front())) {
@@ -47,11 +48,12 @@ void OdeLatent::prepare(const float* parameters) {
 OdeRun<float> OdeLatent::run_of(SegmentGroup& group, std::vector<float>& steps) const {
   OdeRun<float> run{.length = group.length,
                     .hold = hold_,
-                    .outputs = group.outputs.data(),
+                    .readings = group.readings.data(),
                     .steps_s = &step_s_,
                     .uniform = group.step_of.empty(),
                     .latent = group.latent.data(),
-                    .cotangent = group.cotangent.data()};
+                    .cotangent = group.cotangent.data(),
+                    .commands_from = commands_from_};
   if (!run.uniform) {
     for (const int step : group.step_of) steps.push_back(static_cast<float>(steps_s_[static_cast<std::size_t>(step)]));
     run.steps_s = steps.data();

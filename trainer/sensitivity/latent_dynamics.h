@@ -23,7 +23,7 @@ class LatentDynamics {
   /// Reads the latent system's parameters: before forward(), once for each set of parameters.
   virtual void prepare(const float* parameters) = 0;
 
-  /// Fills group.latent from group.outputs. `thread` names scratch memory.
+  /// Fills group.latent from group.readings. `thread` names scratch memory.
   virtual void forward(SegmentGroup& group, int thread) = 0;
 
   /// Fills group.gradient, dl/d(parameters), from group.cotangent.
@@ -57,8 +57,9 @@ class OdeLatent final : public LatentDynamics {
  public:
   using Factory = std::function<std::unique_ptr<OdeDynamics<float>>()>;
 
-  /// make: one instance for each of `threads`.  gradient: the adjoint, or else backprop.
-  OdeLatent(const Factory& make, int threads, Hold hold, LatentGradient gradient, const std::vector<double>& steps_s);
+  /// make: one instance for each of `threads`.  shape: how readings run between samples.  gradient: the adjoint, or else backprop.
+  OdeLatent(const Factory& make, int threads, const LatentShape& shape, LatentGradient gradient,
+            const std::vector<double>& steps_s);
 
   void prepare(const float* parameters) override;
   void forward(SegmentGroup& group, int thread) override;
@@ -70,6 +71,7 @@ class OdeLatent final : public LatentDynamics {
 
   std::vector<std::unique_ptr<OdeDynamics<float>>> dynamics_;  // one per thread
   Hold hold_;
+  int commands_from_;
   bool by_adjoint_;
   const std::vector<double>& steps_s_;
   float step_s_;

@@ -27,14 +27,14 @@ std::complex<double> eigenvalue(const Mode& mode, const double* eigenvalues) {
 
 /// df/dlambda.
 std::complex<double> injection_slope(Injection injection, const Mode& mode) {
-  return injection == Injection::kUnitGain && mode.output >= 0 ? -1.0 : 0.0;
+  return injection == Injection::kUnitGain && mode.reading >= 0 ? -1.0 : 0.0;
 }
 
 }  // namespace
 
 void eigenvalues_from_parameters(const LatentShape& shape, const float* parameters, double* eigenvalues) {
   for (const Mode& mode : shape.modes) {
-    if (mode.output < 0) continue;
+    if (mode.reading < 0) continue;
     eigenvalues[mode.row] = -std::exp(static_cast<double>(parameters[mode.row]));
     if (mode.pair) eigenvalues[mode.row + 1] = std::exp(static_cast<double>(parameters[mode.row + 1]));
   }
@@ -49,7 +49,7 @@ std::vector<float> parameters_from_eigenvalues(const LatentShape& shape, const d
 }
 
 std::complex<double> injection_of(Injection injection, const Mode& mode, std::complex<double> lambda) {
-  if (mode.output < 0) return 0.0;
+  if (mode.reading < 0) return 0.0;
   if (injection == Injection::kUnitGain) return -lambda;
   return mode.pair ? std::complex<double>{1.0, 1.0} : std::complex<double>{1.0, 0.0};
 }
@@ -105,8 +105,8 @@ NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> M
 }
 
 template <bool kPair, bool kUniform>
-void filter_mode(const ModeCoefficients* table, std::complex<float> start, const float* y, const int* step_of,
-                 int length, float* z_re, float* z_im) {
+void filter_mode(const ModeCoefficients* table, std::complex<float> start, const float* y, int ahead,
+                 const int* step_of, int length, float* z_re, float* z_im) {
   const P y0 = simd::load<P>(y);
   P re = simd::broadcast<P>(start.real()) * y0;
   P im = simd::broadcast<P>(start.imag()) * y0;
@@ -117,7 +117,7 @@ void filter_mode(const ModeCoefficients* table, std::complex<float> start, const
     const ComplexPack a = pick<kUniform>(table, &ModeCoefficients::a_minus_1, steps);
     const ComplexPack b0 = pick<kUniform>(table, &ModeCoefficients::b0, steps);
     const ComplexPack b1 = pick<kUniform>(table, &ModeCoefficients::b1, steps);
-    const P now = simd::load<P>(y + t * kGroup);
+    const P now = simd::load<P>(y + (t + ahead) * kGroup);
     const P next = simd::load<P>(y + (t + 1) * kGroup);
     if constexpr (kPair) {
       const P change_re = a.re * re - a.im * im + (b0.re * now + b1.re * next);
@@ -135,7 +135,7 @@ void filter_mode(const ModeCoefficients* table, std::complex<float> start, const
 /// Returns the complex derivative of l with respect to lambda, dl = Re(result dlambda), summed over lanes and time.
 template <bool kPair, bool kUniform>
 std::complex<double> adjoint_mode(const ModeCoefficients* table, std::complex<float> start_slope, const float* y,
-                                  const int* step_of, int length, const float* z_re, const float* z_im,
+                                  int ahead, const int* step_of, int length, const float* z_re, const float* z_im,
                                   const float* g_re, const float* g_im) {
   const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(length - 1) * kGroup;
   P p_re = simd::load<P>(g_re + last);
@@ -154,7 +154,7 @@ std::complex<double> adjoint_mode(const ModeCoefficients* table, std::complex<fl
     const ComplexPack da = pick<kUniform>(table, &ModeCoefficients::da, steps);
     const ComplexPack db0 = pick<kUniform>(table, &ModeCoefficients::db0, steps);
     const ComplexPack db1 = pick<kUniform>(table, &ModeCoefficients::db1, steps);
-    const P now = simd::load<P>(y + t * kGroup);
+    const P now = simd::load<P>(y + (t + ahead) * kGroup);
     const P next = simd::load<P>(y + (t + 1) * kGroup);
     const P z = simd::load<P>(z_re + t * kGroup);
     if constexpr (kPair) {
@@ -180,7 +180,7 @@ void filter_as(const LatentShape& shape, const Coefficients& coefficients, Segme
   for (std::size_t m = 0; m < shape.modes.size(); ++m) {
     const Mode& mode = shape.modes[m];
     float* z_re = group.latent.data() + group.at(mode.row, 0);
-    if (mode.output < 0) {  // a clock: z_0 = 1 and nothing comes in
+    if (mode.reading < 0) {  // a clock: z_0 = 1 and nothing comes in
       const ModeCoefficients* table = coefficients.mode(m);
       P z = simd::broadcast<P>(1.0F);
       for (int t = 0; t < group.length; ++t) {
@@ -192,9 +192,10 @@ void filter_as(const LatentShape& shape, const Coefficients& coefficients, Segme
       continue;
     }
     float* z_im = z_re + group.at(1, 0);
-    const float* y = group.outputs.data() + group.at(mode.output, 0);
+    const float* y = group.readings.data() + group.at(mode.reading, 0);
     const auto run = mode.pair ? filter_mode<true, kUniform> : filter_mode<false, kUniform>;
-    run(coefficients.mode(m), coefficients.start(m), y, group.step_of.data(), group.length, z_re, z_im);
+    run(coefficients.mode(m), coefficients.start(m), y, shape.ahead(mode.reading), group.step_of.data(), group.length,
+        z_re, z_im);
   }
 }
 
@@ -204,14 +205,14 @@ void adjoint_as(const LatentShape& shape, const Coefficients& coefficients, cons
   group.gradient.assign(static_cast<std::size_t>(shape.learned), 0.0);
   for (std::size_t m = 0; m < shape.modes.size(); ++m) {
     const Mode& mode = shape.modes[m];
-    if (mode.output < 0) continue;
+    if (mode.reading < 0) continue;
     const std::size_t re = group.at(mode.row, 0);
     const std::size_t im = group.at(mode.row + (mode.pair ? 1 : 0), 0);
     const auto run = mode.pair ? adjoint_mode<true, kUniform> : adjoint_mode<false, kUniform>;
     const std::complex<double> d =
-        run(coefficients.mode(m), coefficients.start_slope(m), group.outputs.data() + group.at(mode.output, 0),
-            group.step_of.data(), group.length, group.latent.data() + re, group.latent.data() + im,
-            group.cotangent.data() + re, group.cotangent.data() + im);
+        run(coefficients.mode(m), coefficients.start_slope(m), group.readings.data() + group.at(mode.reading, 0),
+            shape.ahead(mode.reading), group.step_of.data(), group.length, group.latent.data() + re,
+            group.latent.data() + im, group.cotangent.data() + re, group.cotangent.data() + im);
     // lambda = -exp(p) + i exp(q): dl/dp = Re(d) re, dl/dq = -Im(d) im
     group.gradient[static_cast<std::size_t>(mode.row)] = d.real() * eigenvalues[mode.row];
     if (mode.pair) group.gradient[static_cast<std::size_t>(mode.row) + 1] = -d.imag() * eigenvalues[mode.row + 1];

@@ -9,6 +9,7 @@
 
 #include <complex>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "nlo/latent.h"
@@ -19,11 +20,11 @@ namespace nlo::trainer {
 /// Trajectories are filtered eight side by side.
 inline constexpr int kGroup = 8;
 
-/// One mode of D: a real eigenvalue (one latent row) or a complex pair (two rows), driven by one output; or a clock.
+/// One mode of D: a real eigenvalue (one latent row) or a complex pair (two rows), driven by one reading; or a clock.
 struct Mode {
   bool pair = false;
-  int row = 0;      ///< its first latent row
-  int output = -1;  ///< index of the output that drives it; -1: a clock, exp(lambda t) from 1
+  int row = 0;       ///< its first latent row
+  int reading = -1;  ///< index of what drives it, an output or an input that is read; -1: a clock, exp(lambda t) from 1
 };
 
 struct LatentShape {
@@ -33,6 +34,11 @@ struct LatentShape {
   Hold hold = Hold::kFirstOrder;
   Injection injection = Injection::kOnes;
   bool starts_steady = false;
+  /// Readings from this one on are commands: the one of a sample has acted since the sample before.
+  int commands_from = std::numeric_limits<int>::max();
+
+  /// How many samples ahead a reading is taken where its step begins.
+  int ahead(int reading) const { return reading >= commands_from ? 1 : 0; }
 };
 
 /// Eigenvalues from unconstrained parameters, row by row: re = -exp(p), im = exp(p): never leaves the stable half
@@ -68,7 +74,7 @@ class Coefficients {
 struct SegmentGroup {
   int length = 0;                ///< samples
   int lanes = 0;                 ///< segments in use; the others repeat the last
-  std::vector<float> outputs;    ///< n_y x length x 8, noise included
+  std::vector<float> readings;   ///< n_r x length x 8, noise included
   std::vector<float> latent;     ///< n_z x length x 8
   std::vector<float> cotangent;  ///< dl/dz, n_z x length x 8
   std::vector<int> step_of;      ///< length x 8: index into the coefficients' steps, of the step that leaves a sample;
@@ -80,7 +86,7 @@ struct SegmentGroup {
   }
 };
 
-/// Fills group.latent from group.outputs.
+/// Fills group.latent from group.readings.
 void filter(const LatentShape& shape, const Coefficients& coefficients, SegmentGroup& group);
 
 /// Fills group.gradient from group.cotangent.

@@ -18,13 +18,13 @@ class OdeDynamics {
   /// Points of a Runge-Kutta step whose derivative can be pulled back at the same time.
   static constexpr int kSlots = 4;
 
-  OdeDynamics(int rows, int outputs, int parameters) : rows_(rows), outputs_(outputs), parameters_(parameters) {}
+  OdeDynamics(int rows, int readings, int parameters) : rows_(rows), readings_(readings), parameters_(parameters) {}
   virtual ~OdeDynamics() = default;
   OdeDynamics(const OdeDynamics&) = delete;
   OdeDynamics& operator=(const OdeDynamics&) = delete;
 
   int rows() const { return rows_; }              ///< n_z
-  int outputs() const { return outputs_; }        ///< n_y
+  int readings() const { return readings_; }      ///< n_r
   int parameters() const { return parameters_; }  ///< size of theta
 
   /// Reads theta; before anything else, and whenever it has changed.
@@ -44,7 +44,7 @@ class OdeDynamics {
   virtual void gradient(Scalar* out) const = 0;
 
  private:
-  int rows_, outputs_, parameters_;
+  int rows_, readings_, parameters_;
 };
 
 }  // namespace nlo::trainer

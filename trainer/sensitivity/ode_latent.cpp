@@ -38,12 +38,12 @@ class Step {
     for (int r = 0; r < rows_; ++r) std::copy_n(z + r * kGroup, kGroup, run_.latent + offset(r, k));
   }
 
-  /// y at the fraction c of the step.
+  /// The readings at the fraction c of the step.
   void output(double c, Scalar* y) const {
     const auto ramp = static_cast<Scalar>(run_.hold == Hold::kZeroOrder ? 0.0 : c);
     for (int j = 0; j < outputs_; ++j) {
-      const Scalar* from = run_.outputs + offset(j, k_);
-      const Scalar* to = run_.outputs + offset(j, k_ + 1);
+      const Scalar* to = run_.readings + offset(j, k_ + 1);
+      const Scalar* from = j >= run_.commands_from ? to : run_.readings + offset(j, k_);
       for (int l = 0; l < kGroup; ++l) y[j * kGroup + l] = from[l] + ramp * (to[l] - from[l]);
     }
   }
@@ -80,7 +80,7 @@ class Stages {
       : dynamics_(dynamics),
         method_(method),
         at_(lanes<Scalar>(dynamics.rows())),
-        y_(lanes<Scalar>(dynamics.outputs())) {
+        y_(lanes<Scalar>(dynamics.readings())) {
     for (auto& slope : slopes_) slope = lanes<Scalar>(dynamics.rows());
   }
 
@@ -110,7 +110,7 @@ class Stages {
 
 template <class Scalar>
 void integrate(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run) {
-  Step<Scalar> step(run, dynamics.rows(), dynamics.outputs());
+  Step<Scalar> step(run, dynamics.rows(), dynamics.readings());
   Stages<Scalar> stages(dynamics, method);
   Lanes<Scalar> z = lanes<Scalar>(dynamics.rows());
   dynamics.start(z.data());
@@ -125,7 +125,7 @@ void integrate(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const Od
 
 template <class Scalar>
 void backprop(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run) {
-  Step<Scalar> step(run, dynamics.rows(), dynamics.outputs());
+  Step<Scalar> step(run, dynamics.rows(), dynamics.readings());
   Stages<Scalar> stages(dynamics, method);
   Lanes<Scalar> z = lanes<Scalar>(dynamics.rows()), p = z, pulled = z, at_sample = z;
   std::array<Lanes<Scalar>, RungeKutta::kMostStages> slope_cotangents;
@@ -153,9 +153,9 @@ void backprop(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const Ode
 template <class Scalar>
 void adjoint(OdeDynamics<Scalar>& dynamics, const OdeRun<Scalar>& run) {
   constexpr int kEnd = 0, kMiddle = 1, kBegin = 2;  // slots: where dF/dz is taken
-  Step<Scalar> step(run, dynamics.rows(), dynamics.outputs());
+  Step<Scalar> step(run, dynamics.rows(), dynamics.readings());
   const std::size_t size = static_cast<std::size_t>(dynamics.rows()) * kGroup;
-  Lanes<Scalar> y = lanes<Scalar>(dynamics.outputs());
+  Lanes<Scalar> y = lanes<Scalar>(dynamics.readings());
   Lanes<Scalar> begin(size), end(size), middle(size), slope_begin(size), slope_end(size), unused(size);
   Lanes<Scalar> p(size), stage(size), pulled(size), next(size), at_sample(size);
   step.cotangent(run.length - 1, p.data());

@@ -8,6 +8,8 @@
 // at the fourth order in the step.
 #pragma once
 
+#include <limits>
+
 #include "nlo/explicit_rk.h"
 #include "trainer/sensitivity/ode_dynamics.h"
 
@@ -37,19 +39,20 @@ class RungeKutta {
   const double *a_, *b_, *c_;
 };
 
-/// Eight trajectories as a SegmentGroup holds them: arrays are [row][time][8]. y is held or ramped between samples.
+/// Eight trajectories as a SegmentGroup holds them: arrays are [row][time][8]. Readings are held or ramped between samples.
 template <class Scalar>
 struct OdeRun {
-  int length = 0;                   ///< samples
-  Hold hold = Hold::kFirstOrder;    ///< kRk4 is a ramp as well
-  const Scalar* outputs = nullptr;  ///< n_y x length x 8
-  const Scalar* steps_s = nullptr;  ///< length x 8, step after each sample; or one number when `uniform`
+  int length = 0;                    ///< samples
+  Hold hold = Hold::kFirstOrder;     ///< kRk4 is a ramp as well
+  const Scalar* readings = nullptr;  ///< n_r x length x 8
+  const Scalar* steps_s = nullptr;   ///< length x 8, step after each sample; or one number when `uniform`
   bool uniform = true;
-  Scalar* latent = nullptr;           ///< n_z x length x 8, written by integrate()
-  const Scalar* cotangent = nullptr;  ///< dl/dz, n_z x length x 8, read by the gradients
+  Scalar* latent = nullptr;                             ///< n_z x length x 8, written by integrate()
+  const Scalar* cotangent = nullptr;                    ///< dl/dz, n_z x length x 8, read by the gradients
+  int commands_from = std::numeric_limits<int>::max();  ///< see LatentShape
 };
 
-/// Fills run.latent from run.outputs.
+/// Fills run.latent from run.readings.
 template <class Scalar>
 void integrate(OdeDynamics<Scalar>& dynamics, const RungeKutta& method, const OdeRun<Scalar>& run);
 

@@ -42,7 +42,7 @@ void record_largest_activations(codegen::Model& model, const Rollout& rollout) {
     if (visited++ % stride != 0) return;
     for (Index i = 0; i < block.rows(); ++i) {
       const bool is_latent = i < model.nz();
-      const std::vector<float>& signal = is_latent ? group.latent : group.outputs;
+      const std::vector<float>& signal = is_latent ? group.latent : group.readings;
       const Index row = is_latent ? i : i - model.nz();
       block(i, filled) =
           static_cast<double>(signal[group.at(static_cast<int>(row), time) + static_cast<std::size_t>(lane)]);

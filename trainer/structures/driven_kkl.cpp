@@ -15,7 +15,7 @@ class DrivenKkl final : public KklFamily {
   bool flies_inputs() const override { return true; }
 
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
-    if (channels.inputs == 0)
+    if (!experiment.plant || channels.inputs == 0)
       throw KeyError("observer.structure",
                      "[observer] structure = \"driven_kkl\" needs a plant with inputs; name them in [plant] "
                      "inputs, or take structure = \"kkl\"");

@@ -80,22 +80,22 @@ std::vector<Piece> pieces_of(const Rollout& rollout, int longest) {
   return pieces;
 }
 
-/// n_y x N, with noise; angles less whole turns.
-MatrixXd outputs_of(const Piece& piece, const Rollout& rollout, const std::vector<codegen::Channel>& channels) {
+/// n_r x N, with noise; angles less whole turns.
+MatrixXd readings_of(const Piece& piece, const Rollout& rollout, const std::vector<codegen::Channel>& channels) {
   const SegmentGroup& group = rollout.groups()[static_cast<std::size_t>(piece.group)];
-  MatrixXd outputs(static_cast<Index>(channels.size()), piece.length);
-  for (Index j = 0; j < outputs.rows(); ++j) {
+  MatrixXd readings(static_cast<Index>(channels.size()), piece.length);
+  for (Index j = 0; j < readings.rows(); ++j) {
     const double wrap = channels[static_cast<std::size_t>(j)].wrap;
     for (int k = 0; k < piece.length; ++k) {
       const double y = static_cast<double>(
-          group.outputs[group.at(static_cast<int>(j), piece.first + k) + static_cast<std::size_t>(piece.lane)]);
-      outputs(j, k) = wrap > 0.0 ? y - wrap * std::round(y / wrap) : y;
+          group.readings[group.at(static_cast<int>(j), piece.first + k) + static_cast<std::size_t>(piece.lane)]);
+      readings(j, k) = wrap > 0.0 ? y - wrap * std::round(y / wrap) : y;
     }
   }
-  return outputs;
+  return readings;
 }
 
-/// n_u x N: zero where the observer of a driven plant learns from runs that nothing excites.
+/// n_u x N, inputs that are not read: zero where the observer of a driven plant learns from runs that nothing excites.
 MatrixXd inputs_of(const Piece& piece, const Dataset& dataset, Index channels) {
   const Trajectory& run = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)];
   if (run.inputs.rows() != channels) return MatrixXd::Zero(channels, piece.length);
@@ -132,8 +132,11 @@ void record_flight(codegen::Model& model, const Dataset& dataset, const Rollout&
   std::vector<MatrixXd> outputs, inputs;
   double longest_s = dataset.sample_period_s;
   for (const Piece& piece : pieces) {
-    outputs.push_back(outputs_of(piece, rollout, model.outputs));
-    if (model.nu() > 0) inputs.push_back(inputs_of(piece, dataset, model.nu()));
+    const MatrixXd readings = readings_of(piece, rollout, codegen::readings(model));
+    outputs.push_back(readings.topRows(model.ny()));
+    if (model.nu() > 0)
+      inputs.push_back(model.nr() > model.ny() ? MatrixXd(readings.bottomRows(model.nu()))
+                                               : inputs_of(piece, dataset, model.nu()));
     const VectorXd& time_s = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)].time_s;
     const int start = piece.segment.start + piece.first;
     for (int k = 1; k < piece.length; ++k) longest_s = std::max(longest_s, time_s(start + k) - time_s(start + k - 1));

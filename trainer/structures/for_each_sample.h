@@ -27,7 +27,7 @@ void for_each_sample(const Rollout& rollout, const Visit& visit) {
 inline float feature_value(const Feature& feature, const SegmentGroup& group, int lane, int time) {
   const auto l = static_cast<std::size_t>(lane);
   const float* z = feature.latent >= 0 ? group.latent.data() + group.at(feature.latent, time) + l : nullptr;
-  const float* y = feature.output >= 0 ? group.outputs.data() + group.at(feature.output, time) + l : nullptr;
+  const float* y = feature.reading >= 0 ? group.readings.data() + group.at(feature.reading, time) + l : nullptr;
   return FeatureFormula<float>(feature).raw(z, y);
 }
 

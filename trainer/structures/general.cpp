@@ -45,14 +45,14 @@ class General final : public TrainableStructure {
     add_features(structure, experiment.observer);
     structure.latent.learned = 0;
     const int nz = structure.latent.rows;
-    structure.dynamics = dynamics_network(experiment.dynamics, nz + structure.outputs, nz, true);
+    structure.dynamics = dynamics_network(experiment.dynamics, nz + structure.readings, nz, true);
   }
 
   /// Of z as the linear system has it, about zero, and of y.
   void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool) const override {
     std::vector<Moments> inputs(structure.dynamics.inputs.scale.size());
     const auto nz = static_cast<std::size_t>(structure.latent.rows);
-    for (const TrainingData::Run& run : data.runs) add_signal(run.outputs, run.samples, nz, inputs);
+    for (const TrainingData::Run& run : data.runs) add_signal(run.readings, run.samples, nz, inputs);
 
     const LatentShape start = starting_system(structure);
     LinearLatent linear(start, structure.eigenvalues, data.steps_s, true);
@@ -85,12 +85,12 @@ class General final : public TrainableStructure {
       const std::complex<double> lambda = eigenvalue_of(mode, structure.eigenvalues);
       const std::complex<double> f = injection_of(structure.latent.injection, mode, lambda);
       set(mode.row, mode.row, lambda.real());
-      if (mode.output >= 0) set(mode.row, structure.latent.rows + mode.output, f.real());
+      if (mode.reading >= 0) set(mode.row, structure.latent.rows + mode.reading, f.real());
       if (!mode.pair) continue;
       set(mode.row, mode.row + 1, -lambda.imag());
       set(mode.row + 1, mode.row, lambda.imag());
       set(mode.row + 1, mode.row + 1, lambda.real());
-      if (mode.output >= 0) set(mode.row + 1, structure.latent.rows + mode.output, f.imag());
+      if (mode.reading >= 0) set(mode.row + 1, structure.latent.rows + mode.reading, f.imag());
     }
     return parameters;
   }
@@ -111,7 +111,7 @@ class General final : public TrainableStructure {
  private:
   template <class Scalar>
   static std::unique_ptr<OdeDynamics<Scalar>> lanes_of(const ObserverStructure& structure) {
-    return std::make_unique<GeneralLanes<Scalar>>(structure.outputs, structure.dynamics.shape,
+    return std::make_unique<GeneralLanes<Scalar>>(structure.readings, structure.dynamics.shape,
                                                   structure.dynamics.inputs);
   }
 };

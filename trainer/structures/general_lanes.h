@@ -10,16 +10,16 @@ namespace nlo::trainer {
 template <class Scalar>
 class GeneralLanes final : public OdeDynamics<Scalar> {
  public:
-  /// shape: n_z + n_y inputs, n_z outputs.
-  GeneralLanes(int outputs, NetworkShape shape, Normalisation inputs)
-      : OdeDynamics<Scalar>(shape.outputs(), outputs, shape.parameters),
+  /// shape: n_z + n_r inputs, n_z outputs.
+  GeneralLanes(int readings, NetworkShape shape, Normalisation inputs)
+      : OdeDynamics<Scalar>(shape.outputs(), readings, shape.parameters),
         network_(std::move(shape), std::move(inputs)) {}
 
   void prepare(const Scalar* theta) override { network_.prepare(theta); }
 
   void derivative(int slot, const Scalar* z, const Scalar* y, Scalar* dz) override {
     network_.set_input(slot, 0, this->rows(), z);
-    network_.set_input(slot, this->rows(), this->outputs(), y);
+    network_.set_input(slot, this->rows(), this->readings(), y);
     std::copy_n(network_.run(slot), this->rows() * kGroup, dz);
   }
 

@@ -15,17 +15,17 @@ codegen::LinearLatent linear_latent_of(const ObserverStructure& structure, const
   const std::vector<double> eigenvalues = structure.eigenvalues_at(parameters);
   codegen::LinearLatent result;
   result.eigenvalues = Eigen::Map<const Eigen::VectorXd>(eigenvalues.data(), latent.rows);
-  result.output_injection = Eigen::MatrixXd::Zero(latent.rows, model.ny());
+  result.output_injection = Eigen::MatrixXd::Zero(latent.rows, model.nr());
   result.starts_steady = latent.starts_steady;
   for (const Mode& mode : latent.modes) {
     if (mode.pair) ++result.pairs;
-    if (mode.output < 0) {
+    if (mode.reading < 0) {
       model.initial_latent(mode.row) = 1.0;
       continue;
     }
     const std::complex<double> f = injection_of(latent.injection, mode, eigenvalue_of(mode, eigenvalues));
-    result.output_injection(mode.row, mode.output) = f.real();
-    if (mode.pair) result.output_injection(mode.row + 1, mode.output) = f.imag();
+    result.output_injection(mode.row, mode.reading) = f.real();
+    if (mode.pair) result.output_injection(mode.row + 1, mode.reading) = f.imag();
   }
   return result;
 }
@@ -46,11 +46,11 @@ std::vector<float> KklFamily::initial_dynamics(const ObserverStructure& structur
 }
 
 std::unique_ptr<OdeDynamics<float>> KklFamily::lanes(const ObserverStructure& structure) const {
-  return std::make_unique<KklLanes<float>>(structure.latent, structure.eigenvalues, structure.outputs);
+  return std::make_unique<KklLanes<float>>(structure.latent, structure.eigenvalues, structure.readings);
 }
 
 std::unique_ptr<OdeDynamics<double>> KklFamily::lanes_in_double(const ObserverStructure& structure) const {
-  return std::make_unique<KklLanes<double>>(structure.latent, structure.eigenvalues, structure.outputs);
+  return std::make_unique<KklLanes<double>>(structure.latent, structure.eigenvalues, structure.readings);
 }
 
 std::unique_ptr<LatentDynamics> KklFamily::latent_dynamics(const Experiment& experiment,
@@ -65,7 +65,7 @@ std::unique_ptr<LatentDynamics> KklFamily::latent_dynamics(const Experiment& exp
 codegen::Kkl KklFamily::kkl_of(const ObserverStructure& structure, const float* parameters,
                                const ObserverConfig& observer, codegen::Model& model) {
   codegen::Kkl kkl{.latent = linear_latent_of(structure, parameters, model),
-                   .inverse_map = inverse_map_of(structure, parameters, model.ny())};
+                   .inverse_map = inverse_map_of(structure, parameters, model.nr())};
   // Every feature of an output is z - y then, and S is one: a rig that rests elsewhere is in the domain all the same.
   if (observer.features == FeatureSet::kLatentMinusOutput && structure.latent.injection == Injection::kUnitGain)
     for (int j = 0; j < model.ny(); ++j)

@@ -38,7 +38,7 @@ class KklLanes final : public OdeDynamics<Scalar> {
   void start(Scalar* z) const override {
     for (const Mode& mode : shape_.modes) {
       for (int r = mode.row; r < mode.row + (mode.pair ? 2 : 1); ++r)
-        std::fill_n(z + r * kGroup, kGroup, Scalar(mode.output < 0 ? 1 : 0));
+        std::fill_n(z + r * kGroup, kGroup, Scalar(mode.reading < 0 ? 1 : 0));
     }
   }
 
@@ -50,7 +50,7 @@ class KklLanes final : public OdeDynamics<Scalar> {
       const std::complex<double> lambda = eigenvalue(mode), f = injection_of(shape_.injection, mode, lambda);
       for (int l = 0; l < kGroup; ++l) {
         const int at = mode.row * kGroup + l;
-        const Scalar driven = mode.output < 0 ? Scalar(0) : y[mode.output * kGroup + l];
+        const Scalar driven = mode.reading < 0 ? Scalar(0) : y[mode.reading * kGroup + l];
         if (mode.pair) {
           dz[at] = re(lambda) * z[at] - im(lambda) * z[at + kGroup] + re(f) * driven;
           dz[at + kGroup] = im(lambda) * z[at] + re(lambda) * z[at + kGroup] + im(f) * driven;
@@ -72,7 +72,8 @@ class KklLanes final : public OdeDynamics<Scalar> {
         const int at = mode.row * kGroup + l;
         const auto i = static_cast<std::size_t>(at);
         const Scalar z = kept.z[i];
-        const Scalar y = mode.output < 0 ? Scalar(0) : df * kept.y[static_cast<std::size_t>(mode.output * kGroup + l)];
+        const Scalar y =
+            mode.reading < 0 ? Scalar(0) : df * kept.y[static_cast<std::size_t>(mode.reading * kGroup + l)];
         if (mode.pair) {
           const Scalar z_im = kept.z[i + kGroup];
           cotangent_z[at] = re(lambda) * p[at] + im(lambda) * p[at + kGroup];

@@ -58,22 +58,22 @@ void add_modes(ObserverStructure& structure, const ObserverConfig& observer) {
   LatentShape& latent = structure.latent;
   latent.injection = observer.output_injection;
   latent.starts_steady = observer.start == LatentStart::kSteady;
-  for (int j = 0; j < structure.outputs; ++j) {
+  for (int j = 0; j < structure.readings; ++j) {
     for (const auto& [re, im] : observer.pairs) {
-      latent.modes.push_back({.pair = true, .row = latent.rows, .output = j});
+      latent.modes.push_back({.pair = true, .row = latent.rows, .reading = j});
       latent.rows += 2;
       structure.eigenvalues.insert(structure.eigenvalues.end(), {re, im});
     }
   }
-  for (int j = 0; j < structure.outputs; ++j) {
+  for (int j = 0; j < structure.readings; ++j) {
     for (const double lambda : observer.eigenvalues) {
-      latent.modes.push_back({.pair = false, .row = latent.rows++, .output = j});
+      latent.modes.push_back({.pair = false, .row = latent.rows++, .reading = j});
       structure.eigenvalues.push_back(lambda);
     }
   }
   latent.learned = latent.rows;
   for (const double tau_s : observer.clocks_s) {
-    latent.modes.push_back({.pair = false, .row = latent.rows++, .output = -1});
+    latent.modes.push_back({.pair = false, .row = latent.rows++, .reading = -1});
     structure.eigenvalues.push_back(-1.0 / tau_s);
   }
   if (latent.learned == 0) throw codegen::Error("the observer has no eigenvalues: set [observer] eigenvalues or pairs");
@@ -83,16 +83,17 @@ void add_features(ObserverStructure& structure, const ObserverConfig& observer) 
   const bool relative = observer.features == FeatureSet::kLatentMinusOutput;
   for (const Mode& mode : structure.latent.modes) {
     Feature feature{.latent = mode.row};
-    if (relative && mode.output >= 0) {  // unit gain: the steady state of a pair is (y, 0), of a real mode y
-      feature.output = mode.output;
-      feature.output_gain = -1.0F;
+    if (relative && mode.reading >= 0 &&
+        mode.reading < structure.outputs()) {  // unit gain: the steady state of a pair is (y, 0), of a real mode y
+      feature.reading = mode.reading;
+      feature.reading_gain = -1.0F;
     }
     structure.features.push_back(feature);
     if (mode.pair) structure.features.push_back({.latent = mode.row + 1});
   }
-  if (observer.features == FeatureSet::kLatentAndOutput) {
-    for (int j = 0; j < structure.outputs; ++j)
-      structure.features.push_back({.latent = -1, .output = j, .output_gain = 1.0F});
+  if (observer.features != FeatureSet::kLatent) {  // of inputs the latest, as it is: it acts without a delay
+    for (int j = relative ? structure.outputs() : 0; j < structure.readings; ++j)
+      structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Luenberger-like observer (15) of a plant whose linear part is known:
-//   x_hat' = A x_hat + g_hat(x_hat) + G (y - C x_hat),  z = x_hat
+//   x_hat' = A x_hat + B u + g_hat(x_hat) + G (y - C x_hat),  z = x_hat
 #include <fmt/format.h>
 
 #include "trainer/config/key_error.h"
@@ -24,6 +24,7 @@ class Luenberger final : public TrainableStructure {
     return {
         own(key("state_matrix", &L::state_matrix, any(), "luenberger: A of the known linear part, row by row")),
         own(key("output_matrix", &L::output_matrix, any(), "luenberger: C of y = C x, row by row")),
+        own(key("input_matrix", &L::input_matrix, any(), "luenberger: B of the known inputs, row by row")),
         own(key("gain", &L::gain, any(), "luenberger: G, row by row; or have it designed by one of the next two")),
         own(key("gain_poles", &L::gain_poles, negative(),
                 "luenberger: real eigenvalues for A - G C, one for each state")),
@@ -43,7 +44,7 @@ class Luenberger final : public TrainableStructure {
                        fmt::format("[observer] {} has no use in a Luenberger observer, whose latent state is the "
                                    "estimate; remove it",
                                    key));
-    linear_part(o.own.get<LuenbergerConfig>(), channels.states, channels.outputs);
+    linear_part(o.own.get<LuenbergerConfig>(), channels.states, channels.outputs, channels.read_inputs);
   }
 
   bool has_dynamics_network() const override { return true; }
@@ -53,7 +54,7 @@ class Luenberger final : public TrainableStructure {
     const int nx = static_cast<int>(structure.state_mean.size());
     structure.latent.rows = nx;
     structure.own.set<LinearPart>() =
-        linear_part(experiment.observer.own.get<LuenbergerConfig>(), nx, structure.outputs);
+        linear_part(experiment.observer.own.get<LuenbergerConfig>(), nx, structure.outputs(), structure.inputs);
     structure.dynamics = dynamics_network(experiment.dynamics, nx, nx, false);
   }
 
@@ -80,7 +81,8 @@ class Luenberger final : public TrainableStructure {
     model.structure = codegen::Luenberger{.state_matrix = known.state_matrix,
                                           .output_matrix = known.output_matrix,
                                           .gain = known.gain,
-                                          .nonlinearity = dynamics_of(structure.dynamics, parameters)};
+                                          .nonlinearity = dynamics_of(structure.dynamics, parameters),
+                                          .input_matrix = known.input_matrix};
   }
 
  private:

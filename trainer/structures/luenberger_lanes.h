@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Luenberger-like observer (15) of a plant whose linear part is known: z = x_hat,
-//   x_hat' = A x_hat + g_hat(x_hat; theta) + G (y - C x_hat)
+//   x_hat' = A x_hat + B u + g_hat(x_hat; theta) + G (y - C x_hat)
 #pragma once
 
 #include <Eigen/Core>
@@ -14,9 +14,10 @@ template <class Scalar>
 class LuenbergerLanes final : public OdeDynamics<Scalar> {
  public:
   LuenbergerLanes(const LinearPart& known, NetworkShape shape, Normalisation inputs)
-      : OdeDynamics<Scalar>(static_cast<int>(known.gain.rows()), static_cast<int>(known.gain.cols()), shape.parameters),
+      : OdeDynamics<Scalar>(static_cast<int>(known.gain.rows()),
+                            static_cast<int>(known.gain.cols() + known.input_matrix.cols()), shape.parameters),
         closed_loop_((known.state_matrix - known.gain * known.output_matrix).cast<Scalar>()),
-        gain_(known.gain.cast<Scalar>()),
+        gain_(known.reading_gain().cast<Scalar>()),
         network_(std::move(shape), std::move(inputs)) {}
 
   void prepare(const Scalar* theta) override { network_.prepare(theta); }
@@ -25,7 +26,7 @@ class LuenbergerLanes final : public OdeDynamics<Scalar> {
     network_.set_input(slot, 0, this->rows(), z);
     const Scalar* g = network_.run(slot);
     rows_of(dz, this->rows()) =
-        rows_of(g, this->rows()) + closed_loop_ * rows_of(z, this->rows()) + gain_ * rows_of(y, this->outputs());
+        rows_of(g, this->rows()) + closed_loop_ * rows_of(z, this->rows()) + gain_ * rows_of(y, this->readings());
   }
 
   void pull_back(int slot, const Scalar* cotangent, Scalar* cotangent_z) override {

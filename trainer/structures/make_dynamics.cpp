@@ -14,7 +14,7 @@ std::unique_ptr<LatentDynamics> TrainableStructure::latent_dynamics(const Experi
                                                                     const ObserverStructure& structure,
                                                                     const std::vector<double>& steps_s,
                                                                     int threads) const {
-  return std::make_unique<OdeLatent>([&] { return lanes(structure); }, threads, structure.latent.hold,
+  return std::make_unique<OdeLatent>([&] { return lanes(structure); }, threads, structure.latent,
                                      experiment.training.gradient, steps_s);
 }
 

@@ -42,17 +42,17 @@ codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* param
   return network;
 }
 
-codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Index outputs) {
+codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Index readings) {
   const auto nf = static_cast<Index>(structure.features.size());
   const Index nz = structure.latent.rows;
   codegen::Network map = network_of(structure.network, parameters + structure.dynamics_parameters());
-  map.features = MatrixXd::Zero(nf, nz + outputs);
+  map.features = MatrixXd::Zero(nf, nz + readings);
   map.feature_mean.resize(nf);
   map.feature_scale.resize(nf);
   for (Index f = 0; f < nf; ++f) {
     const Feature& feature = structure.features[static_cast<std::size_t>(f)];
     if (feature.latent >= 0) map.features(f, feature.latent) = 1.0;
-    if (feature.output >= 0) map.features(f, nz + feature.output) = static_cast<double>(feature.output_gain);
+    if (feature.reading >= 0) map.features(f, nz + feature.reading) = static_cast<double>(feature.reading_gain);
     map.feature_mean(f) = static_cast<double>(feature.mean);
     map.feature_scale(f) = static_cast<double>(feature.scale);
   }

@@ -23,7 +23,8 @@ struct Key;
 /// How many channels an observer has, an angle as sine and cosine counted as two.
 struct ChannelCounts {
   int states = 0, outputs = 0;
-  int inputs = 0;  ///< of the plant; logs have none that an observer could take
+  int inputs = 0;       ///< of the plant, or of the logs
+  int read_inputs = 0;  ///< of them, that the observer reads beside the outputs
 };
 
 class TrainableStructure {
@@ -46,7 +47,8 @@ class TrainableStructure {
   virtual bool has_dynamics_network() const { return false; }
   virtual bool has_inverse_map() const { return true; }  ///< else z is the estimate
   virtual bool flies_forward_map() const { return false; }
-  virtual bool flies_inputs() const { return false; }
+  virtual bool flies_inputs() const { return false; }              ///< they act on its estimate, by g of the plant
+  virtual bool reads_inputs() const { return !flies_inputs(); }    ///< beside the outputs, where they are known
   virtual bool follows_unwrapped_angles() const { return false; }  ///< z - y never sees a turn of y
 
   /// The structure of an experiment, for the channels of a dataset: all but what every structure has (structure.cpp).

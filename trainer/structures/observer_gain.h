@@ -8,10 +8,11 @@
 
 namespace nlo::trainer {
 
-/// Keys of [observer] for a Luenberger observer (15): A and C, row by row, and the gain G: given, or designed for A - G
+/// Keys of [observer] for a Luenberger observer (15): A, C and B, row by row, and the gain G: given, or designed for A - G
 /// C by its eigenvalues, or by the noise it must live with.
 struct LuenbergerConfig {
   std::vector<std::vector<double>> state_matrix = {}, output_matrix = {}, gain = {};
+  std::vector<std::vector<double>> input_matrix = {};
   std::vector<double> gain_poles = {};  ///< real eigenvalues that A - G C shall have, n_x
   std::vector<double> gain_noise = {};  ///< intensities of process and measurement noise: the stationary Kalman gain
 };
@@ -19,6 +20,14 @@ struct LuenbergerConfig {
 /// The known part of (15): A n_x x n_x, C n_y x n_x, and the gain G n_x x n_y that makes A - G C Hurwitz.
 struct LinearPart {
   Eigen::MatrixXd state_matrix, output_matrix, gain;
+  Eigen::MatrixXd input_matrix;  ///< B, n_x x n_u; n_x x 0 where no input is known
+
+  /// [G, B], which read [y; u].
+  Eigen::MatrixXd reading_gain() const {
+    Eigen::MatrixXd both(gain.rows(), gain.cols() + input_matrix.cols());
+    both << gain, input_matrix;
+    return both;
+  }
 };
 
 /// G (n_x x n_y) such that A - G C has the given real eigenvalues (n_x, distinct for a plant of several outputs), by
@@ -33,8 +42,8 @@ Eigen::MatrixXd place_poles(const Eigen::MatrixXd& state_matrix, const Eigen::Ma
 Eigen::MatrixXd kalman_gain(const Eigen::MatrixXd& state_matrix, const Eigen::MatrixXd& output_matrix,
                             double process_noise, double measurement_noise);
 
-/// A, C and G: sizes checked against n_x and n_y, G designed if it is not given, A - G C checked.
+/// A, C, B and G: sizes checked against n_x, n_y and n_u, G designed if it is not given, A - G C checked.
 /// Throws KeyError `[observer] gain ...` naming key, fault and mend.
-LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny);
+LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny, int nu = 0);
 
 }  // namespace nlo::trainer

@@ -14,15 +14,16 @@ namespace nlo::trainer {
 
 class TrainableStructure;
 
-/// One input of T*: latent row plus output_gain times an output (either may be absent: -1), then normalised.
+/// One input of T*: latent row plus reading_gain times a reading, an output or an input that the observer reads (either
+/// may be absent: -1), then normalised.
 struct Feature {
   int latent = -1;
-  int output = -1;
-  float output_gain = 0.0F;
+  int reading = -1;
+  float reading_gain = 0.0F;
   float mean = 0.0F, scale = 1.0F;
 };
 
-/// u = (z + gain y - mean) / scale in numbers of one precision. `z` and `y` point at the feature's own latent row and output at one sample;
+/// u = (z + gain y - mean) / scale in numbers of one precision. `z` and `y` point at the feature's own latent row and reading at one sample;
 /// null where the feature has none.
 template <class Scalar>
 struct FeatureFormula {
@@ -30,7 +31,7 @@ struct FeatureFormula {
 
   explicit FeatureFormula(const Feature& feature)
       : mean(static_cast<Scalar>(feature.mean)),
-        gain(static_cast<Scalar>(feature.output_gain)),
+        gain(static_cast<Scalar>(feature.reading_gain)),
         inverse(Scalar(1) / static_cast<Scalar>(feature.scale)) {}
 
   /// z + gain y, on top of `from`.
@@ -56,12 +57,14 @@ struct DynamicsNetwork {
 };
 
 struct ObserverStructure {
-  const TrainableStructure* module = nullptr;  ///< what the structure is (structures/module.h)
-  int outputs = 0;                             ///< n_y
-  LatentShape latent;                          ///< its learned rows are parameters; none where there is no D
-  std::vector<double> eigenvalues;             ///< initial, n_z, in row order; clocks stay
-  DynamicsNetwork dynamics;                    ///< within the latent system; without one it has no parameters
-  ByType own;                                  ///< what the module keeps for itself
+  const TrainableStructure* module = nullptr;        ///< what the structure is (structures/module.h)
+  int readings = 0;                                  ///< n_r: outputs, then inputs that are read
+  int inputs = 0;                                    ///< of them
+  int outputs() const { return readings - inputs; }  ///< n_y
+  LatentShape latent;                                ///< its learned rows are parameters; none where there is no D
+  std::vector<double> eigenvalues;                   ///< initial, n_z, in row order; clocks stay
+  DynamicsNetwork dynamics;                          ///< within the latent system; without one it has no parameters
+  ByType own;                                        ///< what the module keeps for itself
 
   std::vector<Feature> features;  ///< of T*; empty where the latent state is the estimate
   std::vector<float> state_mean, state_scale;
@@ -85,10 +88,10 @@ struct ObserverStructure {
   std::vector<double> eigenvalues_at(const float* parameters) const;
 };
 
-/// The feature is a row exp(-t / tau) of the latent system, which no output drives.
+/// The feature is a row exp(-t / tau) of the latent system, which nothing drives.
 inline bool is_clock(const ObserverStructure& structure, const Feature& feature) {
   for (const Mode& mode : structure.latent.modes)
-    if (mode.output < 0 && mode.row == feature.latent) return true;
+    if (mode.reading < 0 && mode.row == feature.latent) return true;
   return false;
 }
 

@@ -19,14 +19,17 @@ std::vector<double> ObserverStructure::eigenvalues_at(const float* parameters) c
 }
 
 ObserverStructure make_structure(const Experiment& experiment, bool trains_forward_map,
-                                 const std::vector<Channel>& outputs, const std::vector<Channel>& states) {
+                                 const std::vector<Channel>& outputs, const std::vector<Channel>& states,
+                                 const std::vector<Channel>& read_inputs) {
   const int nx = static_cast<int>(states.size());
   ObserverStructure structure;
   structure.module = &structure_of(experiment.observer);
-  structure.outputs = static_cast<int>(outputs.size());
+  structure.inputs = static_cast<int>(read_inputs.size());
+  structure.readings = static_cast<int>(outputs.size()) + structure.inputs;
   structure.state_mean.assign(states.size(), 0.0F);
   structure.state_scale.assign(states.size(), 1.0F);
   structure.latent.hold = experiment.observer.hold;
+  if (experiment.observer.input_hold == Hold::kZeroOrder) structure.latent.commands_from = structure.outputs();
   structure.module->make(experiment, structure);
   if (!structure.module->has_inverse_map()) return structure;
   structure.network = network_shape(static_cast<int>(structure.features.size()), experiment.inverse_map.hidden, nx,

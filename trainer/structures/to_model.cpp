@@ -19,21 +19,21 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// The domain: what latent states training has seen, relative to S y for relative outputs, and a tenth of their range
-/// more. Outputs: one more range on either side before a measurement is called impossible; angles may count 64 turns.
+/// more. Readings: one more range on either side before a measurement is called impossible, or an input; angles may count 64 turns.
 void set_ranges(codegen::Model& model, const Rollout& rollout) {
   const MatrixXd steady_gain = codegen::steady_gain(model);
-  const Index nz = model.nz(), ny = model.ny();
+  const Index nz = model.nz(), ny = model.ny(), nr = model.nr();
   model.latent_min = VectorXd::Constant(nz, std::numeric_limits<double>::infinity());
   model.latent_max = -model.latent_min;
-  VectorXd output_min = VectorXd::Constant(ny, std::numeric_limits<double>::infinity()), output_max = -output_min;
-  VectorXd y(ny);
+  VectorXd low = VectorXd::Constant(nr, std::numeric_limits<double>::infinity()), high = -low;
+  VectorXd y(nr);
   for_each_sample(rollout, [&](const Segment&, const SegmentGroup& group, int lane, int time) {
     const auto at = [&](const std::vector<float>& signal, Index row) {
       return static_cast<double>(signal[group.at(static_cast<int>(row), time) + static_cast<std::size_t>(lane)]);
     };
-    for (Index j = 0; j < ny; ++j) y(j) = at(group.outputs, j);
-    output_min = output_min.cwiseMin(y);
-    output_max = output_max.cwiseMax(y);
+    for (Index j = 0; j < nr; ++j) y(j) = at(group.readings, j);
+    low = low.cwiseMin(y);
+    high = high.cwiseMax(y);
     for (Index r = 0; r < nz; ++r) {
       double z = at(group.latent, r);
       for (Index j = 0; j < ny; ++j) {
@@ -46,9 +46,13 @@ void set_ranges(codegen::Model& model, const Rollout& rollout) {
   const VectorXd margin = (0.1 * (model.latent_max - model.latent_min)).cwiseMax(1e-6);
   model.latent_min -= margin;
   model.latent_max += margin;
-  const VectorXd range = (output_max - output_min).cwiseMax(1e-3);
-  model.output_min = output_min - range;
-  model.output_max = output_max + range;
+  const VectorXd range = (high - low).cwiseMax(1e-3);
+  low -= range;
+  high += range;
+  model.output_min = low.head(ny);
+  model.output_max = high.head(ny);
+  model.input_min = low.tail(nr - ny);
+  model.input_max = high.tail(nr - ny);
   for (Index j = 0; j < ny; ++j) {
     const double wrap = model.outputs[static_cast<std::size_t>(j)].wrap;
     if (wrap <= 0.0) continue;
@@ -65,6 +69,10 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
   model.name = experiment.name;
   model.outputs = dataset.outputs;
   model.states = dataset.states;
+  if (dataset.reads_inputs) {
+    model.inputs = dataset.inputs;
+    model.input_hold = experiment.observer.input_hold;
+  }
   model.sample_period_s = dataset.sample_period_s;
   model.hold = experiment.observer.hold;
   model.initial_latent = VectorXd::Zero(structure.latent.rows);

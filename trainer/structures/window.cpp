@@ -26,8 +26,9 @@ class WindowLatent final : public LatentDynamics {
  public:
   WindowLatent(const ObserverStructure& structure, const std::vector<double>& steps_s)
       : LatentDynamics(structure.latent.rows),
-        samples_(structure.latent.rows / structure.outputs),
+        samples_(structure.latent.rows / structure.readings),
         hold_(structure.latent.hold),
+        commands_from_(structure.latent.commands_from),
         steps_s_(steps_s),
         period_s_(median(steps_s)) {}
 
@@ -42,13 +43,15 @@ class WindowLatent final : public LatentDynamics {
 
  private:
   void run(SegmentGroup& group, int output, std::size_t lane) const {
-    const auto y = [&](int time) { return group.outputs[group.at(output, time) + lane]; };
+    const auto y = [&](int time) { return group.readings[group.at(output, time) + lane]; };
     std::vector<float> window(static_cast<std::size_t>(samples_), y(0));
     for (int time = 0; time < group.length; ++time) {
       const int steps = time == 0 ? 0 : steps_between(group, time - 1, lane);
       for (int s = 1; s <= steps; ++s) {
         std::shift_right(window.begin(), window.end(), 1);
-        const float part = hold_ == Hold::kZeroOrder ? 0.0F : static_cast<float>(s) / static_cast<float>(steps);
+        const float part = output >= commands_from_    ? 1.0F
+                           : hold_ == Hold::kZeroOrder ? 0.0F
+                                                       : static_cast<float>(s) / static_cast<float>(steps);
         window.front() = s == steps ? y(time) : (1.0F - part) * y(time - 1) + part * y(time);
       }
       for (int i = 0; i < samples_; ++i)
@@ -72,6 +75,7 @@ class WindowLatent final : public LatentDynamics {
 
   int samples_;
   Hold hold_;
+  int commands_from_;
   const std::vector<double>& steps_s_;
   double period_s_;
 };
@@ -103,7 +107,7 @@ class WindowStructure final : public TrainableStructure {
   }
 
   void make(const Experiment& experiment, ObserverStructure& structure) const override {
-    structure.latent.rows = structure.outputs * experiment.observer.own.get<WindowConfig>().samples;
+    structure.latent.rows = structure.readings * experiment.observer.own.get<WindowConfig>().samples;
     for (int row = 0; row < structure.latent.rows; ++row) structure.features.push_back({.latent = row});
   }
 

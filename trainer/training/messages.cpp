@@ -17,7 +17,7 @@ TrainProgress progress_of(const Experiment& experiment, const ObserverStructure&
   progress.rmse = state.metrics.back().validation_rmse;
   const std::vector<double> eigenvalues = structure.eigenvalues_at(state.average.data());
   for (const Mode& mode : structure.latent.modes) {
-    if (mode.output < 0 || eigenvalues.empty()) continue;  // a clock, or a structure without D
+    if (mode.reading < 0 || eigenvalues.empty()) continue;  // a clock, or a structure without D
     const auto row = static_cast<std::size_t>(mode.row);
     progress.eigenvalues.emplace_back(eigenvalues[row], mode.pair ? eigenvalues[row + 1] : 0.0);
   }

@@ -17,13 +17,14 @@ namespace {
 /// A network sees hardly anything of a feature whose bulk is this far below its extremes, and is thrown by those.
 constexpr double kFarBeyondScale = 50.0;
 
-std::string name_of(const ObserverStructure& structure, const std::vector<Channel>& outputs, const Feature& feature) {
+std::string name_of(const ObserverStructure& structure, const std::vector<Channel>& readings, const Feature& feature) {
   for (const Mode& mode : structure.latent.modes)
     if (is_clock(structure, feature) && mode.row == feature.latent)
       return fmt::format("the clock of {:.3g} s", -1.0 / structure.eigenvalues[static_cast<std::size_t>(mode.row)]);
-  const std::string output = feature.output < 0 ? "" : outputs[static_cast<std::size_t>(feature.output)].name;
-  if (feature.latent < 0) return fmt::format("the output {}", output);
-  return fmt::format("the latent row {}{}", feature.latent + 1, output.empty() ? "" : " less " + output);
+  const std::string reading = feature.reading < 0 ? "" : readings[static_cast<std::size_t>(feature.reading)].name;
+  const bool is_input = feature.reading >= structure.outputs();
+  if (feature.latent < 0) return fmt::format("the {} {}", is_input ? "input" : "output", reading);
+  return fmt::format("the latent row {}{}", feature.latent + 1, reading.empty() ? "" : " less " + reading);
 }
 
 /// Of an odd plant every output and state is as often below zero as above; the one that is furthest from that.
@@ -51,6 +52,8 @@ std::optional<std::string> off_centre(const Dataset& dataset) {
     }
   };
   look_at(dataset.outputs, &Trajectory::outputs, [&](std::size_t j) { return dataset.mirror.output(j); });
+  if (dataset.reads_inputs)
+    look_at(dataset.inputs, &Trajectory::inputs, [&](std::size_t i) { return dataset.mirror.input(i); });
   look_at(dataset.states, &Trajectory::states, [&](std::size_t i) { return dataset.mirror.state(i); });
   return furthest.empty() ? std::nullopt : std::optional(furthest);
 }
@@ -81,7 +84,7 @@ std::string no_progress(const std::vector<MetricsRow>& metrics) {
       first.loss, last.loss);
 }
 
-LargestFeature largest_feature(const ObserverStructure& structure, const std::vector<Channel>& outputs,
+LargestFeature largest_feature(const ObserverStructure& structure, const std::vector<Channel>& readings,
                                const Rollout& flight) {
   LargestFeature largest;
   for (const Feature& feature : structure.features) {
@@ -90,7 +93,7 @@ LargestFeature largest_feature(const ObserverStructure& structure, const std::ve
       const float u = (feature_value(feature, group, lane, time) - feature.mean) / feature.scale;
       reach = std::max(reach, std::abs(static_cast<double>(u)));
     });
-    if (reach > largest.reach) largest = {name_of(structure, outputs, feature), reach};
+    if (reach > largest.reach) largest = {name_of(structure, readings, feature), reach};
   }
   return largest;
 }
@@ -98,7 +101,7 @@ LargestFeature largest_feature(const ObserverStructure& structure, const std::ve
 std::string likely_causes(const Experiment& experiment, const std::vector<MetricsRow>& metrics,
                           const ObserverStructure& structure, const Dataset& dataset, const Rollout& flight) {
   std::vector<std::string> causes;
-  const LargestFeature largest = largest_feature(structure, dataset.outputs, flight);
+  const LargestFeature largest = largest_feature(structure, dataset.readings(), flight);
   const std::string reach =
       largest.name.empty() ? "" : fmt::format("{} reaches {:.3g} times its scale", largest.name, largest.reach);
   if (largest.reach > kFarBeyondScale)

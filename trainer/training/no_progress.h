@@ -32,7 +32,7 @@ struct LargestFeature {
   std::string name;  ///< "the clock of 0.02 s", "the latent row 3 less alpha"
   double reach = 0.0;
 };
-LargestFeature largest_feature(const ObserverStructure& structure, const std::vector<Channel>& outputs,
+LargestFeature largest_feature(const ObserverStructure& structure, const std::vector<Channel>& readings,
                                const Rollout& flight);
 
 }  // namespace nlo::trainer

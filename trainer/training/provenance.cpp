@@ -35,6 +35,7 @@ std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash) {
   for (const Trajectory& trajectory : dataset.trajectories) {
     add(trajectory.time_s);
     add(trajectory.outputs);
+    if (dataset.reads_inputs) add(trajectory.inputs);
     add(trajectory.states);
     add(trajectory.weight);
   }

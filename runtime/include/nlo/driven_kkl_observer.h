@@ -48,6 +48,7 @@ struct DrivenKklModel {
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;
   static constexpr int kNu = kNu_;
+  static constexpr int kNr = kNy;  ///< F and T* read outputs alone
   static constexpr int kPairs = kPairs_;
   static constexpr int kLongestGap = kMostPieces;
   static constexpr bool kHasSteadyState = true;

@@ -15,7 +15,8 @@
 namespace nlo {
 
 /// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
-template <class Scalar_, int kNx_, int kNy_, int kNz_, class Dynamics_, class InverseMap_>
+template <class Scalar_, int kNx_, int kNy_, int kNz_, class Dynamics_, class InverseMap_, int kNu_ = 0,
+          Hold kInputHold_ = Hold::kZeroOrder>
 struct GeneralModel {
   using Scalar = Scalar_;
   using Dynamics = Dynamics_;
@@ -23,19 +24,21 @@ struct GeneralModel {
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;
-  static constexpr int kNu = 0;
+  static constexpr int kNu = kNu_;
+  static constexpr int kNr = kNy + kNu;  ///< readings: outputs, then inputs
+  static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kLongestGap = kMostPieces;
   static constexpr bool kHasSteadyState = false;
   static constexpr bool kMayDiverge = true;
   static_assert(kNx > 0 && kNy > 0 && kNz > 0);
-  static_assert(Dynamics::kIn == kNz + kNy && Dynamics::kOut == kNz, "F maps [z; y] to n_z");
+  static_assert(Dynamics::kIn == kNz + kNr && Dynamics::kOut == kNz, "F maps [z; y], or [z; y; u], to n_z");
   static_assert(InverseMap::kIn == kNz && InverseMap::kOut == kNx, "G maps n_z to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;  ///< this many held measurements in a row make the status kStale
-  Hold hold;                  ///< y between samples: kZeroOrder, or a ramp
-  Scalar initial[kNz];        ///< z before the first measurement
-  OutputRange<Scalar, kNy> outputs;
+  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
+  Hold hold;                         ///< y between samples: kZeroOrder, or a ramp
+  Scalar initial[kNz];               ///< z before the first measurement
+  OutputRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
   Domain<Scalar, kNz> domain;
   Dynamics dynamics;       ///< F
   InverseMap inverse_map;  ///< G
@@ -43,19 +46,19 @@ struct GeneralModel {
   constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
 
   /// z over dt_s (0: one sample period), in pieces of about one sample period.
-  void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) const {
+  void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     integrate(*this, z, y, y_next, dt_s);
   }
 
   /// dz/dt = F(z, y).
-  void slope(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&dz)[kNz]) const {
-    Scalar in[kNz + kNy];
+  void slope(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&dz)[kNz]) const {
+    Scalar in[kNz + kNr];
     for (int r = 0; r < kNz; ++r) in[r] = z[r];
-    for (int j = 0; j < kNy; ++j) in[kNz + j] = y[j];
+    for (int j = 0; j < kNr; ++j) in[kNz + j] = y[j];
     dynamics.evaluate(in, dz);
   }
 
-  void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNy], Scalar (&x_hat)[kNx]) const {
+  void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNr], Scalar (&x_hat)[kNx]) const {
     inverse_map.evaluate(z, x_hat);
   }
 };

@@ -35,6 +35,7 @@ class KklBatch {
   static constexpr int kNx = Model::kNx;
   static constexpr int kNy = Model::kNy;
   static constexpr int kNz = Model::kNz;
+  static constexpr int kNu = Model::kNu;
   static_assert(kPlants > 0);
 
   /// The model must outlive the batch; generated models are constants.
@@ -47,18 +48,14 @@ class KklBatch {
   }
 
   /// One sample period on for every plant, with its measurement y[j][plant] at the end. The worst status of all.
-  [[nodiscard]] StepStatus step(const Scalar (&y)[kNy][kPlants]) {
-    StepStatus worst = StepStatus::kOk;
-    for (int first = 0; first < kPadded; first += kBlock) {
-      if constexpr (kPlants >= kBlock) {
-        if (first + kBlock <= kPlants && step_block(y, first)) continue;
-      }
-      for (int n = first; n < first + kBlock && n < kPlants; ++n) {
-        const StepStatus status = step_one(y, n);
-        if (status > worst) worst = status;
-      }
-    }
-    return worst;
+  [[nodiscard]] StepStatus step(const Scalar (&y)[kNy][kPlants]) requires(kNu == 0) { return step_rows(rows<kNy>(y)); }
+
+  /// The same with the known inputs u[i][plant], of which the model's hold speaks.
+  [[nodiscard]] StepStatus step(const Scalar (&y)[kNy][kPlants],
+                                const Scalar (&u)[kNu == 0 ? 1 : kNu][kPlants]) requires(kNu > 0) {
+    Rows all = rows<kNy>(y);
+    for (int i = 0; i < kNu; ++i) all[kNy + i] = u[i];
+    return step_rows(all);
   }
 
   /// x_hat[i][plant] of every plant.
@@ -86,7 +83,7 @@ class KklBatch {
   [[nodiscard]] constexpr State save(int plant) const {
     State state{};
     for (int r = 0; r < kNz; ++r) state.z[r] = z_[r][plant];
-    for (int j = 0; j < kNy; ++j) state.y[j] = y_[j][plant];
+    for (int j = 0; j < kNr; ++j) state.y[j] = y_[j][plant];
     state.held = held_[plant];
     state.status = status_[plant];
     state.started = started_[plant];
@@ -109,31 +106,63 @@ class KklBatch {
   static constexpr int kPadded = kernels::rounded_up(kPlants, kernels::kMostBatchBlock<Scalar>);
   static constexpr int kAlignment = kernels::kHasVectors ? 64 : alignof(Scalar);
 
+  static constexpr int kNr = Model::kNr;
+  using Rows = Vector<const Scalar*, kNr>;  ///< of readings: outputs, then inputs; each has kPlants entries
+
+  template <int kCount>
+  static Rows rows(const Scalar (&y)[kCount][kPlants]) {
+    Rows all{};
+    for (int j = 0; j < kCount; ++j) all[j] = y[j];
+    return all;
+  }
+
+  StepStatus step_rows(const Rows& y) {
+    StepStatus worst = StepStatus::kOk;
+    for (int first = 0; first < kPadded; first += kBlock) {
+      if constexpr (kPlants >= kBlock) {
+        if (first + kBlock <= kPlants && step_block(y, first)) continue;
+      }
+      for (int n = first; n < first + kBlock && n < kPlants; ++n) {
+        const StepStatus status = step_one(y, n);
+        if (status > worst) worst = status;
+      }
+    }
+    return worst;
+  }
+
   constexpr void put(int n, const State& state) {
     for (int r = 0; r < kNz; ++r) z_[r][n] = state.z[r];
-    for (int j = 0; j < kNy; ++j) y_[j][n] = state.y[j];
+    for (int j = 0; j < kNr; ++j) y_[j][n] = state.y[j];
     held_[n] = state.held;
     status_[n] = state.status;
     started_[n] = state.started;
   }
 
-  StepStatus step_one(const Scalar (&y)[kNy][kPlants], int n) {
+  StepStatus step_one(const Rows& y, int n) {
     Observer observer(*model_);
     if (!observer.restore(save(n))) return status_[n];  // cannot be: only what steps leave behind is kept
     typename Observer::Output measured{};
     for (int j = 0; j < kNy; ++j) measured[j] = y[j][n];
-    const StepStatus status = observer.step(measured);
+    const StepStatus status = [&] {
+      if constexpr (kNu == 0) {
+        return observer.step(measured);
+      } else {
+        typename Observer::Input input{};
+        for (int i = 0; i < kNu; ++i) input[i] = y[kNy + i][n];
+        return observer.step(measured, input);
+      }
+    }();
     put(n, observer.save());
     return status;
   }
 
   /// Steps a whole block in which every measurement is as it should be; else does nothing and returns false.
-  bool step_block(const Scalar (&y)[kNy][kPlants], int first) {
+  bool step_block(const Rows& y, int first) {
     int started = 0;
     for (int n = first; n < first + kBlock; ++n) started += started_[n];
     if (started != kBlock) return false;
     P out_of_range{};
-    for (int j = 0; j < kNy; ++j) {
+    for (int j = 0; j < kNr; ++j) {
       if (model_->outputs.wrap[j] > Scalar(0)) return false;
       const P low = simd::broadcast<P>(model_->outputs.min[j]), high = simd::broadcast<P>(model_->outputs.max[j]);
       for (int v = 0; v < kBlock; v += kWidth) {
@@ -152,13 +181,14 @@ class KklBatch {
   }
 
   /// kWidth plants from `first` on.
-  void advance(const Scalar (&y)[kNy][kPlants], int first) {
-    P z[kNz], y_k[kNy], y_next[kNy];
+  void advance(const Rows& y, int first) {
+    P z[kNz], y_k[kNr], y_next[kNr];
     for (int r = 0; r < kNz; ++r) z[r] = simd::load<P>(&z_[r][first]);
-    for (int j = 0; j < kNy; ++j) {
+    for (int j = 0; j < kNr; ++j) {
       y_k[j] = simd::load<P>(&y_[j][first]);
       y_next[j] = simd::load<P>(&y[j][first]);
       simd::store(&y_[j][first], y_next[j]);
+      if (j >= kNy && Model::kInputHold == Hold::kZeroOrder) y_k[j] = y_next[j];  // as ObserverCore
     }
     nlo::advance<Model::kPairs, kArithmetic>(model_->latent.step, z, y_k, y_next);
     const P tiny = P{} + Scalar(0x1p-100);  // as SampledObserver: no subnormal stays for ever
@@ -185,7 +215,7 @@ class KklBatch {
 
   const Model* model_;
   alignas(kAlignment) Scalar z_[kNz][kPadded];
-  alignas(kAlignment) Scalar y_[kNy][kPadded];
+  alignas(kAlignment) Scalar y_[kNr][kPadded];
   std::uint16_t held_[kPadded];
   StepStatus status_[kPadded];
   std::uint8_t started_[kPadded];

@@ -17,14 +17,16 @@
 namespace nlo {
 
 /// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
-template <class Scalar_, int kNx_, int kNy_, class Nonlinearity_>
+template <class Scalar_, int kNx_, int kNy_, class Nonlinearity_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder>
 struct LuenbergerModel {
   using Scalar = Scalar_;
   using Nonlinearity = Nonlinearity_;
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNx;
-  static constexpr int kNu = 0;
+  static constexpr int kNu = kNu_;
+  static constexpr int kNr = kNy + kNu;  ///< readings: outputs, then inputs
+  static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kLongestGap = kMostPieces;
   static constexpr bool kHasSteadyState = false;
   static constexpr bool kMayDiverge = true;
@@ -32,32 +34,32 @@ struct LuenbergerModel {
   static_assert(Nonlinearity::kIn == kNx && Nonlinearity::kOut == kNx, "g_hat maps n_x to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;      ///< this many held measurements in a row make the status kStale
-  Hold hold;                      ///< y between samples: kZeroOrder, or a ramp
-  Scalar error_matrix[kNx][kNx];  ///< A - G C: how an error dies out where g is known
-  Scalar gain[kNx][kNy];          ///< G
-  Scalar initial[kNx];            ///< x_hat before the first measurement
-  OutputRange<Scalar, kNy> outputs;
+  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
+  Hold hold;                         ///< y between samples: kZeroOrder, or a ramp
+  Scalar error_matrix[kNx][kNx];     ///< A - G C: how an error dies out where g is known
+  Scalar gain[kNx][kNr];             ///< G; with inputs [G, B]
+  Scalar initial[kNx];               ///< x_hat before the first measurement
+  OutputRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
   Domain<Scalar, kNx> domain;
   Nonlinearity nonlinearity;  ///< g_hat
 
   constexpr const Scalar (&initial_latent() const)[kNx] { return initial; }
 
   /// x_hat over dt_s (0: one sample period), in pieces of about one sample period.
-  void advance(Scalar (&x_hat)[kNx], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) const {
+  void advance(Scalar (&x_hat)[kNx], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     integrate(*this, x_hat, y, y_next, dt_s);
   }
 
   /// dx_hat/dt at x_hat and y.
-  void slope(const Scalar (&x_hat)[kNx], const Scalar (&y)[kNy], Scalar (&dx_hat)[kNx]) const {
+  void slope(const Scalar (&x_hat)[kNx], const Scalar (&y)[kNr], Scalar (&dx_hat)[kNx]) const {
     nonlinearity.evaluate(x_hat, dx_hat);
     for (int i = 0; i < kNx; ++i) {
       for (int k = 0; k < kNx; ++k) dx_hat[i] += error_matrix[i][k] * x_hat[k];
-      for (int j = 0; j < kNy; ++j) dx_hat[i] += gain[i][j] * y[j];
+      for (int j = 0; j < kNr; ++j) dx_hat[i] += gain[i][j] * y[j];
     }
   }
 
-  void estimate(const Scalar (&z)[kNx], const Scalar (&)[kNy], Scalar (&x_hat)[kNx]) const {
+  void estimate(const Scalar (&z)[kNx], const Scalar (&)[kNr], Scalar (&x_hat)[kNx]) const {
     for (int i = 0; i < kNx; ++i) x_hat[i] = z[i];
   }
 };

@@ -73,7 +73,7 @@ struct OutputRange {
   }
 };
 
-/// The inputs of the last sample; nothing where a model has none.
+/// The inputs of the last sample where they act apart from the readings (driven_kkl_observer.h); else nothing.
 template <class Scalar, int kNu>
 struct InputMemory {
   Scalar u[kNu];

@@ -1,97 +1,64 @@
 // SPDX-License-Identifier: MIT
-// What all observers share: a model (a constant, in flash) and a state (RAM), which each sample moves on by one step.
-// The equations are the model's. Around them, measurements are screened and faults counted (measurement.h).
-//
-// No heap, no exceptions, no libm; whatever arrives, z stays finite.
+// What a control loop calls, of every observer: step() once a sample, with the outputs y, and with the inputs u where
+// the model knows them. observer_core.h has what happens then.
 #pragma once
 
-#include <cstdint>
 #include <limits>
 
-#include "nlo/arithmetic.h"
-#include "nlo/measurement.h"
-#include "nlo/observer_state.h"
-#include "nlo/select.h"
-#include "nlo/simd.h"
-#include "nlo/steady_state.h"
-#include "nlo/vector.h"
+#include "nlo/observer_core.h"
 
 namespace nlo {
 
-/// Steps a model, which has
-///   Scalar, kNx, kNy, kNz, kNu         sizes; kNu = 0 unless the plant's inputs are known
-///   kLongestGap                        sample periods that one step may span
-///   kHasSteadyState                    z settles at S y: `latent` has steady_gain S and starts_steady
-///   kMayDiverge                        stability is not proven: each step is checked
-///   sample_period_s, stale_after, outputs, domain
-///   initial_latent()                   z before the first measurement
-///   start(y, z)                        z at the first measurement, if that makes a difference beyond S y
-///   advance(z, y, y_next[, u, u_next], dt_s)   z one step on, in place; dt_s = 0: one sample period
-///   estimate(z, y, x_hat)
-/// For the deterministic policy the last two are templates on the policy too. That policy is constant-time: once
-/// started, a step of one sample period takes as many instructions whatever is measured.
 template <class Model_, Arithmetic kArithmetic_ = Arithmetic::kFast>
-class SampledObserver {
+class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
  public:
-  using Model = Model_;
-  using Scalar = typename Model::Scalar;
-  static constexpr Arithmetic kArithmetic = kArithmetic_;
-  static constexpr int kNx = Model::kNx;
-  static constexpr int kNy = Model::kNy;
-  static constexpr int kNz = Model::kNz;
-  static constexpr int kNu = Model::kNu;
-  static constexpr bool kDriven = kNu > 0;
+  using Core = ObserverCore<Model_, kArithmetic_>;
+  using Core::kDriven;
+  using Core::kNr;
+  using Core::kNu;
+  using Core::kNy;
+  using Core::kNz;
+  using typename Core::Latent;
+  using typename Core::Model;
+  using typename Core::Scalar;
+  using typename Core::State;
   using Output = Vector<Scalar, kNy>;
   using Input = Vector<Scalar, kDriven ? kNu : 1>;
-  using Latent = Vector<Scalar, kNz>;
-  using Estimate = Vector<Scalar, kNx>;
-  using State = ObserverState<Scalar, kNy, kNz, kNu>;
 
-  /// The model must outlive the observer; generated models are constants.
-  constexpr explicit SampledObserver(const Model& model) : model_(&model) { reset(); }
-  explicit SampledObserver(const Model&&) = delete;
-
-  /// Forgets everything: z = z(0), and the next measurement is the first.
-  constexpr void reset() {
-    state_ = State{};
-    for (int r = 0; r < kNz; ++r) state_.z[r] = model_->initial_latent()[r];
-  }
+  using Core::Core;
+  using Core::reset;
 
   /// Starts from a given latent state, e.g. from T(x) of a known x. Refused (false, nothing changed) as restore() does.
-  [[nodiscard]] constexpr bool reset(const Latent& z0, const Output& y0) {
-    State next{};
-    for (int r = 0; r < kNz; ++r) next.z[r] = z0[r];
-    for (int j = 0; j < kNy; ++j) next.y[j] = y0[j];
-    next.started = 1;
-    return restore(next);
+  [[nodiscard]] constexpr bool reset(const Latent& z0, const Output& y0) requires(!Core::kReadsInputs) {
+    return reset_to(z0, y0, {});
+  }
+  [[nodiscard]] constexpr bool reset(const Latent& z0, const Output& y0, const Input& u0) requires(Core::kReadsInputs) {
+    return reset_to(z0, y0, u0);
   }
 
-  /// Starts from the steady state of y, z = z(0) + S y: a shorter transient when the plant is at rest, or after a gap.
-  [[nodiscard]] constexpr StepStatus warm_start(const Output& y) requires(Model::kHasSteadyState) {
-    Scalar accepted[kNy]{};
-    for (int j = 0; j < kNy; ++j) accepted[j] = state_.y[j];
-    const StepStatus screened = model_->outputs.template screen<kArithmetic>(y, accepted);
-    if (screened == StepStatus::kHeld) {
-      return state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
-    }
-    reset();
-    start(accepted, true);
-    return state_.status = screened;
+  /// Starts from the steady state of y (and u), z = z(0) + S y: a shorter transient when the plant is at rest, or after a
+  /// gap.
+  [[nodiscard]] constexpr StepStatus warm_start(const Output& y) requires(Model::kHasSteadyState &&
+                                                                          !Core::kReadsInputs) {
+    return this->start_steady(y);
   }
-  [[nodiscard]] constexpr StepStatus warm_start(Scalar y) requires(kNy == 1 && Model::kHasSteadyState) {
+  [[nodiscard]] constexpr StepStatus warm_start(const Output& y,
+                                                const Input& u) requires(Model::kHasSteadyState&& Core::kReadsInputs) {
+    return this->start_steady(readings(y, u));
+  }
+  [[nodiscard]] constexpr StepStatus warm_start(Scalar y) requires(kNy == 1 && Model::kHasSteadyState &&
+                                                                   !Core::kReadsInputs) {
     return warm_start(Output{{y}});
   }
 
   /// One sample period on, with the measurement at its end. The first measurement after a reset only starts the
   /// observer. A measurement that is not finite stands for a missed one.
-  [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) {
-    return step_by<true>(y, {}, Scalar(0));
-  }
+  [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) { return take<true>(y, {}, Scalar(0)); }
   [[nodiscard]] constexpr StepStatus step(Scalar y) requires(kNy == 1 && !kDriven) { return step(Output{{y}}); }
 
   /// The same over dt seconds: for jitter, and for what comes after missed samples.
   [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar dt_s) requires(!kDriven) {
-    return possible(dt_s) ? step_by<false>(y, {}, dt_s) : state_.status = StepStatus::kRejected;
+    return take<false>(y, {}, dt_s);
   }
   [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar dt_s) requires(kNy == 1 && !kDriven) {
     return step(Output{{y}}, dt_s);
@@ -100,13 +67,13 @@ class SampledObserver {
   /// One sample period on, with the measurement at its end and the input u that the model's hold speaks of. An input
   /// that is not finite holds the last good one.
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u) requires kDriven {
-    return step_by<true>(y, u, Scalar(0));
+    return take<true>(y, u, Scalar(0));
   }
   [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u) requires(kNy == 1 && kNu == 1) {
     return step(Output{{y}}, Input{{u}});
   }
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u, Scalar dt_s) requires kDriven {
-    return possible(dt_s) ? step_by<false>(y, u, dt_s) : state_.status = StepStatus::kRejected;
+    return take<false>(y, u, dt_s);
   }
   [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u, Scalar dt_s) requires(kNy == 1 && kNu == 1) {
     return step(Output{{y}}, Input{{u}}, dt_s);
@@ -116,43 +83,6 @@ class SampledObserver {
   [[nodiscard]] constexpr StepStatus step_missed() requires(!kDriven) { return step(missed()); }
   [[nodiscard]] constexpr StepStatus step_missed(const Input& u) requires kDriven { return step(missed(), u); }
 
-  /// x_hat. Computed on each call; costs the multiply-adds of the model's inverse map.
-  [[nodiscard]] Estimate estimate() const {
-    Estimate x_hat;
-    if constexpr (kArithmetic == Arithmetic::kFast) {
-      model_->estimate(state_.z, state_.y, x_hat.values);
-    } else {
-      model_->template estimate<kArithmetic>(state_.z, state_.y, x_hat.values);
-    }
-    return x_hat;
-  }
-
-  [[nodiscard]] constexpr Latent latent() const {
-    Latent z{};
-    for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
-    return z;
-  }
-
-  /// Status of the latest step.
-  [[nodiscard]] constexpr StepStatus status() const { return state_.status; }
-
-  /// z is where training has been. False tells that estimate() extrapolates.
-  [[nodiscard]] constexpr bool in_domain() const {
-    Latent z = latent();
-    make_relative(*model_, state_.y, z.values);
-    return model_->domain.contains(z.values);
-  }
-
-  [[nodiscard]] constexpr const Model& model() const { return *model_; }
-  [[nodiscard]] constexpr State save() const { return state_; }
-
-  /// Continues from a saved state. Refused (false, nothing changed) unless stepping can reach it.
-  [[nodiscard]] constexpr bool restore(const State& saved) {
-    if (!is_reachable(saved, model_->outputs)) return false;
-    state_ = saved;
-    return true;
-  }
-
  private:
   static constexpr Output missed() {
     Output y{};
@@ -160,67 +90,34 @@ class SampledObserver {
     return y;
   }
 
-  constexpr bool possible(Scalar dt_s) const {
-    return is_finite(dt_s) && dt_s > Scalar(0) && dt_s <= Scalar(Model::kLongestGap) * model_->sample_period_s;
+  /// [y; u].
+  static constexpr typename Core::Readings readings(const Output& y, const Input& u) {
+    typename Core::Readings r{};
+    for (int j = 0; j < kNy; ++j) r[j] = y[j];
+    for (int i = 0; i < kNr - kNy; ++i) r[kNy + i] = u[i];
+    return r;
   }
 
-  /// One step. kRegular: of one sample period, dt_s does not matter, and what other steps need is not compiled in.
   template <bool kRegular>
-  NLO_OWN_FRAME constexpr StepStatus step_by(const Output& y, const Input& u, Scalar dt_s) {
-    Scalar y_next[kNy]{};
-    for (int j = 0; j < kNy; ++j) y_next[j] = state_.y[j];
-    InputMemory<Scalar, kNu> u_next = state_.input;
-    StepStatus screened = model_->outputs.template screen<kArithmetic>(y, y_next);
-    if (!u_next.take(u)) screened = StepStatus::kHeld;
-    state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
-    if (state_.started == 0) {
-      if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
-      start(y_next, starts_steady(*model_));
+  constexpr StepStatus take(const Output& y, const Input& u, Scalar dt_s) {
+    if constexpr (!kRegular) {
+      if (!this->possible(dt_s)) return this->state_.status = StepStatus::kRejected;
+    }
+    if constexpr (Core::kReadsInputs) {
+      return this->template step_by<kRegular>(readings(y, u), {}, dt_s);
     } else {
-      advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);
-      for (int j = 0; j < kNy; ++j) state_.y[j] = y_next[j];
-      turn_back<kArithmetic>(*model_, state_.y, state_.z);
-    }
-    state_.input = u_next;
-    return state_.status;
-  }
-
-  constexpr void start(const Scalar (&y)[kNy], bool steady) {
-    for (int j = 0; j < kNy; ++j) {
-      const Scalar turn = model_->outputs.wrap[j];
-      state_.y[j] = turn > Scalar(0) ? OutputRange<Scalar, kNy>::template wrapped<kArithmetic>(y[j], turn) : y[j];
-    }
-    if (steady) add_steady_state(*model_, state_.y, state_.z);
-    if constexpr (requires { model_->start(state_.y, state_.z); }) model_->start(state_.y, state_.z);
-    state_.started = 1;
-  }
-
-  constexpr void advance(const Scalar (&y_next)[kNy], const InputMemory<Scalar, kNu>& u_next, Scalar dt_s) {
-    Scalar z[kNz]{};
-    for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
-    if constexpr (kDriven) {
-      static_assert(kArithmetic == Arithmetic::kFast, "driven observers know the fast arithmetic only");
-      model_->advance(z, state_.y, y_next, state_.input.u, u_next.u, dt_s);
-    } else if constexpr (kArithmetic == Arithmetic::kFast) {
-      model_->advance(z, state_.y, y_next, dt_s);
-    } else {
-      model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
-    }
-    if constexpr (Model::kMayDiverge) {
-      if (!is_reachable(z)) {  // the last good z is kept: what follows may lead it back
-        state_.status = StepStatus::kDiverged;
-        return;
-      }
-    }
-    // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
-    constexpr Scalar kTiny = Scalar(0x1p-100);
-    for (int r = 0; r < kNz; ++r) {
-      state_.z[r] = select<kArithmetic>((z[r] >= kTiny) | (z[r] <= -kTiny), z[r], Scalar(0));
+      return this->template step_by<kRegular>(y, u, dt_s);
     }
   }
 
-  const Model* model_;
-  State state_{};
+  constexpr bool reset_to(const Latent& z0, const Output& y0, const Input& u0) {
+    State next{};
+    for (int r = 0; r < kNz; ++r) next.z[r] = z0[r];
+    const auto given = readings(y0, u0);
+    for (int j = 0; j < kNr; ++j) next.y[j] = given[j];
+    next.started = 1;
+    return this->restore(next);
+  }
 };
 
 }  // namespace nlo

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The window observer: a learned map of the last measurements, what one would write without an observer.
-//   z = [y_j(k), y_j(k - 1), ..., y_j(k - n + 1)] for each output j,   x_hat = T*(z)
+//   z = [y_j(k), y_j(k - 1), ..., y_j(k - n + 1)] for each output j and each known input,   x_hat = T*(z)
 // It forgets in n samples, whatever came before; it filters noise only as far as T* has learned to.
 #pragma once
 
@@ -16,44 +16,47 @@
 namespace nlo {
 
 /// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
-template <class Scalar_, int kNx_, int kNy_, int kSamples_, class InverseMap_>
+template <class Scalar_, int kNx_, int kNy_, int kSamples_, class InverseMap_, int kNu_ = 0,
+          Hold kInputHold_ = Hold::kZeroOrder>
 struct WindowModel {
   using Scalar = Scalar_;
   using InverseMap = InverseMap_;
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kSamples = kSamples_;  ///< n
-  static constexpr int kNz = kNy * kSamples;
-  static constexpr int kNu = 0;
+  static constexpr int kNu = kNu_;
+  static constexpr int kNr = kNy + kNu;  ///< readings: outputs, then inputs
+  static constexpr Hold kInputHold = kInputHold_;
+  static constexpr int kNz = kNr * kSamples;
   static constexpr int kLongestGap = kMostPieces;
   static constexpr bool kHasSteadyState = false;
   static constexpr bool kMayDiverge = false;
   static_assert(kNx > 0 && kNy > 0 && kSamples > 0);
-  static_assert(InverseMap::kIn == kNz && InverseMap::kOut == kNx, "T* maps n_y n measurements to n_x");
+  static_assert(InverseMap::kIn == kNz && InverseMap::kOut == kNx, "T* maps (n_y + n_u) n readings to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;  ///< this many held measurements in a row make the status kStale
-  Hold hold;                  ///< y in a gap: kZeroOrder, or a ramp
-  OutputRange<Scalar, kNy> outputs;
+  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
+  Hold hold;                         ///< y in a gap: kZeroOrder, or a ramp
+  OutputRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
   Domain<Scalar, kNz> domain;
   InverseMap inverse_map;
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return kEmpty; }
 
   /// The first measurement fills the window.
-  constexpr void start(const Scalar (&y)[kNy], Scalar (&z)[kNz]) const {
-    for (int j = 0; j < kNy; ++j) {
+  constexpr void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
+    for (int j = 0; j < kNr; ++j) {
       for (int i = 0; i < kSamples; ++i) z[j * kSamples + i] = y[j];
     }
   }
 
   /// The window moves by as many samples as dt_s spans (0: one); those that a gap has left out lie on the hold.
-  constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) const {
+  constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     const int samples = dt_s == Scalar(0) ? 1 : pieces_of(dt_s, sample_period_s);
     for (int s = 1; s <= samples; ++s) {
-      Scalar now[kNy]{};
+      Scalar now[kNr]{};
       between(hold, y, y_next, static_cast<Scalar>(s) / static_cast<Scalar>(samples), now);
-      for (int j = 0; j < kNy; ++j) {
+      for (int j = 0; j < kNr; ++j) {
         Scalar* row = z + j * kSamples;
         for (int i = kSamples - 1; i > 0; --i) row[i] = row[i - 1];
         row[0] = s == samples ? y_next[j] : now[j];
@@ -61,7 +64,7 @@ struct WindowModel {
     }
   }
 
-  void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNy], Scalar (&x_hat)[kNx]) const {
+  void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNr], Scalar (&x_hat)[kNx]) const {
     inverse_map.evaluate(z, x_hat);
   }
 

@@ -3,6 +3,7 @@
 // must be the same on every target. Included once per observer, behind
 //   #define NLO_NAME rig
 //   #define NLO_SCALAR float
+//   #define NLO_INPUTS 2  // where it reads inputs
 // It defines `int rig_drive(void)`, which prints "rig HASH" and gives 0, or prints where the replay went wrong.
 // Measurements are made of integers and powers of two: nothing here can round, whatever the compiler fuses.
 
@@ -65,32 +66,43 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
   return (NLO_SCALAR)(triangle * 8 + (int32_t)(draw >> 19)) / (NLO_SCALAR)65536;
 }
 
+#ifdef NLO_INPUTS
+#define NLO_INPUT_DRAW      \
+  NLO_SCALAR u[NLO_INPUTS]; \
+  for (int i = 0; i < NLO_INPUTS; ++i) u[i] = NLO_(measurement)(random, k, k >= 4000);
+#define NLO_AND_U , u
+#else
+#define NLO_INPUT_DRAW
+#define NLO_AND_U
+#endif
+
 // One of the many things that can happen to an observer.
 static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, uint32_t* random, int k) {
   NLO_SCALAR y[NLO_(NY)];
   for (int j = 0; j < NLO_(NY); ++j) y[j] = NLO_(measurement)(random, k, k >= 4000);
+  NLO_INPUT_DRAW
   const uint32_t draw = next_random(random);
   const NLO_SCALAR part = (NLO_SCALAR)(int32_t)(draw >> 8 & 0xfffffU) / (NLO_SCALAR)1048576;  // [0, 1)
   switch (k < 4000 ? 15U : draw >> 28) {
     case 0:
-      return NLO_(step_dt)(o, y, part / (NLO_SCALAR)16);
+      return NLO_(step_dt)(o, y NLO_AND_U, part / (NLO_SCALAR)16);
     case 1:
-      return NLO_(step_dt)(o, y, NLO_(measurement)(random, k, true));
+      return NLO_(step_dt)(o, y NLO_AND_U, NLO_(measurement)(random, k, true));
     case 2:
-      return NLO_(step_dt)(o, y, part * (NLO_SCALAR)16);  // hundreds of sample periods, or too many
+      return NLO_(step_dt)(o, y NLO_AND_U, part * (NLO_SCALAR)16);  // hundreds of sample periods, or too many
     case 3:
-      return NLO_(step_missed)(o);
+      return NLO_(step_missed)(o NLO_AND_U);
     case 4:
-      return k % 7 == 0 ? NLO_(warm_start)(o, y) : NLO_(step)(o, y);
+      return k % 7 == 0 ? NLO_(warm_start)(o, y NLO_AND_U) : NLO_(step)(o, y NLO_AND_U);
     case 5:
       if (k % 11 == 0) NLO_(reset)(o);
-      return NLO_(step)(o, y);
+      return NLO_(step)(o, y NLO_AND_U);
     case 6:
       if (k % 5 == 0) *saved = *o;
       if (k % 5 == 1 && !NLO_(restore)(o, saved)) return NLO_(REJECTED);
-      return NLO_(step)(o, y);
+      return NLO_(step)(o, y NLO_AND_U);
     default:
-      return NLO_(step)(o, y);
+      return NLO_(step)(o, y NLO_AND_U);
   }
 }
 
@@ -127,3 +139,6 @@ static int NLO_(drive)(void) {
 }
 #undef NLO_NAME
 #undef NLO_SCALAR
+#undef NLO_INPUTS
+#undef NLO_INPUT_DRAW
+#undef NLO_AND_U

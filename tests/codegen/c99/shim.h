@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The C++ runtime's deterministic policy behind the header of a C99 export: linked in the place of NAME.c, it gives the
 // bits that NAME.c must give.
-//   NLO_C99_SHIM(rig, float)   // after including both headers of the name
+//   NLO_C99_SHIM(rig, float)           // after including both headers of the name
+//   NLO_C99_DRIVEN_SHIM(motor, float)  // where it reads inputs
 #pragma once
 
 #include <cstring>
@@ -55,52 +56,61 @@ Output output(const Scalar* y) {
 
 }  // namespace nlo::shim
 
-#define NLO_C99_SHIM(name, Scalar)                                                                           \
-  namespace {                                                                                                \
-  using name##_resumed = nlo::shim::Resumed<name##_observer, nlo::name::Model>;                              \
-  using name##_output = name##_resumed::Observer::Output;                                                    \
-  const auto& name##_model = nlo::name::kModel;                                                              \
-  }                                                                                                          \
-  void name##_reset(name##_observer* o) {                                                                    \
-    *o = {};                                                                                                 \
-    name##_resumed resumed(*o, name##_model);                                                                \
-    resumed.observer.reset();                                                                                \
-    resumed.write();                                                                                         \
-  }                                                                                                          \
-  void name##_init(name##_observer* o) {                                                                     \
-    name##_reset(o);                                                                                         \
-  }                                                                                                          \
-  name##_status name##_warm_start(name##_observer* o, const Scalar* y) {                                     \
-    name##_resumed resumed(*o, name##_model);                                                                \
-    return resumed.written<name##_status>(resumed.observer.warm_start(nlo::shim::output<name##_output>(y))); \
-  }                                                                                                          \
-  name##_status name##_step(name##_observer* o, const Scalar* y) {                                           \
-    name##_resumed resumed(*o, name##_model);                                                                \
-    return resumed.written<name##_status>(resumed.observer.step(nlo::shim::output<name##_output>(y)));       \
-  }                                                                                                          \
-  name##_status name##_step_dt(name##_observer* o, const Scalar* y, Scalar dt_s) {                           \
-    name##_resumed resumed(*o, name##_model);                                                                \
-    return resumed.written<name##_status>(resumed.observer.step(nlo::shim::output<name##_output>(y), dt_s)); \
-  }                                                                                                          \
-  name##_status name##_step_missed(name##_observer* o) {                                                     \
-    name##_resumed resumed(*o, name##_model);                                                                \
-    return resumed.written<name##_status>(resumed.observer.step_missed());                                   \
-  }                                                                                                          \
-  void name##_estimate(const name##_observer* o, Scalar* x_hat) {                                            \
-    name##_observer copy = *o;                                                                               \
-    const auto estimate = name##_resumed(copy, name##_model).observer.estimate();                            \
-    for (int i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];                                        \
-  }                                                                                                          \
-  name##_status name##_last_status(const name##_observer* o) {                                               \
-    return static_cast<name##_status>(o->status);                                                            \
-  }                                                                                                          \
-  bool name##_in_domain(const name##_observer* o) {                                                          \
-    name##_observer copy = *o;                                                                               \
-    return name##_resumed(copy, name##_model).observer.in_domain();                                          \
-  }                                                                                                          \
-  bool name##_restore(name##_observer* o, const name##_observer* saved) {                                    \
-    name##_observer copy = *saved;                                                                           \
-    const bool good = name##_resumed(copy, name##_model).good;                                               \
-    if (good) *o = copy;                                                                                     \
-    return good;                                                                                             \
+#define NLO_C99_SHIM_OF(name, Scalar, U, AND_U, ONLY_U)                                                            \
+  namespace {                                                                                                      \
+  using name##_resumed = nlo::shim::Resumed<name##_observer, nlo::name::Model>;                                    \
+  using name##_output = name##_resumed::Observer::Output;                                                          \
+  const auto& name##_model = nlo::name::kModel;                                                                    \
+  }                                                                                                                \
+  void name##_reset(name##_observer* o) {                                                                          \
+    *o = {};                                                                                                       \
+    name##_resumed resumed(*o, name##_model);                                                                      \
+    resumed.observer.reset();                                                                                      \
+    resumed.write();                                                                                               \
+  }                                                                                                                \
+  void name##_init(name##_observer* o) {                                                                           \
+    name##_reset(o);                                                                                               \
+  }                                                                                                                \
+  name##_status name##_warm_start(name##_observer* o, const Scalar* y U(Scalar)) {                                 \
+    name##_resumed resumed(*o, name##_model);                                                                      \
+    return resumed.written<name##_status>(                                                                         \
+        resumed.observer.warm_start(nlo::shim::output<name##_output>(y) AND_U(name)));                             \
+  }                                                                                                                \
+  name##_status name##_step(name##_observer* o, const Scalar* y U(Scalar)) {                                       \
+    name##_resumed resumed(*o, name##_model);                                                                      \
+    return resumed.written<name##_status>(resumed.observer.step(nlo::shim::output<name##_output>(y) AND_U(name))); \
+  }                                                                                                                \
+  name##_status name##_step_dt(name##_observer* o, const Scalar* y U(Scalar), Scalar dt_s) {                       \
+    name##_resumed resumed(*o, name##_model);                                                                      \
+    return resumed.written<name##_status>(                                                                         \
+        resumed.observer.step(nlo::shim::output<name##_output>(y) AND_U(name), dt_s));                             \
+  }                                                                                                                \
+  name##_status name##_step_missed(name##_observer* o U(Scalar)) {                                                 \
+    name##_resumed resumed(*o, name##_model);                                                                      \
+    return resumed.written<name##_status>(resumed.observer.step_missed(ONLY_U(name)));                             \
+  }                                                                                                                \
+  void name##_estimate(const name##_observer* o, Scalar* x_hat) {                                                  \
+    name##_observer copy = *o;                                                                                     \
+    const auto estimate = name##_resumed(copy, name##_model).observer.estimate();                                  \
+    for (int i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];                                              \
+  }                                                                                                                \
+  name##_status name##_last_status(const name##_observer* o) {                                                     \
+    return static_cast<name##_status>(o->status);                                                                  \
+  }                                                                                                                \
+  bool name##_in_domain(const name##_observer* o) {                                                                \
+    name##_observer copy = *o;                                                                                     \
+    return name##_resumed(copy, name##_model).observer.in_domain();                                                \
+  }                                                                                                                \
+  bool name##_restore(name##_observer* o, const name##_observer* saved) {                                          \
+    name##_observer copy = *saved;                                                                                 \
+    const bool good = name##_resumed(copy, name##_model).good;                                                     \
+    if (good) *o = copy;                                                                                           \
+    return good;                                                                                                   \
   }
+
+#define NLO_C99_NOTHING(any)
+#define NLO_C99_U(Scalar) , const Scalar* u
+#define NLO_C99_ONLY_U(name) nlo::shim::output<name##_resumed::Observer::Input>(u)
+#define NLO_C99_AND_U(name) , NLO_C99_ONLY_U(name)
+#define NLO_C99_SHIM(name, Scalar) NLO_C99_SHIM_OF(name, Scalar, NLO_C99_NOTHING, NLO_C99_NOTHING, NLO_C99_NOTHING)
+#define NLO_C99_DRIVEN_SHIM(name, Scalar) NLO_C99_SHIM_OF(name, Scalar, NLO_C99_U, NLO_C99_AND_U, NLO_C99_ONLY_U)

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+// The observer as it flies: a model (a constant, in flash) and a state (RAM), which each sample moves on by one step.
+// The equations are the model's. Around them, measurements are screened and faults counted (measurement.h).
+// sampled_observer.h has the functions that a control loop calls.
+//
+// No heap, no exceptions, no libm; whatever arrives, z stays finite.
+#pragma once
+
+#include <cstdint>
+
+#include "nlo/arithmetic.h"
+#include "nlo/latent.h"
+#include "nlo/measurement.h"
+#include "nlo/observer_state.h"
+#include "nlo/select.h"
+#include "nlo/simd.h"
+#include "nlo/steady_state.h"
+#include "nlo/vector.h"
+
+namespace nlo {
+
+/// Steps a model, which has
+///   Scalar, kNx, kNy, kNz, kNu         sizes; kNu = 0 unless the plant's inputs are known
+///   kNr                                readings, what F and T* are given: kNy outputs, or [y; u], kNy + kNu
+///   kInputHold                         of inputs among the readings: kZeroOrder, or a ramp
+///   kLongestGap                        sample periods that one step may span
+///   kHasSteadyState                    z settles at S y: `latent` has steady_gain S and starts_steady
+///   kMayDiverge                        stability is not proven: each step is checked
+///   sample_period_s, stale_after, outputs, domain
+///   initial_latent()                   z before the first measurement
+///   start(y, z)                        z at the first measurement, if that makes a difference beyond S y
+///   advance(z, y, y_next[, u, u_next], dt_s)   z one step on, in place; dt_s = 0: one sample period
+///   estimate(z, y, x_hat)
+/// where y stands for all readings, and u for inputs that act apart from them. For the deterministic policy the last two
+/// are templates on the policy too. That policy is constant-time: once started, a step of one sample period takes as
+/// many instructions whatever is measured.
+template <class Model_, Arithmetic kArithmetic_>
+class ObserverCore {
+ public:
+  using Model = Model_;
+  using Scalar = typename Model::Scalar;
+  static constexpr Arithmetic kArithmetic = kArithmetic_;
+  static constexpr int kNx = Model::kNx;
+  static constexpr int kNy = Model::kNy;
+  static constexpr int kNz = Model::kNz;
+  static constexpr int kNu = Model::kNu;
+  static constexpr int kNr = Model::kNr;
+  static constexpr bool kDriven = kNu > 0;                ///< step() takes u
+  static constexpr bool kReadsInputs = kNr > kNy;         ///< as readings
+  static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that act apart from the readings
+  using Latent = Vector<Scalar, kNz>;
+  using Estimate = Vector<Scalar, kNx>;
+  using State = ObserverState<Scalar, kNr, kNz, kActing>;
+
+  /// The model must outlive the observer; generated models are constants.
+  constexpr explicit ObserverCore(const Model& model) : model_(&model) { reset(); }
+  explicit ObserverCore(const Model&&) = delete;
+
+  /// Forgets everything: z = z(0), and the next measurement is the first.
+  constexpr void reset() {
+    state_ = State{};
+    for (int r = 0; r < kNz; ++r) state_.z[r] = model_->initial_latent()[r];
+  }
+
+  /// x_hat. Computed on each call; costs the multiply-adds of the model's inverse map.
+  [[nodiscard]] Estimate estimate() const {
+    Estimate x_hat;
+    if constexpr (kArithmetic == Arithmetic::kFast) {
+      model_->estimate(state_.z, state_.y, x_hat.values);
+    } else {
+      model_->template estimate<kArithmetic>(state_.z, state_.y, x_hat.values);
+    }
+    return x_hat;
+  }
+
+  [[nodiscard]] constexpr Latent latent() const {
+    Latent z{};
+    for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
+    return z;
+  }
+
+  /// Status of the latest step.
+  [[nodiscard]] constexpr StepStatus status() const { return state_.status; }
+
+  /// z is where training has been. False tells that estimate() extrapolates.
+  [[nodiscard]] constexpr bool in_domain() const {
+    Latent z = latent();
+    make_relative(*model_, state_.y, z.values);
+    return model_->domain.contains(z.values);
+  }
+
+  [[nodiscard]] constexpr const Model& model() const { return *model_; }
+  [[nodiscard]] constexpr State save() const { return state_; }
+
+  /// Continues from a saved state. Refused (false, nothing changed) unless stepping can reach it.
+  [[nodiscard]] constexpr bool restore(const State& saved) {
+    if (!is_reachable(saved, model_->outputs)) return false;
+    state_ = saved;
+    return true;
+  }
+
+ protected:
+  using Readings = Vector<Scalar, kNr>;
+  using Acting = Vector<Scalar, kActing == 0 ? 1 : kActing>;
+
+  constexpr bool possible(Scalar dt_s) const {
+    return is_finite(dt_s) && dt_s > Scalar(0) && dt_s <= Scalar(Model::kLongestGap) * model_->sample_period_s;
+  }
+
+  /// One step. kRegular: of one sample period, dt_s does not matter, and what other steps need is not compiled in.
+  template <bool kRegular>
+  NLO_OWN_FRAME constexpr StepStatus step_by(const Readings& y, const Acting& u, Scalar dt_s) {
+    Scalar y_next[kNr]{};
+    for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];
+    InputMemory<Scalar, kActing> u_next = state_.input;
+    StepStatus screened = model_->outputs.template screen<kArithmetic>(y, y_next);
+    if (!u_next.take(u)) screened = StepStatus::kHeld;
+    state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
+    if (state_.started == 0) {
+      if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
+      start(y_next, starts_steady(*model_));
+    } else {
+      advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);
+      for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];
+      turn_back<kArithmetic>(*model_, state_.y, state_.z);
+    }
+    state_.input = u_next;
+    return state_.status;
+  }
+
+  /// Starts from the steady state of y, z = z(0) + S y.
+  constexpr StepStatus start_steady(const Readings& y) {
+    Scalar accepted[kNr]{};
+    for (int j = 0; j < kNr; ++j) accepted[j] = state_.y[j];
+    const StepStatus screened = model_->outputs.template screen<kArithmetic>(y, accepted);
+    if (screened == StepStatus::kHeld) {
+      return state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
+    }
+    reset();
+    start(accepted, true);
+    return state_.status = screened;
+  }
+
+  const Model* model_;
+  State state_{};
+
+ private:
+  constexpr void start(const Scalar (&y)[kNr], bool steady) {
+    for (int j = 0; j < kNr; ++j) {
+      const Scalar turn = model_->outputs.wrap[j];
+      state_.y[j] = turn > Scalar(0) ? OutputRange<Scalar, kNr>::template wrapped<kArithmetic>(y[j], turn) : y[j];
+    }
+    if (steady) add_steady_state(*model_, state_.y, state_.z);
+    if constexpr (requires { model_->start(state_.y, state_.z); }) model_->start(state_.y, state_.z);
+    state_.started = 1;
+  }
+
+  constexpr void advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next, Scalar dt_s) {
+    Scalar z[kNz]{};
+    for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
+    if constexpr (kReadsInputs) {
+      // A command given now has acted since the last sample: whatever the hold, a ramp between equal values is constant.
+      for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNr; ++j) state_.y[j] = y_next[j];
+    }
+    if constexpr (kActing > 0) {
+      static_assert(kArithmetic == Arithmetic::kFast, "driven observers know the fast arithmetic only");
+      model_->advance(z, state_.y, y_next, state_.input.u, u_next.u, dt_s);
+    } else if constexpr (kArithmetic == Arithmetic::kFast) {
+      model_->advance(z, state_.y, y_next, dt_s);
+    } else {
+      model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
+    }
+    if constexpr (Model::kMayDiverge) {
+      if (!is_reachable(z)) {  // the last good z is kept: what follows may lead it back
+        state_.status = StepStatus::kDiverged;
+        return;
+      }
+    }
+    // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
+    constexpr Scalar kTiny = Scalar(0x1p-100);
+    for (int r = 0; r < kNz; ++r) {
+      state_.z[r] = select<kArithmetic>((z[r] >= kTiny) | (z[r] <= -kTiny), z[r], Scalar(0));
+    }
+  }
+};
+
+}  // namespace nlo

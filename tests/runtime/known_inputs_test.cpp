@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+// Known inputs as readings: the latent system follows y and u exactly, whatever the hold; a bad input is held or
+// clamped as a bad output is; a batch gives what as many observers give.
+#include <nlo/general_observer.h>
+#include <nlo/kkl_batch.h>
+#include <nlo/luenberger_observer.h>
+#include <nlo/window_observer.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/runtime/testing.h"
+
+namespace nlo {
+namespace {
+
+using testing::identity_map;
+
+constexpr double kMissed = std::numeric_limits<double>::quiet_NaN();
+
+/// y' = row 0, u' = row 1: one real mode each, unit gain, T* = z.
+template <class Scalar, Hold kInputHold>
+using TwoModes = KklModel<Scalar, 2, 1, 2, 0, decltype(identity_map<Scalar, 2>()), 1, kInputHold>;
+
+template <class Scalar, Hold kInputHold>
+constexpr TwoModes<Scalar, kInputHold> two_modes(Hold hold, bool starts_steady = false) {
+  TwoModes<Scalar, kInputHold> m{};
+  m.sample_period_s = Scalar(0.05);
+  m.stale_after = 3;
+  m.latent.hold = hold;
+  m.latent.eigenvalues[0] = Scalar(-2);
+  m.latent.eigenvalues[1] = Scalar(-3);
+  m.latent.output_injection[0][0] = Scalar(2);
+  m.latent.output_injection[1][1] = Scalar(3);
+  m.latent.starts_steady = starts_steady;
+  for (int j = 0; j < 2; ++j) {
+    m.outputs.min[j] = Scalar(-10);
+    m.outputs.max[j] = Scalar(10);
+    m.domain.latent_min[j] = Scalar(-10);
+    m.domain.latent_max[j] = Scalar(10);
+  }
+  m.inverse_map = identity_map<Scalar, 2>();
+  testing::complete(m);
+  return m;
+}
+
+/// z over h under a constant u: z' = -3 z + 3 u.
+double held(double z, double u, double h) {
+  return u + (z - u) * std::exp(-3.0 * h);
+}
+
+TEST(KnownInputs, ACommandActsOverTheIntervalBeforeItsSampleExactly) {
+  // Whatever the hold of y: RK4's coefficients are exact to its order alone, h^5 lambda^5 / 120 = 6e-7 a step.
+  for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder, Hold::kRk4}) {
+    const auto model = two_modes<double, Hold::kZeroOrder>(hold);
+    KklObserver observer(model);
+    ASSERT_EQ(observer.step(0.0, 7.0), StepStatus::kOk);  // starts it
+    double z = 0.0;
+    for (int k = 0; k < 40; ++k) {
+      const double u = k % 7 - 3.0;
+      z = held(z, u, 0.05);
+      ASSERT_EQ(observer.step(0.1 * k, u), StepStatus::kOk);
+      ASSERT_NEAR(observer.latent()[1], z, hold == Hold::kRk4 ? 2e-5 : 1e-14) << k;
+    }
+  }
+}
+
+TEST(KnownInputs, ACommandActsOverAnIrregularStepToo) {
+  const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder);
+  KklObserver observer(model);
+  ASSERT_EQ(observer.step(0.0, 0.0), StepStatus::kOk);
+  ASSERT_EQ(observer.step(0.0, 5.0, 0.12), StepStatus::kOk);
+  EXPECT_NEAR(observer.latent()[1], held(0.0, 5.0, 0.12), 1e-14);
+}
+
+TEST(KnownInputs, AMeasuredInputIsARampAsTheOutputsAre) {
+  const auto model = two_modes<double, Hold::kFirstOrder>(Hold::kFirstOrder);
+  KklObserver observer(model);
+  // z' = 3 (u - z), u = t: z = t - 1/3 + exp(-3 t) / 3 from 0.
+  ASSERT_EQ(observer.step(0.0, 0.0), StepStatus::kOk);
+  for (int k = 1; k <= 40; ++k) ASSERT_EQ(observer.step(0.0, 0.05 * k), StepStatus::kOk);
+  EXPECT_NEAR(observer.latent()[1], 2.0 - 1.0 / 3.0 + std::exp(-6.0) / 3.0, 1e-13);
+}
+
+TEST(KnownInputs, ABadInputIsHeldOrClampedAndCounted) {
+  const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder);
+  KklObserver observer(model);
+  EXPECT_EQ(observer.step(0.0, kMissed), StepStatus::kHeld);  // nothing to start from
+  ASSERT_EQ(observer.step(0.0, 4.0), StepStatus::kOk);
+  EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kHeld);
+  EXPECT_NEAR(observer.latent()[1], held(0.0, 4.0, 0.05), 1e-14);  // the 4 V of before
+  EXPECT_EQ(observer.save().y[0], 1.0);                            // y is as good as it was
+  EXPECT_EQ(observer.step(1.0, 50.0), StepStatus::kClamped);
+  EXPECT_EQ(observer.save().y[1], 10.0);
+  EXPECT_EQ(observer.step_missed({{2.0}}), StepStatus::kHeld);  // the command is known all the same
+  EXPECT_EQ(observer.save().y[1], 2.0);
+  EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kHeld);
+  EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kStale);
+}
+
+TEST(KnownInputs, AWarmStartIsTheSteadyStateOfBoth) {
+  const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder, true);
+  KklObserver observer(model);
+  ASSERT_EQ(observer.step(2.0, -4.0), StepStatus::kOk);
+  EXPECT_DOUBLE_EQ(observer.latent()[0], 2.0);
+  EXPECT_DOUBLE_EQ(observer.latent()[1], -4.0);
+  ASSERT_EQ(observer.warm_start({{1.0}}, {{3.0}}), StepStatus::kOk);
+  EXPECT_DOUBLE_EQ(observer.latent()[0], 1.0);
+  EXPECT_DOUBLE_EQ(observer.latent()[1], 3.0);
+}
+
+TEST(KnownInputs, AStateWithAnImpossibleInputIsRefused) {
+  const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder);
+  KklObserver observer(model);
+  ASSERT_TRUE(observer.reset({{0.5, 0.5}}, {{1.0}}, {{2.0}}));
+  auto state = observer.save();
+  state.y[1] = 11.0;
+  EXPECT_FALSE(observer.restore(state));
+  state.y[1] = kMissed;
+  EXPECT_FALSE(observer.restore(state));
+  EXPECT_FALSE(observer.reset({{0.5, 0.5}}, {{1.0}}, {{20.0}}));
+  EXPECT_EQ(observer.save().y[1], 2.0);
+}
+
+template <Hold kInputHold>
+void expect_a_batch_as_observers() {
+  constexpr int kPlants = 21;  // blocks and a rest
+  static constexpr auto kModel = two_modes<float, kInputHold>(Hold::kFirstOrder);
+  KklBatch<std::remove_cvref_t<decltype(kModel)>, kPlants, Arithmetic::kDeterministic> batch{kModel};
+  using Observer = KklObserver<std::remove_cvref_t<decltype(kModel)>, Arithmetic::kDeterministic>;
+  std::vector<Observer> observers(kPlants, Observer{kModel});
+  std::mt19937 random(3);
+  for (int k = 0; k < 50; ++k) {
+    float y[1][kPlants], u[1][kPlants];
+    for (int n = 0; n < kPlants; ++n) {
+      y[0][n] = testing::uniform<float>(random, -5, 5);
+      u[0][n] =
+          k % 5 == 4 && n % 6 == 1 ? std::numeric_limits<float>::quiet_NaN() : testing::uniform<float>(random, -8, 12);
+    }
+    StepStatus worst = StepStatus::kOk;
+    for (int n = 0; n < kPlants; ++n) {
+      const auto one = static_cast<std::size_t>(n);
+      worst = std::max(worst, observers[one].step(y[0][n], u[0][n]));
+    }
+    ASSERT_EQ(batch.step(y, u), worst);
+    for (int n = 0; n < kPlants; ++n)
+      ASSERT_TRUE(testing::same_latent(batch.save(n), observers[static_cast<std::size_t>(n)].save())) << n;
+  }
+}
+
+TEST(KnownInputs, ABatchGivesWhatAsManyObserversGive) {
+  expect_a_batch_as_observers<Hold::kZeroOrder>();
+  expect_a_batch_as_observers<Hold::kFirstOrder>();
+}
+
+/// A map of kIn values to one: their weighted sum.
+template <int kIn>
+constexpr auto sum_of(const double (&weights)[kIn]) {
+  Dense<double, kIn, 1> layer{};
+  for (int i = 0; i < kIn; ++i) layer.weights[0][i] = weights[i];
+  return InverseMap<Mlp<Activation::kTanh, PackedDense<double, kIn, 1>>>{make_mlp<Activation::kTanh>(layer), {}};
+}
+
+TEST(KnownInputs, ALuenbergerObserverFollowsAPlantThatItsInputDrives) {
+  // x' = -x + 2 u, y = x: with B = 2 the error is that of the start alone, exp(-(1 + G) t).
+  using Map = decltype(sum_of<1>({0.0}));
+  LuenbergerModel<double, 1, 1, Map, 1> m{};
+  m.sample_period_s = 0.01;
+  m.stale_after = 5;
+  m.hold = Hold::kFirstOrder;
+  m.error_matrix[0][0] = -1.0 - 4.0;
+  m.gain[0][0] = 4.0;
+  m.gain[0][1] = 2.0;
+  for (int j = 0; j < 2; ++j) {
+    m.outputs.min[j] = -100.0;
+    m.outputs.max[j] = 100.0;
+  }
+  m.nonlinearity = sum_of<1>({0.0});
+  LuenbergerObserver observer(m);
+  double x = 3.0;
+  for (int k = 0; k < 400; ++k) {
+    const double u = std::sin(0.3 * k) > 0.0 ? 1.0 : -0.5;
+    if (k > 0) x = 2.0 * u + (x - 2.0 * u) * std::exp(-0.01);
+    ASSERT_EQ(observer.step(x, u), StepStatus::kOk);
+  }
+  EXPECT_NEAR(observer.estimate()[0], x, 3e-5);  // y is a ramp between samples, and x is not: h^2 x'' / 12
+}
+
+TEST(KnownInputs, AGeneralObserverIsGivenThemBehindTheOutputs) {
+  // F = -z + 10 u reads [z; y; u].
+  using Dynamics = decltype(sum_of<3>({0.0, 0.0, 0.0}));
+  using Map = decltype(sum_of<1>({0.0}));
+  GeneralModel<double, 1, 1, 1, Dynamics, Map, 1> m{};
+  m.sample_period_s = 0.01;
+  m.stale_after = 5;
+  m.hold = Hold::kFirstOrder;
+  for (int j = 0; j < 2; ++j) {
+    m.outputs.min[j] = -100.0;
+    m.outputs.max[j] = 100.0;
+  }
+  m.dynamics = sum_of<3>({-1.0, 0.0, 10.0});
+  m.inverse_map = sum_of<1>({1.0});
+  GeneralObserver observer(m);
+  double z = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    const double u = k % 3 - 1.0;
+    if (k > 0) z = 10.0 * u + (z - 10.0 * u) * std::exp(-0.01);
+    ASSERT_EQ(observer.step(0.0, u), StepStatus::kOk);
+    ASSERT_NEAR(observer.estimate()[0], z, 1e-9);  // RK4: h^5 / 120 of |z| a step
+  }
+}
+
+TEST(KnownInputs, AWindowHoldsThemBehindTheOutputs) {
+  using Map = decltype(sum_of<4>({0.0, 0.0, 0.0, 0.0}));
+  WindowModel<double, 1, 1, 2, Map, 1> m{};
+  m.sample_period_s = 0.01;
+  m.stale_after = 5;
+  m.hold = Hold::kFirstOrder;
+  for (int j = 0; j < 2; ++j) {
+    m.outputs.min[j] = -100.0;
+    m.outputs.max[j] = 100.0;
+  }
+  m.inverse_map = sum_of<4>({0.0, 0.0, 0.0, 1.0});  // the input of the sample before
+  WindowObserver observer(m);
+  ASSERT_EQ(observer.step(1.0, 10.0), StepStatus::kOk);
+  ASSERT_EQ(observer.step(2.0, 20.0), StepStatus::kOk);
+  EXPECT_EQ(observer.estimate()[0], 10.0);
+  ASSERT_EQ(observer.step(3.0, 30.0, 0.03), StepStatus::kOk);  // a command has acted over all of the gap
+  EXPECT_EQ(observer.estimate()[0], 30.0);
+}
+
+}  // namespace
+}  // namespace nlo
