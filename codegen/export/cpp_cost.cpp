@@ -14,7 +14,9 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
   // Sample period, output range, domain, the structure's own, the networks.
   cost.constant_bytes = bytes * (1 + 3 * m.nr() + 2 * nz + structure.own_scalars());
   for (const CppNetwork& network : structure.networks()) cost.constant_bytes += network.constant_bytes(init);
-  cost.observer_bytes = bytes * (1 + nz + ny + nu + 1);  // pointer (32 bit, padded), z, y, u, flags
+  const auto failing = static_cast<Eigen::Index>(m.failures.outputs.size());
+  if (failing > 0) cost.constant_bytes += bytes * (2 * failing + 2);
+  cost.observer_bytes = bytes * (1 + nz + ny + nu + failing + 1);  // pointer (32 bit, padded), z, y, u, flags
   return cost;
 }
 

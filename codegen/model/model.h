@@ -12,6 +12,7 @@
 
 #include "codegen/model/flight.h"
 #include "codegen/model/network.h"
+#include "codegen/model/sensor_failures.h"
 #include "codegen/model/structures.h"
 
 namespace nlo::codegen {
@@ -29,6 +30,9 @@ struct Model {
   /// Zero order: the u given has acted since the last sample (a command); first order: it runs as the outputs do.
   Hold input_hold = Hold::kZeroOrder;
   Eigen::VectorXd input_min, input_max;  ///< n_u: inputs outside are clamped
+
+  /// Outputs that may be missing; how stale each is ends the readings: y in an equation is [y; u; staleness] then.
+  SensorFailures failures = {};
 
   double sample_period_s = 0.0;
   Hold hold = Hold::kFirstOrder;   ///< kRk4: a ramp (KKL: by one Runge-Kutta step)
@@ -48,8 +52,10 @@ struct Model {
   int nx() const { return static_cast<int>(states.size()); }
   int ny() const { return static_cast<int>(outputs.size()); }
   int nz() const { return static_cast<int>(initial_latent.size()); }
-  int nu() const;  ///< known inputs, read or acting; 0 where step() takes none
-  int nr() const { return ny() + static_cast<int>(inputs.size()); }  ///< readings: outputs, then the inputs read
+  int nu() const;   ///< known inputs, read or acting; 0 where step() takes none
+  int nr() const {  ///< readings: outputs, then the inputs read, then stalenesses
+    return ny() + static_cast<int>(inputs.size() + failures.outputs.size());
+  }
 };
 
 /// A learned map of a model, by its name in the model file.
@@ -80,7 +86,7 @@ LinearLatent* linear_latent(Model& model);
 /// Known inputs that step() takes.
 const std::vector<Channel>& inputs(const Model& model);
 
-/// [y; u]: what F and T* read, and the range of each, n_r.
+/// [y; u; staleness]: what F and T* read, and the range of each, n_r.
 std::vector<Channel> readings(const Model& model);
 Eigen::VectorXd reading_min(const Model& model);
 Eigen::VectorXd reading_max(const Model& model);

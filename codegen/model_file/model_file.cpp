@@ -2,6 +2,9 @@
 // The writing half and the entry points; model_reader.cpp has parse_model().
 #include "codegen/model_file/model_file.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,6 +67,14 @@ std::string to_json(const Model& m) {
     file.text("input_hold", hold_name(m.input_hold));
     file.vector("input_min", m.input_min);
     file.vector("input_max", m.input_max);
+  }
+  if (!m.failures.none()) {
+    JsonObject failures(file.inner());
+    failures.field("outputs",
+                   fmt::format("[{}]", fmt::join(m.failures.outputs.begin(), m.failures.outputs.end(), ", ")));
+    failures.vector("rest", m.failures.rest);
+    failures.field("staleness_s", literal(m.failures.staleness_s));
+    file.field("may_fail", failures.text());
   }
   file.field("provenance", facts(m.provenance));
   file.field("sample_period_s", literal(m.sample_period_s));

@@ -97,7 +97,7 @@ Model model_of(const Field& file) {
   std::vector<const char*> keys = {
       "format", "version",        "structure",  "name",       "outputs",    "states",          "provenance",
       "hold",   "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max",
-      "flight", "inputs",         "input_hold", "input_min",  "input_max"};
+      "flight", "inputs",         "input_hold", "input_min",  "input_max",  "may_fail"};
   const std::vector<const char*> own = module.keys();
   keys.insert(keys.end(), own.begin(), own.end());
   file.allow_only(keys);
@@ -111,6 +111,14 @@ Model model_of(const Field& file) {
     m.input_hold = hold(file["input_hold"]);
     m.input_min = vector(file["input_min"]);
     m.input_max = vector(file["input_max"]);
+  }
+  if (file.has("may_fail")) {
+    const Field failures = file["may_fail"];
+    failures.allow_only({"outputs", "rest", "staleness_s"});
+    const Field outputs = failures["outputs"];
+    for (std::size_t i = 0; i < outputs.array_size(); ++i) m.failures.outputs.push_back(small_integer(outputs[i]));
+    m.failures.rest = vector(failures["rest"]);
+    m.failures.staleness_s = number(failures["staleness_s"]);
   }
   m.provenance = facts(file["provenance"]);
   m.sample_period_s = number(file["sample_period_s"]);

@@ -34,6 +34,28 @@ void check_inputs(const Model& m) {
         "input_hold is first_order, and hold zero_order; an input runs as the outputs do, or is a command: zero_order");
 }
 
+void check_failures(const Model& m) {
+  const SensorFailures& f = m.failures;
+  check_shape(f.rest, static_cast<Eigen::Index>(f.outputs.size()), "may_fail.rest", "one for each of may_fail.outputs");
+  if (f.none()) return;
+  if (!module_of(m).reads_stalenesses())
+    fail("may_fail is of structure {}, and this model is {}; leave it out",
+         names_of_structures([](const StructureModule& s) { return s.reads_stalenesses(); }), structure_name(m));
+  if (!(f.staleness_s > 0.0) || !std::isfinite(f.staleness_s))
+    fail("may_fail.staleness_s is {}; it must be positive", f.staleness_s);
+  for (std::size_t i = 0; i < f.outputs.size(); ++i) {
+    const int output = f.outputs[i];
+    if (output < 0 || output >= m.ny() || (i > 0 && output <= f.outputs[i - 1]))
+      fail("may_fail.outputs[{}] is {}; the numbers of outputs, from 0 to {}, must rise", i, output, m.ny() - 1);
+    if (m.outputs[static_cast<std::size_t>(output)].wrap != 0.0)
+      fail("may_fail.outputs[{}] is the angle \"{}\"; what wraps has no place to fade to", i,
+           m.outputs[static_cast<std::size_t>(output)].name);
+    const double rest = f.rest(static_cast<Eigen::Index>(i));
+    if (!(rest >= m.output_min(output) && rest <= m.output_max(output)))
+      fail("may_fail.rest[{}] is {}; it must lie within the range of its output", i, rest);
+  }
+}
+
 void check_sampling(const Model& m) {
   if (!(m.sample_period_s > 0.0) || !std::isfinite(m.sample_period_s))
     fail("sample_period_s is {}; it must be positive", m.sample_period_s);
@@ -42,6 +64,7 @@ void check_sampling(const Model& m) {
   check_range(m.output_min, m.output_max, "output");
 
   check_inputs(m);
+  check_failures(m);
 
   const int nz = m.nz();
   if (nz == 0) fail("initial_latent is empty; an observer has at least one latent state");

@@ -104,7 +104,7 @@ template <class Scalar>
 void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped, double dt_s) {
   status_ = StepStatus::kRejected;
   if (started_ && !(dt_s <= dynamics_->longest_step_s())) return;
-  const bool usable = screening_->take(y, u, wrapped);
+  const bool usable = screening_->take(y, u, wrapped, dt_s);
   status_ = screening_->status();
   if (!usable) return;
   next_y_ = screening_->y().template cast<Scalar>();
@@ -125,8 +125,8 @@ template <class Scalar>
 void ReferenceObserver<Scalar>::advance(double dt_s) {
   candidate_ = z_;
   // A command given now has acted since the last sample.
-  const Eigen::Index read = model_->nr() - model_->ny();
-  if (model_->input_hold == Hold::kZeroOrder) last_y_.tail(read) = next_y_.tail(read);
+  const auto read = static_cast<Eigen::Index>(model_->inputs.size());
+  if (model_->input_hold == Hold::kZeroOrder) last_y_.segment(model_->ny(), read) = next_y_.segment(model_->ny(), read);
   dynamics_->advance(candidate_, {last_y_, next_y_, last_u_, next_u_}, dt_s);
   if (candidate_.allFinite() && candidate_.cwiseAbs().maxCoeff() <= Scalar(0x1p100)) {
     z_ = candidate_;

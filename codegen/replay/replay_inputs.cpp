@@ -98,7 +98,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
   for (int i = 0; i < m.nu(); ++i) {
     const Eigen::VectorXd tone = amplitude * tones(time_s, h, uniform);
     inputs.inputs.row(i) = tone;
-    if (m.nr() > m.ny()) {  // read, so that its range is known
+    if (!m.inputs.empty()) {  // read, so that its range is known
       const int j = m.ny() + i;
       const double from = ranges.size() != 0 ? ranges(j, 0) : m.input_min(i);
       const double to = ranges.size() != 0 ? ranges(j, 1) : m.input_max(i);

@@ -17,19 +17,38 @@ Screening::Screening(const Model& model)
 
 void Screening::reset() {
   y_ = Eigen::VectorXd::Zero(model_.nr());
-  u_ = Eigen::VectorXd::Zero(model_.nr() > model_.ny() ? 0 : model_.nu());
+  u_ = Eigen::VectorXd::Zero(model_.inputs.empty() ? model_.nu() : 0);
   status_ = StepStatus::kOk;
   held_ = 0;
   started_ = false;
 }
 
-bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped) {
-  Eigen::VectorXd y = outputs, u = inputs;
-  if (y_.size() > outputs.size()) {  // inputs are readings
-    y.conservativeResize(y_.size());
-    y.tail(inputs.size()) = inputs;
-    u.resize(0);
+bool Screening::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
+  const SensorFailures& failures = model_.failures;
+  const double keep = started_ ? std::exp(-dt_s / failures.staleness_s) : 0.0;
+  bool any = false;
+  for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
+    const Eigen::Index output = failures.outputs[i];
+    const auto index = static_cast<Eigen::Index>(i);
+    const Eigen::Index flag = readings.size() - static_cast<Eigen::Index>(failures.outputs.size()) + index;
+    const bool missing = !std::isfinite(readings(output));
+    if (missing) readings(output) = failures.rest(index) + keep * (y_(output) - failures.rest(index));
+    readings(flag) = missing ? 1.0 - keep * (1.0 - y_(flag)) : keep * y_(flag);
+    any = any || missing;
   }
+  return any;
+}
+
+bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s) {
+  Eigen::VectorXd y = outputs, u = inputs;
+  if (y_.size() > outputs.size()) {  // inputs are readings, and stalenesses
+    y.conservativeResize(y_.size());
+    if (!model_.inputs.empty()) {
+      y.segment(outputs.size(), inputs.size()) = inputs;
+      u.resize(0);
+    }
+  }
+  const bool missing = fill_missing(y, dt_s);
   Eigen::VectorXd good_y = y, good_u = u;
   bool held = !u.allFinite(), clamped = false;
   for (int j = 0; j < y.size(); ++j) {
@@ -55,6 +74,7 @@ bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inpu
             : held                ? StepStatus::kHeld
             : clamped             ? StepStatus::kClamped
                                   : StepStatus::kOk;
+  if (missing) status_ = std::max(status_, StepStatus::kHeld);
   if (!good_y.allFinite() || !good_u.allFinite()) return false;
   y_ = good_y;
   u_ = good_u;

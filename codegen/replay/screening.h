@@ -17,10 +17,11 @@ class Screening {
 
   void reset();
 
-  /// Takes a sample of outputs (n_y) and inputs (n_u). An entry that is not finite, or an angle out of its range,
+  /// Takes a sample of outputs (n_y) and inputs (n_u), `dt_s` after the last one. An output that may be missing fades.
+  /// An entry that is not finite, or an angle out of its range,
   /// keeps its last good value; others are clamped to their range. With `wrapped`, angles are continued from the last
   /// sample. False before the first sample that is good in all entries: y() and u() are not to be used.
-  bool take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped);
+  bool take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s);
 
   const Eigen::VectorXd& y() const { return y_; }  ///< readings, n_r, as taken: held, clamped, angles unwrapped
   const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are no readings
@@ -31,6 +32,8 @@ class Screening {
   int stale_after_;
   Eigen::VectorXd low_, high_;  ///< of the readings
   std::vector<double> wrap_;
+  bool fill_missing(Eigen::VectorXd& readings, double dt_s) const;
+
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;
   int held_ = 0;  ///< samples in a row

@@ -52,7 +52,7 @@ class GeneralHeader final : public CppStructureBase {
         "using Model = GeneralModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z{}\n"
         "using Observer = GeneralObserver<Model>;\n",
         init_.scalar_name(), nx_, ny_, nz_, dynamics().map_type(init_), inverse_map().map_type(init_),
-        input_arguments(), nr_ > ny_ ? ", F, G, n_u" : "");
+        input_arguments(), read_inputs_ > 0 ? ", F, G, n_u" : "");
   }
   std::string leading_fields() const override {
     return fmt::format("    .hold = {},\n    .initial = {},\n", hold_identifier(m_.hold),
@@ -64,9 +64,7 @@ class GeneralHeader final : public CppStructureBase {
   Eigen::Index own_scalars() const override { return nz_ + 1; }  // stale_after and hold share one
 
  private:
-  CppNetwork dynamics() const {
-    return network("dynamics", "DynamicsLayer", "DynamicsNetwork", nr_ > ny_ ? "[z; y; u]" : "[z; y]");
-  }
+  CppNetwork dynamics() const { return network("dynamics", "DynamicsLayer", "DynamicsNetwork", reads(false)); }
 };
 
 class GeneralModule final : public StructureModule {
@@ -86,7 +84,7 @@ class GeneralModule final : public StructureModule {
     check_no_angles(m);
     const General& own = own_part<General>(m);
     check_network(own.dynamics, m.nz() + m.nr(), m.nz(), "dynamics",
-                  m.nr() > m.ny() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
+                  !m.inputs.empty() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
     check_network(own.inverse_map, m.nz(), m.nx(), "inverse_map", "n_u x n_z");
   }
 

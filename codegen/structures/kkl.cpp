@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "codegen/model/latent_step.h"
 #include "codegen/model/model_fields.h"
 #include "codegen/reference/linear_steps.h"
@@ -27,7 +29,7 @@ class KklDynamics final : public ReferenceDynamics<Scalar> {
 
 std::string c99_tables(const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const LinearLatent& latent = *linear_latent(m);
-  const char* r = m.inputs.empty() ? "kNy" : "kNr";  // as the template has it
+  const char* r = m.nr() == m.ny() ? "kNy" : "kNr";  // as the template has it
   const auto vector = [&](const char* name, const char* size, const Eigen::VectorXd& values, const char* field) {
     return fmt::format("static const Scalar {}[{}] = {};\n", name, size, init.vector(values, field));
   };
@@ -41,9 +43,12 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
     wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
     relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
   }
-  return fmt::format("static const Recurrence kStep = {{  // over one sample period\n    {},\n    {},\n    {}}};\n",
+  const std::string keep = m.failures.none() ? ""
+                                             : ",\n    " + init(std::exp(-m.sample_period_s / m.failures.staleness_s),
+                                                                "may_fail.staleness_s");
+  return fmt::format("static const Recurrence kStep = {{  // over one sample period\n    {},\n    {},\n    {}{}}};\n",
                      init.vector(folded.step.a_minus_1, "A"), init.matrix(folded.step.b0, "B0"),
-                     init.matrix(folded.step.b1, "B1")) +
+                     init.matrix(folded.step.b1, "B1"), keep) +
          "\n// D [1/s], F, the steady state S y of a constant y, and z before the first measurement.\n" +
          vector("kEigenvalues", "kNz", latent.eigenvalues, "eigenvalues") +
          matrix("kOutputInjection", latent.output_injection, "output_injection") +
@@ -97,6 +102,8 @@ class KklModule final : public StructureModule {
   std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model& m, Activations) const override {
     return std::make_unique<KklDynamics<double>>(m);
   }
+
+  bool reads_stalenesses() const override { return true; }
 
   Abilities abilities() const override { return {.c99 = true, .int16 = true, .fit = true}; }
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {

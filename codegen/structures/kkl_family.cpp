@@ -59,7 +59,9 @@ void check_linear_latent(const Model& m) {
     fail("pairs is {}; with {} latent states it must be 0 to {}", latent.pairs, nz, nz / 2);
   check_shape(latent.eigenvalues, nz, "eigenvalues", "n_z, the size of initial_latent");
   check_shape(latent.output_injection, nz, m.nr(), "output_injection",
-              m.nr() > m.ny() ? "n_z x (n_y + n_u)" : "n_z x n_y");
+              !m.inputs.empty()   ? "n_z x (n_y + n_u)"
+              : m.failures.none() ? "n_z x n_y"
+                                  : "n_z x n_r: outputs, then stalenesses");
 
   for (Eigen::Index i = 0; i < nz; ++i) {
     const bool paired = i < 2 * latent.pairs;
@@ -87,7 +89,7 @@ void check_linear_latent(const Model& m) {
 
 void check_latent_map(const Model& m) {
   check_network(*inverse_map(m), m.nz() + m.nr(), m.nx(), "inverse_map",
-                m.nr() > m.ny() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
+                !m.inputs.empty() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
   const Eigen::MatrixXd gain = steady_gain(m);
   const Eigen::MatrixXd& features = inverse_map(m)->features;
   for (int j = 0; j < m.ny(); ++j) {
@@ -135,12 +137,16 @@ std::string KklHeader::types() const {
       "using Model = KklModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, complex pairs{}\n"
       "using Observer = KklObserver<Model>;\n",
       init_.scalar_name(), nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_), input_arguments(),
-      nr_ > ny_ ? ", T*, n_u" : "");
+      !m_.failures.none() ? ", T*, n_u, hold of u, sensors that may fail"
+      : read_inputs_ > 0  ? ", T*, n_u"
+                          : "");
 }
 
 Eigen::Index KklHeader::own_scalars() const {
-  // eigenvalues, F, A, B0, B1, S, initial; stale_after, hold and starts_steady by alignment
-  return nz_ + nz_ * nr_ + (nz_ + 2 * nz_ * nr_) + nz_ * nr_ + nz_ + 3;
+  const auto bytes = static_cast<Eigen::Index>(init_.scalar_bytes());
+  const Eigen::Index flags = (1 + nr_ + bytes - 1) / bytes;  // starts_steady and relative
+  // eigenvalues, F, A, B0, B1, S, initial; stale_after and hold by alignment
+  return nz_ + nz_ * nr_ + (nz_ + 2 * nz_ * nr_) + nz_ * nr_ + nz_ + 2 + flags;
 }
 
 std::string KklHeader::latent_fields() const {

@@ -70,7 +70,7 @@ class LuenbergerHeader final : public CppStructureBase {
   std::string title() const override { return "a state observer (Luenberger-like, with a learned nonlinearity)"; }
   std::string description() const override {
     return fmt::format("// x_hat' = A x_hat + {}g_hat(x_hat) + G (y - C x_hat), RK4, {} hold. g_hat: {}.\n",
-                       nr_ > ny_ ? "B u + " : "", hold_name(m_.hold), nonlinearity().description()) +
+                       read_inputs_ > 0 ? "B u + " : "", hold_name(m_.hold), nonlinearity().description()) +
            input_comment();
   }
   std::string header() const override { return "luenberger_observer.h"; }
@@ -80,7 +80,7 @@ class LuenbergerHeader final : public CppStructureBase {
         "using Model = LuenbergerModel<{}, {}, {}, {}{}>;  // n_x, n_y{}\n"
         "using Observer = LuenbergerObserver<Model>;\n",
         init_.scalar_name(), nx_, ny_, nonlinearity().map_type(init_), input_arguments(),
-        nr_ > ny_ ? ", g_hat, n_u" : "");
+        read_inputs_ > 0 ? ", g_hat, n_u" : "");
   }
   std::string leading_fields() const override {
     return fmt::format(
@@ -89,8 +89,8 @@ class LuenbergerHeader final : public CppStructureBase {
         "    .gain = {},  // {}\n"
         "    .initial = {},\n",
         hold_identifier(m_.hold), init_.matrix(error_matrix(own_part<Luenberger>(m_)), "luenberger.state_matrix"),
-        init_.matrix(reading_gain(own_part<Luenberger>(m_), nr_ - ny_), "luenberger.gain"), nr_ > ny_ ? "[G, B]" : "G",
-        init_.vector(m_.initial_latent, "initial_latent"));
+        init_.matrix(reading_gain(own_part<Luenberger>(m_), read_inputs_), "luenberger.gain"),
+        read_inputs_ > 0 ? "[G, B]" : "G", init_.vector(m_.initial_latent, "initial_latent"));
   }
 
   Eigen::Index step_multiply_adds() const override { return 4 * (nx_ * (nx_ + nr_) + nonlinearity().multiply_adds()); }
@@ -124,8 +124,8 @@ void check_luenberger(const Model& m) {
   check_shape(l.state_matrix, nx, nx, "luenberger.state_matrix", "n_x x n_x");
   check_shape(l.output_matrix, m.ny(), nx, "luenberger.output_matrix", "n_y x n_x");
   check_shape(l.gain, nx, m.ny(), "luenberger.gain", "n_x x n_y");
-  if (m.nr() > m.ny() || l.input_matrix.size() != 0)
-    check_shape(l.input_matrix, nx, m.nr() - m.ny(), "luenberger.input_matrix", "n_x x n_u");
+  if (!m.inputs.empty() || l.input_matrix.size() != 0)
+    check_shape(l.input_matrix, nx, static_cast<int>(m.inputs.size()), "luenberger.input_matrix", "n_x x n_u");
   check_network(l.nonlinearity, nx, nx, "luenberger.nonlinearity", "n_u x n_x");
 
   for (const std::complex<double> lambda : eigenvalues(l.state_matrix - l.gain * l.output_matrix)) {

@@ -75,10 +75,11 @@ Model without_inputs(Model m) {
 
 namespace {
 
-Eigen::VectorXd stacked(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs) {
-  Eigen::VectorXd both(outputs.size() + inputs.size());
-  both << outputs, inputs;
-  return both;
+/// Of a bound of outputs and inputs, with that of the stalenesses.
+Eigen::VectorXd stacked(const Model& m, const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, double stale) {
+  Eigen::VectorXd all(m.nr());
+  all << outputs, inputs, Eigen::VectorXd::Constant(static_cast<Eigen::Index>(m.failures.outputs.size()), stale);
+  return all;
 }
 
 }  // namespace
@@ -86,14 +87,16 @@ Eigen::VectorXd stacked(const Eigen::VectorXd& outputs, const Eigen::VectorXd& i
 std::vector<Channel> readings(const Model& m) {
   std::vector<Channel> both = m.outputs;
   both.insert(both.end(), m.inputs.begin(), m.inputs.end());
+  for (const int output : m.failures.outputs)
+    both.push_back({m.outputs[static_cast<std::size_t>(output)].name + "_staleness", "", 0.0});
   return both;
 }
 
 Eigen::VectorXd reading_min(const Model& m) {
-  return stacked(m.output_min, m.input_min);
+  return stacked(m, m.output_min, m.input_min, 0.0);
 }
 Eigen::VectorXd reading_max(const Model& m) {
-  return stacked(m.output_max, m.input_max);
+  return stacked(m, m.output_max, m.input_max, 1.0);
 }
 
 bool is_relative(const Model& m, int output) {

@@ -70,7 +70,7 @@ class WindowHeader final : public CppStructureBase {
         "using Model = WindowModel<{}, {}, {}, {}, {}{}>;  // n_x, n_y, samples{}\n"
         "using Observer = WindowObserver<Model>;\n",
         init_.scalar_name(), nx_, ny_, samples_, inverse_map().map_type(init_), input_arguments(),
-        nr_ > ny_ ? ", T*, n_u" : "");
+        read_inputs_ > 0 ? ", T*, n_u" : "");
   }
   std::string leading_fields() const override { return fmt::format("    .hold = {},\n", hold_identifier(m_.hold)); }
 
@@ -100,7 +100,7 @@ class WindowModule final : public StructureModule {
     check_no_angles(m);
     if (own.samples < 1 || own.samples * m.nr() != m.nz())
       fail("samples is {}; with {} outputs{}, {} latent states must be that many of each", own.samples, m.ny(),
-           m.nr() > m.ny() ? fmt::format(" and {} inputs", m.nr() - m.ny()) : "", m.nz());
+           !m.inputs.empty() ? fmt::format(" and {} inputs", static_cast<int>(m.inputs.size())) : "", m.nz());
     check_network(own.inverse_map, m.nz(), m.nx(), "inverse_map", "n_u x n_z");
   }
 

@@ -13,18 +13,12 @@
 #include "codegen/export/number_formats.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/c99_map.h"
+#include "codegen/targets/c99_readings.h"
 #include "codegen/targets/export_parts.h"
 #include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 namespace {
-
-/// `rig_output_alpha, rig_output_load`
-std::string positions(const std::string& prefix, const std::vector<Channel>& channels) {
-  std::string text;
-  for (const Channel& channel : channels) text += (text.empty() ? "" : ", ") + prefix + channel.name;
-  return text;
-}
 
 std::string example(const Model& m, const std::string& name, const char* scalar) {
   std::string reads;
@@ -49,33 +43,6 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
       "//     use(x_hat[{0}_state_{3}]);\n"
       "//   }}\n",
       name, literal(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u");
-}
-
-/// What the templates say where the observer reads inputs: nothing for one that has none.
-std::map<std::string, std::string> input_values(const Model& m, const std::string& name, const std::string& scalar) {
-  std::map<std::string, std::string> values = {
-      {"MORE_SIZES", ""},      {"PUBLIC_SIZES", ""}, {"SIZES_MORE", ""},
-      {"INPUT_POSITIONS", ""}, {"AND_INPUT", ""},    {"U_PARAMETER", ""},
-      {"INPUT_NOTE", ""},      {"HOLD_INPUTS", ""},  {"READ", ""},
-      {"READINGS", "y"},       {"COPY_INPUTS", ""},  {"STEP_BODY", " return take(observer, y, &kStep); "}};
-  if (m.inputs.empty()) return values;
-  const bool command = m.input_hold == Hold::kZeroOrder;
-  const auto size = m.inputs.size();
-  values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
-  values["PUBLIC_SIZES"] = fmt::format(", {}_NU = {}", name, size);
-  values["SIZES_MORE"] = ", inputs";
-  values["INPUT_POSITIONS"] = fmt::format("enum {{ {} }};\n", positions(name + "_input_", m.inputs));
-  values["AND_INPUT"] = " and input";
-  values["U_PARAMETER"] = fmt::format(", const {} u[{}]", scalar, size);
-  values["INPUT_NOTE"] = fmt::format("// u: {}. One that is not finite holds the last good one.\n",
-                                     command ? "what has acted since the last sample" : "measured with y");
-  if (command)
-    values["HOLD_INPUTS"] = "  copy(o->y + kNy, next + kNy, kNr - kNy);  // u has acted since the last sample\n";
-  values["READ"] = "  Scalar r[kNr];\n  copy(r, y, kNy);\n  copy(r + kNy, u, kNr - kNy);\n";
-  values["READINGS"] = "r";
-  values["COPY_INPUTS"] = "  copy(y + kNy, u, kNr - kNy);\n";
-  values["STEP_BODY"] = "\n" + values["READ"] + "  return take(observer, r, &kStep);\n";
-  return values;
 }
 
 }  // namespace
@@ -118,14 +85,14 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
       {"STALE_AFTER", std::to_string(folded.stale_after)},
       {"SAMPLE_PERIOD", init(m.sample_period_s, "sample_period_s")},
       {"NR", std::to_string(m.nr())},
-      {"R", m.inputs.empty() ? "kNy" : "kNr"},
-      {"OUTPUTS", positions(name + "_output_", m.outputs)},
-      {"STATES", positions(name + "_state_", m.states)},
+      {"R", c99_readings_size(m)},
+      {"OUTPUTS", c99_positions(name + "_output_", m.outputs)},
+      {"STATES", c99_positions(name + "_state_", m.states)},
       {"STEP_COST", with_activations(parts->step_multiply_adds(), parts->step_activations())},
       {"ESTIMATE_COST", with_activations(parts->estimate_multiply_adds(), parts->estimate_activations())},
       {"MAP", map},
   };
-  values.merge(input_values(m, name, init.scalar_name()));
+  values.merge(c99_readings(m, name, init));
   values.merge(module_of(m).c99(prepared.source()));
   values["TOP"] = "";
   std::uint32_t hash = 0x811c9dc5U;  // FNV-1a of all that the two must agree on

@@ -11,6 +11,7 @@
 #include "codegen/base/embedded_text.h"
 #include "codegen/model/activations.h"
 #include "codegen/model/checks.h"
+#include "codegen/targets/c99_readings.h"
 
 namespace nlo::codegen {
 namespace {
@@ -81,7 +82,7 @@ std::string integer_activation(Activation kind) {
 
 /// The head of NAME_estimate, up to where `in` is what T* reads.
 std::string estimate_head(const std::string& name, bool reads_output, const Initialiser& init, Eigen::Index outputs,
-                          const char* readings) {
+                          const std::string& readings) {
   const std::string head = fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name,
                                        init.scalar_name(), outputs);
   return head + (reads_output ? fmt::format("  Scalar in[kNz + {0}];\n  copy(in, observer->z, kNz);\n"
@@ -128,8 +129,7 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
   text += "\n" + std::string(embedded_text("c99/dense.c.in")) + "\n";
   if (map.layers.size() > 1) text += activation(map.activation, init, suffix) + kHidden;
 
-  text +=
-      estimate_head(name, map.inputs() > m.nz(), init, map.layers.back().bias.size(), m.inputs.empty() ? "kNy" : "kNr");
+  text += estimate_head(name, map.inputs() > m.nz(), init, map.layers.back().bias.size(), c99_readings_size(m));
   // Ping-pong buffers: one for each layer would be a kilobyte of stack.
   if (map.layers.size() > 1) text += fmt::format("  Scalar ping[{}]", widest);
   if (map.layers.size() > 2) text += fmt::format(", pong[{}]", widest);
@@ -166,7 +166,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
   if (map.layers.size() > 1)
     text += integer_activation(map.activation) + std::string(embedded_text("c99/int16_hidden.c.in"));
 
-  text += estimate_head(name, folded.inverse_map()->inputs() > m.nz(), init, out, m.inputs.empty() ? "kNy" : "kNr");
+  text += estimate_head(name, folded.inverse_map()->inputs() > m.nz(), init, out, c99_readings_size(m));
   text += fmt::format("  int16_t values[{}];\n  int32_t sums[{}];\n", widest, most_sums);
   text +=
       fmt::format("  for (int i = 0; i < {}; ++i) values[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;

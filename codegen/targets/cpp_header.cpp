@@ -2,6 +2,9 @@
 #include "codegen/targets/cpp_header.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
 
 #include "codegen/base/number.h"
 #include "codegen/export/cpp_cost.h"
@@ -99,7 +102,15 @@ std::string model_constant(const Source& s) {
                   s.init.vector(reading_max(m), "output_max"), s.init.vector(wrap, "wrap"));
   text += fmt::format("    .domain = {{.latent_min = {},\n", s.init.vector(m.latent_min, "latent_min"));
   text += fmt::format("               .latent_max = {}}},\n", s.init.vector(m.latent_max, "latent_max"));
-  return text + s.structure.trailing_fields() + "};\n";
+  text += s.structure.trailing_fields();
+  if (!m.failures.none()) {
+    const SensorFailures& f = m.failures;
+    text += fmt::format("    .failures = {{.output = {{{}}}, .rest = {}, .rate = {}, .keep = {}}},\n",
+                        fmt::join(f.outputs.begin(), f.outputs.end(), ", "), s.init.vector(f.rest, "may_fail.rest"),
+                        s.init(1.0 / f.staleness_s, "may_fail.staleness_s"),
+                        s.init(std::exp(-m.sample_period_s / f.staleness_s), "may_fail.staleness_s"));
+  }
+  return text + "};\n";
 }
 
 }  // namespace

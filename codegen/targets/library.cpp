@@ -77,7 +77,8 @@ Values values_of(const PreparedExport& prepared) {
       {"PERIOD", fmt::format("{}", m.sample_period_s)},
       {"PERIOD_US", fmt::format("{:.0f}", std::clamp(std::round(m.sample_period_s * 1e6), 1.0, 4e9))},
       {"STEPS_PER_S", fmt::format("{:.0f}", std::clamp(std::round(1.0 / m.sample_period_s), 1.0, 1e9))},
-      {"RAM", std::to_string(init.scalar_bytes() * static_cast<std::size_t>(2 + m.nz() + m.ny() + m.nu()))},
+      {"RAM", std::to_string(init.scalar_bytes() *
+                             (static_cast<std::size_t>(2 + m.nz() + m.ny() + m.nu()) + m.failures.outputs.size()))},
       {"CPP_CALLS", calls("read_", m.outputs)},
       {"CPP_READS", reads(m, init,
                           [&](int j, double min, double max) {

@@ -25,6 +25,7 @@ CppStructureBase::CppStructureBase(const ExportSource& s)
       nx_(s.model.nx()),
       ny_(s.model.ny()),
       nr_(s.model.nr()),
+      read_inputs_(static_cast<Eigen::Index>(s.model.inputs.size())),
       nz_(s.model.nz()) {}
 
 std::string CppStructureBase::trailing_fields() const {
@@ -34,22 +35,33 @@ std::string CppStructureBase::trailing_fields() const {
 }
 
 std::string CppStructureBase::input_arguments() const {
-  if (nr_ == ny_) return "";
-  return fmt::format(", {}{}", nr_ - ny_,
-                     m_.input_hold == Hold::kZeroOrder ? "" : ", " + hold_identifier(m_.input_hold));
+  const bool ramp = m_.input_hold != Hold::kZeroOrder, failures = !m_.failures.none();
+  if (read_inputs_ == 0 && !failures) return "";
+  std::string text = fmt::format(", {}", read_inputs_);
+  if (ramp || failures) text += ", " + hold_identifier(m_.input_hold);
+  return failures ? text + fmt::format(", {}", m_.failures.outputs.size()) : text;
 }
 
 std::string CppStructureBase::input_comment() const {
-  if (nr_ == ny_) return "";
-  return fmt::format("// Inputs are read beside the outputs; {}.\n",
-                     m_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample" : "u runs as y does");
+  std::string text;
+  if (read_inputs_ > 0)
+    text += fmt::format("// Inputs are read beside the outputs; {}.\n",
+                        m_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample" : "u runs as y does");
+  std::string names;
+  for (const int output : m_.failures.outputs)
+    names += (names.empty() ? "" : ", ") + m_.outputs[static_cast<std::size_t>(output)].name;
+  if (!names.empty()) text += fmt::format("// May be missing, as not-a-number, for as long as they like: {}.\n", names);
+  return text;
+}
+
+std::string CppStructureBase::reads(bool latent_alone) const {
+  if (latent_alone) return "z";
+  return fmt::format("[z; y{}{}]", read_inputs_ > 0 ? "; u" : "", m_.failures.none() ? "" : "; staleness");
 }
 
 CppNetwork CppStructureBase::inverse_map() const {
   const FoldedNetwork& map = f_.network("inverse_map");
-  return {map,       map.field,    "Layer",
-          "Network", "InverseMap", map.inputs() == nz_ ? "z" : nr_ > ny_ ? "[z; y; u]" : "[z; y]",
-          quantised_};
+  return {map, map.field, "Layer", "Network", "InverseMap", reads(map.inputs() == nz_), quantised_};
 }
 
 CppNetwork CppStructureBase::network(const std::string& field, const std::string& layer, const std::string& type,

@@ -53,7 +53,8 @@ class CppStructureBase : public CppStructure {
   CppNetwork inverse_map() const;
   /// The arguments that end a model's type where it reads inputs: ", 2", ", 2, Hold::kFirstOrder"; else nothing.
   std::string input_arguments() const;
-  std::string input_comment() const;  ///< a line of description, or nothing
+  std::string input_comment() const;           ///< lines of description, or nothing
+  std::string reads(bool latent_alone) const;  ///< what a network reads: "[z; y; u]"
   /// The network of that field of the model file, with the names it has in the header.
   CppNetwork network(const std::string& field, const std::string& layer, const std::string& type,
                      const std::string& reads) const;
@@ -62,7 +63,7 @@ class CppStructureBase : public CppStructure {
   const FoldedModel& f_;
   const Initialiser& init_;
   const QuantisedNetwork* quantised_;
-  const Eigen::Index nx_, ny_, nr_, nz_;  ///< nr_: readings
+  const Eigen::Index nx_, ny_, nr_, read_inputs_, nz_;  ///< nr_: readings
 };
 
 /// "Hold::kRk4".

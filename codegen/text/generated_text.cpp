@@ -23,13 +23,13 @@ constexpr std::array kRuntimeNames = {
     "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
     "LatentModel", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "ObserverCore", "ObserverState", "OutputRange", "PackedDense",
-    "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver",
+    "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "SensorFailures",
     "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
     "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estrin", "evaluate_inverse",
-    "explicit_rk_step", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "horner", "integrate",
-    "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kMostPieces", "kRk4",
+    "explicit_rk_step", "exponential_rk_step", "fill_missing", "forced_step", "forced_weights", "from_eigen", "horner", "integrate",
+    "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kMayBeMissing", "kMostPieces", "kRk4",
     "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "make_mlp",
-    "make_quantised_mlp", "make_relative", "may_skip", "multiply_add", "native", "pack", "padded_inputs", "pieces_of",
+    "make_quantised_mlp", "make_relative", "may_skip", "multiply_add", "native", "noted", "pack", "padded_inputs", "pieces_of",
     "quantised_layer", "reciprocal", "rounded", "select", "simd", "starts_steady", "tanh_rational", "turn_back"};
 // clang-format on
 

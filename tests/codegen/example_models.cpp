@@ -295,6 +295,45 @@ Model commanded_ramp_model() {
   return m;
 }
 
+Model failing_model() {
+  Model m = commanded_model();
+  m.name = "failing";
+  m.outputs.push_back({"y2", "m", 0.0});
+  m.output_min = Eigen::Vector2d(-3.0, -1.0);
+  m.output_max = Eigen::Vector2d(3.0, 5.0);
+  m.failures = {.outputs = {1}, .rest = Eigen::VectorXd::Constant(1, 1.5), .staleness_s = 0.1};
+  LinearLatent& latent = *linear_latent(m);
+  const Eigen::MatrixXd before = latent.output_injection;  // y, voltage, brake
+  latent.output_injection = Eigen::MatrixXd::Zero(5, 5);   // y, y2, voltage, brake, staleness
+  latent.output_injection.col(0) = before.col(0);
+  latent.output_injection.col(2) = before.col(1);
+  latent.output_injection(3, 1) = 7.0;  // y2 takes the brake's mode
+  m.latent_max(3) = 8.0;
+  m.latent_min(3) = -4.0;
+  Network& map = *inverse_map(m);
+  map = random_network({9, 16, 12, 2}, 53, 1.1);
+  map.features = Eigen::MatrixXd::Zero(9, 10);
+  map.features.leftCols(5).topRows(5).setIdentity();
+  map.features(0, 5) = -1.0;  // of y: z - y
+  for (int i = 0; i < 4; ++i) map.features(5 + i, 6 + i) = 1.0;
+  map.feature_scale << 1.0, 1.0, 6.0, 2.0, 0.5, 2.0, 6.0, 0.6, 0.5;
+  return m;
+}
+
+Model failing_rig_model() {
+  Model m = rig_model();
+  m.name = "failing_rig";
+  m.failures = {.outputs = {1}, .rest = Eigen::VectorXd::Constant(1, -0.5), .staleness_s = 0.05};
+  LinearLatent& latent = *linear_latent(m);
+  latent.output_injection.conservativeResize(7, 3);
+  latent.output_injection.col(2).setZero();
+  Network& map = *inverse_map(m);
+  map.features.conservativeResize(8, 10);
+  map.features.col(9).setZero();
+  map.features(6, 9) = 0.7;  // beside the clock
+  return m;
+}
+
 Model commanded_luenberger_model() {
   Model m = with_input(luenberger_model(), "commanded_pendulum", Hold::kZeroOrder);
   std::get<Luenberger>(m.structure).input_matrix = Eigen::Vector2d(0.0, 1.5);
@@ -337,6 +376,8 @@ std::vector<Model> example_models() {
                                hold_model("rk4"),
                                commanded_model(),
                                commanded_ramp_model(),
+                               failing_model(),
+                               failing_rig_model(),
                                commanded_luenberger_model(),
                                commanded_general_model(),
                                commanded_window_model()};

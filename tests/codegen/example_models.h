@@ -47,6 +47,10 @@ Model window_model();
 Model commanded_model();
 Model commanded_ramp_model();
 
+/// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.
+Model failing_model();
+Model failing_rig_model();
+
 /// The other structures with a known input: (15) with B u, (11) with F(z, y, u), a window of y and u.
 Model commanded_luenberger_model();
 Model commanded_general_model();

@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x292ceaf4
+#if tiny_c99_EXPORT != 0x69736325
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -136,27 +136,36 @@ static Complex shifted(Complex a, Scalar s) {
 }
 static Scalar magnitude(Complex c) { return (c.re < 0.0f ? -c.re : c.re) + (c.im < 0.0f ? -c.im : c.im); }
 
-// D and F over a step of h seconds, by exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w at
-// w = lambda h: Taylor series at w / 2^s, then s doublings (Higham, Functions of Matrices, section 10.7.4).
+// exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w: Taylor series at w / 2^s, then s doublings
+// (Higham, Functions of Matrices, section 10.7.4).
+static void phi(Complex w, Complex* exp_minus_1, Complex* phi1, Complex* phi2) {
+  Complex p2 = {1.0f, 0.0f};
+  int doublings = 0;
+  while (magnitude(w) > 0.5f) {
+    w = scaled(w, 0.5f);
+    ++doublings;
+  }
+  for (int k = 15; k >= 1; --k) p2 = shifted(scaled(product(w, p2), 1.0f / (Scalar)(k + 2)), 1.0f);
+  p2 = scaled(p2, 0.5f);
+  Complex p1 = shifted(product(w, p2), 1.0f);
+  Complex e = product(w, p1);
+  for (; doublings > 0; --doublings) {
+    p2 = scaled(sum(product(p1, p1), scaled(p2, 2.0f)), 0.25f);
+    p1 = scaled(product(p1, shifted(e, 2.0f)), 0.5f);
+    e = product(e, shifted(e, 2.0f));
+  }
+  *exp_minus_1 = e;
+  *phi1 = p1;
+  *phi2 = p2;
+}
+
+// D and F over a step of h seconds, by phi at w = lambda h.
 static void discretise(Scalar h, Recurrence* step) {
   for (int r = 0; r < kNz; ++r) {
     const bool paired = r < 2 * kPairs;
     const Complex lambda = {kEigenvalues[r], paired ? kEigenvalues[paired ? r + 1 : r] : 0.0f};
-    Complex w = scaled(lambda, h), phi2 = {1.0f, 0.0f};
-    int doublings = 0;
-    while (magnitude(w) > 0.5f) {
-      w = scaled(w, 0.5f);
-      ++doublings;
-    }
-    for (int k = 15; k >= 1; --k) phi2 = shifted(scaled(product(w, phi2), 1.0f / (Scalar)(k + 2)), 1.0f);
-    phi2 = scaled(phi2, 0.5f);
-    Complex phi1 = shifted(product(w, phi2), 1.0f);
-    Complex exp_minus_1 = product(w, phi1);
-    for (; doublings > 0; --doublings) {
-      phi2 = scaled(sum(product(phi1, phi1), scaled(phi2, 2.0f)), 0.25f);
-      phi1 = scaled(product(phi1, shifted(exp_minus_1, 2.0f)), 0.5f);
-      exp_minus_1 = product(exp_minus_1, shifted(exp_minus_1, 2.0f));
-    }
+    Complex exp_minus_1, phi1, phi2;
+    phi(scaled(lambda, h), &exp_minus_1, &phi1, &phi2);
     const Complex b0 = scaled(kFirstOrder ? difference(phi1, phi2) : phi1, h);
     Complex b1;  // no initialiser: clang makes a call of one that is all zeros
     b1.re = kFirstOrder ? phi2.re * h : 0.0f;

@@ -13,6 +13,7 @@
 #include "trainer/commands/strict_test.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/data/log_starts.h"
 #include "trainer/data/training_logs.h"
 #include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/evaluation/evaluation_text.h"
@@ -25,7 +26,8 @@ namespace nlo::trainer {
 namespace {
 
 struct EvaluateArguments {
-  std::vector<std::string> models, noises, data;
+  std::vector<std::string> models, noises, data, missing;
+  std::vector<double> from_s;
   std::string columns;
   StrictTest test;
   bool json = false;
@@ -109,7 +111,8 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
   for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, schema.outputs.size());
   progress.update(0.0, "reading the logs");
   LogReport report;
-  const Dataset logs = load_logs(columns, "", arguments.data, &report);
+  Dataset logs = load_logs(columns, "", arguments.data, &report);
+  if (!arguments.from_s.empty()) logs = started_at(logs, arguments.from_s);
   const MetricsConfig config = metrics_config(experiment, logs);
   std::vector<std::string> results;
   const auto all = static_cast<double>(models.size() * arguments.test.noises.size());
@@ -121,7 +124,8 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
       LogEvaluation evaluation = run_phase([&] {
         return evaluate_on_logs(
             model.model, logs, schema, nullptr, noise, arguments.test.seed, config,
-            [&](double share, const std::string& what) { progress.update((done + share) / all, what); });
+            [&](double share, const std::string& what) { progress.update((done + share) / all, what); },
+            arguments.missing);
       });
       evaluation.notes.insert(evaluation.notes.end(), found.notes.begin(), found.notes.end());
       results.push_back(arguments.json ? evaluation_json(model.name, evaluation)
@@ -142,6 +146,8 @@ void run_evaluate(EvaluateArguments arguments) {
   const auto refuse = [&](const std::string& what) { throw codegen::Error(fmt::format("{}: {}", first, what)); };
   if (arguments.data.empty()) {
     if (!experiment.plant) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
+    if (!arguments.from_s.empty()) refuse("--from is about logs; name them too: --data FILE...");
+    if (!arguments.missing.empty()) refuse("--missing is about logs; name them too: --data FILE...");
     if (!arguments.columns.empty()) refuse("--columns is about logs; name them too: --data FILE...");
     on_plant(arguments, models, experiment);
   } else {
@@ -214,6 +220,18 @@ void add_evaluate(CLI::App& app, Action& action) {
                    "which columns of the logs are what: [[log.columns]] as in an experiment; else those the model was "
                    "trained with, or headings that are the names of its outputs and states, and \"time\"")
       ->type_name("FILE.toml");
+  command
+      ->add_option("--from", arguments->from_s,
+                   "with --data: start the observer this long after a log's first sample [s]; several: once for each")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("SECONDS");
+  command
+      ->add_option("--missing", arguments->missing,
+                   "with --data: an output that fails at the first sample; may be repeated, or with commas between")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("OUTPUT");
   command->add_option("--threads", arguments->test.threads, "0: all cores")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
@@ -227,6 +245,8 @@ void add_evaluate(CLI::App& app, Action& action) {
       "  nlo evaluate runs/van_der_pol/model.json --noise uniform:3 --seed 7 --box-scale 2 --json\n"
       "  nlo evaluate runs/van_der_pol/model.json --input \"0.5*sin(2*t)\" --against ekf\n"
       "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv\n"
+      "  nlo evaluate runs/battery/model.json --data logs/cycle.csv --from 0,600,3000\n"
+      "  nlo evaluate runs/car/model.json --data logs/run8.csv --missing wheel_speed\n"
       "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml");
   command->callback([arguments, &action, for_plants] {
     for (const CLI::Option* option : for_plants)

@@ -26,6 +26,21 @@ Dataset with_noise(Dataset data, const NoiseConfig& noise, std::uint64_t seed) {
   return data;
 }
 
+Dataset without(Dataset data, const std::vector<std::string>& missing) {
+  for (const std::string& name : missing) {
+    const auto found = std::find_if(data.outputs.begin(), data.outputs.end(),
+                                    [&](const Channel& output) { return output.name == name; });
+    if (found == data.outputs.end()) {
+      std::string names;
+      for (const Channel& output : data.outputs) names += (names.empty() ? "" : ", ") + output.name;
+      throw Error(fmt::format("--missing {}: there is no such output; there are {}", name, names));
+    }
+    for (Trajectory& run : data.trajectories)
+      run.outputs.row(found - data.outputs.begin()).setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  return data;
+}
+
 void require_same_names(const std::vector<Channel>& model, const std::vector<Channel>& data, const char* what) {
   const bool same = std::equal(model.begin(), model.end(), data.begin(), data.end(),
                                [](const Channel& a, const Channel& b) { return a.name == b.name && a.wrap == b.wrap; });
@@ -124,7 +139,8 @@ std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<E
 
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
-                               MetricsConfig config, const LogProgress& progress) {
+                               MetricsConfig config, const LogProgress& progress,
+                               const std::vector<std::string>& missing) {
   if (logs.trajectories.empty()) throw Error("evaluation: no log to evaluate on");
   require_same_names(model.outputs, logs.outputs, "outputs");
   require_same_names(model.states, logs.states, "states");
@@ -142,7 +158,8 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   result.unscored = find_unscored(logs);
   if (!share_a_unit(logs.states)) config.state_scale = state_deviation(logs);
 
-  const Dataset measured = with_noise(logs, noise, seed);
+  const Dataset measured = without(with_noise(logs, noise, seed), missing);
+  result.missing = missing;
   const auto judge = [&](const std::string& name, std::vector<std::string> describe,
                          const std::vector<Eigen::MatrixXd>& estimates) {
     result.entries.push_back(
@@ -176,9 +193,10 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   const std::vector<std::string> senseless = unscored_notes(logs, estimates);
 
   // The baselines see the noise that the observer sees, with draws of their own for fitting.
-  const Dataset fitted_on = with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1);
+  const Dataset fitted_on = without(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1), missing);
   const std::vector<std::string>& names = LogBaseline::names();
   for (std::size_t n = 0; n < names.size(); ++n) {
+    if (!missing.empty() && names[n] != "constant") continue;
     say(0.3 + 0.5 * static_cast<double>(n) / static_cast<double>(names.size()), names[n]);
     const LogBaseline baseline = LogBaseline::fit(names[n], fitted_on, schema.state_sources);
     std::vector<std::string> describe;

@@ -36,7 +36,8 @@ struct LogEvaluation {
                                    ///< and on estimates that make no sense where nothing is scored
   Unscored unscored;
   DomainShare domain;
-  NoiseConfig noise;  ///< added to the logged outputs
+  NoiseConfig noise;                      ///< added to the logged outputs
+  std::vector<std::string> missing = {};  ///< outputs that were taken away
   std::uint64_t seed = 0;
   std::string split;                ///< "test", "validation" or "training" of an experiment; empty: other logs
   std::string baselines_fitted_on;  ///< "the training logs", "these logs"
@@ -50,10 +51,13 @@ using LogProgress = std::function<void(double share, const std::string& what)>;
 /// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
 ///   baseline_logs  what the baselines may learn from: the training logs; or nullptr, then the very logs they are
 ///                  judged on, in hindsight, which only makes them harder to beat
+///   missing        outputs that fail at the first sample of every log: the observer and the ridge regression are
+///                  given none of them, and other alternatives than a constant are left out
 ///   config         how errors are read; its state_scale is set here where the states' units differ
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
-                               MetricsConfig config = {}, const LogProgress& progress = {});
+                               MetricsConfig config = {}, const LogProgress& progress = {},
+                               const std::vector<std::string>& missing = {});
 
 /// The share and the place of the samples that have no weight.
 Unscored find_unscored(const Dataset& logs);

@@ -169,6 +169,7 @@ std::string evaluation_json(const std::string& model, const LogEvaluation& evalu
   }
   json["seed"] = evaluation.seed;
   json["noise"] = format_noise(evaluation.noise);
+  if (!evaluation.missing.empty()) json["missing"] = evaluation.missing;
   json["norm_of"] = norm_of(metrics.normalised);
   json["samples"] = metrics.samples;
   json["states"] = names_json(evaluation.states);

@@ -111,9 +111,11 @@ std::string evaluation_text(const std::string& model, const std::vector<Evaluati
 std::string evaluation_text(const std::string& model, const LogEvaluation& evaluation) {
   const LogMetrics& observer = evaluation.entries.front().metrics;
   std::string text = fmt::format(
-      "{} on {} {}, noise added: {}{} (alternatives fitted on {})\n\n", model, observer.files.size(),
-      observer.files.size() == 1 ? "log" : "logs", format_noise(evaluation.noise),
-      evaluation.noise.none() ? "" : fmt::format(", seed {}", evaluation.seed), evaluation.baselines_fitted_on);
+      "{} on {} {}, {}noise added: {}{} (alternatives fitted on {})\n\n", model, observer.files.size(),
+      observer.files.size() == 1 ? "log" : "logs",
+      evaluation.missing.empty() ? "" : fmt::format("without {}, ", fmt::join(evaluation.missing, ", ")),
+      format_noise(evaluation.noise), evaluation.noise.none() ? "" : fmt::format(", seed {}", evaluation.seed),
+      evaluation.baselines_fitted_on);
 
   std::vector<std::string> headings = {"RMSE"};
   for (const EvaluationWindow& window : observer.windows) headings.push_back(window_text(window));

@@ -19,6 +19,13 @@ std::vector<Key<Section>> network_keys() {
   };
 }
 
+/// One that older experiments do not have.
+template <class Section>
+Key<Section> only_when_given(Key<Section> key) {
+  key.only_when_given = true;
+  return key;
+}
+
 /// Full turns, one for each state or output.
 Key<PlantConfig> wraps_key(std::string name, std::vector<double> PlantConfig::*field, std::string meaning) {
   return {
@@ -238,6 +245,8 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("noise", &T::noise, any(), "added to the outputs, drawn afresh in each step; a list: one for each output"),
       key("noise_level_max", &T::noise_level_max, at_least(0),
           "> 0: each trajectory's noise is scaled by a number in [0, max]"),
+      only_when_given(key("dropout", &T::dropout, share_below_one(),
+                          "a sensor of [observer] may_fail is missing in this share of the segments")),
       key("mirror", &T::mirror, any(),
           "a run with all signs turned, but of channels declared even, is also a run of the plant; checked"),
       key("gradient", &T::gradient, names_of<LatentGradient>(),

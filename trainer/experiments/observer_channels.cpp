@@ -13,12 +13,12 @@ ChannelCounts observer_channels(const Experiment& experiment) {
     const auto plant = make_plant(*experiment.plant);
     const PlantChannels channels(*experiment.plant, *plant);
     return {static_cast<int>(channels.states().size()), static_cast<int>(channels.outputs().size()),
-            static_cast<int>(plant->nu()), 0};
+            static_cast<int>(plant->nu()), 0, channels.outputs()};
   }
   const LogSchema schema = resolve_columns(*experiment.log);
   const auto inputs = static_cast<int>(schema.input_channels.size());
   return {static_cast<int>(schema.state_channels.size()), static_cast<int>(schema.output_channels.size()), inputs,
-          structure_of(experiment.observer).reads_inputs() ? inputs : 0};
+          structure_of(experiment.observer).reads_inputs() ? inputs : 0, schema.output_channels};
 }
 
 }  // namespace nlo::trainer

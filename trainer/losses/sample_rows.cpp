@@ -53,7 +53,8 @@ MapSamples<float> SampleRows::gather(const Rollout& rollout, const SampleRange& 
       z_[r * kRow + at] = group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)];
     for (std::size_t j = 0; j < ny; ++j) {
       y_[j * kRow + at] = group.readings[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
-      h_[j * kRow + at] = (segment.mirrored ? data.reading_mirror[j] : 1.0F) * run.readings[j * samples + k];
+      if (j < static_cast<std::size_t>(data.given()))
+        h_[j * kRow + at] = (segment.mirrored ? data.reading_mirror[j] : 1.0F) * run.readings[j * samples + k];
     }
   }
   return view(range.count);

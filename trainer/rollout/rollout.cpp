@@ -46,17 +46,19 @@ class DistinctSteps {
 
 }  // namespace
 
-TrainingData::TrainingData(const Dataset& dataset)
+TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures& sensor_failures)
     : sample_period_s(dataset.sample_period_s),
       uniform(dataset.uniform),
       nx(static_cast<int>(dataset.states.size())),
       ny(static_cast<int>(dataset.outputs.size())),
-      nr(static_cast<int>(dataset.readings().size())),
+      nr(static_cast<int>(dataset.readings().size() + sensor_failures.outputs.size())),
+      failures(sensor_failures),
       output_angles(dataset.output_angles) {
   for (std::size_t j = 0; j < dataset.outputs.size(); ++j)
     reading_mirror.push_back(static_cast<float>(dataset.mirror.output(j)));
-  for (int i = 0; i < nr - ny; ++i)
+  for (int i = 0; i < given() - ny; ++i)
     reading_mirror.push_back(static_cast<float>(dataset.mirror.input(static_cast<std::size_t>(i))));
+  reading_mirror.resize(static_cast<std::size_t>(nr), 1.0F);
   for (std::size_t i = 0; i < dataset.states.size(); ++i)
     state_mirror.push_back(static_cast<float>(dataset.mirror.state(i)));
   if (uniform) steps_s.push_back(dataset.sample_period_s);
@@ -74,7 +76,7 @@ TrainingData::TrainingData(const Dataset& dataset)
     run.samples = static_cast<int>(trajectory.samples());
     run.first_estimate = static_cast<int>(trajectory.first_estimate);
     run.readings = row_major(trajectory.outputs);
-    if (nr > ny) {
+    if (given() > ny) {
       const std::vector<float> inputs = row_major(trajectory.inputs);
       run.readings.insert(run.readings.end(), inputs.begin(), inputs.end());
     }
@@ -91,12 +93,25 @@ TrainingData::TrainingData(const Dataset& dataset)
     }
     runs.push_back(std::move(run));
   }
+  for (const double step_s : steps_s) fading.push_back(static_cast<float>(std::exp(-step_s / failures.staleness_s)));
 }
 
 std::vector<Segment> whole_runs(const TrainingData& data) {
   std::vector<Segment> segments;
   for (std::size_t r = 0; r < data.runs.size(); ++r) {
     segments.push_back({.run = static_cast<int>(r), .start = 0, .length = data.runs[r].samples});
+  }
+  return segments;
+}
+
+std::vector<Segment> runs_with_failures(const TrainingData& data) {
+  std::vector<Segment> segments;
+  for (std::size_t i = 0; i < data.failures.outputs.size(); ++i) {
+    for (Segment run : whole_runs(data)) {
+      run.outages.resize(data.failures.outputs.size());
+      run.outages[i] = {0, run.length};
+      segments.push_back(std::move(run));
+    }
   }
   return segments;
 }
@@ -133,7 +148,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
     last[l] = segment.length - 1;  // past its end a segment repeats its last sample
     start[l] = segment.start;
   }
-  for (int j = 0; j < data_->nr; ++j) {
+  for (int j = 0; j < data_->given(); ++j) {
     const float* from[kGroup];
     float sign[kGroup];
     for (int l = 0; l < kGroup; ++l) {
@@ -151,6 +166,35 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
       to[l] = runs[l]->step_of[static_cast<std::size_t>(start[l] + std::min(t, last[l]))];
   }
   add_noise(group, noise, level, stream);
+  if (!data_->failures.none()) add_outages(index);
+}
+
+/// As nlo/sensor_failures.h: a missing output fades to where it rests, and its staleness rises.
+void Rollout::add_outages(int index) {
+  SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+  const codegen::SensorFailures& failures = data_->failures;
+  for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
+    float* y = group.readings.data() + group.at(failures.outputs[i], 0);
+    float* stale = group.readings.data() + group.at(data_->given() + static_cast<int>(i), 0);
+    const auto rest = static_cast<float>(failures.rest(static_cast<Eigen::Index>(i)));
+    for (int l = 0; l < kGroup; ++l) {
+      const std::vector<Outage>& outages = segment(index, std::min(l, group.lanes - 1)).outages;
+      const Outage outage = outages.empty() ? Outage{} : outages[i];
+      float last_y = 0.0F, last_stale = 0.0F;
+      for (int t = 0; t < group.length; ++t) {
+        const int at = t * kGroup + l, before = at - kGroup;
+        const std::size_t step = group.step_of.empty() || t == 0
+                                     ? 0
+                                     : static_cast<std::size_t>(group.step_of[static_cast<std::size_t>(before)]);
+        const float keep = t == 0 ? 0.0F : data_->fading[step];
+        const bool missing = t >= outage.from && t < outage.to;
+        if (missing) y[at] = rest + keep * (last_y - rest);
+        stale[at] = missing ? 1.0F - keep * (1.0F - last_stale) : keep * last_stale;
+        last_y = y[at];
+        last_stale = stale[at];
+      }
+    }
+  }
 }
 
 /// `level`: of each lane, times the configured noise.

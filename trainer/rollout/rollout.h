@@ -38,22 +38,35 @@ struct TrainingData {
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;
   int nx = 0, ny = 0, nr = 0;
+  codegen::SensorFailures failures;  ///< whose stalenesses end the readings; they are made as a segment rolls out
+  std::vector<float> fading;         ///< exp(-step / staleness_s) of each of steps_s
   std::vector<EncodedAngle> output_angles;          ///< among the outputs: their noise is on the angle
   std::vector<float> reading_mirror, state_mirror;  ///< nr and nx: what a mirrored segment multiplies them by, -1 or 1
 
-  explicit TrainingData(const Dataset& dataset);
+  explicit TrainingData(const Dataset& dataset, const codegen::SensorFailures& failures = {});
+
+  int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< readings that the data have
+};
+
+/// Samples [from, to) of a segment at which a sensor is missing.
+struct Outage {
+  int from = 0, to = 0;
 };
 
 struct Segment {
   int run = 0;
   int start = 0;
   int length = 0;
-  bool mirrored = false;     ///< odd channels have their sign turned
-  float noise_level = 1.0F;  ///< times the configured noise
+  bool mirrored = false;             ///< odd channels have their sign turned
+  float noise_level = 1.0F;          ///< times the configured noise
+  std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: all measure
 };
 
 /// All runs from their start, at full length.
 std::vector<Segment> whole_runs(const TrainingData& data);
+
+/// The same with one sensor missing throughout, for each that may fail.
+std::vector<Segment> runs_with_failures(const TrainingData& data);
 
 class Rollout {
  public:
@@ -80,6 +93,7 @@ class Rollout {
 
  private:
   void gather(int index, const NoiseConfig& noise, std::uint64_t stream);
+  void add_outages(int index);
   void add_noise(SegmentGroup& group, const NoiseConfig& noise, const float* level, std::uint64_t stream) const;
 
   const TrainingData* data_;

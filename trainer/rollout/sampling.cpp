@@ -28,6 +28,23 @@ class Indices {
   int next_ = RandomLanes::kLanes;
 };
 
+/// Each sensor that may fail is missing in a share `dropout` of the segments: half of these throughout, half for a while.
+void add_outages(const Experiment& experiment, const TrainingData& data, long step, std::vector<Segment>& segments) {
+  const std::size_t sensors = data.failures.outputs.size();
+  if (sensors == 0 || experiment.training.dropout == 0.0) return;
+  Indices random(stream_seed(experiment.seed, Purpose::kOutages, static_cast<std::uint64_t>(step), 0));
+  for (Segment& segment : segments) {
+    segment.outages.resize(sensors);
+    for (Outage& outage : segment.outages) {
+      if (random.unit() >= static_cast<float>(experiment.training.dropout)) continue;
+      outage = {0, segment.length};
+      if (random.unit() < 0.5F) continue;
+      outage.from = random.below(segment.length);
+      outage.to = outage.from + 1 + random.below(segment.length - outage.from);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step) {
@@ -53,6 +70,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
       segments.push_back(segment);
     }
   }
+  add_outages(experiment, data, step, segments);
   for (Segment& segment : segments) {
     if (training.mirror && random.unit() < 0.5F) segment.mirrored = true;
     if (training.noise_level_max > 0.0)
@@ -69,6 +87,7 @@ std::vector<Segment> flight_segments(const Experiment& experiment, const Trainin
       segments.push_back(run);
     }
   }
+  for (Segment& run : runs_with_failures(data)) segments.push_back(std::move(run));
   if (experiment.training.mode == TrainingMode::kFullBatch) return segments;
   constexpr long kNoStep = -1;  // a draw that no step of the training makes
   for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);

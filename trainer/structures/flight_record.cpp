@@ -135,8 +135,8 @@ void record_flight(codegen::Model& model, const Dataset& dataset, const Rollout&
     const MatrixXd readings = readings_of(piece, rollout, codegen::readings(model));
     outputs.push_back(readings.topRows(model.ny()));
     if (model.nu() > 0)
-      inputs.push_back(model.nr() > model.ny() ? MatrixXd(readings.bottomRows(model.nu()))
-                                               : inputs_of(piece, dataset, model.nu()));
+      inputs.push_back(!model.inputs.empty() ? MatrixXd(readings.middleRows(model.ny(), model.nu()))
+                                             : inputs_of(piece, dataset, model.nu()));
     const VectorXd& time_s = dataset.trajectories[static_cast<std::size_t>(piece.segment.run)].time_s;
     const int start = piece.segment.start + piece.first;
     for (int k = 1; k < piece.length; ++k) longest_s = std::max(longest_s, time_s(start + k) - time_s(start + k - 1));

@@ -58,14 +58,15 @@ void add_modes(ObserverStructure& structure, const ObserverConfig& observer) {
   LatentShape& latent = structure.latent;
   latent.injection = observer.output_injection;
   latent.starts_steady = observer.start == LatentStart::kSteady;
-  for (int j = 0; j < structure.readings; ++j) {
+  const int driving = structure.outputs() + structure.inputs;  // a staleness is read as it is
+  for (int j = 0; j < driving; ++j) {
     for (const auto& [re, im] : observer.pairs) {
       latent.modes.push_back({.pair = true, .row = latent.rows, .reading = j});
       latent.rows += 2;
       structure.eigenvalues.insert(structure.eigenvalues.end(), {re, im});
     }
   }
-  for (int j = 0; j < structure.readings; ++j) {
+  for (int j = 0; j < driving; ++j) {
     for (const double lambda : observer.eigenvalues) {
       latent.modes.push_back({.pair = false, .row = latent.rows++, .reading = j});
       structure.eigenvalues.push_back(lambda);
@@ -91,10 +92,13 @@ void add_features(ObserverStructure& structure, const ObserverConfig& observer) 
     structure.features.push_back(feature);
     if (mode.pair) structure.features.push_back({.latent = mode.row + 1});
   }
+  const int driving = structure.outputs() + structure.inputs;
   if (observer.features != FeatureSet::kLatent) {  // of inputs the latest, as it is: it acts without a delay
-    for (int j = relative ? structure.outputs() : 0; j < structure.readings; ++j)
+    for (int j = relative ? structure.outputs() : 0; j < driving; ++j)
       structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
   }
+  for (int j = driving; j < structure.readings; ++j)
+    structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
 }
 
 std::complex<double> eigenvalue_of(const Mode& mode, const std::vector<double>& eigenvalues) {

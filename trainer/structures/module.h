@@ -25,6 +25,7 @@ struct ChannelCounts {
   int states = 0, outputs = 0;
   int inputs = 0;       ///< of the plant, or of the logs
   int read_inputs = 0;  ///< of them, that the observer reads beside the outputs
+  std::vector<codegen::Channel> output_channels = {};
 };
 
 class TrainableStructure {
@@ -50,6 +51,9 @@ class TrainableStructure {
   virtual bool flies_inputs() const { return false; }              ///< they act on its estimate, by g of the plant
   virtual bool reads_inputs() const { return !flies_inputs(); }    ///< beside the outputs, where they are known
   virtual bool follows_unwrapped_angles() const { return false; }  ///< z - y never sees a turn of y
+
+  /// Sensors that may fail, with where they rest in the training data.
+  virtual codegen::SensorFailures failures(const Experiment&, const Dataset&) const { return {}; }
 
   /// The structure of an experiment, for the channels of a dataset: all but what every structure has (structure.cpp).
   virtual void make(const Experiment& experiment, ObserverStructure& structure) const = 0;

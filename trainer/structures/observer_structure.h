@@ -57,14 +57,15 @@ struct DynamicsNetwork {
 };
 
 struct ObserverStructure {
-  const TrainableStructure* module = nullptr;        ///< what the structure is (structures/module.h)
-  int readings = 0;                                  ///< n_r: outputs, then inputs that are read
-  int inputs = 0;                                    ///< of them
-  int outputs() const { return readings - inputs; }  ///< n_y
-  LatentShape latent;                                ///< its learned rows are parameters; none where there is no D
-  std::vector<double> eigenvalues;                   ///< initial, n_z, in row order; clocks stay
-  DynamicsNetwork dynamics;                          ///< within the latent system; without one it has no parameters
-  ByType own;                                        ///< what the module keeps for itself
+  const TrainableStructure* module = nullptr;  ///< what the structure is (structures/module.h)
+  int readings = 0;                            ///< n_r: outputs, inputs that are read, stalenesses
+  int inputs = 0;                              ///< of them
+  int failing = 0;                             ///< of them stalenesses of sensors that may fail, behind the inputs
+  int outputs() const { return readings - inputs - failing; }  ///< n_y
+  LatentShape latent;               ///< its learned rows are parameters; none where there is no D
+  std::vector<double> eigenvalues;  ///< initial, n_z, in row order; clocks stay
+  DynamicsNetwork dynamics;         ///< within the latent system; without one it has no parameters
+  ByType own;                       ///< what the module keeps for itself
 
   std::vector<Feature> features;  ///< of T*; empty where the latent state is the estimate
   std::vector<float> state_mean, state_scale;

@@ -20,12 +20,13 @@ std::vector<double> ObserverStructure::eigenvalues_at(const float* parameters) c
 
 ObserverStructure make_structure(const Experiment& experiment, bool trains_forward_map,
                                  const std::vector<Channel>& outputs, const std::vector<Channel>& states,
-                                 const std::vector<Channel>& read_inputs) {
+                                 const std::vector<Channel>& read_inputs, int failing) {
   const int nx = static_cast<int>(states.size());
   ObserverStructure structure;
   structure.module = &structure_of(experiment.observer);
   structure.inputs = static_cast<int>(read_inputs.size());
-  structure.readings = static_cast<int>(outputs.size()) + structure.inputs;
+  structure.failing = failing;
+  structure.readings = static_cast<int>(outputs.size()) + structure.inputs + failing;
   structure.state_mean.assign(states.size(), 0.0F);
   structure.state_scale.assign(states.size(), 1.0F);
   structure.latent.hold = experiment.observer.hold;

@@ -12,11 +12,12 @@
 namespace nlo::trainer {
 
 /// The structure an experiment describes, for a dataset's channels; features and states not normalised yet.
+///   failing             sensors that may fail
 ///   read_inputs         known inputs that the observer reads beside the outputs
 ///   trains_forward_map  T is there, though the observer does not fly it: a loss is about it
 ObserverStructure make_structure(const Experiment& experiment, bool trains_forward_map,
                                  const std::vector<Channel>& outputs, const std::vector<Channel>& states,
-                                 const std::vector<Channel>& read_inputs = {});
+                                 const std::vector<Channel>& read_inputs = {}, int failing = 0);
 
 /// Sets the means and scales of what a network within the latent system reads; before anything is rolled out.
 void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool& pool);

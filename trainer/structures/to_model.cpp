@@ -51,8 +51,9 @@ void set_ranges(codegen::Model& model, const Rollout& rollout) {
   high += range;
   model.output_min = low.head(ny);
   model.output_max = high.head(ny);
-  model.input_min = low.tail(nr - ny);
-  model.input_max = high.tail(nr - ny);
+  const auto inputs = static_cast<Index>(model.inputs.size());
+  model.input_min = low.segment(ny, inputs);
+  model.input_max = high.segment(ny, inputs);
   for (Index j = 0; j < ny; ++j) {
     const double wrap = model.outputs[static_cast<std::size_t>(j)].wrap;
     if (wrap <= 0.0) continue;
@@ -73,6 +74,7 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
     model.inputs = dataset.inputs;
     model.input_hold = experiment.observer.input_hold;
   }
+  model.failures = rollout.data().failures;
   model.sample_period_s = dataset.sample_period_s;
   model.hold = experiment.observer.hold;
   model.initial_latent = VectorXd::Zero(structure.latent.rows);

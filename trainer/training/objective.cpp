@@ -53,7 +53,9 @@ ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gr
 }
 
 double Objective::validate(const float* parameters) {
-  roll_out(parameters, whole_runs(*data_), Purpose::kValidationNoise, 0);
+  std::vector<Segment> runs = whole_runs(*data_);
+  for (Segment& run : runs_with_failures(*data_)) runs.push_back(std::move(run));
+  roll_out(parameters, runs, Purpose::kValidationNoise, 0);
   static const LossConfig kStateError;
   loss_ = &kStateError;
   blocks_.draw(*experiment_, rollout_, 0, true, *loss_, *pool_);

@@ -13,6 +13,7 @@
 #include "trainer/base/parallel.h"
 #include "trainer/optim/optimiser.h"
 #include "trainer/structures/structure.h"
+#include "trainer/structures/table.h"
 #include "trainer/training/messages.h"
 #include "trainer/training/no_progress.h"
 #include "trainer/training/objective.h"
@@ -46,10 +47,12 @@ class Training {
       : experiment_(experiment),
         dataset_(training),
         options_(options),
-        training_data_(training),
-        validation_data_(validation),
+        failures_(structure_of(experiment.observer).failures(experiment, training)),
+        training_data_(training, failures_),
+        validation_data_(validation, failures_),
         structure_(make_structure(experiment, needs_forward_map(experiment.loss), training.outputs, training.states,
-                                  training.reads_inputs ? training.inputs : std::vector<Channel>{})),
+                                  training.reads_inputs ? training.inputs : std::vector<Channel>{},
+                                  static_cast<int>(failures_.outputs.size()))),
         pool_(experiment.threads),
         objective_(experiment_, structure_, training_data_, pool_),
         validator_(experiment_, structure_, validation_data_, pool_),
@@ -221,6 +224,7 @@ class Training {
   const Experiment& experiment_;
   const Dataset& dataset_;
   const TrainOptions& options_;
+  codegen::SensorFailures failures_;
   TrainingData training_data_, validation_data_;
   ObserverStructure structure_;
   ThreadPool pool_;

@@ -107,7 +107,8 @@ class KklBatch {
   static constexpr int kAlignment = kernels::kHasVectors ? 64 : alignof(Scalar);
 
   static constexpr int kNr = Model::kNr;
-  using Rows = Vector<const Scalar*, kNr>;  ///< of readings: outputs, then inputs; each has kPlants entries
+  static constexpr int kGiven = kNy + kNu;     ///< of the readings
+  using Rows = Vector<const Scalar*, kGiven>;  ///< outputs, then inputs; each has kPlants entries
 
   template <int kCount>
   static Rows rows(const Scalar (&y)[kCount][kPlants]) {
@@ -162,7 +163,7 @@ class KklBatch {
     for (int n = first; n < first + kBlock; ++n) started += started_[n];
     if (started != kBlock) return false;
     P out_of_range{};
-    for (int j = 0; j < kNr; ++j) {
+    for (int j = 0; j < kGiven; ++j) {
       if (model_->outputs.wrap[j] > Scalar(0)) return false;
       const P low = simd::broadcast<P>(model_->outputs.min[j]), high = simd::broadcast<P>(model_->outputs.max[j]);
       for (int v = 0; v < kBlock; v += kWidth) {
@@ -186,9 +187,13 @@ class KklBatch {
     for (int r = 0; r < kNz; ++r) z[r] = simd::load<P>(&z_[r][first]);
     for (int j = 0; j < kNr; ++j) {
       y_k[j] = simd::load<P>(&y_[j][first]);
-      y_next[j] = simd::load<P>(&y[j][first]);
+      if constexpr (kNr > kGiven) {  // all are measured here: what was stale fades
+        y_next[j] = j < kGiven ? simd::load<P>(&y[j < kGiven ? j : 0][first]) : model_->failures.keep * y_k[j];
+      } else {
+        y_next[j] = simd::load<P>(&y[j][first]);
+      }
       simd::store(&y_[j][first], y_next[j]);
-      if (j >= kNy && Model::kInputHold == Hold::kZeroOrder) y_k[j] = y_next[j];  // as ObserverCore
+      if (j >= kNy && j < kGiven && Model::kInputHold == Hold::kZeroOrder) y_k[j] = y_next[j];  // as ObserverCore
     }
     nlo::advance<Model::kPairs, kArithmetic>(model_->latent.step, z, y_k, y_next);
     const P tiny = P{} + Scalar(0x1p-100);  // as SampledObserver: no subnormal stays for ever

@@ -20,6 +20,7 @@
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
 #include "nlo/sampled_observer.h"
+#include "nlo/sensor_failures.h"
 
 namespace nlo {
 
@@ -56,7 +57,7 @@ void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[
 
 /// A trained observer, as a value. Generated headers define one `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kPairs_, class InverseMap_, int kNu_ = 0,
-          Hold kInputHold_ = Hold::kZeroOrder>
+          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
 struct KklModel {
   using Scalar = Scalar_;
   using InverseMap = InverseMap_;
@@ -64,7 +65,8 @@ struct KklModel {
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;
   static constexpr int kNu = kNu_;
-  static constexpr int kNr = kNy + kNu;  ///< readings: outputs, then inputs
+  static constexpr int kNf = kNf_;             ///< outputs that may be missing
+  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, then inputs, then how stale those outputs are
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kPairs = kPairs_;
   static constexpr int kLongestGap = 1000;
@@ -78,9 +80,10 @@ struct KklModel {
   Scalar sample_period_s;
   std::uint16_t stale_after;  ///< this many held measurements in a row make the status kStale
   LatentModel<Scalar, kNz, kNr> latent;
-  OutputRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
+  OutputRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
   Domain<Scalar, kNz> domain;
   InverseMap inverse_map;
+  [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
 

@@ -96,6 +96,12 @@ struct InputMemory<Scalar, 0> {
   constexpr bool take(const Vector<Scalar, 1>&) { return true; }
 };
 
+/// The status of a sample of which an output is missing that may be: held, and no step towards stale.
+template <Arithmetic kArithmetic>
+constexpr StepStatus noted(bool missing, StepStatus screened) {
+  return select<kArithmetic>(!(missing & (screened < StepStatus::kHeld)), screened, StepStatus::kHeld);
+}
+
 /// Counts how many measurements in a row were held, this one included; its status, which is kStale after too many.
 template <Arithmetic kArithmetic>
 constexpr StepStatus count_held(StepStatus screened, std::uint16_t& held, std::uint16_t stale_after) {

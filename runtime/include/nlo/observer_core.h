@@ -13,6 +13,7 @@
 #include "nlo/measurement.h"
 #include "nlo/observer_state.h"
 #include "nlo/select.h"
+#include "nlo/sensor_failures.h"
 #include "nlo/simd.h"
 #include "nlo/steady_state.h"
 #include "nlo/vector.h"
@@ -22,6 +23,7 @@ namespace nlo {
 /// Steps a model, which has
 ///   Scalar, kNx, kNy, kNz, kNu         sizes; kNu = 0 unless the plant's inputs are known
 ///   kNr                                readings, what F and T* are given: kNy outputs, or [y; u], kNy + kNu
+///   kNf                                outputs that may be missing, if any; their staleness ends the readings
 ///   kInputHold                         of inputs among the readings: kZeroOrder, or a ramp
 ///   kLongestGap                        sample periods that one step may span
 ///   kHasSteadyState                    z settles at S y: `latent` has steady_gain S and starts_steady
@@ -45,8 +47,9 @@ class ObserverCore {
   static constexpr int kNz = Model::kNz;
   static constexpr int kNu = Model::kNu;
   static constexpr int kNr = Model::kNr;
-  static constexpr bool kDriven = kNu > 0;                ///< step() takes u
-  static constexpr bool kReadsInputs = kNr > kNy;         ///< as readings
+  static constexpr bool kDriven = kNu > 0;  ///< step() takes u
+  static constexpr int kNf = kMayBeMissing<Model>;
+  static constexpr bool kReadsInputs = kNr - kNf > kNy;   ///< as readings
   static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that act apart from the readings
   using Latent = Vector<Scalar, kNz>;
   using Estimate = Vector<Scalar, kNx>;
@@ -89,6 +92,13 @@ class ObserverCore {
     return model_->domain.contains(z.values);
   }
 
+  /// How stale an output is that may be missing: 0 while it is measured, towards 1 the longer it is not.
+  [[nodiscard]] constexpr Scalar staleness(int output) const requires(kNf > 0) {
+    Scalar stale = 0;
+    for (int i = 0; i < kNf; ++i) stale = model_->failures.output[i] == output ? state_.y[kNr - kNf + i] : stale;
+    return stale;
+  }
+
   [[nodiscard]] constexpr const Model& model() const { return *model_; }
   [[nodiscard]] constexpr State save() const { return state_; }
 
@@ -109,13 +119,14 @@ class ObserverCore {
 
   /// One step. kRegular: of one sample period, dt_s does not matter, and what other steps need is not compiled in.
   template <bool kRegular>
-  NLO_OWN_FRAME constexpr StepStatus step_by(const Readings& y, const Acting& u, Scalar dt_s) {
+  NLO_OWN_FRAME constexpr StepStatus step_by(Readings y, const Acting& u, Scalar dt_s) {
+    const bool missing = fill_missing<kArithmetic, kRegular>(*model_, y, state_.y, state_.started == 1, dt_s);
     Scalar y_next[kNr]{};
     for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];
     InputMemory<Scalar, kActing> u_next = state_.input;
     StepStatus screened = model_->outputs.template screen<kArithmetic>(y, y_next);
     if (!u_next.take(u)) screened = StepStatus::kHeld;
-    state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
+    state_.status = noted<kArithmetic>(missing, count_held<kArithmetic>(screened, state_.held, model_->stale_after));
     if (state_.started == 0) {
       if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
       start(y_next, starts_steady(*model_));
@@ -129,7 +140,8 @@ class ObserverCore {
   }
 
   /// Starts from the steady state of y, z = z(0) + S y.
-  constexpr StepStatus start_steady(const Readings& y) {
+  constexpr StepStatus start_steady(Readings y) {
+    const bool missing = fill_missing<kArithmetic, true>(*model_, y, state_.y, false, Scalar(0));
     Scalar accepted[kNr]{};
     for (int j = 0; j < kNr; ++j) accepted[j] = state_.y[j];
     const StepStatus screened = model_->outputs.template screen<kArithmetic>(y, accepted);
@@ -138,7 +150,7 @@ class ObserverCore {
     }
     reset();
     start(accepted, true);
-    return state_.status = screened;
+    return state_.status = noted<kArithmetic>(missing, screened);
   }
 
   const Model* model_;
@@ -160,7 +172,7 @@ class ObserverCore {
     for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kReadsInputs) {
       // A command given now has acted since the last sample: whatever the hold, a ramp between equal values is constant.
-      for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNr; ++j) state_.y[j] = y_next[j];
+      for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
     if constexpr (kActing > 0) {
       static_assert(kArithmetic == Arithmetic::kFast, "driven observers know the fast arithmetic only");

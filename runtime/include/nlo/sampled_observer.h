@@ -40,7 +40,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   /// gap.
   [[nodiscard]] constexpr StepStatus warm_start(const Output& y) requires(Model::kHasSteadyState &&
                                                                           !Core::kReadsInputs) {
-    return this->start_steady(y);
+    return this->start_steady(readings(y, {}));
   }
   [[nodiscard]] constexpr StepStatus warm_start(const Output& y,
                                                 const Input& u) requires(Model::kHasSteadyState&& Core::kReadsInputs) {
@@ -94,7 +94,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   static constexpr typename Core::Readings readings(const Output& y, const Input& u) {
     typename Core::Readings r{};
     for (int j = 0; j < kNy; ++j) r[j] = y[j];
-    for (int i = 0; i < kNr - kNy; ++i) r[kNy + i] = u[i];
+    for (int i = 0; Core::kReadsInputs && i < kNu; ++i) r[kNy + i] = u[i];
     return r;
   }
 
@@ -103,7 +103,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     if constexpr (!kRegular) {
       if (!this->possible(dt_s)) return this->state_.status = StepStatus::kRejected;
     }
-    if constexpr (Core::kReadsInputs) {
+    if constexpr (kNr > kNy) {
       return this->template step_by<kRegular>(readings(y, u), {}, dt_s);
     } else {
       return this->template step_by<kRegular>(y, u, dt_s);

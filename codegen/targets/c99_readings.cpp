@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/targets/c99_readings.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace nlo::codegen {
+namespace {
+
+using Values = std::map<std::string, std::string>;
+
+void set_inputs(const Model& m, const std::string& name, const std::string& scalar, Values& values) {
+  const bool command = m.input_hold == Hold::kZeroOrder;
+  const auto size = m.inputs.size();
+  values["PUBLIC_SIZES"] = fmt::format(", {}_NU = {}", name, size);
+  values["MORE_SIZES"] += fmt::format(", kNu = {}", size);
+  values["SIZES_MORE"] = ", inputs";
+  values["INPUT_POSITIONS"] = fmt::format("enum {{ {} }};\n", c99_positions(name + "_input_", m.inputs));
+  values["AND_MORE"] += " and input";
+  values["U_PARAMETER"] = fmt::format(", const {} u[{}]", scalar, size);
+  values["INPUT_NOTE"] = fmt::format("// u: {}. One that is not finite holds the last good one.\n",
+                                     command ? "what has acted since the last sample" : "measured with y");
+  if (command) values["HOLD_INPUTS"] = "  copy(o->y + kNy, next + kNy, kNu);  // u has acted since the last sample\n";
+  values["READ"] += "  copy(r + kNy, u, kNu);\n";
+  values["COPY_INPUTS"] = "  copy(y + kNy, u, kNu);\n";
+}
+
+/// As nlo/sensor_failures.h.
+void set_failures(const Model& m, const std::string& name, const Initialiser& init, Values& values) {
+  const SensorFailures& f = m.failures;
+  const std::string suffix = init.scalar_bytes() == 4 ? "f" : "";
+  values["MORE_SIZES"] += fmt::format(", kNf = {}", f.outputs.size());
+  values["AND_MORE"] += ", and how stale those are that may be missing";
+  values["KEEP_FIELD"] = "  Scalar keep;  // what is left of a missing output over the step\n";
+  values["KEEP_OVER"] = fmt::format(
+      "  Complex fade, phi1, phi2;\n"
+      "  const Complex w = {{-({} * h), 0.0{}}};  // 1 / staleness_s\n"
+      "  phi(w, &fade, &phi1, &phi2);\n"
+      "  step->keep = fade.re + 1.0{};\n",
+      init(1.0 / f.staleness_s, "may_fail.staleness_s"), suffix, suffix);
+  values["FILL_MISSING"] = fmt::format(
+      "// An output that may be missing fades to where it rested in training; how stale it is ends the readings.\n"
+      "static bool fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep) {{\n"
+      "  static const int kMayFail[kNf] = {{{1}}};\n"
+      "  static const Scalar kRest[kNf] = {2};\n"
+      "  bool any = false;\n"
+      "  for (int i = 0; i < kNf; ++i) {{\n"
+      "    const int j = kMayFail[i], s = kNr - kNf + i;\n"
+      "    if (is_finite(readings[j])) {{\n"
+      "      readings[s] = keep * o->y[s];\n"
+      "    }} else {{\n"
+      "      readings[j] = kRest[i] + keep * (o->y[j] - kRest[i]);\n"
+      "      readings[s] = 1.0{3} - keep * (1.0{3} - o->y[s]);\n"
+      "      any = true;\n"
+      "    }}\n"
+      "  }}\n"
+      "  return any;\n"
+      "}}\n\n",
+      name, fmt::join(f.outputs.begin(), f.outputs.end(), ", "), init.vector(f.rest, "may_fail.rest"), suffix);
+  values["TAKEN"] = "Scalar*";
+  values["FILL"] =
+      fmt::format("  const bool missing = fill_missing(o, y, o->started == 1 ? recurrence->keep : 0.0{});\n", suffix);
+  values["FILL_START"] = fmt::format("  const bool missing = fill_missing(observer, r, 0.0{});\n", suffix);
+  values["STATUS"] = fmt::format("missing && status < {0}_HELD ? {0}_HELD : status", name);
+  values["STALENESS"] = fmt::format(
+      "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
+      "{2} {0}_staleness(const {0}_observer* observer, int output);\n\n",
+      name,
+      fmt::join(
+          [&] {
+            std::vector<std::string> names;
+            for (const int output : f.outputs) names.push_back(m.outputs[static_cast<std::size_t>(output)].name);
+            return names;
+          }(),
+          ", "),
+      init.scalar_name());
+  std::string cases;
+  for (std::size_t i = 0; i < f.outputs.size(); ++i)
+    cases += fmt::format("  if (output == {}) return observer->y[kNr - kNf + {}];\n", f.outputs[i], i);
+  values["STALENESS_BODY"] =
+      fmt::format("Scalar {0}_staleness(const {0}_observer* observer, int output) {{\n{1}  return 0.0{2};\n}}\n\n",
+                  name, cases, suffix);
+}
+
+}  // namespace
+
+std::string c99_positions(const std::string& prefix, const std::vector<Channel>& channels) {
+  std::string text;
+  for (const Channel& channel : channels) text += (text.empty() ? "" : ", ") + prefix + channel.name;
+  return text;
+}
+
+std::string c99_readings_size(const Model& m) {
+  return m.nr() == m.ny() ? "kNy" : "kNr";
+}
+
+std::map<std::string, std::string> c99_readings(const Model& m, const std::string& name, const Initialiser& init) {
+  Values values;
+  for (const char* key : {"MORE_SIZES", "PUBLIC_SIZES", "SIZES_MORE", "INPUT_POSITIONS", "AND_MORE", "U_PARAMETER",
+                          "INPUT_NOTE", "HOLD_INPUTS", "READ", "COPY_INPUTS", "KEEP_FIELD", "KEEP_OVER", "FILL_MISSING",
+                          "FILL", "FILL_START", "STALENESS", "STALENESS_BODY"})
+    values[key] = "";
+  values["READINGS"] = "y";
+  values["TAKEN"] = "const Scalar*";
+  values["STATUS"] = "status";
+  values["STEP_BODY"] = " return take(observer, y, &kStep); ";
+  if (m.nr() == m.ny()) return values;
+  values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
+  values["READ"] = "  Scalar r[kNr];\n  copy(r, y, kNy);\n";
+  values["READINGS"] = "r";
+  if (!m.inputs.empty()) set_inputs(m, name, init.scalar_name(), values);
+  if (!m.failures.none()) set_failures(m, name, init, values);
+  values["STEP_BODY"] = "\n" + values["READ"] + "  return take(observer, r, &kStep);\n";
+  return values;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Sensors that may fail: an output that is declared so may be missing for as long as it likes. Its value fades from the
+// last good one to where it rested in training, and T* reads how stale it is, beside the other readings:
+//   missing    y <- rest + k (y - rest),  s <- 1 - k (1 - s)
+//   measured                              s <- k s              k = exp(-dt / staleness_s)
+#pragma once
+
+#include "nlo/arithmetic.h"
+#include "nlo/latent.h"
+#include "nlo/select.h"
+#include "nlo/simd.h"
+#include "nlo/vector.h"
+
+namespace nlo {
+
+template <class Scalar, int kNf>
+struct SensorFailures {
+  int output[kNf];   ///< which of the outputs may be missing
+  Scalar rest[kNf];  ///< their mean in training
+  Scalar rate;       ///< 1 / staleness_s
+  Scalar keep;       ///< k over one sample period
+
+  /// k over dt seconds.
+  constexpr Scalar keep_over(Scalar dt_s) const {
+    return Phi<Scalar>::at({-rounded<Scalar>(rate * dt_s), Scalar(0)}).exp_minus_1.re + Scalar(1);
+  }
+
+  /// Fills in missing outputs and the stalenesses, the last kNf readings. True: one is missing.
+  ///   last  the readings of the last sample
+  ///   k     as above; 0: there was no last sample
+  template <Arithmetic kArithmetic, int kNr>
+  constexpr bool fill(Vector<Scalar, kNr>& readings, const Scalar (&last)[kNr], Scalar k) const {
+    bool any = false;
+    for (int i = 0; i < kNf; ++i) {
+      Scalar& y = readings[output[i]];
+      const bool measured = is_finite(y);
+      const Scalar fading = rest[i] + rounded<Scalar>(k * (last[output[i]] - rest[i]));
+      y = select<kArithmetic>(measured, y, fading);
+      const Scalar kept = rounded<Scalar>(k * last[kNr - kNf + i]);
+      const Scalar staler = Scalar(1) - rounded<Scalar>(k * (Scalar(1) - last[kNr - kNf + i]));
+      readings[kNr - kNf + i] = select<kArithmetic>(measured, kept, staler);
+      any = any | !measured;
+    }
+    return any;
+  }
+};
+
+/// None may.
+template <class Scalar>
+struct SensorFailures<Scalar, 0> {};
+
+/// How many outputs of a model may be missing.
+template <class Model>
+inline constexpr int kMayBeMissing = [] {
+  if constexpr (requires { Model::kNf; }) return Model::kNf;
+  return 0;
+}();
+
+/// SensorFailures::fill() for a sample dt_s after the last one (kRegular: a sample period); nothing for a model without.
+template <Arithmetic kArithmetic, bool kRegular, class Model, class Scalar, int kNr>
+constexpr bool fill_missing(const Model& model, Vector<Scalar, kNr>& readings, const Scalar (&last)[kNr], bool started,
+                            Scalar dt_s) {
+  if constexpr (kMayBeMissing<Model> == 0) {
+    return false;
+  } else {
+    const Scalar k = kRegular ? model.failures.keep : model.failures.keep_over(dt_s);
+    return model.failures.template fill<kArithmetic>(readings, last, select<kArithmetic>(started, k, Scalar(0)));
+  }
+}
+
+}  // namespace nlo

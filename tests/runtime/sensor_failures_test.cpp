@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// Outputs that may be missing: they fade to where they rested, T* is told how stale they are, nothing else is disturbed.
+#include <nlo/kkl_batch.h>
+#include <nlo/kkl_observer.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "tests/runtime/testing.h"
+
+namespace nlo {
+namespace {
+
+constexpr double kGone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kFlightStep_s = 0.05, kStaleness_s = 0.2, kRest = 3.0;
+
+/// Two outputs with a mode of unit gain each; the second may be missing, and rests at 3. T* = z.
+template <class Scalar>
+using Failing = KklModel<Scalar, 2, 2, 2, 0, decltype(testing::identity_map<Scalar, 2>()), 0, Hold::kZeroOrder, 1>;
+
+template <class Scalar>
+Failing<Scalar> failing_model(bool starts_steady = false) {
+  Failing<Scalar> m{};
+  m.sample_period_s = Scalar(kFlightStep_s);
+  m.stale_after = 3;
+  m.latent.hold = Hold::kFirstOrder;
+  m.latent.starts_steady = starts_steady;
+  for (int j = 0; j < 2; ++j) {
+    m.latent.eigenvalues[j] = Scalar(-2 - j);
+    m.latent.output_injection[j][j] = Scalar(2 + j);
+    m.outputs.min[j] = Scalar(-10);
+    m.outputs.max[j] = Scalar(10);
+    m.domain.latent_min[j] = Scalar(-20);
+    m.domain.latent_max[j] = Scalar(20);
+  }
+  m.outputs.max[2] = Scalar(1);
+  m.failures = {{1}, {Scalar(kRest)}, Scalar(1.0 / kStaleness_s), Scalar(std::exp(-kFlightStep_s / kStaleness_s))};
+  m.inverse_map = testing::identity_map<Scalar, 2>();
+  testing::complete(m);
+  return m;
+}
+
+TEST(SensorFailures, AMissingOutputFadesToItsRestAndGrowsStaleByTheClosedForm) {
+  const auto model = failing_model<double>();
+  KklObserver observer(model);
+  ASSERT_EQ(observer.step({{1.0, -2.0}}), StepStatus::kOk);
+  EXPECT_EQ(observer.staleness(1), 0.0);
+  double time_s = 0.0;
+  for (int k = 0; k < 30; ++k) {
+    const bool irregular = k % 4 == 3;
+    const double dt_s = irregular ? 0.13 : kFlightStep_s;
+    time_s += dt_s;
+    const StepStatus status = irregular ? observer.step({{1.0, kGone}}, dt_s) : observer.step({{1.0, kGone}});
+    ASSERT_EQ(status, StepStatus::kHeld) << "never stale: it was declared";
+    const double left = std::exp(-time_s / kStaleness_s);
+    ASSERT_NEAR(observer.save().y[1], kRest + left * (-2.0 - kRest), 1e-13);
+    ASSERT_NEAR(observer.staleness(1), 1.0 - left, 1e-14);
+    ASSERT_EQ(observer.staleness(0), 0.0);
+  }
+  const double stale = observer.staleness(1);
+  ASSERT_EQ(observer.step({{1.0, 4.0}}), StepStatus::kOk);
+  EXPECT_EQ(observer.save().y[1], 4.0);
+  EXPECT_NEAR(observer.staleness(1), stale * std::exp(-kFlightStep_s / kStaleness_s), 1e-15);
+}
+
+TEST(SensorFailures, TheOtherOutputsAreFollowedAsIfNothingWere) {
+  const auto model = failing_model<double>();
+  KklObserver whole(model), broken(model);
+  for (int k = 0; k < 50; ++k) {
+    const double y = std::sin(0.2 * k);
+    ASSERT_EQ(whole.step({{y, 1.0}}), StepStatus::kOk);
+    ASSERT_EQ(broken.step({{y, k < 10 ? 1.0 : kGone}}), k < 10 ? StepStatus::kOk : StepStatus::kHeld);
+    ASSERT_EQ(whole.latent()[0], broken.latent()[0]);
+  }
+  EXPECT_GT(std::fabs(whole.latent()[1] - broken.latent()[1]), 1.0) << "control: the other mode has seen it";
+}
+
+TEST(SensorFailures, AnObserverStartsWithoutASensorThatMayFailAndNotWithoutAnother) {
+  for (const bool steady : {false, true}) {
+    const auto model = failing_model<double>(steady);
+    KklObserver observer(model);
+    EXPECT_EQ(observer.step({{kGone, 1.0}}), StepStatus::kHeld);
+    EXPECT_EQ(observer.save().started, 0);
+    EXPECT_EQ(observer.step({{1.0, kGone}}), StepStatus::kHeld);
+    EXPECT_EQ(observer.save().started, 1);
+    EXPECT_EQ(observer.save().y[1], kRest);
+    EXPECT_EQ(observer.staleness(1), 1.0);
+    EXPECT_EQ(observer.latent()[1], steady ? kRest : 0.0);
+  }
+  const auto model = failing_model<double>();
+  KklObserver observer(model);
+  EXPECT_EQ(observer.warm_start({{1.0, kGone}}), StepStatus::kHeld);
+  EXPECT_EQ(observer.latent()[1], kRest);
+}
+
+TEST(SensorFailures, AnotherSensorThatFailsGoesStaleAllTheSame) {
+  const auto model = failing_model<double>();
+  KklObserver observer(model);
+  ASSERT_EQ(observer.step({{1.0, 1.0}}), StepStatus::kOk);
+  EXPECT_EQ(observer.step({{kGone, kGone}}), StepStatus::kHeld);
+  EXPECT_EQ(observer.step({{kGone, 1.0}}), StepStatus::kHeld);
+  EXPECT_EQ(observer.step({{kGone, kGone}}), StepStatus::kStale);
+  EXPECT_EQ(observer.step({{50.0, kGone}}), StepStatus::kHeld) << "held is worse than clamped";
+}
+
+TEST(SensorFailures, AStateWithAnImpossibleStalenessIsRefused) {
+  const auto model = failing_model<float>();
+  KklObserver observer(model);
+  ASSERT_EQ(observer.step({{1.0F, std::numeric_limits<float>::quiet_NaN()}}), StepStatus::kHeld);
+  auto state = observer.save();
+  ASSERT_TRUE(observer.restore(state));
+  state.y[2] = 1.5F;
+  EXPECT_FALSE(observer.restore(state));
+}
+
+template <Arithmetic kArithmetic>
+void expect_a_batch_as_observers(float tolerance) {
+  constexpr int kPlants = 19;
+  static const auto model = failing_model<float>();
+  using Model = std::remove_cvref_t<decltype(model)>;
+  KklBatch<Model, kPlants, kArithmetic> batch{model};
+  std::vector<KklObserver<Model, kArithmetic>> observers(kPlants, KklObserver<Model, kArithmetic>{model});
+  std::mt19937 random(5);
+  for (int k = 0; k < 60; ++k) {
+    float y[2][kPlants];
+    StepStatus worst = StepStatus::kOk;
+    for (int n = 0; n < kPlants; ++n) {
+      y[0][n] = testing::uniform<float>(random, -5, 5);
+      const bool missing = k % 10 > 6 && n % 3 == 0;
+      y[1][n] = missing ? std::numeric_limits<float>::quiet_NaN() : testing::uniform<float>(random, -5, 5);
+      worst = std::max(worst, observers[static_cast<std::size_t>(n)].step({{y[0][n], y[1][n]}}));
+    }
+    ASSERT_EQ(batch.step(y), worst);
+    for (int n = 0; n < kPlants; ++n) {
+      const auto got = batch.save(n), want = observers[static_cast<std::size_t>(n)].save();
+      for (int r = 0; r < 2; ++r) ASSERT_NEAR(got.z[r], want.z[r], tolerance);
+      for (int j = 0; j < 3; ++j) ASSERT_NEAR(got.y[j], want.y[j], tolerance) << k << " " << n << " " << j;
+    }
+  }
+}
+
+TEST(SensorFailures, ABatchGivesWhatAsManyObserversGive) {
+  expect_a_batch_as_observers<Arithmetic::kDeterministic>(0.0F);
+  expect_a_batch_as_observers<Arithmetic::kFast>(1e-5F);  // sums in another order
+}
+
+}  // namespace
+}  // namespace nlo
