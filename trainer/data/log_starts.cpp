@@ -11,11 +11,10 @@
 namespace nlo::trainer {
 namespace {
 
-Trajectory tail_of(const Trajectory& run, Eigen::Index first) {
+Trajectory tail_of(const Trajectory& run, Eigen::Index first, double start_s) {
   const Eigen::Index samples = run.samples() - first;
   Trajectory tail;
-  tail.source = first == 0 ? run.source
-                           : fmt::format("{} from {} s", run.source, shortest_text(run.time_s(first) - run.time_s(0)));
+  tail.source = first == 0 ? run.source : fmt::format("{} from {} s", run.source, shortest_text(start_s));
   tail.time_s = run.time_s.tail(samples).array() - run.time_s(first);
   tail.outputs = run.outputs.rightCols(samples);
   tail.states = run.states.rightCols(samples);
@@ -43,7 +42,7 @@ Dataset started_at(const Dataset& logs, const std::vector<double>& from_s) {
       const Eigen::Index first = std::lower_bound(run.time_s.data(), end, at_s) - run.time_s.data();
       longest_s = std::max(longest_s, run.time_s(run.samples() - 1) - run.time_s(0));
       if (run.samples() - first < 2) continue;
-      result.trajectories.push_back(tail_of(run, first));
+      result.trajectories.push_back(tail_of(run, first, start_s));
       any = true;
     }
     if (!any)
