@@ -122,8 +122,8 @@ TEST(Ekf, KnowsTheInputThatExcitesThePlant) {
     return evaluate("ekf", ekf_estimator([&] { return plant; }, config), set, {}, 1, 1).metrics.norm;
   };
   const double without = norm();
-  plant.drive = [](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
-    return Eigen::MatrixXd(Eigen::Vector2d(0.0, u(0)).replicate(1, x.cols()));
+  plant.driven = [f = plant.f](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
+    return Eigen::MatrixXd(f(x).colwise() + Eigen::Vector2d(0.0, u(0)));
   };
   EXPECT_LT(norm(), std::pow(3.0 * kStep, 2) / 12.0);  // the ramp's error in u, of amplitude 1; it acts as 1/8 of that
   EXPECT_GT(without, 0.1) << "control: the drive is large";

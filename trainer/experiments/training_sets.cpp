@@ -11,7 +11,7 @@
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
-#include "trainer/plants/simulate.h"
+#include "trainer/plants/simulate_runs.h"
 #include "trainer/structures/table.h"
 
 namespace nlo::trainer {
@@ -56,7 +56,7 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
   const auto plant = make_plant(*experiment.plant);
   const SimulationConfig& config = experiment.simulation;
   const auto set = [&](SeedStream stream, Eigen::Index count) {
-    Dataset dataset = simulate(*plant, config, initial_state_seed(experiment.seed, stream), count);
+    Dataset dataset = simulate_runs(experiment, *plant, initial_state_seed(experiment.seed, stream), count);
     keep_out_transient(experiment, *plant, dataset);
     return dataset;
   };
