@@ -56,13 +56,12 @@ struct Evaluation {
   double horizon_s = 0.0;
   std::vector<Channel> states, outputs;
   ErrorMetrics metrics;
-  std::vector<EvaluatedRun> examples;  ///< the first trajectory, then the worst
-  std::vector<std::pair<std::string, std::string>> excitation =
-      {};                                  ///< of each input: name, expression over t or how it is drawn
-  std::optional<DomainShare> domain = {};  ///< of the observer
-  std::string label = {};                  ///< the estimator for people, where its name does not say all
-  std::vector<std::string> notes = {};     ///< of the observer: see comparison.h
-  std::string changed = {};                ///< what of the plant is not as the model was trained: KEY=VALUE, ...
+  std::vector<EvaluatedRun> examples;                                ///< the first trajectory, then the worst
+  std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: its name, u(t)
+  std::optional<DomainShare> domain = {};                            ///< of the observer
+  std::string label = {};               ///< the estimator for people, where its name does not say all
+  std::vector<std::string> notes = {};  ///< of the observer: see comparison.h
+  std::string changed = {};             ///< what of the plant is not as the model was trained: KEY=VALUE, ...
 };
 
 /// Strict noise (measurement_noise.h) on `clean`, then the estimator. `threads` 0: all cores. The result has the same
