@@ -15,13 +15,13 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kPeriod = 0.02;
+constexpr double kSamplePeriod = 0.02;
 constexpr std::uint64_t kEngineSeed = 20261123;
 constexpr std::uint64_t kRuns = 40;
 
 SimulationConfig sampled() {
   SimulationConfig config;
-  config.sample_period_s = kPeriod;
+  config.sample_period_s = kSamplePeriod;
   config.horizon_s = 40.0;
   return config;
 }
@@ -130,10 +130,11 @@ TEST(DrawnInputs, ASineSolvesTheOscillatorsRecursion) {
     const Eigen::ArrayXd inner = s.segment(1, n), outer = s.head(n) + s.tail(n);
     const double two_cos = (inner * outer).sum() / inner.square().sum();
     EXPECT_LE((outer - two_cos * inner).abs().maxCoeff(), 1e-11) << "t / T has 1e-14 turns of rounding, times 2 pi A";
-    const double cycle = 2.0 * std::numbers::pi * kPeriod / std::acos(0.5 * two_cos);
+    const double cycle = 2.0 * std::numbers::pi * kSamplePeriod / std::acos(0.5 * two_cos);
     EXPECT_GE(cycle, 0.4 * (1 - 1e-6));
     EXPECT_LE(cycle, 8.0 * (1 + 1e-6));
-    EXPECT_GE(s.abs().maxCoeff(), 0.5 * std::cos(std::numbers::pi * kPeriod / 0.4)) << "a crest between two samples";
+    EXPECT_GE(s.abs().maxCoeff(), 0.5 * std::cos(std::numbers::pi * kSamplePeriod / 0.4))
+        << "a crest between two samples";
     EXPECT_LE(s.abs().maxCoeff(), 2.0);
   }
 }
@@ -154,14 +155,14 @@ TEST(DrawnInputs, AChirpRunsFromOnePeriodToAnother) {
     const Eigen::RowVectorXd u = drawn(of_kind(InputSignal::kChirp), run);
     std::vector<double> crossings;
     for (Eigen::Index k = 1; k < u.size(); ++k)
-      if (u(k - 1) < 1.0 && u(k) >= 1.0) crossings.push_back(static_cast<double>(k) * kPeriod);
+      if (u(k - 1) < 1.0 && u(k) >= 1.0) crossings.push_back(static_cast<double>(k) * kSamplePeriod);
     ASSERT_GE(crossings.size(), 4u);
     for (std::size_t i = 1; i < crossings.size(); ++i) {
-      EXPECT_GE(crossings[i] - crossings[i - 1], 0.4 - kPeriod);
-      EXPECT_LE(crossings[i] - crossings[i - 1], 8.0 + kPeriod);
+      EXPECT_GE(crossings[i] - crossings[i - 1], 0.4 - kSamplePeriod);
+      EXPECT_LE(crossings[i] - crossings[i - 1], 8.0 + kSamplePeriod);
     }
     const double begin = crossings[1] - crossings[0], end = crossings.back() - crossings[crossings.size() - 2];
-    faster += begin > end + 2.0 * kPeriod ? 1 : 0;
+    faster += begin > end + 2.0 * kSamplePeriod ? 1 : 0;
   }
   EXPECT_GT(faster, 5) << "some speed up";
   EXPECT_LT(faster, 35) << "and some slow down";
@@ -182,7 +183,7 @@ TEST(DrawnInputs, NoiseHasTheCutOffAndTheDeviationThatAreAskedFor) {
   // deviation is half of the half range 2, less what reflection at two deviations takes (some 4 %).
   EXPECT_NEAR(sum / count, 0.0, 0.04);
   EXPECT_NEAR(std::sqrt(square / count), 0.96, 0.04);
-  EXPECT_NEAR(product / square, std::exp(-2.0 * std::numbers::pi * kPeriod / 0.5), 0.02);
+  EXPECT_NEAR(product / square, std::exp(-2.0 * std::numbers::pi * kSamplePeriod / 0.5), 0.02);
 }
 
 TEST(DrawnInputs, EachInputHasItsOwnRangeKindAndStream) {
@@ -206,7 +207,7 @@ TEST(DrawnInputs, EachInputHasItsOwnRangeKindAndStream) {
 
 TEST(DrawnInputs, TimesThatAreNotGivenComeFromTheSamplePeriodAndTheHorizon) {
   ExcitationConfig config;
-  EXPECT_EQ(hold_times(config, sampled()).shortest_s, 10.0 * kPeriod);
+  EXPECT_EQ(hold_times(config, sampled()).shortest_s, 10.0 * kSamplePeriod);
   EXPECT_EQ(hold_times(config, sampled()).longest_s, 20.0);
   config.longest_s = 0.1;
   EXPECT_EQ(hold_times(config, sampled()).shortest_s, 0.1);

@@ -16,6 +16,7 @@
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/excitation.h"
+#include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate_runs.h"
 

@@ -8,6 +8,7 @@
 #include "codegen/base/error.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/affine_input_field.h"
+#include "trainer/plants/initial_states.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
