@@ -228,8 +228,10 @@ std::uint64_t hash_of(const Eigen::RowVectorXd& u) {
 // Written down once: another compiler, library or processor must draw the same bits.
 TEST(DrawnInputs, AreTheSameBitsOnEveryMachine) {
   const std::vector<std::pair<InputSignal, std::uint64_t>> recorded = {
-      {InputSignal::kConstant, 0}, {InputSignal::kSteps, 0},     {InputSignal::kPrbs, 0},  {InputSignal::kSine, 0},
-      {InputSignal::kSquare, 0},   {InputSignal::kMultisine, 0}, {InputSignal::kChirp, 0}, {InputSignal::kNoise, 0}};
+      {InputSignal::kConstant, 14343564668327131119ULL}, {InputSignal::kSteps, 1631906081582082850ULL},
+      {InputSignal::kPrbs, 2078174622619448524ULL},      {InputSignal::kSine, 8890420152119419774ULL},
+      {InputSignal::kSquare, 6386951990968801539ULL},    {InputSignal::kMultisine, 13773689014058563965ULL},
+      {InputSignal::kChirp, 6739061429823036106ULL},     {InputSignal::kNoise, 11494915489519001977ULL}};
   for (const auto& [kind, hash] : recorded) EXPECT_EQ(hash_of(drawn(of_kind(kind), 1)), hash) << to_name(kind);
 }
 

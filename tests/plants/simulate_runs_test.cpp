@@ -41,6 +41,12 @@ Experiment experiment(const std::string& text, const std::vector<std::string>& c
   return parse_experiment(text, "e.toml", changes);
 }
 
+double value_of(const PlantConfig& plant, const std::string& parameter) {
+  for (const auto& [name, value] : plant.parameters)
+    if (name == parameter) return value;
+  return std::nan("");
+}
+
 Dataset runs_of(const Experiment& e, Eigen::Index count, std::uint64_t seed = 1, const Excitation& given = {}) {
   return simulate_runs(e, *make_plant(*e.plant), initial_state_seed(seed, SeedStream::kTest), count, 1.0, given);
 }
@@ -82,14 +88,16 @@ TEST(SimulateRuns, AFirstOrderHoldRampsFromSampleToSample) {
   const double phi = std::exp(-kRate * kStep);
   const double held = kGain * (1.0 - phi) / kRate;
   const double ramp = kGain / kStep * (kStep / kRate - (1.0 - phi) / (kRate * kRate));
-  double worst = 0.0;
+  double worst = 0.0, without = 0.0;
   for (const Trajectory& run : set.trajectories)
     for (Eigen::Index k = 1; k < run.samples(); ++k) {
       const double u0 = run.inputs(0, k - 1), u1 = run.inputs(0, k);
       const double x = phi * run.states(0, k - 1) + held * u0 + ramp * (u1 - u0);
       worst = std::max(worst, std::abs(x - run.states(0, k)));
+      without = std::max(without, std::abs(x - ramp * (u1 - u0) - run.states(0, k)));
     }
-  EXPECT_LT(worst, 2e-8);
+  EXPECT_LT(worst, 4e-7);  // of RK4 b |u1 - u0| a^3 h^4 / 120, at most 2.2e-7, beside the 2e-8 above
+  EXPECT_GT(without, 1e-3) << "control: there are steps within a period";
   const Dataset zero_order = runs_of(experiment(kExcited), 20);
   EXPECT_EQ(zero_order.trajectories[3].inputs, set.trajectories[3].inputs) << "one signal, held in two ways";
   EXPECT_NE(zero_order.trajectories[3].states, set.trajectories[3].states);
@@ -107,13 +115,13 @@ TEST(SimulateRuns, DependOnTheSeedAndNotOnHowManyFollow) {
 
 TEST(SimulateRuns, EachHasParametersOfItsOwnWithinTheRange) {
   const Experiment e = experiment(kLag, {"plant.parameters.a=[0.7, 1.3]"});
-  EXPECT_DOUBLE_EQ(e.plant->parameters[0].second, 1.0) << "nominal: the middle";
+  EXPECT_DOUBLE_EQ(value_of(*e.plant, "a"), 1.0) << "nominal: the middle";
   const Dataset set = runs_of(e, 60);
   std::set<double> rates;
   for (std::size_t i = 0; i < set.trajectories.size(); ++i) {
     const Eigen::MatrixXd& x = set.trajectories[i].states;
     const double a = -std::log(x(0, x.cols() - 1) / x(0, 0)) / 10.0;  // x = x(0) exp(-a t)
-    const double drawn = draw_parameters(*e.plant, initial_state_seed(1, SeedStream::kTest), i).parameters[0].second;
+    const double drawn = value_of(draw_parameters(*e.plant, initial_state_seed(1, SeedStream::kTest), i), "a");
     EXPECT_NEAR(a, drawn, 1e-8) << "RK4: a (a h)^4 / 120";
     EXPECT_GE(drawn, 0.7);
     EXPECT_LE(drawn, 1.3);
@@ -122,6 +130,18 @@ TEST(SimulateRuns, EachHasParametersOfItsOwnWithinTheRange) {
   EXPECT_EQ(rates.size(), 60u);
   EXPECT_LT(*rates.begin(), 0.75);  // missed by 60 uniform draws once in 150
   EXPECT_GT(*rates.rbegin(), 1.25);
+}
+
+TEST(SimulateRuns, AParameterIsDrawnByItsNameWhateverElseIsDrawn) {
+  const auto drawn = [](const std::vector<std::string>& changes) {
+    return value_of(draw_parameters(*experiment(kLag, changes).plant, 5, 2), "b");
+  };
+  const double alone = drawn({"plant.parameters.b=[1, 2]"});
+  EXPECT_EQ(alone, drawn({"plant.parameters.a=[1, 2]", "plant.parameters.b=[1, 2]"}));
+  EXPECT_EQ(alone, drawn({"plant.parameters.b=[1, 2]", "plant.parameters.a=[1, 2]"}));
+  const PlantConfig both =
+      draw_parameters(*experiment(kLag, {"plant.parameters.b=[1, 2]", "plant.parameters.a=[1, 2]"}).plant, 5, 2);
+  EXPECT_NE(value_of(both, "a"), value_of(both, "b"));
 }
 
 TEST(SimulateRuns, AParameterOfABuiltInPlantIsDrawnToo) {

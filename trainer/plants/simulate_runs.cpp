@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string_view>
 #include <vector>
 
 #include "codegen/reference/rk4.h"
@@ -91,14 +92,20 @@ void fill_inputs(const Experiment& experiment, const Plant& plant, std::uint64_t
   }
 }
 
+/// By its name, a parameter keeps its stream whatever else is drawn (FNV-1a).
+std::uint64_t stream_of(std::string_view name) {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  return hash;
+}
+
 }  // namespace
 
 PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed, std::uint64_t run) {
   PlantConfig drawn = plant;
   drawn.parameter_ranges.clear();
-  std::uint64_t part = 0;
   for (const auto& [name, range] : plant.parameter_ranges) {
-    RunRandom random(engine_seed, Purpose::kParameters, part++, run);
+    RunRandom random(engine_seed, Purpose::kParameters, stream_of(name), run);
     for (auto& [parameter, value] : drawn.parameters)
       if (parameter == name) value = random.between(range[0], range[1]);
   }
