@@ -71,7 +71,7 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
       const Stencil stencil(x);
       const bool excited = inputs.cols() > 0;
       const double h = time_s[k] - time_s[k - 1];
-      const Index before = config.input_hold == Hold::kZeroOrder ? k : k - 1;
+      const Index before = config.held_inputs ? k : k - 1;
       const MatrixXd next = rk4(plant, stencil.points, h, excited ? VectorXd(inputs.col(before)) : VectorXd(),
                                 excited ? VectorXd(inputs.col(k)) : VectorXd());
       const MatrixXd j = stencil.jacobian(next);

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <functional>
 
-#include "trainer/config/choices.h"
 #include "trainer/evaluation/evaluate.h"
 
 namespace nlo::trainer {
@@ -32,8 +31,7 @@ struct EkfConfig {
   Eigen::VectorXd output_variance = Eigen::VectorXd::Zero(1);
   /// n_x, standard deviation per sqrt(s) of the plant's own noise: its square times the step is added to Q; empty: none.
   Eigen::VectorXd process_noise = {};
-  /// Of u: a ramp from the sample before, or the u of a sample has acted since the sample before.
-  Hold input_hold = Hold::kFirstOrder;
+  bool held_inputs = false;  ///< the u of a sample has acted since the sample before; else a ramp from there
 };
 
 /// Guess at the centre of the box [low, high] (n_x each), P0 the variance of a uniform draw from it, R that of the

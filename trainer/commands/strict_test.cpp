@@ -27,13 +27,12 @@ Eigen::VectorXd wraps_of(const std::vector<Channel>& outputs) {
   return wraps;
 }
 
-/// What is known of the inputs between samples: a u(t) of the command line is smooth, what is drawn is held.
-Hold hold_of_inputs(const Experiment& experiment, const StrictTest& test) {
-  const bool drawn = experiment.excitation && test.inputs.empty();
-  return drawn ? experiment.observer.input_hold : Hold::kFirstOrder;
+/// Whether inputs stay as they are between samples: a u(t) of the command line is smooth, what is drawn may be held.
+bool held_inputs(const Experiment& experiment, const StrictTest& test) {
+  return experiment.excitation && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
 }
 
-EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, Hold input_hold) {
+EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool held_inputs) {
   const InitialMoments start = initial_moments(knows.simulation);
   const auto& intensity = knows.simulation.process_noise;
   const EkfConfig config{start.mean,
@@ -41,7 +40,7 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, Hold inp
                          1e-6,
                          noise_variances(noise),
                          Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
-                         input_hold};
+                         held_inputs};
   EstimatorFactory filter = ekf_estimator(
       [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
@@ -142,8 +141,8 @@ class Study {
       if (name == "constant" || name == "ridge") continue;  // always there
       if (name != "ekf" && name != "ekf_true")
         throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ekf_true, constant, ridge", name));
-      result.push_back(judged(name, ekf(name == "ekf" ? nominal_ : tested_, noise, hold_of_inputs(tested_, test_)), set,
-                              noise, seed));
+      result.push_back(
+          judged(name, ekf(name == "ekf" ? nominal_ : tested_, noise, held_inputs(tested_, test_)), set, noise, seed));
       if (changed) result.back().label = name == "ekf" ? "ekf, nominal parameters" : "ekf, true parameters";
     }
     result.push_back(judged("constant", constant_estimator(training_), set, noise, seed));
@@ -189,7 +188,10 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
                                      : nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
                                                        : fmt::format("did you mean \"{}\"?", nearest)));
   }
-  return parse_experiment(experiment.source_text, "the model's experiment", changes);
+  // Training is over: what it asks of a plant (mirror images, a past without inputs) is not asked of a test.
+  std::vector<std::string> all = changes;
+  all.insert(all.end(), {"training.mirror=false", "training.transient=keep"});
+  return parse_experiment(experiment.source_text, "the model's experiment", all);
 }
 
 std::vector<EvaluationStudy> run_strict_study(const std::vector<NamedModel>& models, const Experiment& experiment,
