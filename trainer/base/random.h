@@ -24,16 +24,7 @@ constexpr std::uint64_t splitmix64(std::uint64_t& state) {
 }
 
 /// What a stream is drawn for: streams of different purposes never meet.
-enum class Purpose : std::uint64_t {
-  kWeights = 1,
-  kSegments,
-  kTicks,
-  kNoise,
-  kValidationNoise,
-  kInputs,
-  kParameters,
-  kProcessNoise
-};
+enum class Purpose : std::uint64_t { kWeights = 1, kSegments, kTicks, kNoise, kValidationNoise };
 
 constexpr std::uint64_t stream_seed(std::uint64_t seed, Purpose purpose, std::uint64_t step, std::uint64_t index) {
   std::uint64_t state = seed;

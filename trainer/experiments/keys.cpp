@@ -129,23 +129,6 @@ const std::vector<Key<SimulationConfig>>& keys() {
 }
 
 template <>
-const std::vector<Key<ExcitationConfig>>& keys() {
-  using X = ExcitationConfig;
-  static const std::vector<Key<X>> kKeys = {
-      key("kinds", &X::kinds, names_of<InputSignal>(), "signals; one is drawn for each trajectory and input"),
-      key("low", &X::low, any(), "lower end of what an input stays within, one number for each input"),
-      key("high", &X::high, any(), "its upper end"),
-      key("amplitude", &X::amplitude, at_least(0),
-          "[least, most] of sine, square, multisine, chirp, about the middle of the range; up to half of it if not "
-          "given"),
-      key("shortest_s", &X::shortest_s, at_least(0),
-          "least hold of steps and prbs, period of what swings and of the noise's cut-off [s]; 0: 10 sample periods"),
-      key("longest_s", &X::longest_s, at_least(0), "the most of them, drawn log-uniformly [s]; 0: half the horizon"),
-  };
-  return kKeys;
-}
-
-template <>
 const std::vector<Key<LogConfig>>& keys() {
   using L = LogConfig;
   static const std::vector<Key<L>> kKeys = {
@@ -297,7 +280,6 @@ const std::vector<Key<EvaluationConfig>>& keys() {
 template <> std::string_view section_title<Experiment>() { return "the experiment"; }
 template <> std::string_view section_title<PlantConfig>() { return "[plant]"; }
 template <> std::string_view section_title<SimulationConfig>() { return "[simulation]"; }
-template <> std::string_view section_title<ExcitationConfig>() { return "[excitation]"; }
 template <> std::string_view section_title<LogConfig>() { return "[log]"; }
 template <> std::string_view section_title<ColumnConfig>() { return "[[log.columns]]"; }
 template <> std::string_view section_title<VelocityFilterConfig>() { return "[log.velocity_filter]"; }

@@ -160,7 +160,7 @@ Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const Simulation
                             std::uint64_t engine_seed, std::uint64_t run) {
   Eigen::MatrixXd inputs(static_cast<Eigen::Index>(excitation.low.size()), sample_count(simulation));
   for (std::size_t j = 0; j < excitation.low.size(); ++j) {
-    RunRandom random(engine_seed, Purpose::kInputs, j, run);
+    RunRandom random(engine_seed, RunPurpose::kInputs, j, run);
     const InputSignal kind = excitation.kinds[random.index(excitation.kinds.size())];
     inputs.row(static_cast<Eigen::Index>(j)) = SignalSource(excitation, simulation, j, random).draw(kind);
   }

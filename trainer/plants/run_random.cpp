@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trainer/base/random.h"
+
 namespace nlo::trainer {
 
 double sine_of_turns(double t) {
@@ -47,6 +49,9 @@ double portable_exp(double x) {
   for (int n = 15; n >= 1; --n) sum = 1.0 + r / static_cast<double>(n) * sum;
   return std::ldexp(sum, static_cast<int>(k));
 }
+
+RunRandom::RunRandom(std::uint64_t engine_seed, RunPurpose purpose, std::uint64_t part, std::uint64_t run)
+    : engine_(stream_seed(~engine_seed, static_cast<Purpose>(purpose), part, run)) {}
 
 double RunRandom::uniform() {
   return static_cast<double>(engine_() >> 11) * 0x1p-53;

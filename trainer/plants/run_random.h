@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <random>
 
-#include "trainer/base/random.h"
-
 namespace nlo::trainer {
 
 /// sin(2 pi t) to 4e-16, for |t| < 2^51.
@@ -21,13 +19,15 @@ double portable_log(double x);
 /// e^x for |x| < 700, to a relative 1e-15.
 double portable_exp(double x);
 
+/// What a run draws for; streams of different purposes never meet (those of base/random.h have other seeds).
+enum class RunPurpose : std::uint64_t { kInputs = 1, kParameters, kProcessNoise };
+
 /// The stream (engine seed, purpose, part, run): runs, and inputs of a run, never share numbers.
 ///   engine_seed  initial_state_seed(seed, stream)
 ///   part         which input; 0 where there is one stream for a run
 class RunRandom {
  public:
-  RunRandom(std::uint64_t engine_seed, Purpose purpose, std::uint64_t part, std::uint64_t run)
-      : engine_(stream_seed(engine_seed, purpose, part, run)) {}
+  RunRandom(std::uint64_t engine_seed, RunPurpose purpose, std::uint64_t part, std::uint64_t run);
 
   double uniform();                             ///< in [0, 1), 53 bits
   double between(double low, double high);      ///< uniform in [low, high]

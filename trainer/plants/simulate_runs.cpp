@@ -53,7 +53,7 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
       std::sqrt(h) * Eigen::ArrayXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size()));
   std::vector<RunRandom> disturbances;
   for (Eigen::Index i = 0; i < batch.count; ++i)
-    disturbances.emplace_back(engine_seed, Purpose::kProcessNoise, 0, static_cast<std::uint64_t>(batch.first + i));
+    disturbances.emplace_back(engine_seed, RunPurpose::kProcessNoise, 0, static_cast<std::uint64_t>(batch.first + i));
 
   Eigen::MatrixXd x = initial.middleCols(batch.first, batch.count);
   const Eigen::MatrixXd start = x;
@@ -105,7 +105,7 @@ PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed,
   PlantConfig drawn = plant;
   drawn.parameter_ranges.clear();
   for (const auto& [name, range] : plant.parameter_ranges) {
-    RunRandom random(engine_seed, Purpose::kParameters, stream_of(name), run);
+    RunRandom random(engine_seed, RunPurpose::kParameters, stream_of(name), run);
     for (auto& [parameter, value] : drawn.parameters)
       if (parameter == name) value = random.between(range[0], range[1]);
   }
