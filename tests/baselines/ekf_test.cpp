@@ -122,11 +122,54 @@ TEST(Ekf, KnowsTheInputThatExcitesThePlant) {
     return evaluate("ekf", ekf_estimator([&] { return plant; }, config), set, {}, 1, 1).metrics.norm;
   };
   const double without = norm();
-  plant.drive = [](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
-    return Eigen::MatrixXd(Eigen::Vector2d(0.0, u(0)).replicate(1, x.cols()));
+  plant.driven = [f = plant.f](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
+    return Eigen::MatrixXd(f(x).colwise() + Eigen::Vector2d(0.0, u(0)));
   };
   EXPECT_LT(norm(), std::pow(3.0 * kStep, 2) / 12.0);  // the ramp's error in u, of amplitude 1; it acts as 1/8 of that
   EXPECT_GT(without, 0.1) << "control: the drive is large";
+}
+
+TEST(Ekf, KnowsHowAnInputIsHeld) {
+  // dx/dt = -x + u with a u that turns its sign at every tenth sample, held over the period before each: the recursion
+  // x_k = phi x_{k-1} + (1 - phi) u_k is exact, phi by RK4. A filter that is sure of x(0) must stay on it.
+  constexpr double kStep = 0.1;
+  constexpr Eigen::Index kSamples = 60;
+  const double phi = 1.0 - kStep + kStep * kStep / 2 - std::pow(kStep, 3) / 6 + std::pow(kStep, 4) / 24;
+  Eigen::MatrixXd u(1, kSamples), x = Eigen::MatrixXd::Zero(1, kSamples);
+  for (Eigen::Index k = 0; k < kSamples; ++k) u(0, k) = k / 10 % 2 == 0 ? 1.0 : -1.0;
+  for (Eigen::Index k = 1; k < kSamples; ++k) x(0, k) = phi * x(0, k - 1) + (1.0 - phi) * u(0, k);
+  const EkfPlant plant{
+      [](const Eigen::MatrixXd& at) { return Eigen::MatrixXd(-at); }, [](const Eigen::MatrixXd& at) { return at; },
+      [](const Eigen::MatrixXd& at, const Eigen::VectorXd& input) { return Eigen::MatrixXd((-at).colwise() + input); }};
+  const auto worst = [&](bool held) {
+    EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, 1e-12), 1e-12,
+                     Eigen::VectorXd::Constant(1, 1e6)};  // the output says nothing: u alone moves the estimate
+    config.held_inputs = held;
+    const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(kSamples, 0.0, kStep * (kSamples - 1));
+    return (ekf_estimator([&] { return plant; }, config)()(x, u, time_s) - x).cwiseAbs().maxCoeff();
+  };
+  EXPECT_LT(worst(true), 1e-12);
+  EXPECT_GT(worst(false), 0.05) << "control: a ramp over each change is half a step off";
+}
+
+TEST(Ekf, AddsThePlantsOwnNoiseToItsModel) {
+  // dx/dt = 0, y = x: the scalar recursion p -> p + sigma^2 h, K = p / (p + R), p -> (1 - K) p.
+  constexpr double kStep = 0.1, kSigma = 0.7, kR = 0.3;
+  const EkfPlant plant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd::Zero(x.rows(), x.cols()).eval(); },
+                       [](const Eigen::MatrixXd& x) { return x; }};
+  const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1), 0.0,
+                         Eigen::VectorXd::Constant(1, kR), Eigen::VectorXd::Constant(1, kSigma)};
+  const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(30, 0.0, 2.9);
+  const Eigen::MatrixXd y = Eigen::MatrixXd::Random(1, 30);
+  const Eigen::MatrixXd estimate = ekf_estimator([&] { return plant; }, config)()(y, {}, time_s);
+  double x = 0.0, p = 1.0;
+  for (Eigen::Index k = 0; k < 30; ++k) {
+    if (k > 0) p += kSigma * kSigma * kStep;
+    const double gain = p / (p + kR);
+    x += gain * (y(0, k) - x);
+    p *= 1.0 - gain;
+    ASSERT_NEAR(estimate(0, k), x, 1e-9) << k;  // central differences of a linear map: rounding over their step
+  }
 }
 
 }  // namespace

@@ -214,5 +214,49 @@ TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
   EXPECT_THAT(scratch.run({"train", "autonomous.toml", "-o", "none"}).err, Not(HasSubstr("without inputs")));
 }
 
+TEST(PlantWithInputs, IsEvaluatedUnderTheInputsItsExperimentDraws) {
+  const Scratch scratch;
+  scratch.write("excited.toml", kTinyExperiment + "[excitation]\nkinds = [\"steps\"]\nlow = [-2]\nhigh = [2]\n");
+  const auto train = scratch.run({"train", "excited.toml", "-o", "run"});
+  ASSERT_EQ(train.exit_code, 0) << train.err;
+  const auto evaluate = [&](const std::string& run, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"evaluate", run + "/model.json", "--trajectories", "5", "--against", "ekf"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto result = scratch.run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  const std::string drawn = evaluate("run", {});
+  EXPECT_THAT(drawn, HasSubstr("u = drawn within -2 .. 2 (steps)"));
+  EXPECT_THAT(evaluate("run", {"--set", "excitation.kinds=[\"prbs\"]"}), HasSubstr("drawn within -2 .. 2 (prbs)"));
+  EXPECT_THAT(evaluate("run", {"--input", "sin(t)"}), HasSubstr("u = sin(t)"));
+  // The filter knows each run's inputs: it is as good as without any, and the constant is not.
+  scratch.write("quiet.toml", with(kTinyExperiment, "[training]", "[training]\nmirror = true"));
+  ASSERT_EQ(scratch.run({"train", "quiet.toml", "-o", "quiet"}).exit_code, 0);
+  const std::string quiet = evaluate("quiet", {}),
+                    set = evaluate("quiet", {"--set", "excitation.low=[-2]", "--set", "excitation.high=[2]"});
+  EXPECT_THAT(set, HasSubstr("u = drawn within -2 .. 2 (constant, steps"));
+  const double without = std::stod(last_cell(quiet, "ekf"));
+  EXPECT_LT(std::stod(last_cell(drawn, "ekf")), 2.0 * without) << drawn;
+  EXPECT_LT(std::stod(last_cell(set, "ekf,")), 2.0 * without) << set;  // "ekf, nominal parameters"
+}
+
+TEST(PlantWithInputs, SimulatesDrawnParametersWhenAsked) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", with(kTinyExperiment, "model = \"van_der_pol\"",
+                                  "model = \"van_der_pol\"\nparameters = { mu = [0.2, 3] }"));
+  const auto simulated = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"simulate", "tiny.toml", "-o", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return scratch.run(arguments).out;
+  };
+  const std::string nominal = simulated({});
+  EXPECT_EQ(nominal, simulated({"--set", "plant.parameters.mu=1.6"})) << "the middle of the range";
+  EXPECT_NE(nominal, simulated({"--draw-parameters"}));
+  EXPECT_EQ(simulated({"--draw-parameters"}), simulated({"--draw-parameters"}));
+  EXPECT_THAT(simulated({"--set", "excitation.low=[-1]", "--set", "excitation.high=[1]"}),
+              HasSubstr("trajectory,time,y,y_measured,x1,x2,u\n"));
+}
+
 }  // namespace
 }  // namespace nlo::trainer

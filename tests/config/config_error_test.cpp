@@ -205,7 +205,7 @@ TEST(ConfigErrors, Expressions) {
                          "[plant] input_field[1][0] \"c\""},
                         {"outputs", "inputs = [\"u\"]\ninput_field = [\"0\", \"1\"]\noutputs", "e.toml:7",
                          "input_field[0] is \"0\"; it must be a list"},
-                        {"outputs", "inputs = [\"u\"]\noutputs", "e.toml:3", "input_field has 0 rows"},
+                        {"outputs", "inputs = [\"u\"]\noutputs", "e.toml:6", "the input \"u\" acts nowhere"},
                         {"outputs", "model = \"van_der_pol\"\noutputs", "e.toml:3", "both a model and equations"},
                     });
 }

@@ -78,5 +78,24 @@ TEST(AffineInputField, NamesTheInputAndTheDeviationOfAFieldThatIsNotAffine) {
   EXPECT_THAT(error_of(*make_plant(autonomous)), HasSubstr("has no input"));
 }
 
+TEST(AffineInputField, OfDerivativesThatNameTheInputsIsTheirSlopeInThemWhereItIsOne) {
+  PlantConfig config;
+  config.states = {"x1", "x2"};
+  config.outputs = {"x1"};
+  config.inputs = {"u1", "u2"};
+  config.derivative = {"x2 + (2 + 3*x1)*u1 + x2*u2", "-x1 + (-x1 + 4*x2)*u1 + 5*u2"};
+  const codegen::DenseLayer named = affine_input_field(*make_plant(config), kLow, kHigh);
+  const codegen::DenseLayer field =
+      affine_input_field(*driven_by({{"2 + 3*x1", "x2"}, {"-x1 + 4*x2", "5"}}), kLow, kHigh);
+  constexpr double kRounding = 1e-13;  // a difference of two derivatives, of numbers up to 40
+  EXPECT_LE((named.weights - field.weights).cwiseAbs().maxCoeff(), kRounding);
+  EXPECT_LE((named.bias - field.bias).cwiseAbs().maxCoeff(), kRounding);
+
+  for (const char* curved : {"-x1 + u1 + u2^2", "-x1 + u1*u2", "-x1 + u2 + sin(u1)", "-x1 + u2 + sqrt(u1)"}) {
+    config.derivative[1] = curved;
+    EXPECT_THAT(error_of(*make_plant(config)), HasSubstr("f(x, u) is not affine in its inputs: at x = (")) << curved;
+  }
+}
+
 }  // namespace
 }  // namespace nlo::trainer

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "codegen/base/error.h"
 #include "trainer/plants/registry.h"
 
@@ -79,6 +81,54 @@ TEST(ExpressionPlant, RefusesInputsThatDoNotFit) {
   EXPECT_THAT(broken([](auto& c) { c.input_units.pop_back(); }), HasSubstr("2 inputs but 1 units"));
   EXPECT_THAT(broken([](auto& c) { c.derivative[1] = "-x1 + force"; }),
               HasSubstr("inputs have their place in input_field"));
+}
+
+/// A cart with a servo and drag in moving air: neither is affine in its input.
+PlantConfig curved_by_expressions() {
+  PlantConfig config;
+  config.states = {"p", "v"};
+  config.derivative = {"v", "k*sin(angle) - (v - wind)*abs(v - wind)"};
+  config.outputs = {"p"};
+  config.inputs = {"angle", "wind"};
+  config.parameters = {{"k", 2.0}};
+  return config;
+}
+
+TEST(ExpressionPlant, TakesAnyFunctionOfStateAndInput) {
+  const auto plant = make_plant(curved_by_expressions());
+  ASSERT_EQ(plant->nu(), 2);
+  EXPECT_FALSE(plant->affine_in_inputs());
+  const Eigen::MatrixXd x = Eigen::MatrixXd::Random(2, 30), u = 2.0 * Eigen::MatrixXd::Random(2, 30);
+  const auto f = [](const Eigen::Vector2d& at, const Eigen::Vector2d& input) {
+    const double air = at(1) - input(1);
+    return Eigen::Vector2d(at(1), 2.0 * std::sin(input(0)) - air * std::abs(air));
+  };
+  const Eigen::MatrixXd driven = plant->driven_derivative(x, u), alone = plant->derivative(x);
+  for (Eigen::Index i = 0; i < 30; ++i) {
+    EXPECT_LE((driven.col(i) - f(x.col(i), u.col(i))).norm(), 10.0 * kRounding) << "each column with its own u";
+    EXPECT_LE((alone.col(i) - f(x.col(i), Eigen::Vector2d::Zero())).norm(), 10.0 * kRounding) << "f(x, 0)";
+    const Eigen::Vector2d second = f(x.col(i), Eigen::Vector2d(0.0, 1.0)) - f(x.col(i), Eigen::Vector2d::Zero());
+    EXPECT_LE((plant->input_field(x, 1).col(i) - second).norm(), 10.0 * kRounding) << "f(x, e_j) - f(x, 0)";
+  }
+}
+
+TEST(ExpressionPlant, SaysTheSameByADerivativeWithInputsAsByAnInputField) {
+  PlantConfig named = driven_by_expressions();
+  named.input_field.clear();
+  named.derivative = {"x2 + x1*x2*gain", "mu*(1 - x1^2)*x2 - x1 + force + (mu + x1)*gain"};
+  const auto a = make_plant(driven_by_expressions()), b = make_plant(named);
+  const Eigen::MatrixXd x = Eigen::MatrixXd::Random(2, 20), u = Eigen::MatrixXd::Random(2, 20);
+  EXPECT_LE((a->driven_derivative(x, u) - b->driven_derivative(x, u)).cwiseAbs().maxCoeff(), 10.0 * kRounding);
+  EXPECT_EQ(a->derivative(x), b->driven_derivative(x, Eigen::MatrixXd::Zero(2, 20)));
+}
+
+TEST(ExpressionPlant, RefusesAnInputThatActsNowhere) {
+  PlantConfig config = curved_by_expressions();
+  config.inputs.push_back("idle");
+  EXPECT_THAT(error_of(config), HasSubstr("the input \"idle\" acts nowhere"));
+  config = curved_by_expressions();
+  config.outputs = {"p + angle"};
+  EXPECT_THAT(error_of(config), HasSubstr("an output is a function of the state alone"));
 }
 
 TEST(ExpressionPlant, NamesItsChannels) {

@@ -22,7 +22,7 @@ constexpr double kLeastOutputVariance = 1e-4;
 /// `u0`, `u1`: the inputs at both ends of the step; empty when nothing excites the plant.
 MatrixXd rk4(const EkfPlant& plant, const MatrixXd& x, double h, const VectorXd& u0, const VectorXd& u1) {
   const auto f = [&](const MatrixXd& at, const VectorXd& u) {
-    return plant.drive && u.size() > 0 ? MatrixXd(plant.f(at) + plant.drive(at, u)) : plant.f(at);
+    return plant.driven && u.size() > 0 ? plant.driven(at, u) : plant.f(at);
   };
   const VectorXd middle = 0.5 * (u0 + u1);
   return codegen::rk4_step(x, h, [&](double c, const MatrixXd& at) {
@@ -70,12 +70,14 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
     if (k > 0) {
       const Stencil stencil(x);
       const bool excited = inputs.cols() > 0;
-      const MatrixXd next =
-          rk4(plant, stencil.points, time_s[k] - time_s[k - 1], excited ? VectorXd(inputs.col(k - 1)) : VectorXd(),
-              excited ? VectorXd(inputs.col(k)) : VectorXd());
+      const double h = time_s[k] - time_s[k - 1];
+      const Index before = config.held_inputs ? k : k - 1;
+      const MatrixXd next = rk4(plant, stencil.points, h, excited ? VectorXd(inputs.col(before)) : VectorXd(),
+                                excited ? VectorXd(inputs.col(k)) : VectorXd());
       const MatrixXd j = stencil.jacobian(next);
       x = next.col(0);
       p = j * p * j.transpose() + q;
+      if (config.process_noise.size() > 0) p.diagonal() += h * config.process_noise.cwiseAbs2();
     }
     const Stencil stencil(x);
     const MatrixXd predicted = plant.h(stencil.points);

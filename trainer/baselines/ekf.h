@@ -9,11 +9,11 @@
 
 namespace nlo::trainer {
 
-/// dx/dt = f(x) + drive(x, u), y = h(x); each maps a batch of x, one column per point. u (n_u) is a ramp between
-/// samples.
+/// dx/dt = f(x) or, where inputs are known, driven(x, u), y = h(x); each maps a batch of x, one column per point, with
+/// one u (n_u) for all.
 struct EkfPlant {
   std::function<Eigen::MatrixXd(const Eigen::MatrixXd&x)> f, h;
-  std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::VectorXd& u)> drive = {};  ///< null: autonomous
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::VectorXd& u)> driven = {};  ///< null: autonomous
   Eigen::VectorXd output_wraps = {};  ///< full turns of outputs that are angles, else 0, n_y; empty: none is
 };
 
@@ -29,6 +29,9 @@ struct EkfConfig {
   /// Diagonal of R, one for all outputs or n_y; at least 1e-4 each: a noise-free output is no reason to trust a
   /// linearisation.
   Eigen::VectorXd output_variance = Eigen::VectorXd::Zero(1);
+  /// n_x, standard deviation per sqrt(s) of the plant's own noise: its square times the step is added to Q; empty: none.
+  Eigen::VectorXd process_noise = {};
+  bool held_inputs = false;  ///< the u of a sample has acted since the sample before; else a ramp from there
 };
 
 /// Guess at the centre of the box [low, high] (n_x each), P0 the variance of a uniform draw from it, R that of the

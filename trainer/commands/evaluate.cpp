@@ -197,13 +197,15 @@ void add_evaluate(CLI::App& app, Action& action) {
   for_plants.push_back(
       command
           ->add_option("--input", arguments->test.inputs,
-                       "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order")
+                       "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order; "
+                       "else as the experiment's [excitation] says")
           ->allow_extra_args(false)
           ->type_name("EXPR"));
   for_plants.push_back(
       command
           ->add_option("--set", arguments->test.changes,
-                       "test on another plant than trained for: plant.KEY=VALUE, simulation.KEY=VALUE; may be repeated")
+                       "test on another plant than trained for: plant.KEY=VALUE, simulation.KEY=VALUE, "
+                       "excitation.KEY=VALUE; may be repeated")
           ->allow_extra_args(false)
           ->type_name("KEY=VALUE"));
   for_plants.push_back(

@@ -16,8 +16,9 @@
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/excitation.h"
+#include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
-#include "trainer/plants/simulate.h"
+#include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {
 namespace {
@@ -28,6 +29,7 @@ struct SimulateArguments {
   std::vector<std::string> inputs;
   int trajectories = 1;
   unsigned long long seed = 1;
+  bool draw_parameters = false;
 };
 
 constexpr int kMostTrajectories = 10000;
@@ -83,10 +85,11 @@ std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured)
 
 void run_simulate(const SimulateArguments& arguments) {
   const NoiseConfig noise = parse_noise(arguments.noise);
-  const Experiment experiment = read_experiment(arguments.experiment);
+  Experiment experiment = read_experiment(arguments.experiment);
   if (!experiment.plant)
     throw codegen::Error(
         fmt::format("{}: has no [plant] to simulate; its data are logs", arguments.experiment.experiment));
+  if (!arguments.draw_parameters) experiment.plant->parameter_ranges.clear();
   const auto plant = make_plant(*experiment.plant);
   const Excitation excitation = parse_excitation(*plant, arguments.inputs);
   check_noise(noise, plant->outputs().size());
@@ -96,8 +99,8 @@ void run_simulate(const SimulateArguments& arguments) {
   for (int i = 0; i < arguments.trajectories; ++i)
     check_output_file(file_of(arguments.output, i, arguments.trajectories));
   run_phase([&] {
-    const Dataset data = simulate(*plant, experiment.simulation, initial_state_seed(arguments.seed, SeedStream::kTest),
-                                  arguments.trajectories, 1.0, excitation);
+    const Dataset data = simulate_runs(experiment, *plant, initial_state_seed(arguments.seed, SeedStream::kTest),
+                                       arguments.trajectories, 1.0, excitation);
     for (int i = 0; i < arguments.trajectories; ++i) {
       MeasurementNoise sensor(noise, arguments.seed, static_cast<std::uint64_t>(i));
       const std::string file = file_of(arguments.output, i, arguments.trajectories);
@@ -133,6 +136,8 @@ void add_simulate(CLI::App& app, Action& action) {
                    "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order")
       ->allow_extra_args(false)
       ->type_name("EXPR");
+  command->add_flag("--draw-parameters", arguments->draw_parameters,
+                    "draw parameters that are ranges for each trajectory, as training does; else their middle");
   command->add_option("--seed", arguments->seed, "of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
@@ -140,7 +145,8 @@ void add_simulate(CLI::App& app, Action& action) {
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
   command->footer(
-      "Columns: trajectory, time [s], each output, each output as measured, each state, with --input each input. "
+      "Columns: trajectory, time [s], each output, each output as measured, each state, with --input or [excitation] "
+      "each input. "
       "Angles are as sensors show them, within half a turn of 0.\n"
       "Examples:\n"
       "  nlo simulate van_der_pol --trajectories 8 --noise gaussian:0.1 -o logs/run.csv\n"

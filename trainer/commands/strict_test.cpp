@@ -12,9 +12,11 @@
 #include "trainer/baselines/ekf.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
+#include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {
 namespace {
@@ -25,20 +27,28 @@ Eigen::VectorXd wraps_of(const std::vector<Channel>& outputs) {
   return wraps;
 }
 
-EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise) {
+/// Whether inputs stay as they are between samples: a u(t) of the command line is smooth, what is drawn may be held.
+bool held_inputs(const Experiment& experiment, const StrictTest& test) {
+  return experiment.excitation && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
+}
+
+EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool held_inputs) {
   const InitialMoments start = initial_moments(knows.simulation);
-  const EkfConfig config{start.mean, start.covariance, 1e-6, noise_variances(noise)};
+  const auto& intensity = knows.simulation.process_noise;
+  const EkfConfig config{start.mean,
+                         start.covariance,
+                         1e-6,
+                         noise_variances(noise),
+                         Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
+                         held_inputs};
   EstimatorFactory filter = ekf_estimator(
       [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
-        return EkfPlant{[plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
-                        [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
-                        [plant](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
-                          Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(x.rows(), x.cols());
-                          for (Eigen::Index j = 0; j < u.size(); ++j) sum += u(j) * plant->input_field(x, j);
-                          return sum;
-                        },
-                        wraps_of(plant->outputs())};
+        return EkfPlant{
+            [plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
+            [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
+            [plant](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) { return driven_derivative(*plant, x, u); },
+            wraps_of(plant->outputs())};
       },
       config);
   const PlantChannels channels(*knows.plant, *make_plant(*knows.plant));
@@ -55,8 +65,8 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise) {
 Dataset fresh_training_runs(const Experiment& experiment) {
   constexpr int kEnough = 100;  // 250,000 samples of the shipped plants for some ten coefficients
   const auto plant = make_plant(*experiment.plant);
-  Dataset runs = simulate(*plant, experiment.simulation, initial_state_seed(experiment.seed, SeedStream::kTraining),
-                          std::min(experiment.simulation.trajectories, kEnough));
+  Dataset runs = simulate_runs(experiment, *plant, initial_state_seed(experiment.seed, SeedStream::kTraining),
+                               std::min(experiment.simulation.trajectories, kEnough));
   PlantChannels(*experiment.plant, *plant).apply(runs);
   return runs;
 }
@@ -89,8 +99,8 @@ class Study {
     const auto sets = static_cast<std::size_t>(test_.test_sets);
     for (std::size_t s = 0; s < sets; ++s) {
       const std::uint64_t seed = test_.seed + s;
-      Dataset set = simulate(*plant_, tested_.simulation, initial_state_seed(seed, SeedStream::kTest),
-                             test_.trajectories, test_.box_scale, parse_excitation(*plant_, test_.inputs));
+      Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
+                                  test_.box_scale, parse_excitation(*plant_, test_.inputs));
       PlantChannels(*tested_.plant, *plant_).apply(set);
       for (std::size_t n = 0; n < test_.noises.size(); ++n) {
         const NoiseConfig& noise = test_.noises[n];
@@ -101,7 +111,9 @@ class Study {
           group.insert(group.end(), shared.begin(), shared.end());
           group.push_back(judged("ridge", readouts[n][m], set, noise, seed));
           for (Evaluation& evaluation : group) {
-            evaluation.excitation = name_expressions(*plant_, test_.inputs);
+            evaluation.excitation = tested_.excitation && test_.inputs.empty()
+                                        ? describe_inputs(*tested_.excitation, *plant_)
+                                        : name_expressions(*plant_, test_.inputs);
             evaluation.changed = fmt::format("{}", fmt::join(test_.changes, ", "));
           }
           if (progress)
@@ -129,7 +141,8 @@ class Study {
       if (name == "constant" || name == "ridge") continue;  // always there
       if (name != "ekf" && name != "ekf_true")
         throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ekf_true, constant, ridge", name));
-      result.push_back(judged(name, ekf(name == "ekf" ? nominal_ : tested_, noise), set, noise, seed));
+      result.push_back(
+          judged(name, ekf(name == "ekf" ? nominal_ : tested_, noise, held_inputs(tested_, test_)), set, noise, seed));
       if (changed) result.back().label = name == "ekf" ? "ekf, nominal parameters" : "ekf, true parameters";
     }
     result.push_back(judged("constant", constant_estimator(training_), set, noise, seed));
@@ -158,11 +171,11 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
   if (changes.empty()) return experiment;
   for (const std::string& change : changes) {
     const std::string key = change.substr(0, change.find('='));
-    if (!key.starts_with("plant.") && !key.starts_with("simulation."))
-      throw codegen::Error(
-          fmt::format("--set {}: only plant.KEY and simulation.KEY can be changed for a test; the model "
-                      "is what it was trained to be",
-                      change));
+    if (!key.starts_with("plant.") && !key.starts_with("simulation.") && !key.starts_with("excitation."))
+      throw codegen::Error(fmt::format(
+          "--set {}: only plant.KEY, simulation.KEY and excitation.KEY can be changed for a test; the model "
+          "is what it was trained to be",
+          change));
     const std::string parameter = "plant.parameters.";
     if (!key.starts_with(parameter) || !experiment.plant->model.empty()) continue;  // a built-in plant knows its own
     std::vector<std::string> names;
@@ -175,7 +188,10 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
                                      : nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
                                                        : fmt::format("did you mean \"{}\"?", nearest)));
   }
-  return parse_experiment(experiment.source_text, "the model's experiment", changes);
+  // Training is over: what it asks of a plant (mirror images, a past without inputs) is not asked of a test.
+  std::vector<std::string> all = changes;
+  all.insert(all.end(), {"training.mirror=false", "training.transient=keep"});
+  return parse_experiment(experiment.source_text, "the model's experiment", all);
 }
 
 std::vector<EvaluationStudy> run_strict_study(const std::vector<NamedModel>& models, const Experiment& experiment,

@@ -25,13 +25,13 @@ struct StrictTest {
   int trajectories = 200;
   double box_scale = 1.0;                 ///< initial states from the training box times this
   int threads = 0;                        ///< 0: all cores
-  std::vector<std::string> inputs = {};   ///< what excites the plant, see parse_excitation; empty: nothing
+  std::vector<std::string> inputs = {};   ///< what excites the plant, see parse_excitation; empty: its [excitation]
   int test_sets = 1;                      ///< by the seeds seed, seed + 1, ...
-  std::vector<std::string> changes = {};  ///< plant.KEY=VALUE or simulation.KEY=VALUE of the plant that is tested on
+  std::vector<std::string> changes = {};  ///< plant., simulation. or excitation.KEY=VALUE of what is tested on
 };
 
-/// The experiment with `changes`. Throws codegen::Error for a key that does not exist, or that is no key of [plant] or
-/// [simulation].
+/// The experiment with `changes`. Throws codegen::Error for a key that does not exist, or that is no key of [plant],
+/// [simulation] or [excitation].
 Experiment changed_experiment(const Experiment& experiment, const std::vector<std::string>& changes);
 
 struct NamedModel {

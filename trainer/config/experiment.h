@@ -23,7 +23,8 @@ struct PlantConfig {
   std::string model;                                   ///< name in the registry; empty when given by expressions
   std::vector<std::string> states;                     ///< names
   std::vector<std::string> state_units, output_units;  ///< of expressions; empty: dimensionless
-  std::vector<std::string> derivative;                 ///< dx/dt, one expression per state
+  std::vector<std::string> derivative;                 ///< dx/dt, one expression per state; over the inputs, too,
+                                                       ///< where there is no input_field
   std::vector<std::string> output_names;
   std::vector<std::string> outputs;  ///< y = h(x), one expression per output
   /// Full turns of angles, in their units; 0: not an angle. Empty: none is.
@@ -34,7 +35,9 @@ struct PlantConfig {
   std::vector<std::string> inputs, input_units;  ///< names; empty: the plant is autonomous
   /// g(x) of dx/dt = f(x) + g(x) u: a row per state, in it one expression per input
   std::vector<std::vector<std::string>> input_field;
-  std::vector<std::pair<std::string, double>> parameters;
+  std::vector<std::pair<std::string, double>> parameters;  ///< nominal values
+  /// [low, high] of those that are drawn for each trajectory; their nominal value is the middle.
+  std::vector<std::pair<std::string, std::array<double, 2>>> parameter_ranges;
 };
 
 /// [simulation]: trajectories of the plant by RK4 at the sample period.
@@ -47,6 +50,17 @@ struct SimulationConfig {
   std::vector<double> initial_centre;               ///< c of the circle, n_x; empty: the origin
   std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
   std::vector<std::vector<double>> initial_states;  ///< the list, n_x each
+  std::vector<double> process_noise;                ///< n_x, standard deviation per sqrt(s); empty: none
+};
+
+/// [excitation]: the inputs of simulated trajectories, drawn for each trajectory and input (plants/drawn_inputs.h).
+struct ExcitationConfig {
+  std::vector<InputSignal> kinds = {InputSignal::kConstant, InputSignal::kSteps,  InputSignal::kPrbs,
+                                    InputSignal::kSine,     InputSignal::kSquare, InputSignal::kMultisine,
+                                    InputSignal::kChirp,    InputSignal::kNoise};
+  std::vector<double> low, high;             ///< what an input stays within, n_u each
+  std::vector<double> amplitude;             ///< [least, most] of what swings; empty: up to half the range
+  double shortest_s = 0.0, longest_s = 0.0;  ///< of holds and periods; 0: derived, see hold_times()
 };
 
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
@@ -175,6 +189,7 @@ struct Experiment {
   int threads = 0;  ///< 0: all cores. The bytes of a run do not depend on it.
   std::optional<PlantConfig> plant;
   SimulationConfig simulation;
+  std::optional<ExcitationConfig> excitation;  ///< none: a plant's inputs stay at 0
   std::optional<LogConfig> log;
   ObserverConfig observer;
   DynamicsConfig dynamics;

@@ -153,19 +153,30 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, s
   for (std::size_t i = 0; i < 2; ++i) read_value(list[i], where + (i == 0 ? "[re]" : "[im]"), rule, field[i]);
 }
 
-void read_value(const Toml& value, const std::string& where, const Rule& rule,
-                std::vector<std::pair<std::string, double>>& field) {
+void read_parameters(const Toml& value, const std::string& where, std::vector<std::pair<std::string, double>>& values,
+                     std::vector<std::pair<std::string, std::array<double, 2>>>& ranges) {
   if (!value.is_table()) fail(value, where, "it must be a table { NAME = number, ... }");
-  std::vector<std::pair<std::string, double>> result;
+  values.clear();
+  ranges.clear();
   for (const auto& [name, member] : members_in_order(value)) {
     if (!codegen::is_identifier(name))
       throw codegen::Error(
           fmt::format("{}: {} has the name {}; it must be an identifier", place_of(*member), where, toml_text(name)));
-    double number = 0.0;
-    read_value(*member, where + "." + name, rule, number);
-    result.emplace_back(name, number);
+    const std::string at = where + "." + name;
+    if (!member->is_array()) {
+      read_value(*member, at, any(), values.emplace_back(name, 0.0).second);
+      continue;
+    }
+    std::vector<double> ends;
+    read_value(*member, at, any(), ends);
+    if (ends.size() != 2) fail(*member, at, fmt::format("it has {} numbers, and a range is [low, high]", ends.size()));
+    if (!(ends[0] <= ends[1]))
+      fail(*member, at,
+           fmt::format("its low end {} must not be above its high end {}", shortest_text(ends[0]),
+                       shortest_text(ends[1])));
+    values.emplace_back(name, 0.5 * ends[0] + 0.5 * ends[1]);
+    ranges.push_back({name, {ends[0], ends[1]}});
   }
-  field = std::move(result);
 }
 
 void read_value(const Toml& value, const std::string& where, const Rule&, EvaluationWindow& field) {
@@ -256,9 +267,15 @@ std::string show_value(const EvaluationWindow& field) {
   return text + " }";
 }
 
-std::string show_value(const std::vector<std::pair<std::string, double>>& field) {
+std::string show_parameters(const std::vector<std::pair<std::string, double>>& values,
+                            const std::vector<std::pair<std::string, std::array<double, 2>>>& ranges) {
   std::vector<std::string> members;
-  for (const auto& [name, value] : field) members.push_back(fmt::format("{} = {}", name, show_value(value)));
+  for (const auto& [name, value] : values) {
+    const auto range =
+        std::find_if(ranges.begin(), ranges.end(), [&, n = name](const auto& r) { return r.first == n; });
+    members.push_back(
+        fmt::format("{} = {}", name, range == ranges.end() ? show_value(value) : show_value(range->second)));
+  }
   return members.empty() ? "{}" : fmt::format("{{ {} }}", fmt::join(members, ", "));
 }
 

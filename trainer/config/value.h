@@ -63,8 +63,6 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, d
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::string& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, NoiseConfig& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, std::array<double, 2>& field);
-void read_value(const Toml& value, const std::string& where, const Rule& rule,
-                std::vector<std::pair<std::string, double>>& field);
 void read_value(const Toml& value, const std::string& where, const Rule& rule, EvaluationWindow& field);
 
 /// One of the names that the rule allows: names_of<E>(), or some of them.
@@ -80,6 +78,14 @@ void read_wrap(const Toml& value, const std::string& where, double& field);
 
 /// A list of them.
 void read_wraps(const Toml& value, const std::string& where, std::vector<double>& field);
+
+/// { NAME = number or [low, high], ... }: the middle of a range is the parameter's value.
+void read_parameters(const Toml& value, const std::string& where, std::vector<std::pair<std::string, double>>& values,
+                     std::vector<std::pair<std::string, std::array<double, 2>>>& ranges);
+
+/// The same as TOML.
+std::string show_parameters(const std::vector<std::pair<std::string, double>>& values,
+                            const std::vector<std::pair<std::string, std::array<double, 2>>>& ranges);
 
 /// Throws unless it is a list of at most rule.at_most elements.
 const Toml::array_type& list_of(const Toml& value, const std::string& where, const Rule& rule);
@@ -102,7 +108,6 @@ std::string show_value(const std::string& field);
 std::string show_value(const NoiseConfig& field);
 std::string show_value(const std::array<double, 2>& field);
 std::string show_value(const EvaluationWindow& field);
-std::string show_value(const std::vector<std::pair<std::string, double>>& field);
 
 template <Named E>
 std::string show_value(E field) {
@@ -136,9 +141,6 @@ inline std::string type_of(const NoiseConfig&) {
 }
 inline std::string type_of(const std::array<double, 2>&) {
   return "[re, im]";
-}
-inline std::string type_of(const std::vector<std::pair<std::string, double>>&) {
-  return "{ NAME = number, ... }";
 }
 template <Named E>
 std::string type_of(const E&) {

@@ -57,7 +57,7 @@ struct Evaluation {
   std::vector<Channel> states, outputs;
   ErrorMetrics metrics;
   std::vector<EvaluatedRun> examples;                                ///< the first trajectory, then the worst
-  std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: name, expression over t
+  std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: its name, u(t)
   std::optional<DomainShare> domain = {};                            ///< of the observer
   std::string label = {};               ///< the estimator for people, where its name does not say all
   std::vector<std::string> notes = {};  ///< of the observer: see comparison.h

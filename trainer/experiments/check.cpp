@@ -19,6 +19,7 @@ void check_sources(const Experiment& e, const Places& places) {
   if (!e.plant && !e.log)
     throw KeyError("", "neither [plant] nor [log]; say what to learn from: a plant to simulate, or logs");
   if (e.plant && e.log) throw KeyError("log", "both [plant] and [log]; keep one: a plant to simulate, or logs");
+  if (e.log && e.excitation) throw KeyError("excitation", "[excitation] has no use for [log]; remove it");
   if (e.log && places.has("simulation")) throw KeyError("simulation", "[simulation] has no use for [log]; remove it");
 }
 
@@ -77,6 +78,7 @@ void check_evaluation(const Experiment& e) {
 void check_experiment(const Experiment& e, const Places& places) try {
   check_sources(e, places);
   if (e.plant) check_plant_and_simulation(e);
+  if (e.plant) check_excitation(e);
   if (e.log) check_log(e);
   check_observer(e);
   check_angles(e);

@@ -17,6 +17,9 @@ void check_plant_and_simulation(const Experiment& experiment);
 /// The keys initial_... of [simulation], for a plant of `nx` states.
 void check_initial_states(const SimulationConfig& simulation, std::size_t nx);
 
+/// [excitation], and what else is drawn for each run of a plant: process noise, parameters with a range.
+void check_excitation(const Experiment& experiment);
+
 /// Angles among the outputs and among what is estimated, of a plant or of logs.
 void check_angles(const Experiment& experiment);
 

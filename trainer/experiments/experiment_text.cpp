@@ -44,6 +44,7 @@ std::string format_experiment(const Experiment& experiment) {
   if (experiment.plant) {
     text += format_keys(*experiment.plant, "[plant]");
     text += format_keys(experiment.simulation, "[simulation]");
+    if (experiment.excitation) text += format_keys(*experiment.excitation, "[excitation]");
   }
   if (experiment.log) {
     text += format_keys(*experiment.log, "[log]");

@@ -34,6 +34,16 @@ Key<PlantConfig> wraps_key(std::string name, std::vector<double> PlantConfig::*f
       [=](const PlantConfig& plant) { return show_value(plant.*field); }};
 }
 
+/// Numbers, and ranges that runs draw from.
+Key<PlantConfig> parameters_key() {
+  return {"parameters", "{ NAME = number or [low, high], ... }",
+          "of the expressions or of the built-in plant; a range: drawn for each trajectory",
+          [](PlantConfig& plant, const Toml& value, const std::string& where) {
+            read_parameters(value, where, plant.parameters, plant.parameter_ranges);
+          },
+          [](const PlantConfig& plant) { return show_parameters(plant.parameters, plant.parameter_ranges); }};
+}
+
 /// Of every structure; those that a structure alone has are its module's.
 std::vector<Key<ObserverConfig>> common_observer_keys() {
   using O = ObserverConfig;
@@ -84,7 +94,7 @@ const std::vector<Key<PlantConfig>>& keys() {
       key("model", &P::model, any(), "a built-in plant; or leave it out and give equations"),
       key("states", &P::states, identifiers(), "names of the states"),
       key("state_units", &P::state_units, any(), "one for each state, if they have any"),
-      key("derivative", &P::derivative, any(), "dx/dt, an expression for each state over states and parameters"),
+      key("derivative", &P::derivative, any(), "dx/dt, an expression for each state over states, parameters, inputs"),
       key("output_names", &P::output_names, identifiers(), "y, or y1, y2, ... unless given"),
       key("output_units", &P::output_units, any(), "one for each output, if they have any"),
       key("outputs", &P::outputs, any(), "y = h(x), an expression for each output"),
@@ -95,11 +105,11 @@ const std::vector<Key<PlantConfig>>& keys() {
       key("output_encodings", &P::output_encodings, names_of<Encoding>(), "the same, one for each output"),
       key("estimated", &P::estimated, identifiers(), "names of the states to estimate; all unless given"),
       key("even", &P::even, identifiers(), "names of the states and outputs that mirror leaves as they are"),
-      key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; training leaves them at 0"),
+      key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; at 0 without [excitation]"),
       key("input_units", &P::input_units, any(), "one for each input, if they have any"),
       key("input_field", &P::input_field, any(),
-          "g(x) of dx/dt = f(x) + g(x) u: an expression for each state and input"),
-      key("parameters", &P::parameters, any(), "constants of the expressions or of the built-in plant"),
+          "g(x) of dx/dt = f(x) + g(x) u: an expression for each state and input; or derivative names the inputs"),
+      parameters_key(),
   };
   return kKeys;
 }
@@ -119,6 +129,8 @@ const std::vector<Key<SimulationConfig>>& keys() {
       key("initial_axes", &S::initial_axes, any(), "circle: two half axes, each with one number for each state"),
       key("initial_states", &S::initial_states, any(),
           "list: states to start from, each as often as the others; one alone: always there"),
+      key("process_noise", &S::process_noise, at_least(0),
+          "white noise on dx/dt, its standard deviation per sqrt(s), one for each state; none unless given"),
   };
   return kKeys;
 }

@@ -25,6 +25,7 @@ void for_each_section(const Visit& visit) {
   visit(Experiment());
   visit(PlantConfig());
   visit(SimulationConfig());
+  visit(ExcitationConfig());
   visit(LogConfig());
   visit(VelocityFilterConfig());
   visit(ColumnConfig());

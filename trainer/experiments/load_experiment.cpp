@@ -74,11 +74,13 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   Reader reader(filename, places);
   Experiment experiment;
   reader.read(root, "", experiment,
-              {"plant", "simulation", "log", "observer", "dynamics", "inverse_map", "forward_map", "loss", "training",
-               "evaluation"});
+              {"plant", "simulation", "excitation", "log", "observer", "dynamics", "inverse_map", "forward_map", "loss",
+               "training", "evaluation"});
   if (const Toml* table = reader.section(root, "plant", "plant"))
     reader.read(*table, "plant", experiment.plant.emplace());
   reader.read_if_there(root, "simulation", experiment.simulation);
+  if (const Toml* table = reader.section(root, "excitation", "excitation"))
+    reader.read(*table, "excitation", experiment.excitation.emplace());
   if (const Toml* table = reader.section(root, "log", "log")) experiment.log = read_log(reader, *table);
   reader.read_if_there(root, "observer", experiment.observer);
   reader.read_if_there(root, "dynamics", experiment.dynamics);

@@ -8,10 +8,11 @@
 #include "codegen/base/error.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/affine_input_field.h"
+#include "trainer/plants/initial_states.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
-#include "trainer/plants/simulate.h"
+#include "trainer/plants/simulate_runs.h"
 #include "trainer/structures/table.h"
 
 namespace nlo::trainer {
@@ -56,7 +57,7 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
   const auto plant = make_plant(*experiment.plant);
   const SimulationConfig& config = experiment.simulation;
   const auto set = [&](SeedStream stream, Eigen::Index count) {
-    Dataset dataset = simulate(*plant, config, initial_state_seed(experiment.seed, stream), count);
+    Dataset dataset = simulate_runs(experiment, *plant, initial_state_seed(experiment.seed, stream), count);
     keep_out_transient(experiment, *plant, dataset);
     return dataset;
   };

@@ -21,6 +21,25 @@ Eigen::MatrixXd check_points(const Eigen::VectorXd& low, const Eigen::VectorXd& 
   return draw_initial_states(box, 1, kPoints);
 }
 
+/// f(x, u) that is not affine in u has no input field: f(x, e_j) - f(x, 0) would miss it at every other u.
+void refuse_curved_inputs(const Plant& plant, const Eigen::MatrixXd& points) {
+  if (plant.affine_in_inputs()) return;
+  constexpr double kRounding = 1e-9;  // of the differences above: some 1e-15 of the size of f
+  SimulationConfig inputs;
+  inputs.initial_low.assign(static_cast<std::size_t>(plant.nu()), -2.0);
+  inputs.initial_high.assign(static_cast<std::size_t>(plant.nu()), 2.0);
+  const Eigen::MatrixXd u = draw_initial_states(inputs, 2, points.cols());
+  const Eigen::MatrixXd exact = plant.driven_derivative(points, u);
+  const Eigen::MatrixXd affine = plant.Plant::driven_derivative(points, u);
+  Eigen::Index row = 0, column = 0;
+  const double most = (exact - affine).cwiseAbs().maxCoeff<Eigen::PropagateNaN>(&row, &column);
+  if (most <= kRounding * std::max(1.0, exact.cwiseAbs().maxCoeff())) return;
+  throw codegen::Error(fmt::format(
+      "plant {}: f(x, u) is not affine in its inputs: at x = ({}), u = ({}) it is {:.3g} off f(x) + g(x) u; a driven "
+      "observer carries g(x) = W x + b: call what acts linearly the input (u^2 as v), or take another structure",
+      plant.name(), fmt::join(points.col(column), ", "), fmt::join(u.col(column), ", "), most));
+}
+
 }  // namespace
 
 codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd& low, const Eigen::VectorXd& high) {
@@ -33,6 +52,8 @@ codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd
   const Eigen::MatrixXd offsets = half_width.asDiagonal();
   const Eigen::MatrixXd points =
       check_points(wide.select(low, centre - half_width), wide.select(high, centre + half_width));
+
+  refuse_curved_inputs(plant, points);
 
   codegen::DenseLayer field{Eigen::MatrixXd(nx * plant.nu(), nx), Eigen::VectorXd(nx * plant.nu())};
   for (Eigen::Index j = 0; j < plant.nu(); ++j) {

@@ -14,7 +14,7 @@ namespace nlo::trainer {
 ///   low, high  n_x  corners of the box that it is fitted on
 /// W and b come from differences across the box and are checked at 256 drawn points of it. A constant g gives W = 0 and
 /// b = g without rounding. Throws codegen::Error naming the input, the largest deviation and where it is when g is not
-/// affine (beyond 1e-9 of its size), or when the plant has no input.
+/// affine (beyond 1e-9 of its size), when f(x, u) is not affine in u, or when the plant has no input.
 codegen::DenseLayer affine_input_field(const Plant& plant, const Eigen::VectorXd& low, const Eigen::VectorXd& high);
 
 }  // namespace nlo::trainer

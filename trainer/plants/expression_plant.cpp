@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
 #include <set>
 
@@ -44,6 +45,7 @@ void check_counts(const PlantConfig& config) {
   if (config.inputs.empty())
     throw KeyError("plant.input_field",
                    "[plant] input_field is of inputs that have no names; give inputs = [\"u\"], one for each column");
+  if (config.input_field.empty()) return;
   if (config.input_field.size() != config.states.size())
     throw KeyError("plant.input_field",
                    fmt::format("[plant] input_field has {} rows, but there are {} states; give a row for each",
@@ -85,11 +87,12 @@ std::vector<std::string> output_names(const PlantConfig& config) {
 /// Expressions over the columns of x. muParser reads its variables through pointers, so a state is copied in first.
 class ExpressionPlant::Formulas {
  public:
-  explicit Formulas(const PlantConfig& config)
-      : names_{.variables = config.states,
-               .constants = config.parameters,
-               .hint = config.inputs.empty() ? "" : "; inputs have their place in input_field"},
-        x_(config.states.size()) {}
+  /// Over the states, then `inputs`; `hint` ends the message about a name that is not known.
+  explicit Formulas(const PlantConfig& config, const std::vector<std::string>& inputs = {}, std::string hint = {})
+      : names_{.variables = config.states, .constants = config.parameters, .hint = std::move(hint)} {
+    names_.variables.insert(names_.variables.end(), inputs.begin(), inputs.end());
+    x_.resize(names_.variables.size());
+  }
 
   /// One of the expressions of `key`, such as "outputs"; `index` is its place there, such as "[0]".
   void add(const std::string& expression, const std::string& key, const std::string& index) try {
@@ -98,10 +101,19 @@ class ExpressionPlant::Formulas {
     throw KeyError("plant." + key, error.what());
   }
 
-  Eigen::MatrixXd evaluate(const Eigen::MatrixXd& x) {
+  /// Whether one of the expressions names a variable.
+  bool uses(const std::string& name) const {
+    return std::any_of(parsers_.begin(), parsers_.end(),
+                       [&](const mu::Parser& parser) { return parser.GetUsedVar().contains(name); });
+  }
+
+  /// u: one column for each of x, of the inputs that were given; 0 x B: they are 0.
+  Eigen::MatrixXd evaluate(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u = {}) {
     Eigen::MatrixXd result(static_cast<Eigen::Index>(parsers_.size()), x.cols());
+    std::fill(x_.begin(), x_.end(), 0.0);
     for (Eigen::Index column = 0; column < x.cols(); ++column) {
       Eigen::VectorXd::Map(x_.data(), x.rows()) = x.col(column);
+      if (u.rows() > 0) Eigen::VectorXd::Map(x_.data() + x.rows(), u.rows()) = u.col(column);
       for (std::size_t i = 0; i < parsers_.size(); ++i)
         result(static_cast<Eigen::Index>(i), column) = parsers_[i].Eval();
     }
@@ -110,7 +122,7 @@ class ExpressionPlant::Formulas {
 
  private:
   ExpressionNames names_;
-  std::vector<double> x_;           ///< n_x; the parsers hold pointers into it
+  std::vector<double> x_;           ///< n_x, and n_u where inputs are named; the parsers hold pointers into it
   std::deque<mu::Parser> parsers_;  ///< never moved: a parser on the move would be compiled again
 };
 
@@ -132,14 +144,26 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
       if (outputs()[i].name == input)
         throw KeyError("plant", fmt::format("[plant] uses \"{}\" for an input and an output; rename one", input));
   }
-  derivative_ = std::make_unique<Formulas>(config);
+  const bool names_inputs = !config.inputs.empty() && config.input_field.empty();
+  const std::string elsewhere =
+      config.input_field.empty() ? "" : "; inputs have their place in input_field, or remove it and name them here";
+  derivative_ =
+      std::make_unique<Formulas>(config, names_inputs ? config.inputs : std::vector<std::string>(), elsewhere);
   for (std::size_t i = 0; i < config.derivative.size(); ++i)
     derivative_->add(config.derivative[i], "derivative", fmt::format("[{}]", i));
-  output_ = std::make_unique<Formulas>(config);
+  for (const std::string& input : config.inputs)
+    if (names_inputs && !derivative_->uses(input))
+      throw KeyError("plant.inputs",
+                     fmt::format("[plant] the input \"{}\" acts nowhere; name it in a derivative expression, or give "
+                                 "input_field, a row for each state and in it an expression for each input",
+                                 input));
+  output_ = std::make_unique<Formulas>(config, std::vector<std::string>(),
+                                       config.inputs.empty() ? "" : "; an output is a function of the state alone");
   for (std::size_t i = 0; i < config.outputs.size(); ++i)
     output_->add(config.outputs[i], "outputs", fmt::format("[{}]", i));
-  for (std::size_t j = 0; j < config.inputs.size(); ++j) {
-    input_fields_.push_back(std::make_unique<Formulas>(config));
+  for (std::size_t j = 0; j < config.inputs.size() && !names_inputs; ++j) {
+    input_fields_.push_back(std::make_unique<Formulas>(config, std::vector<std::string>(),
+                                                       "; an input field is a function of the state alone"));
     for (std::size_t i = 0; i < config.states.size(); ++i)
       input_fields_[j]->add(config.input_field[i][j], "input_field", fmt::format("[{}][{}]", i, j));
   }
@@ -151,12 +175,20 @@ Eigen::MatrixXd ExpressionPlant::derivative(const Eigen::MatrixXd& x) const {
   return derivative_->evaluate(x);
 }
 
+Eigen::MatrixXd ExpressionPlant::driven_derivative(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u) const {
+  if (affine_in_inputs()) return Plant::driven_derivative(x, u);
+  return derivative_->evaluate(x, u);
+}
+
 Eigen::MatrixXd ExpressionPlant::output(const Eigen::MatrixXd& x) const {
   return output_->evaluate(x);
 }
 
 Eigen::MatrixXd ExpressionPlant::input_field(const Eigen::MatrixXd& x, Eigen::Index input) const {
-  return input_fields_.at(static_cast<std::size_t>(input))->evaluate(x);
+  if (!input_fields_.empty() || inputs().empty()) return input_fields_.at(static_cast<std::size_t>(input))->evaluate(x);
+  Eigen::MatrixXd one = Eigen::MatrixXd::Zero(nu(), x.cols());
+  one.row(input).setOnes();
+  return derivative_->evaluate(x, one) - derivative_->evaluate(x);
 }
 
 }  // namespace nlo::trainer

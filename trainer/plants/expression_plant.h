@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A plant written in an experiment file: one expression (see expression.h) per derivative, output and entry of the
-// input field, over the names of the states and the parameters.
+// input field, over the names of the states and the parameters. Without an input field, derivatives may name the inputs.
 #pragma once
 
 #include <memory>
@@ -18,13 +18,15 @@ class ExpressionPlant final : public Plant {
   ~ExpressionPlant() override;
 
   Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const override;
+  Eigen::MatrixXd driven_derivative(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u) const override;
+  bool affine_in_inputs() const override { return inputs().empty() || !input_fields_.empty(); }
   Eigen::MatrixXd output(const Eigen::MatrixXd& x) const override;
   Eigen::MatrixXd input_field(const Eigen::MatrixXd& x, Eigen::Index input) const override;
 
  private:
   class Formulas;
   std::unique_ptr<Formulas> derivative_, output_;
-  std::vector<std::unique_ptr<Formulas>> input_fields_;  ///< one per input
+  std::vector<std::unique_ptr<Formulas>> input_fields_;  ///< one per input; none: derivative_ reads them
 };
 
 }  // namespace nlo::trainer

@@ -11,7 +11,7 @@ namespace nlo::trainer {
 namespace {
 
 /// Steele, Lea & Flood, "Fast splittable pseudorandom number generators" (2014): neighbouring seeds end far apart.
-std::uint64_t splitmix64(std::uint64_t x) {
+std::uint64_t mixed(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
   x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
   return x ^ (x >> 31);
@@ -32,7 +32,7 @@ double normal(std::mt19937_64& engine) {
 }  // namespace
 
 std::uint64_t initial_state_seed(std::uint64_t seed, SeedStream stream) {
-  return splitmix64(seed + 0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(stream) + 1));
+  return mixed(seed + 0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(stream) + 1));
 }
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A plant to simulate: dx/dt = f(x) + sum_j g_j(x) u_j, y = h(x)   (1), (24); most have no input. Only the simulator,
-// the baselines that know the model and the PDE residual see one; training needs data alone.
+// A plant to simulate: dx/dt = f(x, u), y = h(x)   (1); most are affine in u, f(x) + sum_j g_j(x) u_j (24), or have no
+// input. Only the simulator, the baselines that know the model and the PDE residual see one; training needs data alone.
 //
 // To add one: a file of this folder with a function that makes it, and a line in registry.cpp. Tests run over the
 // registry.
@@ -35,14 +35,22 @@ class Plant {
   Eigen::Index ny() const { return static_cast<Eigen::Index>(outputs_.size()); }
   Eigen::Index nu() const { return static_cast<Eigen::Index>(inputs_.size()); }
 
-  /// f(x): n_x x B for n_x x B, one column per trajectory. A state outside of f's domain gives NaN, never an exception.
+  /// f(x) = f(x, 0): n_x x B for n_x x B, one column per trajectory. A state outside of f's domain gives NaN, never an exception.
   /// Not for two threads at once: an expression plant evaluates in place. Let each thread make a plant of its own.
   virtual Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const = 0;
 
   /// h(x): n_y x B for n_x x B.
   virtual Eigen::MatrixXd output(const Eigen::MatrixXd& x) const = 0;
 
-  /// g_j(x) of input j: n_x x B for n_x x B; u_j = 0 leaves f alone. A plant with inputs has one for each.
+  /// f(x, u): n_x x B for n_x x B and n_u x B, each column with its own u; 0 x B: u = 0. Unless a plant overrides it,
+  /// f(x) + sum_j g_j(x) u_j.
+  virtual Eigen::MatrixXd driven_derivative(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u) const;
+
+  /// Whether f(x, u) is affine in u by its form; else it is whatever driven_derivative() says.
+  virtual bool affine_in_inputs() const { return true; }
+
+  /// g_j(x) of input j: n_x x B for n_x x B; u_j = 0 leaves f alone. A plant with inputs has one for each; where it is
+  /// not affine in them, f(x, e_j) - f(x, 0).
   virtual Eigen::MatrixXd input_field(const Eigen::MatrixXd& /*x*/, Eigen::Index /*input*/) const {
     throw codegen::Error("plant " + name_ + " has no input field");
   }

@@ -15,16 +15,16 @@ namespace {
 
 constexpr double kEscape = 1e9;  // far outside of any plant's useful range, far inside of what RK4 can still compute
 
-void check_finite(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::MatrixXd& initial, double t) {
+}  // namespace
+
+void refuse_escape(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::MatrixXd& initial, double time_s) {
   const Eigen::Index column = first_escaped(x);
   if (column < 0) return;
   throw codegen::Error(fmt::format(
       "plant {}: the trajectory from x(0) = ({}) is no number or beyond 1e9 at t = {:.6g} s; make the initial box "
       "or the horizon smaller, or the sample period shorter",
-      plant.name(), fmt::join(initial.col(column), ", "), t));
+      plant.name(), fmt::join(initial.col(column), ", "), time_s));
 }
-
-}  // namespace
 
 Eigen::Index first_escaped(const Eigen::MatrixXd& x) {
   if ((x.array().abs() <= kEscape).all()) return -1;
@@ -34,9 +34,8 @@ Eigen::Index first_escaped(const Eigen::MatrixXd& x) {
 }
 
 Eigen::MatrixXd driven_derivative(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::VectorXd& u) {
-  Eigen::MatrixXd dx = plant.derivative(x);
-  for (Eigen::Index j = 0; j < u.size(); ++j) dx += u(j) * plant.input_field(x, j);
-  return dx;
+  if (u.size() == 0) return plant.derivative(x);
+  return plant.driven_derivative(x, u.replicate(1, x.cols()));
 }
 
 Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h, const Excitation& excitation,
@@ -65,14 +64,12 @@ void unwrap_outputs(Dataset& dataset) {
   }
 }
 
-Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
-                      const Excitation& excitation) {
-  const Eigen::Index samples = sample_count(config), count = initial.cols();
+Dataset empty_runs(const Plant& plant, const SimulationConfig& config, Eigen::Index count) {
+  const Eigen::Index samples = sample_count(config);
   const double h = config.sample_period_s;
   Dataset dataset;
   dataset.outputs = plant.outputs();
   dataset.states = plant.states();
-  if (excitation) dataset.inputs = plant.inputs();
   dataset.sample_period_s = h;
   dataset.uniform = true;
   dataset.trajectories.resize(static_cast<std::size_t>(count));
@@ -83,14 +80,25 @@ Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const 
     run.outputs.resize(plant.ny(), samples);
     run.states.resize(plant.nx(), samples);
     run.weight = Eigen::VectorXd::Ones(samples);
-    if (excitation) run.inputs.resize(plant.nu(), samples);
+  }
+  return dataset;
+}
+
+Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const Eigen::MatrixXd& initial,
+                      const Excitation& excitation) {
+  const Eigen::Index samples = sample_count(config), count = initial.cols();
+  const double h = config.sample_period_s;
+  Dataset dataset = empty_runs(plant, config, count);
+  if (excitation) {
+    dataset.inputs = plant.inputs();
+    for (Trajectory& run : dataset.trajectories) run.inputs.resize(plant.nu(), samples);
   }
   Eigen::MatrixXd x = initial;
   for (Eigen::Index k = 0;; ++k) {
     const double t = static_cast<double>(k) * h;
     const Eigen::MatrixXd y = plant.output(x);
-    check_finite(plant, x, initial, t);
-    check_finite(plant, y, initial, t);
+    refuse_escape(plant, x, initial, t);
+    refuse_escape(plant, y, initial, t);
     const Eigen::VectorXd u = excitation ? excitation(t) : Eigen::VectorXd();
     for (Eigen::Index i = 0; i < count; ++i) {
       Trajectory& run = dataset.trajectories[static_cast<std::size_t>(i)];

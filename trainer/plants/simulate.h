@@ -13,7 +13,7 @@
 
 namespace nlo::trainer {
 
-/// f(x) + sum_j g_j(x) u_j, n_x x B for n_x x B, with one u (n_u) for all columns; empty: f(x).
+/// f(x, u), n_x x B for n_x x B, with one u (n_u) for all columns; empty: f(x).
 Eigen::MatrixXd driven_derivative(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::VectorXd& u);
 
 /// One RK4 step of length h from time_s for each column of x (n_x x B).
@@ -23,11 +23,18 @@ Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h,
 /// The first column of x that is out of any plant's useful range (|x| > 1e9 or NaN); -1: none.
 Eigen::Index first_escaped(const Eigen::MatrixXd& x);
 
+/// Throws codegen::Error naming the plant, the initial state (a column of `initial`) and the time when one of x has
+/// escaped.
+void refuse_escape(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::MatrixXd& initial, double time_s);
+
 /// Samples of [0, horizon_s] at the sample period, both ends included: 2,501 for 50 s at 0.02 s.
 Eigen::Index sample_count(const SimulationConfig& config);
 
 /// Takes the jumps out of outputs that are angles (h may be an atan2), each trajectory from its first sample.
 void unwrap_outputs(Dataset& dataset);
+
+/// `count` runs with their names and times, without inputs; states and outputs have their sizes and no values.
+Dataset empty_runs(const Plant& plant, const SimulationConfig& config, Eigen::Index count);
 
 /// Noise-free trajectories from the columns of `initial` (n_x x count), all with the same excitation; u at the samples
 /// is recorded. States and outputs are the plant's own (see PlantChannels), angles unwrapped. Throws codegen::Error

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The inputs of simulated runs as [excitation] describes them: for each run and input one of `kinds` is drawn, then its
+// numbers, from a stream of their own. With the range [low, high] of the input, its middle c, an amplitude A, times and
+// periods T drawn log-uniformly in [shortest_s, longest_s] and a phase p:
+//   zero       0
+//   constant   uniform in the range
+//   steps      levels uniform in the range, each held for a T of its own
+//   prbs       two levels uniform in the range, one of them by a coin at each multiple of T
+//   sine       c + A sin(2 pi (t / T + p))
+//   square     c + A in the first half of each period, c - A in the second
+//   multisine  c + A / 5 times the sum of five sines, each with T and p of its own
+//   chirp      c + A sin of a phase whose frequency runs from 1 / T1 to 1 / T2, geometrically in time
+//   noise      c + white Gaussian noise behind a low-pass of first order with cut-off 1 / T, two deviations of which are
+//              half the range; reflected at the ends of the range
+// A signal has values at samples alone; between them it is held as [observer] input_hold says (simulate_runs.h).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+struct HoldTimes {
+  double shortest_s, longest_s;
+};
+
+/// What is given, else ten sample periods, and half the horizon (but no less than the shortest).
+HoldTimes hold_times(const ExcitationConfig& excitation, const SimulationConfig& simulation);
+
+/// n_u x N, the same bits on every machine.
+///   excitation   with n_u ranges, checked (experiments/check_excitation.cpp)
+///   engine_seed  initial_state_seed(seed, stream)
+///   run          its place in the set: what it gets does not depend on how many there are
+Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const SimulationConfig& simulation,
+                            std::uint64_t engine_seed, std::uint64_t run);
+
+/// For people: ("u", "drawn within -1 .. 1 (steps, prbs)").
+std::vector<std::pair<std::string, std::string>> describe_inputs(const ExcitationConfig& excitation,
+                                                                 const Plant& plant);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Random numbers of one simulated run, and the few functions that its signals need: in double, from additions,
+// multiplications, divisions and square roots alone, each rounded once, so that they are the same bits on every machine
+// (libraries differ in the last bit of exp, log and sin).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+
+namespace nlo::trainer {
+
+/// sin(2 pi t) to 4e-16, for |t| < 2^51.
+double sine_of_turns(double t);
+
+/// ln x for finite x > 0, to a relative 4e-16 (absolute near 1).
+double portable_log(double x);
+
+/// e^x for |x| < 700, to a relative 1e-15.
+double portable_exp(double x);
+
+/// What a run draws for; streams of different purposes never meet (those of base/random.h have other seeds).
+enum class RunPurpose : std::uint64_t { kInputs = 1, kParameters, kProcessNoise };
+
+/// The stream (engine seed, purpose, part, run): runs, and inputs of a run, never share numbers.
+///   engine_seed  initial_state_seed(seed, stream)
+///   part         which input; 0 where there is one stream for a run
+class RunRandom {
+ public:
+  RunRandom(std::uint64_t engine_seed, RunPurpose purpose, std::uint64_t part, std::uint64_t run);
+
+  double uniform();                             ///< in [0, 1), 53 bits
+  double between(double low, double high);      ///< uniform in [low, high]
+  double log_between(double low, double high);  ///< its logarithm is uniform; 0 < low <= high
+  double normal();                              ///< standard normal, Marsaglia's polar method, one of each pair
+  std::size_t index(std::size_t count);         ///< 0 ... count - 1
+
+ private:
+  std::mt19937_64 engine_;  // its numbers are fixed by the C++ standard
+};
+
+}  // namespace nlo::trainer
