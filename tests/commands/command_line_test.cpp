@@ -75,7 +75,8 @@ TEST(BashCompletion, KnowsEveryOptionOfTheHelp) {
   const Scratch scratch;
   const std::string script = scratch.run({"completion", "bash"}).out;
   int options = 0;
-  for (const char* command : {"train", "evaluate", "bound", "export", "report", "reproduce", "simulate"}) {
+  for (const char* command :
+       {"train", "evaluate", "crossvalidate", "bound", "export", "report", "reproduce", "simulate"}) {
     const auto at = script.find(std::string("      '") + command + "')");
     ASSERT_NE(at, std::string::npos) << command;
     const std::string listed = script.substr(at, script.find('\n', at) - at);
@@ -95,7 +96,8 @@ TEST(ManPage, HasEveryCommandAndNoComplaintOfGroff) {
   const Scratch scratch;
   const std::string page = scratch.run({"man"}).out;
   EXPECT_THAT(page, HasSubstr(".TH NLO 1"));
-  for (const char* command : {"train", "evaluate", "bound", "export", "report", "reproduce", "simulate"})
+  for (const char* command :
+       {"train", "evaluate", "crossvalidate", "bound", "export", "report", "reproduce", "simulate"})
     EXPECT_THAT(page, HasSubstr(std::string(".SS \\fBnlo ") + command)) << command;
   EXPECT_THAT(page, HasSubstr("\\fB\\-\\-box\\-scale\\fR"));
   EXPECT_THAT(page, HasSubstr("(default: 200)"));

@@ -16,7 +16,8 @@ constexpr const char* kFact = "ignored_inputs";
 }  // namespace
 
 std::string ignored_inputs(const Experiment& experiment) {
-  if (structure_of(experiment.observer).flies_inputs()) return "";
+  const TrainableStructure& structure = structure_of(experiment.observer);
+  if (structure.flies_inputs() || (experiment.excitation && structure.reads_inputs())) return "";
   std::string names;
   const auto add = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
   if (experiment.plant) {
@@ -40,7 +41,7 @@ std::string ignored_inputs_note(const codegen::Model& model) {
     if (name == kFact)
       return fmt::format(
           "note: this {} observer was trained without inputs, so it does not know {}: where an input acts, its "
-          "estimates are off; of a plant, structure = \"driven_kkl\" takes inputs\n",
+          "estimates are off; train with an [excitation], or take structure = \"driven_kkl\"\n",
           codegen::structure_name(model), inputs);
   return "";
 }

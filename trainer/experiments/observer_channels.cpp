@@ -12,8 +12,9 @@ ChannelCounts observer_channels(const Experiment& experiment) {
   if (experiment.plant) {
     const auto plant = make_plant(*experiment.plant);
     const PlantChannels channels(*experiment.plant, *plant);
+    const bool reads = experiment.excitation && structure_of(experiment.observer).reads_inputs();
     return {static_cast<int>(channels.states().size()), static_cast<int>(channels.outputs().size()),
-            static_cast<int>(plant->nu()), 0, channels.outputs()};
+            static_cast<int>(plant->nu()), reads ? static_cast<int>(plant->nu()) : 0, channels.outputs()};
   }
   const LogSchema schema = resolve_columns(*experiment.log);
   const auto inputs = static_cast<int>(schema.input_channels.size());

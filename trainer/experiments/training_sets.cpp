@@ -70,7 +70,9 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
     sets.training.input_field = affine_input_field(*plant, box.low, box.high);
   }
   const PlantChannels channels(*experiment.plant, *plant);
+  const bool reads_inputs = experiment.excitation && structure_of(experiment.observer).reads_inputs();
   for (Dataset* data : {&sets.training, &sets.validation}) {
+    data->reads_inputs = reads_inputs;
     channels.apply(*data);
     check_swinging(*data);
   }

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// Logs left out of the training one by one, or in groups, by the program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/commands/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+
+class Crossvalidate : public testing::Test {
+ protected:
+  Crossvalidate() {
+    scratch_.write("tiny.toml", with(kTinyLogExperiment, "train_files = [\"a.csv\"]\nvalidation_files = [\"b.csv\"]",
+                                     "train_files = [\"day*.csv\"]"));
+    double phase = 0.0;
+    for (const char* name : {"day1_a.csv", "day1_b.csv", "day2_a.csv", "day2_b.csv"})
+      scratch_.write(std::string("logs/") + name, tiny_log(phase += 0.7));
+  }
+
+  nlohmann::json run(std::vector<std::string> more) const {
+    std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult result = scratch_.run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out);
+  }
+
+  Scratch scratch_;
+};
+
+TEST_F(Crossvalidate, LeavesEachLogOutOnceAndTrainsOnTheOthers) {
+  const auto before = scratch_.contents();
+  const nlohmann::json outcomes = run({});
+  ASSERT_EQ(outcomes.size(), 4u);
+  for (const auto& outcome : outcomes) {
+    EXPECT_EQ(outcome["training_logs"], 3);
+    EXPECT_TRUE(std::isfinite(outcome["rmse"].front()["observer"].get<double>()));
+  }
+  EXPECT_EQ(outcomes[2]["left_out"], "day2_a.csv");
+  EXPECT_EQ(scratch_.contents(), before) << "it writes nothing";
+}
+
+TEST_F(Crossvalidate, AGroupIsLeftOutTogetherBySeveralSeeds) {
+  const nlohmann::json outcomes = run({"--group", "^(day[0-9])", "--seeds", "2"});
+  ASSERT_EQ(outcomes.size(), 4u);
+  EXPECT_EQ(outcomes[0]["left_out"], "day1");
+  EXPECT_EQ(outcomes[0]["training_logs"], 2);
+  EXPECT_NE(outcomes[0]["seed"], outcomes[1]["seed"]);
+  const ProgramResult table =
+      scratch_.run({"crossvalidate", "tiny.toml", "--data", "logs", "--group", "^(day[0-9])", "--seeds", "2"});
+  EXPECT_THAT(table.out, HasSubstr("2 groups of logs left out one by one, 2 trainings of other seeds each"));
+  EXPECT_THAT(table.out, HasSubstr("deviation over folds"));
+}
+
+TEST_F(Crossvalidate, ALearningCurveTrainsOnAsManyLogsAsItIsTold) {
+  const nlohmann::json outcomes = run({"--logs", "1,3"});
+  ASSERT_EQ(outcomes.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(outcomes[i]["training_logs"], i < 4 ? 1 : 3);
+  EXPECT_THAT(scratch_.run({"crossvalidate", "tiny.toml", "--data", "logs", "--logs", "1,3"}).out,
+              HasSubstr("training logs"));
+}
+
+TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
+  const auto error = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult result = scratch_.run(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    return result.err;
+  };
+  EXPECT_THAT(error({"--group", "^day"}), HasSubstr("needs two groups at least"));
+  EXPECT_THAT(error({"--group", "night"}), HasSubstr("finds nothing in \"day1_a.csv\""));
+  EXPECT_THAT(error({"--group", "("}), HasSubstr("is no regular expression"));
+  EXPECT_THAT(error({"--logs", "4"}), HasSubstr("between 1 and 3 are left"));
+  scratch_.write("plant.toml", kTinyExperiment);
+  const ProgramResult plant = scratch_.run({"crossvalidate", "plant.toml"});
+  EXPECT_EQ(plant.exit_code, 2);
+  EXPECT_THAT(plant.err, HasSubstr("use nlo evaluate"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// An observer of a simulated plant that is trained over drawn inputs knows them in flight, by expressions of any f(x, u).
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "codegen/replay/reference_observer.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/training_sets.h"
+#include "trainer/training/train.h"
+
+namespace nlo::trainer {
+namespace {
+
+Experiment integrator(bool excited) {
+  // x2 cannot be told from y without u for as long as a filtered derivative takes: u moves it at once.
+  Experiment experiment = parse_experiment(
+      std::string("name = \"pushed_mass\"\n[plant]\nstates = [\"x1\", \"x2\"]\ninputs = [\"u\"]\n"
+                  "derivative = [\"x2\", \"-x1 - 0.4 * x2 + u + 0.1 * u ^ 3\"]\noutputs = [\"x1\"]\n") +
+          (excited
+               ? "[excitation]\nkinds = [\"steps\"]\nlow = [-1.5]\nhigh = [1.5]\nshortest_s = 0.2\nlongest_s = 2.0\n"
+               : "") +
+          "[simulation]\nhorizon_s = 15.0\nsample_period_s = 0.05\ntrajectories = 12\ninitial_low = [-1.0, -1.0]\n"
+          "initial_high = [1.0, 1.0]\n[observer]\neigenvalues = [-2.0, -3.0, -5.0]\nlearn_eigenvalues = false\n"
+          "features = \"latent_and_output\"\n[inverse_map]\nhidden = [12]\nlinear_path = true\nridge = "
+          "1e-9\n[training]\n"
+          "steps = 300\nlearning_rate = 3e-3\ntrajectories_per_step = 8\nsamples_per_step = 400\n",
+      "pushed_mass.toml");
+  experiment.threads = 1;
+  return experiment;
+}
+
+double settled_error(const codegen::Model& model, const Dataset& data) {
+  codegen::ReferenceObserver<double> observer(model);
+  double squares = 0.0, samples = 0.0;
+  for (const Trajectory& run : data.trajectories) {
+    const Eigen::MatrixXd none;
+    const codegen::Run flown = observer.run(run.outputs, model.nu() > 0 ? run.inputs : none, run.time_s, data.uniform);
+    squares += (flown.x_hat - run.states).rightCols(200).squaredNorm();
+    samples += 200.0;
+  }
+  return std::sqrt(squares / samples);
+}
+
+TEST(ExcitedTraining, AnObserverThatWasExcitedKnowsItsInputs) {
+  const TrainingSets sets = simulate_training_sets(integrator(true));
+  ASSERT_TRUE(sets.training.reads_inputs);
+  const codegen::Model with = train(integrator(true), sets.training, sets.validation, {}).model;
+  ASSERT_EQ(with.nu(), 1);
+  EXPECT_EQ(with.inputs[0].name, "u");
+  EXPECT_GE(with.input_max(0), 1.5);
+  const codegen::Model without =
+      train(integrator(false), simulate_training_sets(integrator(false)).training, sets.validation, {}).model;
+  EXPECT_EQ(without.nu(), 0);
+  EXPECT_LT(settled_error(with, sets.validation), 0.1 * settled_error(without, sets.validation));
+}
+
+}  // namespace
+}  // namespace nlo::trainer
