@@ -15,7 +15,9 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-const std::string kExcited = kPlantExperiment + R"([excitation]
+/// A function: a constant made of another's text could be made before it.
+std::string excited() {
+  return kPlantExperiment + R"([excitation]
 kinds = ["steps", "zero", "multisine"]
 low = [-1]
 high = [1]
@@ -23,9 +25,10 @@ amplitude = [0.1, 0.5]
 shortest_s = 0.5
 longest_s = 4
 )";
+}
 
 TEST(Excitation, ReadsBackFromItsTextAndIsNotWrittenWhenNotGiven) {
-  const Experiment once = parse_experiment(kExcited, "e.toml");
+  const Experiment once = parse_experiment(excited(), "e.toml");
   ASSERT_TRUE(once.excitation);
   EXPECT_THAT(once.excitation->kinds, ElementsAre(InputSignal::kSteps, InputSignal::kZero, InputSignal::kMultisine));
   EXPECT_THAT(once.excitation->amplitude, ElementsAre(0.1, 0.5));
@@ -45,9 +48,9 @@ TEST(Excitation, NeedsRangesAlone) {
 }
 
 TEST(ExcitationErrors, NameTheKeyAndTheMend) {
-  ASSERT_EQ(error_of(kExcited), "no error");
+  ASSERT_EQ(error_of(excited()), "no error");
   expect_rows(
-      kExcited,
+      excited(),
       {
           {"\"steps\"", "\"stepz\"", "e.toml:22", "use \"steps\"?"},
           {"[\"steps\", \"zero\", \"multisine\"]", "[]", "e.toml:22", "[excitation] kinds is empty"},

@@ -185,6 +185,24 @@ TEST_F(LogDataset, TakesTheGridForRoundedStamps) {
   }
 }
 
+TEST_F(LogDataset, EveryNthRowKeepsTheVelocityOfAllRows) {
+  LogConfig config = SyntheticLog::config();
+  const Dataset all = load(config, log_.csv());
+  config.every = 5;
+  config.sample_period_s = 5.0 * all.sample_period_s;
+  const Dataset thin = load(config, log_.csv());
+  EXPECT_DOUBLE_EQ(thin.sample_period_s, 5.0 * all.sample_period_s);
+  EXPECT_EQ(thin.uniform, all.uniform);
+  const Trajectory &run = thin.trajectories[0], &whole = all.trajectories[0];
+  ASSERT_EQ(run.samples(), (whole.samples() + 4) / 5);
+  for (Eigen::Index k = 0; k < run.samples(); ++k) {
+    ASSERT_NEAR(run.time_s(k), whole.time_s(5 * k), 1e-12);
+    ASSERT_EQ(run.outputs.col(k), whole.outputs.col(5 * k));
+    ASSERT_EQ(run.states.col(k), whole.states.col(5 * k));
+    ASSERT_EQ(run.weight(k), whole.weight(5 * k));
+  }
+}
+
 TEST_F(LogDataset, ReadsInputsAndChecksThem) {
   LogConfig config = SyntheticLog::config();
   config.columns.push_back(column("torque", ColumnRole::kInput));

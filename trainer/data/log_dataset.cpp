@@ -179,10 +179,45 @@ void load_runs(const Loader& loader, const LogFile& log, const std::vector<LogRu
                           dropped, why));
 }
 
-/// Loads files that exist, adding what is found to `report`. `check_columns`: of the logs that decide, not of each
-/// split.
-Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector<std::string>& paths,
-             bool check_columns, LogReport& report) {
+/// Every `every`-th sample from `first` on.
+Trajectory thinned(const Trajectory& run, Eigen::Index every, Eigen::Index first) {
+  const Index samples = (run.samples() - first + every - 1) / every;
+  const auto columns = [&](const Eigen::MatrixXd& signal) -> Eigen::MatrixXd {
+    if (signal.size() == 0) return {};
+    return signal(Eigen::all, Eigen::seqN(first, samples, every));
+  };
+  Trajectory thin;
+  thin.source = first == 0 ? run.source : fmt::format("{} from its row {}", run.source, first + 1);
+  thin.time_s = run.time_s(Eigen::seqN(first, samples, every)).array() - run.time_s(first);
+  thin.outputs = columns(run.outputs);
+  thin.states = columns(run.states);
+  thin.inputs = columns(run.inputs);
+  thin.weight = run.weight(Eigen::seqN(first, samples, every));
+  return thin;
+}
+
+/// Thins all runs; `phases` from each, which begin at its first rows.
+void thin(Index every, Index phases, Dataset& data) {
+  if (every == 1) return;
+  std::vector<Trajectory> thinned_runs;
+  for (const Trajectory& run : data.trajectories)
+    for (Index first = 0; first < phases; ++first) {
+      if (run.samples() < first + every + 1)
+        throw Error(
+            fmt::format("{}: {} rows, and every = {} leaves no two samples of them: use a longer log, or a "
+                        "smaller number",
+                        run.source, run.samples(), every));
+      thinned_runs.push_back(thinned(run, every, first));
+    }
+  data.trajectories = std::move(thinned_runs);
+  data.sample_period_s *= static_cast<double>(every);
+}
+
+/// Loads files that exist, adding what is found to `report`. `decides`: these logs decide what is said of the columns,
+/// and training gets all phases of them.
+Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::string>& paths, bool decides,
+             bool all_phases, LogReport& report) {
+  config.sample_period_s /= config.every;  // of the rows
   std::vector<LogFile> logs;
   for (const std::string& path : paths) logs.push_back(read_log(path, schema, config.sample_period_s));
   Dataset data;
@@ -196,7 +231,7 @@ Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector
     channel += output.sincos ? 2 : 1;
   }
   if (logs.empty()) {
-    data.sample_period_s = config.sample_period_s;
+    data.sample_period_s = config.sample_period_s * config.every;
     return data;
   }
   const Runs runs = split(config, logs, report.notes);
@@ -207,13 +242,14 @@ Dataset load(const LogConfig& config, const LogSchema& schema, const std::vector
     load_runs(loader, logs[i], runs[i], data, report);
     report.contents.push_back(content_of(logs[i], listed_headings(schema)));
   }
-  if (check_columns) {
+  if (decides) {
     note_suspicious_columns(schema, logs, report.notes);
     note_logged_velocities(schema, config.velocity_filter, logs, runs, data.sample_period_s, report.notes);
   }
   // One run as it is stamped decides for all: their steps share a table.
   if (!data.uniform)
     for (TimeStampReport& file : report.files) file.nominal = false;
+  thin(config.every, all_phases ? config.every : 1, data);
   return data;
 }
 
@@ -224,7 +260,7 @@ Dataset load_logs(const LogConfig& config, const std::string& directory, const s
   const std::vector<std::string> paths = expand_files(directory, files);
   if (paths.empty()) throw Error("no logs are named: expected at least one file or glob");
   LogReport found;
-  Dataset data = load(config, resolve_columns(config), paths, true, found);
+  Dataset data = load(config, resolve_columns(config), paths, true, false, found);
   found.data_hash = content_hash(paths);
   if (report != nullptr) *report = std::move(found);
   return data;
@@ -234,7 +270,7 @@ LogSplits load_log_splits(const LogConfig& config, const std::string& directory,
   const LogSchema schema = resolve_columns(config);
   const SplitFiles files = expand_splits(config, directory);
   LogSplits splits;
-  splits.train = load(config, schema, files.train, true, splits.report);
+  splits.train = load(config, schema, files.train, true, true, splits.report);
   const std::vector<LogContent> trained = splits.report.contents;
   splits.remembered = remember(trained, splits.train, mirrored);
 
@@ -242,7 +278,7 @@ LogSplits load_log_splits(const LogConfig& config, const std::string& directory,
   on_training_clock.sample_period_s = splits.train.sample_period_s;
   const auto load_other = [&](const std::vector<std::string>& paths, const char* name) {
     LogReport found;
-    Dataset data = load(on_training_clock, schema, paths, false, found);
+    Dataset data = load(on_training_clock, schema, paths, false, false, found);
     note_shared_rows(trained, found.contents, name, found.notes);
     note_outputs_beyond(splits.remembered, data, found.notes);
     for (const std::string& text : found.notes) note_once(splits.report.notes, text);

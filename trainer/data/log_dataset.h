@@ -32,7 +32,7 @@ std::string to_text(const LogReport& report);
 ///   weight   N        0 within mask_edges_s of either end when a state is such a velocity, else 1
 ///   time_s   N        from the first sample; on the even grid where stamps differ from it by their rounding
 ///   uniform           every run is regular (TimeGrid), of the nominal period, and misses no sample
-/// Inputs are checked and noted, not kept. Columns not listed are not read. Throws codegen::Error naming file, line and
+/// With `every` > 1 all of that is made of every row, and every n-th sample is kept. Columns not listed are not read. Throws codegen::Error naming file, line and
 /// column: see CsvTable, resolve_columns, expand_files, read_log; a log none of whose runs is long enough.
 Dataset load_logs(const LogConfig& config, const std::string& directory, const std::vector<std::string>& files,
                   LogReport* report = nullptr);
@@ -43,7 +43,8 @@ struct LogSplits {
   TrainingLogs remembered;          ///< what a model should keep of the training logs
 };
 
-/// The three splits of `config`, checked to be disjoint, on one nominal sample period: that of the training logs.
+/// The three splits of `config`, checked to be disjoint; with `every` = n, training gets n runs of each log, which begin
+/// at its first n rows. All are on one nominal sample period: that of the training logs.
 /// `mirrored`: training.mirror, which doubles the range of the outputs that training sees.
 LogSplits load_log_splits(const LogConfig& config, const std::string& directory, bool mirrored = false);
 

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""What the four converters share: tables in, CSV files out, and errors that name the file."""
+import csv
+import pathlib
+import sys
+
+
+def fail(message):
+    sys.exit(f"{pathlib.Path(sys.argv[0]).name}: error: {message}")
+
+
+def folders(arguments, usage):
+    """CHECKOUT OUT of the command line, as paths; OUT is made."""
+    if len(arguments) != 3 or arguments[1] in ("-h", "--help"):
+        print(usage.strip())
+        sys.exit(0 if len(arguments) == 2 and arguments[1] in ("-h", "--help") else 2)
+    checkout, out = pathlib.Path(arguments[1]), pathlib.Path(arguments[2])
+    if not checkout.is_dir():
+        fail(f"{checkout} is no folder: give the checkout of the repository")
+    out.mkdir(parents=True, exist_ok=True)
+    return checkout, out
+
+
+def table(text, headings, name):
+    """Columns of a CSV text by heading, as lists of floats. Cells that are empty or no numbers are an error."""
+    rows = list(csv.DictReader(text.splitlines()))
+    missing = [h for h in headings if not rows or h not in rows[0]]
+    if missing:
+        fail(f"{name}: no column {missing[0]!r}" + (f" among {', '.join(rows[0])}" if rows else ": it is empty"))
+    columns = {}
+    for heading in headings:
+        try:
+            columns[heading] = [float(row[heading]) for row in rows]
+        except (TypeError, ValueError):
+            line = next(i for i, row in enumerate(rows, 2) if not is_number(row[heading]))
+            fail(f"{name}:{line}: {heading!r} is no number")
+    return columns
+
+
+def is_number(cell):
+    try:
+        float(cell)
+        return True
+    except (TypeError, ValueError):
+        return False
+
+
+def write(file, columns, decimals):
+    """columns: heading -> values, all of one length; decimals: heading -> digits behind the point."""
+    with open(file, "w", newline="") as out:
+        out.write(",".join(columns) + "\n")
+        for row in zip(*columns.values(), strict=True):
+            out.write(",".join(f"{value:.{decimals[heading]}f}" for heading, value in zip(columns, row)) + "\n")
+    print(f"{file}  {len(next(iter(columns.values())))} rows")
