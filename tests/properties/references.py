@@ -32,7 +32,6 @@ EXCEPTIONS = {
     "battery.h": GENERATED,
     "battery_replay.h": GENERATED,
     "car.h": GENERATED,
-    "car.c": GENERATED,
     "NAME.h": PLACEHOLDER,
     "NAME_replay.h": PLACEHOLDER,
     "a_test.cpp": PLACEHOLDER,
