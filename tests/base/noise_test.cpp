@@ -8,6 +8,19 @@
 namespace nlo::trainer {
 namespace {
 
+TEST(Noise, ReadsWhatElseASensorDoes) {
+  const SensorNoise noise = parse_noise("student:0.5:3+outliers:0.05:10+bias:0.2+quantised:0.25").of(0);
+  EXPECT_EQ(noise.kind, NoiseKind::kStudent);
+  EXPECT_EQ(noise.scale, 0.5);
+  EXPECT_EQ(noise.freedom, 3);
+  EXPECT_EQ(noise.outlier_share, 0.05);
+  EXPECT_EQ(noise.outlier_amplitude, 10.0);
+  EXPECT_EQ(noise.bias, 0.2);
+  EXPECT_EQ(noise.quantum, 0.25);
+  EXPECT_FALSE(parse_noise("none+bias:0.1").none());
+  EXPECT_TRUE(parse_noise("none+bias:0").none());
+}
+
 TEST(Noise, ReadsItsThreeForms) {
   EXPECT_EQ(parse_noise("none"), (NoiseConfig{NoiseKind::kNone, 0.0}));
   EXPECT_EQ(parse_noise("gaussian:0.5"), (NoiseConfig{NoiseKind::kGaussian, 0.5}));
@@ -34,14 +47,41 @@ TEST(Noise, MustHaveOneForAllOutputsOrOneForEach) {
 
 TEST(Noise, FormatReadsBackToTheSameValue) {
   for (const char* text :
-       {"none", "gaussian:0.5", "uniform:3", "gaussian:1e-06", "uniform:0.1", "gaussian:0.1,none", "none,none"})
+       {"none", "gaussian:0.5", "uniform:3", "gaussian:1e-06", "uniform:0.1", "gaussian:0.1,none", "none,none",
+        "student:0.5:2", "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.25", "none+quantised:1"})
     EXPECT_EQ(format_noise(parse_noise(text)), text);
 }
 
 TEST(Noise, RefusesEverythingElse) {
-  for (const char* text :
-       {"", "None", "gaussian", "gaussian:", "gaussian:x", "gaussian:-1", "gaussian:nan", "gaussian:inf",
-        "gaussian:0.5x", "gaussian:0,5", "uniform:3:4", "laplace:1", ":1", ",", "none,", ",none", "gaussian:1,,none"})
+  for (const char* text : {"",
+                           "None",
+                           "gaussian",
+                           "gaussian:",
+                           "gaussian:x",
+                           "gaussian:-1",
+                           "gaussian:nan",
+                           "gaussian:inf",
+                           "gaussian:0.5x",
+                           "gaussian:0,5",
+                           "uniform:3:4",
+                           "laplace:1",
+                           ":1",
+                           ",",
+                           "none,",
+                           ",none",
+                           "gaussian:1,,none",
+                           "student:1",
+                           "student:1:0",
+                           "student:1:2.5",
+                           "student:1:99",
+                           "gaussian:1:2",
+                           "none:1",
+                           "gaussian:1+",
+                           "+bias:1",
+                           "gaussian:1+bias",
+                           "gaussian:1+bias:1:2",
+                           "gaussian:1+outliers:2:1",
+                           "gaussian:1+drift:1"})
     EXPECT_THROW(parse_noise(text), codegen::Error) << text;
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 namespace nlo::trainer {
 namespace {
@@ -89,6 +90,41 @@ TEST(MeasurementNoise, OfAnAngleIsOnTheAngleNotOnItsSine) {
   EXPECT_LE((measured.row(0).array() - (kDegree * expected.row(0).array()).sin()).abs().maxCoeff(), 1e-13);
   EXPECT_LE((measured.row(1).array() - (kDegree * expected.row(0).array()).cos()).abs().maxCoeff(), 1e-13);
   EXPECT_EQ(measured.row(2), expected.row(1));
+}
+
+TEST(MeasurementNoise, StudentsTHasItsTails) {
+  // P(|t_2| < x) = x / sqrt(2 + x^2), P(|t_1| < x) = 2 atan(x) / pi; 20,000 draws: three standard errors are .011.
+  for (const auto& [text, x, share] : {std::tuple{"student:0.5:2", 1.0, 1.0 / std::sqrt(3.0)},
+                                       {"student:0.5:2", 5.0, 5.0 / std::sqrt(27.0)},
+                                       {"student:0.5:1", 2.0, 0.704833}}) {
+    MeasurementNoise source(parse_noise(text), 4, 1);
+    int within = 0;
+    for (int i = 0; i < 20000; ++i) within += std::abs(source.draw()) < 0.5 * x ? 1 : 0;
+    EXPECT_NEAR(within / 20000.0, share, 0.011) << text << " " << x;
+  }
+}
+
+TEST(MeasurementNoise, OutliersComeInTheirShareAndABiasStaysForARun) {
+  const Eigen::MatrixXd clean = Eigen::MatrixXd::Constant(1, 20000, 1.0);
+  const Eigen::MatrixXd v = MeasurementNoise(parse_noise("none+outliers:0.1:8"), 3, 0).on(clean) - clean;
+  EXPECT_NEAR((v.array() != 0.0).cast<double>().mean(), 0.1, 0.007);  // three standard errors
+  EXPECT_LE(v.cwiseAbs().maxCoeff(), 8.0);
+  EXPECT_GT(v.cwiseAbs().maxCoeff(), 7.5);
+  double least = 1e9, most = -1e9;
+  for (std::uint64_t run = 0; run < 50; ++run) {
+    const Eigen::MatrixXd biased = MeasurementNoise(parse_noise("none+bias:0.3"), 3, run).on(clean.leftCols(20));
+    EXPECT_TRUE((biased.array() == biased(0, 0)).all());
+    least = std::min(least, biased(0, 0) - 1.0);
+    most = std::max(most, biased(0, 0) - 1.0);
+  }
+  EXPECT_TRUE(least < -0.2 && least >= -0.3 && most > 0.2 && most <= 0.3) << least << " " << most;
+}
+
+TEST(MeasurementNoise, AQuantisedSensorGivesMultiplesOfItsStep) {
+  const Eigen::MatrixXd clean = Eigen::RowVectorXd::LinSpaced(500, -2.0, 2.0);
+  const Eigen::MatrixXd shown = MeasurementNoise(parse_noise("none+quantised:0.25"), 1, 0).on(clean);
+  EXPECT_LE((shown - clean).cwiseAbs().maxCoeff(), 0.125 + 1e-12);
+  EXPECT_TRUE(((4.0 * shown).array().round() == (4.0 * shown).array()).all());
 }
 
 TEST(MeasurementNoise, NoneLeavesTheOutputsAlone) {

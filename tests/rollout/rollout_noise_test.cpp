@@ -73,6 +73,19 @@ TEST(RolloutNoise, IsOfEachSensorItsOwn) {
               0.02 * kDeviationTolerance);
 }
 
+TEST(RolloutNoise, HasTailsOutliersBiasesAndSteps) {
+  const Eigen::MatrixXd y =
+      noisy(still(false), parse_noise("student:0.5:2,none+outliers:0.2:6,none+bias:0.4+quantised:0.1"));
+  const auto share = [&](const auto& row) { return row.template cast<double>().mean(); };
+  // 6,416 draws: three standard errors are .019 and .015; of the bias 16 runs.
+  EXPECT_NEAR(share((y.row(0).array().abs() < 0.5)), 1.0 / std::sqrt(3.0), 0.019);
+  EXPECT_NEAR(share((y.row(1).array() != 0.0)), 0.2, 0.015);
+  EXPECT_LE(y.row(1).cwiseAbs().maxCoeff(), 6.0);
+  EXPECT_LE((y.row(2) * 10.0 - (y.row(2) * 10.0).array().round().matrix()).cwiseAbs().maxCoeff(), 1e-5);
+  EXPECT_GT(y.row(2).cwiseAbs().maxCoeff(), 0.15);
+  EXPECT_LE(y.row(2).cwiseAbs().maxCoeff(), 0.4 + 1e-6);
+}
+
 TEST(RolloutNoise, OneForAllIsTheSameForEach) {
   EXPECT_EQ(noisy(still(false), parse_noise("gaussian:0.5")),
             noisy(still(false), parse_noise("gaussian:0.5,gaussian:0.5,gaussian:0.5")));

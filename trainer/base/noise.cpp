@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
@@ -11,43 +13,112 @@
 namespace nlo::trainer {
 namespace {
 
+constexpr const char* kForms =
+    "write none, gaussian:STANDARD_DEVIATION, uniform:HALF_WIDTH or student:SCALE:FREEDOM, and behind it what else "
+    "there is: "
+    "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP";
+
+std::vector<std::string_view> split(std::string_view text, char at) {
+  std::vector<std::string_view> parts;
+  for (std::size_t start = 0; start <= text.size();) {
+    const std::size_t end = std::min(text.find(at, start), text.size());
+    parts.push_back(text.substr(start, end - start));
+    start = end + 1;
+  }
+  return parts;
+}
+
+/// One of the parts between plus signs: a word and its numbers.
+class Part {
+ public:
+  Part(std::string_view text, std::string_view all) : words_(split(text, ':')), all_(all) {}
+
+  std::string_view word() const { return words_.front(); }
+
+  [[noreturn]] void fail(std::string_view what) const {
+    throw codegen::Error(fmt::format("noise \"{}\" {}; {}", all_, what, kForms));
+  }
+
+  /// Number `index`, not negative.
+  double number(std::size_t index) const {
+    if (words_.size() <= index) fail("has no scale");
+    const auto value = finite_number(words_[index]);
+    if (!value) fail("has a scale that is no number");
+    if (*value < 0.0) fail("has a negative scale");
+    return *value;
+  }
+
+  void expect(std::size_t numbers) const {
+    if (words_.size() > numbers + 1) fail("has one number too many");
+  }
+
+ private:
+  std::vector<std::string_view> words_;
+  std::string_view all_;
+};
+
+void add_fault(const Part& part, SensorNoise& noise) {
+  if (part.word() == "outliers") {
+    noise.outlier_share = part.number(1);
+    noise.outlier_amplitude = part.number(2);
+    part.expect(2);
+    if (noise.outlier_share > 1.0) part.fail("has outliers in a share of the samples that is above 1");
+  } else if (part.word() == "bias") {
+    noise.bias = part.number(1);
+    part.expect(1);
+  } else if (part.word() == "quantised") {
+    noise.quantum = part.number(1);
+    part.expect(1);
+  } else {
+    part.fail(fmt::format("has \"{}\" behind a plus, which is of no known kind", part.word()));
+  }
+}
+
 SensorNoise parse_sensor(std::string_view text) {
-  const auto colon = text.find(':');
-  const std::optional<NoiseKind> kind = from_name<NoiseKind>(text.substr(0, colon));
-  const bool has_scale = colon != std::string_view::npos;
-  if (kind == NoiseKind::kNone && !has_scale) return {};
-  const auto fail = [&](std::string_view what) {
-    throw codegen::Error(
-        fmt::format("noise \"{}\" {}; write none, gaussian:STANDARD_DEVIATION or uniform:HALF_WIDTH", text, what));
-  };
-  if (!kind || kind == NoiseKind::kNone) fail("is of no known kind");
-  if (!has_scale) fail("has no scale");
-  const auto scale = finite_number(text.substr(colon + 1));
-  if (!scale) fail("has a scale that is no number");
-  if (*scale < 0.0) fail("has a negative scale");
-  return {*kind, *scale};
+  const std::vector<std::string_view> parts = split(text, '+');
+  const Part base(parts.front(), text);
+  const std::optional<NoiseKind> kind = from_name<NoiseKind>(base.word());
+  if (!kind) base.fail("is of no known kind");
+  SensorNoise noise;
+  noise.kind = *kind;
+  if (*kind == NoiseKind::kNone) {
+    if (parts.front() != "none") base.fail("is of no known kind");
+  } else {
+    noise.scale = base.number(1);
+    if (*kind == NoiseKind::kStudent) {
+      const double freedom = base.number(2);
+      if (!(freedom >= 1.0 && freedom <= 30.0) || freedom != std::floor(freedom))
+        base.fail("has degrees of freedom that are no whole number from 1 to 30");
+      noise.freedom = static_cast<int>(freedom);
+    }
+    base.expect(*kind == NoiseKind::kStudent ? 2 : 1);
+  }
+  for (std::size_t i = 1; i < parts.size(); ++i) add_fault(Part(parts[i], text), noise);
+  return noise;
 }
 
 }  // namespace
 
 bool NoiseConfig::none() const {
-  return std::all_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.kind == NoiseKind::kNone; });
+  return std::all_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.none(); });
 }
 
 NoiseConfig parse_noise(std::string_view text) {
   NoiseConfig noise;
   noise.sensors.clear();
-  for (std::size_t start = 0; start <= text.size();) {
-    const std::size_t end = std::min(text.find(',', start), text.size());
-    noise.sensors.push_back(parse_sensor(text.substr(start, end - start)));
-    start = end + 1;
-  }
+  for (const std::string_view sensor : split(text, ',')) noise.sensors.push_back(parse_sensor(sensor));
   return noise;
 }
 
 std::string format_noise(const SensorNoise& noise) {
-  const std::string kind(to_name(noise.kind));
-  return noise.kind == NoiseKind::kNone ? kind : kind + ":" + shortest_text(noise.scale);
+  std::string text(to_name(noise.kind));
+  if (noise.kind != NoiseKind::kNone) text += ":" + shortest_text(noise.scale);
+  if (noise.kind == NoiseKind::kStudent) text += fmt::format(":{}", noise.freedom);
+  if (noise.outlier_share > 0.0)
+    text += "+outliers:" + shortest_text(noise.outlier_share) + ":" + shortest_text(noise.outlier_amplitude);
+  if (noise.bias > 0.0) text += "+bias:" + shortest_text(noise.bias);
+  if (noise.quantum > 0.0) text += "+quantised:" + shortest_text(noise.quantum);
+  return text;
 }
 
 std::string format_noise(const NoiseConfig& noise) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3"; of several
-// outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02".
+// Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3",
+// "student:0.5:2"; of several outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02". What
+// else a sensor does stands behind it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1".
 #pragma once
 
 #include <cstddef>
@@ -12,15 +13,26 @@
 
 namespace nlo::trainer {
 
-enum class NoiseKind { kNone, kGaussian, kUniform };
+enum class NoiseKind { kNone, kGaussian, kUniform, kStudent };
 template <>
-inline constexpr NameTable<NoiseKind, 3> kNames<NoiseKind>{
-    {{NoiseKind::kNone, "none"}, {NoiseKind::kGaussian, "gaussian"}, {NoiseKind::kUniform, "uniform"}}};
+inline constexpr NameTable<NoiseKind, 4> kNames<NoiseKind>{{{NoiseKind::kNone, "none"},
+                                                            {NoiseKind::kGaussian, "gaussian"},
+                                                            {NoiseKind::kUniform, "uniform"},
+                                                            {NoiseKind::kStudent, "student"}}};
 
 /// Of one sensor.
 struct SensorNoise {
   NoiseKind kind = NoiseKind::kNone;
-  double scale = 0.0;  ///< Gaussian: standard deviation; uniform: half width. In the output's unit.
+  double scale =
+      0.0;          ///< Gaussian: standard deviation; uniform: half width; Student's t: its unit. In the output's unit.
+  int freedom = 0;  ///< degrees of freedom of Student's t, 1 to 30: few are heavy tails
+  double outlier_share = 0.0,
+         outlier_amplitude = 0.0;  ///< this share of the samples is off by U(-amplitude, amplitude) more
+  double bias = 0.0;               ///< U(-bias, bias), drawn once for each run
+  double quantum = 0.0;            ///< what is measured is a multiple of it; 0: is not
+
+  /// Nothing at all is added.
+  bool none() const { return kind == NoiseKind::kNone && outlier_share == 0.0 && bias == 0.0 && quantum == 0.0; }
 
   bool operator==(const SensorNoise&) const = default;
 };
@@ -39,7 +51,7 @@ struct NoiseConfig {
   bool operator==(const NoiseConfig&) const = default;
 };
 
-/// One noise, or several with commas between them. Throws codegen::Error naming what is wrong and the three forms. A
+/// One noise, or several with commas between them. Throws codegen::Error naming what is wrong and the forms there are. A
 /// scale must be finite and not negative.
 NoiseConfig parse_noise(std::string_view text);
 

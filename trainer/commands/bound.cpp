@@ -65,6 +65,9 @@ double noise_limit(const std::string& text, const NoiseConfig& training) {
   if (noise.sensors.size() > 1)
     throw codegen::Error(fmt::format("--noise {}: the bound has one V for all outputs; give one noise", text));
   const SensorNoise& own = noise.sensors.front();
+  if (own != SensorNoise{own.kind, own.scale} || own.kind == NoiseKind::kStudent)
+    throw codegen::Error(fmt::format(
+        "--noise {}: Proposition 2 speaks of bounded noise about zero; write uniform:HALF_WIDTH alone", text));
   if (own.kind == NoiseKind::kGaussian)
     throw codegen::Error(
         fmt::format("--noise {}: Gaussian noise has no bound, and Proposition 2 speaks of bounded noise; write "

@@ -170,10 +170,11 @@ void add_evaluate(CLI::App& app, Action& action) {
                    "model.json of nlo train; several of one experiment: means over training seeds")
       ->required();
   command
-      ->add_option(
-          "--noise", arguments->noises,
-          "on the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, or one for each output with commas between; may "
-          "be repeated")
+      ->add_option("--noise", arguments->noises,
+                   "on the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
+                   "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP; or one for each output with commas "
+                   "between; may "
+                   "be repeated")
       ->allow_extra_args(false);
   command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
       ->check(check_seed)

@@ -126,10 +126,9 @@ void add_simulate(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, kMostTrajectories))
       ->capture_default_str();
   command
-      ->add_option(
-          "--noise", arguments->noise,
-          "on the column NAME_measured: none, gaussian:SIGMA, uniform:HALF_WIDTH, or one for each output with commas "
-          "between")
+      ->add_option("--noise", arguments->noise,
+                   "on the column NAME_measured: as of nlo evaluate, or one for each output with commas "
+                   "between")
       ->capture_default_str();
   command
       ->add_option("--input", arguments->inputs,

@@ -139,7 +139,9 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, N
     return;
   }
   if (!value.is_string())
-    fail(value, where, "it must be \"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\", or a list of these");
+    fail(value, where,
+         "it must be \"none\", \"gaussian:SIGMA\", \"uniform:HALF_WIDTH\" or \"student:SCALE:FREEDOM\", or a list of "
+         "these");
   try {
     field = parse_noise(value.as_string().str);
   } catch (const codegen::Error& error) {

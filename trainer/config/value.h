@@ -137,7 +137,7 @@ inline std::string type_of(const std::string&) {
   return "text";
 }
 inline std::string type_of(const NoiseConfig&) {
-  return "\"none\", \"gaussian:SIGMA\" or \"uniform:HALF_WIDTH\", or a list of these";
+  return "\"none\", \"gaussian:SIGMA\", \"uniform:HALF_WIDTH\" or \"student:SCALE:FREEDOM\", or a list of these";
 }
 inline std::string type_of(const std::array<double, 2>&) {
   return "[re, im]";

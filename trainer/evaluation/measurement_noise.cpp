@@ -20,7 +20,10 @@ constexpr std::uint64_t split_mix(std::uint64_t x) {
 }  // namespace
 
 MeasurementNoise::MeasurementNoise(const NoiseConfig& config, std::uint64_t seed, std::uint64_t run)
-    : config_(config), engine_(split_mix(split_mix(seed) + run)) {}
+    : config_(config), engine_(split_mix(split_mix(seed) + run)) {
+  for (const SensorNoise& sensor : config_.sensors)
+    biases_.push_back(sensor.bias > 0.0 ? sensor.bias * (2.0 * uniform01() - 1.0) : 0.0);
+}
 
 double MeasurementNoise::uniform01() {
   return static_cast<double>(engine_() >> 11) * 0x1p-53;
@@ -43,8 +46,7 @@ double MeasurementNoise::normal() {
   return v1 * factor;
 }
 
-double MeasurementNoise::draw(std::size_t sensor) {
-  const SensorNoise& own = config_.of(sensor);
+double MeasurementNoise::base(const SensorNoise& own) {
   switch (own.kind) {
     case NoiseKind::kNone:
       return 0.0;
@@ -52,8 +54,25 @@ double MeasurementNoise::draw(std::size_t sensor) {
       return own.scale * normal();
     case NoiseKind::kUniform:
       return own.scale * (2.0 * uniform01() - 1.0);
+    case NoiseKind::kStudent: {
+      const double above = normal();
+      double squares = 0.0;
+      for (int i = 0; i < own.freedom; ++i) {
+        const double below = normal();
+        squares += below * below;
+      }
+      return own.scale * above / std::sqrt(squares / own.freedom);
+    }
   }
   return 0.0;
+}
+
+double MeasurementNoise::draw(std::size_t sensor) {
+  const SensorNoise& own = config_.of(sensor);
+  double v = base(own) + biases_[config_.sensors.size() == 1 ? 0 : sensor];
+  if (own.outlier_share > 0.0 && uniform01() < own.outlier_share)
+    v += own.outlier_amplitude * (2.0 * uniform01() - 1.0);
+  return v;
 }
 
 Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles) {
@@ -62,9 +81,11 @@ Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::
     auto angle = angles.begin();
     std::size_t sensor = 0;
     for (Eigen::Index row = 0; row < noisy.rows(); ++row) {
+      const double quantum = config_.of(sensor).quantum;
       const double v = draw(sensor++);
       if (angle == angles.end() || angle->sine != row) {
         noisy(row, k) += v;
+        if (quantum > 0.0) noisy(row, k) = quantum * std::round(noisy(row, k) / quantum);
         continue;
       }
       const double radians = 2.0 * std::numbers::pi * v / angle->wrap;
@@ -82,6 +103,7 @@ double noise_variance(const SensorNoise& noise) {
     case NoiseKind::kNone:
       return 0.0;
     case NoiseKind::kGaussian:
+    case NoiseKind::kStudent:
       return noise.scale * noise.scale;
     case NoiseKind::kUniform:
       return noise.scale * noise.scale / 3.0;
@@ -98,7 +120,7 @@ Eigen::VectorXd noise_variances(const NoiseConfig& noise) {
 
 namespace {
 
-std::string sensor_title(const SensorNoise& noise) {
+std::string base_title(const SensorNoise& noise) {
   switch (noise.kind) {
     case NoiseKind::kNone:
       return "no noise";
@@ -106,8 +128,20 @@ std::string sensor_title(const SensorNoise& noise) {
       return "N(0, " + shortest_text(noise.scale) + ")";
     case NoiseKind::kUniform:
       return "U(-" + shortest_text(noise.scale) + ", " + shortest_text(noise.scale) + ")";
+    case NoiseKind::kStudent:
+      return shortest_text(noise.scale) + " t(" + std::to_string(noise.freedom) + ")";
   }
   return "no noise";
+}
+
+std::string sensor_title(const SensorNoise& noise) {
+  std::string title = base_title(noise);
+  if (noise.outlier_share > 0.0)
+    title +=
+        " + " + shortest_text(100.0 * noise.outlier_share) + " % outliers to " + shortest_text(noise.outlier_amplitude);
+  if (noise.bias > 0.0) title += " + bias to " + shortest_text(noise.bias);
+  if (noise.quantum > 0.0) title += " in steps of " + shortest_text(noise.quantum);
+  return title;
 }
 
 }  // namespace

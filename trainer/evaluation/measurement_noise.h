@@ -8,6 +8,9 @@
 //   uniform = scale * (2 u - 1)
 //   normal  = Marsaglia's polar method: v = 2 u - 1 twice until 0 < q = v1^2 + v2^2 < 1; then v1 and v2 times
 //             scale * sqrt(-2 ln q / q) are two draws, used one after the other
+//   student = scale * n / sqrt((n_1^2 + ... + n_f^2) / f) of f + 1 normal draws of scale 1, n first
+// then, of a sensor that has them: an outlier where u < share, by amplitude * (2 u - 1) of the next u. Biases are drawn
+// before the first sample, sensor by sensor, uniform. Quantising is last.
 // Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
 #pragma once
 
@@ -36,14 +39,16 @@ class MeasurementNoise {
  private:
   double uniform01();
   double normal();
+  double base(const SensorNoise& own);
 
   NoiseConfig config_;
   std::mt19937_64 engine_;
+  std::vector<double> biases_;  ///< of each sensor of the configuration
   double spare_normal_ = 0.0;
   bool has_spare_ = false;
 };
 
-/// Its variance: scale^2 (Gaussian), scale^2 / 3 (uniform), 0.
+/// Its nominal variance: scale^2 (Gaussian and Student's t), scale^2 / 3 (uniform), 0; without outliers and the like.
 double noise_variance(const SensorNoise& noise);
 
 /// One for all sensors, or one for each.

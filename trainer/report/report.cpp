@@ -44,7 +44,7 @@ std::string tile(const std::string& value, const std::string& meaning) {
 
 /// The group that speaks for the whole: the first with Gaussian noise, else with any, else the first.
 const std::vector<Evaluation>* main_group(const std::vector<std::vector<Evaluation>>& groups) {
-  for (const NoiseKind kind : {NoiseKind::kGaussian, NoiseKind::kUniform, NoiseKind::kNone})
+  for (const NoiseKind kind : {NoiseKind::kGaussian, NoiseKind::kUniform, NoiseKind::kStudent, NoiseKind::kNone})
     for (const auto& group : groups)
       if (!group.empty() && std::ranges::any_of(group.front().noise.sensors,
                                                 [kind](const SensorNoise& noise) { return noise.kind == kind; }))

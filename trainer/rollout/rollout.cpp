@@ -9,13 +9,72 @@
 namespace nlo::trainer {
 namespace {
 
-/// Two numbers per lane: normal, or uniform in [-1, 1).
-void draw_pair(RandomLanes& random, NoiseKind kind, float (&draw)[2][kGroup]) {
-  if (kind == NoiseKind::kGaussian) return random.normal_pair(draw[0], draw[1]);
-  for (auto& lane : draw) {
-    random.uniform(lane);
-    for (float& u : lane) u = 2.0F * u - 1.0F;
+/// Numbers of one kind for eight lanes: normal ones come in pairs.
+class LaneNoise {
+ public:
+  explicit LaneNoise(std::uint64_t stream) : random_(stream) {}
+
+  /// A sensor begins: of a pair nothing is left over for another kind.
+  void begin(NoiseKind kind) {
+    if (kind != kind_) left_ = 0;
+    kind_ = kind;
   }
+
+  /// Of scale 1. Valid until the next call.
+  const float* next(const SensorNoise& noise) {
+    if (noise.kind == NoiseKind::kStudent) return student(noise.freedom);
+    begin(noise.kind);
+    if (left_ == 0) {
+      draw_pair();
+      left_ = 2;
+    }
+    return draw_[2 - left_--];
+  }
+
+  /// In [0, 1).
+  const float* uniform() {
+    random_.uniform(uniform_);
+    return uniform_;
+  }
+
+ private:
+  /// Two numbers per lane: normal, or uniform in [-1, 1).
+  void draw_pair() {
+    if (kind_ != NoiseKind::kUniform) return random_.normal_pair(draw_[0], draw_[1]);
+    for (auto& lane : draw_) {
+      random_.uniform(lane);
+      for (float& u : lane) u = 2.0F * u - 1.0F;
+    }
+  }
+
+  const float* student(int freedom) {
+    const SensorNoise normal{NoiseKind::kGaussian, 1.0};
+    float squares[kGroup] = {};
+    for (int i = 0; i < freedom; ++i) {
+      const float* n = next(normal);
+      for (int l = 0; l < kGroup; ++l) squares[l] += n[l] * n[l];
+    }
+    const float* n = next(normal);
+    for (int l = 0; l < kGroup; ++l)
+      student_[l] = n[l] / std::sqrt(std::max(squares[l] / static_cast<float>(freedom), 1e-12F));
+    return student_;
+  }
+
+  RandomLanes random_;
+  float draw_[2][kGroup] = {}, uniform_[kGroup] = {}, student_[kGroup] = {};
+  NoiseKind kind_ = NoiseKind::kNone;
+  int left_ = 0;  ///< of draw_
+};
+
+/// v = bias, and an outlier in its share of the lanes.
+void add_faults(const SensorNoise& own, const float* bias, const float* outlier, LaneNoise& random, float* v) {
+  std::copy_n(bias, kGroup, v);
+  if (own.outlier_share == 0.0) return;
+  float draw[kGroup];
+  std::copy_n(random.uniform(), kGroup, draw);
+  const float* u = random.uniform();
+  for (int l = 0; l < kGroup; ++l)
+    if (draw[l] < static_cast<float>(own.outlier_share)) v[l] += outlier[l] * (2.0F * u[l] - 1.0F);
 }
 
 /// Noise on an angle that is given by its sine and cosine turns the two.
@@ -199,36 +258,44 @@ void Rollout::add_outages(int index) {
 
 /// `level`: of each lane, times the configured noise.
 void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const float* level, std::uint64_t stream) const {
-  RandomLanes random(stream);
-  float draw[2][kGroup];
-  int left = 0;  // of `draw`: normal numbers come in pairs
-  NoiseKind kind = NoiseKind::kNone;
+  LaneNoise random(stream);
   auto angle = data_->output_angles.begin();
   std::size_t sensor = 0;
   for (int row = 0; row < data_->ny; ++sensor) {
     const bool encoded = angle != data_->output_angles.end() && angle->sine == row;
     const SensorNoise& own = noise.of(sensor);
-    if (own.kind != kind) left = 0;
-    kind = own.kind;
-    float scale[kGroup];
+    random.begin(own.kind);
+    const float unit = encoded ? static_cast<float>(2.0 * std::numbers::pi / angle->wrap) : 1.0F;
+    float scale[kGroup], outlier[kGroup], bias[kGroup] = {};
     for (int l = 0; l < kGroup; ++l) {
       scale[l] = level[l] * static_cast<float>(own.scale);
-      if (encoded) scale[l] *= static_cast<float>(2.0 * std::numbers::pi / angle->wrap);
+      if (encoded) scale[l] *= unit;
+      outlier[l] = level[l] * static_cast<float>(own.outlier_amplitude) * unit;
     }
+    if (own.bias > 0.0) {
+      const float* u = random.uniform();
+      for (int l = 0; l < kGroup; ++l) bias[l] = level[l] * static_cast<float>(own.bias) * unit * (2.0F * u[l] - 1.0F);
+    }
+    const auto quantum = static_cast<float>(own.quantum);
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
-    for (int t = 0; kind != NoiseKind::kNone && t < group.length; ++t, y += kGroup) {
-      if (left == 0) {
-        draw_pair(random, kind, draw);
-        left = 2;
+    for (int t = 0; !own.none() && t < group.length; ++t, y += kGroup) {
+      if (own.kind != NoiseKind::kNone) {
+        const float* v = random.next(own);
+        if (encoded) {
+          for (int l = 0; l < kGroup; ++l) turn(y[l], cosine[l], scale[l] * v[l]);
+        } else {
+          for (int l = 0; l < kGroup; ++l) y[l] += scale[l] * v[l];
+        }
       }
-      const float* v = draw[2 - left--];
-      if (!encoded) {
-        for (int l = 0; l < kGroup; ++l) y[l] += scale[l] * v[l];
-        continue;
+      if (own.outlier_share > 0.0 || own.bias > 0.0) {
+        float v[kGroup];
+        add_faults(own, bias, outlier, random, v);
+        for (int l = 0; !encoded && l < kGroup; ++l) y[l] += v[l];
+        for (int l = 0; encoded && l < kGroup; ++l) turn(y[l], cosine[l], v[l]);
       }
-      for (int l = 0; l < kGroup; ++l) turn(y[l], cosine[l], scale[l] * v[l]);
-      cosine += kGroup;
+      for (int l = 0; !encoded && quantum > 0.0F && l < kGroup; ++l) y[l] = quantum * std::round(y[l] / quantum);
+      if (encoded) cosine += kGroup;
     }
     row += encoded ? 2 : 1;
     if (encoded) ++angle;
