@@ -200,7 +200,7 @@ std::string orderings_html(const Section& section) {
 
 std::string reports_html(const Item& item, const Section& section) {
   return fmt::format(
-      "<p class=\"soft\">Paper: <code>\\label{{{}}}</code> · alone: <code>nlo reproduce {}</code></p>\n"
+      "<p class=\"soft\">Paper: <code>{}</code> · alone: <code>nlo reproduce {}</code></p>\n"
       "<dl class=\"reports\"><dt>The paper reports</dt><dd>{}</dd><dt>We see</dt><dd>{}</dd></dl>\n",
       escaped(item.label), escaped(item.name), escaped(item.paper_reports), escaped(section.seen));
 }
@@ -270,6 +270,7 @@ std::string page_html(const Request& request, const Result& result, const Workbe
     page.text(fmt::format("<h2 id=\"{}\">{}</h2>\n{}", escaped(item->name), escaped(item->title),
                           reports_html(*item, section)));
     for (const Figure& figure : section.figures) page.figure(figure);
+    for (const Contest& contest : section.contests) page.text(contest_html(contest));
     page.text(tables_html(section) + explanations_html(section, request.quick) + orderings_html(section));
   }
   page.text(method_html(bench));
@@ -290,6 +291,7 @@ std::string summary_text(const Result& result) {
         }
       text += "\n" + lines.to_string(2);
     }
+    for (const Contest& contest : section.contests) text += "\n" + contest_text(contest);
     const Counts counts = count(section);
     if (counts.claims > 0) text += fmt::format("\n  {} of {} claims held for every seed\n", counts.held, counts.claims);
     text += "\n";

@@ -132,6 +132,15 @@ std::span<const Item> items() {
        {"reverse_duffing_x1", "reverse_duffing_joint", "reverse_duffing_pde", "reverse_duffing_pde_x2"},
        1.0,
        duffing_pde},
+      {"hyperkkl",
+       "hyperkkl",
+       "Driven observers: the benchmark of HyperKKL",
+       "arXiv 2603.29744",
+       "Of two methods with 125,000 multiply-adds, the best SMAPE in each cell, for four plants under four kinds of "
+       "input.",
+       {"hyperkkl/duffing", "hyperkkl/van_der_pol", "hyperkkl/roessler", "hyperkkl/fitzhugh_nagumo"},
+       60.0,
+       hyperkkl},
   };
   return kItems;
 }
