@@ -80,14 +80,16 @@ std::string contests_csv(const std::vector<Contest>& contests) {
     for (const Contender& cell : contest.cells)
       for (const ContestReading& reading : kContestReadings) {
         const auto& values = cell.*reading.values;
+        const Spread ours = spread(values);
         seeds = std::max(seeds, values.size());
-        lines += fmt::format("\"{}\",{},\"{}\",{},{},{},{},{}", contest.title, cell.model, cell.condition, reading.name,
-                             cell.published ? shortest_text(*cell.published) : "", shortest_text(spread(values).mean),
-                             shortest_text(worst_of(values)), verdict(cell, values));
+        lines += fmt::format("{},{},\"{}\",{},smape,{},{},{},{}", contest.title, cell.model, cell.condition,
+                             reading.name, cell.published ? shortest_text(*cell.published) : "",
+                             shortest_text(ours.mean), shortest_text(ours.deviation),
+                             cell.published ? shortest_text(ours.mean / *cell.published - 1.0) : "");
         for (const double value : values) lines += "," + shortest_text(value);
         lines += '\n';
       }
-  std::string heading = "title,model,condition,reading,published,mean,worst,verdict";
+  std::string heading = "table,row,column,reading,metric,paper,mean,deviation,relative_to_paper";
   for (std::size_t seed = 1; seed <= seeds; ++seed) heading += fmt::format(",seed_{}", seed);
   return heading + "\n" + lines;
 }

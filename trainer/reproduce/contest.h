@@ -30,7 +30,8 @@ std::string contest_score(const Contest& contest);
 std::string contest_text(const Contest& contest);
 std::string contest_html(const Contest& contest);
 
-/// title,model,condition,reading,published,mean,worst,ahead,seed_1,...
+/// The columns of numbers_csv() (csv.h): row the model, column the condition, paper the published number. Titles and
+/// models without commas.
 std::string contests_csv(const std::vector<Contest>& contests);
 
 }  // namespace nlo::trainer::reproduction

@@ -54,14 +54,15 @@ Eigen::MatrixXd latin_hypercube(const SimulationConfig& simulation, Eigen::Index
 struct BenchmarkPlant {
   const char* title;
   const char* experiment;           ///< in trainer/experiments/
+  std::array<double, 3> reach;      ///< states start in [-reach, reach]; training may start elsewhere
   std::array<double, 4> published;  ///< the best SMAPE [%] of their two methods, by kKnownInputs
 };
 
 inline constexpr std::array<BenchmarkPlant, 4> kBenchmarkPlants{{
-    {"Duffing", "hyperkkl/duffing", {5.6, 21.1, 22.7, 21.3}},
-    {"Van der Pol", "hyperkkl/van_der_pol", {5.0, 26.0, 15.5, 17.9}},
-    {"Roessler", "hyperkkl/roessler", {52.7, 55.4, 53.5, 54.0}},
-    {"FitzHugh-Nagumo", "hyperkkl/fitzhugh_nagumo", {9.8, 42.1, 30.9, 32.5}},
+    {"Duffing", "hyperkkl/duffing", {1.0, 1.0}, {5.6, 21.1, 22.7, 21.3}},
+    {"Van der Pol", "hyperkkl/van_der_pol", {3.0, 3.0}, {5.0, 26.0, 15.5, 17.9}},
+    {"Roessler", "hyperkkl/roessler", {10.0, 10.0, 10.0}, {52.7, 55.4, 53.5, 54.0}},
+    {"FitzHugh-Nagumo", "hyperkkl/fitzhugh_nagumo", {2.5, 1.5}, {9.8, 42.1, 30.9, 32.5}},
 }};
 
 }  // namespace nlo::trainer::reproduction

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <vector>
 
 #include "trainer/evaluation/text.h"
 #include "trainer/report/html.h"
@@ -242,9 +241,8 @@ std::string head_html(const Request& request, const Result& result) {
 std::string method_html(const Workbench& bench) {
   std::string html = fmt::format(
       "<h2 id=\"method\">How these numbers are made</h2>\n"
-      "<p>The paper leaves its metric, its test set and its noise model open; two readings are shown. Each number is "
-      "the "
-      "mean over training seeds with the population standard deviation; the test set is the same for all: {} initial "
+      "<p>The paper leaves its metric, test set and noise model open; two readings are shown. Each number is the mean "
+      "over training seeds with the population standard deviation; the test set is the same for all: {} initial "
       "states, uniform over the training box, z(0) = 0, RK4 at 0.02 s over 50 s. Bold: the smallest of a row.</p>\n"
       "<dl class=\"reports\"><dt>strict</dt><dd>one independent draw of noise per sample, as a sensor gives it; error "
       "norm sqrt(mean |x - x̂|²) over the whole run, the transient included. N(0, 0.5): standard deviation 0.5.</dd>\n"
