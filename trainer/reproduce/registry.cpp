@@ -153,7 +153,7 @@ std::vector<const Item*> select_items(const std::string& what) {
   std::vector<std::string> known{"all"};
   for (const Item& item : items()) {
     if (std::find(known.begin(), known.end(), item.example) == known.end()) known.emplace_back(item.example);
-    known.emplace_back(item.name);
+    if (item.name != item.example) known.emplace_back(item.name);
   }
   const std::string nearest = nearest_name(what, known);
   throw codegen::Error(fmt::format("{}: the paper has no such part; {}", what,
