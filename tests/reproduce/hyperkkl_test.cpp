@@ -91,7 +91,7 @@ TEST(HyperKkl, ExperimentsTrainOnTheBenchmarksInputs) {
     EXPECT_NEAR(experiment.excitation->longest_s, 2.0 * std::numbers::pi / 0.5, 1e-12);
     EXPECT_EQ(experiment.simulation.sample_period_s, 0.05);
     for (std::size_t i = 0; i < experiment.simulation.initial_high.size(); ++i)
-      EXPECT_EQ(experiment.simulation.initial_high[i], plant.reach[i]) << plant.title;
+      EXPECT_EQ(experiment.simulation.initial_high[i], plant.high[i]) << plant.title;
   }
 }
 

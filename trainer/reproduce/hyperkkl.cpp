@@ -52,8 +52,8 @@ Dataset bounded_run(const Plant& plant, const SimulationConfig& simulation, Eige
 Experiment tested(Experiment experiment, const BenchmarkPlant& plant) {
   SimulationConfig& simulation = experiment.simulation;
   for (std::size_t i = 0; i < simulation.initial_low.size(); ++i) {
-    simulation.initial_low[i] = -plant.reach[i];
-    simulation.initial_high[i] = plant.reach[i];
+    simulation.initial_low[i] = plant.low[i];
+    simulation.initial_high[i] = plant.high[i];
   }
   return experiment;
 }
@@ -138,7 +138,7 @@ Section hyperkkl(const Workbench& bench) {
     for (std::size_t i = 0; i < kKnownInputs.size(); ++i) {
       const Dataset truth = truth_of(experiment, kKnownInputs[i], cell++, runs);
       clean.cells.push_back(contender(bench, plant, kKnownInputs[i], truth, {}));
-      clean.cells.back().published = plant.published[i];
+      if (plant.published[i] > 0.0) clean.cells.back().published = plant.published[i];
       noisy.cells.push_back(
           contender(bench, plant, kKnownInputs[i], truth, {NoiseKind::kGaussian, kNoiseShare * output_rms(truth)}));
     }

@@ -25,8 +25,8 @@ struct DrivenInput {
 struct InputRange {
   const char* title;
   InputSignal kind = InputSignal::kZero;
-  double least = 0.0, most = 0.0;     ///< A
-  double slowest = 0.0, fastest = 0;  ///< w [rad/s]
+  double least = 0.0, most = 0.0;       ///< A
+  double slowest = 0.0, fastest = 0.0;  ///< w [rad/s]
   bool sign = false;
 };
 
@@ -54,15 +54,16 @@ Eigen::MatrixXd latin_hypercube(const SimulationConfig& simulation, Eigen::Index
 struct BenchmarkPlant {
   const char* title;
   const char* experiment;           ///< in trainer/experiments/
-  std::array<double, 3> reach;      ///< states start in [-reach, reach]; training may start elsewhere
-  std::array<double, 4> published;  ///< the best SMAPE [%] of their two methods, by kKnownInputs
+  std::array<double, 3> low, high;  ///< where its n_x states start; training may start elsewhere
+  std::array<double, 4> published;  ///< the best SMAPE [%] of their two methods, by kKnownInputs; 0: there is none
 };
 
-inline constexpr std::array<BenchmarkPlant, 4> kBenchmarkPlants{{
-    {"Duffing", "hyperkkl/duffing", {1.0, 1.0}, {5.6, 21.1, 22.7, 21.3}},
-    {"Van der Pol", "hyperkkl/van_der_pol", {3.0, 3.0}, {5.0, 26.0, 15.5, 17.9}},
-    {"Roessler", "hyperkkl/roessler", {10.0, 10.0, 10.0}, {52.7, 55.4, 53.5, 54.0}},
-    {"FitzHugh-Nagumo", "hyperkkl/fitzhugh_nagumo", {2.5, 1.5}, {9.8, 42.1, 30.9, 32.5}},
+inline constexpr std::array<BenchmarkPlant, 5> kBenchmarkPlants{{
+    {"Duffing", "hyperkkl/duffing", {-1.0, -1.0}, {1.0, 1.0}, {5.6, 21.1, 22.7, 21.3}},
+    {"Van der Pol", "hyperkkl/van_der_pol", {-3.0, -3.0}, {3.0, 3.0}, {5.0, 26.0, 15.5, 17.9}},
+    {"Roessler", "hyperkkl/roessler", {-10.0, -10.0, -10.0}, {10.0, 10.0, 10.0}, {52.7, 55.4, 53.5, 54.0}},
+    {"FitzHugh-Nagumo", "hyperkkl/fitzhugh_nagumo", {-2.5, -1.5}, {2.5, 1.5}, {9.8, 42.1, 30.9, 32.5}},
+    {"Lorenz", "hyperkkl/lorenz", {-20.0, -30.0, 0.0}, {20.0, 30.0, 50.0}, {}},
 }};
 
 }  // namespace nlo::trainer::reproduction
