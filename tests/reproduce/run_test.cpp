@@ -78,6 +78,22 @@ TEST_F(Reproduction, ADrivenObserverIsJudgedWithoutItsInputToo) {
   EXPECT_EQ(result.sections.front().second.tables.front().rows.size(), 2U);
 }
 
+TEST_F(Reproduction, ABenchmarkOfOthersHasATableForEachTestAndNumbersForALedger) {
+  Request request = tiny();
+  request.what = "hyperkkl";
+  request.size.steps = 0.0005;
+  const Result result = run(request);
+  ASSERT_EQ(result.sections.size(), 1U);
+  const Section& section = result.sections.front().second;
+  ASSERT_EQ(section.contests.size(), 3U);
+  EXPECT_EQ(section.contests[0].cells.size(), 20U);
+  for (const Contender& cell : section.contests[0].cells)
+    EXPECT_EQ(cell.published.has_value(), cell.model != "Lorenz") << cell.model;
+  EXPECT_THAT(codegen::read_file(request.directory + "/hyperkkl.csv"),
+              HasSubstr("inputs as in training,Duffing,\"zero\",components,smape,5.6,"));
+  EXPECT_THAT(codegen::read_file(request.directory + "/reproduction.html"), HasSubstr("FitzHugh-Nagumo, square"));
+}
+
 TEST_F(Reproduction, AnotherConfigOrSeedMissesTheCache) {
   Request request = tiny();
   run(request);

@@ -53,8 +53,8 @@ void run_reproduce(ReproduceArguments arguments) {
 
 void add_reproduce(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ReproduceArguments>();
-  CLI::App* command =
-      app.add_subcommand("reproduce", "Make the paper's tables and figures, beside the paper's numbers");
+  CLI::App* command = app.add_subcommand(
+      "reproduce", "Make the paper's tables and figures, beside the paper's numbers, and a benchmark");
   command->add_option("WHAT", arguments->request.what, "all, an example, a table or a figure (listed below)")
       ->required();
   command->add_flag("--quick", arguments->request.quick, "for a look: fewer steps, seeds and test trajectories");

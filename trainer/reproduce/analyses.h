@@ -36,4 +36,7 @@ Section duffing_driven(const Workbench& bench);
 // duffing_pde.cpp
 Section duffing_pde(const Workbench& bench);
 
+// hyperkkl.cpp
+Section hyperkkl(const Workbench& bench);
+
 }  // namespace nlo::trainer::reproduction

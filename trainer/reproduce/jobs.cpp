@@ -64,7 +64,8 @@ TrainingResult train_job(const Job& job, const std::string& directory, const std
 
 Experiment paper_experiment(std::string_view name, const Size& size, int seed) {
   std::vector<std::string> overrides{fmt::format("seed={}", seed)};
-  std::string shipped_name = "paper/" + std::string(name.substr(0, name.find(' ')));
+  std::string shipped_name(name.substr(0, name.find(' ')));
+  if (shipped_name.find('/') == std::string::npos) shipped_name = "paper/" + shipped_name;
   for (std::size_t at = name.find(' '); at != std::string_view::npos;) {
     const std::size_t next = name.find(' ', at + 1);
     overrides.emplace_back(name.substr(at + 1, next == std::string_view::npos ? next : next - at - 1));

@@ -17,13 +17,13 @@
 namespace nlo::trainer::reproduction {
 
 struct Job {
-  std::string experiment;  ///< name in trainer/experiments/paper/
+  std::string experiment;  ///< name in trainer/experiments/paper/, or with its folder
   int seed = 0;            ///< index; the experiment's seed is one more
   Experiment config;       ///< with its seed and its share of the steps
   double cost_s = 1.0;     ///< roughly, on one core
 };
 
-/// An experiment of the paper at this size, trained with `seed` (1, 2, ...). Throws codegen::Error for an unknown name.
+/// An experiment of the paper (or "hyperkkl/...") at this size, trained with `seed` (1, 2, ...). Throws codegen::Error for an unknown name.
 Experiment paper_experiment(std::string_view name, const Size& size, int seed);
 
 /// Seconds that a training takes, roughly, on one core: its weight in the progress bar.

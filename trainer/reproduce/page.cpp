@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <vector>
 
 #include "trainer/evaluation/text.h"
 #include "trainer/report/html.h"
@@ -200,7 +199,7 @@ std::string orderings_html(const Section& section) {
 
 std::string reports_html(const Item& item, const Section& section) {
   return fmt::format(
-      "<p class=\"soft\">Paper: <code>\\label{{{}}}</code> · alone: <code>nlo reproduce {}</code></p>\n"
+      "<p class=\"soft\">Paper: <code>{}</code> · alone: <code>nlo reproduce {}</code></p>\n"
       "<dl class=\"reports\"><dt>The paper reports</dt><dd>{}</dd><dt>We see</dt><dd>{}</dd></dl>\n",
       escaped(item.label), escaped(item.name), escaped(item.paper_reports), escaped(section.seen));
 }
@@ -242,9 +241,8 @@ std::string head_html(const Request& request, const Result& result) {
 std::string method_html(const Workbench& bench) {
   std::string html = fmt::format(
       "<h2 id=\"method\">How these numbers are made</h2>\n"
-      "<p>The paper leaves its metric, its test set and its noise model open; two readings are shown. Each number is "
-      "the "
-      "mean over training seeds with the population standard deviation; the test set is the same for all: {} initial "
+      "<p>The paper leaves its metric, test set and noise model open; two readings are shown. Each number is the mean "
+      "over training seeds with the population standard deviation; the test set is the same for all: {} initial "
       "states, uniform over the training box, z(0) = 0, RK4 at 0.02 s over 50 s. Bold: the smallest of a row.</p>\n"
       "<dl class=\"reports\"><dt>strict</dt><dd>one independent draw of noise per sample, as a sensor gives it; error "
       "norm sqrt(mean |x - x̂|²) over the whole run, the transient included. N(0, 0.5): standard deviation 0.5.</dd>\n"
@@ -270,6 +268,7 @@ std::string page_html(const Request& request, const Result& result, const Workbe
     page.text(fmt::format("<h2 id=\"{}\">{}</h2>\n{}", escaped(item->name), escaped(item->title),
                           reports_html(*item, section)));
     for (const Figure& figure : section.figures) page.figure(figure);
+    for (const Contest& contest : section.contests) page.text(contest_html(contest));
     page.text(tables_html(section) + explanations_html(section, request.quick) + orderings_html(section));
   }
   page.text(method_html(bench));
@@ -290,6 +289,7 @@ std::string summary_text(const Result& result) {
         }
       text += "\n" + lines.to_string(2);
     }
+    for (const Contest& contest : section.contests) text += "\n" + contest_text(contest);
     const Counts counts = count(section);
     if (counts.claims > 0) text += fmt::format("\n  {} of {} claims held for every seed\n", counts.held, counts.claims);
     text += "\n";

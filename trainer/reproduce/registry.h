@@ -18,11 +18,11 @@ namespace nlo::trainer::reproduction {
 
 struct Item {
   std::string_view name;           ///< on the command line, and of its CSV file: "table1", "figure-reg-traj"
-  std::string_view example;        ///< "example1", "example2" or "example3": the group it can be asked for by
+  std::string_view example;        ///< "example1", "example2", "example3", "hyperkkl": the group it can be asked for by
   std::string_view title;          ///< of its section
-  std::string_view label;          ///< \label of the paper's figure or table
+  std::string_view label;          ///< \label of the paper's figure or table, or where else the numbers are from
   std::string_view paper_reports;  ///< what the paper shows and says
-  /// Names in trainer/experiments/paper/; what is changed in one may follow, each change as " section.key=value".
+  /// Names in trainer/experiments/paper/, or with their folder; what is changed in one may follow, each change as " section.key=value".
   std::vector<std::string_view> experiments;
   double analysis_s = 1.0;  ///< roughly, at full size with 3 seeds: the item's share of the bar
   Section (*analyse)(const Workbench& bench);

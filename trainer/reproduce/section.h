@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "trainer/report/gnuplot.h"
+#include "trainer/reproduce/contest.h"
 
 namespace nlo::trainer::reproduction {
 
@@ -48,6 +49,7 @@ struct Explanation {
 struct Section {
   std::string seen;  ///< what we see, in words made from the numbers
   std::vector<ComparisonTable> tables;
+  std::vector<Contest> contests;
   std::vector<Figure> figures;
   std::vector<Ordering> orderings;
   std::vector<Explanation> explanations;

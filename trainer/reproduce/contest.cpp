@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/reproduce/contest.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "trainer/base/number_text.h"
+#include "trainer/evaluation/text.h"
+#include "trainer/report/html.h"
+#include "trainer/reproduce/section.h"
+
+namespace nlo::trainer::reproduction {
+namespace {
+
+using ContestValues = std::vector<double> Contender::*;
+
+struct ContestReading {
+  const char* name;
+  ContestValues values;
+};
+constexpr ContestReading kContestReadings[] = {{"components", &Contender::components}, {"norms", &Contender::norms}};
+
+double worst_of(const std::vector<double>& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+const char* verdict(const Contender& cell, const std::vector<double>& values) {
+  if (!cell.published) return "";
+  return is_ahead(cell, values) ? "ahead" : "behind";
+}
+
+/// A row for each cell: model, condition, published, then mean, worst seed and verdict in both readings.
+std::vector<std::vector<std::string>> contest_rows(const Contest& contest) {
+  std::vector<std::vector<std::string>> rows;
+  for (const Contender& cell : contest.cells) {
+    auto& row = rows.emplace_back();
+    row = {cell.model + ", " + cell.condition, cell.published ? significant(*cell.published) : "-"};
+    for (const ContestReading& reading : kContestReadings) {
+      const auto& values = cell.*reading.values;
+      row.insert(row.end(), {significant(spread(values).mean), significant(worst_of(values)), verdict(cell, values)});
+    }
+  }
+  return rows;
+}
+
+const std::vector<std::string> kContestHeadings = {"SMAPE in %", "published", "components", "worst",
+                                                   "",           "norms",     "worst",      ""};
+
+}  // namespace
+
+bool is_ahead(const Contender& cell, const std::vector<double>& values) {
+  return cell.published && !values.empty() && worst_of(values) < *cell.published;
+}
+
+std::string contest_score(const Contest& contest) {
+  int cells = 0, components = 0, norms = 0;
+  for (const Contender& cell : contest.cells) {
+    cells += cell.published ? 1 : 0;
+    components += is_ahead(cell, cell.components) ? 1 : 0;
+    norms += is_ahead(cell, cell.norms) ? 1 : 0;
+  }
+  return fmt::format("{} of {} cells ahead by components, {} of {} by norms", components, cells, norms, cells);
+}
+
+std::string contest_text(const Contest& contest) {
+  TextTable table(kContestHeadings);
+  for (auto& row : contest_rows(contest)) table.add_row(std::move(row));
+  return contest.title + "\n" + table.to_string(2);
+}
+
+std::string contest_html(const Contest& contest) {
+  return fmt::format("<h3>{}</h3>\n{}", escaped(contest.title), html_table(kContestHeadings, contest_rows(contest)));
+}
+
+std::string contests_csv(const std::vector<Contest>& contests) {
+  std::string lines;
+  std::size_t seeds = 0;
+  for (const Contest& contest : contests)
+    for (const Contender& cell : contest.cells)
+      for (const ContestReading& reading : kContestReadings) {
+        const auto& values = cell.*reading.values;
+        const Spread ours = spread(values);
+        seeds = std::max(seeds, values.size());
+        lines += fmt::format("{},{},\"{}\",{},smape,{},{},{},{}", contest.title, cell.model, cell.condition,
+                             reading.name, cell.published ? shortest_text(*cell.published) : "",
+                             shortest_text(ours.mean), shortest_text(ours.deviation),
+                             cell.published ? shortest_text(ours.mean / *cell.published - 1.0) : "");
+        for (const double value : values) lines += "," + shortest_text(value);
+        lines += '\n';
+      }
+  std::string heading = "table,row,column,reading,metric,paper,mean,deviation,relative_to_paper";
+  for (std::size_t seed = 1; seed <= seeds; ++seed) heading += fmt::format(",seed_{}", seed);
+  return heading + "\n" + lines;
+}
+
+}  // namespace nlo::trainer::reproduction
