@@ -283,5 +283,44 @@ TEST_F(LogDataset, LoadsSplitsOnTheClockOfTheTrainingLogs) {
   EXPECT_EQ(splits.report.files.size(), 3u);
 }
 
+TEST_F(LogDataset, TakesThePeriodOfTheRowsTimesEvery) {
+  LogConfig config = SyntheticLog::config();
+  config.every = 4;
+  config.sample_period_s = 0.0;
+  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 0.02, 1e-5);  // jitter at the ends of the log
+}
+
+TEST_F(LogDataset, TrainsOnEveryRowThoughTheObserverIsGivenEachNth) {
+  LogConfig config = SyntheticLog::config();
+  config.every = 7;
+  config.sample_period_s *= 7;
+  for (const char* name : {"train.csv", "test.csv"}) {
+    scratch_.write(name, log_.csv());
+    log_.samples = 500;
+  }
+  config.train_files = {"train.csv"};
+  config.test_files = {"test.csv"};
+  const LogSplits splits = load_log_splits(config, scratch_.path());
+  ASSERT_EQ(splits.train.trajectories.size(), 7u);
+  EXPECT_EQ(splits.train.trajectories[0].source, "train.csv");
+  EXPECT_EQ(splits.train.trajectories[2].source, "train.csv from its row 3");
+  Eigen::Index rows = 0;
+  for (const Trajectory& run : splits.train.trajectories) {
+    EXPECT_EQ(run.time_s[0], 0.0);
+    rows += run.samples();
+  }
+  EXPECT_EQ(rows, 600);
+  ASSERT_EQ(splits.test.trajectories.size(), 1u);
+  EXPECT_EQ(splits.test.trajectories[0].samples(), 72);
+  EXPECT_EQ(splits.test.sample_period_s, splits.train.sample_period_s);
+}
+
+TEST_F(LogDataset, RefusesToLeaveTooFewRows) {
+  LogConfig config = SyntheticLog::config();
+  config.every = 600;
+  config.sample_period_s *= 600;
+  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv: 600 rows, and every = 600 leaves no two samples"));
+}
+
 }  // namespace
 }  // namespace nlo::trainer

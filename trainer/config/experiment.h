@@ -86,7 +86,7 @@ struct LogConfig {
   std::vector<ColumnConfig> columns;
   VelocityFilterConfig velocity_filter;
   double sample_period_s = 0.0;  ///< nominal; 0: that of the time stamps
-  int every = 1;                 ///< the observer is given every n-th sample; sample_period_s is of these
+  int every = 1;                 ///< the observer is given each n-th row; sample_period_s is of those
   double max_gap_s = 0.0;        ///< a longer step splits a log into runs; 0: 10 nominal periods
   std::vector<std::string> train_files, validation_files, test_files;  ///< names or globs under --data DIR
 };

@@ -196,7 +196,7 @@ Trajectory thinned(const Trajectory& run, Eigen::Index every, Eigen::Index first
   return thin;
 }
 
-/// Thins all runs; `phases` from each, which begin at its first rows.
+/// Thins all runs: each becomes `phases` runs, which begin at its first, second, ... row.
 void thin(Index every, Index phases, Dataset& data) {
   if (every == 1) return;
   std::vector<Trajectory> thinned_runs;
@@ -213,11 +213,11 @@ void thin(Index every, Index phases, Dataset& data) {
   data.sample_period_s *= static_cast<double>(every);
 }
 
-/// Loads files that exist, adding what is found to `report`. `decides`: these logs decide what is said of the columns,
-/// and training gets all phases of them.
+/// Loads files that exist, adding what is found to `report`. `decides`: these logs decide what is said of the columns.
+/// `all_phases`: with every = n, n runs of each log in place of one, so that no row is lost.
 Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::string>& paths, bool decides,
              bool all_phases, LogReport& report) {
-  config.sample_period_s /= config.every;  // of the rows
+  config.sample_period_s /= config.every;  // from here on that of the rows
   std::vector<LogFile> logs;
   for (const std::string& path : paths) logs.push_back(read_log(path, schema, config.sample_period_s));
   Dataset data;

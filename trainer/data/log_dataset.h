@@ -32,8 +32,9 @@ std::string to_text(const LogReport& report);
 ///   weight   N        0 within mask_edges_s of either end when a state is such a velocity, else 1
 ///   time_s   N        from the first sample; on the even grid where stamps differ from it by their rounding
 ///   uniform           every run is regular (TimeGrid), of the nominal period, and misses no sample
-/// With `every` > 1 all of that is made of every row, and every n-th sample is kept. Columns not listed are not read. Throws codegen::Error naming file, line and
-/// column: see CsvTable, resolve_columns, expand_files, read_log; a log none of whose runs is long enough.
+/// With `every` = n > 1 all of that is computed from every row, then each n-th sample is kept. Columns not listed are not
+/// read. Throws codegen::Error naming file, line and column: see CsvTable, resolve_columns, expand_files, read_log; a log
+/// none of whose runs is long enough.
 Dataset load_logs(const LogConfig& config, const std::string& directory, const std::vector<std::string>& files,
                   LogReport* report = nullptr);
 

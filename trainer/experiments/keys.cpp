@@ -140,9 +140,9 @@ const std::vector<Key<LogConfig>>& keys() {
   using L = LogConfig;
   static const std::vector<Key<L>> kKeys = {
       key("sample_period_s", &L::sample_period_s, at_least(0), "nominal [s]; 0: that of the time stamps"),
-      only_when_given(
-          key("every", &L::every, between(1, 1000),
-              "the observer is given every n-th row, of which sample_period_s speaks; velocities are of all rows")),
+      only_when_given(key(
+          "every", &L::every, between(1, 1000),
+          "the observer is given each n-th row; sample_period_s is of those rows, velocities are computed from all")),
       key("max_gap_s", &L::max_gap_s, at_least(0),
           "a longer step splits a log into runs that start anew [s]; 0: 10 nominal periods"),
       key("train_files", &L::train_files, any(), "CSV files or globs (*, ?) under --data DIR"),
