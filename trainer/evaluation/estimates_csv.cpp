@@ -31,8 +31,7 @@ std::string estimates_csv(const codegen::Model& model, const EvaluatedRun& run, 
       append(as_shown(run.measured(j, k), model.outputs[static_cast<std::size_t>(j)]));
     for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(model.inputs.size()); ++i)
       append(truth.inputs.size() > 0 ? truth.inputs(i, k) : 0.0);
-    for (Eigen::Index i = 0; i < run.estimate.rows(); ++i)
-      append(as_shown(run.estimate(i, k), model.states[static_cast<std::size_t>(i)]));
+    for (Eigen::Index i = 0; i < run.estimate.rows(); ++i) append(run.estimate(i, k));
     append(run.outside.size() > 0 && run.outside[k] > 0.0 ? 0.0 : 1.0);
     for (Eigen::Index i = 0; i < truth.states.rows(); ++i)
       append(truth.weight[k] > 0.0 ? as_shown(truth.states(i, k), model.states[static_cast<std::size_t>(i)])

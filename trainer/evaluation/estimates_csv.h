@@ -14,9 +14,9 @@ namespace nlo::trainer {
 ///   step_s            what step() is told; 0: the sample period
 ///   OUTPUT...         as measured, angles within half a turn of 0; nan where it is missing
 ///   INPUT...          as given
-///   STATE_estimate... x_hat, float, all its digits
+///   STATE_estimate... x_hat as it is: of an angle any turn
 ///   in_domain         1 where z lies in the training domain
-///   STATE_truth...    nan where it is masked
+///   STATE_truth...    angles within half a turn of 0; nan where it is masked
 /// `run` was estimated by `model`, `uniform_steps` as there (evaluate.h).
 std::string estimates_csv(const codegen::Model& model, const EvaluatedRun& run, bool uniform_steps);
 
