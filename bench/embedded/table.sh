@@ -13,6 +13,7 @@ declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
 failed=0
 
 source "$(dirname "${BASH_SOURCE[0]}")/stack_bound.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/write_table.sh"
 
 # gate WHAT VALUE LIMIT
 gate() {
@@ -64,9 +65,6 @@ done
 table=$(printf '%s\n' "${lines[@]}")
 echo "$table"
 if [[ -n $target ]]; then
-  awk -v table="$table" '
-    /<!-- table -->/ { print; print ""; print table; print ""; skip = 1 }
-    /<!-- end of table -->/ { skip = 0 }
-    !skip && !/<!-- table -->/' "$target" >"$target.new" && mv "$target.new" "$target"
+  write_table '<!-- table -->' '<!-- end of table -->' "$table" "$target"
 fi
 exit "$failed"

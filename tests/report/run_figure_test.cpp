@@ -90,26 +90,36 @@ TEST(RunErrors, AreRootMeanSquaresOfScoredSamplesWithUnits) {
   EXPECT_EQ(run_errors(run, logs.states), "angle 0 rad, rate 0.250 rad/s");
 }
 
-TEST(WithPeaks, KeepsEveryPeakAndEveryGap) {
-  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(100'000, 0.0, 1.0);
-  Eigen::VectorXd y = (30.0 * x.array()).sin();
-  y[54'321] = 1650.0;
-  y[77'777] = -9.0;
-  y[12'345] = std::nan("");
-  const Line line = with_peaks(x, y, 500);
-  EXPECT_LE(line.x.size(), 3 * 500);
-  EXPECT_EQ(line.x.size(), line.y.size());
-  EXPECT_EQ(line.y.maxCoeff<Eigen::PropagateNumbers>(), 1650.0);
-  EXPECT_EQ(line.y.minCoeff<Eigen::PropagateNumbers>(), -9.0);
-  EXPECT_EQ(line.y.array().isNaN().count(), 1);
-  for (Eigen::Index k = 1; k < line.x.size(); ++k) ASSERT_GT(line.x[k], line.x[k - 1]);
-  EXPECT_LT(largest(thinned(y, 1000)), 1650.0);  // control: taking each hundredth loses it
+TEST(RunFigure, NamesOutputsThatAreNoStatesAndKeepsTheirPeaks) {
+  LogEvaluation logs = test::sample_logs(1);
+  EvaluatedRun& run = logs.examples[0];
+  run.truth.outputs.row(0).setZero();  // no state any more
+  run.measured.setZero();
+  run.measured(0, 701) = 4.0;  // one sample of hundreds
+  const Figure figure = figure_of(logs);
+  ASSERT_EQ(figure.panels.size(), 5U);
+  EXPECT_EQ(figure.panels[4].series[0].title, "angle, measured [rad]");
+  EXPECT_GT(largest(figure.panels[4].series[0].y), 2.0);
 }
 
-TEST(WithPeaks, LeavesShortLinesAsTheyAre) {
-  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(900, 0.0, 1.0);
-  EXPECT_EQ(with_peaks(x, x, 500).y, x);
-  EXPECT_EQ(with_peaks(Eigen::VectorXd(), Eigen::VectorXd(), 500).y.size(), 0);
+TEST(RunFigure, SaysOnceWhatIsShaded) {
+  std::vector<std::string> said;
+  for (const Panel& panel : figure_of(test::sample_logs(1)).panels)
+    for (const Band& band : panel.bands)
+      if (!band.title.empty()) said.push_back(band.title);
+  EXPECT_THAT(said, testing::ElementsAre("not scored", "outside of the training domain"));
+}
+
+TEST(RunPicture, HasStatesAndErrorsAloneAndNamesTheRun) {
+  LogEvaluation logs = test::sample_logs(1);
+  EvaluatedRun& run = logs.examples[0];
+  run.truth.outputs.row(0).setZero();  // no state any more: the control is the test above
+  const auto label = [&] { return run_picture(run, logs.states, logs.outputs).panels.back().x_label; };
+  EXPECT_EQ(run_picture(run, logs.states, logs.outputs).panels.size(), 4U);
+  EXPECT_THAT(label(), HasSubstr(run.truth.source + ": RMSE " + run_errors(run, logs.states)));
+  EXPECT_THAT(label(), Not(HasSubstr("domain")));
+  run.outside.setZero();
+  EXPECT_THAT(label(), HasSubstr("; all in the training domain"));
 }
 
 }  // namespace

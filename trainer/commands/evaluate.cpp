@@ -10,6 +10,7 @@
 #include "trainer/commands/command.h"
 #include "trainer/commands/log_columns.h"
 #include "trainer/commands/patient_progress.h"
+#include "trainer/commands/run_files.h"
 #include "trainer/commands/strict_test.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
@@ -29,6 +30,7 @@ struct EvaluateArguments {
   std::vector<std::string> models, noises, data, missing;
   std::vector<double> from_s;
   std::string columns;
+  RunFiles files;
   StrictTest test;
   bool json = false;
   std::string plant_option;  ///< the first that was given of those that are for plants
@@ -130,6 +132,10 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
       evaluation.notes.insert(evaluation.notes.end(), found.notes.begin(), found.notes.end());
       results.push_back(arguments.json ? evaluation_json(model.name, evaluation)
                                        : evaluation_text(model.name, evaluation));
+      if (!arguments.files.any()) continue;
+      progress.finish();
+      run_phase(
+          [&] { write_run_files(arguments.files, model.model, evaluation, has_uniform_steps(logs, model.model)); });
     }
   }
   progress.finish();
@@ -148,6 +154,7 @@ void run_evaluate(EvaluateArguments arguments) {
     if (!experiment.plant) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
     if (!arguments.from_s.empty()) refuse("--from is about logs; name them too: --data FILE...");
     if (!arguments.missing.empty()) refuse("--missing is about logs; name them too: --data FILE...");
+    if (arguments.files.any()) refuse("--figure and --estimates are about logs; name them too: --data FILE...");
     if (!arguments.columns.empty()) refuse("--columns is about logs; name them too: --data FILE...");
     on_plant(arguments, models, experiment);
   } else {
@@ -156,6 +163,9 @@ void run_evaluate(EvaluateArguments arguments) {
           fmt::format("{} is for new trajectories of a plant; logs are evaluated as they are, beside all alternatives: "
                       "leave it out",
                       arguments.plant_option));
+    if (arguments.files.any() && (models.size() > 1 || arguments.test.noises.size() > 1))
+      refuse("--figure and --estimates write what one model makes of its logs with one --noise");
+    check_run_files(arguments.files);
     on_logs(arguments, models, experiment);
   }
 }
@@ -235,6 +245,15 @@ void add_evaluate(CLI::App& app, Action& action) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("OUTPUT");
+  command
+      ->add_option("--figure", arguments->files.figure,
+                   "with --data: a picture of each log, estimate over truth, the error below, shaded outside of the "
+                   "training domain; of several logs or starts FILE_1.svg, FILE_2.svg...")
+      ->type_name("FILE.svg");
+  command
+      ->add_option("--estimates", arguments->files.estimates,
+                   "with --data: what the observer was given and what it said, sample by sample; of several as above")
+      ->type_name("FILE.csv");
   command->add_option("--threads", arguments->test.threads, "0: all cores")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
@@ -250,6 +269,7 @@ void add_evaluate(CLI::App& app, Action& action) {
       "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv\n"
       "  nlo evaluate runs/battery/model.json --data logs/cycle.csv --from 0,600,3000\n"
       "  nlo evaluate runs/car/model.json --data logs/run8.csv --missing wheel_speed\n"
+      "  nlo evaluate runs/car/model.json --data logs/run8.csv --figure run8.svg --estimates run8_estimates.csv\n"
       "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml");
   command->callback([arguments, &action, for_plants] {
     for (const CLI::Option* option : for_plants)

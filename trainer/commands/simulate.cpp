@@ -12,6 +12,7 @@
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/output_directory.h"
+#include "trainer/commands/run_files.h"
 #include "trainer/data/angle.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
@@ -33,15 +34,6 @@ struct SimulateArguments {
 };
 
 constexpr int kMostTrajectories = 10000;
-
-/// run.csv, or run_1.csv ... run_N.csv: time restarts with each trajectory, and a log has one.
-std::string file_of(const std::string& output, int index, int count) {
-  if (count == 1) return output;
-  const auto slash = output.rfind('/'), dot = output.rfind('.');
-  const bool has_extension = dot != std::string::npos && (slash == std::string::npos || dot > slash + 1) && dot > 0;
-  const std::string stem = has_extension ? output.substr(0, dot) : output;
-  return fmt::format("{}_{}{}", stem, index + 1, has_extension ? output.substr(dot) : "");
-}
 
 /// A state and an output may share their name (y = x1 called "x1"); columns may not.
 std::string output_heading(const Dataset& data, std::size_t output) {
@@ -97,13 +89,13 @@ void run_simulate(const SimulateArguments& arguments) {
     throw codegen::Error(fmt::format(
         "-o -: stdout is one file, and {} trajectories are as many; name them: -o FILE.csv", arguments.trajectories));
   for (int i = 0; i < arguments.trajectories; ++i)
-    check_output_file(file_of(arguments.output, i, arguments.trajectories));
+    check_output_file(numbered_file(arguments.output, i, arguments.trajectories));
   run_phase([&] {
     const Dataset data = simulate_runs(experiment, *plant, initial_state_seed(arguments.seed, SeedStream::kTest),
                                        arguments.trajectories, 1.0, excitation);
     for (int i = 0; i < arguments.trajectories; ++i) {
       MeasurementNoise sensor(noise, arguments.seed, static_cast<std::uint64_t>(i));
-      const std::string file = file_of(arguments.output, i, arguments.trajectories);
+      const std::string file = numbered_file(arguments.output, i, arguments.trajectories);
       const Trajectory& run = data.trajectories[static_cast<std::size_t>(i)];
       write_output_file(file, csv(data, i, sensor.on(run.outputs)));
       if (!is_stdout(file)) fmt::print("{}: {} samples\n", file, run.samples());

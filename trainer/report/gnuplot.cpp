@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "trainer/report/gnuplot_script.h"
+#include "trainer/report/svg_text.h"
 
 extern char** environ;
 
@@ -87,28 +88,6 @@ std::string run(const std::string& program, const fs::path& directory) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
   const std::string log = file_text(directory / "log.txt").substr(0, 400);
   return fmt::format("{} failed{}{}", program, log.empty() ? "" : ": ", log);
-}
-
-/// The <svg> element alone, scaling with the page, black following the page's text colour.
-std::string inline_svg(std::string svg) {
-  const auto start = svg.find("<svg");
-  if (start == std::string::npos) return "";
-  svg.erase(0, start);
-  const auto replace_all = [&svg](std::string_view from, std::string_view to) {
-    for (auto at = svg.find(from); at != std::string::npos; at = svg.find(from, at + to.size()))
-      svg.replace(at, from.size(), to);
-  };
-  const auto cut = [&svg](std::string_view from, std::string_view to) {
-    const auto first = svg.find(from);
-    const auto last = first == std::string::npos ? first : svg.find(to, first);
-    if (last != std::string::npos) svg.erase(first, last + to.size() - first);
-  };
-  cut("<title>", "</title>");
-  cut("<desc>", "</desc>");
-  replace_all("stroke='black'", "stroke='currentColor'");
-  replace_all(" color=\"black\"", "");
-  replace_all("fill=\"black\"", "fill=\"currentColor\"");
-  return svg;
 }
 
 }  // namespace

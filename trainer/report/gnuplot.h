@@ -32,7 +32,8 @@ struct HeatMap {
 /// A stretch of the x axis, shaded over the whole height of its panel.
 struct Band {
   double from, to;
-  int colour;  ///< index into the palette
+  int colour;              ///< index into the palette
+  std::string title = {};  ///< in the legend; empty: not listed
 };
 
 struct Panel {
@@ -48,6 +49,7 @@ struct Panel {
   std::vector<Band> bands = {};          ///< behind the series
   double height = 1.0;                   ///< in panel heights of the figure, for panels below each other
   bool x_numbers = true;                 ///< at the tics; without, the panel below has them
+  double y_tics = 4.0;                   ///< about as many, where y_low and y_high are given
 };
 
 /// Panels below each other, or row by row on a grid.

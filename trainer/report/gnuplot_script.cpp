@@ -91,9 +91,9 @@ bool drawable(const Series& series) {
   return false;
 }
 
-/// A step of 1, 2 or 5 times a power of ten that makes about four tics.
-double tic_step(double range) {
-  const double rough = range / 4.0, power = std::pow(10.0, std::floor(std::log10(rough)));
+/// A step of 1, 2 or 5 times a power of ten that makes about so many tics.
+double tic_step(double range, double tics) {
+  const double rough = range / tics, power = std::pow(10.0, std::floor(std::log10(rough)));
   const double lead = rough / power;
   return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
 }
@@ -113,10 +113,14 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   if (panel.log_x) script += "set logscale x\n";
   if (panel.log_y) script += "set logscale y\n";
   script += range_text("x", panel.x_low, panel.x_high) + range_text("y", panel.y_low, panel.y_high);
-  const bool own_tics = panel.y_low < panel.y_high && !panel.log_y;  // gnuplot's would touch in a low panel
-  script += own_tics ? fmt::format("set ytics {:.6g}\n", tic_step(panel.y_high - panel.y_low)) : "set ytics autofreq\n";
+  const bool scaled = panel.y_low < panel.y_high;
+  const bool own_tics = scaled && !panel.log_y;  // gnuplot's would touch in a low panel
+  script += own_tics ? fmt::format("set ytics {:.6g}\n", tic_step(panel.y_high - panel.y_low, panel.y_tics))
+                     : "set ytics autofreq\n";
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
-  if (panel.zero_line) script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
+  const bool has_zero = !scaled || (panel.y_low < 0.0 && panel.y_high > 0.0);  // gnuplot draws arrows anywhere
+  if (panel.zero_line && has_zero)
+    script += fmt::format("set arrow from graph 0, first 0 to graph 1, first 0 {}\n", kZero);
   if (panel.zero_column) script += fmt::format("set arrow from first 0, graph 0 to first 0, graph 1 {}\n", kZero);
   for (const Band& band : panel.bands)
     script += fmt::format(
@@ -141,6 +145,10 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
                          series.style == Series::Style::kBars ? "1:2:3" : "1:2", style_text(series),
                          series.title.empty() ? "notitle" : fmt::format("title {}", gnuplot_quoted(series.title)));
   }
+  for (const Band& band : panel.bands)
+    if (!band.title.empty() && !plots.empty())
+      plots += fmt::format(", NaN with boxes lc rgb '{}' fs transparent solid 0.2 noborder title {}",
+                           kColours[std::abs(band.colour) % kColourCount], gnuplot_quoted(band.title));
   return script + (plots.empty() ? nothing : plots + "\n");
 }
 

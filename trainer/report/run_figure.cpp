@@ -8,6 +8,7 @@
 
 #include "trainer/evaluation/metrics.h"
 #include "trainer/evaluation/text.h"
+#include "trainer/report/thinning.h"
 
 namespace nlo::trainer {
 namespace {
@@ -18,6 +19,8 @@ using Eigen::VectorXd;
 
 constexpr int kTruth = 0, kEstimate = 1, kError = 4, kMeasured = 5;
 constexpr int kMasked = 5, kOutside = 3;  // bands
+constexpr int kWidth = 960, kPanelHeight = 100;
+constexpr double kLines = 860, kAround = 60;  // pixels: the width of the axes, and what a panel is higher than they
 
 std::string labelled(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
@@ -63,8 +66,13 @@ void add_bands(std::vector<Band>& bands, const VectorXd& t, const Eigen::Array<b
 
 std::vector<Band> bands_of(const EvaluatedRun& run, const Window& window, const VectorXd& t) {
   std::vector<Band> bands;
-  add_bands(bands, t, window.of(run.truth.weight).array() <= 0.0, kMasked);
-  if (run.outside.size() > 0) add_bands(bands, t, window.of(run.outside).array() > 0.0, kOutside);
+  const auto add = [&](const Eigen::Array<bool, Eigen::Dynamic, 1>& flagged, int colour, const char* title) {
+    const std::size_t first = bands.size();
+    add_bands(bands, t, flagged, colour);
+    if (bands.size() > first) bands[first].title = title;
+  };
+  add(window.of(run.truth.weight).array() <= 0.0, kMasked, "not scored");
+  if (run.outside.size() > 0) add(window.of(run.outside).array() > 0.0, kOutside, "outside of the training domain");
   return bands;
 }
 
@@ -75,36 +83,63 @@ VectorXd error_of(const EvaluatedRun& run, Index state, double wrap) {
   return error;
 }
 
+/// A panel without numbers below it, of `height` panel heights.
+Panel time_panel(const std::string& y_label, const VectorXd& t, double height) {
+  Panel panel{"", y_label, false, false, true, false, t[0], t[t.size() - 1], 0, 0, {}};
+  panel.height = height;
+  panel.x_numbers = false;
+  if (height < 1.5) panel.y_tics = 2.5;
+  return panel;
+}
+
+/// The y axis from low to high and a little more; without a range it is gnuplot's.
+void set_scale(Panel& panel, double low, double high, double share_beyond = 0.05) {
+  if (!(high > low)) return;
+  panel.y_low = low - share_beyond * (high - low);
+  panel.y_high = high + share_beyond * (high - low);
+}
+
+/// Adds a line with the points that the panel can show; its scales are set before.
+void add_line(Panel& panel, const std::string& title, Style style, int colour, const VectorXd& t, const VectorXd& y) {
+  const double height = panel.y_high - panel.y_low;
+  const PixelScale scale{kLines / (panel.x_high - panel.x_low),
+                         height > 0.0 ? (kPanelHeight * panel.height - kAround) / height : 1.0};
+  Line line = thinned_line(t, y, scale);
+  panel.series.push_back({title, style, colour, std::move(line.x), std::move(line.y), {}});
+}
+
+double lowest(const VectorXd& values) {
+  return values.minCoeff<Eigen::PropagateNumbers>();
+}
+double highest(const VectorXd& values) {
+  return values.maxCoeff<Eigen::PropagateNumbers>();
+}
+
 /// Truth and estimate, what was measured of it, on a scale that the estimate does not set when it is far out.
 Panel state_panel(const Channel& channel, const VectorXd& t, const VectorXd& truth, const VectorXd& estimate,
                   std::vector<Series> measured) {
-  Panel panel{"", labelled(channel.name, channel.unit), false, false, true, false, t[0], t[t.size() - 1], 0, 0, {}};
-  panel.height = 1.8;
-  panel.x_numbers = false;
+  Panel panel = time_panel(labelled(channel.name, channel.unit), t, 1.8);
   panel.series = std::move(measured);
-  double low = truth.minCoeff<Eigen::PropagateNumbers>(), high = truth.maxCoeff<Eigen::PropagateNumbers>();
+  double low = lowest(truth), high = highest(truth);
   for (const Series& series : panel.series) {
-    low = std::min(low, series.y.minCoeff<Eigen::PropagateNumbers>());
-    high = std::max(high, series.y.maxCoeff<Eigen::PropagateNumbers>());
+    low = std::min(low, lowest(series.y));
+    high = std::max(high, highest(series.y));
   }
-  const double range = high - low, least = estimate.minCoeff<Eigen::PropagateNumbers>(),
-               most = estimate.maxCoeff<Eigen::PropagateNumbers>();
+  const double range = high - low, least = lowest(estimate), most = highest(estimate);
   std::string name = "estimate";
   if (range > 0.0 && (least < low - 0.5 * range || most > high + 0.5 * range)) {
-    panel.y_low = low - 0.25 * range;
-    panel.y_high = high + 0.25 * range;
+    set_scale(panel, low, high, 0.25);
     name += fmt::format(" (beyond the scale: {} to {})", significant(least), significant(most));
+  } else {
+    set_scale(panel, std::min(low, least), std::max(high, most));
   }
-  const Line true_line = with_peaks(t, truth), line = with_peaks(t, estimate);
-  panel.series.push_back({"truth", Style::kLine, kTruth, true_line.x, true_line.y, {}});
-  panel.series.push_back({name, Style::kLine, kEstimate, line.x, line.y, {}});
+  add_line(panel, "truth", Style::kLine, kTruth, t, truth);
+  add_line(panel, name, Style::kLine, kEstimate, t, estimate);
   return panel;
 }
 
 Panel error_panel(const Channel& channel, const VectorXd& t, const VectorXd& error) {
-  Panel panel{"", labelled("error", channel.unit), false, false, true, false, t[0], t[t.size() - 1], 0, 0, {}};
-  panel.height = 1.2;
-  panel.x_numbers = false;
+  Panel panel = time_panel(labelled("error", channel.unit), t, 1.2);
   std::vector<double> sizes;
   for (const double value : error)
     if (std::isfinite(value)) sizes.push_back(std::abs(value));
@@ -119,9 +154,53 @@ Panel error_panel(const Channel& channel, const VectorXd& t, const VectorXd& err
     panel.y_low = -panel.y_high;
     name += fmt::format(", largest {}{}", significant(sizes.back()), far_out ? " (beyond the scale)" : "");
   }
-  const Line line = with_peaks(t, error);
-  panel.series.push_back({name, Style::kThinLine, kError, line.x, line.y, {}});
+  add_line(panel, name, Style::kThinLine, kError, t, error);
   return panel;
+}
+
+/// As the sensor shows it.
+VectorXd measured_output(const EvaluatedRun& run, const Window& window, std::size_t j, const Channel& channel) {
+  return wrapped(window.of(run.measured.row(static_cast<Index>(j)).transpose()), channel.wrap);
+}
+
+/// Is output j a state itself?
+bool shows(const EvaluatedRun& run, std::size_t j, Index state) {
+  return run.truth.outputs.row(static_cast<Index>(j)) == run.truth.states.row(state);
+}
+
+/// Two panels for each state.
+Figure states_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
+                     const Window& window, const VectorXd& t) {
+  Figure figure{"", kWidth, kPanelHeight, false, {}};
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    const double wrap = states[i].wrap;
+    std::vector<Series> sensors;
+    for (std::size_t j = 0; j < outputs.size(); ++j)
+      if (shows(run, j, row))
+        sensors.push_back({"measured",
+                           Style::kDots,
+                           kMeasured,
+                           thinned(t),
+                           thinned(measured_output(run, window, j, outputs[j])),
+                           {}});
+    figure.panels.push_back(state_panel(states[i], t, window.of(wrapped(run.truth.states.row(row), wrap)),
+                                        window.of(wrapped(run.estimate.row(row), wrap)), std::move(sensors)));
+    figure.panels.push_back(error_panel(states[i], t, window.of(error_of(run, row, wrap))));
+  }
+  return figure;
+}
+
+/// Shading, said in the first panel, and the time below the last one.
+void finish(Figure& figure, std::vector<Band> bands, const std::string& x_label) {
+  for (Panel& panel : figure.panels) {
+    panel.bands = bands;
+    for (Band& band : bands) band.title.clear();
+  }
+  Panel& last = figure.panels.back();
+  last.x_label = x_label;
+  last.x_numbers = true;
+  last.height += 0.42;
 }
 
 std::string caption_of(const EvaluatedRun& run, const ShownRuns& shown) {
@@ -140,77 +219,34 @@ std::string caption_of(const EvaluatedRun& run, const ShownRuns& shown) {
 
 }  // namespace
 
-Line with_peaks(const VectorXd& x, const VectorXd& y, Index points) {
-  const Index step = (y.size() + points - 1) / std::max<Index>(points, 1);
-  if (step <= 2) return {x, y};
-  std::vector<Index> kept;
-  for (Index from = 0; from < y.size(); from += step) {
-    Index low = -1, high = -1, gap = -1;
-    for (Index k = from; k < std::min(from + step, y.size()); ++k) {
-      if (!std::isfinite(y[k])) {
-        gap = k;
-        continue;
-      }
-      if (low < 0 || y[k] < y[low]) low = k;
-      if (high < 0 || y[k] > y[high]) high = k;
-    }
-    std::vector<Index> own;
-    for (const Index k : {low, high, gap})
-      if (k >= 0) own.push_back(k);
-    std::sort(own.begin(), own.end());
-    own.erase(std::unique(own.begin(), own.end()), own.end());
-    kept.insert(kept.end(), own.begin(), own.end());
-  }
-  return {x(kept), y(kept)};
-}
-
 Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
                   double t0, double t1) {
-  Figure figure{"", 960, 100, false, {}};
   const Window window(run.truth.time_s, t0, t1);
-  if (window.count < 2) return figure;
+  if (window.count < 2) return {"", kWidth, kPanelHeight, false, {}};
   const VectorXd t = window.of(run.truth.time_s);
-  const auto measured = [&](std::size_t j) {
-    VectorXd y = window.of(run.measured.row(static_cast<Index>(j)).transpose());
-    if (const double wrap = outputs[j].wrap; wrap > 0.0)
-      for (double& value : y) value = wrapped_difference(value, 0.0, wrap);
-    return Series{"measured", Style::kDots, kMeasured, thinned(t), thinned(y), {}};
-  };
-
-  std::vector<bool> drawn(outputs.size(), false);
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const auto row = static_cast<Index>(i);
-    const double wrap = states[i].wrap;
-    std::vector<Series> sensors;
-    for (std::size_t j = 0; j < outputs.size(); ++j) {
-      if (run.truth.outputs.row(static_cast<Index>(j)) != run.truth.states.row(row)) continue;
-      sensors.push_back(measured(j));
-      drawn[j] = true;
-    }
-    figure.panels.push_back(state_panel(states[i], t, window.of(wrapped(run.truth.states.row(row), wrap)),
-                                        window.of(wrapped(run.estimate.row(row), wrap)), std::move(sensors)));
-    figure.panels.push_back(error_panel(states[i], t, window.of(error_of(run, row, wrap))));
-  }
+  Figure figure = states_figure(run, states, outputs, window, t);
   for (std::size_t j = 0; j < outputs.size(); ++j) {
-    if (drawn[j]) continue;
-    Panel panel{"", labelled(outputs[j].name, outputs[j].unit), false, false, true, false, t[0], t[t.size() - 1], 0, 0,
-                {}};
-    panel.height = 1.2;
-    panel.x_numbers = false;
-    panel.series.push_back(measured(j));
-    const VectorXd& y = panel.series.back().y;
-    const double low = y.minCoeff<Eigen::PropagateNumbers>(), high = y.maxCoeff<Eigen::PropagateNumbers>();
-    if (high > low) {  // gnuplot's own tics would touch in so low a panel
-      panel.y_low = low - 0.1 * (high - low);
-      panel.y_high = high + 0.1 * (high - low);
-    }
+    bool drawn = false;
+    for (Index i = 0; i < run.truth.states.rows(); ++i) drawn = drawn || shows(run, j, i);
+    if (drawn) continue;
+    Panel panel = time_panel("", t, 1.2);  // too low for a name on its side
+    const VectorXd y = measured_output(run, window, j, outputs[j]);
+    set_scale(panel, lowest(y), highest(y));
+    add_line(panel, labelled(outputs[j].name + ", measured", outputs[j].unit), Style::kThinLine, kMeasured, t, y);
     figure.panels.push_back(std::move(panel));
   }
-  for (Panel& panel : figure.panels) panel.bands = bands_of(run, window, t);
-  Panel& last = figure.panels.back();
-  last.x_label = "time [s]";
-  last.x_numbers = true;
-  last.height += 0.3;
+  finish(figure, bands_of(run, window, t), "time [s]");
+  return figure;
+}
+
+Figure run_picture(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs) {
+  const VectorXd& t = run.truth.time_s;
+  if (t.size() < 2) return {"", kWidth, kPanelHeight, false, {}};
+  const Window window(t, t[0], t[t.size() - 1]);
+  Figure figure = states_figure(run, states, outputs, window, t);
+  finish(figure, bands_of(run, window, t),
+         fmt::format("time [s], {}: RMSE {}{}", run.truth.source, run_errors(run, states),
+                     run.outside.size() > 0 && run.outside.maxCoeff() <= 0.0 ? "; all in the training domain" : ""));
   return figure;
 }
 

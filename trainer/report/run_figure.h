@@ -18,6 +18,9 @@ namespace nlo::trainer {
 Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
                   double t0, double t1);
 
+/// The whole run without the panels of outputs that are no states; its time axis names the run and its errors.
+Figure run_picture(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs);
+
 /// Root mean square error of each state over the run's scored samples, with names and units: "x1 0.12 m, x2 0.3 m/s".
 std::string run_errors(const EvaluatedRun& run, const std::vector<Channel>& states);
 
@@ -31,12 +34,5 @@ struct ShownRuns {
 
 /// A figure for each run, and one for the start of the first; captions say which runs these are.
 void add_runs(Page& page, const ShownRuns& shown);
-
-/// At most about 2 `points` samples of a line, every peak kept: of each stretch its smallest and largest value, and a
-/// gap where it has one.
-struct Line {
-  Eigen::VectorXd x, y;
-};
-Line with_peaks(const Eigen::VectorXd& x, const Eigen::VectorXd& y, Eigen::Index points = 500);
 
 }  // namespace nlo::trainer

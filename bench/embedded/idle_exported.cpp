@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// A program that does nothing but fly an exported observer at its sample period, for its size. Compiled as
+// fly_exported.cpp is.
+#include NLO_HEADER
+
+namespace {
+
+constinit nlo::NLO_MODEL::Observer observer{nlo::NLO_MODEL::kModel};
+volatile float measured, estimated;
+volatile int status;
+
+template <class Observer>
+void fly(Observer& flown) {
+  typename Observer::Output y{};
+  for (auto& value : y) value = measured;
+  if constexpr (Observer::kDriven) {
+    typename Observer::Input u{};
+    for (auto& value : u) value = measured;
+    status = static_cast<int>(flown.step(y, u));
+  } else {
+    status = static_cast<int>(flown.step(y));
+  }
+  for (const float value : flown.estimate()) estimated = value;
+}
+
+}  // namespace
+
+int main() {
+  for (;;) fly(observer);
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Counts instructions on an emulated board: the emulator lets each take 1 ns of the board's time (-icount shift=0), so
+// SysTick counts them, 40 per tick at 25 MHz. How many it is here is calibrated against code of known length.
+#pragma once
+
+#include <cstdint>
+
+namespace nlo::bench {
+
+struct SysTick {
+  volatile std::uint32_t control, reload, current, calibration;
+};
+inline SysTick& systick() {
+  return *reinterpret_cast<SysTick*>(0xE000E010);
+}
+
+/// Ticks since `start`, a former systick().current; it counts down, and 24 bits of it.
+inline std::uint32_t ticks_since(std::uint32_t start) {
+  return (start - systick().current) & 0xffffffU;
+}
+
+/// Ticks that `calls` calls take.
+template <class Function>
+__attribute__((noinline)) std::uint32_t ticks(Function function, int calls) {
+  const std::uint32_t start = systick().current;
+  for (int i = 0; i < calls; ++i) function();
+  return ticks_since(start);
+}
+
+__attribute__((noinline)) inline void nothing() {
+  __asm__ volatile("");
+}
+__attribute__((noinline)) inline void one_hundred() {
+  __asm__ volatile(".rept 100\nnop\n.endr");
+}
+__attribute__((noinline)) inline void two_hundred() {
+  __asm__ volatile(".rept 200\nnop\n.endr");
+}
+
+/// Starts SysTick and finds what a tick is.
+class InstructionClock {
+ public:
+  InstructionClock() {
+    systick().reload = 0xffffff;
+    systick().current = 0;
+    systick().control = 5;  // core clock, no interrupt
+    known_ = ticks(two_hundred, kCalls) - ticks(nothing, kCalls);
+    half_ = ticks(one_hundred, kCalls) - ticks(nothing, kCalls);
+  }
+
+  /// Instructions per call of so many ticks for so many calls.
+  std::uint32_t instructions(std::uint64_t counted, std::uint32_t calls) const {
+    const std::uint64_t all = std::uint64_t{known_} * calls;
+    return static_cast<std::uint32_t>((counted * (200 * kCalls) + all / 2) / all);
+  }
+
+  /// The control: half the code takes half the ticks, or what is read is no count of instructions.
+  bool counts() const { return known_ > 1000 && 2 * half_ <= known_ + 4 && known_ <= 2 * half_ + 4; }
+
+ private:
+  static constexpr int kCalls = 10'000;
+  std::uint32_t known_, half_;  ///< ticks of kCalls times two hundred instructions, and of half as many
+};
+
+}  // namespace nlo::bench

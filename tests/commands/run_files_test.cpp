@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// nlo evaluate --figure and --estimates: what is written, and that it is what was evaluated.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/commands/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class RunFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch.write("log.toml", kTinyLogExperiment);
+    scratch.write("logs/a.csv", tiny_log(0.0, 400));
+    scratch.write("logs/b.csv", tiny_log(0.5, 400));
+    const ProgramResult train = scratch.run({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
+    ASSERT_EQ(train.exit_code, 0) << train.err;
+  }
+
+  ProgramResult evaluate(std::vector<std::string> arguments) const {
+    std::vector<std::string> all{"evaluate", "out/model.json", "--data"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    return scratch.run(all);
+  }
+
+  Scratch scratch;
+};
+
+std::vector<std::map<std::string, double>> rows(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string line, field;
+  std::getline(lines, line);
+  std::vector<std::string> names;
+  for (std::istringstream heading(line); std::getline(heading, field, ',');) names.push_back(field);
+  std::vector<std::map<std::string, double>> result;
+  while (std::getline(lines, line)) {
+    result.emplace_back();
+    std::istringstream fields(line);
+    for (const std::string& name : names) {
+      std::getline(fields, field, ',');
+      result.back()[name] = std::strtod(field.c_str(), nullptr);
+    }
+  }
+  return result;
+}
+
+TEST_F(RunFiles, EstimatesAreThoseThatAreJudged) {
+  const auto result = evaluate({"logs/b.csv", "--estimates", "b_out.csv", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string csv = scratch.read("b_out.csv");
+  EXPECT_THAT(csv, StartsWith("time,step_s,y,v_estimate,in_domain,v_truth\n"));
+  const auto samples = rows(csv);
+  ASSERT_EQ(samples.size(), 400U);
+  double squares = 0.0, scored = 0.0, inside = 0.0;
+  for (const auto& sample : samples) {
+    EXPECT_EQ(sample.at("step_s"), 0.0);  // the log is even
+    if (&sample != &samples.front()) inside += sample.at("in_domain");
+    if (std::isnan(sample.at("v_truth"))) continue;
+    squares += std::pow(sample.at("v_estimate") - sample.at("v_truth"), 2);
+    scored += 1.0;
+  }
+  EXPECT_NEAR(samples[123].at("y"), std::sin(1.23 + 0.5), 1e-6);
+  EXPECT_GT(scored, 300.0);
+  EXPECT_LT(scored, 400.0);  // the filter's edges are masked
+  const nlohmann::json said = nlohmann::json::parse(result.out)[0];
+  EXPECT_NEAR(said["per_component"][0].get<double>(), std::sqrt(squares / scored), 1e-5 * std::sqrt(squares / scored));
+  EXPECT_NEAR(said["in_domain"]["share"].get<double>(), inside / 399.0, 1e-9);
+}
+
+TEST_F(RunFiles, SeveralLogsAndStartsAreNumbered) {
+  const auto result = evaluate({"logs/b.csv", "--from", "0,1", "--estimates", "x.csv"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("x_2.csv: b.csv from 1 s"));
+  EXPECT_EQ(rows(scratch.read("x_1.csv")).size(), 400U);
+  EXPECT_EQ(rows(scratch.read("x_2.csv")).size(), 300U);
+  EXPECT_FALSE(scratch.has("x.csv"));
+}
+
+TEST_F(RunFiles, ThePictureNamesTheLog) {
+  if (std::system("gnuplot --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "gnuplot is not installed";
+  const auto result = evaluate({"logs/b.csv", "--figure", "b.svg"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string svg = scratch.read("b.svg");
+  EXPECT_THAT(svg, StartsWith("<svg"));
+  EXPECT_THAT(svg, HasSubstr("time [s], b.csv: RMSE v "));
+  EXPECT_THAT(svg, HasSubstr("error [m/s]"));
+  EXPECT_LT(svg.size(), 60'000U);
+}
+
+TEST_F(RunFiles, AreRefusedBeforeAnythingIsEvaluated) {
+  for (const auto& [option, file, said] : {std::tuple{"--figure", "b.png", "write FILE.svg"},
+                                           {"--estimates", "b.json", "write FILE.csv"},
+                                           {"--estimates", "nowhere/b.csv", "nowhere"}}) {
+    const auto result = evaluate({"logs/b.csv", option, file});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr(said));
+    EXPECT_EQ(result.out, "");
+  }
+  const auto twice = evaluate({"logs/b.csv", "--noise", "none", "--noise", "gaussian:0.1", "--figure", "b.svg"});
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("one --noise"));
+  const auto plant = scratch.run({"evaluate", "out/model.json", "--figure", "b.svg"});
+  EXPECT_EQ(plant.exit_code, 2);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

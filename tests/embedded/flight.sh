@@ -1,0 +1,54 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# A model of logs, trained, exported and flown over a whole log it has not seen, on an emulated Cortex-M4F: at each sample
+# the trainer's estimate, within the parity that docs/embedded.md states.
+#   usage: flight.sh CMAKE SOURCE_DIR WORK_DIR NLO
+set -eu
+cmake=$1 source=$2 work=$3 nlo=$4
+build=$work/build
+. "$source/bench/embedded/fly_logs.sh"
+rm -rf "$work" && mkdir -p "$work"
+cd "$work"
+
+logs=$source/tests/data/pendulum
+"$nlo" train "$logs/pendulum.toml" --data "$logs" -o run -q --threads 1 >train.log 2>&1 ||
+  { cat train.log; exit 1; }
+cp run/model.json pendulum.json
+"$nlo" evaluate pendulum.json --data "$logs/test.csv" --estimates log.csv >evaluate.log 2>&1 || { cat evaluate.log; exit 1; }
+
+# The controls: one neuron whose weights are a twentieth off, one measurement that is .01 rad off.
+python3 - <<END
+import json
+model = json.load(open("pendulum.json"))
+weights = model["inverse_map"]["layers"][0]["weights"]
+weights[0] = [1.05 * weight for weight in weights[0]]
+json.dump(model, open("spoilt_weight.json", "w"))
+END
+build_observers "$cmake" "$nlo" "$work/pendulum.json" "$work/spoilt_weight.json"
+
+failed=0
+for csv in log*.csv; do # one for each piece between gaps
+  read -r samples ok domain instructions _ _ _ apart <<END
+$(fly pendulum "$csv")
+END
+  echo "$csv: $samples samples, $ok ok, in_domain() agrees at $domain, estimates $apart e-9 of their RMS apart," \
+    "$instructions instructions"
+  [ "$samples" -eq $(($(wc -l <"$csv") - 1)) ] || { echo "FAILED  not the whole log"; failed=1; }
+  agrees "$samples" "$domain" "$apart" || { echo "FAILED  the estimates are not the trainer's"; failed=1; }
+
+  awk -F, -v OFS=, -v at=$((samples / 2)) 'NR == at { $3 += 0.01 } { print }' "$csv" >spoilt_sample.csv.txt
+  for control in "pendulum spoilt_sample.csv.txt" "spoilt_weight $csv"; do
+    read -r samples _ domain _ _ _ _ apart <<END
+$(fly "${control% *}" "${control#* }")
+END
+    if agrees "$samples" "$domain" "$apart"; then
+      echo "FAILED  the control: ${control% *} over ${control#* } went unseen, $apart e-9"
+      failed=1
+    fi
+  done
+done
+if fly pendulum "$logs/test.csv" >/dev/null 2>&1; then
+  echo "FAILED  the control: another file was taken for a flight"
+  failed=1
+fi
+exit "$failed"
