@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Whether a latent state lies where training has been: the runtime's in_domain() for the model's equations.
+// Whether a latent state lies where training has been, the runtime's in_domain() for the model's equations, and how far
+// beyond T* follows it (nlo/saturation.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,9 +10,21 @@
 
 namespace nlo::codegen {
 
+/// As far as T* follows z, less S y for relative outputs: the domain, and `saturation` half ranges on each side. Of a
+/// model that saturates; n_z each.
+struct LatentReach {
+  Eigen::VectorXd min, max;
+
+  explicit LatentReach(const Model& model) {
+    const Eigen::VectorXd margin = 0.5 * model.saturation * (model.latent_max - model.latent_min);
+    min = model.latent_min - margin;
+    max = model.latent_max + margin;
+  }
+};
+
 class LatentDomain {
  public:
-  explicit LatentDomain(const Model& model) : low_(model.latent_min), high_(model.latent_max) {
+  explicit LatentDomain(const Model& model) : low_(model.latent_min), high_(model.latent_max), reach_(model) {
     steady_ = Eigen::MatrixXd::Zero(model.nz(), model.nr());
     const Eigen::MatrixXd gain = steady_gain(model);
     for (int j = 0; j < model.nr(); ++j)
@@ -25,9 +38,25 @@ class LatentDomain {
     return (relative.array() >= low_.array()).all() && (relative.array() <= high_.array()).all();
   }
 
+  /// z as T* reads it there, of a model that saturates.
+  template <class Z, class Y>
+  Eigen::VectorXd saturated(const Eigen::MatrixBase<Z>& z, const Eigen::MatrixBase<Y>& y) const {
+    const Eigen::VectorXd rest = steady_ * y, place = z - rest;
+    Eigen::VectorXd within = z;
+    for (Eigen::Index r = 0; r < within.size(); ++r) {
+      if (place(r) < reach_.min(r)) within(r) = rest(r) + reach_.min(r);
+      if (place(r) > reach_.max(r)) within(r) = rest(r) + reach_.max(r);
+    }
+    return within;
+  }
+
+  /// S for relative outputs, 0 for the others; n_z x n_r.
+  const Eigen::MatrixXd& relative_gain() const { return steady_; }
+
  private:
   Eigen::VectorXd low_, high_;
-  Eigen::MatrixXd steady_;  ///< S for relative outputs, 0 for the others; n_z x n_r
+  LatentReach reach_;
+  Eigen::MatrixXd steady_;
 };
 
 }  // namespace nlo::codegen

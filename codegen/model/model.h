@@ -40,6 +40,9 @@ struct Model {
 
   Eigen::VectorXd output_min, output_max;  ///< n_y: measurements outside are clamped (angles: refused)
   Eigen::VectorXd latent_min, latent_max;  ///< n_z: training domain of z, relative to S y for relative outputs
+  /// T* follows z this many half ranges beyond the domain and no further (nlo/saturation.h). 0: wherever z goes.
+  double saturation = 0.0;
+  bool saturates() const { return saturation != 0.0; }
 
   Structure structure;
 
@@ -96,5 +99,8 @@ Model without_inputs(Model model);
 
 /// The domain is of z less S y for this reading: an angle, or one of relative_outputs.
 bool is_relative(const Model& model, int reading);
+
+/// T* saturates, and an output is relative.
+bool saturates_relative(const Model& model);
 
 }  // namespace nlo::codegen

@@ -84,6 +84,7 @@ std::string to_json(const Model& m) {
   file.vector("output_max", m.output_max);
   file.vector("latent_min", m.latent_min);
   file.vector("latent_max", m.latent_max);
+  if (m.saturates()) file.field("saturation", literal(m.saturation));
   module_of(m).write(m, file);
   if (!m.flight.runs.empty()) file.field("flight", flight(m.flight, file.inner()));
   return file.text() + "\n";

@@ -97,7 +97,7 @@ Model model_of(const Field& file) {
   std::vector<const char*> keys = {
       "format", "version",        "structure",  "name",       "outputs",    "states",          "provenance",
       "hold",   "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max",
-      "flight", "inputs",         "input_hold", "input_min",  "input_max",  "may_fail"};
+      "flight", "inputs",         "input_hold", "input_min",  "input_max",  "may_fail",        "saturation"};
   const std::vector<const char*> own = module.keys();
   keys.insert(keys.end(), own.begin(), own.end());
   file.allow_only(keys);
@@ -128,6 +128,7 @@ Model model_of(const Field& file) {
   m.output_max = vector(file["output_max"]);
   m.latent_min = vector(file["latent_min"]);
   m.latent_max = vector(file["latent_max"]);
+  if (file.has("saturation")) m.saturation = number(file["saturation"]);
   module.read(file, m);
   if (file.has("flight")) m.flight = flight(file["flight"]);
   validate(m);

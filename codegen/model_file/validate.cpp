@@ -56,6 +56,15 @@ void check_failures(const Model& m) {
   }
 }
 
+void check_saturation(const Model& m) {
+  if (!m.saturates()) return;
+  if (!module_of(m).saturates())
+    fail("saturation is of structure {}, and this model is {}; leave it out",
+         names_of_structures([](const StructureModule& s) { return s.saturates(); }), structure_name(m));
+  if (!(m.saturation > 0.0) || !std::isfinite(m.saturation))
+    fail("saturation is {}; it must be a positive number of half ranges of z, or be left out", m.saturation);
+}
+
 void check_sampling(const Model& m) {
   if (!(m.sample_period_s > 0.0) || !std::isfinite(m.sample_period_s))
     fail("sample_period_s is {}; it must be positive", m.sample_period_s);
@@ -72,6 +81,7 @@ void check_sampling(const Model& m) {
   check_shape(m.latent_min, nz, "latent_min", "n_z");
   check_shape(m.latent_max, nz, "latent_max", "n_z");
   check_range(m.latent_min, m.latent_max, "latent");
+  check_saturation(m);
 }
 
 void check_flight(const Model& m) {

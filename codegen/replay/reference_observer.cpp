@@ -40,6 +40,7 @@ ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations act
       screening_(std::make_unique<Screening>(*model_)),
       dynamics_(dynamics_of<Scalar>(*model_, activations)) {
   if (const Network* map = codegen::inverse_map(model)) inverse_map_.emplace(*map, activations);
+  if (model.saturates()) saturated_.emplace(model);
   reset();
 }
 
@@ -150,6 +151,17 @@ Eigen::MatrixXd ReferenceObserver<Scalar>::estimates_in_blocks(const Matrix& z, 
 /// x_hat for each column of z (n_z x B) and readings y (n_r x B).
 template <class Scalar>
 auto ReferenceObserver<Scalar>::estimate_of(const Matrix& z, const Matrix& y) const -> Matrix {
+  if (!saturated_) return mapped(z, y);
+  Matrix within(z.rows(), z.cols());
+  for (Eigen::Index b = 0; b < z.cols(); ++b)
+    within.col(b) = saturated_->saturated(z.col(b).template cast<double>(), y.col(b).template cast<double>())
+                        .template cast<Scalar>();
+  return mapped(within, y);
+}
+
+/// T* of z as it is given.
+template <class Scalar>
+auto ReferenceObserver<Scalar>::mapped(const Matrix& z, const Matrix& y) const -> Matrix {
   if (!inverse_map_) return z;
   if (codegen::inverse_map(*model_)->inputs() == z.rows()) return (*inverse_map_)(z);
   return (*inverse_map_)(stacked<Scalar>(z, y));

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "codegen/model/domain.h"
 #include "codegen/model/model.h"
 #include "codegen/reference/dynamics.h"
 #include "codegen/reference/network.h"
@@ -75,11 +76,13 @@ class ReferenceObserver {
   void advance(double dt_s);
   Eigen::MatrixXd estimates_in_blocks(const Matrix& z, const Matrix& y) const;
   Matrix estimate_of(const Matrix& z, const Matrix& y) const;
+  Matrix mapped(const Matrix& z, const Matrix& y) const;
 
   std::unique_ptr<const Model> model_;  // one place, whoever holds the observer
   std::unique_ptr<Screening> screening_;
   std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_;
   std::optional<ReferenceNetwork<Scalar>> inverse_map_;  // none: z is the estimate
+  std::optional<LatentDomain> saturated_;                // none: T* reads z wherever it goes
 
   Vector z_;
   Vector candidate_, last_y_, next_y_, last_u_, next_u_;  // members, so that a step allocates little

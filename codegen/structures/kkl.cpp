@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "codegen/model/domain.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/model/model_fields.h"
 #include "codegen/reference/linear_steps.h"
@@ -61,7 +62,11 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
          vector("kOutputMin", r, reading_min(m), "output_min") + vector("kOutputMax", r, reading_max(m), "output_max") +
          vector("kWrap", r, wrap, "wrap") + fmt::format("static const bool kRelative[{}] = {{{}}};\n", r, relative) +
          vector("kLatentMin", "kNz", m.latent_min, "latent_min") +
-         vector("kLatentMax", "kNz", m.latent_max, "latent_max");
+         vector("kLatentMax", "kNz", m.latent_max, "latent_max") +
+         (!m.saturates()
+              ? ""
+              : "// As far as T* follows z.\n" + vector("kReachMin", "kNz", LatentReach(m).min, "saturation") +
+                    vector("kReachMax", "kNz", LatentReach(m).max, "saturation"));
 }
 
 class KklModule final : public StructureModule {
@@ -104,6 +109,7 @@ class KklModule final : public StructureModule {
   }
 
   bool reads_stalenesses() const override { return true; }
+  bool saturates() const override { return true; }
 
   Abilities abilities() const override { return {.c99 = true, .int16 = true, .fit = true}; }
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "codegen/model/checks.h"
+#include "codegen/model/domain.h"
 #include "codegen/model/hold.h"
 #include "codegen/model/latent_step.h"
 
@@ -137,16 +138,34 @@ std::string KklHeader::types() const {
       "using Model = KklModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, complex pairs{}\n"
       "using Observer = KklObserver<Model>;\n",
       init_.scalar_name(), nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_), input_arguments(),
-      !m_.failures.none() ? ", T*, n_u, hold of u, sensors that may fail"
-      : read_inputs_ > 0  ? ", T*, n_u"
-                          : "");
+      m_.saturates()        ? ", T*, n_u, hold of u, sensors that may fail, what saturates"
+      : !m_.failures.none() ? ", T*, n_u, hold of u, sensors that may fail"
+      : read_inputs_ > 0    ? ", T*, n_u"
+                            : "");
 }
 
 Eigen::Index KklHeader::own_scalars() const {
   const auto bytes = static_cast<Eigen::Index>(init_.scalar_bytes());
   const Eigen::Index flags = (1 + nr_ + bytes - 1) / bytes;  // starts_steady and relative
   // eigenvalues, F, A, B0, B1, S, initial; stale_after and hold by alignment
-  return nz_ + nz_ * nr_ + (nz_ + 2 * nz_ * nr_) + nz_ * nr_ + nz_ + 2 + flags;
+  return nz_ + nz_ * nr_ + (nz_ + 2 * nz_ * nr_) + nz_ * nr_ + nz_ + 2 + flags + (m_.saturates() ? 2 * nz_ : 0) +
+         (saturates_relative(m_) ? nz_ * nr_ : 0);
+}
+
+Eigen::Index KklHeader::estimate_multiply_adds() const {
+  return CppStructureBase::estimate_multiply_adds() + (saturates_relative(m_) ? nz_ * nr_ : 0);
+}
+
+std::string KklHeader::trailing_fields() const {
+  if (!m_.saturates()) return CppStructureBase::trailing_fields();
+  const LatentReach reach(m_);
+  const std::string gain = !saturates_relative(m_)
+                               ? ""
+                               : ",\n              .steady_gain = " +
+                                     init_.matrix(LatentDomain(m_).relative_gain().transpose(), "steady_gain");
+  return CppStructureBase::trailing_fields() + fmt::format("    .reach = {{.min = {},\n              .max = {}{}}},\n",
+                                                           init_.vector(reach.min, "saturation"),
+                                                           init_.vector(reach.max, "saturation"), gain);
 }
 
 std::string KklHeader::latent_fields() const {

@@ -39,7 +39,9 @@ class KklHeader : public CppStructureBase {
 
   Eigen::Index step_multiply_adds() const override { return linear_multiply_adds(); }
   Eigen::Index step_activations() const override { return 0; }
+  Eigen::Index estimate_multiply_adds() const override;
   Eigen::Index own_scalars() const override;
+  std::string trailing_fields() const override;
 
  protected:
   Eigen::Index linear_multiply_adds() const { return nz_ + 2 * latent_.pairs + 2 * nz_ * nr_; }

@@ -57,6 +57,8 @@ class StructureModule {
   virtual bool reads_inputs() const { return true; }
   /// Model::failures may be there.
   virtual bool reads_stalenesses() const { return false; }
+  /// Model::saturation may be there.
+  virtual bool saturates() const { return false; }
   /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
 

@@ -107,4 +107,10 @@ bool is_relative(const Model& m, int output) {
                                   latent->relative_outputs.end();
 }
 
+bool saturates_relative(const Model& m) {
+  for (int j = 0; m.saturates() && j < m.nr(); ++j)
+    if (is_relative(m, j)) return true;
+  return false;
+}
+
 }  // namespace nlo::codegen

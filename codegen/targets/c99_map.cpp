@@ -80,15 +80,22 @@ std::string integer_activation(Activation kind) {
   return filled(embedded_text("c99/int16_tanh.c.in"), {{"TABLE", integers(kernels::int16::kTanhTable, 16)}});
 }
 
+/// `static void saturated(...)`: z as T* reads it, of a model that saturates; as nlo/saturation.h has it.
+std::string saturated(const Model& m, const std::string& name, const std::string& suffix) {
+  return filled(embedded_text("c99/saturated.c.in"), {{"NAME", name}, {"R", c99_readings_size(m)}, {"F", suffix}});
+}
+
 /// The head of NAME_estimate, up to where `in` is what T* reads.
-std::string estimate_head(const std::string& name, bool reads_output, const Initialiser& init, Eigen::Index outputs,
-                          const std::string& readings) {
-  const std::string head = fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name,
-                                       init.scalar_name(), outputs);
-  return head + (reads_output ? fmt::format("  Scalar in[kNz + {0}];\n  copy(in, observer->z, kNz);\n"
-                                            "  copy(in + kNz, observer->y, {0});\n",
-                                            readings)
-                              : "  const Scalar* in = observer->z;\n");
+std::string estimate_head(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
+  const bool reads_output = folded.inverse_map()->inputs() > m.nz();
+  const std::string readings = c99_readings_size(m);
+  std::string head = m.saturates() ? saturated(m, name, init.scalar_bytes() == 4 ? "f" : "") : "";
+  head += fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name, init.scalar_name(),
+                      m.nx());
+  if (!reads_output && !m.saturates()) return head + "  const Scalar* in = observer->z;\n";
+  head += reads_output ? fmt::format("  Scalar in[kNz + {}];\n", readings) : "  Scalar in[kNz];\n";
+  head += m.saturates() ? "  saturated(observer, in);\n" : "  copy(in, observer->z, kNz);\n";
+  return head + (reads_output ? fmt::format("  copy(in + kNz, observer->y, {});\n", readings) : "");
 }
 
 }  // namespace
@@ -129,7 +136,7 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
   text += "\n" + std::string(embedded_text("c99/dense.c.in")) + "\n";
   if (map.layers.size() > 1) text += activation(map.activation, init, suffix) + kHidden;
 
-  text += estimate_head(name, map.inputs() > m.nz(), init, map.layers.back().bias.size(), c99_readings_size(m));
+  text += estimate_head(name, m, folded, init);
   // Ping-pong buffers: one for each layer would be a kilobyte of stack.
   if (map.layers.size() > 1) text += fmt::format("  Scalar ping[{}]", widest);
   if (map.layers.size() > 2) text += fmt::format(", pong[{}]", widest);
@@ -166,7 +173,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
   if (map.layers.size() > 1)
     text += integer_activation(map.activation) + std::string(embedded_text("c99/int16_hidden.c.in"));
 
-  text += estimate_head(name, folded.inverse_map()->inputs() > m.nz(), init, out, c99_readings_size(m));
+  text += estimate_head(name, m, folded, init);
   text += fmt::format("  int16_t values[{}];\n  int32_t sums[{}];\n", widest, most_sums);
   text +=
       fmt::format("  for (int i = 0; i < {}; ++i) values[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "codegen/base/number.h"
+
 namespace nlo::codegen {
 
 std::string hold_identifier(Hold hold) {
@@ -35,11 +37,14 @@ std::string CppStructureBase::trailing_fields() const {
 }
 
 std::string CppStructureBase::input_arguments() const {
-  const bool ramp = m_.input_hold != Hold::kZeroOrder, failures = !m_.failures.none();
-  if (read_inputs_ == 0 && !failures) return "";
-  std::string text = fmt::format(", {}", read_inputs_);
-  if (ramp || failures) text += ", " + hold_identifier(m_.input_hold);
-  return failures ? text + fmt::format(", {}", m_.failures.outputs.size()) : text;
+  const bool saturates = m_.saturates(), failures = saturates || !m_.failures.none();
+  const bool hold = failures || m_.input_hold != Hold::kZeroOrder;
+  std::string text;
+  if (hold || read_inputs_ > 0) text += fmt::format(", {}", read_inputs_);
+  if (hold) text += ", " + hold_identifier(m_.input_hold);
+  if (failures) text += fmt::format(", {}", m_.failures.outputs.size());
+  if (!saturates) return text;
+  return text + (saturates_relative(m_) ? ", Saturation::kRelativeLatent" : ", Saturation::kLatent");
 }
 
 std::string CppStructureBase::input_comment() const {
@@ -51,6 +56,9 @@ std::string CppStructureBase::input_comment() const {
   for (const int output : m_.failures.outputs)
     names += (names.empty() ? "" : ", ") + m_.outputs[static_cast<std::size_t>(output)].name;
   if (!names.empty()) text += fmt::format("// May be missing, as not-a-number, for as long as they like: {}.\n", names);
+  if (m_.saturates())
+    text += fmt::format("// Beyond {} half ranges outside of its domain T* follows z no further.\n",
+                        literal(m_.saturation));
   return text;
 }
 

@@ -51,7 +51,8 @@ class CppStructureBase : public CppStructure {
 
  protected:
   CppNetwork inverse_map() const;
-  /// The arguments that end a model's type where it reads inputs: ", 2", ", 2, Hold::kFirstOrder"; else nothing.
+  /// The arguments that end a model's type where it reads inputs, has sensors that may fail, or saturates: ", 2",
+  /// ", 2, Hold::kFirstOrder", ", 0, Hold::kZeroOrder, 0, Saturation::kLatent"; else nothing.
   std::string input_arguments() const;
   std::string input_comment() const;           ///< lines of description, or nothing
   std::string reads(bool latent_alone) const;  ///< what a network reads: "[z; y; u]"

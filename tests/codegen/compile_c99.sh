@@ -28,7 +28,7 @@ shim() {
 }
 
 names=()
-for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 commanded:int16 failing:double $(kkl_examples | sed 's/$/:float/'); do
+for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 commanded:int16 failing:double saturating_rig:double saturating:int16 $(kkl_examples | sed 's/$/:float/'); do
   example=${entry%:*} scalar=${entry#*:} name=$example
   if [[ $scalar != float ]]; then name=${example}_$scalar; fi
   names+=("$name:${scalar/int16/float}") # all but T* is float

@@ -334,6 +334,25 @@ Model failing_rig_model() {
   return m;
 }
 
+Model saturating_model() {
+  Model m = failing_model();
+  m.name = "saturating";
+  m.saturation = 0.5;
+  linear_latent(m)->relative_outputs = {};
+  m.latent_min *= 0.2;  // so that the replay leaves it
+  m.latent_max *= 0.2;
+  return m;
+}
+
+Model saturating_rig_model() {
+  Model m = rig_model();
+  m.name = "saturating_rig";
+  m.saturation = 0.25;
+  m.latent_min *= 0.3;
+  m.latent_max *= 0.3;
+  return m;
+}
+
 Model commanded_luenberger_model() {
   Model m = with_input(luenberger_model(), "commanded_pendulum", Hold::kZeroOrder);
   std::get<Luenberger>(m.structure).input_matrix = Eigen::Vector2d(0.0, 1.5);
@@ -378,6 +397,8 @@ std::vector<Model> example_models() {
                                commanded_ramp_model(),
                                failing_model(),
                                failing_rig_model(),
+                               saturating_model(),
+                               saturating_rig_model(),
                                commanded_luenberger_model(),
                                commanded_general_model(),
                                commanded_window_model()};

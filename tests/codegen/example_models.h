@@ -50,6 +50,8 @@ Model commanded_ramp_model();
 /// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.
 Model failing_model();
 Model failing_rig_model();
+Model saturating_model();      // of z
+Model saturating_rig_model();  // of z less S y of an angle
 
 /// The other structures with a known input: (15) with B u, (11) with F(z, y, u), a window of y and u.
 Model commanded_luenberger_model();

@@ -104,6 +104,31 @@ TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
   }
 }
 
+TEST(ReferenceObserver, ThatSaturatesGivesTheEstimateOfTheEdgeBeyondItsReach) {
+  for (const Model& m : {saturating_model(), saturating_rig_model()}) {
+    Model free = m;
+    free.saturation = 0.0;
+    const LatentReach reach(m);
+    const LatentDomain domain(m);
+    const Eigen::VectorXd y = 0.5 * (reading_min(m) + reading_max(m)).array() + 0.1;
+    const Eigen::VectorXd rest = domain.relative_gain() * y, half = 0.5 * (reach.max - reach.min);
+    const Eigen::VectorXd middle = rest + 0.5 * (reach.max + reach.min);
+    const ReferenceObserver<double> observer(m), unlimited(free);
+    for (int r = 0; r < m.nz(); ++r) {
+      for (const double side : {-1.0, 1.0}) {
+        Eigen::VectorXd inside = middle, edge = middle, beyond = middle;
+        inside(r) += 0.999 * side * half(r);
+        edge(r) += side * half(r);
+        beyond(r) += 7.0 * side * half(r);
+        EXPECT_EQ(observer.estimates(inside, y), unlimited.estimates(inside, y)) << m.name;
+        EXPECT_LT((observer.estimates(beyond, y) - unlimited.estimates(edge, y)).norm(), 1e-12) << m.name;  // rounding
+        EXPECT_GT((unlimited.estimates(beyond, y) - unlimited.estimates(edge, y)).norm(), 1e-6)
+            << m.name << ": control";
+      }
+    }
+  }
+}
+
 TEST(ReferenceObserver, FloatFollowsDouble) {
   constexpr double kTolerance = 2e-4;  // some hundred roundings of 6e-8, times weights' gains and state scales up to 20
   for (const Model& m : example_models()) {

@@ -63,6 +63,11 @@ const Row kRows[] = {
        linear_latent(m)->relative_outputs = {1, 1};
      },
      "relative_outputs[1] is 1"},
+    {"SaturationBelowZero", saturating_model, [](Model& m) { m.saturation = -0.5; },
+     "saturation is -0.5; it must be a positive number of half ranges"},
+    {"SaturationNotFinite", saturating_model, [](Model& m) { m.saturation = kNaN; }, "saturation is nan; it must be"},
+    {"SaturationWithoutAMap", luenberger_model, [](Model& m) { m.saturation = 0.5; },
+     "saturation is of structure kkl, and this model is luenberger; leave it out"},
     {"StateMatrixShape", luenberger_model,
      [](Model& m) { std::get<Luenberger>(m.structure).state_matrix.conservativeResize(2, 1); },
      "luenberger.state_matrix is 2 x 1; it must be 2 x 2"},

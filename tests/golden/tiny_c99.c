@@ -301,10 +301,11 @@ tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) { return
 bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
   bool inside = true;
   for (int r = 0; r < kNz; ++r) {
-    Scalar relative = observer->z[r];
+    Scalar rest = 0.0f;
     for (int j = 0; j < kNy; ++j) {
-      if (kRelative[j]) relative -= kSteadyGain[r][j] * observer->y[j];
+      if (kRelative[j]) rest += kSteadyGain[r][j] * observer->y[j];
     }
+    const Scalar relative = observer->z[r] - rest;
     inside = inside && relative >= kLatentMin[r] && relative <= kLatentMax[r];
   }
   return inside;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "codegen/base/linear_algebra.h"
+#include "codegen/model/domain.h"
 #include "codegen/reference/network.h"
 #include "trainer/bounds/activation_slope.h"
 
@@ -73,6 +74,8 @@ LipschitzConstants lipschitz_upper(const codegen::Model& model) {
   LipschitzConstants result{upper_bound(around(*codegen::inverse_map(model), 0, nz), range), 0.0};
   if (!codegen::inverse_map(model)->features.rightCols(ny).isZero(0.0))
     result.output = upper_bound(around(*codegen::inverse_map(model), nz, ny), range);
+  // Where z - S y is held at its reach, S y carries on: y acts through T*'s z too. Holding z itself stretches nothing.
+  if (model.saturates()) result.output += result.latent * spectral_norm(codegen::LatentDomain(model).relative_gain());
   return result;
 }
 

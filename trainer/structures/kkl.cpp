@@ -15,6 +15,7 @@ namespace {
 struct KklConfig {
   std::vector<std::string> may_fail = {};
   double staleness_s = 1.0;
+  double saturation = 0.0;
 };
 
 std::size_t index_of(const std::string& name, const std::vector<codegen::Channel>& outputs) {
@@ -37,7 +38,11 @@ class Kkl final : public KklFamily {
     return {own_key<ObserverConfig>(key("may_fail", &KklConfig::may_fail, identifiers(),
                                         "kkl: outputs that may be missing; the model runs without any of them")),
             own_key<ObserverConfig>(key("staleness_s", &KklConfig::staleness_s, positive(),
-                                        "kkl: a missing output fades by this time constant to its mean [s]"))};
+                                        "kkl: a missing output fades by this time constant to its mean [s]")),
+            own_key<ObserverConfig>(
+                key("saturation", &KklConfig::saturation, at_least(0),
+                    "kkl: T* follows z this many half ranges beyond its domain, no further; 0: wherever z "
+                    "goes"))};
   }
 
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
@@ -83,6 +88,7 @@ class Kkl final : public KklFamily {
   void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
                 const Dataset&, codegen::Model& model) const override {
     model.structure = kkl_of(structure, parameters, experiment.observer, model);
+    model.saturation = experiment.observer.own.get<KklConfig>().saturation;
   }
 };
 

@@ -119,7 +119,7 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
   causes.insert(
       grew && largest.reach <= kFarBeyondScale ? causes.begin() : causes.end(),
       fmt::format("learning_rate = {} may be too high: try {}", shortest_text(experiment.training.learning_rate),
-                  shortest_text(experiment.training.learning_rate / 10.0)));
+                  fmt::format("{:.3g}", experiment.training.learning_rate / 10.0)));
   std::string text = "Likely causes, the most likely one first: ";
   for (std::size_t i = 0; i < causes.size(); ++i) text += (i > 0 ? "; " : "") + causes[i];
   if (largest.reach <= kFarBeyondScale && !reach.empty())

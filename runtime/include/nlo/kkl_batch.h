@@ -211,6 +211,15 @@ class KklBatch {
       const Scalar* from = i < kNz ? &z_[i][first] : &y_[i - kNz][first];
       for (int n = 0; n < kTogether; ++n) in[i * kTogether + n] = from[n];
     }
+    if constexpr (Model::kSaturation != Saturation::kNone) {
+      for (int n = 0; n < kTogether; ++n) {
+        Scalar z[kNz], y[kNr], within[kNz];
+        for (int r = 0; r < kNz; ++r) z[r] = z_[r][first + n];
+        for (int j = 0; j < kNr; ++j) y[j] = y_[j][first + n];
+        saturate<kArithmetic>(*model_, y, z, within);
+        for (int r = 0; r < kNz; ++r) in[r * kTogether + n] = within[r];
+      }
+    }
     model_->inverse_map.template evaluate_batch<kArithmetic, kTogether>(in, out);
     const int count = kPlants - first < kTogether ? kPlants - first : kTogether;
     for (int i = 0; i < kNx; ++i) {

@@ -20,6 +20,7 @@
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
 #include "nlo/sampled_observer.h"
+#include "nlo/saturation.h"
 #include "nlo/sensor_failures.h"
 
 namespace nlo {
@@ -57,7 +58,7 @@ void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[
 
 /// A trained observer, as a value. Generated headers define one `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kPairs_, class InverseMap_, int kNu_ = 0,
-          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
+          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0, Saturation kSaturation_ = Saturation::kNone>
 struct KklModel {
   using Scalar = Scalar_;
   using InverseMap = InverseMap_;
@@ -68,6 +69,7 @@ struct KklModel {
   static constexpr int kNf = kNf_;             ///< outputs that may be missing
   static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, then inputs, then how stale those outputs are
   static constexpr Hold kInputHold = kInputHold_;
+  static constexpr Saturation kSaturation = kSaturation_;
   static constexpr int kPairs = kPairs_;
   static constexpr int kLongestGap = 1000;
   static constexpr bool kHasSteadyState = true;
@@ -83,6 +85,7 @@ struct KklModel {
   OutputRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
   Domain<Scalar, kNz> domain;
   InverseMap inverse_map;
+  [[no_unique_address]] LatentReach<Scalar, kNz, kNr, kSaturation> reach{};  ///< as far as T* follows z
   [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
@@ -95,10 +98,16 @@ struct KklModel {
         discretise<kPairs>(latent.exact_hold(), latent.eigenvalues, latent.output_injection, dt_s), z, y, y_next);
   }
 
-  /// x_hat = T*(z), or T*(z, y).
+  /// x_hat = T*(z), or T*(z, y); z saturated where the model does that.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx]) const {
-    evaluate_inverse<kArithmetic>(inverse_map, z, y, x_hat);
+    if constexpr (kSaturation == Saturation::kNone) {
+      evaluate_inverse<kArithmetic>(inverse_map, z, y, x_hat);
+    } else {
+      Scalar within[kNz];
+      saturate<kArithmetic>(*this, y, z, within);
+      evaluate_inverse<kArithmetic>(inverse_map, within, y, x_hat);
+    }
   }
 };
 

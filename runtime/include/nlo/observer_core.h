@@ -87,8 +87,10 @@ class ObserverCore {
 
   /// z is where training has been. False tells that estimate() extrapolates.
   [[nodiscard]] constexpr bool in_domain() const {
+    Latent rest{};
+    add_relative_state(*model_, state_.y, rest.values);
     Latent z = latent();
-    make_relative(*model_, state_.y, z.values);
+    for (int r = 0; r < kNz; ++r) z[r] -= rest[r];
     return model_->domain.contains(z.values);
   }
 

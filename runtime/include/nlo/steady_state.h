@@ -31,16 +31,14 @@ constexpr void add_steady_state(const Model& model, const Scalar (&y)[kNy], Scal
   }
 }
 
-/// z <- z - S y, for angles and for those outputs that T* knows only through z - S y. The domain is a box of what is
-/// left.
+/// rest <- rest + S y, for angles and for those outputs that T* knows only through z - S y. The domain is a box of what
+/// is left of z.
 template <class Model, class Scalar, int kNz, int kNy>
-constexpr void make_relative(const Model& model, const Scalar (&y)[kNy], Scalar (&z)[kNz]) {
+constexpr void add_relative_state(const Model& model, const Scalar (&y)[kNy], Scalar (&rest)[kNz]) {
   if constexpr (Model::kHasSteadyState) {
-    for (int r = 0; r < kNz; ++r) {
-      for (int j = 0; j < kNy; ++j) {
-        if (!(model.outputs.wrap[j] > Scalar(0)) && !model.latent.relative[j]) continue;
-        z[r] -= rounded<Scalar>(model.latent.steady_gain[r][j] * y[j]);
-      }
+    for (int j = 0; j < kNy; ++j) {
+      if (!(model.outputs.wrap[j] > Scalar(0)) && !model.latent.relative[j]) continue;
+      for (int r = 0; r < kNz; ++r) rest[r] += rounded<Scalar>(model.latent.steady_gain[r][j] * y[j]);
     }
   }
 }

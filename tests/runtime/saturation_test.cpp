@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+// A model that saturates: within its reach the estimate is that of T*, bit for bit; beyond, that of the edge; the change
+// is continuous; batches agree.
+#include <nlo/kkl_batch.h>
+#include <nlo/kkl_observer.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <type_traits>
+#include <vector>
+
+#include "tests/runtime/testing.h"
+
+namespace nlo {
+namespace {
+
+/// `base` with the same fields, and a reach.
+template <Saturation kSaturation, class Scalar, int kNx, int kNy, int kNz, int kPairs, class Map>
+auto saturating(const KklModel<Scalar, kNx, kNy, kNz, kPairs, Map>& base, double reach) {
+  KklModel<Scalar, kNx, kNy, kNz, kPairs, Map, 0, Hold::kZeroOrder, 0, kSaturation> m{};
+  m.sample_period_s = base.sample_period_s;
+  m.stale_after = base.stale_after;
+  m.latent = base.latent;
+  m.outputs = base.outputs;
+  m.domain = base.domain;
+  m.inverse_map = base.inverse_map;
+  for (int r = 0; r < kNz; ++r) {
+    m.reach.min[r] = static_cast<Scalar>(-reach);
+    m.reach.max[r] = static_cast<Scalar>(reach * (r + 1));  // each coordinate has a side of its own
+    if constexpr (kSaturation == Saturation::kRelativeLatent) m.reach.steady_gain[0][r] = m.latent.steady_gain[r][0];
+  }
+  return m;
+}
+
+/// An observer of the model with that z and y.
+template <Arithmetic kArithmetic, class Model, class Scalar, int kNz>
+KklObserver<Model, kArithmetic> at(const Model& model, const Scalar (&z)[kNz], const Scalar (&y)[Model::kNr]) {
+  KklObserver<Model, kArithmetic> observer(model);
+  auto state = observer.save();
+  for (int r = 0; r < kNz; ++r) state.z[r] = z[r];
+  for (int j = 0; j < Model::kNr; ++j) state.y[j] = y[j];
+  state.started = 1;
+  EXPECT_TRUE(observer.restore(state));
+  return observer;
+}
+
+template <class Scalar, Arithmetic kArithmetic>
+void expect_closed_form() {
+  const auto base = testing::pair_model<Scalar>(Hold::kFirstOrder);
+  const auto model = saturating<Saturation::kLatent>(base, 2.0);
+  std::mt19937 random(3);
+  int outside = 0;
+  for (int k = 0; k < 500; ++k) {
+    Scalar z[3], y[1] = {Scalar(1)};
+    const double size = k % 50 == 0 ? 1e25 : 5.0;
+    for (Scalar& value : z) value = testing::uniform<Scalar>(random, -size, size);
+    const auto x_hat = at<kArithmetic>(model, z, y).estimate();  // T* = identity
+    for (int r = 0; r < 3; ++r) {
+      const Scalar want = std::clamp(z[r], Scalar(-2), Scalar(2 * (r + 1)));
+      outside += want != z[r];
+      ASSERT_EQ(x_hat[r], want);
+    }
+  }
+  EXPECT_GT(outside, 400) << "control: the box was left";
+}
+
+TEST(Saturation, IsTheBoxInEachCoordinateWhateverZIs) {
+  expect_closed_form<float, Arithmetic::kFast>();
+  expect_closed_form<float, Arithmetic::kDeterministic>();
+  expect_closed_form<double, Arithmetic::kFast>();
+  expect_closed_form<double, Arithmetic::kDeterministic>();
+}
+
+template <class Scalar, Arithmetic kArithmetic>
+void expect_relative_closed_form() {
+  const auto base = testing::angle_model<Scalar>();
+  const auto model = saturating<Saturation::kRelativeLatent>(base, 0.5);
+  const double rounding = std::is_same_v<Scalar, float> ? 1e-6 : 1e-14;  // some units in the last place of 5
+  std::mt19937 random(4);
+  int inside = 0;
+  for (int k = 0; k < 500; ++k) {
+    Scalar z[4], relative[4];
+    const Scalar y[2] = {testing::uniform<Scalar>(random, -3, 3), testing::uniform<Scalar>(random, -1, 1)};
+    const double size = k % 2 == 0 ? 0.45 : 1.5;
+    for (int r = 0; r < 4; ++r) {
+      relative[r] = testing::uniform<Scalar>(random, -size, size);
+      z[r] = relative[r] + model.latent.steady_gain[r][0] * y[0];  // the angle alone is relative
+    }
+    const auto limited = at<kArithmetic>(model, z, y).estimate(), free = at<kArithmetic>(base, z, y).estimate();
+    for (int r = 0; r < 4; ++r) {  // T* = z - S angle
+      const Scalar want = std::clamp(relative[r], Scalar(-0.5), Scalar(0.5 * (r + 1)));
+      ASSERT_NEAR(limited[r], want, rounding);
+      if (k % 2 == 0) {
+        ++inside;
+        ASSERT_EQ(limited[r], free[r]) << "not a bit of a difference within reach";
+      }
+    }
+  }
+  EXPECT_EQ(inside, 1000);
+}
+
+TEST(Saturation, IsOfZLessTheSteadyStateOfAnglesAndExactWithinReach) {
+  expect_relative_closed_form<float, Arithmetic::kFast>();
+  expect_relative_closed_form<float, Arithmetic::kDeterministic>();
+  expect_relative_closed_form<double, Arithmetic::kFast>();
+  expect_relative_closed_form<double, Arithmetic::kDeterministic>();
+}
+
+TEST(Saturation, TheEstimateIsContinuousAndStaysWhereTheEdgeHasIt) {
+  const auto model = saturating<Saturation::kLatent>(testing::pair_model<double>(Hold::kFirstOrder), 2.0);
+  constexpr double kStep = 1e-3;
+  double last = -2.0;
+  for (double value = -8.0; value < 8.0; value += kStep) {
+    const double z[3] = {value, 0.0, 0.0}, y[1] = {0.0};
+    const double now = at<Arithmetic::kFast>(model, z, y).estimate()[0];
+    ASSERT_GE(now, last);
+    ASSERT_LE(now - last, kStep * (1.0 + 1e-9));
+    last = now;
+  }
+  EXPECT_EQ(last, 2.0);
+}
+
+TEST(Saturation, SteppingDoesNotNoticeIt) {
+  const auto base = testing::pair_model<float>(Hold::kFirstOrder);
+  const auto model = saturating<Saturation::kLatent>(base, 0.1);
+  KklObserver limited(model);
+  KklObserver free(base);
+  std::mt19937 random(5);
+  bool differed = false;
+  for (int k = 0; k < 200; ++k) {
+    const float y = testing::uniform<float>(random, -8, 8);
+    ASSERT_EQ(limited.step(y), free.step(y));
+    ASSERT_TRUE(testing::same_bits(limited.save(), free.save()));
+    ASSERT_EQ(limited.in_domain(), free.in_domain()) << "the domain is where training was, not where T* is held";
+    differed = differed || limited.estimate()[0] != free.estimate()[0];
+  }
+  EXPECT_TRUE(differed) << "control";
+}
+
+template <Saturation kSaturation, Arithmetic kArithmetic, class Base>
+void expect_a_batch_as_observers(const Base& base, float tolerance) {
+  constexpr int kPlants = 19, kNx = Base::kNx, kNy = Base::kNy;
+  const auto model = saturating<kSaturation>(base, 0.3);
+  using Model = std::remove_cvref_t<decltype(model)>;
+  KklBatch<Model, kPlants, kArithmetic> batch{model};
+  std::vector<KklObserver<Model, kArithmetic>> observers(kPlants, KklObserver<Model, kArithmetic>{model});
+  std::mt19937 random(6);
+  for (int k = 0; k < 60; ++k) {
+    float y[kNy][kPlants], x_hat[kNx][kPlants];
+    for (int n = 0; n < kPlants; ++n) {
+      typename KklObserver<Model, kArithmetic>::Output measured{};
+      for (int j = 0; j < kNy; ++j) measured[j] = y[j][n] = testing::uniform<float>(random, -1, 1);
+      ASSERT_EQ(observers[static_cast<std::size_t>(n)].step(measured), StepStatus::kOk);
+    }
+    ASSERT_EQ(batch.step(y), StepStatus::kOk);
+    batch.estimate(x_hat);
+    for (int n = 0; n < kPlants; ++n) {
+      const auto want = observers[static_cast<std::size_t>(n)].estimate();
+      for (int i = 0; i < kNx; ++i) ASSERT_NEAR(x_hat[i][n], want[i], tolerance) << "sample " << k << ", plant " << n;
+    }
+  }
+}
+
+TEST(Saturation, ABatchGivesWhatAsManyObserversGive) {
+  const auto pair = testing::pair_model<float>(Hold::kFirstOrder);
+  const auto angle = testing::angle_model<float>();
+  expect_a_batch_as_observers<Saturation::kLatent, Arithmetic::kDeterministic>(pair, 0.0F);
+  expect_a_batch_as_observers<Saturation::kRelativeLatent, Arithmetic::kDeterministic>(angle, 0.0F);
+  expect_a_batch_as_observers<Saturation::kLatent, Arithmetic::kFast>(pair, 1e-5F);  // sums in another order
+  expect_a_batch_as_observers<Saturation::kRelativeLatent, Arithmetic::kFast>(angle, 1e-5F);
+}
+
+}  // namespace
+}  // namespace nlo
