@@ -38,11 +38,12 @@ END
 
   awk -F, -v OFS=, -v at=$((samples / 2)) 'NR == at { $3 += 0.01 } { print }' "$csv" >spoilt_sample.csv.txt
   for control in "pendulum spoilt_sample.csv.txt" "spoilt_weight $csv"; do
-    read -r samples _ domain _ _ _ _ apart <<END
+    read -r flown _ domain _ _ _ _ apart <<END
 $(fly "${control% *}" "${control#* }")
 END
-    if agrees "$samples" "$domain" "$apart"; then
-      echo "FAILED  the control: ${control% *} over ${control#* } went unseen, $apart e-9"
+    # A control that did not fly has seen nothing.
+    if [ "${flown:-0}" -ne "$samples" ] || agrees "$flown" "$domain" "$apart"; then
+      echo "FAILED  the control: ${control% *} over ${control#* } went unseen, ${apart:-nothing} e-9"
       failed=1
     fi
   done
