@@ -37,15 +37,18 @@ template <Arithmetic kArithmetic, int kLanes, class Model, class Scalar, int kNz
 NLO_INLINE simd::Pack<Scalar, kLanes> saturated_at(const Model& model, const Scalar (&y)[kNr], const Scalar (&z)[kNz],
                                                    int r) {
   using P = simd::Pack<Scalar, kLanes>;
+  const auto held = [&](P place) NLO_INLINE_LAMBDA {
+    return simd::min(simd::max(place, simd::load<P>(&model.reach.min[r])), simd::load<P>(&model.reach.max[r]));
+  };
   const P all = simd::load<P>(&z[r]);
+  if constexpr (Model::kSaturation == Saturation::kLatent) return held(all);
   P rest{};
   if constexpr (Model::kSaturation == Saturation::kRelativeLatent) {
     for (int j = 0; j < kNr; ++j) {
       rest += rounded<P>(simd::load<P>(&model.reach.steady_gain[j][r]) * y[j]);
     }
   }
-  const P place = all - rest;
-  const P within = simd::min(simd::max(place, simd::load<P>(&model.reach.min[r])), simd::load<P>(&model.reach.max[r]));
+  const P place = all - rest, within = held(place);
   if constexpr (kLanes == 1) {
     return select<kArithmetic>(place == within, all, rest + within);
   } else {
