@@ -105,6 +105,25 @@ TEST(Identify, IsLinearRegressionWhereTheOutputIsLinear) {
   EXPECT_GT((with - without).head(2).cwiseAbs().maxCoeff(), 1e-3) << "control: the levels matter";
 }
 
+TEST(Identify, ErrorsBySegmentsAreThoseOfClusteredResiduals) {
+  const Dataset logs = regression_logs();
+  const auto result = identified(parse_identification(regression("0.0"), "line.toml"), logs);
+  const MatrixXd x = logs.trajectories[0].inputs.leftCols(120).transpose();
+  const VectorXd y = logs.trajectories[0].outputs.leftCols(120).transpose();
+  const MatrixXd normal = (x.transpose() * x).inverse();
+  const VectorXd r = y - x * (normal * x.transpose() * y);
+  MatrixXd scatter = MatrixXd::Zero(2, 2);
+  for (Index s = 0; s < 4; ++s) {
+    const VectorXd gradient = x.middleRows(30 * s, 30).transpose() * r.segment(30 * s, 30);
+    scatter += gradient * gradient.transpose();
+  }
+  const MatrixXd covariance = normal * scatter * normal;
+  EXPECT_NEAR(parameter(result, "a").clustered_error, std::sqrt(covariance(0, 0)), 1e-5);
+  EXPECT_NEAR(parameter(result, "b").clustered_error, std::sqrt(covariance(1, 1)), 1e-5);
+  EXPECT_GT(std::abs(parameter(result, "a").clustered_error - parameter(result, "a").standard_error), 1e-3)
+      << "control";
+}
+
 TEST(Identify, ErrorsLieWithinTheStandardErrorsOverManyLogs) {
   const Identification identification = pendulum_identification();
   double squares = 0.0, clustered = 0.0, worst = 0.0;
@@ -167,6 +186,8 @@ TEST(Identify, AParameterStaysWithinItsRangeAndSaysWhenItIsAtTheEnd) {
   EXPECT_LE(within("[5.0, 15.0]").value, 15.0);
   EXPECT_FALSE(within("[5.0, 30.0]").at_bound) << "control";
   EXPECT_NEAR(within("[5.0, 30.0]").value, test::kSquare, 0.3);
+  const double free = parameter(identified(pendulum_identification(), logs), "w2").standard_error;
+  EXPECT_NEAR(within("[5.0, 30.0]").standard_error, free, 1e-3 * free) << "in its own unit, whatever the search moves";
 }
 
 TEST(Identify, ThreadsDoNotChangeABit) {

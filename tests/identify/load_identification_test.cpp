@@ -48,7 +48,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"outputs = [\"angle\"]\n", "outputs = [\"angle\"]\nstate_wraps = [\"2pi\", 0]\n",
                 "[plant] state_wraps has no use here"},
         Mistake{"w2 = 15.0", "w2 = -15.0", "[identify] positive keeps it above 0"},
-        Mistake{"[identify]", "[observer]", "unknown key \"observer\" in the identification; there are: name, threads, plant, log, identify"}));
+        Mistake{"[identify]", "[observer]",
+                "unknown key \"observer\" in the identification; there are: name, threads, plant, log, identify"}));
 
 TEST(Identification, TheOneThatTheMistakesAreMadeInIsRight) {
   const Identification pendulum = test::pendulum_identification();  // the control of all of them

@@ -36,11 +36,11 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool hel
   const InitialMoments start = initial_moments(knows.simulation);
   const auto& intensity = knows.simulation.process_noise;
   const FilterConfig config{start.mean,
-                         start.covariance,
-                         1e-6,
-                         noise_variances(noise),
-                         Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
-                         held_inputs};
+                            start.covariance,
+                            1e-6,
+                            noise_variances(noise),
+                            Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
+                            held_inputs};
   EstimatorFactory filter = ekf_estimator(
       [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);

@@ -60,7 +60,7 @@ Solution search(ShootingProblem& problem, int most_iterations, const std::atomic
                 const IdentifyProgress& progress) {
   Residuals residuals{problem, stop};
   Eigen::LevenbergMarquardt<Residuals> method(residuals);
-  method.parameters.ftol = method.parameters.xtol = 1e-8;
+  method.parameters.ftol = method.parameters.xtol = 1e-7;
   method.parameters.maxfev = 100 * most_iterations;
   method.parameters.factor = 1.0;  // theta is of unit scale: the first step is at most 1 long
   method.useExternalScaling = true;
