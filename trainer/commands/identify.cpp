@@ -88,7 +88,7 @@ void run_identify(const IdentifyArguments& arguments) {
   if (!arguments.no_filters && !result.stopped)
     study = run_phase([&] {
       return study_filters(identification, result.values, splits, schema, pool, &stop,
-                           [&](const std::string& what) { progress.update(0.0, what); });
+                           [&](double share, const std::string& what) { progress.update(share, what); });
     });
   progress.finish();
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -47,7 +48,7 @@ std::vector<double> rmse_of(const Dataset& logs, const std::vector<MatrixXd>& es
 std::vector<double> constant_rmse(const Dataset& logs) {
   const VectorXd mean = mean_states(logs);
   std::vector<MatrixXd> estimates;
-  for (const Trajectory& run : logs.trajectories) estimates.push_back(mean.replicate(1, run.samples()));
+  for (const Trajectory& run : logs.trajectories) estimates.emplace_back(mean.replicate(1, run.samples()));
   return rmse_of(logs, estimates);
 }
 
@@ -89,7 +90,10 @@ class Study {
         std::vector<double> result;
         for (const auto& each : estimates) result.push_back(relative(rmse_of(logs_.tuning, each)));
         evaluations_ += static_cast<int>(points.size());
-        say(fmt::format("tuning the {}: {} tried", name, evaluations_));
+        // Some two sweeps for each step, both ways; the EKF's half of the bar comes first.
+        const double sweeps = extended ? 6.0 : 4.0, expected = sweeps * 2.0 * static_cast<double>(tuning.size());
+        say(0.45 * (extended ? 0.0 : 1.0) + 0.45 * std::min(1.0, evaluations_ / expected),
+            fmt::format("tuning the {}: {} tried", name, evaluations_));
         return result;
       };
       evaluations_ = 0;
@@ -138,14 +142,14 @@ class Study {
   }
 
   void without_a_plant() {
-    say("static ridge");
+    say(0.9, "static ridge");
     const StaticRidge ridge = StaticRidge::fit(logs_.training);
     const auto features = static_cast<double>(ridge.features());
     judge("static_ridge", fmt::format("{} features: the last 3 samples and their products", ridge.features()),
           {features * (1.0 + 2.0 * static_cast<double>(logs_.judged.states.size())), 0.0},
           [&](const Trajectory& run) { return ridge.estimate(run); });
     for (const std::string& name : LogBaseline::names()) {
-      say(name);
+      say(0.95, name);
       const LogBaseline baseline = LogBaseline::fit(name, logs_.training, schema_.state_sources);
       std::string setup;
       for (int i = 0; i < static_cast<int>(logs_.judged.states.size()); ++i)
@@ -188,8 +192,8 @@ class Study {
     return {std::pow(10.0, log_q), 1.0, source.wrap};
   }
 
-  void say(const std::string& what) const {
-    if (progress_) progress_(what);
+  void say(double share, const std::string& what) const {
+    if (progress_) progress_(share, what);
   }
 
   const Identification& identification_;

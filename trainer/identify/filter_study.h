@@ -31,7 +31,8 @@ struct FilterStudy {
   double sample_period_s = 0.0;
 };
 
-using FilterProgress = std::function<void(const std::string& what)>;
+/// About which share of all is done, and what is being done.
+using FilterProgress = std::function<void(double share, const std::string& what)>;
 
 /// EKF and UKF of the plant with parameters `p`: process noise per state, R per output and the scale of P0 are searched
 /// (filter_tuning.h) for the least sum over the logged states of RMSE / RMSE of the constant, on the validation logs, or

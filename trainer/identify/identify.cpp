@@ -24,6 +24,7 @@ struct Residuals {
   using InputType = VectorXd;
   using ValueType = VectorXd;
   using JacobianType = MatrixXd;
+  // NOLINTNEXTLINE(readability-identifier-naming): Eigen's names
   enum { InputsAtCompileTime = Eigen::Dynamic, ValuesAtCompileTime = Eigen::Dynamic };
 
   ShootingProblem& problem;

@@ -127,7 +127,6 @@ class ShootingProblem::Worker {
 
 ShootingProblem::ShootingProblem(const Identification& identification, const Dataset& logs, ThreadPool& pool)
     : identification_(identification),
-      logs_(logs),
       pool_(pool),
       space_(identification.plant, identification.identify),
       channels_(fitted_channels(identification, logs)) {

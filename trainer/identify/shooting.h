@@ -85,7 +85,6 @@ class ShootingProblem {
   Eigen::Index rows_of(const Segment& segment) const;
 
   const Identification& identification_;
-  const Dataset& logs_;
   ThreadPool& pool_;
   ParameterSpace space_;
   std::vector<FittedChannel> channels_;
