@@ -62,6 +62,7 @@ int run(int argc, char** argv) {
   nlo::trainer::add_train(app, action);
   nlo::trainer::add_evaluate(app, action);
   nlo::trainer::add_crossvalidate(app, action);
+  nlo::trainer::add_identify(app, action);
   nlo::trainer::add_bound(app, action);
   nlo::trainer::add_export(app, action);
   nlo::trainer::add_report(app, action);

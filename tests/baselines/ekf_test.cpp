@@ -11,7 +11,7 @@ namespace nlo::trainer {
 namespace {
 
 double ekf_norm(const Dataset& set, const NoiseConfig& noise) {
-  const EkfConfig config = ekf_config(Eigen::Vector2d(-1.0, -1.0), Eigen::Vector2d(1.0, 1.0), noise);
+  const FilterConfig config = ekf_config(Eigen::Vector2d(-1.0, -1.0), Eigen::Vector2d(1.0, 1.0), noise);
   return evaluate("ekf", ekf_estimator(test::van_der_pol_for_ekf, config), set, noise, 11, 0).metrics.norm;
 }
 
@@ -38,10 +38,10 @@ TEST(Ekf, LinearPlantMeetsTheScalarKalmanRecursion) {
   // dx/dt = -x, y = x: phi = RK4's polynomial in -h; the scalar recursion in closed form beside the filter.
   constexpr double kStep = 0.1, kP0 = 2.0, kQ = 1e-6, kR = 0.3;
   const double phi = 1.0 - kStep + kStep * kStep / 2 - std::pow(kStep, 3) / 6 + std::pow(kStep, 4) / 24;
-  const EkfPlant plant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(-x); },
-                       [](const Eigen::MatrixXd& x) { return x; }};
-  const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, kP0), kQ,
-                         Eigen::VectorXd::Constant(1, kR)};
+  const FilterPlant plant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(-x); },
+                          [](const Eigen::MatrixXd& x) { return x; }};
+  const FilterConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, kP0), kQ,
+                            Eigen::VectorXd::Constant(1, kR)};
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(50, 0.0, 4.9);
   const Eigen::MatrixXd y = Eigen::MatrixXd::Random(1, 50);
   const Eigen::MatrixXd estimate = ekf_estimator([&] { return plant; }, config)()(y, {}, time_s);
@@ -62,11 +62,11 @@ TEST(Ekf, LinearPlantMeetsTheScalarKalmanRecursion) {
 TEST(Ekf, TrustsEachOutputByItsOwnNoise) {
   // Two sensors of one state, the second so noisy that it says nothing: the estimate is that of the first alone.
   const auto plant = [](Eigen::Index outputs) {
-    return EkfPlant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(-x); },
-                    [outputs](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.replicate(outputs, 1)); }};
+    return FilterPlant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(-x); },
+                       [outputs](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.replicate(outputs, 1)); }};
   };
   const auto estimate = [&](const Eigen::MatrixXd& y, const Eigen::VectorXd& variance) {
-    const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1), 1e-6, variance};
+    const FilterConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1), 1e-6, variance};
     const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(y.cols(), 0.0, 2.0);
     return Eigen::MatrixXd(ekf_estimator([&] { return plant(y.rows()); }, config)()(y, {}, time_s));
   };
@@ -79,12 +79,12 @@ TEST(Ekf, TrustsEachOutputByItsOwnNoise) {
 TEST(Ekf, TakesTheInnovationOfAnAngleTheShortWayRound) {
   // dx1/dt = x2 = 5 rad/s: an angle that wraps five times in 6 s.
   constexpr double kTurn = 2.0 * 3.141592653589793;
-  EkfPlant plant{[](const Eigen::MatrixXd& x) {
-                   return Eigen::MatrixXd((Eigen::Matrix2d() << 0.0, 1.0, 0.0, 0.0).finished() * x);
-                 },
-                 [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
-  const EkfConfig config{Eigen::Vector2d::Zero(), 30.0 * Eigen::Matrix2d::Identity(), 1e-6,
-                         Eigen::VectorXd::Constant(1, 1e-2)};
+  FilterPlant plant{[](const Eigen::MatrixXd& x) {
+                      return Eigen::MatrixXd((Eigen::Matrix2d() << 0.0, 1.0, 0.0, 0.0).finished() * x);
+                    },
+                    [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
+  const FilterConfig config{Eigen::Vector2d::Zero(), 30.0 * Eigen::Matrix2d::Identity(), 1e-6,
+                            Eigen::VectorXd::Constant(1, 1e-2)};
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(301, 0.0, 6.0);
   const Eigen::MatrixXd y =
       (5.0 * time_s.transpose()).unaryExpr([](double angle) { return std::remainder(angle, kTurn); });
@@ -112,12 +112,12 @@ TEST(Ekf, KnowsTheInputThatExcitesThePlant) {
   run.outputs = run.states.topRows<1>();
   run.weight = Eigen::VectorXd::Ones(kSamples);
 
-  EkfPlant plant{[](const Eigen::MatrixXd& x) {
-                   return Eigen::MatrixXd((Eigen::Matrix2d() << 0.0, 1.0, -1.0, 0.0).finished() * x);
-                 },
-                 [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
-  const EkfConfig config{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity(), 1e-6,
-                         Eigen::VectorXd::Constant(1, 1e-2)};
+  FilterPlant plant{[](const Eigen::MatrixXd& x) {
+                      return Eigen::MatrixXd((Eigen::Matrix2d() << 0.0, 1.0, -1.0, 0.0).finished() * x);
+                    },
+                    [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
+  const FilterConfig config{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity(), 1e-6,
+                            Eigen::VectorXd::Constant(1, 1e-2)};
   const auto norm = [&] {
     return evaluate("ekf", ekf_estimator([&] { return plant; }, config), set, {}, 1, 1).metrics.norm;
   };
@@ -138,12 +138,12 @@ TEST(Ekf, KnowsHowAnInputIsHeld) {
   Eigen::MatrixXd u(1, kSamples), x = Eigen::MatrixXd::Zero(1, kSamples);
   for (Eigen::Index k = 0; k < kSamples; ++k) u(0, k) = k / 10 % 2 == 0 ? 1.0 : -1.0;
   for (Eigen::Index k = 1; k < kSamples; ++k) x(0, k) = phi * x(0, k - 1) + (1.0 - phi) * u(0, k);
-  const EkfPlant plant{
+  const FilterPlant plant{
       [](const Eigen::MatrixXd& at) { return Eigen::MatrixXd(-at); }, [](const Eigen::MatrixXd& at) { return at; },
       [](const Eigen::MatrixXd& at, const Eigen::VectorXd& input) { return Eigen::MatrixXd((-at).colwise() + input); }};
   const auto worst = [&](bool held) {
-    EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, 1e-12), 1e-12,
-                     Eigen::VectorXd::Constant(1, 1e6)};  // the output says nothing: u alone moves the estimate
+    FilterConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, 1e-12), 1e-12,
+                        Eigen::VectorXd::Constant(1, 1e6)};  // the output says nothing: u alone moves the estimate
     config.held_inputs = held;
     const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(kSamples, 0.0, kStep * (kSamples - 1));
     return (ekf_estimator([&] { return plant; }, config)()(x, u, time_s) - x).cwiseAbs().maxCoeff();
@@ -155,10 +155,10 @@ TEST(Ekf, KnowsHowAnInputIsHeld) {
 TEST(Ekf, AddsThePlantsOwnNoiseToItsModel) {
   // dx/dt = 0, y = x: the scalar recursion p -> p + sigma^2 h, K = p / (p + R), p -> (1 - K) p.
   constexpr double kStep = 0.1, kSigma = 0.7, kR = 0.3;
-  const EkfPlant plant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd::Zero(x.rows(), x.cols()).eval(); },
-                       [](const Eigen::MatrixXd& x) { return x; }};
-  const EkfConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1), 0.0,
-                         Eigen::VectorXd::Constant(1, kR), Eigen::VectorXd::Constant(1, kSigma)};
+  const FilterPlant plant{[](const Eigen::MatrixXd& x) { return Eigen::MatrixXd::Zero(x.rows(), x.cols()).eval(); },
+                          [](const Eigen::MatrixXd& x) { return x; }};
+  const FilterConfig config{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1), 0.0,
+                            Eigen::VectorXd::Constant(1, kR), Eigen::VectorXd::Constant(1, kSigma)};
   const Eigen::VectorXd time_s = Eigen::VectorXd::LinSpaced(30, 0.0, 2.9);
   const Eigen::MatrixXd y = Eigen::MatrixXd::Random(1, 30);
   const Eigen::MatrixXd estimate = ekf_estimator([&] { return plant; }, config)()(y, {}, time_s);

@@ -160,6 +160,7 @@ class Claims {
         trained(ledger_.experiments[static_cast<std::size_t>(experiment)]);
       });
       if (!options_.quick) reproductions();
+      identifications();
     }
     if (options_.update || options_.tables) write();
     if (!options_.tables)
@@ -217,6 +218,35 @@ class Claims {
       }
       const auto [mean, deviation] = reproduced(claim, csv[item]);
       settle(claim, mean, deviation);
+    }
+  }
+
+  /// Nothing is drawn there: one run of each command is all.
+  void identifications() {
+    std::map<std::string, nlohmann::json> said;
+    for (Claim& claim : ledger_.claims) {
+      if (!claim.run.starts_with("identify ") || !wanted(claim.id) || (options_.quick && claim.slow)) continue;
+      const bool has_logs = claim.run.find("{data}") == std::string::npos || fs::is_directory(options_.data);
+      if (!has_logs) {
+        fmt::print("{}: left out, its logs are not in {}\n", claim.id, options_.data);
+        ++skipped_;
+        continue;
+      }
+      if (!said.contains(claim.run)) {
+        const std::string folder = fmt::format("{}/identify_{}", options_.tools.work, said.size() + 1);
+        const std::string arguments =
+            replaced(replaced(claim.run, "{data}", options_.data), "{source}", options_.tools.source);
+        fs::create_directories(folder);
+        said[claim.run] =
+            nlohmann::json::parse(output_of(fmt::format("{} {} --json --force -o {}", shell_quoted(options_.tools.nlo),
+                                                        arguments, shell_quoted(folder)),
+                                            folder + "/identify.log"));
+      }
+      const nlohmann::json::json_pointer at(claim.metric);
+      const nlohmann::json& all = said[claim.run];
+      if (!all.contains(at) || !all.at(at).is_number())
+        throw std::runtime_error(fmt::format("{}: nlo {} has no number at {}", claim.id, claim.run, claim.metric));
+      settle(claim, all.at(at).get<double>(), 0.0);
     }
   }
 

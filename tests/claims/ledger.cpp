@@ -88,7 +88,7 @@ void check(const Ledger& ledger) {
     if (!experiments.insert(e.id).second) fail(fmt::format("experiment \"{}\" is there twice", e.id));
   for (const Claim& c : ledger.claims) {
     if (!claims.insert(c.id).second) fail(fmt::format("claim \"{}\" is there twice", c.id));
-    if (!c.run.starts_with("reproduce") && !experiments.contains(c.experiment))
+    if (!c.run.starts_with("reproduce") && !c.run.starts_with("identify ") && !experiments.contains(c.experiment))
       fail(fmt::format("claim \"{}\": there is no experiment \"{}\"", c.id, c.experiment));
     if (!c.tolerance && !c.at_least && !c.at_most)
       fail(fmt::format("claim \"{}\" can't fail: give it a tolerance, at_least or at_most", c.id));

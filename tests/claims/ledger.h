@@ -28,6 +28,8 @@ struct Experiment {
 ///           the folder of the logs
 ///           "flight": the exported header, compiled and flown over whole runs from their first sample
 ///           "reproduce ITEM": of `nlo reproduce`; one run over all seeds
+///           "identify NAME --data ...": of `nlo identify ... --json`, without an experiment; {data} is the folder of all
+///           logs kept beside this repository, {source} the repository
 ///   metric  a JSON pointer; the name of a figure of the flight; or "row | column | reading" of the item's CSV
 struct Claim {
   std::string id, experiment, run, metric;

@@ -86,6 +86,11 @@ TEST(Ledger, AFigureThatMovedPastItsToleranceIsSaid) {
 TEST(Ledger, EntriesThatNameNothingOrCannotFailAreRefused) {
   EXPECT_EQ(refusal(kText), "");
   EXPECT_THAT(refusal(with(kText, "experiment = \"rig\"", "experiment = \"rag\"")), HasSubstr("no experiment \"rag\""));
+  EXPECT_EQ(
+      refusal(with(kText, "experiment = \"rig\"\nrun = \"flight\"", "run = \"identify qube --data {data}/qube\"")), "")
+      << "an identification trains nothing";
+  EXPECT_THAT(refusal(with(kText, "experiment = \"rig\"\nrun = \"flight\"", "run = \"identified\"")),
+              HasSubstr("no experiment"));
   EXPECT_THAT(refusal(with(kText, "{rig.rate}", "{rig.rat}")), HasSubstr("no claim \"rig.rat\""));
   EXPECT_THAT(refusal(with(kText, "id = \"rig.domain\"", "id = \"rig.rate\"")), HasSubstr("twice"));
   EXPECT_THAT(refusal(with(kText, "at_least = 0.99\n", "")), HasSubstr("can't fail"));

@@ -17,7 +17,7 @@ inline Eigen::MatrixXd van_der_pol(const Eigen::MatrixXd& x) {
   return dx;
 }
 
-inline EkfPlant van_der_pol_for_ekf() {
+inline FilterPlant van_der_pol_for_ekf() {
   return {van_der_pol, [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
 }
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/baselines/ekf.h"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "codegen/base/linear_algebra.h"
-#include "codegen/reference/rk4.h"
-#include "trainer/data/angle.h"
 #include "trainer/evaluation/measurement_noise.h"
 
 namespace nlo::trainer {
@@ -16,19 +14,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double kLeastOutputVariance = 1e-4;
-
-/// `u0`, `u1`: the inputs at both ends of the step; empty when nothing excites the plant.
-MatrixXd rk4(const EkfPlant& plant, const MatrixXd& x, double h, const VectorXd& u0, const VectorXd& u1) {
-  const auto f = [&](const MatrixXd& at, const VectorXd& u) {
-    return plant.driven && u.size() > 0 ? plant.driven(at, u) : plant.f(at);
-  };
-  const VectorXd middle = 0.5 * (u0 + u1);
-  return codegen::rk4_step(x, h, [&](double c, const MatrixXd& at) {
-    return f(at, c == 0.0 ? u0 : c == 1.0 ? u1 : middle);
-  });
-}
 
 /// x, then x + step e_i and x - step e_i of each state i: one batch gives a value and its Jacobian.
 struct Stencil {
@@ -55,38 +40,29 @@ struct Stencil {
   MatrixXd points;
 };
 
-MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd& outputs, const MatrixXd& inputs,
+MatrixXd run_ekf(const FilterPlant& plant, const FilterConfig& config, const MatrixXd& outputs, const MatrixXd& inputs,
                  const VectorXd& time_s) {
-  const Index nx = config.initial_state.size(), ny = outputs.rows();
-  const MatrixXd identity = MatrixXd::Identity(nx, nx);
-  const MatrixXd q = config.process_variance * identity;
-  VectorXd variance = config.output_variance.cwiseMax(kLeastOutputVariance);
-  if (variance.size() == 1) variance = VectorXd::Constant(ny, variance[0]);
-  const MatrixXd r = variance.asDiagonal();
-
+  const Index nx = config.initial_state.size();
+  const MatrixXd identity = MatrixXd::Identity(nx, nx), r = output_covariance(config, outputs.rows());
   VectorXd x = config.initial_state;
   MatrixXd p = config.initial_covariance, estimates(nx, outputs.cols());
   for (Index k = 0; k < outputs.cols(); ++k) {
+    const HeldInputs u = inputs_of_step(config, inputs, k);
     if (k > 0) {
       const Stencil stencil(x);
-      const bool excited = inputs.cols() > 0;
       const double h = time_s[k] - time_s[k - 1];
-      const Index before = config.held_inputs ? k : k - 1;
-      const MatrixXd next = rk4(plant, stencil.points, h, excited ? VectorXd(inputs.col(before)) : VectorXd(),
-                                excited ? VectorXd(inputs.col(k)) : VectorXd());
+      const MatrixXd next = advance(plant, stencil.points, h, u.from, u.to);
       const MatrixXd j = stencil.jacobian(next);
       x = next.col(0);
-      p = j * p * j.transpose() + q;
-      if (config.process_noise.size() > 0) p.diagonal() += h * config.process_noise.cwiseAbs2();
+      p = j * p * j.transpose() + process_covariance(config, h);
     }
     const Stencil stencil(x);
-    const MatrixXd predicted = plant.h(stencil.points);
+    const MatrixXd predicted = output_at(plant, stencil.points, u.to);
     const MatrixXd h = stencil.jacobian(predicted);
     const MatrixXd gain =
         codegen::solve_symmetric(h * p * h.transpose() + r, h * p).transpose();  // P H' S^-1, S and P symmetric
-    VectorXd innovation = outputs.col(k) - predicted.col(0);
-    for (Index j = 0; j < plant.output_wraps.size(); ++j)
-      if (plant.output_wraps[j] > 0.0) innovation[j] = wrap_difference(innovation[j], plant.output_wraps[j]);
+    MatrixXd innovation = outputs.col(k) - predicted.col(0);
+    wrap_outputs(plant, innovation);
     x += gain * innovation;
     const MatrixXd kept = identity - gain * h;
     p = kept * p * kept.transpose() + gain * r * gain.transpose();
@@ -97,12 +73,12 @@ MatrixXd run_ekf(const EkfPlant& plant, const EkfConfig& config, const MatrixXd&
 
 }  // namespace
 
-EkfConfig ekf_config(const VectorXd& low, const VectorXd& high, const NoiseConfig& noise) {
+FilterConfig ekf_config(const VectorXd& low, const VectorXd& high, const NoiseConfig& noise) {
   const VectorXd variance = (high - low).cwiseAbs2() / 12.0;
   return {0.5 * (low + high), MatrixXd(variance.asDiagonal()), 1e-6, noise_variances(noise)};
 }
 
-EstimatorFactory ekf_estimator(std::function<EkfPlant()> make_plant, const EkfConfig& config) {
+EstimatorFactory ekf_estimator(std::function<FilterPlant()> make_plant, const FilterConfig& config) {
   return [make_plant = std::move(make_plant), config]() -> Estimator {
     return [plant = make_plant(), config](const MatrixXd& outputs, const MatrixXd& inputs, const VectorXd& time_s) {
       return run_ekf(plant, config, outputs, inputs, time_s);

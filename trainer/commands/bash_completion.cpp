@@ -6,6 +6,7 @@
 
 #include "codegen/targets/registry.h"
 #include "trainer/commands/command_line.h"
+#include "trainer/experiments/load_identification.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/reproduce/registry.h"
 
@@ -38,6 +39,8 @@ std::vector<std::string> words_of(const OptionFacts& option) {
   };
   if (is("EXPERIMENT"))
     for (const ShippedExperiment& experiment : shipped_experiments()) words.emplace_back(experiment.name);
+  if (is("IDENTIFICATION"))
+    for (const ShippedExperiment& identification : shipped_identifications()) words.emplace_back(identification.name);
   if (is("--target"))
     for (const codegen::ExportTarget& target : codegen::export_targets()) words.emplace_back(target.name);
   if (is("WHAT")) {
@@ -50,7 +53,8 @@ std::vector<std::string> words_of(const OptionFacts& option) {
 /// The shell command that completes a value; empty: bash's own, file names.
 std::string rule_of(const OptionFacts& option) {
   const std::vector<std::string> words = words_of(option);
-  if (option.positional == "EXPERIMENT") return fmt::format("_nlo_files .toml '{}'", joined(words));
+  if (option.positional == "EXPERIMENT" || option.positional == "IDENTIFICATION")
+    return fmt::format("_nlo_files .toml '{}'", joined(words));
   if (option.positional == "MODEL") return "_nlo_files .json";
   if (option.value == "DIR" || option.positional == "DIR") return "_nlo_directories";
   if (!words.empty()) return fmt::format("_nlo_words '{}'", joined(words));

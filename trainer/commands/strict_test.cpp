@@ -35,16 +35,16 @@ bool held_inputs(const Experiment& experiment, const StrictTest& test) {
 EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool held_inputs) {
   const InitialMoments start = initial_moments(knows.simulation);
   const auto& intensity = knows.simulation.process_noise;
-  const EkfConfig config{start.mean,
-                         start.covariance,
-                         1e-6,
-                         noise_variances(noise),
-                         Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
-                         held_inputs};
+  const FilterConfig config{start.mean,
+                            start.covariance,
+                            1e-6,
+                            noise_variances(noise),
+                            Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
+                            held_inputs};
   EstimatorFactory filter = ekf_estimator(
       [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
-        return EkfPlant{
+        return FilterPlant{
             [plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
             [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
             [plant](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) { return driven_derivative(*plant, x, u); },

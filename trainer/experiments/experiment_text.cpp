@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include "trainer/experiments/forward_map.h"
+#include "trainer/experiments/identify_keys.h"
 #include "trainer/experiments/keys.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/load_identification.h"
 #include "trainer/structures/table.h"
 
 namespace nlo::trainer {
@@ -68,6 +70,10 @@ std::string describe_experiment_keys() {
   std::string text;
   for_each_section([&]<class Section>(const Section&) { text += describe_keys<Section>(); });
   return text;
+}
+
+std::string describe_identify_keys() {
+  return describe_keys<IdentifyConfig>();
 }
 
 }  // namespace nlo::trainer

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/identify/filter_study.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/identify/identified_pendulum.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/identify/filter_tuning.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::VectorXd;
+using test::pendulum_identification;
+using test::pendulum_logs;
+
+FilterStudy study_of(const Identification& identification, double w2) {
+  LogSplits splits;
+  splits.train = pendulum_logs(11, 3);
+  splits.validation = pendulum_logs(12, 2);
+  splits.test = pendulum_logs(13, 3);
+  ThreadPool pool(2);
+  return study_filters(identification, Eigen::Vector2d(w2, test::kDamping), splits, resolve_columns(identification.log),
+                       pool);
+}
+
+double rmse(const FilterStudy& study, const std::string& estimator) {
+  for (const FilterStudy::Entry& entry : study.entries)
+    if (entry.estimator == estimator) return entry.metrics.pooled.front().rmse.front();
+  return std::nan("");
+}
+
+TEST(FilterStudy, FiltersThatKnowThePlantAreAheadOfWhatKnowsNone) {
+  const FilterStudy study = study_of(pendulum_identification(), test::kSquare);
+  EXPECT_EQ(study.tuned_on, "the validation logs");
+  EXPECT_LT(rmse(study, "ekf"), 0.12);  // of a rate of some 4 rad/s; the first samples are most of it
+  EXPECT_NEAR(rmse(study, "ukf") / rmse(study, "ekf"), 1.0, 0.2);
+  for (const char* other : {"static_ridge", "constant"})
+    EXPECT_GT(rmse(study, other), 3.0 * rmse(study, "ekf")) << other;
+  EXPECT_GT(rmse(study_of(pendulum_identification(), 2.0 * test::kSquare), "ekf"), 1.3 * rmse(study, "ekf"))
+      << "control: a wrong parameter costs";
+}
+
+TEST(FilterStudy, StartsWhereItIsToldTo) {
+  Identification identification = pendulum_identification({"identify.from_s=[0.0, 1.0]"});
+  const FilterStudy study = study_of(identification, test::kSquare);
+  EXPECT_EQ(study.entries.front().metrics.files.size(), 6u) << "three logs, twice each";
+  EXPECT_EQ(study_of(pendulum_identification(), test::kSquare).entries.front().metrics.files.size(), 3u);
+}
+
+TEST(CoordinateSearch, FindsTheLeastCostInDecadesAndNeverTakesNaN) {
+  const VectorXd least = Eigen::Vector3d(-2.0, 1.5, 0.25);
+  const CostsOf costs = [&](const std::vector<VectorXd>& points) {
+    std::vector<double> result;
+    for (const VectorXd& x : points) result.push_back(x[2] < -0.4 ? std::nan("") : 1.0 + (x - least).squaredNorm());
+    return result;
+  };
+  const Tuned tuned = coordinate_search(VectorXd::Zero(3), costs);
+  EXPECT_LT((tuned.x - least).cwiseAbs().maxCoeff(), 0.126);
+  EXPECT_LT(tuned.evaluations, 100);
+  EXPECT_GT((coordinate_search(VectorXd::Zero(3), costs, true).x - least).norm(), -1.0);
+  const std::atomic<bool> stop{true};
+  EXPECT_EQ(coordinate_search(VectorXd::Zero(3), costs, false, &stop).evaluations, 1);
+}
+
+TEST(StepCost, CountsOperatorsAndCalls) {
+  const auto cost = [](const char* text) {
+    const StepCost c = cost_of_expression(text);
+    return std::pair{c.operations, c.functions};
+  };
+  EXPECT_EQ(cost("a"), std::pair(0.0, 0.0));
+  EXPECT_EQ(cost("-a + b * 2.5"), std::pair(2.0, 0.0)) << "a sign is no operation";
+  EXPECT_EQ(cost("(a + b) / (-c)"), std::pair(2.0, 0.0));
+  EXPECT_EQ(cost("sin(a) - tanh (b / 1e-3)"), std::pair(2.0, 2.0));
+  EXPECT_EQ(cost("a^2 + b^3 + c^2.5"), std::pair(5.0, 1.0));
+  EXPECT_EQ(cost("a <= b ? c : d"), std::pair(2.0, 0.0));
+}
+
+TEST(StepCost, GrowsWithTheStepsOfASample) {
+  const StepCost one = cost_of_ekf(pendulum_identification(), 0.02);
+  const StepCost two = cost_of_ekf(pendulum_identification({"identify.longest_step_s=0.01"}), 0.02);
+  // 2 n_x + 1 = 5 points, 4 stages of 4 operations and a sine, 26 to combine them
+  EXPECT_NEAR(two.operations - one.operations, 5.0 * (4.0 * 4.0 + 26.0), 1e-9);
+  EXPECT_EQ(one.functions, 5.0 * 4.0);
+  EXPECT_GT(cost_of_ukf(pendulum_identification(), 0.02).functions, one.functions) << "the square roots of Cholesky";
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// From the file of an identification to a checked value.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "trainer/config/identification.h"
+#include "trainer/experiments/shipped.h"
+
+namespace nlo::trainer {
+
+/// Reads and checks it. `overrides`: --set SECTION.KEY=VALUE. Throws codegen::Error: `FILE:LINE: what is wrong; what to
+/// do`, for unknown keys, expressions that do not compile, and names of the plant that no column of the logs has.
+Identification read_identification(const std::string& path, const std::vector<std::string>& overrides = {});
+Identification parse_identification(std::string_view text, const std::string& filename,
+                                    const std::vector<std::string>& overrides = {});
+
+/// Those that the program carries: trainer/experiments/identify/*.toml by their names.
+std::span<const ShippedExperiment> shipped_identifications();
+
+/// Every key that an experiment has not, with its type, default and meaning, for people.
+std::string describe_identify_keys();
+
+}  // namespace nlo::trainer

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Sections of a TOML file read by the tables of keys.h: what experiments and identifications share.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trainer/config/section_reader.h"
+#include "trainer/config/toml.h"
+#include "trainer/experiments/keys.h"
+
+namespace nlo::trainer {
+
+/// Title of the section that knows a key; empty when none does.
+std::string home_of_key(const std::string& name);
+
+class SectionTables : public SectionReader {
+ public:
+  SectionTables(const std::string& filename, Places& places) : SectionReader(filename, places, home_of_key) {}
+
+  template <class Section>
+  void read(const Toml& table, const std::string& path, Section& section,
+            const std::vector<std::string>& subsections = {}) {
+    SectionReader::read(table, path, section_title<Section>(), keys<Section>(), section, subsections);
+  }
+
+  /// A section at the top of the file; what it has not stays as it is.
+  template <class Section>
+  void read_if_there(const Toml& root, const std::string& name, Section& section) {
+    if (const Toml* table = this->section(root, name, name)) read(*table, name, section);
+  }
+};
+
+/// [log] with its filter and columns.
+LogConfig read_log_section(SectionTables& reader, const Toml& table);
+
+}  // namespace nlo::trainer

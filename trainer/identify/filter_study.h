@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Filters that know the identified plant, tuned on logs with truth, beside what knows no plant: the test logs' errors of
+// what a user would take instead of a learned observer.
+#pragma once
+
+#include <Eigen/Core>
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "trainer/base/parallel.h"
+#include "trainer/config/identification.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/data/log_metrics.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/identify/step_cost.h"
+
+namespace nlo::trainer {
+
+struct FilterStudy {
+  struct Entry {
+    std::string estimator;  ///< "ekf", "ukf", "constant_acceleration", "static_ridge", then LogBaseline::names()
+    std::string setup;      ///< in words: what was tuned, or fitted
+    StepCost cost;          ///< {0, 0}: not counted
+    LogMetrics metrics;     ///< over the test logs; NaN for a state to which it does not apply
+  };
+  std::vector<Entry> entries;
+  std::string tuned_on;   ///< "the validation logs", "the training logs"
+  std::string judged_on;  ///< "the test logs", or where there are none what they were tuned on
+  double sample_period_s = 0.0;
+};
+
+/// About which share of all is done, and what is being done.
+using FilterProgress = std::function<void(double share, const std::string& what)>;
+
+/// EKF and UKF of the plant with parameters `p`: process noise per state, R per output and the scale of P0 are searched
+/// (filter_tuning.h) for the least sum over the logged states of RMSE / RMSE of the constant, on the validation logs, or
+/// on the training logs where there are none. The UKF's search starts where the EKF's ended. The constant-acceleration
+/// filter's q / r likewise, for each state that is a measured quantity or its velocity. Ridge regression and the
+/// baselines learn from the training logs. All start at each of from_s in each log.
+FilterStudy study_filters(const Identification& identification, const Eigen::VectorXd& p, const LogSplits& splits,
+                          const LogSchema& schema, ThreadPool& pool, const std::atomic<bool>* stop = nullptr,
+                          const FilterProgress& progress = {});
+
+}  // namespace nlo::trainer

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "trainer/identify/identification_text.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json fitted_json(const std::vector<FittedError>& errors) {
+  Json json = Json::object();
+  for (const FittedError& error : errors)
+    json[error.name] = {
+        {"rmse", number_or_null(error.rmse)}, {"unit", error.unit}, {"correlation", number_or_null(error.correlation)}};
+  return json;
+}
+
+Json entry_json(const FilterStudy::Entry& entry) {
+  Json json = {{"setup", entry.setup}};
+  if (entry.cost.operations > 0.0) {
+    json["operations"] = std::round(entry.cost.operations);
+    json["functions"] = std::round(entry.cost.functions);
+  }
+  for (const StateError& state : entry.metrics.pooled)
+    for (std::size_t w = 0; w < entry.metrics.windows.size(); ++w)
+      json["rmse"][state.name][entry.metrics.windows[w].name] = number_or_null(state.rmse[w]);
+  return json;
+}
+
+}  // namespace
+
+std::string identification_json(const std::string& name, const IdentificationResult& result, const FilterStudy* study) {
+  Json json = {{"identification", name}, {"outcome", result.outcome}, {"iterations", result.iterations}};
+  Json& parameters = json["parameters"] = Json::object();
+  for (const ParameterEstimate& p : result.parameters)
+    parameters[p.name] = {{"value", number_or_null(p.value)},
+                          {"standard_error", number_or_null(p.standard_error)},
+                          {"standard_error_by_segments", number_or_null(p.clustered_error)},
+                          {"fixed", p.fixed},
+                          {"identified", !p.unidentified},
+                          {"at_bound", p.at_bound}};
+  json["segments"] = result.segments;
+  json["samples"] = result.samples;
+  json["residuals"] = result.residuals;
+  json["degrees_of_freedom"] = result.degrees_of_freedom;
+  json["residual_deviation"] = number_or_null(result.residual_deviation);
+  json["condition"] = number_or_null(result.condition);
+  json["training"] = fitted_json(result.training);
+  json["test"] = fitted_json(result.test);
+  if (study != nullptr) {
+    json["tuned_on"] = study->tuned_on;
+    json["judged_on"] = study->judged_on;
+    Json& estimators = json["estimators"] = Json::object();
+    for (const FilterStudy::Entry& entry : study->entries) estimators[entry.estimator] = entry_json(entry);
+  }
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace nlo::trainer

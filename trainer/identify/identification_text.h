@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// What an identification found, as tables for people and as JSON for programs.
+#pragma once
+
+#include <string>
+
+#include "trainer/identify/filter_study.h"
+#include "trainer/identify/identify.h"
+
+namespace nlo::trainer {
+
+/// Parameters with their standard errors, the errors over segments, and notes on what the data do not tell.
+std::string to_text(const IdentificationResult& result);
+
+/// A table for each logged state: estimators and windows.
+std::string to_text(const FilterStudy& study);
+
+/// Both; `study` may be null. NaN is null.
+std::string identification_json(const std::string& name, const IdentificationResult& result, const FilterStudy* study);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// An identified plant as the EKF and the UKF know one, and their estimates of the logged states.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "trainer/baselines/filter.h"
+#include "trainer/config/identification.h"
+#include "trainer/data/dataset.h"
+#include "trainer/evaluation/evaluate.h"
+
+namespace nlo::trainer {
+
+enum class FilterKind { kExtended, kUnscented };
+
+class IdentifiedFilter {
+ public:
+  /// Of the plant with parameters `p` on logs with the channels of `logs`.
+  IdentifiedFilter(const Identification& identification, Eigen::VectorXd p, const Dataset& logs);
+
+  /// What is tuned, as log10: the process noise of each state whose start is above 0, R's deviation of each output, and
+  /// the scale of P0's deviation.
+  Eigen::VectorXd tuning() const;
+  FilterConfig config(const Eigen::VectorXd& tuning) const;
+  std::string describe(const Eigen::VectorXd& tuning) const;
+
+  /// Of the logged states, n_x of the logs x N. A state with the name of an output starts where that is measured first,
+  /// with R's variance. Makes a plant of its own: for any thread.
+  Eigen::MatrixXd estimate(FilterKind kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
+
+ private:
+  FilterPlant make_plant() const;
+
+  const Identification& identification_;
+  Eigen::VectorXd p_, output_wraps_;
+  std::vector<Eigen::Index> output_rows_, input_rows_;  ///< of the plant's channels among those of the logs
+  std::vector<Eigen::Index> state_rows_;                ///< of the logged states among the plant's
+};
+
+}  // namespace nlo::trainer

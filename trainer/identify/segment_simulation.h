@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// A stretch of a log simulated from a given state by given parameters, beside what was measured.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "trainer/config/identification.h"
+#include "trainer/data/dataset.h"
+#include "trainer/plants/parametric_plant.h"
+
+namespace nlo::trainer {
+
+struct FittedChannel;
+
+/// x at the end of `h` seconds by RK4 in steps of at most `longest_step_s` (0: one step); u runs from u0 to u1.
+Eigen::VectorXd simulate_step(ParametricPlant& plant, Eigen::VectorXd x, double h, const Eigen::VectorXd& u0,
+                              const Eigen::VectorXd& u1, double longest_step_s);
+
+class SegmentSimulation {
+ public:
+  /// `input_rows`: of the plant's inputs among those of the logs. `channels` must outlive it.
+  SegmentSimulation(const Identification& identification, const std::vector<FittedChannel>& channels,
+                    const std::vector<Eigen::Index>& input_rows);
+
+  /// (measured - simulated) / deviation of each channel, sample by sample, channels x samples in columns; 0 where the
+  /// truth is masked. Steps have the lengths that the stamps say.
+  ///   x0  n_x, at sample `first`
+  Eigen::VectorXd residuals(const Trajectory& run, Eigen::Index first, Eigen::Index samples, const Eigen::VectorXd& p,
+                            const Eigen::VectorXd& x0);
+
+ private:
+  Eigen::VectorXd inputs_at(const Trajectory& run, Eigen::Index sample) const;
+
+  const IdentifyConfig& config_;
+  const std::vector<FittedChannel>& channels_;
+  std::vector<Eigen::Index> input_rows_;
+  ParametricPlant plant_;
+};
+
+}  // namespace nlo::trainer

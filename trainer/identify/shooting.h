@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+// Multiple shooting: logs cut into segments, each simulated from an initial state of its own, which is fitted with the
+// parameters. The initial states are eliminated segment by segment (variable projection), so that a search sees the
+// parameters alone.
+//   r_s(p) = min over x0 of [ (y_k - h(x_k)) / sigma, k in s;  (x0 - guess) / deviation ]
+//   dr_s/dp = (I - Q Q') J_p,  Q R = J_x0                       Kaufman's form of Golub and Pereyra's derivative
+//   Golub, Pereyra: Separable nonlinear least squares, Inverse Problems 19 (2003); Bock's multiple shooting without
+//   matching conditions: segments need not join, their guesses come from the logs.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "trainer/base/parallel.h"
+#include "trainer/config/identification.h"
+#include "trainer/data/dataset.h"
+#include "trainer/identify/parameter_space.h"
+#include "trainer/plants/parametric_plant.h"
+
+namespace nlo::trainer {
+
+/// What a simulation is compared with.
+struct FittedChannel {
+  std::string name, unit;
+  bool state = false;  ///< a logged state; else an output
+  Eigen::Index log_row = 0, plant_row = 0;
+  double deviation = 1.0, wrap = 0.0;
+};
+
+/// The entries of [identify] noise, found in the logs and in the plant.
+std::vector<FittedChannel> fitted_channels(const Identification& identification, const Dataset& logs);
+
+class ShootingProblem {
+ public:
+  /// `logs` must outlive it. Segments of segment_s one behind the other; every n-th where they have more than
+  /// most_samples. Throws codegen::Error when no log is as long as a segment.
+  ShootingProblem(const Identification& identification, const Dataset& logs, ThreadPool& pool);
+  ~ShootingProblem();
+
+  Eigen::Index segments() const { return static_cast<Eigen::Index>(segments_.size()); }
+  Eigen::Index samples() const { return samples_; }  ///< of all segments
+  Eigen::Index rows() const { return rows_; }        ///< of r
+  const ParameterSpace& space() const { return space_; }
+
+  /// How many residuals are of measurements and truth that counts: rows() but for masked truth and the guesses' rows.
+  Eigen::Index counted() const { return counted_; }
+
+  /// How many initial states the measurements tell, at the latest jacobian(): one that its guess tells counts nothing,
+  /// one that the measurements tell counts 1. sum over segments of |rows of Q that are of measurements|^2.
+  double told_states() const;
+
+  /// Sum of squares of the rows that count.
+  double squares(const Eigen::VectorXd& residuals) const;
+
+  /// r at theta; NaN and beyond become a large number, so that a search turns back.
+  Eigen::VectorXd residuals(const Eigen::VectorXd& theta);
+
+  /// dr/dtheta, rows() x n_theta. The initial states found here are where later searches for them begin.
+  Eigen::MatrixXd jacobian(const Eigen::VectorXd& theta);
+
+  /// sum over segments of (J_s' r_s)(J_s' r_s)', n_theta x n_theta: what residuals that are correlated within a segment
+  /// make of the parameters' covariance.
+  Eigen::MatrixXd scatter(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals) const;
+
+  const std::vector<FittedChannel>& channels() const { return channels_; }
+
+  /// RMSE of each fitted channel in its own unit, and the lag-one correlation of its residuals.
+  struct ChannelError {
+    double rmse = 0.0, correlation = 0.0;
+  };
+  std::vector<ChannelError> errors(const Eigen::VectorXd& residuals) const;
+
+ private:
+  struct Segment {
+    const Trajectory* run = nullptr;
+    Eigen::Index first = 0, samples = 0, row = 0;
+    Eigen::VectorXd guess, start;  ///< n_x: from the logs; where the search for it begins
+    double told = 0.0;             ///< of told_states()
+  };
+  class Worker;
+
+  Eigen::VectorXd guess_of(const Trajectory& run, Eigen::Index sample) const;
+  Eigen::Index rows_of(const Segment& segment) const;
+
+  const Identification& identification_;
+  ThreadPool& pool_;
+  ParameterSpace space_;
+  std::vector<FittedChannel> channels_;
+  std::vector<Segment> segments_;
+  std::vector<std::unique_ptr<Worker>> workers_;        ///< one per thread
+  std::vector<std::pair<bool, Eigen::Index>> guesses_;  ///< per state: logged state or output, and its row; -1: none
+  std::vector<Eigen::Index> input_rows_;
+  Eigen::Index rows_ = 0, samples_ = 0, counted_ = 0, free_ = 0;
+};
+
+}  // namespace nlo::trainer

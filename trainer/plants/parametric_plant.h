@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// A plant by expressions whose parameters change while it runs: what identification simulates, and the filters after it.
+//   x' = f(x, u, p),  y = h(x, u, p)
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+/// Evaluates in place: one thread at a time.
+class ParametricPlant {
+ public:
+  /// Throws KeyError naming the expression and the position in it, or the name that does not fit: taken twice, no
+  /// identifier, an input or a parameter that acts nowhere. The outputs have the names of `output_names`.
+  explicit ParametricPlant(const PlantConfig& config);
+  ~ParametricPlant();
+
+  const std::vector<std::string>& states() const { return states_; }
+  const std::vector<std::string>& outputs() const { return outputs_; }
+  const std::vector<std::string>& inputs() const { return inputs_; }
+  const std::vector<std::string>& parameters() const { return parameters_; }
+  Eigen::Index nx() const { return static_cast<Eigen::Index>(states_.size()); }
+  Eigen::Index ny() const { return static_cast<Eigen::Index>(outputs_.size()); }
+  Eigen::Index nu() const { return static_cast<Eigen::Index>(inputs_.size()); }
+  Eigen::Index np() const { return static_cast<Eigen::Index>(parameters_.size()); }
+
+  /// p, n_p, as in [plant] to begin with. Outside of an expression's domain values are NaN, never an exception.
+  void set_parameters(const Eigen::VectorXd& p);
+  Eigen::VectorXd parameter_values() const;
+
+  /// f(x, u), n_x; `u`: n_u.
+  Eigen::VectorXd derivative(const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+
+  /// h(x, u), n_y.
+  Eigen::VectorXd output(const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+
+ private:
+  struct Formulas;
+  std::vector<std::string> states_, outputs_, inputs_, parameters_;
+  std::unique_ptr<Formulas> formulas_;
+};
+
+}  // namespace nlo::trainer
