@@ -82,10 +82,6 @@ void check_use(const Experiment& e) {
                    fmt::format("[training] transient = \"backward\" simulates the past of a plant without inputs and "
                                "noise, and there is {}; use \"drop\"",
                                drawn));
-  if (e.training.mirror && e.excitation)
-    throw KeyError("training.mirror",
-                   "[training] mirror = true does not turn the signs of inputs yet, and there is [excitation]; set "
-                   "mirror = false");
 }
 
 }  // namespace

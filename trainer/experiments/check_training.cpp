@@ -25,7 +25,8 @@ void check_mirror(const Experiment& e) {
     throw KeyError("training.mirror", "[training] mirror = true: " + why);
   };
   if (e.plant)
-    if (const auto found = odd_counterexample(*make_plant(*e.plant), e.plant->even, e.simulation))
+    if (const auto found =
+            odd_counterexample(*make_plant(*e.plant), e.plant->even, e.simulation, e.excitation.has_value()))
       refuse(fmt::format("{}; {}set mirror = false", *found,
                          e.plant->even.empty() ? "name what keeps its sign in [plant] even, or " : ""));
   if (!e.log) return;

@@ -104,7 +104,7 @@ const std::vector<Key<PlantConfig>>& keys() {
           "of angles, one for each state; sincos: two channels NAME_sin and NAME_cos"),
       key("output_encodings", &P::output_encodings, names_of<Encoding>(), "the same, one for each output"),
       key("estimated", &P::estimated, identifiers(), "names of the states to estimate; all unless given"),
-      key("even", &P::even, identifiers(), "names of the states and outputs that mirror leaves as they are"),
+      key("even", &P::even, identifiers(), "names of the states, outputs and inputs that mirror leaves as they are"),
       key("inputs", &P::inputs, identifiers(), "names of the inputs u, if it has any; at 0 without [excitation]"),
       key("input_units", &P::input_units, any(), "one for each input, if they have any"),
       key("input_field", &P::input_field, any(),
