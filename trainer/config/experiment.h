@@ -61,6 +61,9 @@ struct ExcitationConfig {
   std::vector<double> low, high;             ///< what an input stays within, n_u each
   std::vector<double> amplitude;             ///< [least, most] of what swings; empty: up to half the range
   double shortest_s = 0.0, longest_s = 0.0;  ///< of holds and periods; 0: derived, see hold_times()
+  std::string log;                           ///< CSV file of recorded inputs, of the kind "log"
+  std::vector<std::string> log_columns;      ///< its columns, one for each input
+  std::string log_time;                      ///< its column of time [s]; empty: rows are a sample period apart
 };
 
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
