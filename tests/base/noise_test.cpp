@@ -21,6 +21,44 @@ TEST(Noise, ReadsWhatElseASensorDoes) {
   EXPECT_TRUE(parse_noise("none+bias:0").none());
 }
 
+TEST(Noise, ReadsWhenASensorMeasures) {
+  const SensorNoise noise = parse_noise("none+delay:1.5:2+jitter:0.2+missing:0.05:4").of(0);
+  EXPECT_EQ(noise.delay_low, 1.5);
+  EXPECT_EQ(noise.delay_high, 2.0);
+  EXPECT_EQ(noise.jitter, 0.2);
+  EXPECT_EQ(noise.missing_share, 0.05);
+  EXPECT_EQ(noise.missing_samples, 4.0);
+  EXPECT_FALSE(noise.none());
+  EXPECT_FALSE(noise.disturbed());
+  EXPECT_TRUE(parse_noise("none+delay:0+missing:0").none());
+  EXPECT_EQ(parse_noise("none+delay:3").of(0).delay_low, 3.0);
+}
+
+TEST(Noise, BurstsOfMissingSamplesAddUpToTheirShare) {
+  const LossRates rates = loss_rates(parse_noise("none+missing:0.2:5").of(0));
+  EXPECT_NEAR(rates.begins / (rates.begins + 1.0 - rates.goes_on), 0.2, 1e-12) << "what the chain settles at";
+  EXPECT_NEAR(1.0 / (1.0 - rates.goes_on), 5.0, 1e-12);
+  EXPECT_EQ(loss_rates(parse_noise("none+missing:0.2").of(0)).goes_on, 0.2) << "each sample by itself";
+}
+
+TEST(Noise, RefusesTimesThatCannotBe) {
+  for (const auto& [text, why] : {std::pair{"none+delay:3:1", "least is above its most"},
+                                  {"none+delay", "has no scale"},
+                                  {"none+delay:20000", "above 10000 samples"},
+                                  {"none+delay:1:2:3", "one number too many"},
+                                  {"none+jitter:0.6", "above half a sample period"},
+                                  {"none+missing:1", "all samples missing"},
+                                  {"none+missing:0.5:0.5", "less than one sample"},
+                                  {"none+missing:0.8:2", "bursts that short"}}) {
+    try {
+      parse_noise(text);
+      FAIL() << text;
+    } catch (const codegen::Error& error) {
+      EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(Noise, ReadsItsThreeForms) {
   EXPECT_EQ(parse_noise("none"), (NoiseConfig{NoiseKind::kNone, 0.0}));
   EXPECT_EQ(parse_noise("gaussian:0.5"), (NoiseConfig{NoiseKind::kGaussian, 0.5}));
@@ -48,7 +86,8 @@ TEST(Noise, MustHaveOneForAllOutputsOrOneForEach) {
 TEST(Noise, FormatReadsBackToTheSameValue) {
   for (const char* text :
        {"none", "gaussian:0.5", "uniform:3", "gaussian:1e-06", "uniform:0.1", "gaussian:0.1,none", "none,none",
-        "student:0.5:2", "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.25", "none+quantised:1"})
+        "student:0.5:2", "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.25", "none+quantised:1",
+        "gaussian:0.5+delay:1.5+jitter:0.2+missing:0.05:4", "none+delay:1:3", "none+missing:0.1,none"})
     EXPECT_EQ(format_noise(parse_noise(text)), text);
 }
 

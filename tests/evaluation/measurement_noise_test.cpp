@@ -140,5 +140,75 @@ TEST(MeasurementNoise, FirstDrawsStayAsTheyAre) {
   EXPECT_EQ(b, -0.34319542556475);
 }
 
+/// y(k) = k.
+Eigen::MatrixXd ramp(Eigen::Index outputs, Eigen::Index samples) {
+  return Eigen::RowVectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1)).replicate(outputs, 1);
+}
+
+TEST(MeasurementNoise, DelaysByWhatIsDeclared) {
+  constexpr double kPerSample = 0.25;
+  const Eigen::MatrixXd clean = (kPerSample * ramp(1, 400).array()).sin();
+  const Eigen::MatrixXd late = MeasurementNoise(parse_noise("none+delay:2.5"), 1, 0).on(clean);
+  for (Eigen::Index k = 5; k < 400; ++k)
+    ASSERT_NEAR(late(0, k), std::sin(kPerSample * (static_cast<double>(k) - 2.5)), 2e-4) << k;
+  EXPECT_EQ(late(0, 2), clean(0, 0));
+  const Eigen::MatrixXd drawn = MeasurementNoise(parse_noise("none+delay:1:3,none"), 1, 0).on(ramp(2, 50));
+  const double delay = 30.0 - drawn(0, 30);
+  EXPECT_GT(delay, 1.0);
+  EXPECT_LT(delay, 3.0);
+  EXPECT_NEAR(40.0 - drawn(0, 40), delay, 1e-12);
+  EXPECT_EQ(drawn.row(1), ramp(1, 50));
+}
+
+TEST(MeasurementNoise, JitterIsUniformAndOfTheLoop) {
+  constexpr Eigen::Index kSamples = 20'000;
+  const Eigen::MatrixXd y = MeasurementNoise(parse_noise("none+jitter:0.4"), 3, 0).on(ramp(2, kSamples));
+  EXPECT_EQ(y.row(0), y.row(1));
+  const Eigen::ArrayXd off = (y - ramp(2, kSamples)).row(0).segment(1, kSamples - 2).transpose();
+  EXPECT_LE(off.abs().maxCoeff(), 0.4 + 1e-9);
+  EXPECT_NEAR(off.mean(), 0.0, 5.0 * 0.4 / std::sqrt(3.0 * kSamples));
+  EXPECT_NEAR(off.square().mean() / 0.16, 1.0 / 3.0, 5.0 * std::sqrt(4.0 / 45.0 / kSamples));
+}
+
+TEST(MeasurementNoise, MissingSamplesAreNoNumbersAndHeldAsTheLast) {
+  constexpr Eigen::Index kSamples = 40'000;
+  const Eigen::MatrixXd y = MeasurementNoise(parse_noise("none+missing:0.1:4,none"), 3, 0).on(ramp(2, kSamples));
+  const auto missing = y.row(0).array().isNaN();
+  EXPECT_FALSE(missing(0));
+  // 1,000 bursts whose lengths deviate by 3.5: five standard errors.
+  EXPECT_NEAR(missing.cast<double>().mean(), 0.1, 0.02);
+  double bursts = 0.0;
+  for (Eigen::Index k = 1; k < kSamples; ++k) bursts += missing(k) && !missing(k - 1) ? 1.0 : 0.0;
+  EXPECT_NEAR(missing.cast<double>().sum() / bursts, 4.0, 0.6);
+  EXPECT_EQ(y.row(1), ramp(1, kSamples));
+  const Eigen::MatrixXd filled = held(y);
+  for (Eigen::Index k = 1; k < kSamples; ++k) ASSERT_EQ(filled(0, k), missing(k) ? filled(0, k - 1) : y(0, k));
+}
+
+TEST(MeasurementNoise, WhatIsAboutTimeChangesNoDraw) {
+  const Eigen::MatrixXd clean = Eigen::MatrixXd::Ones(2, 300);
+  const Eigen::MatrixXd off =
+      MeasurementNoise(parse_noise("gaussian:0.5+outliers:0.1:4"), 5, 9).on(clean) -
+      MeasurementNoise(parse_noise("gaussian:0.5+outliers:0.1:4+delay:1:3+jitter:0.3"), 5, 9).on(clean);
+  EXPECT_LE(off.cwiseAbs().maxCoeff(), 1e-12) << "but for the rounding of a cubic through equal samples";
+  const Eigen::MatrixXd lossy = MeasurementNoise(parse_noise("gaussian:0.5+missing:0.3"), 5, 9).on(clean);
+  const Eigen::MatrixXd full = MeasurementNoise(parse_noise("gaussian:0.5"), 5, 9).on(clean);
+  EXPECT_TRUE((lossy.array().isNaN() || lossy.array() == full.array()).all());
+}
+
+TEST(MeasurementNoise, AnAngleIsDelayedAndLostAsOne) {
+  constexpr double kPi = 3.14159265358979323, kCubic = 1e-6;
+  const Eigen::ArrayXd angle = 0.1 * ramp(1, 200).transpose().array();
+  Eigen::MatrixXd clean(2, 200);
+  clean << angle.sin().matrix().transpose(), angle.cos().matrix().transpose();
+  const Eigen::MatrixXd y =
+      MeasurementNoise(parse_noise("none+delay:2.5+missing:0.2"), 1, 0).on(clean, {{0, 2.0 * kPi}});
+  for (Eigen::Index k = 5; k < 199; ++k) {
+    ASSERT_EQ(std::isnan(y(0, k)), std::isnan(y(1, k)));
+    if (std::isnan(y(0, k))) continue;
+    ASSERT_NEAR(std::remainder(std::atan2(y(0, k), y(1, k)) - angle(k) + 0.25, 2.0 * kPi), 0.0, kCubic);
+  }
+}
+
 }  // namespace
 }  // namespace nlo::trainer

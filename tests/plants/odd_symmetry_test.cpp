@@ -47,6 +47,27 @@ TEST(OddSymmetry, TheLorenzSystemTurnsAboutItsThirdAxis) {
   EXPECT_THAT(counterexample(lorenz, "x1", {"x2"}), HasSubstr("and at its mirror image it is"));
 }
 
+TEST(OddSymmetry, OfADrivenPlantTheInputTurnsToo) {
+  PlantConfig plant;
+  plant.states = {"v"};
+  plant.outputs = {"v"};
+  plant.output_names = {"speed"};
+  SimulationConfig simulation;
+  simulation.initial_low = {-2.0};
+  simulation.initial_high = {3.0};
+  const auto found = [&](const std::string& derivative, const std::vector<std::string>& even, bool driven = true) {
+    plant.derivative = {derivative};
+    plant.inputs = {"force"};
+    if (derivative.find("drag") != std::string::npos) plant.inputs.emplace_back("drag");
+    return odd_counterexample(*make_plant(plant), even, simulation, driven).value_or("odd");
+  };
+  EXPECT_EQ(found("force + 0.1 * force^3 - v", {}), "odd");
+  EXPECT_EQ(found("force - drag * v", {"drag"}), "odd") << "a coefficient keeps its sign";
+  EXPECT_THAT(found("force - drag * v", {}), HasSubstr("u = ("));
+  EXPECT_THAT(found("force^2 - v", {}), HasSubstr("at -x, -u it is"));
+  EXPECT_EQ(found("force^2 - v", {}, false), "odd") << "where no input acts, none is asked";
+}
+
 TEST(OddSymmetry, WhereThePlantHasNoValueNothingIsClaimed) {
   EXPECT_EQ(counterexample({"x2", "-x1 * sqrt(x1^2 - 100)"}, "x1"), "odd");
 }

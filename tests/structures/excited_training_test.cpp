@@ -3,16 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "codegen/replay/reference_observer.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/rollout/rollout.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {
 
-Experiment integrator(bool excited) {
+Experiment integrator(bool excited, const std::vector<std::string>& changes = {}) {
   // x2 cannot be told from y without u for as long as a filtered derivative takes: u moves it at once.
   Experiment experiment = parse_experiment(
       std::string("name = \"pushed_mass\"\n[plant]\nstates = [\"x1\", \"x2\"]\ninputs = [\"u\"]\n"
@@ -25,7 +27,7 @@ Experiment integrator(bool excited) {
           "features = \"latent_and_output\"\n[inverse_map]\nhidden = [12]\nlinear_path = true\nridge = "
           "1e-9\n[training]\n"
           "steps = 300\nlearning_rate = 3e-3\ntrajectories_per_step = 8\nsamples_per_step = 400\n",
-      "pushed_mass.toml");
+      "pushed_mass.toml", changes);
   experiment.threads = 1;
   return experiment;
 }
@@ -53,6 +55,30 @@ TEST(ExcitedTraining, AnObserverThatWasExcitedKnowsItsInputs) {
       train(integrator(false), simulate_training_sets(integrator(false)).training, sets.validation, {}).model;
   EXPECT_EQ(without.nu(), 0);
   EXPECT_LT(settled_error(with, sets.validation), 0.1 * settled_error(without, sets.validation));
+}
+
+TEST(ExcitedTraining, AMirroredRunTurnsTheSignsOfItsInputs) {
+  const auto mirror_of = [](std::vector<std::string> changes) {
+    changes.emplace_back("training.mirror=true");
+    return TrainingData(simulate_training_sets(integrator(true, changes)).training).reading_mirror;
+  };
+  EXPECT_EQ(mirror_of({}), (std::vector<float>{-1.0F, -1.0F}));
+  EXPECT_EQ(mirror_of({"plant.derivative=[\"x2\", \"-x1 - u^2 * x2\"]", "plant.even=[\"u\"]"}),
+            (std::vector<float>{-1.0F, 1.0F}));
+  EXPECT_ANY_THROW(mirror_of({"plant.derivative=[\"x2\", \"-x1 - x2 + u^2\"]"})) << "it is not odd in u";
+}
+
+TEST(ExcitedTraining, MirrorLearnsWhatTheInputsDo) {
+  const Experiment mirrored = integrator(true, {"training.mirror=true", "excitation.low=[0]"});
+  const codegen::Model model =
+      train(mirrored, simulate_training_sets(mirrored).training, simulate_training_sets(mirrored).validation, {}).model;
+  const codegen::Model plain =
+      train(integrator(true, {"excitation.low=[0]"}), simulate_training_sets(mirrored).training,
+            simulate_training_sets(mirrored).validation, {})
+          .model;
+  // Trained on u >= 0 alone, tried where u < 0: with its mirror image that is known ground.
+  const Dataset other = simulate_training_sets(integrator(true, {"excitation.high=[0]"})).validation;
+  EXPECT_LT(settled_error(model, other), 0.7 * settled_error(plain, other));
 }
 
 }  // namespace

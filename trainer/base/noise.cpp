@@ -16,7 +16,10 @@ namespace {
 constexpr const char* kForms =
     "write none, gaussian:STANDARD_DEVIATION, uniform:HALF_WIDTH or student:SCALE:FREEDOM, and behind it what else "
     "there is: "
-    "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP";
+    "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, +delay:SAMPLES or +delay:LEAST:MOST, "
+    "+jitter:SHARE_OF_PERIOD, +missing:SHARE or +missing:SHARE:SAMPLES_IN_A_ROW";
+
+constexpr int kLongestDelay = 10000;  // samples: more than a run has is a mistake
 
 std::vector<std::string_view> split(std::string_view text, char at) {
   std::vector<std::string_view> parts;
@@ -48,6 +51,8 @@ class Part {
     return *value;
   }
 
+  bool has(std::size_t index) const { return words_.size() > index; }
+
   void expect(std::size_t numbers) const {
     if (words_.size() > numbers + 1) fail("has one number too many");
   }
@@ -69,6 +74,26 @@ void add_fault(const Part& part, SensorNoise& noise) {
   } else if (part.word() == "quantised") {
     noise.quantum = part.number(1);
     part.expect(1);
+  } else if (part.word() == "delay") {
+    noise.delay_low = noise.delay_high = part.number(1);
+    if (part.has(2)) noise.delay_high = part.number(2);
+    part.expect(2);
+    if (noise.delay_low > noise.delay_high) part.fail("has a delay whose least is above its most");
+    if (noise.delay_high > kLongestDelay) part.fail(fmt::format("has a delay above {} samples", kLongestDelay));
+  } else if (part.word() == "jitter") {
+    noise.jitter = part.number(1);
+    part.expect(1);
+    if (noise.jitter > 0.5) part.fail("has a jitter above half a sample period, so that samples would change places");
+  } else if (part.word() == "missing") {
+    noise.missing_share = part.number(1);
+    if (noise.missing_share >= 1.0) part.fail("has all samples missing");
+    if (part.has(2)) {
+      noise.missing_samples = part.number(2);
+      if (noise.missing_samples < 1.0) part.fail("has less than one sample missing in a row");
+      if (loss_rates(noise).begins > 1.0)
+        part.fail("has more missing samples than bursts that short can make; make them longer");
+    }
+    part.expect(2);
   } else {
     part.fail(fmt::format("has \"{}\" behind a plus, which is of no known kind", part.word()));
   }
@@ -103,6 +128,20 @@ bool NoiseConfig::none() const {
   return std::all_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.none(); });
 }
 
+bool NoiseConfig::shifted() const {
+  return std::any_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.shifted(); });
+}
+
+bool NoiseConfig::loses() const {
+  return std::any_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.missing_share > 0.0; });
+}
+
+LossRates loss_rates(const SensorNoise& noise) {
+  const double share = noise.missing_share;
+  if (noise.missing_samples == 0.0) return {share, share};
+  return {1.0 - 1.0 / noise.missing_samples, share / ((1.0 - share) * noise.missing_samples)};
+}
+
 NoiseConfig parse_noise(std::string_view text) {
   NoiseConfig noise;
   noise.sensors.clear();
@@ -118,6 +157,11 @@ std::string format_noise(const SensorNoise& noise) {
     text += "+outliers:" + shortest_text(noise.outlier_share) + ":" + shortest_text(noise.outlier_amplitude);
   if (noise.bias > 0.0) text += "+bias:" + shortest_text(noise.bias);
   if (noise.quantum > 0.0) text += "+quantised:" + shortest_text(noise.quantum);
+  if (noise.delayed()) text += "+delay:" + shortest_text(noise.delay_low);
+  if (noise.delay_low < noise.delay_high) text += ":" + shortest_text(noise.delay_high);
+  if (noise.jitter > 0.0) text += "+jitter:" + shortest_text(noise.jitter);
+  if (noise.missing_share > 0.0) text += "+missing:" + shortest_text(noise.missing_share);
+  if (noise.missing_share > 0.0 && noise.missing_samples > 0.0) text += ":" + shortest_text(noise.missing_samples);
   return text;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3",
 // "student:0.5:2"; of several outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02". What
-// else a sensor does stands behind it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1".
+// else a sensor does stands behind it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1". So does when it measures:
+// "none+delay:1.5+jitter:0.2+missing:0.05:4".
 #pragma once
 
 #include <cstddef>
@@ -31,8 +32,19 @@ struct SensorNoise {
   double bias = 0.0;               ///< U(-bias, bias), drawn once for each run
   double quantum = 0.0;            ///< what is measured is a multiple of it; 0: is not
 
-  /// Nothing at all is added.
-  bool none() const { return kind == NoiseKind::kNone && outlier_share == 0.0 && bias == 0.0 && quantum == 0.0; }
+  double delay_low = 0.0,
+         delay_high = 0.0;       ///< it shows y of so many samples ago, a number drawn from this range for each run
+  double jitter = 0.0;           ///< its instants are off by U(-jitter, jitter) sample periods, each by its own draw
+  double missing_share = 0.0;    ///< this share of the samples does not arrive
+  double missing_samples = 0.0;  ///< mean length of what is missing in a row; 0: each sample by itself
+
+  bool delayed() const { return delay_high > 0.0; }
+  /// It measures at other times than the observer is told.
+  bool shifted() const { return delayed() || jitter > 0.0; }
+  /// What is measured is changed.
+  bool disturbed() const { return kind != NoiseKind::kNone || outlier_share > 0.0 || bias > 0.0 || quantum > 0.0; }
+  /// Nothing at all is done to it.
+  bool none() const { return !disturbed() && !shifted() && missing_share == 0.0; }
 
   bool operator==(const SensorNoise&) const = default;
 };
@@ -46,7 +58,9 @@ struct NoiseConfig {
   NoiseConfig(NoiseKind kind, double scale) : sensors{{kind, scale}} {}
 
   const SensorNoise& of(std::size_t output) const { return sensors.size() == 1 ? sensors.front() : sensors.at(output); }
-  bool none() const;  ///< no sensor has any
+  bool none() const;     ///< no sensor has any
+  bool shifted() const;  ///< one sensor measures at other times
+  bool loses() const;    ///< samples of one sensor are missing
 
   bool operator==(const NoiseConfig&) const = default;
 };
@@ -58,6 +72,13 @@ NoiseConfig parse_noise(std::string_view text);
 /// The text that parse_noise reads back to the same value.
 std::string format_noise(const SensorNoise& noise);
 std::string format_noise(const NoiseConfig& noise);
+
+/// Whether a sample is missing behind one that is missing, or behind one that arrived: bursts of the declared mean length
+/// that add up to the declared share. The first sample of a run always arrives.
+struct LossRates {
+  double goes_on = 0.0, begins = 0.0;
+};
+LossRates loss_rates(const SensorNoise& noise);
 
 /// Throws codegen::Error unless it is one for all of `outputs` sensors, or one for each.
 void check_noise(const NoiseConfig& noise, std::size_t outputs);

@@ -29,7 +29,7 @@ namespace {
 struct EvaluateArguments {
   std::vector<std::string> models, noises, data, missing;
   std::vector<double> from_s;
-  std::string columns;
+  std::string columns, input_noise = "none";
   RunFiles files;
   StrictTest test;
   bool json = false;
@@ -65,6 +65,21 @@ void print(const EvaluateArguments& arguments, const std::vector<std::string>& r
   for (const std::string& result : results) fmt::print("{}{}", &result == &results.front() ? "" : "\n", result);
 }
 
+void check_input_noise(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Plant& plant) {
+  const NoiseConfig& noise = arguments.test.input_noise;
+  if (noise.none()) return;
+  for (const NamedModel& model : models)
+    if (model.model.nu() == 0)
+      throw codegen::Error(
+          fmt::format("--input-noise: {} is told no inputs; leave it out, or train with [excitation]", model.name));
+  try {
+    check_noise(noise, plant.inputs().size());
+  } catch (const codegen::Error& error) {
+    throw codegen::Error(
+        fmt::format("--input-noise is no noise of {} inputs: {}", plant.inputs().size(), error.what()));
+  }
+}
+
 void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
   require_one_experiment(models);
   const Experiment tested = changed_experiment(experiment, arguments.test.changes);
@@ -73,6 +88,7 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
   for (const NamedModel& model : models)
     check_channels(model.model, channels.states().size(), channels.outputs().size(), model.name);
   for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, plant->outputs().size());
+  check_input_noise(arguments, models, *plant);
   parse_excitation(*plant, arguments.test.inputs);  // wrong usage is said before anything runs
   const auto& against = arguments.test.against;
   if (arguments.test.changes.empty() && std::find(against.begin(), against.end(), "ekf_true") != against.end())
@@ -145,6 +161,7 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
 void run_evaluate(EvaluateArguments arguments) {
   for (const std::string& noise : arguments.noises) arguments.test.noises.push_back(parse_noise(noise));
   if (arguments.noises.empty()) arguments.test.noises.emplace_back();
+  arguments.test.input_noise = parse_noise(arguments.input_noise);
   std::vector<NamedModel> models;
   for (const std::string& path : arguments.models) models.push_back({path, codegen::read_model(path)});
   const std::string& first = arguments.models.front();
@@ -182,9 +199,9 @@ void add_evaluate(CLI::App& app, Action& action) {
   command
       ->add_option("--noise", arguments->noises,
                    "on the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
-                   "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP; or one for each output with commas "
-                   "between; may "
-                   "be repeated")
+                   "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, +delay:SAMPLES, "
+                   "+jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW; or one for each output with commas "
+                   "between; may be repeated")
       ->allow_extra_args(false);
   command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
       ->check(check_seed)
@@ -212,6 +229,12 @@ void add_evaluate(CLI::App& app, Action& action) {
                        "else as the experiment's [excitation] says")
           ->allow_extra_args(false)
           ->type_name("EXPR"));
+  for_plants.push_back(command
+                           ->add_option("--input-noise", arguments->input_noise,
+                                        "on the inputs that the observer is told, the same forms; the plant has them "
+                                        "without it")
+                           ->allow_extra_args(false)
+                           ->type_name("NOISE"));
   for_plants.push_back(
       command
           ->add_option("--set", arguments->test.changes,

@@ -12,6 +12,7 @@ RunReport report_on_plant(const codegen::Model& model, const Experiment& experim
   if (test.noises.empty()) {
     test.noises.emplace_back();
     if (!experiment.training.noise.none()) test.noises.push_back(experiment.training.noise);
+    test.input_noise = experiment.training.input_noise;
   }
   RunReport report;
   report.evaluations = run_strict_test(model, experiment, test);

@@ -97,7 +97,7 @@ void run_simulate(const SimulateArguments& arguments) {
       MeasurementNoise sensor(noise, arguments.seed, static_cast<std::uint64_t>(i));
       const std::string file = numbered_file(arguments.output, i, arguments.trajectories);
       const Trajectory& run = data.trajectories[static_cast<std::size_t>(i)];
-      write_output_file(file, csv(data, i, sensor.on(run.outputs)));
+      write_output_file(file, csv(data, i, held(sensor.on(run.outputs))));
       if (!is_stdout(file)) fmt::print("{}: {} samples\n", file, run.samples());
     }
   });

@@ -52,13 +52,23 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool hel
       },
       config);
   const PlantChannels channels(*knows.plant, *make_plant(*knows.plant));
-  if (channels.plain()) return filter;
+  if (channels.plain() && !noise.loses()) return filter;
   return [filter, channels]() -> Estimator {
     return [ekf = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                       const Eigen::VectorXd& time_s) {
-      return channels.states(ekf(channels.plant_outputs(outputs), inputs, time_s));
+      return channels.states(ekf(channels.plant_outputs(held(outputs)), inputs, time_s));
     };
   };
+}
+
+/// The inputs as estimators are told them. What does not arrive is held, as in flight.
+void disturb_inputs(const NoiseConfig& noise, std::uint64_t seed, Dataset& runs) {
+  if (noise.none()) return;
+  constexpr std::uint64_t kOfInputs = 0x696e70757473ULL;  // no numbers in common with the outputs' noise
+  for (std::size_t i = 0; i < runs.trajectories.size(); ++i) {
+    Eigen::MatrixXd& inputs = runs.trajectories[i].inputs;
+    inputs = held(MeasurementNoise(noise, seed ^ kOfInputs, i).on(inputs));
+  }
 }
 
 /// What the constant and the readout learn from: runs of the training's own distribution.
@@ -81,7 +91,9 @@ class Study {
         test_(test),
         plant_(make_plant(*tested_.plant)),
         config_(metrics_config(tested_, tested_.simulation.horizon_s)),
-        training_(fresh_training_runs(experiment)) {}
+        training_(fresh_training_runs(experiment)) {
+    disturb_inputs(test.input_noise, initial_state_seed(experiment.seed, SeedStream::kTraining), training_);
+  }
 
   std::vector<EvaluationStudy> run(const StudyProgress& progress) {
     std::vector<EvaluationStudy> studies(test_.noises.size());
@@ -102,6 +114,7 @@ class Study {
       Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
                                   test_.box_scale, parse_excitation(*plant_, test_.inputs));
       PlantChannels(*tested_.plant, *plant_).apply(set);
+      disturb_inputs(test_.input_noise, seed, set);
       for (std::size_t n = 0; n < test_.noises.size(); ++n) {
         const NoiseConfig& noise = test_.noises[n];
         const std::vector<Evaluation> shared = alternatives(set, noise, seed);
@@ -114,6 +127,9 @@ class Study {
             evaluation.excitation = tested_.excitation && test_.inputs.empty()
                                         ? describe_inputs(*tested_.excitation, *plant_)
                                         : name_expressions(*plant_, test_.inputs);
+            if (!test_.input_noise.none())
+              for (std::size_t j = 0; j < evaluation.excitation.size(); ++j)
+                evaluation.excitation[j].second += fmt::format(", told with {}", sensor_title(test_.input_noise.of(j)));
             evaluation.changed = fmt::format("{}", fmt::join(test_.changes, ", "));
           }
           if (progress)

@@ -26,6 +26,7 @@ struct StrictTest {
   double box_scale = 1.0;                 ///< initial states from the training box times this
   int threads = 0;                        ///< 0: all cores
   std::vector<std::string> inputs = {};   ///< what excites the plant, see parse_excitation; empty: its [excitation]
+  NoiseConfig input_noise = {};           ///< on the inputs that estimators are told; the plant has them without it
   int test_sets = 1;                      ///< by the seeds seed, seed + 1, ...
   std::vector<std::string> changes = {};  ///< plant., simulation. or excitation.KEY=VALUE of what is tested on
 };

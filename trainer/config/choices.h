@@ -19,17 +19,18 @@ inline constexpr NameTable<InitialDistribution, 4> kNames<InitialDistribution>{
      {InitialDistribution::kList, "list"}}};
 
 /// How a drawn input runs over a trajectory: see plants/drawn_inputs.h.
-enum class InputSignal { kZero, kConstant, kSteps, kPrbs, kSine, kSquare, kMultisine, kChirp, kNoise };
+enum class InputSignal { kZero, kConstant, kSteps, kPrbs, kSine, kSquare, kMultisine, kChirp, kNoise, kLog };
 template <>
-inline constexpr NameTable<InputSignal, 9> kNames<InputSignal>{{{InputSignal::kZero, "zero"},
-                                                                {InputSignal::kConstant, "constant"},
-                                                                {InputSignal::kSteps, "steps"},
-                                                                {InputSignal::kPrbs, "prbs"},
-                                                                {InputSignal::kSine, "sine"},
-                                                                {InputSignal::kSquare, "square"},
-                                                                {InputSignal::kMultisine, "multisine"},
-                                                                {InputSignal::kChirp, "chirp"},
-                                                                {InputSignal::kNoise, "noise"}}};
+inline constexpr NameTable<InputSignal, 10> kNames<InputSignal>{{{InputSignal::kZero, "zero"},
+                                                                 {InputSignal::kConstant, "constant"},
+                                                                 {InputSignal::kSteps, "steps"},
+                                                                 {InputSignal::kPrbs, "prbs"},
+                                                                 {InputSignal::kSine, "sine"},
+                                                                 {InputSignal::kSquare, "square"},
+                                                                 {InputSignal::kMultisine, "multisine"},
+                                                                 {InputSignal::kChirp, "chirp"},
+                                                                 {InputSignal::kNoise, "noise"},
+                                                                 {InputSignal::kLog, "log"}}};
 
 /// Of an angle: one channel without jumps, or two channels NAME_sin and NAME_cos.
 enum class Encoding { kUnwrap, kSincos };

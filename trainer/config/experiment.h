@@ -61,6 +61,9 @@ struct ExcitationConfig {
   std::vector<double> low, high;             ///< what an input stays within, n_u each
   std::vector<double> amplitude;             ///< [least, most] of what swings; empty: up to half the range
   double shortest_s = 0.0, longest_s = 0.0;  ///< of holds and periods; 0: derived, see hold_times()
+  std::string log;                           ///< CSV file of recorded inputs, of the kind "log"
+  std::vector<std::string> log_columns;      ///< its columns, one for each input
+  std::string log_time;                      ///< its column of time [s]; empty: rows are a sample period apart
 };
 
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
@@ -160,6 +163,7 @@ struct TrainingConfig {
   double weight_decay = 0.0;              ///< of T*'s network weights (decoupled, as in AdamW)
   double ema = 0.0;                       ///< weight averaging: the model is the exponential average; 0: off
   NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step
+  NoiseConfig input_noise;                ///< the same of the inputs that are read; the plant has them without it
   double noise_level_max = 0.0;           ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
   double dropout = 0.3;                   ///< share of the segments in which a sensor that may fail is missing
   bool mirror = false;                    ///< a run with the sign of its odd channels turned is a run of the plant, too

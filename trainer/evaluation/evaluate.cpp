@@ -100,7 +100,9 @@ EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& t
   const ObserverRun run = observer_run(model, has_uniform_steps(training, model));
   for (std::size_t i = 0; i < training.trajectories.size(); ++i) {
     const Trajectory& truth = training.trajectories[i];
-    readout->add(run(MeasurementNoise(noise, seed, i).on(truth.outputs), truth.inputs, truth.time_s), truth);
+    readout->add(
+        run(MeasurementNoise(noise, seed, i).on(truth.outputs, training.output_angles), truth.inputs, truth.time_s),
+        truth);
   }
   readout->fit();
   return [model, readout]() -> Estimator {

@@ -26,6 +26,12 @@ Dataset with_noise(Dataset data, const NoiseConfig& noise, std::uint64_t seed) {
   return data;
 }
 
+/// What a baseline reads that has to have numbers.
+Dataset held_outputs(Dataset data) {
+  for (Trajectory& run : data.trajectories) run.outputs = held(std::move(run.outputs));
+  return data;
+}
+
 Dataset without(Dataset data, const std::vector<std::string>& missing) {
   for (const std::string& name : missing) {
     const auto found = std::find_if(data.outputs.begin(), data.outputs.end(),
@@ -194,11 +200,13 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
 
   // The baselines see the noise that the observer sees, with draws of their own for fitting.
   const Dataset fitted_on = without(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1), missing);
+  const Dataset read_by_baselines = noise.loses() ? held_outputs(fitted_on) : fitted_on;
+  const Dataset judged = noise.loses() ? held_outputs(measured) : measured;
   const std::vector<std::string>& names = LogBaseline::names();
   for (std::size_t n = 0; n < names.size(); ++n) {
     if (!missing.empty() && names[n] != "constant") continue;
     say(0.3 + 0.5 * static_cast<double>(n) / static_cast<double>(names.size()), names[n]);
-    const LogBaseline baseline = LogBaseline::fit(names[n], fitted_on, schema.state_sources);
+    const LogBaseline baseline = LogBaseline::fit(names[n], read_by_baselines, schema.state_sources);
     std::vector<std::string> describe;
     bool applies = false;
     for (int i = 0; i < static_cast<int>(logs.states.size()); ++i) {
@@ -207,7 +215,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     }
     if (!applies) continue;
     estimates.clear();
-    for (const Trajectory& run : measured.trajectories) estimates.push_back(baseline.estimate(run));
+    for (const Trajectory& run : judged.trajectories) estimates.push_back(baseline.estimate(run));
     judge(names[n], std::move(describe), estimates);
   }
 

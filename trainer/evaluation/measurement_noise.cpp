@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/evaluation/measurement_noise.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "trainer/base/interpolate.h"
 #include "trainer/base/number_text.h"
 
 namespace nlo::trainer {
@@ -17,16 +20,37 @@ constexpr std::uint64_t split_mix(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
+double uniform(std::mt19937_64& engine) {
+  return static_cast<double>(engine() >> 11) * 0x1p-53;
+}
+
+/// The sensor of each row: sine and cosine of an angle share theirs.
+std::vector<std::size_t> sensors_of(Eigen::Index rows, const std::vector<EncodedAngle>& angles) {
+  std::vector<std::size_t> sensors;
+  auto angle = angles.begin();
+  std::size_t sensor = 0;
+  while (static_cast<Eigen::Index>(sensors.size()) < rows) {
+    if (angle != angles.end() && angle->sine == static_cast<Eigen::Index>(sensors.size())) {
+      sensors.push_back(sensor);
+      ++angle;
+    }
+    sensors.push_back(sensor++);
+  }
+  return sensors;
+}
+
 }  // namespace
 
 MeasurementNoise::MeasurementNoise(const NoiseConfig& config, std::uint64_t seed, std::uint64_t run)
-    : config_(config), engine_(split_mix(split_mix(seed) + run)) {
+    : config_(config),
+      engine_(split_mix(split_mix(seed) + run)),
+      timing_(split_mix(split_mix(seed ^ 0x74696d65ULL) + run)) {
   for (const SensorNoise& sensor : config_.sensors)
     biases_.push_back(sensor.bias > 0.0 ? sensor.bias * (2.0 * uniform01() - 1.0) : 0.0);
 }
 
 double MeasurementNoise::uniform01() {
-  return static_cast<double>(engine_() >> 11) * 0x1p-53;
+  return uniform(engine_);
 }
 
 double MeasurementNoise::normal() {
@@ -76,7 +100,7 @@ double MeasurementNoise::draw(std::size_t sensor) {
 }
 
 Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles) {
-  Eigen::MatrixXd noisy = outputs;
+  Eigen::MatrixXd noisy = config_.shifted() ? when_measured(outputs, angles) : outputs;
   for (Eigen::Index k = 0; k < noisy.cols(); ++k) {
     auto angle = angles.begin();
     std::size_t sensor = 0;
@@ -95,7 +119,56 @@ Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::
       ++angle;
     }
   }
+  if (config_.loses()) lose_samples(noisy, angles);
   return noisy;
+}
+
+Eigen::MatrixXd MeasurementNoise::when_measured(const Eigen::MatrixXd& outputs,
+                                                const std::vector<EncodedAngle>& angles) {
+  const std::vector<std::size_t> sensors = sensors_of(outputs.rows(), angles);
+  std::vector<double> delays;
+  for (std::size_t sensor = 0; !sensors.empty() && sensor <= sensors.back(); ++sensor) {
+    const SensorNoise& own = config_.of(sensor);
+    const bool drawn = own.delay_low < own.delay_high;
+    delays.push_back(own.delay_low + (drawn ? (own.delay_high - own.delay_low) * uniform(timing_) : 0.0));
+  }
+  const bool jitters = std::any_of(config_.sensors.begin(), config_.sensors.end(),
+                                   [](const SensorNoise& own) { return own.jitter > 0.0; });
+  Eigen::MatrixXd shifted = outputs;
+  for (Eigen::Index k = 0; k < outputs.cols(); ++k) {
+    const double off = jitters ? 2.0 * uniform(timing_) - 1.0 : 0.0;
+    for (Eigen::Index row = 0; row < outputs.rows(); ++row) {
+      const std::size_t sensor = sensors[static_cast<std::size_t>(row)];
+      const SensorNoise& own = config_.of(sensor);
+      if (own.shifted())
+        shifted(row, k) = cubic_at<double>([&](Eigen::Index at) { return outputs(row, at); }, outputs.cols(),
+                                           static_cast<double>(k) - delays[sensor] + own.jitter * off);
+    }
+  }
+  return shifted;
+}
+
+void MeasurementNoise::lose_samples(Eigen::MatrixXd& noisy, const std::vector<EncodedAngle>& angles) {
+  const std::vector<std::size_t> sensors = sensors_of(noisy.rows(), angles);
+  std::vector<char> missing(sensors.empty() ? 0 : sensors.back() + 1, 0);
+  for (Eigen::Index k = 1; k < noisy.cols(); ++k) {
+    for (std::size_t sensor = 0; sensor < missing.size(); ++sensor) {
+      const SensorNoise& own = config_.of(sensor);
+      if (own.missing_share == 0.0) continue;
+      const LossRates rates = loss_rates(own);
+      missing[sensor] = uniform(timing_) < (missing[sensor] != 0 ? rates.goes_on : rates.begins) ? 1 : 0;
+    }
+    for (Eigen::Index row = 0; row < noisy.rows(); ++row)
+      if (missing[sensors[static_cast<std::size_t>(row)]] != 0)
+        noisy(row, k) = std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+Eigen::MatrixXd held(Eigen::MatrixXd outputs) {
+  for (Eigen::Index k = 1; k < outputs.cols(); ++k)
+    for (Eigen::Index row = 0; row < outputs.rows(); ++row)
+      if (std::isnan(outputs(row, k))) outputs(row, k) = outputs(row, k - 1);
+  return outputs;
 }
 
 double noise_variance(const SensorNoise& noise) {
@@ -134,6 +207,8 @@ std::string base_title(const SensorNoise& noise) {
   return "no noise";
 }
 
+}  // namespace
+
 std::string sensor_title(const SensorNoise& noise) {
   std::string title = base_title(noise);
   if (noise.outlier_share > 0.0)
@@ -141,10 +216,15 @@ std::string sensor_title(const SensorNoise& noise) {
         " + " + shortest_text(100.0 * noise.outlier_share) + " % outliers to " + shortest_text(noise.outlier_amplitude);
   if (noise.bias > 0.0) title += " + bias to " + shortest_text(noise.bias);
   if (noise.quantum > 0.0) title += " in steps of " + shortest_text(noise.quantum);
+  if (noise.delayed())
+    title += ", " + shortest_text(noise.delay_low) +
+             (noise.delay_low < noise.delay_high ? " to " + shortest_text(noise.delay_high) : "") + " samples late";
+  if (noise.jitter > 0.0) title += ", jitter of " + shortest_text(100.0 * noise.jitter) + " % of the period";
+  if (noise.missing_share > 0.0) title += ", " + shortest_text(100.0 * noise.missing_share) + " % missing";
+  if (noise.missing_share > 0.0 && noise.missing_samples > 0.0)
+    title += " in bursts of " + shortest_text(noise.missing_samples);
   return title;
 }
-
-}  // namespace
 
 std::string noise_title(const NoiseConfig& noise) {
   if (noise.none()) return "no noise";

@@ -11,6 +11,9 @@
 //   student = scale * n / sqrt((n_1^2 + ... + n_f^2) / f) of f + 1 normal draws of scale 1, n first
 // then, of a sensor that has them: an outlier where u < share, by amplitude * (2 u - 1) of the next u. Biases are drawn
 // before the first sample, sensor by sensor, uniform. Quantising is last.
+// When a sensor measures, and what does not arrive, comes from a second engine, seeded by mix(s ^ 0x74696d65, i), so that
+// it changes no noise: the delays of those drawn from a range, sensor by sensor; then for each sample one uniform number
+// that the jitters of all sensors have in common (the loop's clock jitters), and one of each sensor that loses samples.
 // Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
 #pragma once
 
@@ -33,20 +36,27 @@ class MeasurementNoise {
   double draw(std::size_t sensor = 0);
 
   /// The outputs (n_y x N) as sensors with this noise would give them. `angles`: the outputs that are sine and cosine
-  /// of one angle (Dataset::output_angles); they have one sensor, and its noise is on the angle.
+  /// of one angle (Dataset::output_angles); they have one sensor, and its noise is on the angle. A sample that does not
+  /// arrive is NaN, as for an observer in flight.
   Eigen::MatrixXd on(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles = {});
 
  private:
+  /// y when the sensors measure it, by cubics between samples.
+  Eigen::MatrixXd when_measured(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles);
+  void lose_samples(Eigen::MatrixXd& noisy, const std::vector<EncodedAngle>& angles);
   double uniform01();
   double normal();
   double base(const SensorNoise& own);
 
   NoiseConfig config_;
-  std::mt19937_64 engine_;
+  std::mt19937_64 engine_, timing_;
   std::vector<double> biases_;  ///< of each sensor of the configuration
   double spare_normal_ = 0.0;
   bool has_spare_ = false;
 };
+
+/// Each output's last value where it is NaN: what a filter is given that has to have numbers.
+Eigen::MatrixXd held(Eigen::MatrixXd outputs);
 
 /// Its nominal variance: scale^2 (Gaussian and Student's t), scale^2 / 3 (uniform), 0; without outliers and the like.
 double noise_variance(const SensorNoise& noise);
@@ -56,5 +66,6 @@ Eigen::VectorXd noise_variances(const NoiseConfig& noise);
 
 /// For readers: "no noise", "N(0, 0.5)", "U(-3, 3)"; of several sensors one after the other.
 std::string noise_title(const NoiseConfig& noise);
+std::string sensor_title(const SensorNoise& noise);
 
 }  // namespace nlo::trainer

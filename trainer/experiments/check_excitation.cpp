@@ -70,6 +70,19 @@ void check_times(const ExcitationConfig& excitation, const SimulationConfig& sim
                                                shortest_text(shortest)));
 }
 
+void check_log(const ExcitationConfig& excitation, const std::vector<codegen::Channel>& inputs) {
+  const bool from_log = std::ranges::find(excitation.kinds, InputSignal::kLog) != excitation.kinds.end();
+  const bool named = !excitation.log.empty() || !excitation.log_columns.empty() || !excitation.log_time.empty();
+  if (!from_log && named)
+    refuse_excitation("log", " is read for the kind \"log\" alone; add it to kinds, or remove what is about the log");
+  if (!from_log) return;
+  if (excitation.log.empty())
+    refuse_excitation("kinds", " has \"log\", and no log is given; name the file: log = \"inputs.csv\"");
+  if (excitation.log_columns.size() != inputs.size())
+    refuse_excitation("log_columns", fmt::format(" has {} columns, but the plant has {} inputs; name one for each",
+                                                 excitation.log_columns.size(), inputs.size()));
+}
+
 /// What training asks of a plant that drawn runs do not have.
 void check_use(const Experiment& e) {
   const char* drawn = e.excitation                          ? "[excitation]"
@@ -82,10 +95,6 @@ void check_use(const Experiment& e) {
                    fmt::format("[training] transient = \"backward\" simulates the past of a plant without inputs and "
                                "noise, and there is {}; use \"drop\"",
                                drawn));
-  if (e.training.mirror && e.excitation)
-    throw KeyError("training.mirror",
-                   "[training] mirror = true does not turn the signs of inputs yet, and there is [excitation]; set "
-                   "mirror = false");
 }
 
 }  // namespace
@@ -110,6 +119,7 @@ void check_excitation(const Experiment& e) {
   check_ranges(excitation, plant->inputs());
   check_amplitude(excitation, plant->inputs());
   check_times(excitation, e.simulation);
+  check_log(excitation, plant->inputs());
 }
 
 }  // namespace nlo::trainer

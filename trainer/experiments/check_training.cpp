@@ -8,6 +8,7 @@
 #include "trainer/data/log_schema.h"
 #include "trainer/data/transient.h"
 #include "trainer/experiments/checks.h"
+#include "trainer/experiments/observer_channels.h"
 #include "trainer/plants/odd_symmetry.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/linear_latent_start.h"
@@ -20,12 +21,33 @@ std::size_t sensors(const Experiment& e) {
   return e.plant ? make_plant(*e.plant)->outputs().size() : resolve_columns(*e.log).outputs.size();
 }
 
+void check_input_noise(const Experiment& e) {
+  const NoiseConfig& noise = e.training.input_noise;
+  if (noise.none()) return;
+  const auto refuse = [](const std::string& why) {
+    throw KeyError("training.input_noise", "[training] input_noise " + why);
+  };
+  const int inputs = observer_channels(e).read_inputs;
+  if (inputs == 0)
+    refuse(
+        "is of inputs that the observer reads, and it reads none; give [excitation] or a column with role = \"input\", "
+        "or remove it");
+  for (const SensorNoise& own : noise.sensors)
+    if (own.jitter > 0.0) refuse("has jitter, which is of the instants of measurements; write it in [training] noise");
+  try {
+    check_noise(noise, static_cast<std::size_t>(inputs));
+  } catch (const codegen::Error& error) {
+    refuse(fmt::format("is no noise of {} inputs: {}", inputs, error.what()));
+  }
+}
+
 void check_mirror(const Experiment& e) {
   const auto refuse = [&](const std::string& why) {
     throw KeyError("training.mirror", "[training] mirror = true: " + why);
   };
   if (e.plant)
-    if (const auto found = odd_counterexample(*make_plant(*e.plant), e.plant->even, e.simulation))
+    if (const auto found =
+            odd_counterexample(*make_plant(*e.plant), e.plant->even, e.simulation, e.excitation.has_value()))
       refuse(fmt::format("{}; {}set mirror = false", *found,
                          e.plant->even.empty() ? "name what keeps its sign in [plant] even, or " : ""));
   if (!e.log) return;
@@ -52,7 +74,7 @@ void check_training(const Experiment& e) {
   if (t.early_share > 0.0 && t.early_s == 0.0)
     throw KeyError("training.early_share",
                    "[training] early_share needs early_s, the time it speaks of; set both or none");
-  if (t.noise_level_max > 0.0 && t.noise.none())
+  if (t.noise_level_max > 0.0 && t.noise.none() && t.input_noise.none())
     throw KeyError(
         "training.noise_level_max",
         "[training] noise_level_max scales the noise, and there is none; set noise = \"gaussian:1\" or remove it");
@@ -61,6 +83,7 @@ void check_training(const Experiment& e) {
   } catch (const codegen::Error& error) {
     throw KeyError("training.noise", fmt::format("[training] {}", error.what()));
   }
+  check_input_noise(e);
   if (t.mirror) check_mirror(e);
 }
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
 #include "trainer/plants/run_random.h"
 #include "trainer/plants/simulate.h"
@@ -60,6 +61,8 @@ class SignalSource {
       case kNoise:
         draw_noise();
         break;
+      case kLog:
+        throw codegen::Error("a recorded input is not drawn by itself");  // draw_inputs() takes it
     }
     return values_.cwiseMax(low_).cwiseMin(high_);  // c + A may lie beyond the range by one rounding
   }
@@ -157,12 +160,21 @@ HoldTimes hold_times(const ExcitationConfig& excitation, const SimulationConfig&
 }
 
 Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const SimulationConfig& simulation,
-                            std::uint64_t engine_seed, std::uint64_t run) {
+                            std::uint64_t engine_seed, std::uint64_t run, const LoggedInputs& log) {
   Eigen::MatrixXd inputs(static_cast<Eigen::Index>(excitation.low.size()), sample_count(simulation));
+  Eigen::MatrixXd recorded;
+  if (log.values.size() > 0) {
+    RunRandom random(engine_seed, RunPurpose::kLoggedInputs, 0, run);
+    const double log_s = log.time_s(log.time_s.size() - 1);
+    const double latest_s = log_s >= simulation.horizon_s ? log_s - simulation.horizon_s : log_s;
+    recorded = stretch_of(log, random.between(0.0, latest_s), simulation.sample_period_s, sample_count(simulation));
+  }
   for (std::size_t j = 0; j < excitation.low.size(); ++j) {
     RunRandom random(engine_seed, RunPurpose::kInputs, j, run);
     const InputSignal kind = excitation.kinds[random.index(excitation.kinds.size())];
-    inputs.row(static_cast<Eigen::Index>(j)) = SignalSource(excitation, simulation, j, random).draw(kind);
+    const auto row = static_cast<Eigen::Index>(j);
+    inputs.row(row) = kind == InputSignal::kLog ? Eigen::RowVectorXd(recorded.row(row))
+                                                : SignalSource(excitation, simulation, j, random).draw(kind);
   }
   return inputs;
 }

@@ -12,6 +12,7 @@
 //   chirp      c + A sin of a phase whose frequency runs from 1 / T1 to 1 / T2, geometrically in time
 //   noise      c + white Gaussian noise behind a low-pass of first order with cut-off 1 / T, two deviations of which are
 //              half the range; reflected at the ends of the range
+//   log        a stretch of recorded inputs (logged_inputs.h)
 // A signal has values at samples alone; between them it is held as [observer] input_hold says (simulate_runs.h).
 #pragma once
 
@@ -22,6 +23,7 @@
 #include <vector>
 
 #include "trainer/config/experiment.h"
+#include "trainer/plants/logged_inputs.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
@@ -37,8 +39,9 @@ HoldTimes hold_times(const ExcitationConfig& excitation, const SimulationConfig&
 ///   excitation   with n_u ranges, checked (experiments/check_excitation.cpp)
 ///   engine_seed  initial_state_seed(seed, stream)
 ///   run          its place in the set: what it gets does not depend on how many there are
+///   log          read_logged_inputs()
 Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const SimulationConfig& simulation,
-                            std::uint64_t engine_seed, std::uint64_t run);
+                            std::uint64_t engine_seed, std::uint64_t run, const LoggedInputs& log = {});
 
 /// For people: ("u", "drawn within -1 .. 1 (steps, prbs)").
 std::vector<std::pair<std::string, std::string>> describe_inputs(const ExcitationConfig& excitation,

@@ -27,7 +27,8 @@ Eigen::VectorXd signs_of(const std::vector<codegen::Channel>& channels, const st
 
 std::optional<std::string> difference(const char* what, const std::vector<codegen::Channel>& channels,
                                       const Eigen::VectorXd& signs, bool all_turn, const Eigen::MatrixXd& x,
-                                      const Eigen::MatrixXd& at_x, const Eigen::MatrixXd& at_mirrored) {
+                                      const Eigen::MatrixXd& u, const Eigen::MatrixXd& at_x,
+                                      const Eigen::MatrixXd& at_mirrored) {
   const Eigen::MatrixXd wanted = signs.asDiagonal() * at_x;
   for (Eigen::Index i = 0; i < at_x.rows(); ++i) {
     const double scale = at_x.row(i).cwiseAbs().maxCoeff() + at_mirrored.row(i).cwiseAbs().maxCoeff();
@@ -35,10 +36,15 @@ std::optional<std::string> difference(const char* what, const std::vector<codege
     const double off = (wanted.row(i) - at_mirrored.row(i)).cwiseAbs().maxCoeff(&worst);
     if (!std::isfinite(scale) || off <= kRounding * scale) continue;  // outside of f's domain nothing can be said
     return fmt::format(
-        "the plant is not odd: at x = ({:.3g}) {} of {} is {:.4g}, and at {} it is {:.4g} where an odd plant has "
+        "the plant is not odd: at x = ({:.3g}){} {} of {} is {:.4g}, and at {} it is {:.4g} where an odd plant has "
         "{:.4g}",
-        fmt::join(x.col(worst), ", "), what, channels[static_cast<std::size_t>(i)].name, at_x(i, worst),
-        all_turn ? "-x" : "its mirror image", at_mirrored(i, worst), wanted(i, worst));
+        fmt::join(x.col(worst), ", "),
+        u.size() == 0 ? "" : fmt::format(", u = ({:.3g})", fmt::join(u.col(worst), ", ")), what,
+        channels[static_cast<std::size_t>(i)].name, at_x(i, worst),
+        !all_turn       ? "its mirror image"
+        : u.size() == 0 ? "-x"
+                        : "-x, -u",
+        at_mirrored(i, worst), wanted(i, worst));
   }
   return std::nullopt;
 }
@@ -46,7 +52,7 @@ std::optional<std::string> difference(const char* what, const std::vector<codege
 }  // namespace
 
 std::optional<std::string> odd_counterexample(const Plant& plant, const std::vector<std::string>& even,
-                                              const SimulationConfig& simulation) {
+                                              const SimulationConfig& simulation, bool driven) {
   // About the initial states, twice as far out, as these may be one point. Any seed will do: an equation that is not
   // odd shows it almost everywhere.
   const std::uint64_t seed = initial_state_seed(1, SeedStream::kCollocation);
@@ -59,11 +65,21 @@ std::optional<std::string> odd_counterexample(const Plant& plant, const std::vec
   x += reach.asDiagonal() * draw_initial_states(around, seed + 1, kStates);
   const Eigen::VectorXd turns = signs_of(plant.states(), even);
   const Eigen::MatrixXd mirrored = turns.asDiagonal() * x;
+  // An input whose sign must stay shows at any size.
+  SimulationConfig unit;
+  unit.initial_low.assign(driven ? plant.inputs().size() : 0, -1.0);
+  unit.initial_high.assign(driven ? plant.inputs().size() : 0, 1.0);
+  const Eigen::MatrixXd u = driven ? draw_initial_states(unit, seed + 2, kStates) : Eigen::MatrixXd();
+  const Eigen::MatrixXd turned_u =
+      driven ? Eigen::MatrixXd(signs_of(plant.inputs(), even).asDiagonal() * u) : Eigen::MatrixXd();
+  const auto slope = [&](const Eigen::MatrixXd& at, const Eigen::MatrixXd& with) {
+    return driven ? plant.driven_derivative(at, with) : plant.derivative(at);
+  };
   if (auto found =
-          difference("dx/dt", plant.states(), turns, even.empty(), x, plant.derivative(x), plant.derivative(mirrored)))
+          difference("dx/dt", plant.states(), turns, even.empty(), x, u, slope(x, u), slope(mirrored, turned_u)))
     return found;
-  return difference("the output", plant.outputs(), signs_of(plant.outputs(), even), even.empty(), x, plant.output(x),
-                    plant.output(mirrored));
+  return difference("the output", plant.outputs(), signs_of(plant.outputs(), even), even.empty(), x, {},
+                    plant.output(x), plant.output(mirrored));
 }
 
 }  // namespace nlo::trainer

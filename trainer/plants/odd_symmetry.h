@@ -13,8 +13,9 @@
 namespace nlo::trainer {
 
 /// A state about the initial ones at which f or h is not odd, in words; empty when 64 random ones agree to rounding.
-///   even  names of states and outputs whose sign stays
+///   even    names of states, outputs and inputs whose sign stays
+///   driven  inputs act, and f(x, u) is asked; else f(x)
 std::optional<std::string> odd_counterexample(const Plant& plant, const std::vector<std::string>& even,
-                                              const SimulationConfig& simulation);
+                                              const SimulationConfig& simulation, bool driven = false);
 
 }  // namespace nlo::trainer

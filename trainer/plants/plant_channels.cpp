@@ -46,15 +46,15 @@ std::size_t index_of(const std::string& name, const std::vector<Channel>& states
                                                                 : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
-/// Each name is that of a state or of an output.
+/// Each name is that of a state, an output or an input.
 void check_even(const std::vector<std::string>& even, const Plant& plant) {
   std::vector<std::string> known;
-  for (const auto* channels : {&plant.states(), &plant.outputs()})
+  for (const auto* channels : {&plant.states(), &plant.outputs(), &plant.inputs()})
     for (const Channel& channel : *channels) known.push_back(channel.name);
   for (const std::string& name : even) {
     if (std::ranges::find(known, name) != known.end()) continue;
     const std::string nearest = nearest_name(name, known);
-    throw KeyError("plant.even", fmt::format("[plant] even has \"{}\", which is no state and no output; {}", name,
+    throw KeyError("plant.even", fmt::format("[plant] even has \"{}\", which is no state, output or input; {}", name,
                                              nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
                                                              : fmt::format("did you mean \"{}\"?", nearest)));
   }
@@ -89,6 +89,7 @@ PlantChannels::PlantChannels(const PlantConfig& config, const Plant& plant)
     add(states_, plant.states()[i], static_cast<Eigen::Index>(i), state_sincos[i], is_even(plant.states()[i]));
   for (std::size_t j = 0; j < plant.outputs().size(); ++j)
     add(outputs_, plant.outputs()[j], static_cast<Eigen::Index>(j), output_sincos[j], is_even(plant.outputs()[j]));
+  for (const Channel& input : plant.inputs()) input_mirror_.push_back(is_even(input) ? 1.0 : -1.0);
   states_.plain = states_.plain && static_cast<Eigen::Index>(estimated.size()) == plant_states_ &&
                   std::is_sorted(estimated.begin(), estimated.end());
   check_distinct(states_.channels, "state_encodings");
@@ -156,6 +157,7 @@ Eigen::MatrixXd PlantChannels::plant_outputs(const Eigen::MatrixXd& channels) co
 void PlantChannels::apply(Dataset& dataset) const {
   for (const Source& source : outputs_.sources) dataset.mirror.outputs.push_back(source.mirror());
   for (const Source& source : states_.sources) dataset.mirror.states.push_back(source.mirror());
+  if (dataset.reads_inputs) dataset.mirror.inputs = input_mirror_;
   if (plain()) return;
   for (Trajectory& run : dataset.trajectories) {
     if (run.derivatives.size() > 0) run.derivatives = derivatives(run.states, run.derivatives);

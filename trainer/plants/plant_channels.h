@@ -56,6 +56,7 @@ class PlantChannels {
   Eigen::MatrixXd derivatives(const Eigen::MatrixXd& x, const Eigen::MatrixXd& f) const;
 
   Side states_, outputs_;
+  std::vector<double> input_mirror_;  ///< of each input of the plant
   Eigen::Index plant_states_ = 0, plant_outputs_ = 0;
 };
 

@@ -80,10 +80,11 @@ void fill_inputs(const Experiment& experiment, const Plant& plant, std::uint64_t
                  Dataset& set) {
   if (!given && !experiment.excitation) return;
   set.inputs = plant.inputs();
+  const LoggedInputs log = given ? LoggedInputs{} : read_logged_inputs(*experiment.excitation, experiment.simulation);
   for (std::size_t i = 0; i < set.trajectories.size(); ++i) {
     Trajectory& run = set.trajectories[i];
     if (!given) {
-      run.inputs = draw_inputs(*experiment.excitation, experiment.simulation, engine_seed, i);
+      run.inputs = draw_inputs(*experiment.excitation, experiment.simulation, engine_seed, i, log);
       continue;
     }
     run.inputs.resize(plant.nu(), run.samples());

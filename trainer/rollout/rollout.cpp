@@ -176,18 +176,19 @@ std::vector<Segment> runs_with_failures(const TrainingData& data) {
 }
 
 void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseConfig& noise,
-                  std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool) {
+                  std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
+                  const NoiseConfig& input_noise) {
   segments_ = segments;
   groups_.resize((segments.size() + kGroup - 1) / kGroup);
   pool.run(static_cast<int>(groups_.size()), [&](int index, int thread) {
-    gather(index, noise, stream_seed(seed, purpose, step, static_cast<std::uint64_t>(index)));
+    gather(index, noise, input_noise, stream_seed(seed, purpose, step, static_cast<std::uint64_t>(index)));
     SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
     group.latent.resize(group.at(dynamics.rows(), 0));
     dynamics.forward(group, thread);
   });
 }
 
-void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) {
+void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   const int first = index * kGroup;
   group.lanes = std::min(kGroup, static_cast<int>(segments_.size()) - first);
@@ -224,7 +225,9 @@ void Rollout::gather(int index, const NoiseConfig& noise, std::uint64_t stream) 
     for (int l = 0; l < kGroup; ++l)
       to[l] = runs[l]->step_of[static_cast<std::size_t>(start[l] + std::min(t, last[l]))];
   }
-  add_noise(group, noise, level, stream);
+  if (noise.shifted() || input_noise.shifted()) measure_late(index, noise, input_noise, stream);
+  add_noise(group, noise, input_noise, level, stream);
+  if (noise.loses() || input_noise.loses()) lose_samples(index, noise, input_noise, stream);
   if (!data_->failures.none()) add_outages(index);
 }
 
@@ -246,7 +249,7 @@ void Rollout::add_outages(int index) {
                                      ? 0
                                      : static_cast<std::size_t>(group.step_of[static_cast<std::size_t>(before)]);
         const float keep = t == 0 ? 0.0F : data_->fading[step];
-        const bool missing = t >= outage.from && t < outage.to;
+        const bool missing = (t >= outage.from && t < outage.to) || std::isnan(y[at]);
         if (missing) y[at] = rest + keep * (last_y - rest);
         stale[at] = missing ? 1.0F - keep * (1.0F - last_stale) : keep * last_stale;
         last_y = y[at];
@@ -257,13 +260,14 @@ void Rollout::add_outages(int index) {
 }
 
 /// `level`: of each lane, times the configured noise.
-void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const float* level, std::uint64_t stream) const {
+void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise,
+                        const float* level, std::uint64_t stream) const {
   LaneNoise random(stream);
   auto angle = data_->output_angles.begin();
   std::size_t sensor = 0;
-  for (int row = 0; row < data_->ny; ++sensor) {
+  for (int row = 0; row < data_->given(); ++sensor) {
     const bool encoded = angle != data_->output_angles.end() && angle->sine == row;
-    const SensorNoise& own = noise.of(sensor);
+    const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
     random.begin(own.kind);
     const float unit = encoded ? static_cast<float>(2.0 * std::numbers::pi / angle->wrap) : 1.0F;
     float scale[kGroup], outlier[kGroup], bias[kGroup] = {};
@@ -279,7 +283,7 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const flo
     const auto quantum = static_cast<float>(own.quantum);
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
-    for (int t = 0; !own.none() && t < group.length; ++t, y += kGroup) {
+    for (int t = 0; own.disturbed() && t < group.length; ++t, y += kGroup) {
       if (own.kind != NoiseKind::kNone) {
         const float* v = random.next(own);
         if (encoded) {

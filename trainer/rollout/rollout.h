@@ -73,9 +73,10 @@ class Rollout {
   explicit Rollout(const TrainingData& data) : data_(&data) {}
 
   /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and runs the prepared
-  /// dynamics over them. `noise` has an entry for all of the data's sensors, or one for each.
+  /// dynamics over them. `noise` has an entry for all of the data's sensors, or one for each; `input_noise` is of the
+  /// inputs that are read.
   void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseConfig& noise, std::uint64_t seed,
-           Purpose purpose, std::uint64_t step, ThreadPool& pool);
+           Purpose purpose, std::uint64_t step, ThreadPool& pool, const NoiseConfig& input_noise = {});
 
   std::vector<SegmentGroup>& groups() { return groups_; }
   const std::vector<SegmentGroup>& groups() const { return groups_; }
@@ -92,9 +93,22 @@ class Rollout {
   }
 
  private:
-  void gather(int index, const NoiseConfig& noise, std::uint64_t stream);
+  void gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
   void add_outages(int index);
-  void add_noise(SegmentGroup& group, const NoiseConfig& noise, const float* level, std::uint64_t stream) const;
+
+  void add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise, const float* level,
+                 std::uint64_t stream) const;
+  /// Of the sensor at place `sensor` of the outputs, or of the input that is reading `row`.
+  const SensorNoise& noise_of(const NoiseConfig& noise, const NoiseConfig& input_noise, int row,
+                              std::size_t sensor) const {
+    return row < data_->ny ? noise.of(sensor) : input_noise.of(static_cast<std::size_t>(row - data_->ny));
+  }
+
+  // sensor_timing.cpp
+  void measure_late(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
+  void lose_samples(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
+  void shift_row(int index, int row, const SensorNoise& own, const float* delay, const float* clock);
+  void hold_row(int index, int row, const SensorNoise& own, const std::vector<float>& draws);
 
   const TrainingData* data_;
   std::vector<Segment> segments_;

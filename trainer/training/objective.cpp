@@ -37,7 +37,7 @@ void Objective::prepare(const float* parameters) {
 void Objective::roll_out(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step) {
   prepare(parameters);
   rollout_.run(segments, *dynamics_, experiment_->training.noise, experiment_->seed, purpose,
-               static_cast<std::uint64_t>(step), *pool_);
+               static_cast<std::uint64_t>(step), *pool_, experiment_->training.input_noise);
 }
 
 const Rollout& Objective::roll_out_flight(const float* parameters) {

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// When sensors measure, on the readings of a group of segments: they show what was some time ago, or at other instants than
+// the observer is told, before noise is added; and then they lose samples. Streams of their own, so that no noise changes.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trainer/base/interpolate.h"
+#include "trainer/rollout/rollout.h"
+
+namespace nlo::trainer {
+namespace {
+
+enum class Timing : std::uint64_t { kDelay = 1, kClock, kLoss };
+
+/// The stream of a sensor (of kClock: of all).
+RandomLanes timing_lanes(std::uint64_t stream, Timing what, std::size_t sensor) {
+  std::uint64_t state = stream ^ 0x74696d65ULL;
+  for (const std::uint64_t part : {static_cast<std::uint64_t>(what), static_cast<std::uint64_t>(sensor)})
+    state = splitmix64(state) ^ part * 0xd1342543de82ef95ULL;
+  return RandomLanes(splitmix64(state));
+}
+
+/// One number in [0, 1) for each sample and lane.
+std::vector<float> draws_of(RandomLanes random, const SegmentGroup& group) {
+  std::vector<float> draws(group.at(1, 0));
+  for (int t = 0; t < group.length; ++t) random.uniform(draws.data() + group.at(0, t));
+  return draws;
+}
+
+/// Calls visit(row, rows, sensor) for each sensor, those of inputs behind those of outputs.
+template <class Visit>
+void for_each_sensor(const TrainingData& data, const Visit& visit) {
+  auto angle = data.output_angles.begin();
+  std::size_t sensor = 0;
+  for (int row = 0; row < data.given(); ++sensor) {
+    const bool encoded = angle != data.output_angles.end() && angle->sine == row;
+    if (encoded) ++angle;
+    visit(row, encoded ? 2 : 1, sensor);
+    row += encoded ? 2 : 1;
+  }
+}
+
+}  // namespace
+
+void Rollout::shift_row(int index, int row, const SensorNoise& own, const float* delay, const float* clock) {
+  SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+  float* y = group.readings.data() + group.at(row, 0);
+  for (int l = 0; l < kGroup; ++l) {
+    const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
+    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+    const float* from = run.readings.data() + static_cast<std::ptrdiff_t>(row) * run.samples;
+    const float sign = segment.mirrored ? data_->reading_mirror[static_cast<std::size_t>(row)] : 1.0F;
+    const auto values = [&](std::ptrdiff_t at) { return sign * from[at]; };
+    for (int t = 0; t < group.length; ++t) {
+      const int at = t * kGroup + l;
+      const double position = static_cast<double>(segment.start + std::min(t, segment.length - 1)) -
+                              static_cast<double>(delay[l]) + own.jitter * static_cast<double>(clock[at]);
+      y[at] = row < data_->ny ? cubic_at<float>(values, run.samples, position)
+                              : linear_at<float>(values, run.samples, position);
+    }
+  }
+}
+
+/// What does not arrive is held, as in flight; of an output that may fail it is NaN, which add_outages() fills.
+void Rollout::hold_row(int index, int row, const SensorNoise& own, const std::vector<float>& draws) {
+  SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+  const auto& fails = data_->failures.outputs;
+  const bool may_fail = std::find(fails.begin(), fails.end(), row) != fails.end();
+  const LossRates rates = loss_rates(own);
+  float* y = group.readings.data() + group.at(row, 0);
+  for (int l = 0; l < kGroup; ++l) {
+    bool missing = false;
+    for (int t = 1; t < group.length; ++t) {
+      const int at = t * kGroup + l;
+      missing = draws[static_cast<std::size_t>(at)] < static_cast<float>(missing ? rates.goes_on : rates.begins);
+      if (missing) y[at] = may_fail ? std::numeric_limits<float>::quiet_NaN() : y[at - kGroup];
+    }
+  }
+}
+
+void Rollout::measure_late(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream) {
+  const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+  std::vector<float> clock = draws_of(timing_lanes(stream, Timing::kClock, 0), group);
+  for (float& u : clock) u = 2.0F * u - 1.0F;
+  for_each_sensor(*data_, [&](int row, int rows, std::size_t sensor) {
+    const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
+    if (!own.shifted()) return;
+    float delay[kGroup];
+    timing_lanes(stream, Timing::kDelay, sensor).uniform(delay);
+    for (float& late : delay)
+      late = static_cast<float>(own.delay_low + (own.delay_high - own.delay_low) * static_cast<double>(late));
+    for (int r = 0; r < rows; ++r) shift_row(index, row + r, own, delay, clock.data());
+  });
+}
+
+void Rollout::lose_samples(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream) {
+  const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+  for_each_sensor(*data_, [&](int row, int rows, std::size_t sensor) {
+    const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
+    if (own.missing_share == 0.0) return;
+    const std::vector<float> draws = draws_of(timing_lanes(stream, Timing::kLoss, sensor), group);
+    for (int r = 0; r < rows; ++r) hold_row(index, row + r, own, draws);
+  });
+}
+
+}  // namespace nlo::trainer
