@@ -38,8 +38,16 @@ ExcitationConfig of_kind(InputSignal kind) {
   return config;
 }
 
-Eigen::RowVectorXd drawn(const ExcitationConfig& config, std::uint64_t run) {
-  return draw_inputs(config, sampled(), kEngineSeed, run).row(0);
+/// A log of one minute, for the kind that is drawn from one.
+LoggedInputs recorded() {
+  LoggedInputs log;
+  log.time_s = Eigen::VectorXd::LinSpaced(601, 0.0, 60.0);
+  log.values = 1.0 + 1.5 * (0.7 * log.time_s.transpose().array()).sin();
+  return log;
+}
+
+Eigen::RowVectorXd drawn(const ExcitationConfig& config, std::uint64_t run, std::uint64_t seed = kEngineSeed) {
+  return draw_inputs(config, sampled(), seed, run, recorded()).row(0);
 }
 
 /// Numbers of samples from one change of the value to the next.
@@ -81,7 +89,7 @@ TEST_P(EveryKind, IsTheSameForOneRunAndAnotherForEachOther) {
   EXPECT_EQ(drawn(config(), 7), drawn(config(), 7));
   if (GetParam() == "zero") return;
   EXPECT_NE(drawn(config(), 7), drawn(config(), 8));
-  EXPECT_NE(drawn(config(), 7), draw_inputs(config(), sampled(), kEngineSeed + 1, 7).row(0));
+  EXPECT_NE(drawn(config(), 7), drawn(config(), 7, kEngineSeed + 1));
 }
 
 TEST_P(EveryKind, MovesUnlessItIsConstant) {
@@ -97,6 +105,10 @@ std::string name_of(const testing::TestParamInfo<std::string>& info) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, EveryKind, testing::ValuesIn(all_names<InputSignal>()), name_of);
+
+TEST(DrawnInputs, ALogThatWasNotReadIsAnError) {
+  EXPECT_ANY_THROW(draw_inputs(of_kind(InputSignal::kLog), sampled(), kEngineSeed, 0));
+}
 
 TEST(DrawnInputs, StepsAreHeldBetweenTheShortestAndTheLongestTime) {
   int found = 0;

@@ -62,7 +62,7 @@ class SignalSource {
         draw_noise();
         break;
       case kLog:
-        throw codegen::Error("a recorded input is not drawn by itself");  // draw_inputs() takes it
+        break;  // draw_inputs() takes it
     }
     return values_.cwiseMax(low_).cwiseMin(high_);  // c + A may lie beyond the range by one rounding
   }
@@ -173,8 +173,13 @@ Eigen::MatrixXd draw_inputs(const ExcitationConfig& excitation, const Simulation
     RunRandom random(engine_seed, RunPurpose::kInputs, j, run);
     const InputSignal kind = excitation.kinds[random.index(excitation.kinds.size())];
     const auto row = static_cast<Eigen::Index>(j);
-    inputs.row(row) = kind == InputSignal::kLog ? Eigen::RowVectorXd(recorded.row(row))
-                                                : SignalSource(excitation, simulation, j, random).draw(kind);
+    if (kind != InputSignal::kLog) {
+      inputs.row(row) = SignalSource(excitation, simulation, j, random).draw(kind);
+    } else if (recorded.size() > 0) {
+      inputs.row(row) = recorded.row(row);
+    } else {
+      throw codegen::Error("inputs of the kind \"log\" are drawn from a log, and none was read");
+    }
   }
   return inputs;
 }
