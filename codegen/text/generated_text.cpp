@@ -18,7 +18,7 @@ namespace {
 // and says when one is missing. By hand, as the formatter gives each name a line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
-    "Activation", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "Dense", "Domain", "DrivenKklModel",
+    "Activation", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "DelayLine", "Dense", "Domain", "DrivenKklModel",
     "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GeneralModel", "GeneralObserver",
     "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",

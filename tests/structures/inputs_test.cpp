@@ -13,6 +13,7 @@
 #include "codegen/model_file/model_file.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/training/testing.h"
+#include "trainer/data/log_delays.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/structures/module.h"
 #include "trainer/structures/structure.h"
@@ -190,6 +191,24 @@ TEST(Inputs, AMirroredRunTurnsThemToo) {
   EXPECT_EQ(odd.reading_mirror, (std::vector<float>{-1.0F, -1.0F}));
   data.mirror.inputs = {1.0};
   EXPECT_EQ(TrainingData(data).reading_mirror, (std::vector<float>{-1.0F, 1.0F}));
+}
+
+/// Commands that reach the plant 4 samples late: what a log's column holds, and what delay_s makes of it.
+TEST(LateInputs, AreWorthDeclaring) {
+  constexpr double kLate_s = 4.0 * kStep_s;
+  Dataset declared = pushed_oscillator(true, 1), as_logged = declared;
+  for (std::size_t i = 0; i < declared.trajectories.size(); ++i) {
+    // The plant had u; its column has it earlier: the last values stand for commands that were not given yet.
+    const Trajectory& run = declared.trajectories[i];
+    Eigen::MatrixXd& column = as_logged.trajectories[i].inputs;
+    const Eigen::VectorXd reversed = run.inputs.row(0).reverse().transpose();
+    column.row(0) = delayed(run.time_s, reversed, kLate_s).reverse().transpose();
+    declared.trajectories[i].inputs.row(0) = delayed(run.time_s, column.row(0).transpose(), kLate_s).transpose();
+  }
+  const Experiment experiment = experiment_of("kkl");
+  const double with = rms(train(experiment, declared, declared, {}).model, declared);
+  const double without = rms(train(experiment, as_logged, as_logged, {}).model, as_logged);
+  EXPECT_LT(with, 0.7 * without) << "with delay_s, without it: " << with << ", " << without;
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/data/log_delays.h"
 #include "trainer/data/log_files.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/transient.h"
@@ -108,6 +109,7 @@ Outcome outcome_of(Experiment experiment, const Fold& fold, std::vector<std::str
   experiment.log->train_files = training;
   experiment.log->validation_files.clear();
   experiment.log->test_files = fold.left_out;
+  find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // of these logs alone
   experiment.source_text = format_experiment(experiment);
   LogSplits splits = load_log_splits(*experiment.log, "", experiment.training.mirror);
   if (experiment.training.transient == Transient::kDrop)

@@ -12,10 +12,12 @@
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/ignored_inputs.h"
+#include "trainer/commands/input_delays.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/data/log_delays.h"
 #include "trainer/data/transient.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
@@ -44,6 +46,15 @@ struct Data {
 Data simulated(const Experiment& experiment) {
   TrainingSets sets = simulate_training_sets(experiment);
   return {std::move(sets.training), std::move(sets.validation), {}, {}};
+}
+
+/// Delays that are to be found, before anything is read by them; from then on the experiment has them as numbers.
+void find_delays(Experiment& experiment, const TrainArguments& arguments) {
+  const auto found = find_log_delays(*experiment.log, arguments.data, experiment.observer.input_hold);
+  if (found.empty()) return;
+  experiment.source_text = format_experiment(experiment);
+  for (const LogDelay& delay : found)
+    if (!arguments.quiet) fmt::print(stderr, "{}\n", to_text(delay));
 }
 
 Data logged(const Experiment& experiment, const TrainArguments& arguments) {
@@ -114,11 +125,12 @@ void run_train(TrainArguments arguments) {
   }
   if (arguments.experiment.experiment.empty())
     throw codegen::Error("EXPERIMENT is missing; write nlo train FILE.toml, or a shipped name such as van_der_pol");
-  const Experiment experiment = read_experiment(arguments.experiment);
+  Experiment experiment = read_experiment(arguments.experiment);
   if (experiment.plant && !arguments.data.empty())
     throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
   if (arguments.output.empty()) arguments.output = "runs/" + experiment.name;
   check_output_directory({arguments.output, arguments.resume, arguments.force}, experiment.name);
+  if (experiment.log) find_delays(experiment, arguments);
   const Data data = experiment.plant ? run_phase([&] { return simulated(experiment); }) : logged(experiment, arguments);
 
   run_phase([&] {
@@ -126,6 +138,7 @@ void run_train(TrainArguments arguments) {
     TrainingResult result = train_with_progress(experiment, data, arguments);
     if (experiment.log) result.model.provenance.emplace_back(kTrainingLogsFact, to_text(data.remembered));
     record_ignored_inputs(experiment, result.model);
+    record_input_delays(experiment, result.model);
     if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(result.model));
     codegen::write_model(result.model, arguments.output + "/model.json");
     if (result.outcome == TrainOutcome::kInterrupted)

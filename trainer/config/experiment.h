@@ -76,6 +76,8 @@ struct ColumnConfig {
   Encoding encoding = Encoding::kUnwrap;
   std::string derivative_of;  ///< a state that is the derivative of this column (see VelocityFilterConfig)
   bool odd = true;            ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
+  double delay_s = 0.0;       ///< of an input: the plant sees it this much later than the column says
+  bool find_delay = false;    ///< delay_s = "estimate": to be found in the training logs (data/log_delays.h)
 };
 
 /// [log.velocity_filter]: Butterworth low-pass run forwards and backwards, then a central difference.

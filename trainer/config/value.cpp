@@ -213,6 +213,17 @@ void read_wrap(const Toml& value, const std::string& where, double& field) {
   }
 }
 
+void read_delay(const Toml& value, const std::string& where, double& delay_s, bool& find) {
+  find = value.is_string() && value.as_string().str == "estimate";
+  if (find) {
+    delay_s = 0.0;
+  } else if (value.is_string()) {
+    fail(value, where, "it must be a number of seconds, or \"estimate\" to find it in the training logs");
+  } else {
+    read_value(value, where, at_least(0.0), delay_s);
+  }
+}
+
 void read_wraps(const Toml& value, const std::string& where, std::vector<double>& field) {
   std::vector<double> result;
   for (const Toml& element : list_of(value, where, any())) {

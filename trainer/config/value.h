@@ -76,7 +76,10 @@ void read_value(const Toml& value, const std::string& where, const Rule& rule, E
 /// An angle's full turn: a number, "2pi" or "360deg".
 void read_wrap(const Toml& value, const std::string& where, double& field);
 
-/// A list of them.
+/// A delay [s] >= 0, or "estimate", which sets `find`.
+void read_delay(const Toml& value, const std::string& where, double& delay_s, bool& find);
+
+/// A list of full turns.
 void read_wraps(const Toml& value, const std::string& where, std::vector<double>& field);
 
 /// { NAME = number or [low, high], ... }: the middle of a range is the parameter's value.

@@ -10,6 +10,7 @@
 #include "codegen/base/error.h"
 #include "trainer/data/angle.h"
 #include "trainer/data/log_checks.h"
+#include "trainer/data/log_delays.h"
 #include "trainer/data/log_file.h"
 #include "trainer/data/log_files.h"
 #include "trainer/data/log_schema.h"
@@ -69,7 +70,9 @@ class Loader {
     Index channel = 0;
     for (const LogColumn& column : columns) {
       const VectorXd raw = read(log, run, column);
-      if (column.derivative) {
+      if (column.delay_s > 0.0) {
+        values.row(channel++) = delayed(time_s, raw, column.delay_s).transpose();
+      } else if (column.derivative) {
         values.row(channel++) = zero_phase_velocity(config_.velocity_filter, time_s, raw, sample_period_s_).transpose();
       } else if (column.sincos) {
         values.row(channel++) = sine_of(raw, column.wrap).transpose();
@@ -217,6 +220,12 @@ void thin(Index every, Index phases, Dataset& data) {
 /// `all_phases`: with every = n, n runs of each log in place of one, so that no row is lost.
 Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::string>& paths, bool decides,
              bool all_phases, LogReport& report) {
+  for (const ColumnConfig& column : config.columns)
+    if (column.find_delay)
+      throw Error(
+          fmt::format("[[log.columns]] \"{}\": delay_s = \"estimate\" is for nlo train and nlo crossvalidate; "
+                      "write the delay in seconds here",
+                      column.name));
   config.sample_period_s /= config.every;  // from here on that of the rows
   std::vector<LogFile> logs;
   for (const std::string& path : paths) logs.push_back(read_log(path, schema, config.sample_period_s));

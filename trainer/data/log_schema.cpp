@@ -59,6 +59,10 @@ LogColumn resolve(const ColumnConfig& column, const std::vector<ColumnConfig>& a
   if (resolved.sincos && column.wrap == 0.0)
     fail(column, all,
          "encoding = \"sincos\" needs the angle's wrap, its full turn: 6.283185307179586 for rad, 360 for degrees");
+  if ((column.delay_s > 0.0 || column.find_delay) && column.role != ColumnRole::kInput)
+    fail(column, all,
+         "delay_s is of columns with role \"input\": remove it, or shift the column itself where a sensor is late");
+  resolved.delay_s = column.delay_s;
   if (column.derivative_of.empty()) return resolved;
 
   if (column.role != ColumnRole::kState) fail(column, all, "derivative_of is for columns with role \"state\"");

@@ -18,6 +18,7 @@ struct LogColumn {
   double wrap = 0.0;        ///< full turn of what stands in the file; 0: not an angle
   bool derivative = false;  ///< the zero-phase velocity of what stands in the file
   bool sincos = false;      ///< two channels, NAME_sin and NAME_cos
+  double delay_s = 0.0;     ///< of an input: it acts this much later
 };
 
 /// What a state is to the measured outputs: where a causal differentiator can start from.

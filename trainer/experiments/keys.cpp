@@ -167,6 +167,12 @@ const std::vector<Key<ColumnConfig>>& keys() {
       key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
       key("odd", &C::odd, any(),
           "mirror turns its sign; false (a temperature, a forward speed): mirror leaves it as it is"),
+      only_when_given<C>(
+          {"delay_s", "number >= 0, or \"estimate\"",
+           "of an input: how much later than the column says the plant sees it [s]; estimate: found in the training "
+           "logs",
+           [](C& c, const Toml& value, const std::string& where) { read_delay(value, where, c.delay_s, c.find_delay); },
+           [](const C& c) { return c.find_delay ? show_value(std::string("estimate")) : show_value(c.delay_s); }}),
   };
   return kKeys;
 }

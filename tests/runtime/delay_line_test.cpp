@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// Inputs come out as old as the line says: closed forms, and what stands for the past before the first sample.
+#include <nlo/delay_line.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace nlo {
+namespace {
+
+// The line between samples of sin(w k) is off by at most w^2 / 8.
+constexpr double kFrequency = 0.1, kChord = kFrequency * kFrequency / 8.0;
+
+TEST(DelayLine, DelaysARampByAFractionExactly) {
+  DelayLine<2, 5, double> line({2.25, 5.0});
+  for (int k = 0; k < 40; ++k) {
+    const auto u = line.push({{0.5 * k, -2.0 * k}});
+    if (k < 6) continue;  // the line is not full yet
+    EXPECT_DOUBLE_EQ(u[0], 0.5 * (k - 2.25)) << k;
+    EXPECT_DOUBLE_EQ(u[1], -2.0 * (k - 5.0)) << k;
+  }
+}
+
+TEST(DelayLine, DelaysASinusoidToTheChord) {
+  for (const double delay : {0.0, 0.5, 1.7, 2.999, 3.0}) {
+    DelayLine<1, 3, double> zero({0.0}), half({0.5}), some({1.7}), nearly({2.999}), whole({3.0});
+    DelayLine<1, 3, double>& line = delay == 0.0     ? zero
+                                    : delay == 0.5   ? half
+                                    : delay == 1.7   ? some
+                                    : delay == 2.999 ? nearly
+                                                     : whole;
+    double worst = 0.0, worst_undelayed = 0.0;
+    for (int k = 0; k < 200; ++k) {
+      const double now = std::sin(kFrequency * k), u = line.push({{now}})[0];
+      if (k < 4) continue;
+      worst = std::max(worst, std::abs(u - std::sin(kFrequency * (k - delay))));
+      worst_undelayed = std::max(worst_undelayed, std::abs(u - now));
+    }
+    EXPECT_LE(worst, kChord * 1.001) << delay;
+    if (delay > 0.0) {
+      EXPECT_GT(worst_undelayed, 10.0 * kChord) << delay;  // control: it is another signal
+    }
+  }
+}
+
+TEST(DelayLine, HoldsTheFirstInputUntilItIsFullAndAfterAReset) {
+  DelayLine<1, 3> line({2.5F});
+  EXPECT_EQ(line.push({{4.0F}})[0], 4.0F);
+  EXPECT_EQ(line.push({{8.0F}})[0], 4.0F);
+  EXPECT_EQ(line.push({{0.0F}})[0], 4.0F);
+  EXPECT_EQ(line.push({{0.0F}})[0], 6.0F);  // half of 8, half of 4
+  line.reset();
+  EXPECT_EQ(line.push({{-1.0F}})[0], -1.0F);
+  EXPECT_EQ(line.push({{5.0F}})[0], -1.0F);
+}
+
+TEST(DelayLine, AFaultComesOutWhenItActsAndNotBefore) {
+  DelayLine<1, 3> line({2.0F});
+  for (int k = 0; k < 5; ++k) (void)line.push({{1.0F}});
+  EXPECT_EQ(line.push({{std::numeric_limits<float>::quiet_NaN()}})[0], 1.0F);
+  EXPECT_EQ(line.push({{1.0F}})[0], 1.0F);
+  EXPECT_FALSE(is_finite(line.push({{1.0F}})[0]));
+  EXPECT_EQ(line.push({{1.0F}})[0], 1.0F);
+}
+
+TEST(DelayLine, IsAConstant) {
+  static constinit DelayLine<1, 2> line({1.0F});
+  EXPECT_EQ(line.push({{3.0F}})[0], 3.0F);
+  constexpr float kActing = [] {
+    DelayLine<1, 2> own({0.5F});
+    (void)own.push({{0.0F}});
+    return own.push({{2.0F}})[0];
+  }();
+  static_assert(kActing == 1.0F);
+}
+
+}  // namespace
+}  // namespace nlo

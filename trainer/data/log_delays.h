@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Inputs that act later than their column says: [[log.columns]] delay_s. What is read of a log is u as it acts,
+//   u_acting(t) = u(t - delay_s)
+// by straight lines between samples; the first value holds before the first sample of a run. A command that is held
+// over a period and comes late by a part of it has just this mean over each period.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/data/delay_search.h"
+
+namespace nlo::trainer {
+
+/// The column `delay_s` later; time_s and values of N samples.
+Eigen::VectorXd delayed(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, double delay_s);
+
+struct LogDelay {
+  std::string input;
+  double delay_s = 0.0;
+  double sample_period_s = 0.0;  ///< of the observer [s]
+  FoundDelay found = {};         ///< in rows of the log
+
+  double samples() const { return delay_s / sample_period_s; }
+};
+
+/// Finds the delay of each column that asks for it (find_delay) in the training logs, and writes it into the column.
+/// What acts before its column says has the delay 0. Nothing to find: nothing is read.
+///   directory   of the logs
+///   input_hold  [observer] input_hold, which says when the u of a sample acts
+/// Throws codegen::Error as load_logs; where the logs do not tell a delay to half a row, naming the column.
+std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& directory, Hold input_hold);
+
+/// For people, one line: "u acts 0.0125 s (2.5 samples of the observer) after its column says (+- 0.02 rows; ...)".
+std::string to_text(const LogDelay& delay);
+
+/// How old each input must be in flight, in samples: "u 2.5"; empty when none is delayed.
+std::string delays_in_flight(const LogConfig& config, double sample_period_s);
+
+}  // namespace nlo::trainer
