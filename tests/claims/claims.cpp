@@ -73,7 +73,7 @@ class Run {
         fmt::format("{} train {} -o {} --seed {} --threads 1 -q", shell_quoted(options.tools.nlo),
                     shell_quoted(train_argument(experiment, options, directory_)), shell_quoted(directory_), seed);
     for (const std::string& change : experiment.set) command += " --set " + shell_quoted(change);
-    if (!data.empty()) command += " --data " + shell_quoted(data);
+    if (!data.empty() && experiment.trains_on_data) command += " --data " + shell_quoted(data);
     (void)output_of(command, directory_ + "/train.log");
   }
 

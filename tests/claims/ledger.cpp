@@ -112,7 +112,8 @@ Ledger read_ledger(const std::string& text, const std::string& file) {
                                   toml::find_or<std::string>(e, "data", ""), toml::find_or<int>(e, "seeds", 3),
                                   toml::find_or<bool>(e, "quick", false), toml::find_or<Texts>(e, "set", Texts{}),
                                   toml::find_or<Texts>(e, "flight_inputs", Texts{}),
-                                  toml::find_or<std::string>(e, "flight_noise", "none")});
+                                  toml::find_or<std::string>(e, "flight_noise", "none"),
+                                  toml::find_or<bool>(e, "trains_on_data", true)});
   for (const toml::value& c : toml::find_or<std::vector<toml::value>>(root, "claim", {})) {
     Claim claim{toml::find<std::string>(c, "id"),
                 toml::find_or<std::string>(c, "experiment", ""),
@@ -147,6 +148,7 @@ std::string write_ledger(const Ledger& ledger) {
     if (!e.data.empty()) text += fmt::format("data = {}\n", quoted(e.data));
     text += fmt::format("seeds = {}\n", e.seeds);
     if (e.quick) text += "quick = true\n";
+    if (!e.trains_on_data) text += "trains_on_data = false\n";
     if (!e.set.empty()) text += fmt::format("set = {}\n", quoted(e.set));
     if (e.flight_noise != "none") text += fmt::format("flight_noise = {}\n", quoted(e.flight_noise));
     if (!e.flight_inputs.empty()) text += fmt::format("flight_inputs = {}\n", quoted(e.flight_inputs));

@@ -14,12 +14,14 @@ namespace nlo::claims {
 struct Experiment {
   std::string id;
   std::string train;  ///< a shipped name, or a file of this repository: of a page its first block of TOML
-  std::string data;   ///< folder of the logs: of this repository, or of the logs kept beside it; empty: none
+  std::string
+      data;  ///< folder of the logs, {data} in what its claims run: of this repository, or of the logs kept beside it; empty: none
   int seeds = 3;
   bool quick = false;                 ///< part of the quick run, with one seed: its claims that are not `slow`
   std::vector<std::string> set = {};  ///< section.key=value
   std::vector<std::string> flight_inputs = {};  ///< what excites the plant in flight
   std::string flight_noise = "none";
+  bool trains_on_data = true;  ///< false: it simulates, and the logs are for its tests alone
 };
 
 /// One figure.

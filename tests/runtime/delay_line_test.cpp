@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace nlo {
 namespace {
@@ -25,12 +26,7 @@ TEST(DelayLine, DelaysARampByAFractionExactly) {
 
 TEST(DelayLine, DelaysASinusoidToTheChord) {
   for (const double delay : {0.0, 0.5, 1.7, 2.999, 3.0}) {
-    DelayLine<1, 3, double> zero({0.0}), half({0.5}), some({1.7}), nearly({2.999}), whole({3.0});
-    DelayLine<1, 3, double>& line = delay == 0.0     ? zero
-                                    : delay == 0.5   ? half
-                                    : delay == 1.7   ? some
-                                    : delay == 2.999 ? nearly
-                                                     : whole;
+    DelayLine<1, 3, double> line({delay});
     double worst = 0.0, worst_undelayed = 0.0;
     for (int k = 0; k < 200; ++k) {
       const double now = std::sin(kFrequency * k), u = line.push({{now}})[0];
@@ -63,6 +59,16 @@ TEST(DelayLine, AFaultComesOutWhenItActsAndNotBefore) {
   EXPECT_EQ(line.push({{1.0F}})[0], 1.0F);
   EXPECT_FALSE(is_finite(line.push({{1.0F}})[0]));
   EXPECT_EQ(line.push({{1.0F}})[0], 1.0F);
+}
+
+TEST(DelayLine, ADelayOfRunTimeIsHeldWithinTheLine) {
+  const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [asked, taken] : {std::pair{-1.0, 0.0}, {7.5, 3.0}, {1e300, 3.0}, {not_a_number, 0.0}}) {
+    DelayLine<1, 3, double> line({asked});
+    double u = 0.0;
+    for (int k = 0; k < 9; ++k) u = line.push({{1.0 * k}})[0];
+    EXPECT_EQ(u, 8.0 - taken) << asked;
+  }
 }
 
 TEST(DelayLine, IsAConstant) {

@@ -11,7 +11,8 @@
 
 namespace nlo {
 
-/// Remembers the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples does not compile.
+/// Remembers the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples does not compile where the line
+/// is a constant (constinit, as above); one of run time is held within.
 ///   kChannels  how many inputs
 ///   kSamples   the longest delay there is room for [samples]
 template <int kChannels, int kSamples, class Scalar = float>
@@ -19,12 +20,14 @@ class DelayLine {
   static_assert(kChannels > 0 && kSamples > 0);
 
  public:
-  /// The delay of each input [samples]; a constant of the program, as the model is.
-  consteval explicit DelayLine(const Scalar (&delay)[kChannels]) {
+  /// The delay of each input [samples]; not a number: 0. (Not consteval: clang 14 forgets what such a constructor sets.)
+  constexpr explicit DelayLine(const Scalar (&delay)[kChannels]) {
     for (int i = 0; i < kChannels; ++i) {
       if (!(delay[i] >= Scalar(0) && delay[i] <= Scalar(kSamples))) delay_is_outside_of_the_line();
-      whole_[i] = static_cast<int>(delay[i]);
-      part_[i] = delay[i] - static_cast<Scalar>(whole_[i]);
+      const Scalar past = delay[i] > Scalar(0) ? delay[i] : Scalar(0);
+      const Scalar within = past < Scalar(kSamples) ? past : Scalar(kSamples);
+      whole_[i] = static_cast<int>(within);
+      part_[i] = within - static_cast<Scalar>(whole_[i]);
     }
   }
 
