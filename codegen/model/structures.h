@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "codegen/model/driven_kkl.h"
+#include "codegen/model/gated.h"
 #include "codegen/model/general.h"
 #include "codegen/model/kkl.h"
 #include "codegen/model/luenberger.h"
@@ -12,6 +13,6 @@
 
 namespace nlo::codegen {
 
-using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Window>;
+using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Gated, Window>;
 
 }  // namespace nlo::codegen

@@ -219,6 +219,17 @@ Model general_model() {
   return with_domain(m);
 }
 
+Model gated_model() {
+  Model m = blank("gated", 2, 2);
+  m.initial_latent = Eigen::VectorXd::Zero(5);
+  m.initial_latent(1) = -0.3;
+  Network gates = random_network({7, 10}, 51, 0.8), candidate = random_network({7, 5}, 52, 0.9);
+  gates.output_scale.setOnes();
+  gates.layers[0].bias.head(5) << -3.0, -2.0, -1.0, 0.0, 1.0;
+  m.structure = Gated{gates, candidate, random_network({7, 8, 2}, 53, 1.2)};
+  return with_domain(m);
+}
+
 Model driven_model() {
   Model m = blank("driven", 1, 2);
   m.initial_latent = Eigen::Vector3d::Zero();
@@ -372,6 +383,14 @@ Model commanded_general_model() {
   return m;
 }
 
+Model commanded_gated_model() {
+  Model m = with_input(gated_model(), "commanded_gated", Hold::kZeroOrder);
+  Network map = random_network({5, 2}, 56, 1.1);  // of z alone
+  map.features = Eigen::MatrixXd::Identity(5, 8);
+  m.structure = Gated{random_network({8, 10}, 54, 0.8), random_network({8, 5}, 55, 0.9), map};
+  return m;
+}
+
 Model commanded_window_model() {
   Model m = with_input(window_model(), "commanded_window", Hold::kZeroOrder);
   m.initial_latent = Eigen::VectorXd::Zero(9);
@@ -380,7 +399,7 @@ Model commanded_window_model() {
 }
 
 std::vector<Model> structure_models() {
-  return {luenberger_model(), general_model(), driven_model(), window_model()};
+  return {luenberger_model(), general_model(), gated_model(), driven_model(), window_model()};
 }
 
 std::vector<Model> example_models() {
@@ -401,6 +420,7 @@ std::vector<Model> example_models() {
                                saturating_rig_model(),
                                commanded_luenberger_model(),
                                commanded_general_model(),
+                               commanded_gated_model(),
                                commanded_window_model()};
   for (const Model& m : structure_models()) models.push_back(m);
   return models;

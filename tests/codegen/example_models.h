@@ -34,6 +34,8 @@ Model luenberger_model();
 
 /// (11): two outputs, three latent states; F = a stable linear path and a small 5-12-3 beside it, G 3-8-2.
 Model general_model();
+/// Five gated units; T* reads [z; y].
+Model gated_model();
 
 /// (24)-(25): a complex pair and a real eigenvalue, one output, two inputs, g(x) affine, T 2-12-3, T* 3-12-2 with a
 /// linear path each.
@@ -56,6 +58,7 @@ Model saturating_rig_model();  // of z less S y of an angle
 /// The other structures with a known input: (15) with B u, (11) with F(z, y, u), a window of y and u.
 Model commanded_luenberger_model();
 Model commanded_general_model();
+Model commanded_gated_model();
 Model commanded_window_model();
 
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.

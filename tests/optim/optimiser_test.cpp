@@ -130,6 +130,20 @@ TEST(Optimiser, ListsTheNamesItKnowsWhenItDoesNotKnowOne) {
   }
 }
 
+TEST(Clip, ShortensALongGradientAndKeepsItsDirection) {
+  const std::vector<float> given = {3.0F, -4.0F, 12.0F};  // norm 13
+  std::vector<float> g = given;
+  for (const double largest : {0.0, 13.0, 20.0}) {
+    clip(g, largest);
+    EXPECT_EQ(g, given) << largest;
+  }
+  clip(g, 1.3);
+  for (std::size_t i = 0; i < g.size(); ++i) EXPECT_NEAR(g[i], 0.1F * given[i], 1e-6F);
+  std::vector<float> zero = {0.0F, 0.0F};
+  clip(zero, 1.0);
+  EXPECT_EQ(zero, std::vector<float>(2, 0.0F));
+}
+
 TEST(Schedule, StartsAtOneAndFollowsItsFormula) {
   constexpr double kTolerance = 1e-12;
   TrainingConfig config;
@@ -147,6 +161,14 @@ TEST(Schedule, StartsAtOneAndFollowsItsFormula) {
   EXPECT_NEAR(schedule_factor(config, 100), 0.5 + 0.5 / std::numbers::sqrt2, kTolerance);
   EXPECT_NEAR(schedule_factor(config, 200), 0.5, kTolerance);
   EXPECT_NEAR(schedule_factor(config, 400), 0.0, kTolerance);
+  config.schedule = "warm_restarts";  // cycles of 100, 200 and 400 of 700 steps
+  config.steps = 700;
+  EXPECT_NEAR(schedule_factor(config, 50), 0.5, kTolerance);
+  EXPECT_NEAR(schedule_factor(config, 100), 1.0, kTolerance);
+  EXPECT_NEAR(schedule_factor(config, 200), 0.5, kTolerance);
+  EXPECT_NEAR(schedule_factor(config, 300), 1.0, kTolerance);
+  EXPECT_NEAR(schedule_factor(config, 500), 0.5, kTolerance);
+  EXPECT_NEAR(schedule_factor(config, 700), 0.0, kTolerance);
   config.schedule = "linear";
   EXPECT_THROW(schedule_factor(config, 0), codegen::Error);
 }

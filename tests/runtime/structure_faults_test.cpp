@@ -15,6 +15,7 @@ namespace nlo {
 namespace {
 
 using testing::driven_model;
+using testing::gated_model;
 using testing::general_model;
 using testing::luenberger_model;
 using testing::undriven_model;
@@ -41,6 +42,7 @@ struct Structures {
   LuenbergerObserver<testing::PendulumModel<Scalar>> luenberger;
   GeneralObserver<testing::GeneralTestModel<Scalar>> general;
   DrivenKklObserver<testing::DrivenTestModel<Scalar>> driven;
+  GatedObserver<testing::GatedTestModel<Scalar>> gated;
   WindowObserver<testing::WindowTestModel<Scalar>> window;
 
   template <class Check>
@@ -49,13 +51,15 @@ struct Structures {
     static const auto luenberger = luenberger_model<Scalar>();
     static const auto general = general_model<Scalar>();
     static const auto driven = driven_model<Scalar>(Hold::kFirstOrder, Hold::kFirstOrder);
+    static const auto gated = gated_model<Scalar>();
     static const auto window = window_model<Scalar>();
-    Structures s{KklObserver(kkl), LuenbergerObserver(luenberger), GeneralObserver(general), DrivenKklObserver(driven),
-                 WindowObserver(window)};
+    Structures s{KklObserver(kkl),          LuenbergerObserver(luenberger), GeneralObserver(general),
+                 DrivenKklObserver(driven), GatedObserver(gated),           WindowObserver(window)};
     check(s.kkl);
     check(s.luenberger);
     check(s.general);
     check(s.driven);
+    check(s.gated);
     check(s.window);
   }
 };

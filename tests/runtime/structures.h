@@ -4,6 +4,7 @@
 #pragma once
 
 #include <nlo/driven_kkl_observer.h>
+#include <nlo/gated_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
 #include <nlo/window_observer.h>
@@ -124,6 +125,29 @@ constexpr UndrivenTestModel<Scalar> undriven_model(Hold hold) {
   set_sampling(model);
   model.latent = pair_model<Scalar>(hold, true).latent;
   model.inverse_map.mlp = mixed_mlp<Scalar, 4, 2>(1.0, 3);
+  return model;
+}
+
+/// Five gated units, one output; T* reads [z; y].
+template <class Scalar>
+using GatedTestModel =
+    GatedModel<Scalar, 2, 1, 5, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 10>>>,
+               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 5>>>, InverseMap<MixedMlp<Scalar, 6, 2>>>;
+
+template <class Scalar>
+constexpr GatedTestModel<Scalar> gated_model(double network_scale = 1.0) {
+  GatedTestModel<Scalar> model{};
+  set_sampling(model);
+  auto gates = mixed_dense<Scalar, 6, 10>(network_scale, 6);
+  for (int r = 0; r < 5; ++r) gates.bias[r] = Scalar(-0.4 * r);  // half of the way in 1 to 4 periods
+  auto candidate = mixed_dense<Scalar, 6, 5>(network_scale, 7);
+  for (int r = 0; r < 5; ++r) {
+    candidate.bias[r] = Scalar(0.5 - 0.3 * r);
+    model.initial[r] = Scalar(0.2 * r - 0.5);
+  }
+  model.gates.mlp = make_mlp<Activation::kTanh>(gates);
+  model.candidate.mlp = make_mlp<Activation::kTanh>(candidate);
+  model.inverse_map.mlp = mixed_mlp<Scalar, 6, 2>(1.0, 8);
   return model;
 }
 

@@ -152,16 +152,19 @@ struct InverseMapConfig {
 /// [training]
 struct TrainingConfig {
   TrainingMode mode = TrainingMode::kRandomSamples;
-  int steps = 1000;                         ///< optimiser steps (in full_batch mode: epochs)
-  int trajectories_per_step = 32;           ///< random_samples: how many segments are filtered per step
-  int samples_per_step = 4096;              ///< random_samples: at how many of their samples T* is evaluated
-  double segment_s = 0.0;                   ///< length of a random segment; 0: whole trajectories from their start
+  int steps = 1000;                ///< optimiser steps (in full_batch mode: epochs)
+  int trajectories_per_step = 32;  ///< random_samples: how many segments are filtered per step
+  int samples_per_step = 4096;     ///< random_samples: at how many of their samples T* is evaluated
+  double segment_s = 0.0;          ///< length of a random segment; 0: whole trajectories from their start
+  double first_segment_s = 0.0;    ///< > 0: of the first step; they grow to segment_s in the first half of the steps
+  double first_share = 0.0;        ///< this share of the random segments begins at a run's first sample
   double early_s = 0.0, early_share = 0.0;  ///< this share of the samples comes from t < early_s
   std::string optimiser = "adam";           ///< a name that optim/optimiser.h knows
   double learning_rate = 1e-3;
   double eigenvalue_learning_rate = 0.0;  ///< 0: the same as learning_rate
   std::string schedule = "cosine";        ///< of the rates, a name that optim/optimiser.h knows
   double decay = 0.9999;                  ///< of the exponential schedule, per step
+  double gradient_clip = 0.0;             ///< > 0: a longer gradient is shortened to this
   double weight_decay = 0.0;              ///< of T*'s network weights (decoupled, as in AdamW)
   double ema = 0.0;                       ///< weight averaging: the model is the exponential average; 0: off
   NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step

@@ -3,6 +3,7 @@
 // (experiments/keys.cpp), one line for each key.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -50,6 +51,12 @@ Key<Section> own_key(Key<Own> key) {
           },
           [show = std::move(key.show)](const Section& section) { return show(section.own.template get<Own>()); },
           true};
+}
+
+/// One of `keys` has this name.
+template <class Section>
+bool has_key(const std::vector<Key<Section>>& keys, std::string_view name) {
+  return std::any_of(keys.begin(), keys.end(), [&](const Key<Section>& key) { return key.name == name; });
 }
 
 /// Whether a value, as it is shown, is as good as not there: "", [], {}.

@@ -43,7 +43,7 @@ void check_observer(const Experiment& e) {
   for (const TrainableStructure* other : structure_table()) {
     if (other == &structure) continue;
     for (const Key<ObserverConfig>& key : other->own_keys())
-      if (key.show(o) != key.show(ObserverConfig{}))
+      if (!has_key(structure.own_keys(), key.name) && key.show(o) != key.show(ObserverConfig{}))
         throw KeyError(fmt::format("observer.{}", key.name),
                        fmt::format("[observer] {} belongs to structure = \"{}\"; this one is \"{}\"", key.name,
                                    other->name(), structure.name()));

@@ -74,6 +74,14 @@ void check_training(const Experiment& e) {
   if (t.early_share > 0.0 && t.early_s == 0.0)
     throw KeyError("training.early_share",
                    "[training] early_share needs early_s, the time it speaks of; set both or none");
+  if (t.segment_s == 0.0 && (t.first_segment_s > 0.0 || t.first_share > 0.0))
+    throw KeyError(t.first_segment_s > 0.0 ? "training.first_segment_s" : "training.first_share",
+                   "[training] first_segment_s and first_share are about random segments, and trajectories are taken "
+                   "whole; set segment_s, or remove them");
+  if (t.first_segment_s > t.segment_s)
+    throw KeyError("training.first_segment_s",
+                   fmt::format("[training] first_segment_s is {}; segments grow from there to segment_s, {}",
+                               shortest_text(t.first_segment_s), shortest_text(t.segment_s)));
   if (t.noise_level_max > 0.0 && t.noise.none() && t.input_noise.none())
     throw KeyError(
         "training.noise_level_max",

@@ -193,7 +193,8 @@ const std::vector<Key<ObserverConfig>>& keys() {
   static const std::vector<Key<ObserverConfig>> kKeys = [] {
     std::vector<Key<ObserverConfig>> all = common_observer_keys();
     for (const TrainableStructure* structure : structure_table())
-      for (Key<ObserverConfig>& own : structure->own_keys()) all.push_back(std::move(own));
+      for (Key<ObserverConfig>& own : structure->own_keys())
+        if (!has_key(all, own.name)) all.push_back(std::move(own));  // structures may share one
     return all;
   }();
   return kKeys;
@@ -254,6 +255,10 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("trajectories_per_step", &T::trajectories_per_step, between(1, 1e6), "random_samples: segments in a step"),
       key("samples_per_step", &T::samples_per_step, between(1, 1e8), "random_samples: samples T* is evaluated at"),
       key("segment_s", &T::segment_s, at_least(0), "random segments of this length [s]; 0: whole trajectories"),
+      only_when_given(key("first_segment_s", &T::first_segment_s, at_least(0),
+                          "segments are this long at first [s], and segment_s from half of the steps on; 0: always")),
+      only_when_given(key("first_share", &T::first_share, between(0, 1),
+                          "this share of the segments begins at a run's first sample, the others anywhere")),
       key("early_s", &T::early_s, at_least(0), "the time that early_share speaks of [s]"),
       key("early_share", &T::early_share, share_below_one(), "this share of the samples has t < early_s"),
       key("optimiser", &T::optimiser, one_of(optimiser_names()), "gradient method"),
@@ -261,6 +266,8 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("eigenvalue_learning_rate", &T::eigenvalue_learning_rate, at_least(0), "0: the same as learning_rate"),
       key("schedule", &T::schedule, one_of(schedule_names()), "of the learning rates"),
       key("decay", &T::decay, Rule{.low = 0, .high = 1, .low_is_open = true}, "of the exponential schedule, per step"),
+      only_when_given(key("gradient_clip", &T::gradient_clip, at_least(0),
+                          "a gradient with a larger norm is scaled down to it; 0: as it is")),
       key("weight_decay", &T::weight_decay, at_least(0), "of T*'s weights, decoupled as in AdamW"),
       key("ema", &T::ema, share_below_one(), "weight averaging: the model is the exponential average; 0: off"),
       key("noise", &T::noise, any(),

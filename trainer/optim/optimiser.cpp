@@ -69,6 +69,12 @@ double cosine(const TrainingConfig& config, double step) {
   return 0.5 * (1.0 + std::cos(std::numbers::pi * step / config.steps));
 }
 
+/// Three cosines, each twice as long as the one before: 1, 2 and 4 sevenths of the steps (Loshchilov and Hutter 2017).
+double warm_restarts(const TrainingConfig& config, double step) {
+  const double part = 7.0 * step / config.steps, from = part < 1.0 ? 0.0 : part < 3.0 ? 1.0 : 3.0;
+  return 0.5 * (1.0 + std::cos(std::numbers::pi * (part - from) / (from + 1.0)));
+}
+
 }  // namespace
 
 const std::vector<OptimiserEntry>& optimisers() {
@@ -84,6 +90,7 @@ const std::vector<ScheduleEntry>& schedules() {
       {"constant", constant},
       {"exponential", exponential},
       {"cosine", cosine},
+      {"warm_restarts", warm_restarts},
   };
   return kEntries;
 }
@@ -97,6 +104,14 @@ std::vector<std::string> schedule_names() {
 
 double schedule_factor(const TrainingConfig& config, long step) {
   return entry_named(schedules(), config.schedule, "schedule").factor(config, static_cast<double>(step));
+}
+
+void clip(std::vector<float>& gradient, double largest) {
+  double squares = 0.0;
+  for (const float g : gradient) squares += static_cast<double>(g) * static_cast<double>(g);
+  if (largest == 0.0 || squares <= largest * largest) return;
+  const auto factor = static_cast<float>(largest / std::sqrt(squares));
+  for (float& g : gradient) g *= factor;
 }
 
 Optimiser::Optimiser(const std::string& name, std::vector<ParameterGroup> groups)

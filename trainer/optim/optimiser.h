@@ -43,6 +43,9 @@ std::vector<std::string> schedule_names();
 /// The configured schedule at a step. Throws codegen::Error with the names there are.
 double schedule_factor(const TrainingConfig& config, long step);
 
+/// Scales a gradient whose Euclidean norm is above `largest` down to it; 0: leaves it. Source: Pascanu et al. 2013.
+void clip(std::vector<float>& gradient, double largest);
+
 /// The optimiser of that name with its memory, which is saved with a checkpoint. Throws codegen::Error likewise.
 class Optimiser {
  public:

@@ -45,6 +45,13 @@ void add_outages(const Experiment& experiment, const TrainingData& data, long st
   }
 }
 
+/// Segments may begin short: a long roll-out teaches little before the observer follows a short one.
+double segment_length_s(const TrainingConfig& training, long step) {
+  if (training.first_segment_s == 0.0 || step < 0) return training.segment_s;
+  const double part = std::min(1.0, 2.0 * static_cast<double>(step) / static_cast<double>(training.steps));
+  return training.first_segment_s + part * (training.segment_s - training.first_segment_s);
+}
+
 }  // namespace
 
 std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step) {
@@ -54,7 +61,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
   if (training.mode == TrainingMode::kFullBatch) {
     segments = whole_runs(data);
   } else {
-    const int wanted = static_cast<int>(std::lround(training.segment_s / data.sample_period_s)) + 1;
+    const int wanted = static_cast<int>(std::lround(segment_length_s(training, step) / data.sample_period_s)) + 1;
     int all_samples = 0;
     for (const auto& run : data.runs) all_samples += run.samples;
     for (int i = 0; i < training.trajectories_per_step; ++i) {
@@ -67,6 +74,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
       const int samples = data.runs[static_cast<std::size_t>(segment.run)].samples;
       segment.length = training.segment_s > 0.0 ? std::min(wanted, samples) : samples;
       segment.start = random.below(samples - segment.length + 1);
+      if (training.first_share > 0.0 && random.unit() < static_cast<float>(training.first_share)) segment.start = 0;
       segments.push_back(segment);
     }
   }

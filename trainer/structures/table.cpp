@@ -16,6 +16,7 @@ const TrainableStructure& kkl_structure();
 const TrainableStructure& driven_kkl_structure();
 const TrainableStructure& luenberger_structure();
 const TrainableStructure& general_structure();
+const TrainableStructure& gated_structure();
 const TrainableStructure& window_structure();
 
 std::vector<Key<ObserverConfig>> TrainableStructure::own_keys() const {
@@ -23,8 +24,8 @@ std::vector<Key<ObserverConfig>> TrainableStructure::own_keys() const {
 }
 
 std::span<const TrainableStructure* const> structure_table() {
-  static const std::array kTable{&kkl_structure(), &driven_kkl_structure(), &luenberger_structure(),
-                                 &general_structure(), &window_structure()};
+  static const std::array kTable{&kkl_structure(),     &driven_kkl_structure(), &luenberger_structure(),
+                                 &general_structure(), &gated_structure(),      &window_structure()};
   return kTable;
 }
 

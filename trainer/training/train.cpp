@@ -85,6 +85,7 @@ class Training {
         result.message = diverged_by("the loss is " + shortest_text(value.loss));
         break;
       }
+      clip(gradient, config.gradient_clip);
       const double factor = schedule_factor(config, state_.step);
       optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
       if (!eigenvalues_are_finite()) continue;  // diverged: keep it out of the average

@@ -165,7 +165,8 @@ class ObserverCore {
       state_.y[j] = turn > Scalar(0) ? OutputRange<Scalar, kNr>::template wrapped<kArithmetic>(y[j], turn) : y[j];
     }
     if (steady) add_steady_state(*model_, state_.y, state_.z);
-    if constexpr (requires { model_->start(state_.y, state_.z); }) model_->start(state_.y, state_.z);
+    if constexpr (requires { model_->template start<kArithmetic>(state_.y, state_.z); })
+      model_->template start<kArithmetic>(state_.y, state_.z);
     state_.started = 1;
   }
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "nlo/arithmetic.h"
 #include "nlo/domain.h"
 #include "nlo/explicit_rk.h"
 #include "nlo/latent.h"
@@ -44,6 +45,7 @@ struct WindowModel {
   constexpr const Scalar (&initial_latent() const)[kNz] { return kEmpty; }
 
   /// The first measurement fills the window.
+  template <Arithmetic = Arithmetic::kFast>
   constexpr void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
     for (int j = 0; j < kNr; ++j) {
       for (int i = 0; i < kSamples; ++i) z[j * kSamples + i] = y[j];

@@ -60,6 +60,7 @@ NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* i
 }
 
 #define NLO_CODE NLO_INLINE
+#include "nlo/kernels/per_isa/gated.inc"
 #include "nlo/kernels/per_isa/network.inc"
 #include "nlo/kernels/per_isa/tangent.inc"
 #undef NLO_CODE
@@ -95,6 +96,23 @@ NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* directio
   }
 #endif
   network_jvp<kKind>(net, in, direction, out, ping, pong);
+}
+
+/// A step of gated units, likewise; see gated_units().
+template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
+NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scalar* in, Scalar* gate, Scalar* target,
+                           Scalar (&z)[kNz], Scalar periods) {
+#if defined(NLO_DISPATCHES)
+  switch (x86::level()) {
+    case x86::Level::kAvx512:
+      return x86::gated_step_avx512<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+    case x86::Level::kAvx2:
+      return x86::gated_step_avx2<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+    default:
+      break;
+  }
+#endif
+  gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
 }
 
 /// Plants side by side that keep an instruction set of that many bytes busy: two vectors of them.

@@ -5,6 +5,7 @@
 // as anywhere. Nothing changes where the compiler may use AVX-512 anyway.
 #pragma once
 
+#include "nlo/gate.h"
 #include "nlo/kernels/panels.h"
 
 #if defined(NLO_CPU_DISPATCH) && defined(__x86_64__) && !defined(__AVX512F__) && !defined(NLO_SCALAR_KERNELS)
@@ -29,6 +30,7 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/batch.inc"
 #include "nlo/kernels/per_isa/network.inc"
 #include "nlo/kernels/per_isa/tangent.inc"
+#include "nlo/kernels/per_isa/gated.inc"
 // clang-format on
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
@@ -50,6 +52,7 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/batch.inc"
 #include "nlo/kernels/per_isa/network.inc"
 #include "nlo/kernels/per_isa/tangent.inc"
+#include "nlo/kernels/per_isa/gated.inc"
 // clang-format on
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
@@ -115,6 +118,20 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void jvp_avx512(const Network& net,
                                                              const Scalar* direction, Scalar* out, Buffer& ping,
                                                              Buffer& pong) {
   avx512::network_jvp<kKind>(net, in, direction, out, ping, pong);
+}
+
+template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX2)) void gated_step_avx2(const Gates& gates, const Candidate& candidate,
+                                                                Scalar* in, Scalar* gate, Scalar* target,
+                                                                Scalar (&z)[kNz], Scalar periods) {
+  avx2::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+}
+
+template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_avx512(const Gates& gates, const Candidate& candidate,
+                                                                    Scalar* in, Scalar* gate, Scalar* target,
+                                                                    Scalar (&z)[kNz], Scalar periods) {
+  avx512::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
 }
 
 }  // namespace nlo::kernels::x86

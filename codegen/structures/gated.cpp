@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/model/gated.h"
+
+#include <fmt/format.h>
+#include <nlo/activation.h>
+
+#include <cmath>
+
+#include "codegen/model/checks.h"
+#include "codegen/model/model_fields.h"
+#include "codegen/structures/kkl_family.h"
+
+namespace nlo::codegen {
+namespace {
+
+template <class Scalar>
+class GatedDynamics final : public ReferenceDynamics<Scalar> {
+ public:
+  using typename ReferenceDynamics<Scalar>::Vector;
+  using typename ReferenceDynamics<Scalar>::Matrix;
+
+  GatedDynamics(const Model& m, Activations activations)
+      : exact_(activations == Activations::kExact),
+        sample_period_s_(m.sample_period_s),
+        gates_(own_part<Gated>(m).gates),
+        candidate_(own_part<Gated>(m).candidate) {}
+
+  void start(Matrix& z, const Matrix& y) const override { z = stepped(z, y, Scalar(1)); }
+
+  void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
+    z = stepped(z, over.y_next, static_cast<Scalar>(dt_s / sample_period_s_));
+  }
+  double longest_step_s() const override { return kLongestGap * sample_period_s_; }
+
+  /// rate (target - z).
+  Matrix slope(const Matrix& z, const Matrix& y, const Vector&) const override {
+    const Pull pull = pulled(z, y);
+    const Scalar period = static_cast<Scalar>(sample_period_s_);
+    return pull.exponent.cwiseProduct(pull.target - z) / period;
+  }
+
+ private:
+  static constexpr int kLongestGap = 1000;  // as in nlo/gated_observer.h
+
+  /// Where z is drawn to, and by what exponent over one sample period.
+  struct Pull {
+    Matrix exponent, target;
+  };
+
+  Pull pulled(const Matrix& z, const Matrix& y) const {
+    const Matrix a = gates_(stacked<Scalar>(z, y));
+    const Matrix reset = a.bottomRows(z.rows()).unaryExpr([this](Scalar v) { return (1 + tanh(v)) / 2; });
+    const auto softplus = [](Scalar v) { return std::max(2 * v, Scalar(0)) + std::log1p(std::exp(-std::abs(2 * v))); };
+    return {a.topRows(z.rows()).unaryExpr(softplus),
+            candidate_(stacked<Scalar>(reset.cwiseProduct(z), y)).unaryExpr([this](Scalar v) { return tanh(v); })};
+  }
+
+  Matrix stepped(const Matrix& z, const Matrix& y, Scalar periods) const {
+    const Pull pull = pulled(z, y);
+    const Matrix share = pull.exponent.unaryExpr([&](Scalar rate) { return -std::expm1(-periods * rate); });
+    return z + share.cwiseProduct(pull.target - z);
+  }
+
+  Scalar tanh(Scalar v) const { return exact_ ? std::tanh(v) : tanh_rational(v); }
+
+  bool exact_;
+  double sample_period_s_;
+  ReferenceNetwork<Scalar> gates_, candidate_;
+};
+
+class GatedHeader final : public CppStructureBase {
+ public:
+  using CppStructureBase::CppStructureBase;
+  std::string title() const override { return "a learned state observer (gated: dz/dt = rate (target - z))"; }
+  std::string description() const override {
+    return fmt::format("// Latent state: {} gated units. Inverse map T*: {}.\n", nz_, inverse_map().description()) +
+           input_comment();
+  }
+  std::string header() const override { return "gated_observer.h"; }
+  std::vector<CppNetwork> networks() const override { return {gates(), candidate(), inverse_map()}; }
+  std::string types() const override {
+    return fmt::format(
+        "using Model = GatedModel<{}, {}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, gates, candidate, T*{}\n"
+        "using Observer = GatedObserver<Model>;\n",
+        init_.scalar_name(), nx_, ny_, nz_, gates().map_type(init_), candidate().map_type(init_),
+        inverse_map().map_type(init_), input_arguments(),
+        !m_.failures.none() ? ", n_u, hold of u, sensors that may fail"
+        : read_inputs_ > 0  ? ", n_u"
+                            : "");
+  }
+  std::string leading_fields() const override {
+    return fmt::format("    .initial = {},\n", init_.vector(m_.initial_latent, "initial_latent"));
+  }
+
+  Eigen::Index step_multiply_adds() const override { return gates().multiply_adds() + candidate().multiply_adds(); }
+  Eigen::Index step_activations() const override { return 3 * nz_; }
+  Eigen::Index own_scalars() const override { return nz_ + 1; }  // stale_after
+
+ private:
+  CppNetwork gates() const { return network("gates", "GatesLayer", "GatesNetwork", reads(false)); }
+  CppNetwork candidate() const {
+    return network("candidate", "CandidateLayer", "CandidateNetwork", "[g z" + reads(false).substr(2));
+  }
+};
+
+/// Of a single layer without a linear path: no sum leaves the numbers of float, whatever z within +-1 and readings
+/// within their ranges.
+void check_gate_layer(const Network& n, const Model& m, int outputs, const char* field, const char* meaning) {
+  check_network(n, m.nz() + m.nr(), outputs, field, meaning);
+  if (n.layers.size() != 1 || n.skip.size() != 0)
+    fail("{} has {} layers{}; it must be one layer alone", field, n.layers.size(),
+         n.skip.size() != 0 ? " and a linear path" : "");
+  Eigen::VectorXd largest(m.nz() + m.nr());
+  largest << Eigen::VectorXd::Ones(m.nz()), reading_min(m).cwiseAbs().cwiseMax(reading_max(m).cwiseAbs());
+  const Eigen::VectorXd inputs =
+      (n.features.cwiseAbs() * largest + n.feature_mean.cwiseAbs()).cwiseQuotient(n.feature_scale);
+  const Eigen::VectorXd sums =
+      n.output_scale.cwiseProduct(n.layers[0].weights.cwiseAbs() * inputs + n.layers[0].bias.cwiseAbs()) +
+      n.output_mean.cwiseAbs();
+  constexpr double kLargest = 1e30;
+  for (Eigen::Index i = 0; i < sums.size(); ++i)
+    if (!(sums(i) < kLargest))
+      fail("{}.layers[0].weights[{}] may add up to {} within the ranges of the outputs; it must stay below {}", field,
+           i, sums(i), kLargest);
+}
+
+class GatedModule final : public StructureModule {
+ public:
+  std::string_view name() const override { return "gated"; }
+
+  std::vector<const char*> keys() const override { return {"gates", "candidate", "inverse_map"}; }
+  void read(const Field& file, Model& m) const override {
+    m.structure = Gated{network(file["gates"]), network(file["candidate"]), network(file["inverse_map"])};
+  }
+  void write(const Model& m, JsonObject& file) const override {
+    const Gated& own = own_part<Gated>(m);
+    file.network("gates", own.gates);
+    file.network("candidate", own.candidate);
+    file.network("inverse_map", own.inverse_map);
+  }
+  void check(const Model& m) const override {
+    check_no_angles(m);
+    const Gated& own = own_part<Gated>(m);
+    check_gate_layer(own.gates, m, 2 * m.nz(), "gates", "n_u x (n_z + n_r)");
+    check_gate_layer(own.candidate, m, m.nz(), "candidate", "n_u x (n_z + n_r)");
+    for (Eigen::Index r = 0; r < m.nz(); ++r)
+      if (!(std::abs(m.initial_latent(r)) <= 1.0))
+        fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
+    check_network(own.inverse_map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_r)");
+  }
+
+  std::vector<Named<Network>> networks(Model& m) const override {
+    Gated& own = own_part<Gated>(m);
+    const Eigen::Index all = m.nz() + m.nr();
+    return {{"gates", &own.gates, all},
+            {"candidate", &own.candidate, all},
+            {"inverse_map", &own.inverse_map, reads_of(own.inverse_map, m)}};
+  }
+  Network* inverse_map(Model& m) const override { return &own_part<Gated>(m).inverse_map; }
+  bool reads_stalenesses() const override { return true; }
+
+  std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
+    return std::make_unique<GatedDynamics<float>>(m, a);
+  }
+  std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model& m, Activations a) const override {
+    return std::make_unique<GatedDynamics<double>>(m, a);
+  }
+
+  std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
+    return std::make_unique<GatedHeader>(source);
+  }
+};
+
+}  // namespace
+
+const StructureModule& gated_module() {
+  static const GatedModule module;
+  return module;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// The gated observer: the general observer (11), dz/dt = F(z, y), x_hat = T*(z), with an F that cannot diverge.
+//   dz/dt = rate (target - z)     rate > 0, |target| <= 1
+//   [a_s; a_g] = gates([z; y]),   rate = softplus(2 a_s) / sample period,   g = (1 + tanh a_g) / 2
+//   target = tanh(candidate([g z; y]))                                       the reset gates g choose what of z it sees
+// Rates and targets are those of a step's begin and of the measurement at its end. Then the step is exact:
+//   z+ = z + (1 - exp(-rate dt)) (target - z),   over one sample period 1 - exp(-rate dt) = (1 + tanh a_s) / 2
+// z stays between -1 and 1 whatever is measured. Where y stands, known inputs and stalenesses are read beside it.
+#pragma once
+
+#include <cstdint>
+
+#include "nlo/arithmetic.h"
+#include "nlo/domain.h"
+#include "nlo/kernels/dense.h"
+#include "nlo/kkl_observer.h"
+#include "nlo/latent.h"
+#include "nlo/measurement.h"
+#include "nlo/mlp.h"
+#include "nlo/sampled_observer.h"
+#include "nlo/sensor_failures.h"
+
+namespace nlo {
+
+/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+template <class Scalar_, int kNx_, int kNy_, int kNz_, class Gates_, class Candidate_, class InverseMap_, int kNu_ = 0,
+          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
+struct GatedModel {
+  using Scalar = Scalar_;
+  using Gates = Gates_;
+  using Candidate = Candidate_;
+  using InverseMap = InverseMap_;
+  static constexpr int kNx = kNx_;
+  static constexpr int kNy = kNy_;
+  static constexpr int kNz = kNz_;
+  static constexpr int kNu = kNu_;
+  static constexpr int kNf = kNf_;             ///< outputs that may be missing
+  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, then inputs, then how stale those outputs are
+  static constexpr Hold kInputHold = kInputHold_;
+  static constexpr int kLongestGap = 1000;
+  static constexpr bool kHasSteadyState = false;
+  static constexpr bool kMayDiverge = false;
+  static_assert(kNx > 0 && kNy > 0 && kNz > 0 && kNu >= 0);
+  static_assert(Gates::kIn == kNz + kNr && Gates::kOut == 2 * kNz, "gates map [z; y] to 2 n_z, by one layer");
+  static_assert(Candidate::kIn == kNz + kNr && Candidate::kOut == kNz, "the candidate maps [g z; y] to n_z");
+  static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
+  static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
+
+  Scalar sample_period_s;
+  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
+  Scalar initial[kNz];               ///< z before the first measurement
+  OutputRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
+  Domain<Scalar, kNz> domain;
+  Gates gates;             ///< a_s, then a_g
+  Candidate candidate;     ///< before its tanh
+  InverseMap inverse_map;  ///< T*
+  [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
+
+  constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
+
+  /// The first measurement is a step of one sample period.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
+    advance<kArithmetic>(z, y, y, Scalar(0));
+  }
+
+  /// z over dt_s (0: one sample period) with the measurement at its end. Another step than the sample period costs some
+  /// 200 operations a unit more.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  void advance(Scalar (&z)[kNz], const Scalar (&)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
+    if (dt_s == Scalar(0)) {
+      step<kArithmetic, true>(z, y_next, Scalar(1));
+    } else {
+      step<kArithmetic, false>(z, y_next, dt_s / sample_period_s);
+    }
+  }
+
+  /// x_hat = T*(z), or T*(z, y).
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx]) const {
+    evaluate_inverse<kArithmetic>(inverse_map, z, y, x_hat);
+  }
+
+ private:
+  template <Arithmetic kArithmetic, bool kRegular>
+  void step(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
+    LayerBuffer<Scalar, kNz + kNr> in;
+    LayerBuffer<Scalar, 2 * kNz> gate;
+    LayerBuffer<Scalar, kNz> target;
+    for (int r = 0; r < kNz; ++r) in.values[r] = z[r];
+    for (int j = 0; j < kNr; ++j) in.values[kNz + j] = y[j];
+    for (int i = kNz + kNr; i < kernels::padded(kNz + kNr); ++i) in.values[i] = Scalar(0);
+    kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, gate.values,
+                                               target.values, z, periods);
+  }
+};
+
+/// The observer of a GatedModel. Deterministic arithmetic is one more word, as for KklObserver.
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class GatedObserver : public SampledObserver<Model, kArithmetic> {
+ public:
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
+};
+template <class Model>
+GatedObserver(const Model&) -> GatedObserver<Model>;
+
+}  // namespace nlo

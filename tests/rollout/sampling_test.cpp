@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// Which segments of the runs a training step draws.
+#include "trainer/rollout/sampling.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "codegen/base/error.h"
+#include "tests/training/testing.h"
+#include "trainer/experiments/load_experiment.h"
+
+namespace nlo::trainer {
+namespace {
+
+Experiment with(const std::string& training) {
+  return parse_experiment(
+      "name = \"s\"\n[plant]\nmodel = \"van_der_pol\"\n[simulation]\nhorizon_s = 50.0\ninitial_low = [-1.0, -1.0]\n"
+      "initial_high = [1.0, 1.0]\n[observer]\neigenvalues = [-1.0]\n[training]\nsteps = 100\n" +
+          training,
+      "s.toml");
+}
+
+std::vector<Segment> drawn(const std::string& training, long step) {
+  static const TrainingData kData(testing::harmonics({400, 600}, false));  // 20 and 30 s
+  return draw_segments(with("trajectories_per_step = 400\nsegment_s = 5.0\n" + training), kData, step);
+}
+
+TEST(Segments, GrowFromTheFirstToTheirFullLengthInHalfOfTheSteps) {
+  for (const auto& [step, seconds] : {std::pair{0L, 1.0}, {25L, 3.0}, {50L, 5.0}, {75L, 5.0}, {99L, 5.0}})
+    for (const Segment& segment : drawn("first_segment_s = 1.0\n", step))
+      ASSERT_EQ(segment.length, std::lround(seconds / 0.05) + 1) << step;
+  for (const Segment& segment : drawn("", 0)) ASSERT_EQ(segment.length, 101) << "control: without the key";
+}
+
+TEST(Segments, BeginAtTheFirstSampleInTheirShare) {
+  const auto at_zero = [](const std::string& training) {
+    int count = 0;
+    for (const Segment& segment : drawn(training, 3)) count += segment.start == 0 ? 1 : 0;
+    return count;
+  };
+  EXPECT_LT(at_zero(""), 10) << "control: one in 300 or 500 by chance";
+  EXPECT_NEAR(at_zero("first_share = 0.4\n"), 160, 40);  // 4 standard deviations of 9.8
+  EXPECT_EQ(at_zero("first_share = 1.0\n"), 400);
+}
+
+TEST(Segments, ThatAreNotRandomHaveNeitherKey) {
+  for (const std::string key : {"first_segment_s = 1.0", "first_share = 0.5"}) try {
+      with(key + "\n");
+      ADD_FAILURE() << key;
+    } catch (const codegen::Error& error) {
+      EXPECT_EQ(std::string(error.what()).find("s.toml:12: [training] first_segment_s and first_share are about"), 0U)
+          << error.what();
+    }
+  EXPECT_THROW(with("segment_s = 5.0\nfirst_segment_s = 6.0\n"), codegen::Error);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

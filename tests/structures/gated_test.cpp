@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+// Gated units as they train: the gradient through time against finite differences, what is rolled out against what
+// flies, and that they learn what needs memory.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "codegen/base/error.h"
+#include "codegen/model_file/model_file.h"
+#include "codegen/replay/reference_observer.h"
+#include "tests/training/testing.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/structures/gated_units.h"
+#include "trainer/training/train.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::harmonics;
+
+/// Three units, two readings, and a random linear functional of z as the loss.
+struct Problem {
+  int units = 3, length;
+  Normalisation readings_by{{0.2, -0.1}, {0.7, 1.4}};
+  std::vector<double> theta, readings, latent, cotangent, periods;
+  GatedUnits<double> gated{units, readings_by};
+  GatedRun<double> run;
+
+  Problem(int samples, bool jittered) : length(samples) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto draw = [&](std::vector<double>& values, std::size_t count) {
+      values.resize(count);
+      for (double& value : values) value = uniform(random);
+    };
+    const auto row = static_cast<std::size_t>(length) * kGroup;
+    draw(theta, static_cast<std::size_t>(gated.parameters()));
+    draw(readings, 2 * row);
+    draw(cotangent, 3 * row);
+    latent.resize(3 * row);
+    if (jittered) {
+      draw(periods, row);
+      for (double& m : periods) m = 1.0 + 0.8 * m;
+    }
+    run = {length, readings.data(), latent.data(), cotangent.data(), jittered ? periods.data() : nullptr};
+  }
+
+  double loss() {
+    gated.prepare(theta.data());
+    gated.forward(run);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < latent.size(); ++i) sum += latent[i] * cotangent[i];
+    return sum;
+  }
+};
+
+double worst_of_gradient(int samples, bool jittered) {
+  Problem problem(samples, jittered);
+  problem.loss();
+  std::vector<double> gradient;
+  problem.gated.backward(problem.run, gradient);
+  double worst = 0.0, largest = 0.0;
+  for (std::size_t p = 0; p < problem.theta.size(); ++p) {
+    constexpr double kStep = 1e-5;
+    const double centre = problem.theta[p];
+    const auto at = [&](double offset) {
+      problem.theta[p] = centre + offset;
+      return problem.loss();
+    };
+    // Fourth order: what is left is kStep^4 and the rounding, 1e-16 * |loss| / kStep.
+    const double expected = (8.0 * (at(kStep) - at(-kStep)) - (at(2.0 * kStep) - at(-2.0 * kStep))) / (12.0 * kStep);
+    problem.theta[p] = centre;
+    worst = std::fmax(worst, std::fabs(gradient[p] - expected));
+    largest = std::fmax(largest, std::fabs(expected));
+  }
+  EXPECT_GT(largest, 0.1) << "control: there is a gradient";
+  return worst / largest;
+}
+
+TEST(GatedUnits, GradientsThroughTimeAgreeWithFiniteDifferences) {
+  // Lengths within a chunk of 32 samples, on its edge, and over several.
+  for (const int samples : {1, 2, 32, 33, 75})
+    for (const bool jittered : {false, true})
+      EXPECT_LT(worst_of_gradient(samples, jittered), 2e-9) << samples << " " << jittered;
+}
+
+TEST(GatedUnits, StepsOfOnePeriodAreRegularOnes) {
+  Problem regular(40, false), told(40, false);
+  told.periods.assign(static_cast<std::size_t>(told.length) * kGroup, 1.0);
+  told.run.periods = told.periods.data();
+  std::vector<double> gradient, other;
+  EXPECT_NEAR(regular.loss(), told.loss(), 1e-12);
+  regular.gated.backward(regular.run, gradient);
+  told.gated.backward(told.run, other);
+  for (std::size_t p = 0; p < gradient.size(); ++p) ASSERT_NEAR(gradient[p], other[p], 1e-11) << p;
+}
+
+Experiment gated_experiment(const std::string& observer, int steps = 60, const std::string& training = "") {
+  Experiment experiment = parse_experiment(
+      "name = \"g\"\n[plant]\nmodel = \"van_der_pol\"\n[simulation]\ninitial_low = [-1.0, -1.0]\ninitial_high = [1.0, "
+      "1.0]\n[observer]\nstructure = \"gated\"\n" +
+          observer + "[inverse_map]\nhidden = [8]\n[training]\nsteps = " + std::to_string(steps) +
+          "\nlearning_rate = 0.01\ntrajectories_per_step = 8\nsamples_per_step = 600\n" + training,
+      "gated.toml");
+  experiment.threads = 1;
+  return experiment;
+}
+
+double flown_rmse(const codegen::Model& model, const Dataset& data, double* largest = nullptr) {
+  codegen::ReferenceObserver<double> observer(model);
+  double squares = 0.0, samples = 0.0;
+  for (const Trajectory& run : data.trajectories) {
+    const codegen::Run flown = observer.run(run.outputs, {}, run.time_s, data.uniform);
+    if (largest != nullptr) *largest = std::fmax(*largest, flown.z.cwiseAbs().maxCoeff());
+    squares += (flown.x_hat - run.states).squaredNorm();
+    samples += static_cast<double>(run.samples());
+  }
+  return std::sqrt(squares / samples);
+}
+
+TEST(Gated, RollsOutWhatFlies) {
+  for (const bool jittered : {false, true}) {
+    Dataset data = harmonics({60, 90, 75}, jittered);
+    if (jittered) data.trajectories[1].time_s.tail(40).array() += 0.3;  // a gap of seven samples
+    for (const char* features : {"", "features = \"latent_and_output\"\n"}) {
+      const TrainingResult result = train(gated_experiment(std::string("units = 5\n") + features), data, data, {});
+      ASSERT_EQ(result.model.nz(), 5);
+      // Against double: the roll-out's float and the runtime's tanh.
+      EXPECT_NEAR(result.validation_rmse, flown_rmse(result.model, data), 1e-4 * result.validation_rmse) << features;
+    }
+  }
+}
+
+TEST(Gated, RatesStartSpreadBetweenTheGivenOnes) {
+  const Dataset data = harmonics({60}, false);
+  const codegen::Model model = train(gated_experiment("units = 3\nrates = [0.5, 8.0]\n", 1), data, data, {}).model;
+  // One step at a rate of .01 moves a bias by .01; z and the readings' part of the rates is zero on average only.
+  const Eigen::VectorXd bias = std::get<codegen::Gated>(model.structure).gates.layers[0].bias;
+  for (int r = 0; r < 3; ++r)
+    EXPECT_NEAR(std::log1p(std::exp(2.0 * bias(r))) / 0.05, 0.5 * std::pow(4.0, r), 0.05 * std::pow(4.0, r)) << r;
+}
+
+TEST(Gated, LearnsAVelocityThatOneMeasurementDoesNotTell) {
+  const Dataset data = harmonics({120, 120, 120, 120}, false);
+  const auto error = [&](int steps) {
+    return train(gated_experiment("units = 8\n", steps), data, data, {}).validation_rmse;
+  };
+  const double untrained = error(1), trained = error(300);
+  EXPECT_LT(trained, 0.25 * untrained);
+}
+
+TEST(Gated, ThreadsDoNotChangeItsBytes) {
+  const Dataset data = harmonics({60, 90, 75, 60, 90, 75, 60, 90, 75, 50}, false);
+  Experiment experiment = gated_experiment("units = 5\n", 20, "noise = \"gaussian:0.1\"\n");
+  experiment.training.trajectories_per_step = 24;
+  const std::string one = codegen::to_json(train(experiment, data, data, {}).model);
+  experiment.threads = 2;
+  const std::string two = codegen::to_json(train(experiment, data, data, {}).model);
+  EXPECT_EQ(one, two);
+}
+
+TEST(Gated, RefusesWhatItHasNoUseFor) {
+  const auto message = [](const std::string& line) -> std::string {
+    try {
+      gated_experiment(line + "\n");
+    } catch (const codegen::Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message("units = 4"), "no error");
+  EXPECT_EQ(message("rates = [0.5, 20.0]"), "no error");
+  EXPECT_EQ(message("eigenvalues = [-1.0]").find("gated.toml:9: [observer] eigenvalues has no use"), 0U);
+  EXPECT_EQ(message("hold = \"zero_order\"").find("gated.toml:9: [observer] hold has no use"), 0U);
+  EXPECT_EQ(message("start = \"steady\"").find("gated.toml:9: [observer] start is"), 0U);
+  EXPECT_EQ(message("features = \"latent_minus_output\"").find("gated.toml:9: [observer] features compares"), 0U);
+  EXPECT_EQ(message("rates = [3.0]").find("gated.toml:9: [observer] rates is a slow one"), 0U)
+      << message("rates = [3.0]");
+  EXPECT_EQ(message("rates = [3.0, -1.0]").find("gated.toml:9: [observer] rates"), 0U);
+  EXPECT_EQ(message("units = 0").find("gated.toml:9: [observer] units"), 0U);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

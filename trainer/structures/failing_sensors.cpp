@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/structures/failing_sensors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "trainer/config/key_error.h"
+#include "trainer/config/keys.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct FailingSensors {
+  std::vector<std::string> may_fail = {};
+  double staleness_s = 1.0;
+};
+
+std::size_t index_of(const std::string& name, const std::vector<codegen::Channel>& outputs) {
+  const auto found =
+      std::find_if(outputs.begin(), outputs.end(), [&](const auto& output) { return output.name == name; });
+  return static_cast<std::size_t>(found - outputs.begin());
+}
+
+std::string names_of(const std::vector<codegen::Channel>& channels) {
+  std::string text;
+  for (const codegen::Channel& channel : channels) text += (text.empty() ? "" : ", ") + channel.name;
+  return text;
+}
+
+}  // namespace
+
+std::vector<Key<ObserverConfig>> failing_sensor_keys() {
+  return {own_key<ObserverConfig>(key("may_fail", &FailingSensors::may_fail, identifiers(),
+                                      "kkl, gated: outputs that may be missing; the model runs without any of them")),
+          own_key<ObserverConfig>(key("staleness_s", &FailingSensors::staleness_s, positive(),
+                                      "kkl, gated: a missing output fades by this time constant to its mean [s]"))};
+}
+
+void check_failing_sensors(const Experiment& experiment, const ChannelCounts& channels) {
+  const auto& names = experiment.observer.own.get<FailingSensors>().may_fail;
+  const auto fail = [](const std::string& what) { throw KeyError("observer.may_fail", "[observer] may_fail " + what); };
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::size_t output = index_of(names[i], channels.output_channels);
+    if (output == channels.output_channels.size())
+      fail(fmt::format("names \"{}\", which is no output; there is: {}", names[i], names_of(channels.output_channels)));
+    if (channels.output_channels[output].wrap > 0.0)
+      fail(fmt::format("names the angle \"{}\", and what wraps has no place to fade to; leave it out", names[i]));
+    if (std::count(names.begin(), names.end(), names[i]) > 1)
+      fail(fmt::format("names \"{}\" twice; remove one", names[i]));
+  }
+  if (names.size() == channels.output_channels.size())
+    fail("names every output, and nothing is left to observe by; leave one out");
+}
+
+codegen::SensorFailures failing_sensors(const Experiment& experiment, const Dataset& training) {
+  const FailingSensors& own = experiment.observer.own.get<FailingSensors>();
+  codegen::SensorFailures failures{.outputs = {}, .rest = {}, .staleness_s = own.staleness_s};
+  for (const std::string& name : own.may_fail)
+    failures.outputs.push_back(static_cast<int>(index_of(name, training.outputs)));
+  std::sort(failures.outputs.begin(), failures.outputs.end());
+  failures.rest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(failures.outputs.size()));
+  for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
+    const auto output = static_cast<std::size_t>(failures.outputs[i]);
+    if (experiment.training.mirror && training.mirror.output(output) < 0.0) continue;  // as often below zero as above
+    double sum = 0.0, count = 0.0;
+    for (const Trajectory& run : training.trajectories) {
+      sum += run.outputs.row(static_cast<Eigen::Index>(output)).sum();
+      count += static_cast<double>(run.samples());
+    }
+    failures.rest(static_cast<Eigen::Index>(i)) = sum / std::max(count, 1.0);
+  }
+  return failures;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// Sensors that may fail (nlo/sensor_failures.h), as [observer] declares them: for structures whose T* or latent system
+// reads how stale an output is.
+#pragma once
+
+#include <vector>
+
+#include "trainer/structures/module.h"
+
+namespace nlo::trainer {
+
+/// may_fail and staleness_s.
+std::vector<Key<ObserverConfig>> failing_sensor_keys();
+
+/// Throws KeyError unless may_fail names outputs, each once, no angle, and leaves one to observe by.
+void check_failing_sensors(const Experiment& experiment, const ChannelCounts& channels);
+
+/// With the mean of each over the training data, where it fades to while it is missing.
+codegen::SensorFailures failing_sensors(const Experiment& experiment, const Dataset& training);
+
+}  // namespace nlo::trainer

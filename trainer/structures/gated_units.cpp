@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/structures/gated_units.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "nlo/gate.h"
+#include "trainer/nn/block_activation.h"
+#include "trainer/nn/block_products.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr int kChunkSamples = 32;
+constexpr int kChunkColumns = kChunkSamples * kGroup;
+
+template <class Scalar>
+using One = Products<Scalar, kGroup>;
+template <class Scalar>
+using Many = Products<Scalar, kChunkColumns>;
+
+template <class Scalar>
+constexpr std::size_t kStride = static_cast<std::size_t>(Many<Scalar>::kStride);
+
+template <class Scalar>
+std::vector<Scalar> rows(int count, std::size_t stride) {
+  return std::vector<Scalar>(static_cast<std::size_t>(count) * stride, Scalar(0));
+}
+
+/// values[i] <- work(values[i]...) a register at a time; `count` is a multiple of eight.
+template <class Scalar, class Work>
+NLO_INLINE void for_registers(std::size_t count, const Work& work) {
+  using P = typename One<Scalar>::P;
+  for (std::size_t i = 0; i < count; i += One<Scalar>::kWidth) work(P{}, i);
+}
+
+template <class Math, class Scalar>
+void product(const Scalar* w, int row_count, int columns, const Scalar* bias, const Scalar* in, Scalar* out) {
+  Math::product(w, row_count, columns, bias, in, [=](int row, int s, typename Math::P v) NLO_INLINE_LAMBDA {
+    simd::store(out + static_cast<std::ptrdiff_t>(row) * Math::kStride + s, v);
+  });
+}
+
+}  // namespace
+
+template <class Scalar>
+GatedUnits<Scalar>::GatedUnits(int units, const Normalisation& readings)
+    : units_(units),
+      readings_(static_cast<int>(readings.mean.size())),
+      columns_(units + readings_),
+      gates_transposed_(rows<Scalar>(units, static_cast<std::size_t>(2 * units))),
+      candidate_transposed_(rows<Scalar>(units, static_cast<std::size_t>(units))),
+      in_(rows<Scalar>(columns_, kGroup)),
+      gate_(rows<Scalar>(2 * units, kGroup)),
+      target_(rows<Scalar>(units, kGroup)),
+      z_(rows<Scalar>(units, kGroup)),
+      p_(z_),
+      to_gates_(gate_),
+      to_candidate_(z_),
+      pulled_(z_),
+      chunk_in_(rows<Scalar>(columns_, kStride<Scalar>)),
+      chunk_reset_in_(chunk_in_),
+      chunk_raw_(rows<Scalar>(units, kStride<Scalar>)),
+      chunk_gate_(rows<Scalar>(2 * units, kStride<Scalar>)),
+      chunk_target_(chunk_raw_),
+      chunk_cotangent_(rows<Scalar>(3 * units, kStride<Scalar>)),
+      gradient_(static_cast<std::size_t>(parameters())) {
+  static_assert(Many<Scalar>::kLanesPerWeight == 1);
+  for (std::size_t j = 0; j < readings.mean.size(); ++j) {
+    mean_.push_back(static_cast<Scalar>(readings.mean[j]));
+    inverse_scale_.push_back(static_cast<Scalar>(1.0 / readings.scale[j]));
+  }
+}
+
+template <class Scalar>
+void GatedUnits<Scalar>::prepare(const Scalar* theta) {
+  theta_ = theta;
+  for (int i = 0; i < units_; ++i) {
+    for (int o = 0; o < 2 * units_; ++o)
+      gates_transposed_[static_cast<std::size_t>(i * 2 * units_ + o)] = weights(o)[i];
+    for (int o = 0; o < units_; ++o)
+      candidate_transposed_[static_cast<std::size_t>(i * units_ + o)] = weights(2 * units_ + o)[i];
+  }
+}
+
+/// The readings of a sample, normalised, below z in in_.
+template <class Scalar>
+void GatedUnits<Scalar>::gather_readings(const GatedRun<Scalar>& run, int time) {
+  for (int j = 0; j < readings_; ++j) {
+    const Scalar* y = run.readings + (static_cast<std::ptrdiff_t>(j) * run.length + time) * kGroup;
+    Scalar* to = in_.data() + static_cast<std::ptrdiff_t>(units_ + j) * kGroup;
+    const auto row = static_cast<std::size_t>(j);
+    for (int l = 0; l < kGroup; ++l) to[l] = (y[l] - mean_[row]) * inverse_scale_[row];
+  }
+}
+
+template <class Scalar>
+void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run) {
+  const std::size_t size = z_.size();
+  std::fill(z_.begin(), z_.end(), Scalar(0));
+  for (int k = 0; k < run.length; ++k) {
+    std::copy(z_.begin(), z_.end(), in_.begin());
+    gather_readings(run, k);
+    product<One<Scalar>>(weights(0), 2 * units_, columns_, bias(0), in_.data(), gate_.data());
+    Scalar* share = gate_.data();
+    if (run.periods != nullptr)
+      for (std::size_t i = 0; i < size; ++i)
+        share[i] = gate_over(share[i], run.periods[k * kGroup + static_cast<int>(i % kGroup)]);
+    for_registers<Scalar>(size, [&](auto none, std::size_t i) NLO_INLINE_LAMBDA {
+      using P = decltype(none);
+      if (run.periods == nullptr) simd::store(share + i, gate_of(smooth_tanh(simd::load<P>(share + i))));
+      const P reset = gate_of(smooth_tanh(simd::load<P>(gate_.data() + size + i)));
+      simd::store(in_.data() + i, simd::load<P>(z_.data() + i) * reset);
+    });
+    product<One<Scalar>>(weights(2 * units_), units_, columns_, bias(2 * units_), in_.data(), target_.data());
+    for_registers<Scalar>(size, [&](auto none, std::size_t i) NLO_INLINE_LAMBDA {
+      using P = decltype(none);
+      const P z = simd::load<P>(z_.data() + i), c = smooth_tanh(simd::load<P>(target_.data() + i));
+      simd::store(z_.data() + i, z + simd::load<P>(share + i) * (c - z));
+    });
+    for (int r = 0; r < units_; ++r)
+      std::copy_n(z_.data() + static_cast<std::ptrdiff_t>(r) * kGroup, kGroup,
+                  run.latent + (static_cast<std::ptrdiff_t>(r) * run.length + k) * kGroup);
+  }
+}
+
+/// Gates and targets of a chunk, from the z that forward() has stored. Columns past it are zero.
+template <class Scalar>
+void GatedUnits<Scalar>::repeat(const GatedRun<Scalar>& run, Chunk chunk) {
+  using P = typename Many<Scalar>::P;
+  const int used = chunk.count * kGroup;
+  const auto row_of = [](std::vector<Scalar>& rows, int row) {
+    return rows.data() + static_cast<std::size_t>(row) * kStride<Scalar>;
+  };
+  for (int r = 0; r < units_; ++r) {
+    Scalar* to = row_of(chunk_in_, r);
+    const int missing = chunk.from == 0 ? kGroup : 0;  // z before the first sample is zero
+    std::fill(to, to + kChunkColumns, Scalar(0));
+    const Scalar* z = run.latent + (static_cast<std::ptrdiff_t>(r) * run.length + chunk.from - 1) * kGroup;
+    std::copy(z + missing, z + used, to + missing);
+  }
+  for (int j = 0; j < readings_; ++j) {
+    Scalar* to = row_of(chunk_in_, units_ + j);
+    std::fill(to, to + kChunkColumns, Scalar(0));
+    const Scalar* y = run.readings + (static_cast<std::ptrdiff_t>(j) * run.length + chunk.from) * kGroup;
+    const auto row = static_cast<std::size_t>(j);
+    for (int i = 0; i < used; ++i) to[i] = (y[i] - mean_[row]) * inverse_scale_[row];
+    std::copy_n(to, kChunkColumns, row_of(chunk_reset_in_, units_ + j));
+  }
+  product<Many<Scalar>>(weights(0), 2 * units_, columns_, bias(0), chunk_in_.data(), chunk_gate_.data());
+  if (run.periods != nullptr)
+    std::copy_n(chunk_gate_.begin(), static_cast<std::ptrdiff_t>(chunk_raw_.size()), chunk_raw_.begin());
+  for (int r = 0; r < units_; ++r) {
+    Scalar *share = row_of(chunk_gate_, r), *reset = row_of(chunk_gate_, units_ + r), *to = row_of(chunk_reset_in_, r);
+    const Scalar* z = row_of(chunk_in_, r);
+    for (int i = 0; i < kChunkColumns; i += Many<Scalar>::kWidth) {
+      const P g = smooth_tanh(simd::load<P>(reset + i));
+      simd::store(share + i, smooth_tanh(simd::load<P>(share + i)));
+      simd::store(reset + i, g);
+      simd::store(to + i, simd::load<P>(z + i) * gate_of(g));
+    }
+  }
+  product<Many<Scalar>>(weights(2 * units_), units_, columns_, bias(2 * units_), chunk_reset_in_.data(),
+                        chunk_target_.data());
+  for (std::size_t i = 0; i < chunk_target_.size(); i += Many<Scalar>::kWidth)
+    simd::store(chunk_target_.data() + i, smooth_tanh(simd::load<P>(chunk_target_.data() + i)));
+}
+
+/// p_ at a sample becomes p_ at the one before, but for that sample's own cotangent; `column` is the sample's first.
+template <class Scalar>
+void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int column) {
+  using P = typename One<Scalar>::P;
+  constexpr int kWidth = One<Scalar>::kWidth;
+  const P half = P{} + simd::literal<P>(0.5), one = P{} + simd::literal<P>(1.0);
+  for (int r = 0; r < units_; ++r) {
+    const std::size_t at = static_cast<std::size_t>(r) * kStride<Scalar> + static_cast<std::size_t>(column);
+    for (int l = 0; l < kGroup; l += kWidth) {
+      const int i = r * kGroup + l;
+      const std::size_t in_chunk = at + static_cast<std::size_t>(l);
+      const P p = simd::load<P>(p_.data() + i), z = simd::load<P>(chunk_in_.data() + in_chunk);
+      const P c = simd::load<P>(chunk_target_.data() + in_chunk), t = simd::load<P>(chunk_gate_.data() + in_chunk);
+      P share = gate_of(t), slope = half * (one - t * t);
+      if (run.periods != nullptr) {  // s = 1 - exp(-m softplus(2 a)): ds/da = m (1 - s) (1 + tanh a)
+        Scalar shares[kWidth], slopes[kWidth];
+        for (int n = 0; n < kWidth; ++n) {
+          const Scalar periods = run.periods[time * kGroup + l + n];
+          shares[n] = gate_over(chunk_raw_[in_chunk + static_cast<std::size_t>(n)], periods);
+          slopes[n] = periods * (1 - shares[n]) * (1 + chunk_gate_[in_chunk + static_cast<std::size_t>(n)]);
+        }
+        share = simd::load<P>(shares);
+        slope = simd::load<P>(slopes);
+      }
+      simd::store(to_gates_.data() + i, p * (c - z) * slope);
+      simd::store(to_candidate_.data() + i, p * share * (one - c * c));
+      simd::store(p_.data() + i, p * (one - share));
+    }
+  }
+  product<One<Scalar>>(candidate_transposed_.data(), units_, units_, static_cast<const Scalar*>(nullptr),
+                       to_candidate_.data(), pulled_.data());
+  const std::size_t size = p_.size();
+  for (int r = 0; r < units_; ++r) {
+    const std::size_t at = static_cast<std::size_t>(r) * kStride<Scalar> + static_cast<std::size_t>(column);
+    for (int l = 0; l < kGroup; l += kWidth) {
+      const int i = r * kGroup + l;
+      const std::size_t in_chunk = at + static_cast<std::size_t>(l);
+      const P q = simd::load<P>(pulled_.data() + i), z = simd::load<P>(chunk_in_.data() + in_chunk);
+      const P t = simd::load<P>(chunk_gate_.data() + static_cast<std::size_t>(units_) * kStride<Scalar> + in_chunk);
+      simd::store(to_gates_.data() + size + static_cast<std::size_t>(i), q * z * half * (one - t * t));
+      simd::store(p_.data() + i, simd::load<P>(p_.data() + i) + q * gate_of(t));
+    }
+  }
+  product<One<Scalar>>(gates_transposed_.data(), units_, 2 * units_, static_cast<const Scalar*>(nullptr),
+                       to_gates_.data(), pulled_.data());
+  for (std::size_t i = 0; i < size; ++i) p_[i] += pulled_[i];
+  const auto keep = [&](const std::vector<Scalar>& from, int first, int count) {
+    for (int r = 0; r < count; ++r)
+      std::copy_n(from.data() + static_cast<std::ptrdiff_t>(r) * kGroup, kGroup,
+                  chunk_cotangent_.data() + static_cast<std::size_t>(first + r) * kStride<Scalar> +
+                      static_cast<std::size_t>(column));
+  };
+  keep(to_gates_, 0, 2 * units_);
+  keep(to_candidate_, 2 * units_, units_);
+}
+
+template <class Scalar>
+void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<double>& gradient) {
+  std::fill(gradient_.begin(), gradient_.end(), Scalar(0));
+  std::fill(p_.begin(), p_.end(), Scalar(0));
+  const auto add_cotangent = [&](int time) {
+    for (int r = 0; r < units_; ++r) {
+      const Scalar* own = run.cotangent + (static_cast<std::ptrdiff_t>(r) * run.length + time) * kGroup;
+      Scalar* p = p_.data() + static_cast<std::ptrdiff_t>(r) * kGroup;
+      for (int l = 0; l < kGroup; ++l) p[l] += own[l];
+    }
+  };
+  for (int from = (run.length - 1) / kChunkSamples * kChunkSamples; from >= 0; from -= kChunkSamples) {
+    const Chunk chunk{from, std::min(kChunkSamples, run.length - from)};
+    repeat(run, chunk);
+    if (chunk.count < kChunkSamples) std::fill(chunk_cotangent_.begin(), chunk_cotangent_.end(), Scalar(0));
+    for (int k = chunk.count - 1; k >= 0; --k) {
+      add_cotangent(from + k);
+      pull_back(run, from + k, k * kGroup);
+    }
+    const Scalar* to_candidate = chunk_cotangent_.data() + static_cast<std::size_t>(2 * units_) * kStride<Scalar>;
+    Many<Scalar>::outer_product(chunk_cotangent_.data(), 2 * units_, chunk_in_.data(), columns_, gradient_.data());
+    Many<Scalar>::outer_product(to_candidate, units_, chunk_reset_in_.data(), columns_,
+                                gradient_.data() + 2 * units_ * columns_);
+    Many<Scalar>::row_sums(chunk_cotangent_.data(), 3 * units_, gradient_.data() + 3 * units_ * columns_);
+  }
+  gradient.assign(gradient_.begin(), gradient_.end());
+}
+
+template class GatedUnits<float>;
+template class GatedUnits<double>;
+
+}  // namespace nlo::trainer

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// The units of a gated observer (nlo/gated_observer.h) over whole trajectories, eight side by side, and their gradient:
+// backpropagation through time, exact for the discrete steps.
+//   forward   z_k = z_{k-1} + s (c - z_{k-1}),  [a_s; a_g] = W_g [z_{k-1}; w_k] + b_g,  s by a_s,  g = (1 + tanh a_g) / 2
+//             c = tanh(W_c [g z_{k-1}; w_k] + b_c),   z_{-1} = 0,  w = (y - mean) / scale
+//   backward  with p_k = dl/dz_k in all:   da_s = p (c - z) ds/da_s,   da_c = p s (1 - c^2),   q = W_c^T da_c
+//             da_g = q z (1 - tanh^2 a_g) / 2,   p_{k-1} = p (1 - s) + q g + W_g^T [da_s; da_g] + dl/dz_{k-1}
+// Of a run only z is kept. Gates and targets are computed again for 32 samples at a time, which needs no order and fills
+// the registers; so do the weights' gradients. What must go sample by sample is W^T da alone.
+#pragma once
+
+#include <vector>
+
+#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/structures/observer_structure.h"
+
+namespace nlo::trainer {
+
+/// Keys of [observer] that a gated observer alone has.
+struct GatedConfig {
+  int units = 32;                  ///< n_z
+  std::vector<double> rates = {};  ///< slowest and fastest at first [1/s]
+};
+
+/// Eight trajectories; arrays are [row][time][8].
+template <class Scalar>
+struct GatedRun {
+  int length = 0;                     ///< samples
+  const Scalar* readings = nullptr;   ///< n_r rows
+  Scalar* latent = nullptr;           ///< n_z rows
+  const Scalar* cotangent = nullptr;  ///< dl/dz at each sample, n_z rows
+  const Scalar* periods = nullptr;    ///< [time][8]: of the step that ends at a sample, in sample periods; null: all 1
+};
+
+template <class Scalar>
+class GatedUnits {
+ public:
+  /// Parameters: a single layer of 3 n_z rows (s, g, c) over [z; readings], W row by row, then b.
+  GatedUnits(int units, const Normalisation& readings);
+  GatedUnits(const GatedUnits&) = delete;
+  GatedUnits& operator=(const GatedUnits&) = delete;
+
+  int parameters() const { return 3 * units_ * (columns_ + 1); }
+
+  /// Reads theta, which must stay where it is until the next prepare().
+  void prepare(const Scalar* theta);
+
+  /// Fills run.latent.
+  void forward(const GatedRun<Scalar>& run);
+
+  /// Gradient of the parameters, from run.latent as forward() left it and run.cotangent.
+  void backward(const GatedRun<Scalar>& run, std::vector<double>& gradient);
+
+ private:
+  /// Samples [from, from + count) of a run.
+  struct Chunk {
+    int from, count;
+  };
+  const Scalar* weights(int row) const { return theta_ + row * columns_; }
+  const Scalar* bias(int row) const { return theta_ + 3 * units_ * columns_ + row; }
+  void gather_readings(const GatedRun<Scalar>& run, int time);
+  void repeat(const GatedRun<Scalar>& run, Chunk chunk);
+  void pull_back(const GatedRun<Scalar>& run, int time, int column);
+
+  int units_, readings_, columns_;
+  std::vector<Scalar> mean_, inverse_scale_;
+  const Scalar* theta_ = nullptr;
+  std::vector<Scalar> gates_transposed_, candidate_transposed_;  ///< of what reads z: n_z x 2 n_z, n_z x n_z
+
+  // One sample of eight trajectories.
+  std::vector<Scalar> in_, gate_, target_, z_;
+  std::vector<Scalar> p_, to_gates_, to_candidate_, pulled_;
+  // A chunk of samples, side by side.
+  std::vector<Scalar> chunk_in_, chunk_reset_in_, chunk_raw_, chunk_gate_, chunk_target_, chunk_cotangent_, gradient_;
+};
+
+}  // namespace nlo::trainer
