@@ -3,6 +3,7 @@
 #pragma once
 
 #include <nlo/driven_kkl_observer.h>
+#include <nlo/gated_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
 
@@ -54,6 +55,21 @@ constexpr auto random_general_model() {
     model.dynamics.linear_path.weights[r][3] = 2.0F;
   }
   model.inverse_map.mlp = random_mlp<kKind, 3, kWidth, kDepth, 2>();
+  return model;
+}
+
+/// kUnits gated units for two states, T* of one hidden layer of kUnits that reads z.
+template <int kUnits>
+constexpr auto random_gated_model() {
+  constexpr Activation kKind = Activation::kTanh;
+  using Gates = decltype(make_mlp<kKind>(random_dense<kUnits + 1, 2 * kUnits>(1)));
+  using Candidate = decltype(make_mlp<kKind>(random_dense<kUnits + 1, kUnits>(2)));
+  using Network = decltype(random_mlp<kKind, kUnits, kUnits, 1, 2>());
+  GatedModel<float, 2, 1, kUnits, LearnedMap<Gates>, LearnedMap<Candidate>, InverseMap<Network>> model{};
+  set_sampling(model);
+  model.gates.mlp = make_mlp<kKind>(random_dense<kUnits + 1, 2 * kUnits>(1));
+  model.candidate.mlp = make_mlp<kKind>(random_dense<kUnits + 1, kUnits>(2));
+  model.inverse_map.mlp = random_mlp<kKind, kUnits, kUnits, 1, 2>();
   return model;
 }
 

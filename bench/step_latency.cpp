@@ -180,7 +180,9 @@ void add_half_weights(const std::string& network, const std::string& what) {
   add_observer(network, what, kModel, true);
 }
 
-/// The other structures with networks of 2 x 16: four evaluations of each per step.
+constexpr const char* kGatedNetwork = "32 gated units, 32-32-2 tanh";
+
+/// The other structures with networks of 2 x 16: four evaluations of each per step. And gated units.
 void add_structures() {
   static constexpr auto kLuenberger = nlo::bench::random_luenberger_model<Activation::kTanh, 16, 2>();
   static constexpr auto kGeneral = nlo::bench::random_general_model<Activation::kTanh, 16, 2>();
@@ -190,6 +192,8 @@ void add_structures() {
       sample_of<nlo::LuenbergerObserver<std::remove_cvref_t<decltype(kLuenberger)>>>(kLuenberger));
   add(network, "general", sample_of<nlo::GeneralObserver<std::remove_cvref_t<decltype(kGeneral)>>>(kGeneral));
   add(network, "driven KKL", sample_of<nlo::DrivenKklObserver<std::remove_cvref_t<decltype(kDriven)>>>(kDriven));
+  static constexpr auto kGated = nlo::bench::random_gated_model<32>();
+  add(kGatedNetwork, "nlo", sample_of<nlo::GatedObserver<std::remove_cvref_t<decltype(kGated)>>>(kGated));
 }
 
 /// Keeps the fastest repetition of each; nothing is printed but dots.
@@ -331,6 +335,9 @@ int main(int argc, char** argv) {
   add_paper_ratios(table, times, relu, true);
   for (const std::string& network : tanhs) add_paper_ratios(table, times, network, false);
   for (const std::string& network : small) add_reference_ratios(table, network, "", 1.5, 0.0);
+  if (times.ns(kGatedNetwork, "nlo") > 0.0)
+    table.add_value(std::string(tanhs[0]) + " / " + kGatedNetwork,
+                    times.ns(tanhs[0], "nlo") / times.ns(kGatedNetwork, "nlo"), kNative ? 1 / 1.3 : 0.0);
   for (const std::string half : {"bf16", "fp16"}) {
     for (const std::string cache : {"", ", from L2", ", from L3"}) {
       table.add(tanhs[0], {"nlo" + cache}, "nlo, " + half + " weights" + cache, cache == ", from L3" ? 1.0 : 0.0,

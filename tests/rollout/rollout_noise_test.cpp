@@ -2,6 +2,7 @@
 // The noise that training sees: of each sensor its own, and of an angle on the angle.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -84,6 +85,25 @@ TEST(RolloutNoise, HasTailsOutliersBiasesAndSteps) {
   EXPECT_LE((y.row(2) * 10.0 - (y.row(2) * 10.0).array().round().matrix()).cwiseAbs().maxCoeff(), 1e-5);
   EXPECT_GT(y.row(2).cwiseAbs().maxCoeff(), 0.15);
   EXPECT_LE(y.row(2).cwiseAbs().maxCoeff(), 0.4 + 1e-6);
+}
+
+TEST(RolloutNoise, GroupsOfTrajectoriesTakeTurnsWithAMixture) {
+  const TrainingData data(still(false));
+  Rollout rollout(data);
+  NoLatent latent;
+  ThreadPool pool(2);
+  const NoiseMixture mixture({parse_noise("none"), parse_noise("uniform:0.02"), parse_noise("gaussian:5")});
+  ASSERT_EQ(kRuns, 2 * kGroup);
+  for (const std::uint64_t step : {0U, 1U, 2U, 7U}) {
+    rollout.run(whole_runs(data), latent, mixture, 1, Purpose::kNoise, step, pool);
+    for (std::size_t g = 0; g < 2; ++g) {
+      float largest = 0.0F;
+      for (const float y : rollout.groups()[g].readings) largest = std::max(largest, std::fabs(y));
+      const std::size_t part = (2 * step + g) % 3;
+      EXPECT_EQ(largest == 0.0F, part == 0) << step;
+      EXPECT_EQ(largest > 1.0F, part == 2) << step;
+    }
+  }
 }
 
 TEST(RolloutNoise, OneForAllIsTheSameForEach) {

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "trainer/base/names.h"
@@ -63,6 +65,17 @@ struct NoiseConfig {
   bool loses() const;    ///< samples of one sensor are missing
 
   bool operator==(const NoiseConfig&) const = default;
+};
+
+/// Noises that trajectories meet in turn, eight of them the same one: as many of each, whatever the step.
+struct NoiseMixture {
+  std::vector<NoiseConfig> parts;  ///< at least one
+
+  NoiseMixture() : parts(1) {}
+  explicit(false) NoiseMixture(NoiseConfig one) : parts{std::move(one)} {}
+  explicit NoiseMixture(std::vector<NoiseConfig> several) : parts(std::move(several)) {}
+
+  const NoiseConfig& of(std::uint64_t group) const { return parts[group % parts.size()]; }
 };
 
 /// One noise, or several with commas between them. Throws codegen::Error naming what is wrong and the forms there are. A

@@ -11,7 +11,8 @@ namespace nlo::trainer {
 RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test) {
   if (test.noises.empty()) {
     test.noises.emplace_back();
-    if (!experiment.training.noise.none()) test.noises.push_back(experiment.training.noise);
+    for (const NoiseConfig& noise : experiment.training.all_noise().parts)
+      if (!noise.none()) test.noises.push_back(noise);
     test.input_noise = experiment.training.input_noise;
   }
   RunReport report;

@@ -168,6 +168,7 @@ struct TrainingConfig {
   double weight_decay = 0.0;              ///< of T*'s network weights (decoupled, as in AdamW)
   double ema = 0.0;                       ///< weight averaging: the model is the exponential average; 0: off
   NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step
+  std::vector<NoiseConfig> noise_mixture;  ///< instead of `noise`: trajectories take turns with these
   NoiseConfig input_noise;                ///< the same of the inputs that are read; the plant has them without it
   double noise_level_max = 0.0;           ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
   double dropout = 0.3;                   ///< share of the segments in which a sensor that may fail is missing
@@ -175,6 +176,8 @@ struct TrainingConfig {
   LatentGradient gradient = LatentGradient::kAutomatic;
   Transient transient = Transient::kKeep;
   double transient_factor = 5.0;  ///< k of the transient's length k / min |Re lambda|
+  /// What is added to the outputs.
+  NoiseMixture all_noise() const { return noise_mixture.empty() ? NoiseMixture(noise) : NoiseMixture(noise_mixture); }
   int validate_every = 100;       ///< steps between validation errors (progress, metrics.csv)
   double checkpoint_every_s = 10.0;
 };

@@ -82,14 +82,19 @@ void check_training(const Experiment& e) {
     throw KeyError("training.first_segment_s",
                    fmt::format("[training] first_segment_s is {}; segments grow from there to segment_s, {}",
                                shortest_text(t.first_segment_s), shortest_text(t.segment_s)));
-  if (t.noise_level_max > 0.0 && t.noise.none() && t.input_noise.none())
+  if (!t.noise_mixture.empty() && !t.noise.none())
+    throw KeyError("training.noise_mixture",
+                   "[training] noise_mixture stands instead of noise, and both are given; put that noise among the "
+                   "mixture, and remove noise");
+  if (t.noise_level_max > 0.0 && t.noise_mixture.empty() && t.noise.none() && t.input_noise.none())
     throw KeyError(
         "training.noise_level_max",
         "[training] noise_level_max scales the noise, and there is none; set noise = \"gaussian:1\" or remove it");
   try {
-    check_noise(t.noise, sensors(e));
+    for (const NoiseConfig& noise : t.all_noise().parts) check_noise(noise, sensors(e));
   } catch (const codegen::Error& error) {
-    throw KeyError("training.noise", fmt::format("[training] {}", error.what()));
+    throw KeyError(t.noise_mixture.empty() ? "training.noise" : "training.noise_mixture",
+                   fmt::format("[training] {}", error.what()));
   }
   check_input_noise(e);
   if (t.mirror) check_mirror(e);

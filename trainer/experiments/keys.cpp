@@ -272,6 +272,8 @@ const std::vector<Key<TrainingConfig>>& keys() {
       key("ema", &T::ema, share_below_one(), "weight averaging: the model is the exponential average; 0: off"),
       key("noise", &T::noise, any(),
           "added to the outputs, drawn afresh in each step; a list: one for each output; see nlo evaluate --noise"),
+      only_when_given(key("noise_mixture", &T::noise_mixture, any(),
+                          "instead of noise: trajectories take turns with these noises, one observer for all")),
       only_when_given(key("input_noise", &T::input_noise, any(),
                           "the same on the inputs that the observer reads; the plant has them without it")),
       key("noise_level_max", &T::noise_level_max, at_least(0),

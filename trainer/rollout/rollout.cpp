@@ -175,13 +175,15 @@ std::vector<Segment> runs_with_failures(const TrainingData& data) {
   return segments;
 }
 
-void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseConfig& noise,
+void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
                   std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
                   const NoiseConfig& input_noise) {
   segments_ = segments;
   groups_.resize((segments.size() + kGroup - 1) / kGroup);
   pool.run(static_cast<int>(groups_.size()), [&](int index, int thread) {
-    gather(index, noise, input_noise, stream_seed(seed, purpose, step, static_cast<std::uint64_t>(index)));
+    const auto group_index = static_cast<std::uint64_t>(index);
+    gather(index, noise.of(step * groups_.size() + group_index), input_noise,
+           stream_seed(seed, purpose, step, group_index));
     SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
     group.latent.resize(group.at(dynamics.rows(), 0));
     dynamics.forward(group, thread);

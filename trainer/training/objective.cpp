@@ -36,7 +36,7 @@ void Objective::prepare(const float* parameters) {
 
 void Objective::roll_out(const float* parameters, const std::vector<Segment>& segments, Purpose purpose, long step) {
   prepare(parameters);
-  rollout_.run(segments, *dynamics_, experiment_->training.noise, experiment_->seed, purpose,
+  rollout_.run(segments, *dynamics_, experiment_->training.all_noise(), experiment_->seed, purpose,
                static_cast<std::uint64_t>(step), *pool_, experiment_->training.input_noise);
 }
 
