@@ -26,7 +26,7 @@ constexpr T log_1_plus(T t) {
   const T w = t / (T(2) + t), square = w * w;
   T series = reciprocal<T>(2 * kTerms + 1);
   for (int k = kTerms - 1; k >= 0; --k) series = rounded<T>(square * series) + reciprocal<T>(2 * k + 1);
-  return T(2) * w * series;
+  return rounded<T>(T(2) * w * series);
 }
 
 /// 1 - exp(-periods softplus(2 a)): what a unit goes of its way to the target over so many sample periods. In [0, 1],
