@@ -46,8 +46,8 @@ Dataset still(bool encoded) {
 }
 
 /// All samples of each output, n_y x (runs * samples).
-Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise) {
-  const TrainingData data(dataset);
+Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise, bool mirrored = false) {
+  const TrainingData data(dataset, {}, mirrored);
   Rollout rollout(data);
   NoLatent latent;
   ThreadPool pool(2);
@@ -104,6 +104,19 @@ TEST(RolloutNoise, GroupsOfTrajectoriesTakeTurnsWithAMixture) {
       EXPECT_EQ(largest > 1.0F, part == 2) << step;
     }
   }
+}
+
+TEST(RolloutNoise, WhatIsFarOffIsClampedAsInFlight) {
+  Dataset data = still(false);
+  for (Trajectory& run : data.trajectories) run.outputs.row(0).setLinSpaced(-1.0, 3.0);
+  const Eigen::MatrixXd tails = noisy(data, parse_noise("student:2:1,none,none"));
+  EXPECT_EQ(tails.row(0).minCoeff(), -17.0);  // the range of the data, as much on either side, six scales
+  EXPECT_EQ(tails.row(0).maxCoeff(), 19.0);
+  const Eigen::MatrixXd outliers = noisy(data, parse_noise("none+outliers:0.1:50,none,none"));
+  EXPECT_EQ(outliers.row(0).maxCoeff(), 7.0);
+  EXPECT_GT(noisy(data, parse_noise("gaussian:4,none,none")).row(0).maxCoeff(), 9.0) << "control: no tails";
+  // Mirror images run from -3 to 1.
+  EXPECT_EQ(noisy(data, parse_noise("student:2:1,none,none"), true).row(0).minCoeff(), -21.0);
 }
 
 TEST(RolloutNoise, OneForAllIsTheSameForEach) {

@@ -153,6 +153,22 @@ TEST(Gated, LearnsAVelocityThatOneMeasurementDoesNotTell) {
   EXPECT_LT(trained, 0.25 * untrained);
 }
 
+TEST(Gated, FlightClampsWhereTrainingDidWhenNoiseHasTails) {
+  const Dataset data = harmonics({200, 200}, false);
+  double low = 1e9, high = -1e9;
+  for (const Trajectory& run : data.trajectories) {
+    low = std::fmin(low, run.outputs.minCoeff());
+    high = std::fmax(high, run.outputs.maxCoeff());
+  }
+  const auto model = [&](const std::string& noise) {
+    return train(gated_experiment("units = 2\n", 2, "noise = \"" + noise + "\"\n"), data, data, {}).model;
+  };
+  const codegen::Model tails = model("student:0.5:1");
+  EXPECT_NEAR(tails.output_min(0), low - (high - low) - 3.0, 1e-5);
+  EXPECT_NEAR(tails.output_max(0), high + (high - low) + 3.0, 1e-5);
+  EXPECT_GT(std::fabs(model("gaussian:0.5").output_max(0) - tails.output_max(0)), 0.1) << "control";
+}
+
 TEST(Gated, ThreadsDoNotChangeItsBytes) {
   const Dataset data = harmonics({60, 90, 75, 60, 90, 75, 60, 90, 75, 50}, false);
   Experiment experiment = gated_experiment("units = 5\n", 20, "noise = \"gaussian:0.1\"\n");

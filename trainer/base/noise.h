@@ -43,6 +43,8 @@ struct SensorNoise {
   bool delayed() const { return delay_high > 0.0; }
   /// It measures at other times than the observer is told.
   bool shifted() const { return delayed() || jitter > 0.0; }
+  /// Now and then what is measured is far off, however far.
+  bool has_tails() const { return kind == NoiseKind::kStudent || outlier_share > 0.0; }
   /// What is measured is changed.
   bool disturbed() const { return kind != NoiseKind::kNone || outlier_share > 0.0 || bias > 0.0 || quantum > 0.0; }
   /// Nothing at all is done to it.

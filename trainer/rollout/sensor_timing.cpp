@@ -28,19 +28,6 @@ std::vector<float> draws_of(RandomLanes random, const SegmentGroup& group) {
   return draws;
 }
 
-/// Calls visit(row, rows, sensor) for each sensor, those of inputs behind those of outputs.
-template <class Visit>
-void for_each_sensor(const TrainingData& data, const Visit& visit) {
-  auto angle = data.output_angles.begin();
-  std::size_t sensor = 0;
-  for (int row = 0; row < data.given(); ++sensor) {
-    const bool encoded = angle != data.output_angles.end() && angle->sine == row;
-    if (encoded) ++angle;
-    visit(row, encoded ? 2 : 1, sensor);
-    row += encoded ? 2 : 1;
-  }
-}
-
 }  // namespace
 
 void Rollout::shift_row(int index, int row, const SensorNoise& own, const float* delay, const float* clock) {
@@ -83,7 +70,7 @@ void Rollout::measure_late(int index, const NoiseConfig& noise, const NoiseConfi
   const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   std::vector<float> clock = draws_of(timing_lanes(stream, Timing::kClock, 0), group);
   for (float& u : clock) u = 2.0F * u - 1.0F;
-  for_each_sensor(*data_, [&](int row, int rows, std::size_t sensor) {
+  data_->for_each_sensor([&](int row, int rows, std::size_t sensor) {
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
     if (!own.shifted()) return;
     float delay[kGroup];
@@ -96,7 +83,7 @@ void Rollout::measure_late(int index, const NoiseConfig& noise, const NoiseConfi
 
 void Rollout::lose_samples(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream) {
   const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
-  for_each_sensor(*data_, [&](int row, int rows, std::size_t sensor) {
+  data_->for_each_sensor([&](int row, int rows, std::size_t sensor) {
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
     if (own.missing_share == 0.0) return;
     const std::vector<float> draws = draws_of(timing_lanes(stream, Timing::kLoss, sensor), group);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // From flat parameters to a model that flies: names, units, ranges, domain, networks with their normalisation.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "codegen/model/latent_step.h"
@@ -19,8 +20,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// The domain: what latent states training has seen, relative to S y for relative outputs, and a tenth of their range
-/// more. Readings: one more range on either side before a measurement is called impossible, or an input; angles may count 64 turns.
-void set_ranges(codegen::Model& model, const Rollout& rollout) {
+/// more. Readings: one more range on either side before a measurement is called impossible, or an input, and where the
+/// noise has tails the limits that training had; angles may count 64 turns.
+void set_ranges(codegen::Model& model, const Rollout& rollout, const TrainingConfig& training) {
   const MatrixXd steady_gain = codegen::steady_gain(model);
   const Index nz = model.nz(), ny = model.ny(), nr = model.nr();
   model.latent_min = VectorXd::Constant(nz, std::numeric_limits<double>::infinity());
@@ -49,6 +51,12 @@ void set_ranges(codegen::Model& model, const Rollout& rollout) {
   const VectorXd range = (high - low).cwiseMax(1e-3);
   low -= range;
   high += range;
+  const ReadingLimits limits(rollout.data(), training.all_noise(), training.input_noise);
+  for (std::size_t r = 0; r < limits.low.size(); ++r) {
+    if (std::isinf(limits.low[r])) continue;
+    low(static_cast<Index>(r)) = static_cast<double>(limits.low[r]);
+    high(static_cast<Index>(r)) = static_cast<double>(limits.high[r]);
+  }
   model.output_min = low.head(ny);
   model.output_max = high.head(ny);
   const auto inputs = static_cast<Index>(model.inputs.size());
@@ -79,7 +87,7 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
   model.hold = experiment.observer.hold;
   model.initial_latent = VectorXd::Zero(structure.latent.rows);
   structure.module->to_model(structure, parameters, experiment, dataset, model);
-  set_ranges(model, rollout);
+  set_ranges(model, rollout, experiment.training);
   record_largest_activations(model, rollout);
   record_flight(model, dataset, rollout);
   return model;

@@ -48,8 +48,8 @@ class Training {
         dataset_(training),
         options_(options),
         failures_(structure_of(experiment.observer).failures(experiment, training)),
-        training_data_(training, failures_),
-        validation_data_(validation, failures_),
+        training_data_(training, failures_, experiment.training.mirror),
+        validation_data_(validation, failures_, experiment.training.mirror),
         structure_(make_structure(experiment, needs_forward_map(experiment.loss), training.outputs, training.states,
                                   training.reads_inputs ? training.inputs : std::vector<Channel>{},
                                   static_cast<int>(failures_.outputs.size()))),
@@ -80,14 +80,17 @@ class Training {
         break;
       }
       const ObjectiveValue value = objective_.evaluate(state_.parameters.data(), state_.step, gradient.data());
-      if (diverged(value.loss, gradient)) {
+      const bool usable = std::all_of(gradient.begin(), gradient.end(), [](float g) { return std::isfinite(g); });
+      unusable_ = usable ? 0 : unusable_ + 1;
+      if (diverged(value.loss)) {
         result.outcome = TrainOutcome::kDiverged;
-        result.message = diverged_by("the loss is " + shortest_text(value.loss));
+        result.message =
+            diverged_by(usable ? "the loss is " + shortest_text(value.loss) : "the gradient is not finite");
         break;
       }
       clip(gradient, config.gradient_clip);
       const double factor = schedule_factor(config, state_.step);
-      optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
+      if (usable) optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
       if (!eigenvalues_are_finite()) continue;  // diverged: keep it out of the average
       average();
       ++state_.step;
@@ -192,9 +195,11 @@ class Training {
                               .eigenvalues = structure_.eigenvalues_at(state_.average.data())});
   }
 
-  bool diverged(double loss, const std::vector<float>& gradient) const {
+  /// Through a long time a gradient may overflow once in a while; where gradients are clipped such a step is left out.
+  bool diverged(double loss) const {
+    constexpr int kMostUnusable = 20;  // in a row
     if (!std::isfinite(loss)) return true;
-    if (!std::all_of(gradient.begin(), gradient.end(), [](float g) { return std::isfinite(g); })) return true;
+    if (unusable_ > (experiment_.training.gradient_clip > 0.0 ? kMostUnusable : 0)) return true;
     return loss > 1e6 * (1.0 + state_.metrics.front().loss);
   }
 
@@ -233,6 +238,7 @@ class Training {
   Optimiser optimiser_;
   std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
+  int unusable_ = 0;  ///< gradients in a row that are not finite
 };
 
 }  // namespace

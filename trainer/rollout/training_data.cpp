@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/rollout/training_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+
+namespace nlo::trainer {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Numbers the distinct steps. A grain of 1/16384 of the period misplaces y by at most 1/32768 of what it moves in a
+/// sample, below any sensor's resolution; and the errors do not add up, since the latent system forgets.
+class DistinctSteps {
+ public:
+  DistinctSteps(double period_s, std::vector<double>& steps_s) : grain_s_(period_s / 16384.0), steps_s_(steps_s) {}
+
+  int index_of(double step_s) {
+    const long long grains = std::max(1LL, std::llround(step_s / grain_s_));
+    const auto [found, is_new] = index_.try_emplace(grains, static_cast<int>(steps_s_.size()));
+    if (is_new) steps_s_.push_back(static_cast<double>(grains) * grain_s_);
+    return found->second;
+  }
+
+ private:
+  double grain_s_;
+  std::vector<double>& steps_s_;
+  std::unordered_map<long long, int> index_;
+};
+
+/// Least and largest of a reading over all runs, mirrored ones too where it is odd.
+std::pair<float, float> range_of(const std::vector<TrainingData::Run>& runs, int row, bool odd) {
+  float low = kInfinity, high = -kInfinity;
+  for (const TrainingData::Run& run : runs) {
+    const float* y = run.readings.data() + static_cast<std::ptrdiff_t>(row) * run.samples;
+    for (int k = 0; k < run.samples; ++k) {  // one that is missing is no number, and compares with none
+      if (y[k] < low) low = y[k];
+      if (y[k] > high) high = y[k];
+    }
+  }
+  if (odd) high = std::max(high, -low), low = -high;
+  return {low, high};
+}
+
+}  // namespace
+
+TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures& sensor_failures, bool mirrored)
+    : sample_period_s(dataset.sample_period_s),
+      uniform(dataset.uniform),
+      nx(static_cast<int>(dataset.states.size())),
+      ny(static_cast<int>(dataset.outputs.size())),
+      nr(static_cast<int>(dataset.readings().size() + sensor_failures.outputs.size())),
+      failures(sensor_failures),
+      output_angles(dataset.output_angles) {
+  for (std::size_t j = 0; j < dataset.outputs.size(); ++j)
+    reading_mirror.push_back(static_cast<float>(dataset.mirror.output(j)));
+  for (int i = 0; i < given() - ny; ++i)
+    reading_mirror.push_back(static_cast<float>(dataset.mirror.input(static_cast<std::size_t>(i))));
+  reading_mirror.resize(static_cast<std::size_t>(nr), 1.0F);
+  for (std::size_t i = 0; i < dataset.states.size(); ++i)
+    state_mirror.push_back(static_cast<float>(dataset.mirror.state(i)));
+  if (uniform) steps_s.push_back(dataset.sample_period_s);
+  DistinctSteps distinct(sample_period_s, steps_s);
+  const auto row_major = [](const Eigen::MatrixXd& m) {
+    std::vector<float> out(static_cast<std::size_t>(m.size()));
+    Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(out.data(), m.rows(), m.cols()) =
+        m.cast<float>();
+    return out;
+  };
+  collocation = {static_cast<int>(dataset.collocation.x.cols()), row_major(dataset.collocation.x),
+                 row_major(dataset.collocation.f), row_major(dataset.collocation.h)};
+  for (const Trajectory& trajectory : dataset.trajectories) {
+    Run run;
+    run.samples = static_cast<int>(trajectory.samples());
+    run.first_estimate = static_cast<int>(trajectory.first_estimate);
+    run.readings = row_major(trajectory.outputs);
+    if (given() > ny) {
+      const std::vector<float> inputs = row_major(trajectory.inputs);
+      run.readings.insert(run.readings.end(), inputs.begin(), inputs.end());
+    }
+    run.states = row_major(trajectory.states);
+    run.derivatives = row_major(trajectory.derivatives);
+    run.weight.assign(static_cast<std::size_t>(run.samples), 1.0F);
+    for (int k = 0; k < trajectory.weight.size(); ++k) {
+      run.weight[static_cast<std::size_t>(k)] = static_cast<float>(trajectory.weight(k));
+    }
+    if (!uniform) {
+      for (int k = 0; k + 1 < run.samples; ++k)
+        run.step_of.push_back(distinct.index_of(trajectory.time_s(k + 1) - trajectory.time_s(k)));
+      run.step_of.push_back(distinct.index_of(sample_period_s));
+    }
+    runs.push_back(std::move(run));
+  }
+  for (int row = 0; row < given(); ++row) {
+    const bool turns = row < ny && dataset.outputs[static_cast<std::size_t>(row)].wrap > 0.0;
+    const bool odd = mirrored && reading_mirror[static_cast<std::size_t>(row)] < 0.0F;
+    const auto [low, high] = range_of(runs, row, odd);
+    reading_low.push_back(turns ? -kInfinity : low);
+    reading_high.push_back(turns ? kInfinity : high);
+  }
+  for (const double step_s : steps_s) fading.push_back(static_cast<float>(std::exp(-step_s / failures.staleness_s)));
+}
+
+std::vector<Segment> whole_runs(const TrainingData& data) {
+  std::vector<Segment> segments;
+  for (std::size_t r = 0; r < data.runs.size(); ++r) {
+    segments.push_back({.run = static_cast<int>(r), .start = 0, .length = data.runs[r].samples});
+  }
+  return segments;
+}
+
+std::vector<Segment> runs_with_failures(const TrainingData& data) {
+  std::vector<Segment> segments;
+  for (std::size_t i = 0; i < data.failures.outputs.size(); ++i) {
+    for (Segment run : whole_runs(data)) {
+      run.outages.resize(data.failures.outputs.size());
+      run.outages[i] = {0, run.length};
+      segments.push_back(std::move(run));
+    }
+  }
+  return segments;
+}
+
+ReadingLimits::ReadingLimits(const TrainingData& data, const NoiseMixture& noise, const NoiseConfig& input_noise)
+    : low(static_cast<std::size_t>(data.given()), -kInfinity), high(low.size(), kInfinity) {
+  data.for_each_sensor([&](int row, int rows, std::size_t sensor) {
+    double widest = -1.0;
+    const auto look_at = [&](const SensorNoise& own) {
+      if (own.has_tails()) widest = std::max(widest, own.scale);
+    };
+    if (row < data.ny) {
+      for (const NoiseConfig& part : noise.parts) look_at(part.of(sensor));
+    } else {
+      look_at(input_noise.of(static_cast<std::size_t>(row - data.ny)));
+    }
+    if (widest < 0.0 || rows > 1) return;  // the noise of an angle turns it
+    const auto r = static_cast<std::size_t>(row);
+    const float range = std::max(data.reading_high[r] - data.reading_low[r], 1e-3F) + static_cast<float>(6.0 * widest);
+    low[r] = data.reading_low[r] - range;
+    high[r] = data.reading_high[r] + range;
+  });
+}
+
+}  // namespace nlo::trainer

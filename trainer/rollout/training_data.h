@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// A dataset as training reads it, and the segments of its runs.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "trainer/base/noise.h"
+#include "trainer/data/dataset.h"
+
+namespace nlo::trainer {
+
+/// A dataset as training reads it: float32, one row per channel, each distinct step between samples once.
+struct TrainingData {
+  /// Points of a box with f and h there, row by row: where the PDE residual (5) is asked for beyond the data.
+  struct Points {
+    int count = 0;
+    std::vector<float> x, f, h;
+  };
+  struct Run {
+    int samples = 0;
+    int first_estimate = 0;          ///< see Trajectory
+    std::vector<int> step_of;        ///< samples: which of steps_s leaves the sample; empty when uniform
+    std::vector<float> readings;     ///< n_r x samples: outputs, then the inputs that the observer reads
+    std::vector<float> states;       ///< n_x x samples
+    std::vector<float> weight;       ///< samples
+    std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only
+  };
+  std::vector<Run> runs;
+  Points collocation;
+  /// One entry when uniform; else the distinct steps, to 1/16384 of a period: coefficients are made once for each, and
+  /// a log of 20,000 samples whose clock jitters by 1 % has some hundred of them.
+  std::vector<double> steps_s;
+  double sample_period_s = 0.0;  ///< nominal
+  bool uniform = true;
+  int nx = 0, ny = 0, nr = 0;
+  codegen::SensorFailures failures;  ///< whose stalenesses end the readings; they are made as a segment rolls out
+  std::vector<float> fading;         ///< exp(-step / staleness_s) of each of steps_s
+  std::vector<EncodedAngle> output_angles;          ///< among the outputs: their noise is on the angle
+  std::vector<float> reading_low, reading_high;     ///< of given readings, without noise; infinite for angles
+  std::vector<float> reading_mirror, state_mirror;  ///< nr and nx: what a mirrored segment multiplies them by, -1 or 1
+
+  /// mirrored: mirror images of the runs are runs, too.
+  explicit TrainingData(const Dataset& dataset, const codegen::SensorFailures& failures = {}, bool mirrored = false);
+
+  /// Calls visit(row, rows, sensor) for each sensor, those of inputs behind those of outputs. An angle as sine and cosine is
+  /// one sensor of two rows.
+  template <class Visit>
+  void for_each_sensor(const Visit& visit) const {
+    auto angle = output_angles.begin();
+    std::size_t sensor = 0;
+    for (int row = 0; row < given(); ++sensor) {
+      const bool encoded = angle != output_angles.end() && angle->sine == row;
+      if (encoded) ++angle;
+      visit(row, encoded ? 2 : 1, sensor);
+      row += encoded ? 2 : 1;
+    }
+  }
+
+  int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< readings that the data have
+};
+
+/// Where flight clamps each given reading, and training does: infinite unless a noise of its sensor has tails. Else its
+/// range, that range once more on either side, and six times the scale of the widest of those noises.
+struct ReadingLimits {
+  std::vector<float> low, high;
+  ReadingLimits() = default;
+  ReadingLimits(const TrainingData& data, const NoiseMixture& noise, const NoiseConfig& input_noise);
+};
+
+/// Samples [from, to) of a segment at which a sensor is missing.
+struct Outage {
+  int from = 0, to = 0;
+};
+
+struct Segment {
+  int run = 0;
+  int start = 0;
+  int length = 0;
+  bool mirrored = false;             ///< odd channels have their sign turned
+  float noise_level = 1.0F;          ///< times the configured noise
+  std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: all measure
+};
+
+/// All runs from their start, at full length.
+std::vector<Segment> whole_runs(const TrainingData& data);
+
+/// The same with one sensor missing throughout, for each that may fail.
+std::vector<Segment> runs_with_failures(const TrainingData& data);
+
+}  // namespace nlo::trainer
