@@ -9,8 +9,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "codegen/base/linear_algebra.h"
-#include "tests/runtime/matrix_exponential.h"
+#include "tests/runtime/linear_oracles.h"
 #include "tests/runtime/structures.h"
 
 namespace nlo {
@@ -125,7 +124,7 @@ struct DrivenOscillator {
     for (int i = 0; i < 2; ++i) {
       const Eigen::Matrix2d a = (Eigen::Matrix2d() << 0, 1, -1, 0).finished();
       t.row(i) =
-          Eigen::RowVector2d(1, 0) * codegen::inverse(Eigen::MatrixXd(a - lambda[i] * Eigen::Matrix2d::Identity()));
+          Eigen::RowVector2d(1, 0) * testing::inverse(Eigen::MatrixXd(a - lambda[i] * Eigen::Matrix2d::Identity()));
       model.latent.eigenvalues[i] = lambda[i];
       model.latent.output_injection[i][0] = 1.0;
     }
@@ -136,7 +135,7 @@ struct DrivenOscillator {
     model.forced = forced_step<0>(Hold::kFirstOrder, model.latent.eigenvalues, model.latent.output_injection, kPeriod);
     model.input_hold = Hold::kZeroOrder;
     model.input_field.constant[0][1] = input_gain;
-    const Eigen::Matrix2d inverse = codegen::inverse(Eigen::MatrixXd(t));
+    const Eigen::Matrix2d inverse = testing::inverse(Eigen::MatrixXd(t));
     Dense<double, 2, 2> back{}, forward{};
     for (int o = 0; o < 2; ++o) {
       for (int i = 0; i < 2; ++i) {

@@ -11,7 +11,7 @@
 #include <complex>
 #include <limits>
 
-#include "tests/runtime/matrix_exponential.h"
+#include "tests/runtime/linear_oracles.h"
 #include "tests/runtime/testing.h"
 
 namespace nlo {

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "tests/runtime/matrix_exponential.h"
+#include "tests/runtime/linear_oracles.h"
 #include "tests/runtime/structures.h"
 
 namespace nlo {
