@@ -76,25 +76,50 @@ class Cloud {
     }
   }
 
+  /// Bayes' rule, in pieces of the likelihood that leave half of the particles or more (Musso, Oudjane, Le Gland in:
+  /// Doucet et al., chapter 12): between them the particles are drawn anew, where the likelihood now points to.
   void weigh(const LanePlant& plant, const NoiseConfig& noise, const VectorXd& y) {
+    constexpr int kMostPieces = 50;
+    double rest = 1.0;
+    for (int piece = 0; piece < kMostPieces && rest > 0.0; ++piece) {
+      const ArrayXd log_p = log_likelihood_of_all(plant, noise, y);
+      double share = rest;
+      const auto weights = [&] {
+        const ArrayXd log_w = log_weight_ + share * log_p;
+        const ArrayXd w = (log_w - log_w.maxCoeff()).exp();
+        return ArrayXd(w / w.sum());
+      };
+      weight_ = weights();
+      while (are_few() && share > 1e-3 * rest && piece + 1 < kMostPieces) {
+        share *= 0.5;
+        weight_ = weights();
+      }
+      log_weight_ = weight_.max(1e-300).log();
+      rest = share < rest ? rest - share : 0.0;
+      if (rest > 0.0 || are_few()) resample();
+    }
+  }
+
+  VectorXd mean() const { return x_ * weight_.matrix(); }
+
+ private:
+  ArrayXd log_likelihood_of_all(const LanePlant& plant, const NoiseConfig& noise, const VectorXd& y) const {
     const MatrixXd seen = plant.h(x_.topRows(nx_));
+    ArrayXd sum = ArrayXd::Zero(x_.cols());
     for (Index j = 0; j < plant.ny; ++j) {
       if (std::isnan(y[j])) continue;
       ArrayXd error = y[j] - seen.row(j).transpose().array() - x_.row(nx_ + j).transpose().array();
       const double wrap = plant.output_wraps[j];
       if (wrap > 0.0) error = error.unaryExpr([wrap](double v) { return wrap_difference(v, wrap); }).eval();
-      log_weight_ += log_likelihood(noise.of(static_cast<std::size_t>(j)), error);
+      sum += log_likelihood(noise.of(static_cast<std::size_t>(j)), error);
     }
-    log_weight_ -= log_weight_.maxCoeff();
-    weight_ = log_weight_.exp();
-    weight_ /= weight_.sum();
+    return sum;
   }
 
-  VectorXd mean() const { return x_ * weight_.matrix(); }
+  bool are_few() const { return weight_.square().sum() * static_cast<double>(x_.cols()) > 2.0; }
 
-  void resample_when_few() {
+  void resample() {
     const Index count = x_.cols();
-    if (1.0 / weight_.square().sum() > 0.5 * static_cast<double>(count)) return;
     const VectorXd centre = mean();
     const MatrixXd off = x_.colwise() - centre;
     MatrixXd covariance = off * weight_.matrix().asDiagonal() * off.transpose();
@@ -113,9 +138,9 @@ class Cloud {
     }
     x_ = drawn;
     log_weight_.setZero();
+    weight_.setConstant(1.0 / static_cast<double>(count));
   }
 
- private:
   RunRandom random_;
   Index nx_;
   MatrixXd x_;
@@ -159,7 +184,6 @@ MatrixXd particle_estimates(const LanePlant& plant, const SimulationConfig& simu
     if (k > 0) cloud.move(plant, run, k, simulation.process_noise);
     cloud.weigh(plant, noise, run.outputs[static_cast<std::size_t>(k)].col(0));
     estimates.col(k) = cloud.mean().head(plant.nx);
-    cloud.resample_when_few();
   }
   return estimates;
 }
