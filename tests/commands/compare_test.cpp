@@ -30,8 +30,13 @@ class CompareCommand : public testing::Test {
 
   /// Without what a clock says.
   Json figures(const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"compare", "run/model.json", "--conditions", "mine.toml", "--seeds", "2",
-                                          "--trajectories", "3", "--tuning-runs", "2", "--particles", "50", "--json"};
+    std::vector<std::string> arguments = {"compare",        "run/model.json",
+                                          "--conditions",   "mine.toml",
+                                          "--seeds",        "2",
+                                          "--trajectories", "3",
+                                          "--tuning-runs",  "2",
+                                          "--particles",    "50",
+                                          "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProgramResult result = scratch.run(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -56,9 +61,8 @@ TEST_F(CompareCommand, GivesTheSameFiguresForAnyNumberOfThreads) {
 
 TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
   const Json compared = figures({"--against", "ekf", "--no-tuning"});
-  const ProgramResult evaluated =
-      scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.5", "--seeds", "2", "--trajectories", "3",
-                   "--against", "ekf", "--json"});
+  const ProgramResult evaluated = scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.5", "--seeds", "2",
+                                               "--trajectories", "3", "--against", "ekf", "--json"});
   ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
   const Json evaluation = Json::parse(evaluated.out)[0], columns = compared["conditions"]["noise"]["columns"];
   EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
@@ -68,8 +72,8 @@ TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
 }
 
 TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
-  const ProgramResult result = scratch.run({"compare", "run/model.json", "--conditions", "mine.toml", "--quick", "--against",
-                                            "ekf,high_gain", "--trajectories", "2", "-o", "out"});
+  const ProgramResult result = scratch.run({"compare", "run/model.json", "--conditions", "mine.toml", "--quick",
+                                            "--against", "ekf,high_gain", "--trajectories", "2", "-o", "out"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("observer"));
   EXPECT_THAT(result.out, HasSubstr("The worst run of each"));
@@ -93,7 +97,8 @@ TEST_F(CompareCommand, RefusesWhatItCannotCompareBeforeAnythingRuns) {
     EXPECT_FALSE(scratch.has("out"));
     return result.err;
   };
-  EXPECT_THAT(refusal({"--conditions", "bad.toml"}), HasSubstr("bad.toml:1: condition \"a\" changes the parameter \"mi\""));
+  EXPECT_THAT(refusal({"--conditions", "bad.toml"}),
+              HasSubstr("bad.toml:1: condition \"a\" changes the parameter \"mi\""));
   EXPECT_THAT(refusal({"--conditions", "nowhere.toml"}), HasSubstr("nowhere.toml"));
   EXPECT_THAT(refusal({"--against", "ekv"}), HasSubstr("ekv"));
   EXPECT_THAT(refusal({"--conditions", "mine.toml", "--seeds", "0"}), HasSubstr("--seeds"));

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "codegen/base/error.h"
-#include "trainer/compare/compare_study.h"
 #include "tests/compare/plants.h"
+#include "trainer/compare/compare_study.h"
 
 namespace nlo::trainer {
 namespace {
@@ -41,15 +41,19 @@ TEST(Conditions, ThatAreWrongAreNamedWithTheirLineAndTheMend) {
            {"[condition]\nname = \"a\"", "mine.toml:1: [[condition]]"},
            {"[[condition]]\nnoise = \"none\"", "mine.toml:1: a condition has no name"},
            {"[[condition]]\nname = \"a b\"", "mine.toml:2: [[condition]] name"},
-           {"[[condition]]\nname = \"a\"\nnose = \"none\"", "mine.toml:3: unknown key \"nose\" in [[condition]]; did you "
-                                                           "mean \"noise\"?"},
-           {"noise = \"none\"", "mine.toml:1: unknown key \"noise\" in a file of conditions; it belongs in [[condition]]"},
+           {"[[condition]]\nname = \"a\"\nnose = \"none\"",
+            "mine.toml:3: unknown key \"nose\" in [[condition]]; did you "
+            "mean \"noise\"?"},
+           {"noise = \"none\"",
+            "mine.toml:1: unknown key \"noise\" in a file of conditions; it belongs in [[condition]]"},
            {"[[condition]]\nname = \"a\"\nnoise = \"gausian:1\"", "mine.toml:3: [[condition]] noise"},
            {"[[condition]]\nname = \"a\"\nnoise = [\"none\", \"none\"]", "is of 2 outputs, but there is 1"},
            {"[[condition]]\nname = \"a\"\nparameter_factor = -1", "mine.toml:3: [[condition]] parameter_factor"},
-           {"[[condition]]\nname = \"a\"\nparameters = { mi = 2 }", "mine.toml:1: condition \"a\" changes the parameter \"mi\""},
+           {"[[condition]]\nname = \"a\"\nparameters = { mi = 2 }",
+            "mine.toml:1: condition \"a\" changes the parameter \"mi\""},
            {"[[condition]]\nname = \"a\"\nparameters = { mu = [1, 2] }", "is a range"},
-           {"[[condition]]\nname = \"a\"\nprocess_noise = [1, 2, 3]", "has process_noise of 3 states, but the plant has 2"},
+           {"[[condition]]\nname = \"a\"\nprocess_noise = [1, 2, 3]",
+            "has process_noise of 3 states, but the plant has 2"},
            {"[[condition]]\nname = \"a\"\nbox_scale = 0", "mine.toml:3: [[condition]] box_scale"},
            {"[[condition]]\nname = \"a\"\n[[condition]]\nname = \"a\"", "mine.toml:3: condition \"a\" is there twice"},
            {"[[condition]\nname", "mine.toml:"},
@@ -75,11 +79,11 @@ TEST(Conditions, WrittenForADeviationAreScaledByRoundNumbers) {
   const auto larger = conditions_of(default_conditions(), {}, 100.0 * kOutput, Vector2d(141.0, 0.0141), left_out);
   EXPECT_EQ(left_out.size(), 5u) << "those that change a plant's parameters";
   const auto named = [&](const std::string& name) {
-    return *std::find_if(larger.begin(), larger.end(), [&](const Condition& condition) { return condition.name == name; });
+    return *std::find_if(larger.begin(), larger.end(),
+                         [&](const Condition& condition) { return condition.name == name; });
   };
   EXPECT_EQ(format_noise(named("gaussian").noise), "gaussian:50");
-  EXPECT_EQ(format_noise(named("mixture").noise),
-            "gaussian:50+outliers:0.05:1000+bias:20+quantised:25+missing:0.2");
+  EXPECT_EQ(format_noise(named("mixture").noise), "gaussian:50+outliers:0.05:1000+bias:20+quantised:25+missing:0.2");
   EXPECT_THAT(named("process_noise").process_noise, testing::ElementsAre(10.0, 0.001));
 }
 

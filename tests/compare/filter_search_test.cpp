@@ -21,7 +21,8 @@ TEST(FilterSearch, FindsTheKalmanFilterOfALinearPlant) {
   // dx/dt = -x / 2 with process noise that the filter as shipped does not know: the best there is has the covariance of the
   // Riccati equation, p- = phi^2 p + q, p = p- r / (p- + r).
   Experiment experiment = parse_experiment(
-      "name = \"linear\"\n[plant]\nstates = [\"x\"]\nderivative = [\"-a * x\"]\noutput_names = [\"y\"]\noutputs = [\"x\"]\n"
+      "name = \"linear\"\n[plant]\nstates = [\"x\"]\nderivative = [\"-a * x\"]\noutput_names = [\"y\"]\noutputs = "
+      "[\"x\"]\n"
       "parameters = { a = 0.5 }\n[simulation]\nhorizon_s = 100.0\nsample_period_s = 0.1\ninitial_low = [-1.0]\n"
       "initial_high = [1.0]\n[observer]\neigenvalues = [-1.0, -2.0]\n",
       "linear.toml");

@@ -29,8 +29,8 @@ TEST(ParticleFilter, OfALinearPlantWithGaussianNoiseIsTheKalmanFilter) {
   SigmaPointFilter kalman(test::decay(0.5), PointSet::kExtended,
                           test::scalar_knowledge(1.0, kProcess * std::sqrt(kSlowPeriod), kOutput), {{}}, 1);
   const MatrixXd exact = test::estimates_of(kalman, run);
-  const MatrixXd drawn = particle_estimates(test::decay(0.5), simulation, 1.0, {NoiseKind::kGaussian, kOutput}, run,
-                                            {2000, 7}, 0);
+  const MatrixXd drawn =
+      particle_estimates(test::decay(0.5), simulation, 1.0, {NoiseKind::kGaussian, kOutput}, run, {2000, 7}, 0);
   const double deviation = kalman.root()(0, 0)[0];
   // A mean of N particles is off by about deviation / sqrt(N / 2), and remembers the samples before: three times that.
   EXPECT_LT((drawn - exact).norm() / std::sqrt(300.0), 3.0 * deviation / std::sqrt(1000.0));
@@ -44,7 +44,8 @@ TEST(ParticleFilter, LearnsABiasThatAKalmanFilterTakesForTheState) {
   NoiseConfig noise = parse_noise("gaussian:0.1+bias:2");
   const MatrixXd y = MatrixXd::Constant(1, 200, 1.5) + 0.1 * test::normals(1, 200, 4);
   // x decays to 0 within the run: what is left is the bias.
-  const MatrixXd x = particle_estimates(test::decay(0.5), simulation, 1.0, noise, test::runs_of(y, kSlowPeriod), {500, 3}, 0);
+  const MatrixXd x =
+      particle_estimates(test::decay(0.5), simulation, 1.0, noise, test::runs_of(y, kSlowPeriod), {500, 3}, 0);
   EXPECT_NEAR(x(0, 199), 0.0, 0.05);
 }
 

@@ -43,7 +43,8 @@ struct VanDerPolRun {
 };
 
 FilterKnowledge box_knowledge() {
-  return {Vector2d::Zero(), Vector2d::Constant(std::sqrt(1.0 / 3.0)), Vector2d::Constant(1e-3), VectorXd::Constant(1, 0.5)};
+  return {Vector2d::Zero(), Vector2d::Constant(std::sqrt(1.0 / 3.0)), Vector2d::Constant(1e-3),
+          VectorXd::Constant(1, 0.5)};
 }
 
 // The two filters form covariances, these do not: they part by rounding and by the width of differences.

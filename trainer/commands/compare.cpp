@@ -78,21 +78,21 @@ void run_compare(CompareArguments arguments) {
     arguments.test.tuning_trajectories = std::min(arguments.test.tuning_trajectories, 6);
     arguments.test.particles = std::min(arguments.test.particles, 200);
   }
-  const ConditionSet set =
-      arguments.conditions.empty() ? default_conditions() : read_conditions(arguments.conditions);
+  const ConditionSet set = arguments.conditions.empty() ? default_conditions() : read_conditions(arguments.conditions);
   std::vector<std::string> left_out;
   (void)compared_conditions(experiments.front(), set, left_out);  // its refusals come first
   if (is_stdout(arguments.output))
-    throw codegen::Error("-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "
-                         "is on stdout, with --json in that form");
+    throw codegen::Error(
+        "-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "
+        "is on stdout, with --json in that form");
   if (!arguments.output.empty()) check_output_directory({arguments.output, false, true}, models.front().model.name);
 
   const std::atomic<bool>& stop = stop_on_interrupt();
   PatientProgress progress;
   run_phase([&] {
-    const Comparison comparison =
-        run_comparison(models, experiments.front(), set, arguments.test,
-                       [&](double share, const std::string& condition) { progress.update(share, condition); }, &stop);
+    const Comparison comparison = run_comparison(
+        models, experiments.front(), set, arguments.test,
+        [&](double share, const std::string& condition) { progress.update(share, condition); }, &stop);
     progress.finish();
     fmt::print("{}", arguments.json ? comparison_json(comparison) : comparison_text(comparison));
     if (arguments.output.empty()) return;
@@ -112,16 +112,18 @@ void add_compare(CLI::App& app, Action& action) {
   command->add_option("MODEL", arguments->models, "model.json of nlo train, trained on a plant; several of one plant")
       ->required();
   command
-      ->add_option("--against", arguments->test.against,
-                   fmt::format("filters: {} (all); particle knows each condition: the floor", fmt::join(rivals(), ", ")))
+      ->add_option(
+          "--against", arguments->test.against,
+          fmt::format("filters: {} (all); particle knows each condition: the floor", fmt::join(rivals(), ", ")))
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("FILTER,...")
       ->check(CLI::IsMember(rivals()));
   command
-      ->add_option("--conditions", arguments->conditions,
-                   "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale (twenty that "
-                   "fit any plant)")
+      ->add_option(
+          "--conditions", arguments->conditions,
+          "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale (twenty that "
+          "fit any plant)")
       ->type_name("FILE.toml");
   command->add_option("--seeds", arguments->test.seeds, "test seeds, for means and standard errors")
       ->check(CLI::Range(1, 10000))
@@ -146,7 +148,8 @@ void add_compare(CLI::App& app, Action& action) {
   command->add_option("-o,--output", arguments->output, "writes compare.html and compare.json there")->type_name("DIR");
   command->add_flag("--json", arguments->json, "one JSON object instead of the tables");
   command->footer(
-      "Filters know the nominal plant and the nominal variance of the noise; tuned ones have Q, R, P0 and a gate on the\n"
+      "Filters know the nominal plant and the nominal variance of the noise; tuned ones have Q, R, P0 and a gate on "
+      "the\n"
       "innovation chosen for each condition on runs of its own.\n"
       "Examples:\n"
       "  nlo compare runs/van_der_pol/model.json -o runs/van_der_pol\n"

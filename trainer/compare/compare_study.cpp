@@ -96,7 +96,8 @@ class Study {
  private:
   void make_columns() {
     for (const ComparedModel& model : models_) {
-      CompareColumn column{models_.size() == 1 ? "observer" : model.name, fmt::format("{} observer", codegen::structure_name(model.model)), true};
+      CompareColumn column{models_.size() == 1 ? "observer" : model.name,
+                           fmt::format("{} observer", codegen::structure_name(model.model)), true};
       const codegen::PreparedExport prepared(model.model, {});
       const codegen::CppCost cost = codegen::cpp_cost(
           prepared.model(), *codegen::module_of(prepared.model()).cpp(prepared.source()), prepared.initialiser());
@@ -122,8 +123,9 @@ class Study {
       add_column(column, {nullptr, &row, true});
     }
     if (std::find(test_.against.begin(), test_.against.end(), kParticle) == test_.against.end()) return;
-    CompareColumn column{std::string(kParticle),
-                         fmt::format("particle filter that knows each condition, {} particles: the floor", test_.particles)};
+    CompareColumn column{
+        std::string(kParticle),
+        fmt::format("particle filter that knows each condition, {} particles: the floor", test_.particles)};
     const double count = test_.particles, nx = static_cast<double>(context.plant.nx);
     const StepCost each = plant.f * 4.0 + plant.h + StepCost{13.0 * nx + 2.0 * nx + 12.0, 1.0};
     column.operations = count * each.operations;
@@ -180,8 +182,8 @@ class Study {
     set_norms(cell, squares, test_.seeds);
   }
 
-  void filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs, const ComparedRuns* tuning_runs,
-              CompareCell& cell) const {
+  void filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
+              const ComparedRuns* tuning_runs, CompareCell& cell) const {
     cell.missing = row.unfit(context);
     if (!cell.missing.empty()) return;
     FilterTuning tuning;
@@ -192,7 +194,8 @@ class Study {
     const auto made = row.make(context, {tuning}, runs.measured.lanes());
     const auto start = Clock::now();
     const Eigen::ArrayXd squares = squared_errors(*made, runs.measured, runs);
-    cell.ns = nanoseconds_since(start) / (static_cast<double>(runs.measured.samples()) * static_cast<double>(squares.size()));
+    cell.ns =
+        nanoseconds_since(start) / (static_cast<double>(runs.measured.samples()) * static_cast<double>(squares.size()));
     cell.restarts = made->restarts();
     set_norms(cell, squares, test_.seeds);
   }
@@ -209,8 +212,9 @@ class Study {
       if (stop_ != nullptr && stop_->load()) return;
       const LaneRuns one = lane_of(runs.measured, lane);
       const auto start = Clock::now();
-      const MatrixXd x = particle_estimates(lane_plant(plant), known.simulation, condition.box_scale, condition.noise, one,
-                                            {test_.particles, test_.seed ^ kTuningSeed}, static_cast<std::uint64_t>(lane));
+      const MatrixXd x =
+          particle_estimates(lane_plant(plant), known.simulation, condition.box_scale, condition.noise, one,
+                             {test_.particles, test_.seed ^ kTuningSeed}, static_cast<std::uint64_t>(lane));
       spent += nanoseconds_since(start);
       squares[lane] = squared_error(runs, static_cast<std::size_t>(lane), runs.channels.states(x));
     }
@@ -230,11 +234,12 @@ class Study {
     std::size_t worst = 0;
     for (std::size_t i = 1; i < result_.cells.size(); ++i)
       if (result_.cells[i].front().worst > result_.cells[worst].front().worst) worst = i;
-    const ComparedRuns runs = compared_runs(nominal_, result_.conditions[worst], SeedStream::kTest, test_.seed, test_.seeds,
-                                            test_.trajectories);
+    const ComparedRuns runs = compared_runs(nominal_, result_.conditions[worst], SeedStream::kTest, test_.seed,
+                                            test_.seeds, test_.trajectories);
     const std::size_t run = result_.cells[worst].front().worst_run;
     const Trajectory& truth = runs.set.trajectories[run];
-    const ObserverRun observer = observer_run(models_.front().model, has_uniform_steps(runs.set, models_.front().model));
+    const ObserverRun observer =
+        observer_run(models_.front().model, has_uniform_steps(runs.set, models_.front().model));
     EvaluatedRun kept{truth, runs.outputs[run], observer(runs.outputs[run], truth.inputs, truth.time_s).x_hat, "worst"};
     result_.worst_condition = worst;
     result_.worst.push_back(std::move(kept));

@@ -48,12 +48,12 @@ struct CompareColumn {
 };
 
 struct CompareCell {
-  Eigen::VectorXd norms;  ///< of each test seed: root of the mean of |x - x_hat|^2 over its runs and samples
-  double worst = 0.0;     ///< the largest norm of a run
+  Eigen::VectorXd norms;      ///< of each test seed: root of the mean of |x - x_hat|^2 over its runs and samples
+  double worst = 0.0;         ///< the largest norm of a run
   std::size_t worst_run = 0;  ///< its number among all runs, seed by seed
-  std::string tuning;     ///< of a tuned filter, in words
-  std::string missing;    ///< why there is no figure; else empty
-  int restarts = 0;       ///< runs that left the finite numbers and began anew
+  std::string tuning;         ///< of a tuned filter, in words
+  std::string missing;        ///< why there is no figure; else empty
+  int restarts = 0;           ///< runs that left the finite numbers and began anew
   double ns = 0.0;
 
   double mean() const { return norms.mean(); }

@@ -99,20 +99,22 @@ CompareTable tuning_table(const Comparison& comparison) {
   for (const std::size_t c : tuned) table.headings.push_back(comparison.columns[c].name);
   for (std::size_t i = 0; i < comparison.conditions.size() && !tuned.empty(); ++i) {
     std::vector<std::string> row{comparison.conditions[i].name};
-    for (const std::size_t c : tuned) row.push_back(comparison.cell(i, c).missing.empty() ? comparison.cell(i, c).tuning : "-");
+    for (const std::size_t c : tuned)
+      row.push_back(comparison.cell(i, c).missing.empty() ? comparison.cell(i, c).tuning : "-");
     table.rows.push_back(std::move(row));
   }
   return table;
 }
 
 CompareTable cost_table(const Comparison& comparison) {
-  CompareTable table{{"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / ekf"}, {}};
+  CompareTable table{
+      {"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / ekf"}, {}};
   const auto ekf = column_named(comparison, "ekf");
   for (const CompareColumn& column : comparison.columns) {
     if (column.name.ends_with("_tuned")) continue;  // the same filter
     const bool ratio = ekf && comparison.columns[*ekf].ns > 0.0 && column.ns > 0.0;
-    table.rows.push_back({column.name, fmt::format("{:.0f}", column.operations), fmt::format("{:.0f}", column.functions),
-                          fmt::format("{:.0f}", column.state_bytes),
+    table.rows.push_back({column.name, fmt::format("{:.0f}", column.operations),
+                          fmt::format("{:.0f}", column.functions), fmt::format("{:.0f}", column.state_bytes),
                           column.constant_bytes > 0.0 ? fmt::format("{:.0f}", column.constant_bytes) : "-",
                           column.ns > 0.0 ? significant(column.ns) : "-",
                           ratio ? significant(column.ns / comparison.columns[*ekf].ns, 2) : "-"});
@@ -122,11 +124,12 @@ CompareTable cost_table(const Comparison& comparison) {
 
 std::string comparison_conditions(const Comparison& comparison) {
   const CompareTest& test = comparison.test;
-  return fmt::format("plant {}, {} test seeds of {} runs of {} s each, seeds from {} on; norm of the error{}, transient "
-                     "included, ± standard error over the seeds{}",
-                     comparison.plant, test.seeds, test.trajectories, shortest_text(comparison.horizon_s), test.seed,
-                     comparison.normalised ? " of states over their deviation" : "",
-                     test.tune ? fmt::format("; tuned on {} other runs of each condition", test.tuning_trajectories) : "");
+  return fmt::format(
+      "plant {}, {} test seeds of {} runs of {} s each, seeds from {} on; norm of the error{}, transient "
+      "included, ± standard error over the seeds{}",
+      comparison.plant, test.seeds, test.trajectories, shortest_text(comparison.horizon_s), test.seed,
+      comparison.normalised ? " of states over their deviation" : "",
+      test.tune ? fmt::format("; tuned on {} other runs of each condition", test.tuning_trajectories) : "");
 }
 
 std::vector<std::string> comparison_findings(const Comparison& comparison) {
@@ -150,7 +153,8 @@ std::vector<std::string> comparison_findings(const Comparison& comparison) {
       findings.push_back(fmt::format("{} left the finite numbers {} times and began anew.", name, restarts));
   }
   if (!comparison.left_out.empty())
-    findings.push_back(fmt::format("Left out, as the plant has no parameters: {}.", fmt::join(comparison.left_out, ", ")));
+    findings.push_back(
+        fmt::format("Left out, as the plant has no parameters: {}.", fmt::join(comparison.left_out, ", ")));
   return findings;
 }
 

@@ -84,9 +84,8 @@ ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition
     if (s == 0) runs.set = std::move(set);
   }
   runs.measured = lanes_of(runs, tested);
-  runs.state_scale = share_a_unit(runs.set.states)
-                         ? Eigen::VectorXd::Ones(static_cast<Index>(runs.set.states.size()))
-                         : state_deviation(runs.set);
+  runs.state_scale = share_a_unit(runs.set.states) ? Eigen::VectorXd::Ones(static_cast<Index>(runs.set.states.size()))
+                                                   : state_deviation(runs.set);
   return runs;
 }
 

@@ -16,12 +16,12 @@
 namespace nlo::trainer {
 
 struct ComparedRuns {
-  Dataset set;           ///< all runs, seed by seed: clean outputs and true states, as channels
-  LaneRuns measured;     ///< the plant's own outputs, as filters are given them
+  Dataset set;                           ///< all runs, seed by seed: clean outputs and true states, as channels
+  LaneRuns measured;                     ///< the plant's own outputs, as filters are given them
   std::vector<Eigen::MatrixXd> outputs;  ///< of each run, n_y x N: as observers are given them
   PlantChannels channels;
   Eigen::Index plant_states = 0;  ///< n_x, before channels
-  Eigen::VectorXd state_scale;  ///< of the channels in norms: 1, or their deviations where units differ
+  Eigen::VectorXd state_scale;    ///< of the channels in norms: 1, or their deviations where units differ
 };
 
 /// The experiment of a model without what it drew to train: nominal parameters, no process noise.

@@ -30,9 +30,9 @@ const std::vector<Key<Condition>>& condition_keys() {
          std::vector<std::pair<std::string, std::array<double, 2>>> ranges;
          read_parameters(value, where, condition.parameters, ranges);
          if (!ranges.empty())
-           throw codegen::Error(fmt::format("{}: {}.{} is a range; a condition has one value: parameters = {{ {} = {} }}",
-                                            place_of(value), where, ranges.front().first, ranges.front().first,
-                                            shortest_text(ranges.front().second[1])));
+           throw codegen::Error(fmt::format(
+               "{}: {}.{} is a range; a condition has one value: parameters = {{ {} = {} }}", place_of(value), where,
+               ranges.front().first, ranges.front().first, shortest_text(ranges.front().second[1])));
        },
        [](const Condition& condition) { return show_parameters(condition.parameters, {}); }},
       key("process_noise", &Condition::process_noise, at_least(0), "per sqrt(s), one for each state or one for all"),
@@ -92,9 +92,10 @@ void check(const Condition& condition, const Parameters& nominal, const Eigen::V
   }
   const auto given = static_cast<Eigen::Index>(condition.process_noise.size());
   if (given > 1 && given != states.size())
-    fail(condition, fmt::format("has process_noise of {} states, but the plant has {}; give one number for each, or one "
-                                "for all",
-                                given, states.size()));
+    fail(condition,
+         fmt::format("has process_noise of {} states, but the plant has {}; give one number for each, or one "
+                     "for all",
+                     given, states.size()));
 }
 
 }  // namespace
@@ -108,26 +109,31 @@ ConditionSet parse_conditions(std::string_view text, const std::string& filename
   reader.read(root, "", "a file of conditions", set_keys(), set, {"condition"});
   const auto tables = root.as_table().find("condition");
   if (tables == root.as_table().end())
-    throw codegen::Error(fmt::format("{}: there is no condition; write [[condition]] with name and noise below it, for "
-                                     "each one",
-                                     filename));
+    throw codegen::Error(
+        fmt::format("{}: there is no condition; write [[condition]] with name and noise below it, for "
+                    "each one",
+                    filename));
   const std::string where = "[[condition]]";
   for (const Toml& table : list_of(tables->second, where, {.at_most = kMost})) {
     if (!table.is_table())
-      throw codegen::Error(fmt::format("{}: condition is {}; each one is a table: [[condition]] with name and noise "
-                                       "below it",
-                                       reader.place(table), type_in_words(table)));
+      throw codegen::Error(
+          fmt::format("{}: condition is {}; each one is a table: [[condition]] with name and noise "
+                      "below it",
+                      reader.place(table), type_in_words(table)));
     Condition condition;
     condition.place = reader.place(table);
     reader.read(table, fmt::format("condition[{}]", set.conditions.size()), where, condition_keys(), condition);
     if (condition.name.empty())
-      throw codegen::Error(fmt::format("{}: a condition has no name; begin it with name = \"heavy_tails\"", condition.place));
+      throw codegen::Error(
+          fmt::format("{}: a condition has no name; begin it with name = \"heavy_tails\"", condition.place));
     for (const Condition& before : set.conditions)
-      if (before.name == condition.name) fail(condition, fmt::format("is there twice, first in {}; rename one", before.place));
+      if (before.name == condition.name)
+        fail(condition, fmt::format("is there twice, first in {}; rename one", before.place));
     set.conditions.push_back(std::move(condition));
   }
   if (set.conditions.empty())
-    throw codegen::Error(fmt::format("{}: there is no condition; write [[condition]] with name and noise below it", filename));
+    throw codegen::Error(
+        fmt::format("{}: there is no condition; write [[condition]] with name and noise below it", filename));
   return set;
 }
 
@@ -149,8 +155,9 @@ double round_factor(double factor) {
   return best;
 }
 
-std::vector<Condition> conditions_of(const ConditionSet& set, const Parameters& parameters, const Eigen::VectorXd& outputs,
-                                     const Eigen::VectorXd& states, std::vector<std::string>& left_out) {
+std::vector<Condition> conditions_of(const ConditionSet& set, const Parameters& parameters,
+                                     const Eigen::VectorXd& outputs, const Eigen::VectorXd& states,
+                                     std::vector<std::string>& left_out) {
   const double written_for = set.written_for_deviation;
   std::vector<Condition> result;
   for (Condition condition : set.conditions) {

@@ -44,7 +44,8 @@ double round_factor(double factor);
 /// The conditions in the units of a plant. `parameters`: its nominal ones; `outputs`, `states`: deviations of its
 /// channels. Of a set that is written for a deviation, what the plant has no parameters for is left out, and named in
 /// `left_out`; else that is an error, as is a parameter or a number of channels that the plant does not have.
-std::vector<Condition> conditions_of(const ConditionSet& set, const std::vector<std::pair<std::string, double>>& parameters,
+std::vector<Condition> conditions_of(const ConditionSet& set,
+                                     const std::vector<std::pair<std::string, double>>& parameters,
                                      const Eigen::VectorXd& outputs, const Eigen::VectorXd& states,
                                      std::vector<std::string>& left_out);
 

@@ -15,16 +15,17 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kNoGate = 1e2;       // standard deviations: nothing of a run is beyond
+constexpr double kNoGate = 1e2;  // standard deviations: nothing of a run is beyond
 constexpr double kUsualGate = 3.5;
-constexpr double kWidest = 12.0;      // decades: further from what is shipped no filter is one
+constexpr double kWidest = 12.0;  // decades: further from what is shipped no filter is one
 
 FilterTuning tuning_of(const FilterRow& row, const VectorXd& x) {
   FilterTuning tuning;
   const auto coordinates = static_cast<Index>(row.coordinates.size());
   for (Index i = 0; i < coordinates; ++i)
     tuning.*row.coordinates[static_cast<std::size_t>(i)] = std::pow(10.0, std::clamp(x[i], -kWidest, kWidest));
-  if (row.has_gate && std::pow(10.0, x[coordinates]) < kNoGate) tuning.gate = std::pow(10.0, std::max(x[coordinates], -1.0));
+  if (row.has_gate && std::pow(10.0, x[coordinates]) < kNoGate)
+    tuning.gate = std::pow(10.0, std::max(x[coordinates], -1.0));
   return tuning;
 }
 

@@ -43,11 +43,11 @@ StepCost rk4_cost(double n, const StepCost& f) {
 StepCost sigma_point_cost(double n, double ny, bool extended, const StepCost& f, const StepCost& h) {
   const double points = 2.0 * n + 1.0, columns = extended ? 2.0 * n : 3.0 * n + 1.0;
   StepCost cost = rk4_cost(n, f) * points + h * (points * ny);
-  cost.operations += 2.0 * (1.0 + ny) * 2.0 * n * n;                      // points about x, twice
-  cost.operations += extended ? 2.0 * n * n : 4.0 * points * n;           // columns of W
-  cost.operations += columns * n * (2.0 * n + 1.0);                       // Gram and Schmidt
+  cost.operations += 2.0 * (1.0 + ny) * 2.0 * n * n;                                   // points about x, twice
+  cost.operations += extended ? 2.0 * n * n : 4.0 * points * n;                        // columns of W
+  cost.operations += columns * n * (2.0 * n + 1.0);                                    // Gram and Schmidt
   cost.operations += ny * (4.0 * n * n + 8.0 * n + (extended ? 0.0 : 6.0 * n) + 8.0);  // Potter's updates
-  cost.functions += n + ny;                                               // square roots
+  cost.functions += n + ny;                                                            // square roots
   return cost;
 }
 
@@ -89,7 +89,8 @@ Filter joint_ekf(const FilterContext& c, const Tunings& tunings, Index lanes) {
 }
 
 StepCost cost_of_joint(const FilterContext& c, const StepCost& f, const StepCost& h) {
-  return sigma_point_cost(size(c.plant.nx) + static_cast<double>(c.joint_parameters.size()), size(c.plant.ny), true, f, h);
+  return sigma_point_cost(size(c.plant.nx) + static_cast<double>(c.joint_parameters.size()), size(c.plant.ny), true, f,
+                          h);
 }
 
 Index joint_state(const FilterContext& c) {
@@ -143,15 +144,50 @@ std::span<const FilterRow> filter_table() {
   using T = FilterTuning;
   const auto &process = &T::process, &output = &T::output, &initial = &T::initial;
   static const std::array<FilterRow, 5> kRows = {{
-      {"ekf", "extended Kalman filter", {process, output, initial}, true, 48, always_fit,
-       sigma_points<PointSet::kExtended>, cost_of_sigma_points<PointSet::kExtended>, root_state},
-      {"ukf", "unscented Kalman filter", {process, output, initial}, true, 48, always_fit,
-       sigma_points<PointSet::kUnscented>, cost_of_sigma_points<PointSet::kUnscented>, root_state},
-      {"joint_ekf", "EKF that estimates the parameters that conditions change, too", {process, output, initial}, true, 48,
-       joint_unfit, joint_ekf, cost_of_joint, joint_state},
-      {"mhe", "moving horizon, one Gauss-Newton step per sample", {process, output}, true, 8, always_fit, moving_horizon,
-       cost_of_horizon, horizon_state},
-      {"high_gain", "high-gain observer", {process}, false, 12, high_gain_unfit, high_gain, cost_of_high_gain,
+      {"ekf",
+       "extended Kalman filter",
+       {process, output, initial},
+       true,
+       48,
+       always_fit,
+       sigma_points<PointSet::kExtended>,
+       cost_of_sigma_points<PointSet::kExtended>,
+       root_state},
+      {"ukf",
+       "unscented Kalman filter",
+       {process, output, initial},
+       true,
+       48,
+       always_fit,
+       sigma_points<PointSet::kUnscented>,
+       cost_of_sigma_points<PointSet::kUnscented>,
+       root_state},
+      {"joint_ekf",
+       "EKF that estimates the parameters that conditions change, too",
+       {process, output, initial},
+       true,
+       48,
+       joint_unfit,
+       joint_ekf,
+       cost_of_joint,
+       joint_state},
+      {"mhe",
+       "moving horizon, one Gauss-Newton step per sample",
+       {process, output},
+       true,
+       8,
+       always_fit,
+       moving_horizon,
+       cost_of_horizon,
+       horizon_state},
+      {"high_gain",
+       "high-gain observer",
+       {process},
+       false,
+       12,
+       high_gain_unfit,
+       high_gain,
+       cost_of_high_gain,
        high_gain_state},
   }};
   return kRows;
@@ -172,12 +208,13 @@ FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise
   const InitialMoments start = initial_moments(nominal.simulation);
   const Eigen::VectorXd variances = noise_variances(noise);
   const Index ny = context.plant.ny;
-  context.knowledge = {start.mean, start.covariance.diagonal().cwiseSqrt(),
-                       Eigen::VectorXd::Constant(start.mean.size(), kProcess),
-                       variances.size() == ny ? Eigen::VectorXd(variances.cwiseSqrt().cwiseMax(kLeastOutput))
-                                              : Eigen::VectorXd::Constant(ny, std::max(std::sqrt(variances[0]), kLeastOutput))};
+  context.knowledge = {
+      start.mean, start.covariance.diagonal().cwiseSqrt(), Eigen::VectorXd::Constant(start.mean.size(), kProcess),
+      variances.size() == ny ? Eigen::VectorXd(variances.cwiseSqrt().cwiseMax(kLeastOutput))
+                             : Eigen::VectorXd::Constant(ny, std::max(std::sqrt(variances[0]), kLeastOutput))};
   context.joint_parameters = joint_parameters;
-  context.initial = draw_initial_states(nominal.simulation, initial_state_seed(nominal.seed, SeedStream::kValidation), 8);
+  context.initial =
+      draw_initial_states(nominal.simulation, initial_state_seed(nominal.seed, SeedStream::kValidation), 8);
   context.sample_period_s = nominal.simulation.sample_period_s;
   context.inputs = nominal.excitation ? make_plant(*nominal.plant)->nu() : 0;
   return context;

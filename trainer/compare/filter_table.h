@@ -18,13 +18,13 @@ namespace nlo::trainer {
 /// What all filters know of a plant under one condition: its nominal parameters, where runs start in training, and the
 /// nominal variance of the noise. Not for two threads at once.
 struct FilterContext {
-  PlantConfig config;                         ///< nominal
+  PlantConfig config;  ///< nominal
   LanePlant plant;
   FilterKnowledge knowledge;                  ///< n_x
   std::vector<std::string> joint_parameters;  ///< those that the conditions change
   Eigen::MatrixXd initial;                    ///< some initial states, n_x x count
   double sample_period_s = 0.0;
-  Eigen::Index inputs = 0;                    ///< that excite the plant
+  Eigen::Index inputs = 0;  ///< that excite the plant
 };
 
 /// Samples that a moving horizon looks back.

@@ -62,8 +62,9 @@ MatrixXd HighGainObserver::step(const LaneRuns& runs, Index k) {
     if (plant_.output_wraps[0] > 0.0) innovation = wrap_difference(innovation, plant_.output_wraps[0]);
     MatrixXd observability(nx, nx);
     for (Index j = 0; j < nx; ++j)
-      observability.col(j) = (derivatives.col((1 + 2 * j) * lanes + lane) - derivatives.col((2 + 2 * j) * lanes + lane)) /
-                             (2.0 * step_[j]);
+      observability.col(j) =
+          (derivatives.col((1 + 2 * j) * lanes + lane) - derivatives.col((2 + 2 * j) * lanes + lane)) /
+          (2.0 * step_[j]);
     x_.col(lane) += codegen::solve(observability, gains_.col(lane) * innovation);
     if ((x_.col(lane).array().abs() <= kLost).all()) continue;
     ++restarts_;

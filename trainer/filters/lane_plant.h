@@ -31,7 +31,7 @@ struct LaneRuns {
   double sample_period_s = 0.0;
   std::vector<Eigen::MatrixXd> outputs;  ///< N of n_y x L; NaN: did not arrive
   std::vector<Eigen::MatrixXd> inputs;   ///< N of n_u x L, or empty
-  bool held_inputs = false;              ///< the u of a sample has acted since the sample before; else a ramp from there
+  bool held_inputs = false;  ///< the u of a sample has acted since the sample before; else a ramp from there
 
   Eigen::Index samples() const { return static_cast<Eigen::Index>(outputs.size()); }
   Eigen::Index lanes() const { return outputs.empty() ? 0 : outputs.front().cols(); }

@@ -54,7 +54,8 @@ MovingHorizonFilter::MovingHorizonFilter(const LanePlant& plant, const FilterKno
     output.segment(first, each).setConstant(tunings[t].output);
     gate_.segment(first, each).setConstant(tunings[t].gate);
   }
-  for (const double deviation : knowledge.output_deviation) output_variance_.emplace_back(output * deviation * deviation);
+  for (const double deviation : knowledge.output_deviation)
+    output_variance_.emplace_back(output * deviation * deviation);
 }
 
 MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
@@ -101,7 +102,8 @@ MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
       for (Index j = 0; j < nx_; ++j) {
         const ArrayXd& own = phi[static_cast<std::size_t>(j)];
         right[static_cast<std::size_t>(j)] += pull * own;
-        for (Index other = 0; other <= j; ++other) normal(j, other) += weight * own * phi[static_cast<std::size_t>(other)];
+        for (Index other = 0; other <= j; ++other)
+          normal(j, other) += weight * own * phi[static_cast<std::size_t>(other)];
       }
     }
     if (i == k) break;

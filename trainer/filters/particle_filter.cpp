@@ -36,7 +36,8 @@ ArrayXd base_density(const SensorNoise& noise, const ArrayXd& v) {
       return soft_box(v, s) / (2.0 * s);
     case NoiseKind::kStudent: {
       const double f = noise.freedom;
-      const double norm = std::exp(std::lgamma(0.5 * (f + 1.0)) - std::lgamma(0.5 * f)) / std::sqrt(f * 3.141592653589793);
+      const double norm =
+          std::exp(std::lgamma(0.5 * (f + 1.0)) - std::lgamma(0.5 * f)) / std::sqrt(f * 3.141592653589793);
       return norm / s * (1.0 + (v / s).square() / f).pow(-0.5 * (f + 1.0));
     }
     case NoiseKind::kNone:

@@ -106,7 +106,8 @@ bool is_exact(const AffinePlant& affine, const PlantConfig& plant, const std::ve
 
 PlantConfig equations_of(const PlantConfig& plant) {
   if (plant.model.empty()) return plant;
-  const auto own = std::find_if(kBuiltin.begin(), kBuiltin.end(), [&](const auto& e) { return e.model == plant.model; });
+  const auto own =
+      std::find_if(kBuiltin.begin(), kBuiltin.end(), [&](const auto& e) { return e.model == plant.model; });
   const auto entry = std::find_if(plant_registry().begin(), plant_registry().end(),
                                   [&](const PlantEntry& e) { return e.name == plant.model; });
   if (own == kBuiltin.end() || entry == plant_registry().end())
@@ -145,8 +146,7 @@ LanePlant joint_plant(const PlantConfig& plant, const std::vector<std::string>& 
     for (const std::string& name : parameters) {
       extended.states.push_back(name);
       extended.derivative.emplace_back("0");
-      if (!extended.input_field.empty())
-        extended.input_field.emplace_back(extended.input_field.front().size(), "0");
+      if (!extended.input_field.empty()) extended.input_field.emplace_back(extended.input_field.front().size(), "0");
       if (!extended.state_wraps.empty()) extended.state_wraps.push_back(0.0);
       if (!extended.state_units.empty()) extended.state_units.emplace_back();
       std::erase_if(extended.parameters, [&](const auto& entry) { return entry.first == name; });

@@ -56,7 +56,8 @@ SigmaPointFilter::SigmaPointFilter(LanePlant plant, PointSet points, const Filte
     root_(i, i) = initial_root_(i, 0) = initial * knowledge.initial_deviation[i];
     process_root_(i, 0) = process * knowledge.process_deviation[i];
   }
-  for (const double deviation : knowledge.output_deviation) output_variance_.emplace_back(output * deviation * deviation);
+  for (const double deviation : knowledge.output_deviation)
+    output_variance_.emplace_back(output * deviation * deviation);
   squared_gate_ = by_lane(tunings, lanes, [](const FilterTuning& t) { return t.gate * t.gate; });
   rejected_.assign(output_variance_.size(), Eigen::ArrayXi::Zero(lanes));
 }
@@ -103,8 +104,7 @@ void SigmaPointFilter::predict(const LaneRuns& runs, Index k) {
     Index column = 0;
     if (extended) {
       x_.row(i) = next.row(i).head(lanes_);
-      for (Index j = 0; j < nx_; ++j)
-        w(i, column++) = (block(i, 1 + 2 * j) - block(i, 2 + 2 * j)) * (0.5 / spread_);
+      for (Index j = 0; j < nx_; ++j) w(i, column++) = (block(i, 1 + 2 * j) - block(i, 2 + 2 * j)) * (0.5 / spread_);
     } else {
       ArrayXd mean = centre_weight_ * block(i, 0);
       for (Index b = 1; b <= 2 * nx_; ++b) mean += weight_ * block(i, b);
@@ -162,7 +162,8 @@ void SigmaPointFilter::correct_one(Index output, const MatrixXd& y) {
   if (!(rejected >= kMostRejected).any()) return;
   for (Index i = 0; i < nx_; ++i)
     for (Index j = 0; j < nx_; ++j)
-      root_(i, j) = (rejected >= kMostRejected).select(i == j ? initial_root_(i, 0) : ArrayXd::Zero(lanes_), root_(i, j));
+      root_(i, j) =
+          (rejected >= kMostRejected).select(i == j ? initial_root_(i, 0) : ArrayXd::Zero(lanes_), root_(i, j));
   rejected = (rejected >= kMostRejected).select(0, rejected);
 }
 

@@ -27,7 +27,9 @@ class LaneMatrix {
   LaneMatrix(Eigen::Index rows, Eigen::Index cols, Eigen::Index lanes)
       : cols_(cols), entries_(static_cast<std::size_t>(rows * cols), Eigen::ArrayXd::Zero(lanes)) {}
 
-  Eigen::ArrayXd& operator()(Eigen::Index i, Eigen::Index j) { return entries_[static_cast<std::size_t>(i * cols_ + j)]; }
+  Eigen::ArrayXd& operator()(Eigen::Index i, Eigen::Index j) {
+    return entries_[static_cast<std::size_t>(i * cols_ + j)];
+  }
   const Eigen::ArrayXd& operator()(Eigen::Index i, Eigen::Index j) const {
     return entries_[static_cast<std::size_t>(i * cols_ + j)];
   }
@@ -87,10 +89,10 @@ class SigmaPointFilter final : public LaneFilter {
   double spread_, centre_weight_, weight_;
   Eigen::Index nx_, lanes_;
   Eigen::MatrixXd x_, initial_state_;
-  LaneMatrix root_, initial_root_, process_root_;    ///< the latter two diagonal: n_x x 1
-  std::vector<Eigen::ArrayXd> output_variance_;      ///< n_y
-  Eigen::ArrayXd squared_gate_;                      ///< L
-  std::vector<Eigen::ArrayXi> rejected_;             ///< n_y of L: in a row
+  LaneMatrix root_, initial_root_, process_root_;  ///< the latter two diagonal: n_x x 1
+  std::vector<Eigen::ArrayXd> output_variance_;    ///< n_y
+  Eigen::ArrayXd squared_gate_;                    ///< L
+  std::vector<Eigen::ArrayXi> rejected_;           ///< n_y of L: in a row
   int restarts_ = 0;
 };
 

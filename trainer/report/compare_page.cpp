@@ -33,8 +33,12 @@ Figure ratios(const Comparison& comparison, std::size_t reference) {
     }
     if (!(ratio.array() == ratio.array()).any()) continue;
     const bool marked = comparison.columns[c].is_observer;
-    panel.series.push_back({comparison.columns[c].name, marked ? Series::Style::kLine : Series::Style::kThinLine, colour++,
-                            Eigen::VectorXd::LinSpaced(count, 1.0, static_cast<double>(count)), ratio, {}});
+    panel.series.push_back({comparison.columns[c].name,
+                            marked ? Series::Style::kLine : Series::Style::kThinLine,
+                            colour++,
+                            Eigen::VectorXd::LinSpaced(count, 1.0, static_cast<double>(count)),
+                            ratio,
+                            {}});
   }
   figure.panels.push_back(std::move(panel));
   figure.panel_height = 340;
@@ -57,8 +61,8 @@ void add_table(Page& page, const CompareTable& table) {
 
 std::string compare_page(const Comparison& comparison, const std::string& gnuplot) {
   Page page;
-  page.text(fmt::format("<h1>{}: observers and filters</h1>\n<p class=\"soft\">{}.</p>\n", escaped(comparison.experiment),
-                        escaped(comparison_conditions(comparison))));
+  page.text(fmt::format("<h1>{}: observers and filters</h1>\n<p class=\"soft\">{}.</p>\n",
+                        escaped(comparison.experiment), escaped(comparison_conditions(comparison))));
   const std::vector<std::string> findings = comparison_findings(comparison);
   if (!findings.empty()) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(findings.front())));
   page.heading("Errors");
@@ -71,7 +75,8 @@ std::string compare_page(const Comparison& comparison, const std::string& gnuplo
   if (!list.empty()) page.text(fmt::format("<ul>\n{}</ul>\n", list));
   page.heading("Conditions");
   std::vector<std::vector<std::string>> conditions;
-  for (const Condition& condition : comparison.conditions) conditions.push_back({condition.name, condition_title(condition)});
+  for (const Condition& condition : comparison.conditions)
+    conditions.push_back({condition.name, condition_title(condition)});
   page.text(html_table({"condition", "what it is"}, conditions));
   page.heading("What was compared");
   std::vector<std::vector<std::string>> columns;
@@ -90,7 +95,8 @@ std::string compare_page(const Comparison& comparison, const std::string& gnuplo
   page.heading("What a step costs");
   add_table(page, cost_table(comparison));
   page.text(
-      "<p class=\"soft\">Operations are counted: additions, multiplications, divisions; a multiply-add is two. Functions "
+      "<p class=\"soft\">Operations are counted: additions, multiplications, divisions; a multiply-add is two. "
+      "Functions "
       "are square roots, powers, sines, activations. Bytes are of float. Times are of this run and this program, where "
       "filters step many runs side by side and observers take a run at a time: bench/step_latency measures what "
       "flies.</p>\n");
