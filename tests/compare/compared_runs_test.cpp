@@ -64,6 +64,26 @@ TEST(ComparedRuns, AreTheSameButForWhatTheConditionChanges) {
   EXPECT_LE((truth(runs_under(box), 7).col(0) - 2.0 * truth(plain, 7).col(0)).norm(), 1e-12);
 }
 
+TEST(ComparedRuns, ChangeOneParameterAtATimeSoThatNoneCancels) {
+  const Experiment pendulum = nominal_experiment(parse_experiment(
+      "name = \"pendulum\"\n[plant]\nstates = [\"angle\", \"rate\"]\nderivative = [\"rate\", \"-g / l * "
+      "sin(angle)\"]\noutput_names = [\"y\"]\noutputs = [\"angle\"]\nparameters = { g = 9.81, l = 0.5 }\n[simulation]\n"
+      "horizon_s = 2.0\ninitial_low = [-1.0, -1.0]\ninitial_high = [1.0, 1.0]\n[observer]\neigenvalues = [-1.0, "
+      "-2.0]\n",
+      "pendulum.toml"));
+  Condition condition;
+  condition.parameter_factor = 1.2;
+  const ComparedRuns plain = compared_runs(pendulum, {}, SeedStream::kTest, 1, 2, 3),
+                     changed = compared_runs(pendulum, condition, SeedStream::kTest, 1, 2, 3);
+  for (std::size_t run = 0; run < 6; ++run) {
+    EXPECT_EQ(truth(changed, run).col(0), truth(plain, run).col(0));
+    EXPECT_GT((truth(changed, run) - truth(plain, run)).norm(), 0.1) << run;
+    const PlantParameters own = experiment_under(pendulum, condition, run).plant->parameters;
+    EXPECT_EQ(own[run % 2].second, 1.2 * pendulum.plant->parameters[run % 2].second);
+    EXPECT_EQ(own[1 - run % 2].second, pendulum.plant->parameters[1 - run % 2].second);
+  }
+}
+
 TEST(ComparedRuns, GiveFiltersWhatTheSensorsGave) {
   Condition condition;
   condition.noise = parse_noise("gaussian:0.5+missing:0.3");

@@ -45,11 +45,12 @@ struct Estimates {
 std::vector<std::string> changed_names(const std::vector<Condition>& conditions,
                                        const std::vector<std::pair<std::string, double>>& nominal) {
   std::set<std::string> changed;
-  for (const Condition& condition : conditions) {
-    const auto values = changed_parameters(condition, nominal);
-    for (std::size_t i = 0; i < values.size(); ++i)
-      if (values[i].second != nominal[i].second) changed.insert(values[i].first);
-  }
+  for (const Condition& condition : conditions)
+    for (std::size_t run = 0; run < nominal.size(); ++run) {
+      const auto values = changed_parameters(condition, nominal, run);
+      for (std::size_t i = 0; i < values.size(); ++i)
+        if (values[i].second != nominal[i].second) changed.insert(values[i].first);
+    }
   std::vector<std::string> names;
   for (const auto& entry : nominal)
     if (changed.contains(entry.first)) names.push_back(entry.first);
@@ -202,15 +203,15 @@ class Study {
 
   void floor_of(const Condition& condition, const ComparedRuns& runs, CompareCell& cell) const {
     cell.missing = no_likelihood(condition.noise);
-    const Experiment known = experiment_under(nominal_, condition);
-    const auto plant = std::shared_ptr<const Plant>(make_plant(*known.plant));
-    if (cell.missing.empty() && plant->nx() > 3) cell.missing = "too many states for so few particles";
+    if (cell.missing.empty() && runs.plant_states > 3) cell.missing = "too many states for so few particles";
     if (!cell.missing.empty()) return;
     Eigen::ArrayXd squares(runs.measured.lanes());
     double spent = 0.0;
     for (Index lane = 0; lane < squares.size(); ++lane) {
       if (stop_ != nullptr && stop_->load()) return;
       const LaneRuns one = lane_of(runs.measured, lane);
+      const Experiment known = experiment_under(nominal_, condition, static_cast<std::size_t>(lane));
+      const auto plant = std::shared_ptr<const Plant>(make_plant(*known.plant));
       const auto start = Clock::now();
       const MatrixXd x =
           particle_estimates(lane_plant(plant), known.simulation, condition.box_scale, condition.noise, one,

@@ -27,8 +27,8 @@ struct ComparedRuns {
 /// The experiment of a model without what it drew to train: nominal parameters, no process noise.
 Experiment nominal_experiment(const Experiment& experiment);
 
-/// `nominal` with the plant and the process noise of a condition.
-Experiment experiment_under(const Experiment& nominal, const Condition& condition);
+/// `nominal` with the plant and the process noise of a condition in run `run`, counted over all seeds.
+Experiment experiment_under(const Experiment& nominal, const Condition& condition, std::size_t run);
 
 /// `count` runs for each of the seeds first_seed, ..., those of `nlo evaluate --seed` for the stream kTest: initial
 /// states by initial_state_seed(seed, stream), noise by the seed and the run's number in its set.

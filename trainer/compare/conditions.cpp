@@ -24,7 +24,8 @@ const std::vector<Key<Condition>>& condition_keys() {
   static const std::vector<Key<Condition>> kKeys = {
       key("name", &Condition::name, identifiers(), "in tables and in JSON"),
       key("noise", &Condition::noise, any(), "of the outputs; see nlo evaluate --noise"),
-      key("parameter_factor", &Condition::parameter_factor, positive(), "on all parameters of the plant"),
+      key("parameter_factor", &Condition::parameter_factor, positive(),
+          "on one parameter of each run, the plant's in turn"),
       {"parameters", "{ NAME = number, ... }", "of the plant; filters and observers know the nominal ones",
        [](Condition& condition, const Toml& value, const std::string& where) {
          std::vector<std::pair<std::string, std::array<double, 2>>> ranges;
@@ -179,19 +180,18 @@ std::vector<Condition> conditions_of(const ConditionSet& set, const Parameters& 
   return result;
 }
 
-Parameters changed_parameters(const Condition& condition, const Parameters& nominal) {
+Parameters changed_parameters(const Condition& condition, const Parameters& nominal, std::size_t run) {
   Parameters result = nominal;
-  for (auto& [name, value] : result) {
-    value *= condition.parameter_factor;
+  if (!result.empty()) result[run % result.size()].second *= condition.parameter_factor;
+  for (auto& [name, value] : result)
     for (const auto& [own, given] : condition.parameters)
       if (own == name) value = given;
-  }
   return result;
 }
 
 std::string condition_title(const Condition& condition) {
   std::string title = noise_title(condition.noise);
-  if (condition.parameter_factor != 1.0) title += ", parameters x " + shortest_text(condition.parameter_factor);
+  if (condition.parameter_factor != 1.0) title += ", a parameter x " + shortest_text(condition.parameter_factor);
   for (const auto& [name, value] : condition.parameters) title += fmt::format(", {} = {}", name, shortest_text(value));
   std::string process;
   for (const double value : condition.process_noise) process += (process.empty() ? "" : ", ") + shortest_text(value);

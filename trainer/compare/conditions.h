@@ -17,7 +17,8 @@ namespace nlo::trainer {
 struct Condition {
   std::string name;
   NoiseConfig noise;
-  double parameter_factor = 1.0;                           ///< on all parameters of the plant, but for those below
+  /// On one parameter of each run, the plant's in turn: a factor on all of them may cancel, as in g / l.
+  double parameter_factor = 1.0;
   std::vector<std::pair<std::string, double>> parameters;  ///< of the plant, by name
   std::vector<double> process_noise;                       ///< per sqrt(s), one for each state or one for all; none
   double box_scale = 1.0;                                  ///< initial states from the training box times this
@@ -49,9 +50,9 @@ std::vector<Condition> conditions_of(const ConditionSet& set,
                                      const Eigen::VectorXd& outputs, const Eigen::VectorXd& states,
                                      std::vector<std::string>& left_out);
 
-/// The plant's parameters under a condition.
+/// The plant's parameters under a condition in run `run`.
 std::vector<std::pair<std::string, double>> changed_parameters(
-    const Condition& condition, const std::vector<std::pair<std::string, double>>& nominal);
+    const Condition& condition, const std::vector<std::pair<std::string, double>>& nominal, std::size_t run);
 
 /// For readers: "N(0, 0.5), parameters x 1.2".
 std::string condition_title(const Condition& condition);

@@ -19,6 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kSoftEdge = 0.02;
+constexpr Index kForABias = 3;    // times as many particles: a state more to search
 constexpr double kKernel = 0.15;  // sqrt(1 - a^2)
 
 /// 1 within |v| <= width, 0 outside, with an edge of kSoftEdge times the width.
@@ -52,7 +53,9 @@ class Cloud {
   Cloud(const SimulationConfig& simulation, double box_scale, const NoiseConfig& noise, Index nx, Index ny,
         const ParticleSettings& settings, std::uint64_t run)
       : random_(settings.seed, RunPurpose::kParticles, 0, run), nx_(nx) {
-    const Index count = settings.particles;
+    const bool biased = std::any_of(noise.sensors.begin(), noise.sensors.end(),
+                                    [](const SensorNoise& sensor) { return sensor.bias > 0.0; });
+    const Index count = settings.particles * (biased ? kForABias : 1);
     const MatrixXd start =
         draw_initial_states(simulation, settings.seed + 0x9e3779b97f4a7c15ULL * (run + 1), count, box_scale);
     x_ = MatrixXd::Zero(nx + ny, count);

@@ -26,7 +26,7 @@ std::string no_likelihood(const NoiseConfig& noise);
 Eigen::ArrayXd log_likelihood(const SensorNoise& noise, const Eigen::ArrayXd& v);
 
 struct ParticleSettings {
-  Eigen::Index particles = 400;
+  Eigen::Index particles = 400;  ///< three times as many where an output has a bias
   std::uint64_t seed = 1;
 };
 
