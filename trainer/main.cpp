@@ -61,6 +61,7 @@ int run(int argc, char** argv) {
   nlo::trainer::Action action;
   nlo::trainer::add_train(app, action);
   nlo::trainer::add_evaluate(app, action);
+  nlo::trainer::add_compare(app, action);
   nlo::trainer::add_crossvalidate(app, action);
   nlo::trainer::add_identify(app, action);
   nlo::trainer::add_bound(app, action);

@@ -39,6 +39,7 @@ void add_bound(CLI::App& app, Action& action);
 void add_completion(CLI::App& app, Action& action);
 void add_man(CLI::App& app, Action& action);
 void add_train(CLI::App& app, Action& action);
+void add_compare(CLI::App& app, Action& action);
 void add_crossvalidate(CLI::App& app, Action& action);
 void add_identify(CLI::App& app, Action& action);
 void add_evaluate(CLI::App& app, Action& action);

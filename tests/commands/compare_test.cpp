@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// nlo compare as a user gives it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/commands/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+using Json = nlohmann::json;
+
+const std::string kConditions =
+    "[[condition]]\nname = \"noise\"\nnoise = \"gaussian:0.5\"\n"
+    "[[condition]]\nname = \"wrong\"\nnoise = \"gaussian:0.5+outliers:0.1:5\"\nparameters = { mu = 1.2 }\n";
+
+class CompareCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch.write("tiny.toml", kTinyExperiment);
+    ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run", "-q"}).exit_code, 0);
+    scratch.write("mine.toml", kConditions);
+  }
+
+  /// Without what a clock says.
+  Json figures(const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"compare",        "run/model.json",
+                                          "--conditions",   "mine.toml",
+                                          "--seeds",        "2",
+                                          "--trajectories", "3",
+                                          "--tuning-runs",  "2",
+                                          "--particles",    "50",
+                                          "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult result = scratch.run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    Json json = Json::parse(result.out);
+    for (auto& column : json["cost"]) column.erase("ns");
+    return json;
+  }
+
+  Scratch scratch;
+};
+
+TEST_F(CompareCommand, GivesTheSameFiguresForAnyNumberOfThreads) {
+  const Json one = figures({"--threads", "1"});
+  EXPECT_EQ(one, figures({"--threads", "3"}));
+  EXPECT_NE(one, figures({"--threads", "1", "--seed", "2"})) << "control: the seed counts";
+  EXPECT_EQ(one["conditions"].size(), 2u);
+  for (const auto& condition : one["conditions"])
+    for (const char* name : {"observer", "ekf", "ekf_tuned", "ukf", "joint_ekf", "mhe_tuned", "high_gain", "particle"})
+      EXPECT_TRUE(condition["columns"][name]["norm"].is_number()) << name;
+  EXPECT_LE(one["conditions"]["wrong"]["columns"]["particle"]["worst"]["seed"], 2);
+}
+
+TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
+  const Json compared = figures({"--against", "ekf", "--no-tuning"});
+  const ProgramResult evaluated = scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.5", "--seeds", "2",
+                                               "--trajectories", "3", "--against", "ekf", "--json"});
+  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
+  const Json evaluation = Json::parse(evaluated.out)[0], columns = compared["conditions"]["noise"]["columns"];
+  EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
+  // Another form of the same filter: rounding, and differences over another width.
+  EXPECT_NEAR(columns["ekf"]["norm"], evaluation["against"]["ekf"]["norm"], 1e-5);
+  EXPECT_FALSE(columns.contains("ekf_tuned"));
+}
+
+TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
+  const ProgramResult result = scratch.run({"compare", "run/model.json", "--conditions", "mine.toml", "--quick",
+                                            "--against", "ekf,high_gain", "--trajectories", "2", "-o", "out"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("observer"));
+  EXPECT_THAT(result.out, HasSubstr("The worst run of each"));
+  EXPECT_THAT(result.out, HasSubstr("report   out/compare.html"));
+  const std::string page = scratch.read("out/compare.html");
+  EXPECT_THAT(page, StartsWith("<!DOCTYPE html>"));
+  EXPECT_THAT(page, HasSubstr("ekf_tuned"));
+  EXPECT_THAT(page, HasSubstr("N(0, 0.5) + 10 % outliers to 5, mu = 1.2"));
+  for (const char* outside : {"src=", "<script", "<link", "@import", "url("})
+    EXPECT_THAT(page, Not(HasSubstr(outside))) << "it is to be read without a network";
+  EXPECT_TRUE(Json::parse(scratch.read("out/compare.json"))["conditions"].contains("wrong"));
+}
+
+TEST_F(CompareCommand, RefusesWhatItCannotCompareBeforeAnythingRuns) {
+  scratch.write("bad.toml", "[[condition]]\nname = \"a\"\nparameters = { mi = 2 }\n");
+  const auto refusal = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"compare", "run/model.json", "-o", "out"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramResult result = scratch.run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_FALSE(scratch.has("out"));
+    return result.err;
+  };
+  EXPECT_THAT(refusal({"--conditions", "bad.toml"}),
+              HasSubstr("bad.toml:1: condition \"a\" changes the parameter \"mi\""));
+  EXPECT_THAT(refusal({"--conditions", "nowhere.toml"}), HasSubstr("nowhere.toml"));
+  EXPECT_THAT(refusal({"--against", "ekv"}), HasSubstr("ekv"));
+  EXPECT_THAT(refusal({"--conditions", "mine.toml", "--seeds", "0"}), HasSubstr("--seeds"));
+  scratch.write("other.toml", with(kTinyExperiment, "van_der_pol", "harmonic_oscillator"));
+  ASSERT_EQ(scratch.run({"train", "other.toml", "-o", "other", "-q"}).exit_code, 0);
+  EXPECT_THAT(refusal({"other/model.json"}), HasSubstr("other/model.json: has another plant than run/model.json"));
+}
+
+TEST_F(CompareCommand, StopsOnInterruptAndLeavesNothing) {
+  const ProgramResult result =
+      scratch.run({"compare", "run/model.json", "--seeds", "200", "--threads", "1", "-o", "out"}, " %: ");
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("interrupted"));
+  EXPECT_FALSE(scratch.has("out"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

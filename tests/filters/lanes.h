@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// Runs and plants for tests of filters on lanes.
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "trainer/filters/sigma_point_filter.h"
+
+namespace nlo::trainer::test {
+
+/// dx/dt = -rate x, y = x.
+inline LanePlant decay(double rate) {
+  LanePlant plant;
+  plant.nx = plant.ny = 1;
+  plant.f = [rate](const Eigen::MatrixXd& x, const Eigen::MatrixXd&) { return Eigen::MatrixXd(-rate * x); };
+  plant.h = [](const Eigen::MatrixXd& x) { return x; };
+  plant.output_wraps = Eigen::VectorXd::Zero(1);
+  return plant;
+}
+
+inline FilterKnowledge scalar_knowledge(double initial, double process, double output) {
+  return {Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, initial), Eigen::VectorXd::Constant(1, process),
+          Eigen::VectorXd::Constant(1, output)};
+}
+
+/// What RK4 makes of exp(-rate h).
+inline double rk4_decay(double rate, double h) {
+  const double a = rate * h;
+  return 1.0 - a + a * a / 2.0 - a * a * a / 6.0 + a * a * a * a / 24.0;
+}
+
+inline LaneRuns runs_of(const Eigen::MatrixXd& outputs, double h) {
+  LaneRuns runs;
+  runs.sample_period_s = h;
+  for (Eigen::Index k = 0; k < outputs.cols(); ++k) runs.outputs.emplace_back(outputs.col(k));
+  return runs;
+}
+
+/// n_x x N of one lane.
+inline Eigen::MatrixXd estimates_of(LaneFilter& filter, const LaneRuns& runs) {
+  Eigen::MatrixXd all;
+  for (Eigen::Index k = 0; k < runs.samples(); ++k) {
+    const Eigen::MatrixXd x = filter.step(runs, k);
+    if (k == 0) all.resize(x.rows(), runs.samples());
+    all.col(k) = x.col(0);
+  }
+  return all;
+}
+
+/// Standard normal numbers, the same in each run of the test.
+inline Eigen::MatrixXd normals(Eigen::Index rows, Eigen::Index cols, unsigned seed) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd values(rows, cols);
+  for (double& value : values.reshaped()) value = normal(engine);
+  return values;
+}
+
+}  // namespace nlo::trainer::test

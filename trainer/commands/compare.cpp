@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+// nlo compare: observers against filters that know the plant, under many conditions.
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+
+#include "codegen/base/file.h"
+#include "codegen/model_file/model_file.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/interrupt.h"
+#include "trainer/commands/output_directory.h"
+#include "trainer/commands/patient_progress.h"
+#include "trainer/commands/strict_test.h"
+#include "trainer/compare/compare_study.h"
+#include "trainer/compare/compare_text.h"
+#include "trainer/compare/filter_table.h"
+#include "trainer/report/compare_page.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct CompareArguments {
+  std::vector<std::string> models;
+  std::string conditions, output;
+  CompareTest test;
+  bool quick = false, no_tuning = false, json = false;
+};
+
+std::vector<std::string> rivals() {
+  std::vector<std::string> names = filter_names();
+  names.emplace_back("particle");
+  return names;
+}
+
+std::vector<std::string> names_of_channels(const std::vector<codegen::Channel>& channels) {
+  std::vector<std::string> names;
+  for (const codegen::Channel& channel : channels) names.push_back(channel.name);
+  return names;
+}
+
+/// All models must be of the plant and the box that the first was trained on: the same runs are to judge them.
+void require_one_plant(const std::vector<ComparedModel>& models, const std::vector<Experiment>& experiments) {
+  const auto differs = [&](std::size_t i, const std::string& what) {
+    throw codegen::Error(fmt::format("{}: has {} than {}; models are compared on the same runs of one plant",
+                                     models[i].name, what, models.front().name));
+  };
+  const Experiment& first = experiments.front();
+  for (std::size_t i = 1; i < models.size(); ++i) {
+    const Experiment& other = experiments[i];
+    if (other.plant->model != first.plant->model || other.plant->derivative != first.plant->derivative ||
+        other.plant->outputs != first.plant->outputs || other.plant->input_field != first.plant->input_field)
+      differs(i, "another plant");
+    if (other.plant->parameters != first.plant->parameters) differs(i, "other nominal parameters");
+    if (other.simulation.sample_period_s != first.simulation.sample_period_s) differs(i, "another sample period");
+    if (names_of_channels(models[i].model.states) != names_of_channels(models.front().model.states) ||
+        names_of_channels(models[i].model.outputs) != names_of_channels(models.front().model.outputs))
+      differs(i, "other states or outputs");
+  }
+}
+
+void run_compare(CompareArguments arguments) {
+  std::vector<ComparedModel> models;
+  std::vector<Experiment> experiments;
+  for (const std::string& path : arguments.models) {
+    models.push_back({path, codegen::read_model(path)});
+    experiments.push_back(experiment_of(models.back().model, path));
+    if (!experiments.back().plant)
+      throw codegen::Error(fmt::format(
+          "{}: was trained on logs, so no equations are known that a filter could use; nlo identify finds some", path));
+  }
+  require_one_plant(models, experiments);
+  if (arguments.test.against.empty()) arguments.test.against = rivals();
+  arguments.test.tune = !arguments.no_tuning;
+  if (arguments.quick) {
+    arguments.test.seeds = std::min(arguments.test.seeds, 3);
+    arguments.test.tuning_trajectories = std::min(arguments.test.tuning_trajectories, 6);
+    arguments.test.particles = std::min(arguments.test.particles, 200);
+  }
+  const ConditionSet set = arguments.conditions.empty() ? default_conditions() : read_conditions(arguments.conditions);
+  std::vector<std::string> left_out;
+  (void)compared_conditions(experiments.front(), set, left_out);  // its refusals come first
+  if (is_stdout(arguments.output))
+    throw codegen::Error(
+        "-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "
+        "is on stdout, with --json in that form");
+  if (!arguments.output.empty()) check_output_directory({arguments.output, false, true}, models.front().model.name);
+
+  const std::atomic<bool>& stop = stop_on_interrupt();
+  PatientProgress progress;
+  run_phase([&] {
+    const Comparison comparison = run_comparison(
+        models, experiments.front(), set, arguments.test,
+        [&](double share, const std::string& condition) { progress.update(share, condition); }, &stop);
+    progress.finish();
+    fmt::print("{}", arguments.json ? comparison_json(comparison) : comparison_text(comparison));
+    if (arguments.output.empty()) return;
+    make_output_directory(arguments.output);
+    codegen::write_file_atomically(arguments.output + "/compare.json", comparison_json(comparison));
+    codegen::write_file_atomically(arguments.output + "/compare.html", compare_page(comparison));
+    if (!arguments.json) fmt::print("\ntable    {0}/compare.json\nreport   {0}/compare.html\n", arguments.output);
+  });
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* command =
+      app.add_subcommand("compare", "Observers against filters that know the plant, under many conditions");
+  command->add_option("MODEL", arguments->models, "model.json of nlo train, trained on a plant; several of one plant")
+      ->required();
+  command
+      ->add_option(
+          "--against", arguments->test.against,
+          fmt::format("filters: {} (all); particle knows each condition: the floor", fmt::join(rivals(), ", ")))
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("FILTER,...")
+      ->check(CLI::IsMember(rivals()));
+  command
+      ->add_option(
+          "--conditions", arguments->conditions,
+          "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale (twenty that "
+          "fit any plant)")
+      ->type_name("FILE.toml");
+  command->add_option("--seeds", arguments->test.seeds, "test seeds, for means and standard errors")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command->add_option("--trajectories", arguments->test.trajectories, "runs for each seed")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--seed", arguments->test.seed, "the first of the test seeds")
+      ->check(check_seed)
+      ->capture_default_str();
+  command->add_flag("--no-tuning", arguments->no_tuning, "filters as shipped alone");
+  command->add_option("--tuning-runs", arguments->test.tuning_trajectories, "runs of each condition to tune filters on")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command->add_option("--particles", arguments->test.particles, "of the particle filter")
+      ->check(CLI::Range(10, 1000000))
+      ->capture_default_str();
+  command->add_flag("--quick", arguments->quick, "at most 3 seeds, 6 runs to tune on, 200 particles");
+  command->add_option("--threads", arguments->test.threads, "0: all cores; does not change the errors")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command->add_option("-o,--output", arguments->output, "writes compare.html and compare.json there")->type_name("DIR");
+  command->add_flag("--json", arguments->json, "one JSON object instead of the tables");
+  command->footer(
+      "Filters know the nominal plant and the nominal variance of the noise; tuned ones have Q, R, P0 and a gate on "
+      "the\n"
+      "innovation chosen for each condition on runs of its own.\n"
+      "Examples:\n"
+      "  nlo compare runs/van_der_pol/model.json -o runs/van_der_pol\n"
+      "  nlo compare runs/a/model.json runs/b/model.json --against ekf,ukf --seeds 5\n"
+      "  nlo compare runs/van_der_pol/model.json --conditions my_sensors.toml --no-tuning --json");
+  command->callback([arguments, &action] { action = [arguments] { run_compare(*arguments); }; });
+}
+
+}  // namespace nlo::trainer

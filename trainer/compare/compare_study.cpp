@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/compare/compare_study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <set>
+
+#include "codegen/base/error.h"
+#include "codegen/export/cpp_cost.h"
+#include "codegen/export/prepared_export.h"
+#include "codegen/structures/module.h"
+#include "trainer/base/parallel.h"
+#include "trainer/compare/compared_runs.h"
+#include "trainer/compare/filter_search.h"
+#include "trainer/compare/filter_table.h"
+#include "trainer/filters/particle_filter.h"
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::string_view kParticle = "particle";
+constexpr std::uint64_t kTuningSeed = 0x74756e65ULL;  // no user's seed: tuning runs are not the test's
+
+double nanoseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+}
+
+/// What one column is made of.
+struct Estimates {
+  const ComparedModel* model = nullptr;
+  const FilterRow* filter = nullptr;
+  bool tuned = false;
+};
+
+/// The parameters that conditions change, in the plant's order.
+std::vector<std::string> changed_names(const std::vector<Condition>& conditions,
+                                       const std::vector<std::pair<std::string, double>>& nominal) {
+  std::set<std::string> changed;
+  for (const Condition& condition : conditions)
+    for (std::size_t run = 0; run < nominal.size(); ++run) {
+      const auto values = changed_parameters(condition, nominal, run);
+      for (std::size_t i = 0; i < values.size(); ++i)
+        if (values[i].second != nominal[i].second) changed.insert(values[i].first);
+    }
+  std::vector<std::string> names;
+  for (const auto& entry : nominal)
+    if (changed.contains(entry.first)) names.push_back(entry.first);
+  return names;
+}
+
+void set_norms(CompareCell& cell, const Eigen::ArrayXd& squares, int seeds) {
+  const Index each = squares.size() / seeds;
+  cell.norms.resize(seeds);
+  for (Index s = 0; s < seeds; ++s) cell.norms[s] = std::sqrt(squares.segment(s * each, each).mean());
+  Index worst = 0;
+  cell.worst = std::sqrt(squares.maxCoeff(&worst));
+  cell.worst_run = static_cast<std::size_t>(worst);
+}
+
+class Study {
+ public:
+  Study(const std::vector<ComparedModel>& models, const Experiment& experiment, const ConditionSet& set,
+        const CompareTest& test, const CompareProgress& progress, const std::atomic<bool>* stop)
+      : models_(models), nominal_(nominal_experiment(experiment)), test_(test), progress_(progress), stop_(stop) {
+    result_.conditions = compared_conditions(experiment, set, result_.left_out);
+    result_.experiment = experiment.name;
+    result_.plant = make_plant(*nominal_.plant)->name();
+    result_.test = test;
+    result_.horizon_s = nominal_.simulation.horizon_s;
+    joint_parameters_ = changed_names(result_.conditions, nominal_.plant->parameters);
+    make_columns();
+  }
+
+  Comparison run() {
+    const auto conditions = static_cast<int>(result_.conditions.size());
+    result_.cells.assign(result_.conditions.size(), std::vector<CompareCell>(result_.columns.size()));
+    all_ = static_cast<double>(conditions) * static_cast<double>(result_.columns.size());
+    ThreadPool pool(test_.threads);
+    pool.run(conditions, [&](int index, int) { compare_under(static_cast<std::size_t>(index)); });
+    for (std::size_t c = 0; c < result_.columns.size(); ++c)
+      for (const auto& row : result_.cells)
+        if (row[c].ns > 0.0)
+          result_.columns[c].ns = result_.columns[c].ns > 0.0 ? std::min(result_.columns[c].ns, row[c].ns) : row[c].ns;
+    keep_worst_run();
+    return std::move(result_);
+  }
+
+ private:
+  void make_columns() {
+    for (const ComparedModel& model : models_) {
+      CompareColumn column{models_.size() == 1 ? "observer" : model.name,
+                           fmt::format("{} observer", codegen::structure_name(model.model)), true};
+      const codegen::PreparedExport prepared(model.model, {});
+      const codegen::CppCost cost = codegen::cpp_cost(
+          prepared.model(), *codegen::module_of(prepared.model()).cpp(prepared.source()), prepared.initialiser());
+      column.operations = 2.0 * static_cast<double>(cost.step_multiply_adds + cost.estimate_multiply_adds);
+      column.functions = static_cast<double>(cost.step_activations + cost.estimate_activations);
+      column.state_bytes = static_cast<double>(cost.observer_bytes);
+      column.constant_bytes = static_cast<double>(cost.constant_bytes);
+      add_column(column, {&model, nullptr, false});
+    }
+    const FilterContext context = filter_context(nominal_, {}, joint_parameters_);
+    const PlantCost plant = plant_cost(*nominal_.plant);
+    for (const FilterRow& row : filter_table()) {
+      if (std::find(test_.against.begin(), test_.against.end(), row.name) == test_.against.end()) continue;
+      CompareColumn column{std::string(row.name), std::string(row.meaning)};
+      const StepCost cost = row.cost(context, plant.f, plant.h);
+      column.operations = cost.operations;
+      column.functions = cost.functions;
+      column.state_bytes = 4.0 * static_cast<double>(row.state(context));
+      add_column(column, {nullptr, &row, false});
+      if (!test_.tune) continue;
+      column.name += "_tuned";
+      column.meaning += ", tuned for each condition";
+      add_column(column, {nullptr, &row, true});
+    }
+    if (std::find(test_.against.begin(), test_.against.end(), kParticle) == test_.against.end()) return;
+    CompareColumn column{
+        std::string(kParticle),
+        fmt::format("particle filter that knows each condition, {} particles: the floor", test_.particles)};
+    const double count = test_.particles, nx = static_cast<double>(context.plant.nx);
+    const StepCost each = plant.f * 4.0 + plant.h + StepCost{13.0 * nx + 2.0 * nx + 12.0, 1.0};
+    column.operations = count * each.operations;
+    column.functions = count * each.functions;
+    column.state_bytes = 4.0 * count * (nx + 1.0);
+    add_column(column, {});
+  }
+
+  void add_column(const CompareColumn& column, const Estimates& made_of) {
+    result_.columns.push_back(column);
+    made_of_.push_back(made_of);
+  }
+
+  void compare_under(std::size_t index) {
+    const Condition& condition = result_.conditions[index];
+    const ComparedRuns runs =
+        compared_runs(nominal_, condition, SeedStream::kTest, test_.seed, test_.seeds, test_.trajectories);
+    std::optional<ComparedRuns> tuning;
+    if (test_.tune)
+      tuning = compared_runs(nominal_, condition, SeedStream::kValidation, kTuningSeed, 1, test_.tuning_trajectories);
+    if (index == 0) {
+      result_.states = runs.set.states;
+      result_.outputs = runs.set.outputs;
+      result_.normalised = !share_a_unit(runs.set.states);
+    }
+    const FilterContext context = filter_context(nominal_, condition.noise, joint_parameters_);
+    for (std::size_t c = 0; c < result_.columns.size(); ++c) {
+      if (stop_ != nullptr && stop_->load()) throw codegen::Error("interrupted; nothing was written");
+      CompareCell& cell = result_.cells[index][c];
+      const Estimates& made_of = made_of_[c];
+      if (made_of.model != nullptr)
+        observe(*made_of.model, runs, cell);
+      else if (made_of.filter != nullptr)
+        filter(*made_of.filter, context, runs, made_of.tuned ? &*tuning : nullptr, cell);
+      else
+        floor_of(condition, runs, cell);
+      report(condition.name);
+    }
+  }
+
+  void observe(const ComparedModel& model, const ComparedRuns& runs, CompareCell& cell) const {
+    const ObserverRun observer = observer_run(model.model, has_uniform_steps(runs.set, model.model));
+    Eigen::ArrayXd squares(static_cast<Index>(runs.outputs.size()));
+    double spent = 0.0, samples = 0.0;
+    for (std::size_t i = 0; i < runs.outputs.size(); ++i) {
+      const Trajectory& truth = runs.set.trajectories[i];
+      const auto start = Clock::now();
+      const MatrixXd estimates = observer(runs.outputs[i], truth.inputs, truth.time_s).x_hat;
+      spent += nanoseconds_since(start);
+      samples += static_cast<double>(truth.samples());
+      squares[static_cast<Index>(i)] = squared_error(runs, i, estimates);
+    }
+    cell.ns = spent / samples;
+    set_norms(cell, squares, test_.seeds);
+  }
+
+  void filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
+              const ComparedRuns* tuning_runs, CompareCell& cell) const {
+    cell.missing = row.unfit(context);
+    if (!cell.missing.empty()) return;
+    FilterTuning tuning;
+    if (tuning_runs != nullptr) {
+      tuning = tune_filter(row, context, *tuning_runs, stop_).tuning;
+      cell.tuning = describe_tuning(row, tuning);
+    }
+    const auto made = row.make(context, {tuning}, runs.measured.lanes());
+    const auto start = Clock::now();
+    const Eigen::ArrayXd squares = squared_errors(*made, runs.measured, runs);
+    cell.ns =
+        nanoseconds_since(start) / (static_cast<double>(runs.measured.samples()) * static_cast<double>(squares.size()));
+    cell.restarts = made->restarts();
+    set_norms(cell, squares, test_.seeds);
+  }
+
+  void floor_of(const Condition& condition, const ComparedRuns& runs, CompareCell& cell) const {
+    cell.missing = no_likelihood(condition.noise);
+    if (cell.missing.empty() && runs.plant_states > 3) cell.missing = "too many states for so few particles";
+    if (!cell.missing.empty()) return;
+    Eigen::ArrayXd squares(runs.measured.lanes());
+    double spent = 0.0;
+    for (Index lane = 0; lane < squares.size(); ++lane) {
+      if (stop_ != nullptr && stop_->load()) return;
+      const LaneRuns one = lane_of(runs.measured, lane);
+      const Experiment known = experiment_under(nominal_, condition, static_cast<std::size_t>(lane));
+      const auto plant = std::shared_ptr<const Plant>(make_plant(*known.plant));
+      const auto start = Clock::now();
+      const MatrixXd x =
+          particle_estimates(lane_plant(plant), known.simulation, condition.box_scale, condition.noise, one,
+                             {test_.particles, test_.seed ^ kTuningSeed}, static_cast<std::uint64_t>(lane));
+      spent += nanoseconds_since(start);
+      squares[lane] = squared_error(runs, static_cast<std::size_t>(lane), runs.channels.states(x));
+    }
+    cell.ns = spent / (static_cast<double>(runs.measured.samples()) * static_cast<double>(squares.size()));
+    set_norms(cell, squares, test_.seeds);
+  }
+
+  void report(const std::string& condition) {
+    if (!progress_) return;
+    const std::lock_guard lock(mutex_);
+    done_ += 1.0;
+    progress_(done_ / all_, condition);
+  }
+
+  /// Of the first observer, where it is furthest off; the runs of that condition are made again.
+  void keep_worst_run() {
+    std::size_t worst = 0;
+    for (std::size_t i = 1; i < result_.cells.size(); ++i)
+      if (result_.cells[i].front().worst > result_.cells[worst].front().worst) worst = i;
+    const ComparedRuns runs = compared_runs(nominal_, result_.conditions[worst], SeedStream::kTest, test_.seed,
+                                            test_.seeds, test_.trajectories);
+    const std::size_t run = result_.cells[worst].front().worst_run;
+    const Trajectory& truth = runs.set.trajectories[run];
+    const ObserverRun observer =
+        observer_run(models_.front().model, has_uniform_steps(runs.set, models_.front().model));
+    EvaluatedRun kept{truth, runs.outputs[run], observer(runs.outputs[run], truth.inputs, truth.time_s).x_hat, "worst"};
+    result_.worst_condition = worst;
+    result_.worst.push_back(std::move(kept));
+  }
+
+  const std::vector<ComparedModel>& models_;
+  Experiment nominal_;
+  const CompareTest& test_;
+  const CompareProgress& progress_;
+  const std::atomic<bool>* stop_;
+  std::vector<std::string> joint_parameters_;
+  std::vector<Estimates> made_of_;
+  Comparison result_;
+  std::mutex mutex_;
+  double done_ = 0.0, all_ = 1.0;
+};
+
+}  // namespace
+
+std::optional<double> CompareCell::standard_error() const {
+  const auto n = static_cast<double>(norms.size());
+  if (norms.size() < 2) return std::nullopt;
+  return std::sqrt((norms.array() - norms.mean()).square().sum() / (n - 1.0) / n);
+}
+
+std::vector<Condition> compared_conditions(const Experiment& experiment, const ConditionSet& set,
+                                           std::vector<std::string>& left_out) {
+  constexpr int kEnough = 20;
+  const Experiment nominal = nominal_experiment(experiment);
+  const auto plant = make_plant(*nominal.plant);
+  const ComparedRuns clean = compared_runs(nominal, {}, SeedStream::kValidation, nominal.seed, 1, kEnough);
+  Dataset own = clean.set;  // sensors are of the plant's own outputs; so is process noise of its states
+  own.outputs = plant->outputs();
+  own.states = plant->outputs();
+  for (std::size_t i = 0; i < own.trajectories.size(); ++i) {
+    own.trajectories[i].states = clean.channels.plant_outputs(own.trajectories[i].outputs);
+  }
+  const Eigen::VectorXd outputs = state_deviation(own);
+  Eigen::VectorXd states = Eigen::VectorXd::Constant(plant->nx(), outputs.mean());
+  if (clean.channels.plain()) states = state_deviation(clean.set);
+  return conditions_of(set, nominal.plant->parameters, outputs, states, left_out);
+}
+
+Comparison run_comparison(const std::vector<ComparedModel>& models, const Experiment& experiment,
+                          const ConditionSet& conditions, const CompareTest& test, const CompareProgress& progress,
+                          const std::atomic<bool>* stop) {
+  return Study(models, experiment, conditions, test, progress, stop).run();
+}
+
+}  // namespace nlo::trainer

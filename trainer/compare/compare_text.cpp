@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/compare/compare_text.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <optional>
+
+#include "trainer/base/number_text.h"
+#include "trainer/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+std::vector<std::string> column_headings(const Comparison& comparison, const std::string& first) {
+  std::vector<std::string> headings{first};
+  for (const CompareColumn& column : comparison.columns) headings.push_back(column.name);
+  return headings;
+}
+
+using CellText = std::function<std::string(const CompareCell&)>;
+
+CompareTable by_condition(const Comparison& comparison, const CellText& text) {
+  CompareTable table{column_headings(comparison, "condition"), {}};
+  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
+    std::vector<std::string> row{comparison.conditions[i].name};
+    for (const CompareCell& cell : comparison.cells[i]) row.push_back(cell.missing.empty() ? text(cell) : "-");
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+std::string error_text(const CompareCell& cell) {
+  const auto error = cell.standard_error();
+  return significant(cell.mean()) + (error ? " ± " + significant(*error, 1) : "");
+}
+
+/// The column with the least error in a row, but for the floor.
+std::size_t best_column(const Comparison& comparison, std::size_t condition) {
+  std::size_t best = 0;
+  for (std::size_t c = 1; c < comparison.columns.size(); ++c) {
+    const CompareCell& cell = comparison.cell(condition, c);
+    if (comparison.columns[c].name == "particle" || !cell.missing.empty()) continue;
+    if (cell.mean() < comparison.cell(condition, best).mean()) best = c;
+  }
+  return best;
+}
+
+std::string printed(const CompareTable& table) {
+  TextTable text(table.headings);
+  for (const auto& row : table.rows) text.add_row(row);
+  return text.to_string(2);
+}
+
+std::optional<std::size_t> column_named(const Comparison& comparison, const std::string& name) {
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c)
+    if (comparison.columns[c].name == name) return c;
+  return std::nullopt;
+}
+
+void add_contest(const Comparison& comparison, const std::string& rival, const std::string& title,
+                 std::vector<std::string>& findings) {
+  const auto column = column_named(comparison, rival);
+  if (!column) return;
+  std::vector<std::string> ahead, behind;
+  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
+    const CompareCell &own = comparison.cell(i, 0), &other = comparison.cell(i, *column);
+    if (!other.missing.empty()) continue;
+    (own.mean() < other.mean() ? ahead : behind)
+        .push_back(fmt::format("{} ({})", comparison.conditions[i].name, significant(own.mean() / other.mean(), 3)));
+  }
+  findings.push_back(fmt::format("{} is ahead of the {} in {} of {} conditions{}{}; behind in {}{}{}.",
+                                 comparison.columns.front().name, title, ahead.size(), ahead.size() + behind.size(),
+                                 ahead.empty() ? "" : ": ", fmt::join(ahead, ", "), behind.size(),
+                                 behind.empty() ? "" : ": ", fmt::join(behind, ", ")));
+}
+
+}  // namespace
+
+CompareTable error_table(const Comparison& comparison) {
+  CompareTable table = by_condition(comparison, error_text);
+  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) table.rows[i][1 + best_column(comparison, i)] += " *";
+  return table;
+}
+
+CompareTable worst_table(const Comparison& comparison) {
+  return by_condition(comparison, [](const CompareCell& cell) { return significant(cell.worst); });
+}
+
+CompareTable tuning_table(const Comparison& comparison) {
+  CompareTable table{{"condition"}, {}};
+  std::vector<std::size_t> tuned;
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c)
+    if (comparison.columns[c].name.ends_with("_tuned")) tuned.push_back(c);
+  for (const std::size_t c : tuned) table.headings.push_back(comparison.columns[c].name);
+  for (std::size_t i = 0; i < comparison.conditions.size() && !tuned.empty(); ++i) {
+    std::vector<std::string> row{comparison.conditions[i].name};
+    for (const std::size_t c : tuned)
+      row.push_back(comparison.cell(i, c).missing.empty() ? comparison.cell(i, c).tuning : "-");
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+CompareTable cost_table(const Comparison& comparison) {
+  CompareTable table{
+      {"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / ekf"}, {}};
+  const auto ekf = column_named(comparison, "ekf");
+  for (const CompareColumn& column : comparison.columns) {
+    if (column.name.ends_with("_tuned")) continue;  // the same filter
+    const bool ratio = ekf && comparison.columns[*ekf].ns > 0.0 && column.ns > 0.0;
+    table.rows.push_back({column.name, fmt::format("{:.0f}", column.operations),
+                          fmt::format("{:.0f}", column.functions), fmt::format("{:.0f}", column.state_bytes),
+                          column.constant_bytes > 0.0 ? fmt::format("{:.0f}", column.constant_bytes) : "-",
+                          column.ns > 0.0 ? significant(column.ns) : "-",
+                          ratio ? significant(column.ns / comparison.columns[*ekf].ns, 2) : "-"});
+  }
+  return table;
+}
+
+std::string comparison_conditions(const Comparison& comparison) {
+  const CompareTest& test = comparison.test;
+  return fmt::format(
+      "plant {}, {} test seeds of {} runs of {} s each, seeds from {} on; norm of the error{}, transient "
+      "included, ± standard error over the seeds{}",
+      comparison.plant, test.seeds, test.trajectories, shortest_text(comparison.horizon_s), test.seed,
+      comparison.normalised ? " of states over their deviation" : "",
+      test.tune ? fmt::format("; tuned on {} other runs of each condition", test.tuning_trajectories) : "");
+}
+
+std::vector<std::string> comparison_findings(const Comparison& comparison) {
+  std::vector<std::string> findings;
+  add_contest(comparison, "ekf", "EKF as shipped", findings);
+  add_contest(comparison, "ekf_tuned", "EKF tuned for the very condition", findings);
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+    std::map<std::string, std::vector<std::string>> reasons;
+    int restarts = 0;
+    for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
+      const CompareCell& cell = comparison.cell(i, c);
+      restarts += cell.restarts;
+      if (!cell.missing.empty()) reasons[cell.missing].push_back(comparison.conditions[i].name);
+    }
+    const std::string& name = comparison.columns[c].name;
+    for (const auto& [reason, names] : reasons)
+      findings.push_back(names.size() == comparison.conditions.size()
+                             ? fmt::format("{}: {}.", name, reason)
+                             : fmt::format("{} has no figure for {}: {}.", name, fmt::join(names, ", "), reason));
+    if (restarts > 0)
+      findings.push_back(fmt::format("{} left the finite numbers {} times and began anew.", name, restarts));
+  }
+  if (!comparison.left_out.empty())
+    findings.push_back(
+        fmt::format("Left out, as the plant has no parameters: {}.", fmt::join(comparison.left_out, ", ")));
+  return findings;
+}
+
+std::string comparison_text(const Comparison& comparison) {
+  std::string text = fmt::format("{}: {}\n\n{}", comparison.experiment, comparison_conditions(comparison),
+                                 printed(error_table(comparison)));
+  text += "  * the least of its row\n\n";
+  for (const std::string& finding : comparison_findings(comparison)) text += fmt::format("  {}\n", finding);
+  text += fmt::format("\nThe worst run of each\n{}", printed(worst_table(comparison)));
+  if (const CompareTable tuning = tuning_table(comparison); !tuning.rows.empty())
+    text += fmt::format("\nTuned\n{}", printed(tuning));
+  text += fmt::format("\nWhat a step costs: counted (a multiply-add is two operations), and measured in this run\n{}",
+                      printed(cost_table(comparison)));
+  return text;
+}
+
+}  // namespace nlo::trainer

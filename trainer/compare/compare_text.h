@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// A comparison as people and programs read it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trainer/compare/compare_study.h"
+
+namespace nlo::trainer {
+
+/// The errors, a row for each condition; the least of a row but the floor has a star. Then the worst runs, the tunings and
+/// what a step costs.
+std::string comparison_text(const Comparison& comparison);
+
+/// One object: "conditions" by name, in each "columns" by name with norm, standard_error, worst; "cost" by column.
+std::string comparison_json(const Comparison& comparison);
+
+/// Rows of text for both the terminal and the page.
+struct CompareTable {
+  std::vector<std::string> headings;
+  std::vector<std::vector<std::string>> rows;
+};
+CompareTable error_table(const Comparison& comparison);
+CompareTable worst_table(const Comparison& comparison);
+CompareTable tuning_table(const Comparison& comparison);
+CompareTable cost_table(const Comparison& comparison);
+
+/// What was compared on what: one sentence.
+std::string comparison_conditions(const Comparison& comparison);
+
+/// In words: where the first observer is ahead of the tuned EKF and where not; what has no figure and why.
+std::vector<std::string> comparison_findings(const Comparison& comparison);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Runs of a plant under one condition, with what its sensors gave, and the error of an estimator on them.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "trainer/compare/conditions.h"
+#include "trainer/data/dataset.h"
+#include "trainer/evaluation/evaluate.h"
+#include "trainer/filters/lane_plant.h"
+#include "trainer/plants/initial_states.h"
+#include "trainer/plants/plant_channels.h"
+
+namespace nlo::trainer {
+
+struct ComparedRuns {
+  Dataset set;                           ///< all runs, seed by seed: clean outputs and true states, as channels
+  LaneRuns measured;                     ///< the plant's own outputs, as filters are given them
+  std::vector<Eigen::MatrixXd> outputs;  ///< of each run, n_y x N: as observers are given them
+  PlantChannels channels;
+  Eigen::Index plant_states = 0;  ///< n_x, before channels
+  Eigen::VectorXd state_scale;    ///< of the channels in norms: 1, or their deviations where units differ
+};
+
+/// The experiment of a model without what it drew to train: nominal parameters, no process noise.
+Experiment nominal_experiment(const Experiment& experiment);
+
+/// `nominal` with the plant and the process noise of a condition in run `run`, counted over all seeds.
+Experiment experiment_under(const Experiment& nominal, const Condition& condition, std::size_t run);
+
+/// `count` runs for each of the seeds first_seed, ..., those of `nlo evaluate --seed` for the stream kTest: initial
+/// states by initial_state_seed(seed, stream), noise by the seed and the run's number in its set.
+ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
+                           std::uint64_t first_seed, int seeds, int count);
+
+/// Mean of |x - x_hat|^2 over the samples of each lane; `lanes` are those of `runs`, maybe several times.
+Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs);
+
+/// The same for estimates of the channels of run `index` (n x N).
+double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates);
+
+}  // namespace nlo::trainer

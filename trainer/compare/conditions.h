@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// The conditions that observers and filters are compared under: sensors, plant and starts that differ from what they
+// were made for, read from a TOML file of [[condition]] tables.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+/// [[condition]]
+struct Condition {
+  std::string name;
+  NoiseConfig noise;
+  /// On one parameter of each run, the plant's in turn: a factor on all of them may cancel, as in g / l.
+  double parameter_factor = 1.0;
+  std::vector<std::pair<std::string, double>> parameters;  ///< of the plant, by name
+  std::vector<double> process_noise;                       ///< per sqrt(s), one for each state or one for all; none
+  double box_scale = 1.0;                                  ///< initial states from the training box times this
+  std::string place;                                       ///< FILE:LINE
+
+  bool changes_parameters() const { return parameter_factor != 1.0 || !parameters.empty(); }
+};
+
+struct ConditionSet {
+  double written_for_deviation = 0.0;  ///< of outputs and states that the numbers are meant for; 0: as they are
+  std::vector<Condition> conditions;
+};
+
+/// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
+ConditionSet parse_conditions(std::string_view text, const std::string& filename);
+ConditionSet read_conditions(const std::string& path);
+
+/// What is compared under without a file.
+const ConditionSet& default_conditions();
+
+/// value times the nearest of 1, 2, 5, 10, ... to `factor`: scaled numbers stay round.
+double round_factor(double factor);
+
+/// The conditions in the units of a plant. `parameters`: its nominal ones; `outputs`, `states`: deviations of its
+/// channels. Of a set that is written for a deviation, what the plant has no parameters for is left out, and named in
+/// `left_out`; else that is an error, as is a parameter or a number of channels that the plant does not have.
+std::vector<Condition> conditions_of(const ConditionSet& set,
+                                     const std::vector<std::pair<std::string, double>>& parameters,
+                                     const Eigen::VectorXd& outputs, const Eigen::VectorXd& states,
+                                     std::vector<std::string>& left_out);
+
+/// The plant's parameters under a condition in run `run`.
+std::vector<std::pair<std::string, double>> changed_parameters(
+    const Condition& condition, const std::vector<std::pair<std::string, double>>& nominal, std::size_t run);
+
+/// For readers: "N(0, 0.5), parameters x 1.2".
+std::string condition_title(const Condition& condition);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// The filters that observers are compared with, one row each: how they are made, what of them is tuned, what a step costs.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/filters/lane_plant.h"
+#include "trainer/filters/sigma_point_filter.h"
+#include "trainer/identify/step_cost.h"
+
+namespace nlo::trainer {
+
+/// What all filters know of a plant under one condition: its nominal parameters, where runs start in training, and the
+/// nominal variance of the noise. Not for two threads at once.
+struct FilterContext {
+  PlantConfig config;  ///< nominal
+  LanePlant plant;
+  FilterKnowledge knowledge;                  ///< n_x
+  std::vector<std::string> joint_parameters;  ///< those that the conditions change
+  Eigen::MatrixXd initial;                    ///< some initial states, n_x x count
+  double sample_period_s = 0.0;
+  Eigen::Index inputs = 0;  ///< that excite the plant
+};
+
+/// Samples that a moving horizon looks back.
+inline constexpr Eigen::Index kHorizonSamples = 25;
+
+struct FilterRow {
+  std::string_view name, meaning;
+  std::vector<double FilterTuning::*> coordinates;  ///< what is tuned, gate apart
+  bool has_gate;
+  int most_evaluations;  ///< of the tuning, after the grid it starts from: less where a step takes long
+  /// Why it is not for this plant; empty: it is.
+  std::string (*unfit)(const FilterContext& context);
+  std::unique_ptr<LaneFilter> (*make)(const FilterContext& context, const std::vector<FilterTuning>& tunings,
+                                      Eigen::Index lanes);
+  /// Per sample of one run; `f`, `h`: of one evaluation.
+  StepCost (*cost)(const FilterContext& context, const StepCost& f, const StepCost& h);
+  /// What it keeps from sample to sample, in numbers.
+  Eigen::Index (*state)(const FilterContext& context);
+};
+
+/// In the order that tables show them.
+std::span<const FilterRow> filter_table();
+
+/// The names for --against.
+std::vector<std::string> filter_names();
+
+FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise,
+                             const std::vector<std::string>& joint_parameters);
+
+/// f and h of the plant, counted from its equations.
+struct PlantCost {
+  StepCost f, h;
+};
+PlantCost plant_cost(const PlantConfig& plant);
+
+}  // namespace nlo::trainer

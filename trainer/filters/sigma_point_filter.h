@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Extended and unscented Kalman filter in square-root form, on lanes, with a gate on the innovation.
+//
+// P = S S' is never formed. Both filters look at the plant at the points x and x +- d S_i (S_i the columns of S) and
+// differ in d and in how they weigh what they see:
+//            d                     mean           spread W, S- S-' = W W' + Q
+//   EKF      1e-4                  Phi(x)         (Phi(x + d S_i) - Phi(x - d S_i)) / 2d, which is J S_i
+//   UKF      sqrt(n_x + kappa)     sum w Phi(X)   sqrt(w) (Phi(X) - mean)
+// S- is the triangular factor of [W sqrt(Q)], by modified Gram and Schmidt. The outputs correct one after the other, each
+// by Potter's update with phi = S' H' (UKF: S^-1 cov(x, y)) and the innovation's variance s = phi' phi + r (UKF: of h(X)):
+//   x+ = x- + S phi (y - y_hat) / s,   S+ = S - S phi phi' / (s + sqrt(s (s - phi' phi)))
+// kappa = max(0, 3 - n_x), as in baselines/ukf.h. Potter's update: Bierman, Factorization methods for discrete sequential
+// estimation, 1977, chapter II; the UKF in square-root form: van der Merwe, Wan, ICASSP 2001.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+#include "trainer/filters/lane_plant.h"
+
+namespace nlo::trainer {
+
+/// A covariance's root for each lane: entry (i, j) of all lanes is one array.
+class LaneMatrix {
+ public:
+  LaneMatrix(Eigen::Index rows, Eigen::Index cols, Eigen::Index lanes)
+      : cols_(cols), entries_(static_cast<std::size_t>(rows * cols), Eigen::ArrayXd::Zero(lanes)) {}
+
+  Eigen::ArrayXd& operator()(Eigen::Index i, Eigen::Index j) {
+    return entries_[static_cast<std::size_t>(i * cols_ + j)];
+  }
+  const Eigen::ArrayXd& operator()(Eigen::Index i, Eigen::Index j) const {
+    return entries_[static_cast<std::size_t>(i * cols_ + j)];
+  }
+  Eigen::Index cols() const { return cols_; }
+
+ private:
+  Eigen::Index cols_;
+  std::vector<Eigen::ArrayXd> entries_;
+};
+
+enum class PointSet { kExtended, kUnscented };
+
+/// What a filter is told of the noise and of where runs start: the same for all lanes.
+struct FilterKnowledge {
+  Eigen::VectorXd initial_state;      ///< n_x
+  Eigen::VectorXd initial_deviation;  ///< n_x, square roots of P0's diagonal
+  Eigen::VectorXd process_deviation;  ///< n_x, square roots of Q's diagonal, per step
+  Eigen::VectorXd output_deviation;   ///< n_y, square roots of R's diagonal
+};
+
+/// A tuning, as factors on what the filter is told: 1 leaves it.
+struct FilterTuning {
+  double process = 1.0;  ///< on Q
+  double output = 1.0;   ///< on R
+  double initial = 1.0;  ///< on P0
+  /// Standard deviations: an innovation beyond it is not used. After kMostRejected in a row the covariance goes back to
+  /// P0, as the filter has lost the state.
+  double gate = std::numeric_limits<double>::infinity();
+
+  bool operator==(const FilterTuning&) const = default;
+};
+inline constexpr int kMostRejected = 20;
+
+class SigmaPointFilter final : public LaneFilter {
+ public:
+  /// `tunings` share out the lanes evenly, in order: of 3 tunings and 12 lanes, the second has lanes 4 to 7.
+  SigmaPointFilter(LanePlant plant, PointSet points, const FilterKnowledge& knowledge,
+                   const std::vector<FilterTuning>& tunings, Eigen::Index lanes);
+
+  Eigen::MatrixXd step(const LaneRuns& runs, Eigen::Index k) override;
+  int restarts() const override { return restarts_; }
+
+  /// The two halves of a step, for a filter that needs what is between: x and S predicted for sample k, then corrected.
+  void predict(const LaneRuns& runs, Eigen::Index k);
+  void correct(const Eigen::MatrixXd& y);
+  const Eigen::MatrixXd& state() const { return x_; }  ///< n_x x L
+  const LaneMatrix& root() const { return root_; }
+
+ private:
+  Eigen::MatrixXd points() const;
+  void triangularise(LaneMatrix& w);
+  void correct_one(Eigen::Index output, const Eigen::MatrixXd& y);
+  void restart_lost();
+
+  LanePlant plant_;
+  PointSet kind_;
+  double spread_, centre_weight_, weight_;
+  Eigen::Index nx_, lanes_;
+  Eigen::MatrixXd x_, initial_state_;
+  LaneMatrix root_, initial_root_, process_root_;  ///< the latter two diagonal: n_x x 1
+  std::vector<Eigen::ArrayXd> output_variance_;    ///< n_y
+  Eigen::ArrayXd squared_gate_;                    ///< L
+  std::vector<Eigen::ArrayXi> rejected_;           ///< n_y of L: in a row
+  int restarts_ = 0;
+};
+
+}  // namespace nlo::trainer
