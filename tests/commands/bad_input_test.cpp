@@ -110,7 +110,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("NoTableOfColumns", {"evaluate", "model.json", "--data", "logs/a.csv", "--columns", "tiny.toml"},
             "tiny.toml:1: \"name\" has no use in a table of columns"),
       usage("ChangedModel", {"evaluate", "model.json", "--set", "observer.hold=rk4"},
-            "--set observer.hold=rk4: only plant.KEY, simulation.KEY and excitation.KEY can be changed"),
+            "--set observer.hold=rk4: only plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY can be changed"),
       usage("ChangedPlantOfNoSuchParameter", {"evaluate", "model.json", "--set", "plant.parameters.nu=1.2"},
             "has no parameter \"nu\"; did you mean \"mu\"?"),
       usage("ChangedPlantOfNoSuchKey", {"evaluate", "model.json", "--set", "simulation.horizon=1"},

@@ -239,7 +239,7 @@ void add_evaluate(CLI::App& app, Action& action) {
       command
           ->add_option("--set", arguments->test.changes,
                        "test on another plant than trained for: plant.KEY=VALUE, simulation.KEY=VALUE, "
-                       "excitation.KEY=VALUE; may be repeated")
+                       "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated")
           ->allow_extra_args(false)
           ->type_name("KEY=VALUE"));
   for_plants.push_back(

@@ -17,7 +17,7 @@ constexpr const char* kFact = "ignored_inputs";
 
 std::string ignored_inputs(const Experiment& experiment) {
   const TrainableStructure& structure = structure_of(experiment.observer);
-  if (structure.flies_inputs() || (experiment.excitation && structure.reads_inputs())) return "";
+  if (structure.flies_inputs() || (experiment.moves_inputs() && structure.reads_inputs())) return "";
   std::string names;
   const auto add = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
   if (experiment.plant) {

@@ -10,6 +10,7 @@
 #include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/baselines/ekf.h"
+#include "trainer/evaluation/closed_loop.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/drawn_inputs.h"
@@ -29,7 +30,7 @@ Eigen::VectorXd wraps_of(const std::vector<Channel>& outputs) {
 
 /// Whether inputs stay as they are between samples: a u(t) of the command line is smooth, what is drawn may be held.
 bool held_inputs(const Experiment& experiment, const StrictTest& test) {
-  return experiment.excitation && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
+  return experiment.moves_inputs() && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
 }
 
 EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool held_inputs) {
@@ -92,6 +93,8 @@ class Study {
         plant_(make_plant(*tested_.plant)),
         config_(metrics_config(tested_, tested_.simulation.horizon_s)),
         training_(fresh_training_runs(experiment)) {
+    if (tested_.feedback)
+      tested_.feedback->error.clear();  // the loop of the true state is what others are held against
     disturb_inputs(test.input_noise, initial_state_seed(experiment.seed, SeedStream::kTraining), training_);
   }
 
@@ -109,6 +112,7 @@ class Study {
         readouts[n].push_back(readout_estimator(model.model, training_, test_.noises[n], noise_seed));
 
     const auto sets = static_cast<std::size_t>(test_.test_sets);
+    std::vector<std::string> costs;  // of loops, in order of test sets, noises and models
     for (std::size_t s = 0; s < sets; ++s) {
       const std::uint64_t seed = test_.seed + s;
       Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
@@ -123,6 +127,7 @@ class Study {
           group.push_back(evaluate_on_plant(models_[m].model, set, noise, seed, test_.threads, config_));
           group.insert(group.end(), shared.begin(), shared.end());
           group.push_back(judged("ridge", readouts[n][m], set, noise, seed));
+          if (looped()) group.push_back(in_its_loop(models_[m].model, set, noise, seed, costs));
           for (Evaluation& evaluation : group) {
             evaluation.excitation = tested_.excitation && test_.inputs.empty()
                                         ? describe_inputs(*tested_.excitation, *plant_)
@@ -138,12 +143,31 @@ class Study {
         }
       }
     }
-    for (EvaluationStudy& study : studies)
-      if (study.is_single()) study.results.front().front().front().notes = study_notes(study);
+    for (EvaluationStudy& study : studies) {
+      if (!study.is_single()) continue;
+      std::vector<std::string>& notes = study.results.front().front().front().notes;
+      notes = study_notes(study);
+      if (!costs.empty()) notes.push_back(costs.front());  // one model and one set: outputs in the loop have no noise
+    }
     return studies;
   }
 
  private:
+  bool looped() const { return tested_.feedback && tested_.feedback->share > 0.0 && test_.inputs.empty(); }
+
+  /// The observer where its own estimates close the loop, from outputs without noise; the same starts and references.
+  Evaluation in_its_loop(const codegen::Model& model, const Dataset& ideal, const NoiseConfig& noise,
+                         std::uint64_t seed, std::vector<std::string>& costs) const {
+    Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
+                                test_.box_scale, {}, &model);
+    PlantChannels(*tested_.plant, *plant_).apply(set);
+    costs.push_back(to_text(closed_loop_cost(ideal, set), set));
+    Evaluation evaluation = evaluate_on_plant(model, set, noise, seed, test_.threads, config_);
+    evaluation.estimator = "observer_in_loop";
+    evaluation.label = "observer in its own loop";
+    return evaluation;
+  }
+
   Evaluation judged(const std::string& name, const EstimatorFactory& estimator, const Dataset& set,
                     const NoiseConfig& noise, std::uint64_t seed) const {
     return evaluate(name, estimator, set, noise, seed, test_.threads, config_);
@@ -187,11 +211,13 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
   if (changes.empty()) return experiment;
   for (const std::string& change : changes) {
     const std::string key = change.substr(0, change.find('='));
-    if (!key.starts_with("plant.") && !key.starts_with("simulation.") && !key.starts_with("excitation."))
-      throw codegen::Error(fmt::format(
-          "--set {}: only plant.KEY, simulation.KEY and excitation.KEY can be changed for a test; the model "
-          "is what it was trained to be",
-          change));
+    if (!key.starts_with("plant.") && !key.starts_with("simulation.") && !key.starts_with("excitation.") &&
+        !key.starts_with("feedback."))
+      throw codegen::Error(
+          fmt::format("--set {}: only plant.KEY, simulation.KEY, excitation.KEY and feedback.KEY can be changed for a "
+                      "test; the model "
+                      "is what it was trained to be",
+                      change));
     const std::string parameter = "plant.parameters.";
     if (!key.starts_with(parameter) || !experiment.plant->model.empty()) continue;  // a built-in plant knows its own
     std::vector<std::string> names;

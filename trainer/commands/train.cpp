@@ -15,6 +15,7 @@
 #include "trainer/commands/input_delays.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
+#include "trainer/commands/round_directories.h"
 #include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_delays.h"
@@ -85,19 +86,42 @@ void say_units(const Experiment& experiment, const Dataset& training) {
                "\"normalised\" weighs the states alike\n");
 }
 
-TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const TrainArguments& arguments) {
+TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const TrainArguments& arguments,
+                                   const std::string& directory, bool resume) {
   std::optional<ProgressDisplay> display;
   if (!arguments.quiet) {
     say_units(experiment, data.training);
     display.emplace(stderr);
   }
   TrainOptions options;
-  options.directory = arguments.output;
-  options.resume = arguments.resume;
+  options.directory = directory;
+  options.resume = resume;
   options.stop = &stop_on_interrupt();
   if (display) options.progress = [&](const TrainProgress& progress) { display->update(progress); };
   TrainingResult result = train(experiment, data.training, data.validation, options);
   if (display) display->finish();
+  return result;
+}
+
+/// All rounds of an experiment: one without [feedback].
+TrainingResult train_rounds(const Experiment& experiment, Data& data, const TrainArguments& arguments) {
+  const RoundDirectories rounds(arguments.output, experiment);
+  if (!arguments.resume) rounds.forget();
+  TrainingResult result;
+  for (int round = 0; round <= rounds.last(); ++round) {
+    if (round > 0) {
+      TrainingSets sets = next_round(experiment, {round, &result.model}, {std::move(data.training), {}});
+      data.training = std::move(sets.training);
+      data.validation = std::move(sets.validation);
+    }
+    if (rounds.last() > 0 && !arguments.quiet)
+      fmt::print(stderr, "round {} of {}: {} runs, in the loop of {}\n", round, rounds.last(),
+                 data.training.trajectories.size(),
+                 round == 0 ? "the true state" : fmt::format("round {}'s observer", round - 1));
+    result = train_with_progress(experiment, data, arguments, rounds.of(round),
+                                 arguments.resume && (rounds.last() == 0 || rounds.begun(round)));
+    if (result.outcome == TrainOutcome::kInterrupted || result.outcome == TrainOutcome::kDiverged) return result;
+  }
   return result;
 }
 
@@ -129,13 +153,15 @@ void run_train(TrainArguments arguments) {
   if (experiment.plant && !arguments.data.empty())
     throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
   if (arguments.output.empty()) arguments.output = "runs/" + experiment.name;
-  check_output_directory({arguments.output, arguments.resume, arguments.force}, experiment.name);
+  const bool checkpoint_of_a_round = RoundDirectories(arguments.output, experiment).begun(0);
+  check_output_directory({arguments.output, arguments.resume && !checkpoint_of_a_round, arguments.force},
+                         experiment.name);
   if (experiment.log) find_delays(experiment, arguments);
-  const Data data = experiment.plant ? run_phase([&] { return simulated(experiment); }) : logged(experiment, arguments);
+  Data data = experiment.plant ? run_phase([&] { return simulated(experiment); }) : logged(experiment, arguments);
 
   run_phase([&] {
     make_output_directory(arguments.output);
-    TrainingResult result = train_with_progress(experiment, data, arguments);
+    TrainingResult result = train_rounds(experiment, data, arguments);
     if (experiment.log) result.model.provenance.emplace_back(kTrainingLogsFact, to_text(data.remembered));
     record_ignored_inputs(experiment, result.model);
     record_input_delays(experiment, result.model);

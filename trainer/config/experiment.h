@@ -66,6 +66,15 @@ struct ExcitationConfig {
   std::string log_time;                      ///< its column of time [s]; empty: rows are a sample period apart
 };
 
+/// [feedback]: runs in closed loop, u = sat(k(x_hat, r)) (plants/state_feedback.h).
+struct FeedbackConfig {
+  std::vector<std::string> law;                     ///< k, one expression for each input
+  std::vector<double> actuator_low, actuator_high;  ///< what u is clipped to, n_u each
+  double share = 1.0;                               ///< of the runs that are in the loop
+  std::vector<double> error;                        ///< n_x, deviation of x_hat - x in round 0; empty: none
+  int rounds = 0;                                   ///< with the last round's observer in the loop, after round 0
+};
+
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
 struct ColumnConfig {
   std::string name;    ///< what it is called here, in the report and in the exported header
@@ -203,6 +212,7 @@ struct Experiment {
   std::optional<PlantConfig> plant;
   SimulationConfig simulation;
   std::optional<ExcitationConfig> excitation;  ///< none: a plant's inputs stay at 0
+  std::optional<FeedbackConfig> feedback;      ///< none: no loop is closed
   std::optional<LogConfig> log;
   ObserverConfig observer;
   DynamicsConfig dynamics;
@@ -211,6 +221,9 @@ struct Experiment {
   LossConfig loss;
   TrainingConfig training;
   EvaluationConfig evaluation;
+
+  /// Whether the inputs of its plant move.
+  bool moves_inputs() const { return excitation.has_value() || feedback.has_value(); }
 
   std::string source_text;  ///< format_experiment() of it: recorded in the model, reads back to the same experiment
 };

@@ -20,6 +20,8 @@ void check_sources(const Experiment& e, const Places& places) {
     throw KeyError("", "neither [plant] nor [log]; say what to learn from: a plant to simulate, or logs");
   if (e.plant && e.log) throw KeyError("log", "both [plant] and [log]; keep one: a plant to simulate, or logs");
   if (e.log && e.excitation) throw KeyError("excitation", "[excitation] has no use for [log]; remove it");
+  if (e.log && e.feedback)
+    throw KeyError("feedback", "[feedback] simulates a loop, and logs are as they were recorded; remove it");
   if (e.log && places.has("simulation")) throw KeyError("simulation", "[simulation] has no use for [log]; remove it");
 }
 
@@ -81,6 +83,7 @@ void check_experiment(const Experiment& e, const Places& places) try {
   if (e.plant) check_excitation(e);
   if (e.log) check_log(e);
   check_observer(e);
+  if (e.plant) check_feedback(e);
   check_angles(e);
   check_losses(e);
   check_training(e);

@@ -20,6 +20,9 @@ void check_initial_states(const SimulationConfig& simulation, std::size_t nx);
 /// [excitation], and what else is drawn for each run of a plant: process noise, parameters with a range.
 void check_excitation(const Experiment& experiment);
 
+/// [feedback]: laws that can be read, limits, an observer that knows every state and is told u.
+void check_feedback(const Experiment& experiment);
+
 /// Angles among the outputs and among what is estimated, of a plant or of logs.
 void check_angles(const Experiment& experiment);
 

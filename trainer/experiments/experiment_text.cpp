@@ -47,6 +47,7 @@ std::string format_experiment(const Experiment& experiment) {
     text += format_keys(*experiment.plant, "[plant]");
     text += format_keys(experiment.simulation, "[simulation]");
     if (experiment.excitation) text += format_keys(*experiment.excitation, "[excitation]");
+    if (experiment.feedback) text += format_keys(*experiment.feedback, "[feedback]");
   }
   if (experiment.log) {
     text += format_keys(*experiment.log, "[log]");

@@ -26,6 +26,7 @@ void for_each_section(const Visit& visit) {
   visit(PlantConfig());
   visit(SimulationConfig());
   visit(ExcitationConfig());
+  visit(FeedbackConfig());
   visit(LogConfig());
   visit(VelocityFilterConfig());
   visit(ColumnConfig());

@@ -21,13 +21,15 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   SectionTables reader(filename, places);
   Experiment experiment;
   reader.read(root, "", experiment,
-              {"plant", "simulation", "excitation", "log", "observer", "dynamics", "inverse_map", "forward_map", "loss",
-               "training", "evaluation"});
+              {"plant", "simulation", "excitation", "feedback", "log", "observer", "dynamics", "inverse_map",
+               "forward_map", "loss", "training", "evaluation"});
   if (const Toml* table = reader.section(root, "plant", "plant"))
     reader.read(*table, "plant", experiment.plant.emplace());
   reader.read_if_there(root, "simulation", experiment.simulation);
   if (const Toml* table = reader.section(root, "excitation", "excitation"))
     reader.read(*table, "excitation", experiment.excitation.emplace());
+  if (const Toml* table = reader.section(root, "feedback", "feedback"))
+    reader.read(*table, "feedback", experiment.feedback.emplace());
   if (const Toml* table = reader.section(root, "log", "log")) experiment.log = read_log_section(reader, *table);
   reader.read_if_there(root, "observer", experiment.observer);
   reader.read_if_there(root, "dynamics", experiment.dynamics);

@@ -12,7 +12,7 @@ ChannelCounts observer_channels(const Experiment& experiment) {
   if (experiment.plant) {
     const auto plant = make_plant(*experiment.plant);
     const PlantChannels channels(*experiment.plant, *plant);
-    const bool reads = experiment.excitation && structure_of(experiment.observer).reads_inputs();
+    const bool reads = experiment.moves_inputs() && structure_of(experiment.observer).reads_inputs();
     return {static_cast<int>(channels.states().size()), static_cast<int>(channels.outputs().size()),
             static_cast<int>(plant->nu()), reads ? static_cast<int>(plant->nu()) : 0, channels.outputs()};
   }

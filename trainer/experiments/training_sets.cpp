@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <utility>
 
 #include "codegen/base/error.h"
 #include "trainer/losses/registry.h"
@@ -53,11 +56,14 @@ void check_swinging(const Dataset& dataset) {
 
 }  // namespace
 
-TrainingSets simulate_training_sets(const Experiment& experiment) {
+TrainingSets simulate_training_sets(const Experiment& experiment, const LoopRound& round) {
   const auto plant = make_plant(*experiment.plant);
   const SimulationConfig& config = experiment.simulation;
   const auto set = [&](SeedStream stream, Eigen::Index count) {
-    Dataset dataset = simulate_runs(experiment, *plant, initial_state_seed(experiment.seed, stream), count);
+    // Streams of rounds never meet: round 0 has that of an experiment without a loop.
+    const std::uint64_t seed =
+        initial_state_seed(experiment.seed, stream) ^ (static_cast<std::uint64_t>(round.round) * 0x9e3779b97f4a7c15ULL);
+    Dataset dataset = simulate_runs(experiment, *plant, seed, count, 1.0, {}, round.observer);
     keep_out_transient(experiment, *plant, dataset);
     return dataset;
   };
@@ -70,12 +76,20 @@ TrainingSets simulate_training_sets(const Experiment& experiment) {
     sets.training.input_field = affine_input_field(*plant, box.low, box.high);
   }
   const PlantChannels channels(*experiment.plant, *plant);
-  const bool reads_inputs = experiment.excitation && structure_of(experiment.observer).reads_inputs();
+  const bool reads_inputs = experiment.moves_inputs() && structure_of(experiment.observer).reads_inputs();
   for (Dataset* data : {&sets.training, &sets.validation}) {
     data->reads_inputs = reads_inputs;
     channels.apply(*data);
     check_swinging(*data);
   }
+  return sets;
+}
+
+TrainingSets next_round(const Experiment& experiment, const LoopRound& round, TrainingSets before) {
+  TrainingSets sets = simulate_training_sets(experiment, round);
+  auto& runs = before.training.trajectories;
+  std::move(sets.training.trajectories.begin(), sets.training.trajectories.end(), std::back_inserter(runs));
+  sets.training.trajectories = std::move(runs);
   return sets;
 }
 

@@ -20,7 +20,14 @@ double portable_log(double x);
 double portable_exp(double x);
 
 /// What a run draws for; streams of different purposes never meet (those of base/random.h have other seeds).
-enum class RunPurpose : std::uint64_t { kInputs = 1, kParameters, kProcessNoise, kLoggedInputs, kParticles };
+enum class RunPurpose : std::uint64_t {
+  kInputs = 1,
+  kParameters,
+  kProcessNoise,
+  kLoggedInputs,
+  kParticles,
+  kEstimateError
+};
 
 /// The stream (engine seed, purpose, part, run): runs, and inputs of a run, never share numbers.
 ///   engine_seed  initial_state_seed(seed, stream)

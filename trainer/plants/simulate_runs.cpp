@@ -1,18 +1,26 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/plants/simulate_runs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "codegen/base/error.h"
+#include "codegen/model/model.h"
 #include "codegen/reference/rk4.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/run_random.h"
 #include "trainer/plants/simulate.h"
+#include "trainer/plants/state_feedback.h"
 
 namespace nlo::trainer {
 namespace {
@@ -44,8 +52,77 @@ StepInputs step_inputs(const Experiment& experiment, const Excitation& given, co
   };
 }
 
+/// Closes the loop of those runs of a set that are in it: u_k = k(x_hat_k, r_k) acts over (t_k, t_{k+1}].
+class Loop {
+ public:
+  Loop(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, const codegen::Model* observer)
+      : feedback_(*experiment.feedback),
+        law_(feedback_, plant, experiment.plant->parameters),
+        engine_seed_(engine_seed),
+        model_(observer) {
+    if (observer == nullptr) return;
+    if (names(observer->states) != names(plant.states()) || names(observer->outputs) != names(plant.outputs()) ||
+        names(codegen::inputs(*observer)) != names(plant.inputs()))
+      throw codegen::Error(fmt::format(
+          "\"{}\" cannot close the loop: it must read the outputs and inputs of the plant {} and estimate its states; "
+          "train it with [feedback], or with [excitation] and all states",
+          observer->name, plant.name()));
+  }
+
+  /// What acted before the run began: the actuator at rest.
+  void begin(Eigen::Index run, Trajectory& trajectory) {
+    if (!in_closed_loop(feedback_, run)) return;
+    trajectory.inputs.col(0) = law_.clipped(Eigen::VectorXd::Zero(trajectory.inputs.rows()));
+    Estimator& estimator = estimators_.emplace_back();
+    estimator.run = run;
+    if (model_ != nullptr) {
+      estimator.observer.emplace(*model_);
+      return;
+    }
+    const auto nx = trajectory.states.rows();
+    estimator.error = Eigen::VectorXd::Zero(nx);
+    RunRandom random(engine_seed_, RunPurpose::kEstimateError, 0, static_cast<std::uint64_t>(run));
+    for (std::size_t i = 0; i < feedback_.error.size(); ++i)
+      estimator.error(static_cast<Eigen::Index>(i)) = feedback_.error[i] * random.normal();
+  }
+
+  /// Sample k of all runs in the loop. inputs(:,k+1) is the reference, and becomes u.
+  void close(Eigen::Index k, Dataset& set) {
+    for (Estimator& estimator : estimators_) {
+      Trajectory& run = set.trajectories[static_cast<std::size_t>(estimator.run)];
+      Eigen::VectorXd x_hat;
+      if (estimator.observer) {
+        estimator.observer->step(run.outputs.col(k), run.inputs.col(k), set.sample_period_s);
+        x_hat = estimator.observer->estimate().cast<double>();
+      } else {
+        x_hat = run.states.col(k) + estimator.error;
+      }
+      run.inputs.col(k + 1) = law_(x_hat, run.inputs.col(k + 1));
+    }
+  }
+
+ private:
+  static std::vector<std::string> names(const std::vector<Channel>& channels) {
+    std::vector<std::string> result;
+    for (const Channel& channel : channels) result.push_back(channel.name);
+    return result;
+  }
+
+  struct Estimator {
+    Eigen::Index run = 0;
+    std::optional<codegen::ReferenceObserver<float>> observer = {};  ///< none: the true state and `error`
+    Eigen::VectorXd error = {};
+  };
+
+  const FeedbackConfig& feedback_;
+  StateFeedback law_;
+  std::uint64_t engine_seed_;
+  const codegen::Model* model_;
+  std::vector<Estimator> estimators_;
+};
+
 void simulate_batch(const Plant& plant, const Experiment& experiment, const Eigen::MatrixXd& initial,
-                    std::uint64_t engine_seed, const Batch& batch, const StepInputs& inputs, Dataset& set) {
+                    std::uint64_t engine_seed, const Batch& batch, const StepInputs& inputs, Loop* loop, Dataset& set) {
   const double h = set.sample_period_s;
   const Eigen::Index samples = sample_count(experiment.simulation);
   const auto& intensity = experiment.simulation.process_noise;
@@ -57,6 +134,8 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
 
   Eigen::MatrixXd x = initial.middleCols(batch.first, batch.count);
   const Eigen::MatrixXd start = x;
+  for (Eigen::Index i = batch.first; loop != nullptr && i < batch.first + batch.count; ++i)
+    loop->begin(i, set.trajectories[static_cast<std::size_t>(i)]);
   for (Eigen::Index k = 0; k < samples; ++k) {
     const Eigen::MatrixXd y = plant.output(x);
     refuse_escape(plant, x, start, static_cast<double>(k) * h);
@@ -67,6 +146,7 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
       run.outputs.col(k) = y.col(i);
     }
     if (k + 1 == samples) return;
+    if (loop != nullptr) loop->close(k, set);
     x = codegen::rk4_step(
         x, h, [&](double c, const Eigen::MatrixXd& at) { return plant.driven_derivative(at, inputs(k, c)); });
     for (Eigen::Index i = 0; i < batch.count; ++i)
@@ -78,8 +158,12 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
 /// Inputs at the samples: drawn, or of u(t).
 void fill_inputs(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, const Excitation& given,
                  Dataset& set) {
-  if (!given && !experiment.excitation) return;
+  if (!given && !experiment.moves_inputs()) return;
   set.inputs = plant.inputs();
+  if (!given && !experiment.excitation) {
+    for (Trajectory& run : set.trajectories) run.inputs.setZero(plant.nu(), run.samples());
+    return;
+  }
   const LoggedInputs log = given ? LoggedInputs{} : read_logged_inputs(*experiment.excitation, experiment.simulation);
   for (std::size_t i = 0; i < set.trajectories.size(); ++i) {
     Trajectory& run = set.trajectories[i];
@@ -114,24 +198,31 @@ PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed,
 }
 
 Dataset simulate_runs(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, Eigen::Index count,
-                      double box_scale, const Excitation& given) {
+                      double box_scale, const Excitation& given, const codegen::Model* observer) {
   const SimulationConfig& simulation = experiment.simulation;
   const bool own_plants = !experiment.plant->parameter_ranges.empty();
-  const bool drawn_inputs = experiment.excitation && !given;
+  const bool drawn_inputs = experiment.moves_inputs() && !given;
   if (!own_plants && !drawn_inputs && simulation.process_noise.empty())
     return simulate(plant, simulation, engine_seed, count, box_scale, given);
 
   const Eigen::MatrixXd initial = draw_initial_states(simulation, engine_seed, count, box_scale);
   Dataset set = empty_runs(plant, simulation, count);
   fill_inputs(experiment, plant, engine_seed, given, set);
+  const bool closed = experiment.feedback && !given;
   if (!own_plants) {
     const Batch all{0, count};
-    simulate_batch(plant, experiment, initial, engine_seed, all, step_inputs(experiment, given, set, all), set);
+    std::optional<Loop> loop;
+    if (closed) loop.emplace(experiment, plant, engine_seed, observer);
+    simulate_batch(plant, experiment, initial, engine_seed, all, step_inputs(experiment, given, set, all),
+                   loop ? &*loop : nullptr, set);
   } else {
     for (Eigen::Index i = 0; i < count; ++i) {
       const Batch one{i, 1};
       const auto own = make_plant(draw_parameters(*experiment.plant, engine_seed, static_cast<std::uint64_t>(i)));
-      simulate_batch(*own, experiment, initial, engine_seed, one, step_inputs(experiment, given, set, one), set);
+      std::optional<Loop> loop;
+      if (closed) loop.emplace(experiment, plant, engine_seed, observer);
+      simulate_batch(*own, experiment, initial, engine_seed, one, step_inputs(experiment, given, set, one),
+                     loop ? &*loop : nullptr, set);
     }
   }
   unwrap_outputs(set);

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// What a loop that is closed by estimates costs beside the same loop closed by the true state.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "trainer/data/dataset.h"
+
+namespace nlo::trainer {
+
+struct ClosedLoopCost {
+  Eigen::VectorXd deviation;  ///< n_x, RMS over runs and samples of x in this loop less x in the loop of the true state
+  int runs = 0;
+  int left = 0;  ///< runs in which a state goes beyond kLeft times what it reaches in any run of the true state's loop
+};
+
+inline constexpr double kLeft = 2.0;
+
+/// Runs of both sets begin at the same states with the same references. Throws codegen::Error unless they are as many.
+ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_observer);
+
+/// For people, one line.
+std::string to_text(const ClosedLoopCost& cost, const Dataset& dataset);
+
+}  // namespace nlo::trainer

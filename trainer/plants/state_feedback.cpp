@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/plants/state_feedback.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <deque>
+
+#include "codegen/base/error.h"
+#include "trainer/plants/expression.h"
+
+namespace nlo::trainer {
+
+/// It stays where it was made: the parsers point at the values.
+class StateFeedback::Laws {
+ public:
+  Laws(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants) : texts_(feedback.law) {
+    ExpressionNames names{.variables = {}, .constants = constants};
+    for (const auto& state : plant.states()) names.variables.push_back(state.name);
+    for (const auto& input : plant.inputs()) names.variables.push_back(reference_name(input.name));
+    values_.resize(names.variables.size(), 0.0);
+    for (std::size_t j = 0; j < texts_.size(); ++j)
+      compile_expression(parsers_.emplace_back(), texts_[j], where(j), names, values_.data());
+  }
+
+  Eigen::VectorXd evaluate(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference) {
+    Eigen::VectorXd::Map(values_.data(), static_cast<Eigen::Index>(values_.size())) << x_hat, reference;
+    Eigen::VectorXd u(static_cast<Eigen::Index>(parsers_.size()));
+    for (std::size_t j = 0; j < parsers_.size(); ++j) {
+      const double value = parsers_[j].Eval();
+      if (!std::isfinite(value))
+        throw codegen::Error(
+            fmt::format("{} \"{}\" is no finite number at an estimate of the loop; write one that is "
+                        "at all states",
+                        where(j), texts_[j]));
+      u(static_cast<Eigen::Index>(j)) = value;
+    }
+    return u;
+  }
+
+ private:
+  static std::string where(std::size_t j) { return fmt::format("[feedback] law[{}]", j); }
+
+  std::vector<std::string> texts_;
+  std::vector<double> values_;
+  std::deque<mu::Parser> parsers_;
+};
+
+std::string reference_name(const std::string& input) {
+  return "r_" + input;
+}
+
+bool in_closed_loop(const FeedbackConfig& feedback, Eigen::Index run) {
+  const auto before = static_cast<double>(run);
+  return std::floor((before + 1.0) * feedback.share) > std::floor(before * feedback.share);
+}
+
+StateFeedback::StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants)
+    : laws_(std::make_unique<Laws>(feedback, plant, constants)),
+      low_(Eigen::VectorXd::Map(feedback.actuator_low.data(), static_cast<Eigen::Index>(feedback.actuator_low.size()))),
+      high_(Eigen::VectorXd::Map(feedback.actuator_high.data(),
+                                 static_cast<Eigen::Index>(feedback.actuator_high.size()))) {}
+
+StateFeedback::~StateFeedback() = default;
+
+Eigen::VectorXd StateFeedback::operator()(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference) {
+  return clipped(laws_->evaluate(x_hat, reference));
+}
+
+Eigen::VectorXd StateFeedback::clipped(const Eigen::VectorXd& u) const {
+  return u.cwiseMax(low_).cwiseMin(high_);
+}
+
+}  // namespace nlo::trainer

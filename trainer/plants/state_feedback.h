@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// State feedback u = sat(k(x_hat, r)) as an experiment's [feedback] writes it: what closes the loop over an observer.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+/// What a law calls the reference of an input: "r_torque" for "torque".
+std::string reference_name(const std::string& input);
+
+/// Whether run i of a set is in the loop: `share` of them, spread evenly.
+bool in_closed_loop(const FeedbackConfig& feedback, Eigen::Index run);
+
+class StateFeedback {
+ public:
+  /// Laws over the plant's states, the references and the nominal parameters. Throws codegen::Error naming the law and
+  /// the position in it.
+  StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants);
+  ~StateFeedback();
+
+  /// u, n_u, within the limits of the actuators. Throws codegen::Error where a law is no number.
+  ///   x_hat      n_x
+  ///   reference  n_u, one for each input
+  Eigen::VectorXd operator()(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference);
+
+  /// u as it is clipped to the limits: what an actuator at rest does is clipped(0).
+  Eigen::VectorXd clipped(const Eigen::VectorXd& u) const;
+
+ private:
+  class Laws;
+  std::unique_ptr<Laws> laws_;
+  Eigen::VectorXd low_, high_;
+};
+
+}  // namespace nlo::trainer
