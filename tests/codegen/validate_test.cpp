@@ -12,6 +12,7 @@
 
 #include "codegen/base/error.h"
 #include "tests/codegen/example_models.h"
+#include "tests/codegen/flown.h"
 
 namespace nlo::codegen {
 namespace {
