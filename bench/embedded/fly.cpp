@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// One step and estimate of an observer with the paper's network, for count.cpp to count and for idle.cpp to be the size
+// One step and estimate of an observer with the paper's network, or of gated units, for count.cpp to count and for idle.cpp to be the size
 // of. What flies is chosen by macros, see CMakeLists.txt.
 #include "bench/embedded/fly.h"
 
 #include <type_traits>
 
 #include "bench/random_model.h"
-#if NLO_INT16
+#if NLO_GATED
+#include "bench/random_structures.h"
+#elif NLO_INT16
 #include "bench/random_quantised_model.h"
 #endif
 #if NLO_EIGEN || NLO_NAIVE
@@ -21,7 +23,9 @@ using nlo::Arithmetic;
 constexpr Activation kActivation = Activation::NLO_ACTIVATION;
 constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
 
-#if NLO_INT16
+#if NLO_GATED
+constexpr auto kModel = nlo::bench::random_gated_model<32>();  // and T* 32-32-2 tanh
+#elif NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_model<kActivation, kWidth, kDepth>();
 #elif NLO_EIGEN || NLO_NAIVE
 constexpr auto kLayers = nlo::bench::random_layers<3, kWidth, kDepth, 2>();
@@ -29,7 +33,7 @@ constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, 1, 1>();  // f
 #else
 constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, kWidth, kDepth>();
 #endif
-using Observer = nlo::KklObserver<std::remove_const_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
+using Observer = nlo::SampledObserver<std::remove_const_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
 
 constinit Observer observer{kModel};
 volatile float measured = 0.5F;

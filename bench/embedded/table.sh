@@ -7,7 +7,8 @@ set -euo pipefail
 builds=$1 target='' cores=(m4f m7 m33 m0plus)
 shift
 if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
-multiply_adds=7750 # 3 x 50 + 3 x 50 x 50 + 50 x 2
+network_multiply_adds=7750 # 3 x 50 + 3 x 50 x 50 + 50 x 2
+gated_multiply_adds=4256    # 33 x 64 + 33 x 32, and T*: 32 x 32 + 32 x 2
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
 failed=0
@@ -25,6 +26,8 @@ gate() {
 # row CORE VARIANT: sets the line of the table and checks what has a limit.
 row() {
   local core=$1 variant=$2 folder=$builds/$1/bench/embedded image said instructions painted observer per flash ram bound
+  local multiply_adds=$network_multiply_adds stack_limit=512 ram_limit=32
+  if [[ $variant == gated* ]]; then multiply_adds=$gated_multiply_adds stack_limit=1024 ram_limit=144; fi # z and layers of 32
   image=$folder/count_$variant.elf
   said=$(timeout 100 qemu-system-arm -M "${board[$core]}" -icount shift=0,sleep=off -nographic -monitor none -serial null \
     -semihosting-config enable=on,target=native -kernel "$image" 2>&1 </dev/null) || { echo "$image: $said" >&2; exit 1; }
@@ -37,12 +40,13 @@ row() {
   case $variant in
     eigen* | naive*) return ;;
   esac
-  gate "$core $variant: painted stack" "$painted" 512
-  gate "$core $variant: bound of the stack" "$bound" 512
-  gate "$core $variant: RAM of an observer" "$observer" 32
+  gate "$core $variant: painted stack" "$painted" $stack_limit
+  gate "$core $variant: bound of the stack" "$bound" $stack_limit
+  gate "$core $variant: RAM of an observer" "$observer" $ram_limit
   case $variant in
     int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((21 * 1024)) ;; # 3 KB of soft floats there
     float*) gate "$core $variant: flash" "$flash" $((37 * 1024)) ;;
+    gated*) gate "$core $variant: flash" "$flash" $((25 * 1024)) ;;
   esac
   [[ $core == m0plus ]] && return
   case $variant in
@@ -55,8 +59,8 @@ row() {
 lines=('| core | network | instructions | per multiply-add | flash [B] | RAM [B] | stack, bound [B] | stack, painted [B] |'
   '|---|---|---|---|---|---|---|---|')
 for core in "${cores[@]}"; do
-  for variant in {float,deterministic,int16,eigen,naive}_{relu,tanh}; do
-    if [[ $core == m0plus && $variant == deterministic* ]]; then continue; fi # soft floats: the same as float
+  for variant in {float,deterministic,int16,eigen,naive}_{relu,tanh} gated_{float,deterministic}; do
+    if [[ $core == m0plus && $variant == *deterministic* ]]; then continue; fi # soft floats: the same as float
     if [[ $variant == @(eigen|naive)_relu && $core != m4f ]]; then continue; fi
     row "$core" "$variant"
     lines+=("$line")

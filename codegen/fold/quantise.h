@@ -19,8 +19,8 @@ struct InputBox {
 };
 InputBox input_box(const Model& model, const FoldedModel& folded);
 
-/// The inverse map of a KKL observer in int16. Throws Error, naming the layer and the mend, for another structure, for
-/// silu, and when weights are too large for any scale.
+/// The inverse map of a KKL or gated observer in int16. Throws Error, naming the layer and the mend, for another
+/// structure, for silu, and when weights are too large for any scale.
 QuantisedNetwork quantise(const Model& model, const FoldedModel& folded);
 
 /// `network` over inputs in `box`. `largest` has the largest activation of each hidden layer; only relu reads it.

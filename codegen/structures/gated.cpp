@@ -169,6 +169,10 @@ class GatedModule final : public StructureModule {
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<GatedHeader>(source);
   }
+  Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
+  std::map<std::string, std::string> c99(const ExportSource&) const override {
+    return {{"LATENT", "c99/gated.c.in"}, {"STEP_DT_COST", "Some 200 operations a unit more than a sample period"}};
+  }
 };
 
 }  // namespace

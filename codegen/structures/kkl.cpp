@@ -37,32 +37,13 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
   const auto matrix = [&](const char* name, const Eigen::MatrixXd& values, const char* field) {
     return fmt::format("static const Scalar {}[kNz][{}] = {};\n", name, r, init.matrix(values, field));
   };
-  const std::vector<Channel> channels = readings(m);
-  Eigen::VectorXd wrap(m.nr());
   std::string relative;
-  for (int j = 0; j < m.nr(); ++j) {
-    wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
-    relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
-  }
-  const std::string keep = m.failures.none() ? ""
-                                             : ",\n    " + init(std::exp(-m.sample_period_s / m.failures.staleness_s),
-                                                                "may_fail.staleness_s");
-  return fmt::format("static const Recurrence kStep = {{  // over one sample period\n    {},\n    {},\n    {}{}}};\n",
-                     init.vector(folded.step.a_minus_1, "A"), init.matrix(folded.step.b0, "B0"),
-                     init.matrix(folded.step.b1, "B1"), keep) +
-         "\n// D [1/s], F, the steady state S y of a constant y, and z before the first measurement.\n" +
+  for (int j = 0; j < m.nr(); ++j) relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
+  return "// D [1/s], F, the steady state S y of a constant y, and whether T* and the domain take z less S y.\n" +
          vector("kEigenvalues", "kNz", latent.eigenvalues, "eigenvalues") +
          matrix("kOutputInjection", latent.output_injection, "output_injection") +
          matrix("kSteadyGain", folded.steady_gain, "steady_gain") +
-         vector("kInitial", "kNz", m.initial_latent, "initial_latent") +
-         vector("kNoOutput", r, Eigen::VectorXd::Zero(m.nr()), "") +
-         "\n// What a measurement may be; a full turn of an angle, or 0. The box that training has filled: of z, less "
-         "S y for\n"
-         "// relative outputs.\n" +
-         vector("kOutputMin", r, reading_min(m), "output_min") + vector("kOutputMax", r, reading_max(m), "output_max") +
-         vector("kWrap", r, wrap, "wrap") + fmt::format("static const bool kRelative[{}] = {{{}}};\n", r, relative) +
-         vector("kLatentMin", "kNz", m.latent_min, "latent_min") +
-         vector("kLatentMax", "kNz", m.latent_max, "latent_max") +
+         fmt::format("static const bool kRelative[{}] = {{{}}};\n", r, relative) +
          (!m.saturates()
               ? ""
               : "// As far as T* follows z.\n" + vector("kReachMin", "kNz", LatentReach(m).min, "saturation") +
@@ -117,9 +98,19 @@ class KklModule final : public StructureModule {
   }
   std::map<std::string, std::string> c99(const ExportSource& source) const override {
     const LinearLatent& latent = own_part<Kkl>(source.model).latent;
-    return {{"PAIRS", std::to_string(latent.pairs)},
+    const LatentStep& step = source.folded.step;
+    return {{"LATENT", "c99/kkl.c.in"},
+            {"WARM_START", "c99/warm_start.h.in"},
+            {"WARM_START_BODY", "c99/warm_start.c.in"},
+            {"TURN_BACK", "  turn_back(o);\n"},
+            {"RELATIVE", "observer->z[r] - resting(observer, r)"},
+            {"STEP_DT_COST", "Some 60 operations per latent state"},
+            {"PAIRS", std::to_string(latent.pairs)},
             {"FIRST_ORDER", source.model.hold == Hold::kZeroOrder ? "0" : "1"},
             {"STARTS_STEADY", latent.starts_steady ? "1" : "0"},
+            {"A_MINUS_1", source.init.vector(step.a_minus_1, "A")},
+            {"B0", source.init.matrix(step.b0, "B0")},
+            {"B1", source.init.matrix(step.b1, "B1")},
             {"TABLES", c99_tables(source.model, source.folded, source.init)}};
   }
 };

@@ -72,7 +72,8 @@ class StructureModule {
   virtual Abilities abilities() const { return {}; }
   /// Its part of a C++ header. All arguments must outlive the result.
   virtual std::unique_ptr<CppStructure> cpp(const ExportSource& source) const = 0;
-  /// Its part of templates/c99: values by name. Only with abilities().c99.
+  /// Its part of templates/c99: values by name. LATENT (how z moves), and where it has a steady state WARM_START and
+  /// WARM_START_BODY, name templates of its own. Only with abilities().c99.
   virtual std::map<std::string, std::string> c99(const ExportSource&) const { return {}; }
 };
 

@@ -45,6 +45,20 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
       name, literal(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u");
 }
 
+/// What a measurement may be, and where z starts and stays.
+std::map<std::string, std::string> ranges(const Model& m, const Initialiser& init) {
+  Eigen::VectorXd wrap(m.nr());
+  const std::vector<Channel> channels = readings(m);
+  for (int j = 0; j < m.nr(); ++j) wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
+  return {{"INITIAL", init.vector(m.initial_latent, "initial_latent")},
+          {"NO_OUTPUT", init.vector(Eigen::VectorXd::Zero(m.nr()), "")},
+          {"OUTPUT_MIN", init.vector(reading_min(m), "output_min")},
+          {"OUTPUT_MAX", init.vector(reading_max(m), "output_max")},
+          {"WRAP", init.vector(wrap, "wrap")},
+          {"LATENT_MIN", init.vector(m.latent_min, "latent_min")},
+          {"LATENT_MAX", init.vector(m.latent_max, "latent_max")}};
+}
+
 }  // namespace
 
 void check_c99(const Model& m) {
@@ -90,10 +104,19 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
       {"STATES", c99_positions(name + "_state_", m.states)},
       {"STEP_COST", with_activations(parts->step_multiply_adds(), parts->step_activations())},
       {"ESTIMATE_COST", with_activations(parts->estimate_multiply_adds(), parts->estimate_activations())},
+      {"ARITHMETIC", c99_arithmetic(folded, quantised != nullptr, init, suffix)},
+      {"NETWORKS", c99_step_networks(folded, init)},
       {"MAP", map},
+      {"WARM_START", ""},
+      {"WARM_START_BODY", ""},
+      {"TURN_BACK", ""},
+      {"RELATIVE", "observer->z[r]"},
   };
   values.merge(c99_readings(m, name, init));
-  values.merge(module_of(m).c99(prepared.source()));
+  values.merge(ranges(m, init));
+  for (const auto& [key, value] : module_of(m).c99(prepared.source())) values[key] = value;
+  for (const char* part : {"LATENT", "WARM_START", "WARM_START_BODY"})
+    if (!values[part].empty()) values[part] = filled(embedded_text(values[part]), values);
   values["TOP"] = "";
   std::uint32_t hash = 0x811c9dc5U;  // FNV-1a of all that the two must agree on
   for (const auto& [key, value] : values)

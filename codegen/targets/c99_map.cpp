@@ -34,20 +34,20 @@ std::string tanh_text(const Initialiser& init, const std::string& suffix) {
 }
 
 /// The body of `activated`, for every activation whose row says that C99 has it.
-std::string activation(Activation kind, const Initialiser& init, const std::string& suffix) {
+std::string activation(Activation kind, const std::string& suffix) {
   switch (kind) {
     case Activation::kTanh:
-      return tanh_text(init, suffix) + "static Scalar activated(Scalar v) { return tanh_rational(v); }\n\n";
+      return "static Scalar activated(Scalar v) { return tanh_rational(v); }\n\n";
     case Activation::kRelu:
       return fmt::format("static Scalar activated(Scalar v) {{ return v > 0.0{0} ? v : 0.0{0}; }}\n\n", suffix);
     case Activation::kSilu:
-      return tanh_text(init, suffix) + fmt::format(
-                                           "// silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2\n"
-                                           "static Scalar activated(Scalar v) {{\n"
-                                           "  const Scalar half = v * 0.5{};\n"
-                                           "  return half * tanh_rational(half) + half;\n"
-                                           "}}\n\n",
-                                           suffix);
+      return fmt::format(
+          "// silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2\n"
+          "static Scalar activated(Scalar v) {{\n"
+          "  const Scalar half = v * 0.5{};\n"
+          "  return half * tanh_rational(half) + half;\n"
+          "}}\n\n",
+          suffix);
     case Activation::kTanh5e6:
     case Activation::kTanh5e5:
       break;
@@ -109,6 +109,31 @@ std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, con
   return text + "}";
 }
 
+std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, const Initialiser& init,
+                           const std::string& suffix) {
+  const FoldedNetwork& map = *folded.inverse_map();
+  const bool learned_step = folded.networks.size() > 1;
+  if (has_int16_map && !learned_step) return "";
+  const bool map_reads_tanh = !has_int16_map && map.layers.size() > 1 &&
+                              activation(map.activation, suffix).find("tanh_rational") != std::string::npos;
+  return std::string(embedded_text("c99/dense.c.in")) + "\n" +
+         (learned_step || map_reads_tanh ? tanh_text(init, suffix) + "\n" : "");
+}
+
+std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init) {
+  std::string text;
+  for (const FoldedNetwork& n : folded.networks) {
+    if (n.field == "inverse_map") continue;
+    std::string name = n.field;  // gates: kGates, kGatesBias
+    name.front() = static_cast<char>(name.front() - 'a' + 'A');
+    const DenseLayer& layer = n.layers.front();
+    text += table(init, "k" + name, layer.weights, n.field + ".layers[0].weights") +
+            fmt::format("static const Scalar k{}Bias[{}] = {};\n", name, layer.bias.size(),
+                        init.vector(layer.bias, n.field + ".layers[0].bias"));
+  }
+  return text;
+}
+
 std::string c99_map(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init,
                     const std::string& suffix) {
   const FoldedNetwork& map = *folded.inverse_map();
@@ -133,8 +158,8 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
     body += fmt::format("  dense({}, {}, kLinearPath, x_hat, in, x_hat);\n", map.linear_path.cols(),
                         map.linear_path.rows());
   }
-  text += "\n" + std::string(embedded_text("c99/dense.c.in")) + "\n";
-  if (map.layers.size() > 1) text += activation(map.activation, init, suffix) + kHidden;
+  text += "\n";
+  if (map.layers.size() > 1) text += activation(map.activation, suffix) + kHidden;
 
   text += estimate_head(name, m, folded, init);
   // Ping-pong buffers: one for each layer would be a kilobyte of stack.
@@ -156,7 +181,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
                         integers(by_rows.reshaped(), static_cast<std::size_t>(columns)));
     text += fmt::format("static const int32_t kBias{}[{}] = {};\n", l + 1, rows, integers(layer.bias, 8));
     const bool last = l + 1 == map.layers.size();
-    body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, values, sums);\n", last ? "dense" : "hidden",
+    body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, values, sums);\n", last ? "integer_dense" : "hidden",
                         columns, rows, last ? "" : fmt::format("{}, ", layer.shift), l + 1);
     if (!last) widest = std::max(widest, rows);
     most_sums = std::max(most_sums, rows);

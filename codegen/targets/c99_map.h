@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The inverse map of an observer in C99: its weights as tables, and NAME_estimate.
+// The networks of an observer in C99: their weights as tables, what evaluates them, and NAME_estimate.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,14 @@
 
 namespace nlo::codegen {
 
-/// The functions of a map in the scalar of `init`, from `dense` to NAME_estimate; `suffix` ends its literals.
+/// `dense` and `tanh_rational` in the scalar of `init`, as far as the step and the map need them; `suffix` ends literals.
+std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, const Initialiser& init,
+                           const std::string& suffix);
+
+/// The tables of the networks that a step evaluates, each of one layer; empty where there is none.
+std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init);
+
+/// The functions of a map in the scalar of `init`, up to NAME_estimate.
 std::string c99_map(const std::string& name, const Model& model, const FoldedModel& folded, const Initialiser& init,
                     const std::string& suffix);
 

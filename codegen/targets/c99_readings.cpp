@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
+
 namespace nlo::codegen {
 namespace {
 
@@ -32,6 +34,7 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["MORE_SIZES"] += fmt::format(", kNf = {}", f.outputs.size());
   values["AND_MORE"] += ", and how stale those are that may be missing";
   values["KEEP_FIELD"] = "  Scalar keep;  // what is left of a missing output over the step\n";
+  values["KEEP_VALUE"] = ",\n    " + init(std::exp(-m.sample_period_s / f.staleness_s), "may_fail.staleness_s");
   values["KEEP_OVER"] = fmt::format(
       "  Complex fade, phi1, phi2;\n"
       "  const Complex w = {{-({} * h), 0.0{}}};  // 1 / staleness_s\n"
@@ -59,7 +62,7 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
       name, fmt::join(f.outputs.begin(), f.outputs.end(), ", "), init.vector(f.rest, "may_fail.rest"), suffix);
   values["TAKEN"] = "Scalar*";
   values["FILL"] =
-      fmt::format("  const bool missing = fill_missing(o, y, o->started == 1 ? recurrence->keep : 0.0{});\n", suffix);
+      fmt::format("  const bool missing = fill_missing(o, y, o->started == 1 ? step->keep : 0.0{});\n", suffix);
   values["FILL_START"] = fmt::format("  const bool missing = fill_missing(observer, r, 0.0{});\n", suffix);
   values["STATUS"] = fmt::format("missing && status < {0}_HELD ? {0}_HELD : status", name);
   values["STALENESS"] = fmt::format(
@@ -97,8 +100,8 @@ std::string c99_readings_size(const Model& m) {
 std::map<std::string, std::string> c99_readings(const Model& m, const std::string& name, const Initialiser& init) {
   Values values;
   for (const char* key : {"MORE_SIZES", "PUBLIC_SIZES", "SIZES_MORE", "INPUT_POSITIONS", "AND_MORE", "U_PARAMETER",
-                          "INPUT_NOTE", "HOLD_INPUTS", "READ", "COPY_INPUTS", "KEEP_FIELD", "KEEP_OVER", "FILL_MISSING",
-                          "FILL", "FILL_START", "STALENESS", "STALENESS_BODY"})
+                          "INPUT_NOTE", "HOLD_INPUTS", "READ", "COPY_INPUTS", "KEEP_FIELD", "KEEP_VALUE", "KEEP_OVER",
+                          "FILL_MISSING", "FILL", "FILL_START", "STALENESS", "STALENESS_BODY"})
     values[key] = "";
   values["READINGS"] = "y";
   values["TAKEN"] = "const Scalar*";

@@ -19,12 +19,12 @@ namespace {
 // clang-format off
 constexpr std::array kRuntimeNames = {
     "Activation", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "DelayLine", "Dense", "Domain", "DrivenKklModel",
-    "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
+    "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
     "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "ModeWeights", "NoLinearPath", "ObserverCore", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "SensorFailures",
-    "Saturation", "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
+    "SampledBatch", "Saturation", "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
     "add_relative_state", "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estrin", "evaluate_inverse",
     "explicit_rk_step", "exponential_rk_step", "fill_missing", "forced_step", "forced_weights", "from_eigen", "gate_of", "gate_over", "horner", "integrate",
     "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kMayBeMissing", "kMostPieces", "kRk4",

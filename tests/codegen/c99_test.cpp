@@ -10,6 +10,7 @@
 
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
+#include "codegen/structures/module.h"
 #include "codegen/targets/replay.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"
@@ -36,9 +37,16 @@ TEST(C99, IsTheCommittedOne) {
 
 TEST(C99, RefusesOtherStructuresAndNamesTheMend) {
   for (const Model& model : structure_models()) {
-    EXPECT_THAT(error_of(model), testing::AllOf(HasSubstr("target c99 writes kkl"), HasSubstr("--target cpp")));
+    if (module_of(model).abilities().c99) continue;
+    EXPECT_THAT(error_of(model), testing::AllOf(HasSubstr("target c99 writes kkl, gated"), HasSubstr("--target cpp")));
     EXPECT_THROW(replay_c99(PreparedExport(model, {})), Error);
   }
+}
+
+TEST(C99, StartsFromASteadyStateOnlyWhereThereIsOne) {
+  for (const NamedText& file : c99(PreparedExport(gated_model(), {}))) EXPECT_THAT(file.text, Not(HasSubstr("steady")));
+  for (const NamedText& file : c99(PreparedExport(rig_model(), {})))
+    EXPECT_THAT(file.text, HasSubstr("rig_status rig_warm_start(rig_observer* observer"));
 }
 
 TEST(C99, RefusesWhatFloatCannotHoldAndModelsThatAreNotValid) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
-# C99 exports of all KKL examples: strict C without a warning, no undefined symbol, the golden replay, and bit for bit what
+# C99 exports of all examples that it writes: strict C without a warning, no undefined symbol, the golden replay, and bit for bit what
 # the C++ runtime's deterministic policy gives, at any optimisation level. Three controls show that each would be seen.
 #   compile_c99.sh EXPORT_MODEL SOURCE_DIR C_COMPILER C++_COMPILER
 set -euo pipefail
@@ -14,21 +14,27 @@ warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wer
 strict=(-std=c99 "${warnings[@]}" -Wstrict-prototypes -Wmissing-prototypes)
 
 # What C99 is written for; another structure is refused, which c99_test.cpp holds.
-kkl_examples() {
+examples() {
   local example
   for example in $("$export_model"); do
-    "$export_model" "$example" model float "$example" "$work/$example.json" || exit 1
-    if grep -q '"structure": "kkl"' "$work/$example.json"; then echo "$example"; fi
+    if "$export_model" "$example" c99 float "$example" "$work/$example.h" 2>"$work/refused.txt"; then
+      echo "$example"
+    else
+      grep -q 'target c99 writes' "$work/refused.txt" || { cat "$work/refused.txt" >&2 && exit 1; }
+    fi
   done
 }
 
 # The C++ runtime behind the C header of NAME.
 shim() {
-  if grep -q "$1_NU" "$work/$1.h"; then echo "NLO_C99_DRIVEN_SHIM($1, $2)"; else echo "NLO_C99_SHIM($1, $2)"; fi
+  local driven=
+  if grep -q "$1_NU" "$work/$1.h"; then driven=DRIVEN_; fi
+  echo "NLO_C99_${driven}SHIM($1, $2)"
+  if grep -q "$1_warm_start" "$work/$1.h"; then echo "NLO_C99_${driven}WARM_SHIM($1, $2)"; fi
 }
 
 names=()
-for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 commanded:int16 failing:double saturating_rig:double saturating:int16 $(kkl_examples | sed 's/$/:float/'); do
+for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 commanded:int16 failing:double saturating_rig:double saturating:int16 gated:double failing_gated:double commanded_gated:int16 gated:int16 $(examples | sed 's/$/:float/'); do
   example=${entry%:*} scalar=${entry#*:} name=$example
   if [[ $scalar != float ]]; then name=${example}_$scalar; fi
   names+=("$name:${scalar/int16/float}") # all but T* is float
@@ -48,6 +54,7 @@ for entry in "${names[@]}"; do sources+=("$work/${entry%:*}.c") && objects+=("$w
     echo "#define NLO_SCALAR ${entry#*:}"
     inputs=$(sed -n "s/.* ${name}_NU = \([0-9]*\).*/\1/p" "$work/$name.h")
     if [[ $inputs ]]; then echo "#define NLO_INPUTS $inputs"; fi
+    if grep -q "${name}_warm_start" "$work/$name.h"; then echo '#define NLO_SETTLES'; fi
     echo "#include \"$tests/drive.h\""
     bytes=$(sed -n 's|.*_observer takes \([0-9]*\) bytes of RAM.*|\1|p' "$work/$name.h")
     echo "typedef char ${name}_takes_its_bytes[sizeof(${name}_observer) == $bytes ? 1 : -1];"
@@ -85,11 +92,21 @@ for flags in '-std=c99 -O0' '-std=c99 -Os' '-std=c99 -O2' "-std=gnu11 -O3 -march
 done
 cat "$work/want.txt"
 
-# Controls: half a percent on one weight; fused arithmetic; a header with the source of another export; a call of libm.
+# Controls: half a percent on one weight; a gate and a rate that are a little off; fused arithmetic; a header with the source of another export; a call of libm.
 "$export_model" rig c99 float rig "$work/rig.h" 1.005
 (cd "$work" && "$cc" "${strict[@]}" -O2 -c rig.c && "$cc" main.o "${objects[@]}" -o control)
 ! "$work/control" >"$work/control.txt" || { echo 'FAILED  a wrong weight went unseen' && failed=1; }
 grep -q '^rig answers' "$work/control.txt" || { echo 'FAILED  it was not the replay that saw it' && failed=1; }
+
+cp "$work/gated.c" "$work/gated_good.c"
+for spoilt in 's/t \* 0.5f + 0.5f/t * 0.5f + 0.49f/:gated answers' 's/k = 15; k >= 0/k = 1; k >= 0/:gated '; do
+  sed "${spoilt%:*}" "$work/gated_good.c" >"$work/gated.c"
+  (cd "$work" && "$cc" "${strict[@]}" -O2 -c gated.c && "$cc" main.o "${objects[@]}" -o control)
+  "$work/control" | diff "$work/want.txt" - >"$work/control.txt" || true
+  grep -q "^> ${spoilt#*:}" "$work/control.txt" || { echo "FAILED  ${spoilt%:*} went unseen" && failed=1; }
+done
+mv "$work/gated_good.c" "$work/gated.c"
+(cd "$work" && "$cc" "${strict[@]}" -O2 -c gated.c)
 
 "$export_model" rig c99 float rig "$work/rig.h"
 cp "$work/rig.c" "$work/rig_good.c"

@@ -13,9 +13,9 @@ strict=(-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wsh
 
 # name:example:scalar
 exports=()
-for name in rig van_der_pol pendulum general driven commanded commanded_general failing saturating; do exports+=("${name}_double:$name:double"); done
+for name in rig van_der_pol pendulum general driven commanded commanded_general gated failing saturating; do exports+=("${name}_double:$name:double"); done
 for name in $("$export_model"); do exports+=("$name:$name:float"); done
-for name in rig van_der_pol tiny tiny_relu tiny_tanh linear tiny_rk4 commanded failing saturating_rig; do exports+=("${name}_int16:$name:int16"); done
+for name in rig van_der_pol tiny tiny_relu tiny_tanh linear tiny_rk4 commanded failing gated commanded_gated saturating_rig; do exports+=("${name}_int16:$name:int16"); done
 for name in rig van_der_pol tiny_relu pendulum driven; do exports+=("${name}_bf16:$name:float,bf16"); done
 for name in van_der_pol general; do exports+=("${name}_fp16:$name:float,fp16"); done
 coarse=(van_der_pol_coarse rig_coarse general_coarse driven_coarse) # tanh within 5e-5

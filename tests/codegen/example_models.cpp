@@ -391,6 +391,18 @@ Model commanded_gated_model() {
   return m;
 }
 
+Model failing_gated_model() {
+  Model m = gated_model();
+  m.name = "failing_gated";
+  m.failures = {.outputs = {1}, .rest = Eigen::VectorXd::Constant(1, -0.5), .staleness_s = 0.05};
+  const Gated own = std::get<Gated>(m.structure);
+  Network map = own.inverse_map;
+  map.features.conservativeResize(7, 8);  // T* gives the staleness no weight
+  map.features.col(7).setZero();
+  m.structure = Gated{random_network({8, 10}, 57, 0.8), random_network({8, 5}, 58, 0.9), map};
+  return m;
+}
+
 Model commanded_window_model() {
   Model m = with_input(window_model(), "commanded_window", Hold::kZeroOrder);
   m.initial_latent = Eigen::VectorXd::Zero(9);
@@ -421,6 +433,7 @@ std::vector<Model> example_models() {
                                commanded_luenberger_model(),
                                commanded_general_model(),
                                commanded_gated_model(),
+                               failing_gated_model(),
                                commanded_window_model()};
   for (const Model& m : structure_models()) models.push_back(m);
   return models;

@@ -59,6 +59,9 @@ Model saturating_rig_model();  // of z less S y of an angle
 Model commanded_luenberger_model();
 Model commanded_general_model();
 Model commanded_gated_model();
+
+/// Gated units whose second output may be missing.
+Model failing_gated_model();
 Model commanded_window_model();
 
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.

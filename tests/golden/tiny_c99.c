@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x69736325
+#if tiny_c99_EXPORT != 0x5c2dcb8c
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -17,9 +17,6 @@
 typedef float Scalar;
 
 enum { kNx = 1, kNy = 1, kNz = 2 };
-enum { kPairs = 0 };  // rows of z: (re, im) of each complex pair, then real modes
-enum { kFirstOrder = 1 };  // between samples y is 1: a ramp, 0: constant
-enum { kStartsSteady = 0 };  // the first measurement sets z to its steady state
 enum { kStaleAfter = 13 };
 enum { kLongestGap = 1000 };  // sample periods
 
@@ -27,29 +24,13 @@ static const Scalar kSamplePeriod = 0.02f;  // s
 static const Scalar kLargest = 1.2676506e+30f;  // |z| that a step can still take
 static const Scalar kTiny = 7.888609e-31f;  // |z| that is as good as none
 
-// z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}
-typedef struct {
-  Scalar a_minus_1[kNz], b0[kNz][kNy], b1[kNz][kNy];
-} Recurrence;
-
-static const Recurrence kStep = {  // over one sample period
-    {-0.019801326f, -0.07688365f},
-    {{0.009867662f}, {0.009482331f}},
-    {{0.009933665f}, {0.009738582f}}};
-
-// D [1/s], F, the steady state S y of a constant y, and z before the first measurement.
-static const Scalar kEigenvalues[kNz] = {-1.0f, -4.0f};
-static const Scalar kOutputInjection[kNz][kNy] = {{1.0f}, {1.0f}};
-static const Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
-static const Scalar kInitial[kNz] = {0.0f, 0.0f};
+static const Scalar kInitial[kNz] = {0.0f, 0.0f};  // z before the first measurement
 static const Scalar kNoOutput[kNy] = {0.0f};
 
-// What a measurement may be; a full turn of an angle, or 0. The box that training has filled: of z, less S y for
-// relative outputs.
+// What a measurement may be; a full turn of an angle, or 0. The box that training has filled.
 static const Scalar kOutputMin[kNy] = {-3.0f};
 static const Scalar kOutputMax[kNy] = {3.0f};
 static const Scalar kWrap[kNy] = {0.0f};
-static const bool kRelative[kNy] = {false};
 static const Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
 static const Scalar kLatentMax[kNz] = {4.0f, 1.0f};
 
@@ -118,10 +99,6 @@ static Complex sum(Complex a, Complex b) {
   const Complex c = {a.re + b.re, a.im + b.im};
   return c;
 }
-static Complex difference(Complex a, Complex b) {
-  const Complex c = {a.re - b.re, a.im - b.im};
-  return c;
-}
 static Complex product(Complex a, Complex b) {
   const Complex c = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
   return c;
@@ -159,190 +136,12 @@ static void phi(Complex w, Complex* exp_minus_1, Complex* phi1, Complex* phi2) {
   *phi2 = p2;
 }
 
-// D and F over a step of h seconds, by phi at w = lambda h.
-static void discretise(Scalar h, Recurrence* step) {
+// With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
+static void drop_subnormals(Scalar* z) {
   for (int r = 0; r < kNz; ++r) {
-    const bool paired = r < 2 * kPairs;
-    const Complex lambda = {kEigenvalues[r], paired ? kEigenvalues[paired ? r + 1 : r] : 0.0f};
-    Complex exp_minus_1, phi1, phi2;
-    phi(scaled(lambda, h), &exp_minus_1, &phi1, &phi2);
-    const Complex b0 = scaled(kFirstOrder ? difference(phi1, phi2) : phi1, h);
-    Complex b1;  // no initialiser: clang makes a call of one that is all zeros
-    b1.re = kFirstOrder ? phi2.re * h : 0.0f;
-    b1.im = kFirstOrder ? phi2.im * h : 0.0f;
-    step->a_minus_1[r] = exp_minus_1.re;
-    if (!paired) {
-      for (int j = 0; j < kNy; ++j) {
-        step->b0[r][j] = b0.re * kOutputInjection[r][j];
-        step->b1[r][j] = b1.re * kOutputInjection[r][j];
-      }
-      continue;
-    }
-    const int next = paired ? r + 1 : r;
-    step->a_minus_1[next] = exp_minus_1.im;
-    for (int j = 0; j < kNy; ++j) {
-      const Complex f = {kOutputInjection[r][j], kOutputInjection[next][j]};
-      const Complex c0 = product(b0, f), c1 = product(b1, f);
-      step->b0[r][j] = c0.re;
-      step->b0[next][j] = c0.im;
-      step->b1[r][j] = c1.re;
-      step->b1[next][j] = c1.im;
-    }
-    r = next;
-  }
-}
-
-// z <- A z + B0 y_k + B1 y_{k+1}
-static void advance(const Recurrence* step, Scalar* z, const Scalar* y, const Scalar* y_next) {
-  const Scalar* a = step->a_minus_1;
-  Scalar change[kNz];
-  for (int r = 0; r < 2 * kPairs; r += 2) {
-    change[r] = a[r] * z[r] - a[r + 1] * z[r + 1];
-    change[r + 1] = a[r] * z[r + 1] + a[r + 1] * z[r];
-  }
-  for (int r = 2 * kPairs; r < kNz; ++r) change[r] = a[r] * z[r];
-  for (int r = 0; r < kNz; ++r) {
-    for (int j = 0; j < kNy; ++j) change[r] += step->b0[r][j] * y[j] + step->b1[r][j] * y_next[j];
-    z[r] += change[r];
-    // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
     if (z[r] < kTiny && z[r] > -kTiny) z[r] = 0.0f;
   }
 }
-
-static void start(tiny_c99_observer* o, const Scalar* y, bool steady) {
-  for (int j = 0; j < kNy; ++j) {
-    const Scalar turn = kWrap[j];
-    o->y[j] = turn > 0.0f ? wrapped(y[j], turn) : y[j];
-  }
-  for (int r = 0; steady && r < kNz; ++r) {
-    for (int j = 0; j < kNy; ++j) o->z[r] += kSteadyGain[r][j] * o->y[j];
-  }
-  o->started = 1;
-}
-
-// An angle that has left its first turn goes back by whole turns, and z with it: S is the response to a constant, so the
-// latent system does not notice.
-static void turn_back(tiny_c99_observer* o) {
-  for (int j = 0; j < kNy; ++j) {
-    const Scalar turn = kWrap[j];
-    if (!(turn > 0.0f)) continue;
-    const Scalar back = turn * whole_turns(o->y[j], turn);
-    if (!(back < 0.0f || back > 0.0f)) continue;
-    o->y[j] -= back;
-    for (int r = 0; r < kNz; ++r) o->z[r] -= kSteadyGain[r][j] * back;
-  }
-}
-
-// One step by its recurrence: that of the sample period, or of another step.
-static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Recurrence* recurrence) {
-  Scalar next[kNy];
-  copy(next, o->y, kNy);
-  const tiny_c99_status status = screened(y, next);
-  if (status == tiny_c99_HELD) {
-    one_more_held(o);
-    if (o->started == 0) return tiny_c99_last_status(o);  // nothing to hold yet
-  } else {
-    o->held = 0;
-    noted(o, status);
-    if (o->started == 0) {
-      start(o, next, kStartsSteady);
-      return status;
-    }
-  }
-  advance(recurrence, o->z, o->y, next);
-  copy(o->y, next, kNy);
-  turn_back(o);
-  return tiny_c99_last_status(o);
-}
-
-void tiny_c99_reset(tiny_c99_observer* observer) {
-  copy(observer->z, kInitial, kNz);
-  copy(observer->y, kNoOutput, kNy);
-  observer->held = 0;
-  observer->status = (uint8_t)tiny_c99_OK;
-  observer->started = 0;
-}
-
-void tiny_c99_init(tiny_c99_observer* observer) { tiny_c99_reset(observer); }
-
-tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]) {
-  Scalar accepted[kNy];
-  copy(accepted, observer->y, kNy);
-  const tiny_c99_status status = screened(y, accepted);
-  if (status == tiny_c99_HELD) return one_more_held(observer);
-  tiny_c99_reset(observer);
-  start(observer, accepted, true);
-  return noted(observer, status);
-}
-
-tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) { return take(observer, y, &kStep); }
-
-tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
-  const bool possible = is_finite(dt_s) && dt_s > 0.0f && dt_s <= (Scalar)kLongestGap * kSamplePeriod;
-  if (!possible) return noted(observer, tiny_c99_REJECTED);
-  Recurrence recurrence;
-  discretise(dt_s, &recurrence);
-  return take(observer, y, &recurrence);
-}
-
-tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
-  union {
-    uint32_t bits;
-    Scalar value;
-  } not_finite;
-  not_finite.bits = 0x7f800000U;
-  Scalar y[kNy];
-  for (int j = 0; j < kNy; ++j) y[j] = not_finite.value;
-  return take(observer, y, &kStep);
-}
-
-tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) { return (tiny_c99_status)observer->status; }
-
-bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
-  bool inside = true;
-  for (int r = 0; r < kNz; ++r) {
-    Scalar rest = 0.0f;
-    for (int j = 0; j < kNy; ++j) {
-      if (kRelative[j]) rest += kSteadyGain[r][j] * observer->y[j];
-    }
-    const Scalar relative = observer->z[r] - rest;
-    inside = inside && relative >= kLatentMin[r] && relative <= kLatentMax[r];
-  }
-  return inside;
-}
-
-bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved) {
-  bool good = saved->started <= 1 && saved->status <= (uint8_t)tiny_c99_REJECTED;
-  for (int r = 0; r < kNz; ++r)
-    good = good && is_finite(saved->z[r]) && saved->z[r] >= -kLargest && saved->z[r] <= kLargest;
-  for (int j = 0; j < kNy; ++j) {
-    const Scalar y = saved->y[j];
-    const bool in_range = y >= kOutputMin[j] && y <= kOutputMax[j];
-    const bool in_turn = kWrap[j] > 0.0f && y >= -kWrap[j] && y <= kWrap[j];
-    const bool none = y <= 0.0f && y >= 0.0f;
-    good = good && is_finite(y) && (saved->started == 1 ? in_range || in_turn : none);
-  }
-  if (!good) return false;
-  copy(observer->z, saved->z, kNz);
-  copy(observer->y, saved->y, kNy);
-  observer->held = saved->held;
-  observer->status = saved->status;
-  observer->started = saved->started;
-  return true;
-}
-
-// T*: one neuron per line.
-static const Scalar kWeights1[4 * 2] = {
-    0.232917f, 3.440228f,
-    1.6481663f, -0.7788087f,
-    -0.19503292f, 3.679755f,
-    1.3204453f, 0.32287326f,
-};
-static const Scalar kBias1[4] = {-0.5352224f, 0.5366941f, -0.48333663f, 0.20517758f};
-static const Scalar kWeights2[1 * 4] = {
-    -0.14829469f, 0.09898687f, -0.21073124f, -1.0957534f,
-};
-static const Scalar kBias2[1] = {0.5261358f};
 
 // out = W in + b, weights one neuron after the other. `out` may be `bias`, not `in`.
 static void dense(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
@@ -381,6 +180,231 @@ static Scalar tanh_rational(Scalar x) {
   const Scalar q = (((8.646428e-07f * s + 0.000343050633f) * s + 0.0262066592f) * s + 0.467870831f) * s + 1.0f;
   return x * p / q;
 }
+
+enum { kPairs = 0 };  // rows of z: (re, im) of each complex pair, then real modes
+enum { kFirstOrder = 1 };  // between samples y is 1: a ramp, 0: constant
+enum { kStartsSteady = 0 };  // the first measurement sets z to its steady state
+
+// z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}
+typedef struct {
+  Scalar a_minus_1[kNz], b0[kNz][kNy], b1[kNz][kNy];
+} Step;
+
+static const Step kStep = {  // over one sample period
+    {-0.019801326f, -0.07688365f},
+    {{0.009867662f}, {0.009482331f}},
+    {{0.009933665f}, {0.009738582f}}};
+
+// D [1/s], F, the steady state S y of a constant y, and whether T* and the domain take z less S y.
+static const Scalar kEigenvalues[kNz] = {-1.0f, -4.0f};
+static const Scalar kOutputInjection[kNz][kNy] = {{1.0f}, {1.0f}};
+static const Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
+static const bool kRelative[kNy] = {false};
+
+static Complex difference(Complex a, Complex b) {
+  const Complex c = {a.re - b.re, a.im - b.im};
+  return c;
+}
+
+// D and F over a step of h seconds, by phi at w = lambda h.
+static void make_step(Scalar h, Step* step) {
+  for (int r = 0; r < kNz; ++r) {
+    const bool paired = r < 2 * kPairs;
+    const Complex lambda = {kEigenvalues[r], paired ? kEigenvalues[paired ? r + 1 : r] : 0.0f};
+    Complex exp_minus_1, phi1, phi2;
+    phi(scaled(lambda, h), &exp_minus_1, &phi1, &phi2);
+    const Complex b0 = scaled(kFirstOrder ? difference(phi1, phi2) : phi1, h);
+    Complex b1;  // no initialiser: clang makes a call of one that is all zeros
+    b1.re = kFirstOrder ? phi2.re * h : 0.0f;
+    b1.im = kFirstOrder ? phi2.im * h : 0.0f;
+    step->a_minus_1[r] = exp_minus_1.re;
+    if (!paired) {
+      for (int j = 0; j < kNy; ++j) {
+        step->b0[r][j] = b0.re * kOutputInjection[r][j];
+        step->b1[r][j] = b1.re * kOutputInjection[r][j];
+      }
+      continue;
+    }
+    const int next = paired ? r + 1 : r;
+    step->a_minus_1[next] = exp_minus_1.im;
+    for (int j = 0; j < kNy; ++j) {
+      const Complex f = {kOutputInjection[r][j], kOutputInjection[next][j]};
+      const Complex c0 = product(b0, f), c1 = product(b1, f);
+      step->b0[r][j] = c0.re;
+      step->b0[next][j] = c0.im;
+      step->b1[r][j] = c1.re;
+      step->b1[next][j] = c1.im;
+    }
+    r = next;
+  }
+}
+
+// z <- A z + B0 y_k + B1 y_{k+1}
+static void advance(const Step* step, Scalar* z, const Scalar* y, const Scalar* y_next) {
+  const Scalar* a = step->a_minus_1;
+  Scalar change[kNz];
+  for (int r = 0; r < 2 * kPairs; r += 2) {
+    change[r] = a[r] * z[r] - a[r + 1] * z[r + 1];
+    change[r + 1] = a[r] * z[r + 1] + a[r + 1] * z[r];
+  }
+  for (int r = 2 * kPairs; r < kNz; ++r) change[r] = a[r] * z[r];
+  for (int r = 0; r < kNz; ++r) {
+    for (int j = 0; j < kNy; ++j) change[r] += step->b0[r][j] * y[j] + step->b1[r][j] * y_next[j];
+    z[r] += change[r];
+  }
+}
+
+// z on by the steady state of y.
+static void settle(tiny_c99_observer* o) {
+  for (int r = 0; r < kNz; ++r) {
+    for (int j = 0; j < kNy; ++j) o->z[r] += kSteadyGain[r][j] * o->y[j];
+  }
+}
+
+static void settle_first(tiny_c99_observer* o) {
+  if (kStartsSteady) settle(o);
+}
+
+// S y of relative outputs.
+static Scalar resting(const tiny_c99_observer* o, int r) {
+  Scalar rest = 0.0f;
+  for (int j = 0; j < kNy; ++j) {
+    if (kRelative[j]) rest += kSteadyGain[r][j] * o->y[j];
+  }
+  return rest;
+}
+
+// An angle that has left its first turn goes back by whole turns, and z with it: S is the response to a constant, so the
+// latent system does not notice.
+static void turn_back(tiny_c99_observer* o) {
+  for (int j = 0; j < kNy; ++j) {
+    const Scalar turn = kWrap[j];
+    if (!(turn > 0.0f)) continue;
+    const Scalar back = turn * whole_turns(o->y[j], turn);
+    if (!(back < 0.0f || back > 0.0f)) continue;
+    o->y[j] -= back;
+    for (int r = 0; r < kNz; ++r) o->z[r] -= kSteadyGain[r][j] * back;
+  }
+}
+
+static void start(tiny_c99_observer* o, const Scalar* y) {
+  for (int j = 0; j < kNy; ++j) {
+    const Scalar turn = kWrap[j];
+    o->y[j] = turn > 0.0f ? wrapped(y[j], turn) : y[j];
+  }
+  o->started = 1;
+}
+
+// One step: that of the sample period, or another.
+static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* step) {
+  Scalar next[kNy];
+  copy(next, o->y, kNy);
+  const tiny_c99_status status = screened(y, next);
+  if (status == tiny_c99_HELD) {
+    one_more_held(o);
+    if (o->started == 0) return tiny_c99_last_status(o);  // nothing to hold yet
+  } else {
+    o->held = 0;
+    noted(o, status);
+    if (o->started == 0) {
+      start(o, next);
+      settle_first(o);
+      return status;
+    }
+  }
+  advance(step, o->z, o->y, next);
+  drop_subnormals(o->z);
+  copy(o->y, next, kNy);
+  turn_back(o);
+  return tiny_c99_last_status(o);
+}
+
+void tiny_c99_reset(tiny_c99_observer* observer) {
+  copy(observer->z, kInitial, kNz);
+  copy(observer->y, kNoOutput, kNy);
+  observer->held = 0;
+  observer->status = (uint8_t)tiny_c99_OK;
+  observer->started = 0;
+}
+
+void tiny_c99_init(tiny_c99_observer* observer) { tiny_c99_reset(observer); }
+
+tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]) {
+  Scalar accepted[kNy];
+  copy(accepted, observer->y, kNy);
+  const tiny_c99_status status = screened(y, accepted);
+  if (status == tiny_c99_HELD) return one_more_held(observer);
+  tiny_c99_reset(observer);
+  start(observer, accepted);
+  settle(observer);
+  return noted(observer, status);
+}
+
+tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) { return take(observer, y, &kStep); }
+
+tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
+  const bool possible = is_finite(dt_s) && dt_s > 0.0f && dt_s <= (Scalar)kLongestGap * kSamplePeriod;
+  if (!possible) return noted(observer, tiny_c99_REJECTED);
+  Step step;
+  make_step(dt_s, &step);
+  return take(observer, y, &step);
+}
+
+tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
+  union {
+    uint32_t bits;
+    Scalar value;
+  } not_finite;
+  not_finite.bits = 0x7f800000U;
+  Scalar y[kNy];
+  for (int j = 0; j < kNy; ++j) y[j] = not_finite.value;
+  return take(observer, y, &kStep);
+}
+
+tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) { return (tiny_c99_status)observer->status; }
+
+bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
+  bool inside = true;
+  for (int r = 0; r < kNz; ++r) {
+    const Scalar relative = observer->z[r] - resting(observer, r);
+    inside = inside && relative >= kLatentMin[r] && relative <= kLatentMax[r];
+  }
+  return inside;
+}
+
+bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved) {
+  bool good = saved->started <= 1 && saved->status <= (uint8_t)tiny_c99_REJECTED;
+  for (int r = 0; r < kNz; ++r)
+    good = good && is_finite(saved->z[r]) && saved->z[r] >= -kLargest && saved->z[r] <= kLargest;
+  for (int j = 0; j < kNy; ++j) {
+    const Scalar y = saved->y[j];
+    const bool in_range = y >= kOutputMin[j] && y <= kOutputMax[j];
+    const bool in_turn = kWrap[j] > 0.0f && y >= -kWrap[j] && y <= kWrap[j];
+    const bool none = y <= 0.0f && y >= 0.0f;
+    good = good && is_finite(y) && (saved->started == 1 ? in_range || in_turn : none);
+  }
+  if (!good) return false;
+  copy(observer->z, saved->z, kNz);
+  copy(observer->y, saved->y, kNy);
+  observer->held = saved->held;
+  observer->status = saved->status;
+  observer->started = saved->started;
+  return true;
+}
+
+// T*: one neuron per line.
+static const Scalar kWeights1[4 * 2] = {
+    0.232917f, 3.440228f,
+    1.6481663f, -0.7788087f,
+    -0.19503292f, 3.679755f,
+    1.3204453f, 0.32287326f,
+};
+static const Scalar kBias1[4] = {-0.5352224f, 0.5366941f, -0.48333663f, 0.20517758f};
+static const Scalar kWeights2[1 * 4] = {
+    -0.14829469f, 0.09898687f, -0.21073124f, -1.0957534f,
+};
+static const Scalar kBias2[1] = {0.5261358f};
+
 static Scalar activated(Scalar v) { return tanh_rational(v); }
 
 static void hidden(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {

@@ -1,238 +1,37 @@
 // SPDX-License-Identifier: MIT
-// Many plants of one KKL model, stepped together: fleets, hypotheses, the particles of a filter. State and values are
-// structures of arrays, so that every weight is loaded once for many plants: a batch is limited by the multiply-add
-// units, a single observer by the cache.
-//
-//   static nlo::KklBatch<decltype(kModel), 32> fleet{kModel};
-//   float y[1][32], x_hat[2][32];
-//   if (fleet.step(y) != nlo::StepStatus::kOk) ...   // the worst of all; status(plant) tells which
-//   fleet.estimate(x_hat);
-//
-// Each plant is treated as KklObserver treats it, faults included; save() and restore() move one in and out. As there:
-// no heap, no exceptions, no libm. Angles, faults and first measurements are stepped plant by plant.
+// Many plants of one KKL model, stepped together: sampled_batch.h, with the latent recurrence.
 #pragma once
 
-#include <cstdint>
-
 #include "nlo/arithmetic.h"
-#include "nlo/kernels/dense.h"
-#include "nlo/kkl_observer.h"
 #include "nlo/latent.h"
-#include "nlo/sampled_observer.h"
+#include "nlo/sampled_batch.h"
 #include "nlo/simd.h"
 
 namespace nlo {
 
-template <class Model_, int kPlants_, Arithmetic kArithmetic = Arithmetic::kFast>
-class KklBatch {
+template <class Model, int kPlants, Arithmetic kArithmetic = Arithmetic::kFast>
+class KklBatch : public SampledBatch<KklBatch<Model, kPlants, kArithmetic>, Model, kPlants, kArithmetic> {
+  using Base = SampledBatch<KklBatch, Model, kPlants, kArithmetic>;
+  friend Base;
+  using Base::kNr;
+  using typename Base::P;
+  using typename Base::Rows;
+
  public:
-  using Model = Model_;
-  using Scalar = typename Model::Scalar;
-  using Observer = KklObserver<Model, kArithmetic>;
-  using State = typename Observer::State;
-  using Latent = typename Observer::Latent;
-  static constexpr int kPlants = kPlants_;
-  static constexpr int kNx = Model::kNx;
-  static constexpr int kNy = Model::kNy;
-  static constexpr int kNz = Model::kNz;
-  static constexpr int kNu = Model::kNu;
-  static_assert(kPlants > 0);
-
-  /// The model must outlive the batch; generated models are constants.
-  constexpr explicit KklBatch(const Model& model) : model_(&model) { reset(); }
-  explicit KklBatch(const Model&&) = delete;
-
-  constexpr void reset() {
-    const State fresh = Observer(*model_).save();
-    for (int n = 0; n < kPadded; ++n) put(n, fresh);
-  }
-
-  /// One sample period on for every plant, with its measurement y[j][plant] at the end. The worst status of all.
-  [[nodiscard]] StepStatus step(const Scalar (&y)[kNy][kPlants]) requires(kNu == 0) { return step_rows(rows<kNy>(y)); }
-
-  /// The same with the known inputs u[i][plant], of which the model's hold speaks.
-  [[nodiscard]] StepStatus step(const Scalar (&y)[kNy][kPlants],
-                                const Scalar (&u)[kNu == 0 ? 1 : kNu][kPlants]) requires(kNu > 0) {
-    Rows all = rows<kNy>(y);
-    for (int i = 0; i < kNu; ++i) all[kNy + i] = u[i];
-    return step_rows(all);
-  }
-
-  /// x_hat[i][plant] of every plant.
-  void estimate(Scalar (&x_hat)[kNx][kPlants]) const {
-    kernels::for_batch_block<Scalar>([&](auto block) {
-      for (int first = 0; first < kPlants; first += block) estimate_block<block>(x_hat, first);
-    });
-  }
-
-  /// Status of a plant's latest step.
-  [[nodiscard]] constexpr StepStatus status(int plant) const { return status_[plant]; }
-
-  [[nodiscard]] constexpr Latent latent(int plant) const {
-    Latent z{};
-    for (int r = 0; r < kNz; ++r) z[r] = z_[r][plant];
-    return z;
-  }
-
-  /// z of that plant is where training has been.
-  [[nodiscard]] constexpr bool in_domain(int plant) const {
-    Observer observer(*model_);
-    return observer.restore(save(plant)) && observer.in_domain();
-  }
-
-  [[nodiscard]] constexpr State save(int plant) const {
-    State state{};
-    for (int r = 0; r < kNz; ++r) state.z[r] = z_[r][plant];
-    for (int j = 0; j < kNr; ++j) state.y[j] = y_[j][plant];
-    state.held = held_[plant];
-    state.status = status_[plant];
-    state.started = started_[plant];
-    return state;
-  }
-
-  /// As KklObserver's: refused (false, nothing changed) unless stepping can have led there.
-  [[nodiscard]] constexpr bool restore(int plant, const State& saved) {
-    Observer observer(*model_);
-    if (!observer.restore(saved)) return false;
-    put(plant, saved);
-    return true;
-  }
+  using Base::Base;
+  using Base::kNz;
 
  private:
-  // Two vectors of plants are stepped together; how many go through the network together, the CPU may decide.
-  using P = simd::Pack<Scalar>;
-  static constexpr int kWidth = sizeof(P) / sizeof(Scalar);
-  static constexpr int kBlock = 2 * kWidth;
-  static constexpr int kPadded = kernels::rounded_up(kPlants, kernels::kMostBatchBlock<Scalar>);
-  static constexpr int kAlignment = kernels::kHasVectors ? 64 : alignof(Scalar);
-
-  static constexpr int kNr = Model::kNr;
-  static constexpr int kGiven = kNy + kNu;     ///< of the readings
-  using Rows = Vector<const Scalar*, kGiven>;  ///< outputs, then inputs; each has kPlants entries
-
-  template <int kCount>
-  static Rows rows(const Scalar (&y)[kCount][kPlants]) {
-    Rows all{};
-    for (int j = 0; j < kCount; ++j) all[j] = y[j];
-    return all;
-  }
-
-  StepStatus step_rows(const Rows& y) {
-    StepStatus worst = StepStatus::kOk;
-    for (int first = 0; first < kPadded; first += kBlock) {
-      if constexpr (kPlants >= kBlock) {
-        if (first + kBlock <= kPlants && step_block(y, first)) continue;
-      }
-      for (int n = first; n < first + kBlock && n < kPlants; ++n) {
-        const StepStatus status = step_one(y, n);
-        if (status > worst) worst = status;
-      }
-    }
-    return worst;
-  }
-
-  constexpr void put(int n, const State& state) {
-    for (int r = 0; r < kNz; ++r) z_[r][n] = state.z[r];
-    for (int j = 0; j < kNr; ++j) y_[j][n] = state.y[j];
-    held_[n] = state.held;
-    status_[n] = state.status;
-    started_[n] = state.started;
-  }
-
-  StepStatus step_one(const Rows& y, int n) {
-    Observer observer(*model_);
-    if (!observer.restore(save(n))) return status_[n];  // cannot be: only what steps leave behind is kept
-    typename Observer::Output measured{};
-    for (int j = 0; j < kNy; ++j) measured[j] = y[j][n];
-    const StepStatus status = [&] {
-      if constexpr (kNu == 0) {
-        return observer.step(measured);
-      } else {
-        typename Observer::Input input{};
-        for (int i = 0; i < kNu; ++i) input[i] = y[kNy + i][n];
-        return observer.step(measured, input);
-      }
-    }();
-    put(n, observer.save());
-    return status;
-  }
-
-  /// Steps a whole block in which every measurement is as it should be; else does nothing and returns false.
-  bool step_block(const Rows& y, int first) {
-    int started = 0;
-    for (int n = first; n < first + kBlock; ++n) started += started_[n];
-    if (started != kBlock) return false;
-    P out_of_range{};
-    for (int j = 0; j < kGiven; ++j) {
-      if (model_->outputs.wrap[j] > Scalar(0)) return false;
-      const P low = simd::broadcast<P>(model_->outputs.min[j]), high = simd::broadcast<P>(model_->outputs.max[j]);
-      for (int v = 0; v < kBlock; v += kWidth) {
-        const P value = simd::load<P>(&y[j][first + v]);
-        const P good = simd::min(simd::max(value, low), high);  // NaN comes out as a limit, and differs from itself
-        out_of_range += value == good ? P{} : P{} + Scalar(1);
-      }
-    }
-    if (simd::sum<Scalar>(out_of_range) != Scalar(0)) return false;
-    for (int v = first; v < first + kBlock; v += kWidth) advance(y, v);
-    for (int n = first; n < first + kBlock; ++n) {
-      held_[n] = 0;
-      status_[n] = StepStatus::kOk;
-    }
-    return true;
-  }
-
-  /// kWidth plants from `first` on.
-  void advance(const Rows& y, int first) {
-    P z[kNz], y_k[kNr], y_next[kNr];
-    for (int r = 0; r < kNz; ++r) z[r] = simd::load<P>(&z_[r][first]);
-    for (int j = 0; j < kNr; ++j) {
-      y_k[j] = simd::load<P>(&y_[j][first]);
-      if constexpr (kNr > kGiven) {  // all are measured here: what was stale fades
-        y_next[j] = j < kGiven ? simd::load<P>(&y[j < kGiven ? j : 0][first]) : model_->failures.keep * y_k[j];
-      } else {
-        y_next[j] = simd::load<P>(&y[j][first]);
-      }
-      simd::store(&y_[j][first], y_next[j]);
-      if (j >= kNy && j < kGiven && Model::kInputHold == Hold::kZeroOrder) y_k[j] = y_next[j];  // as ObserverCore
-    }
-    nlo::advance<Model::kPairs, kArithmetic>(model_->latent.step, z, y_k, y_next);
-    const P tiny = P{} + Scalar(0x1p-100);  // as SampledObserver: no subnormal stays for ever
-    for (int r = 0; r < kNz; ++r) {
-      simd::store(&z_[r][first], z[r] >= tiny || z[r] <= -tiny ? z[r] : P{});
-    }
-  }
-
   template <int kTogether>
-  void estimate_block(Scalar (&x_hat)[kNx][kPlants], int first) const {
-    using Map = typename Model::InverseMap;
-    constexpr int kIn = Map::kIn;
-    alignas(kAlignment) Scalar in[kIn * kTogether], out[kNx * kTogether];
-    for (int i = 0; i < kIn; ++i) {
-      const Scalar* from = i < kNz ? &z_[i][first] : &y_[i - kNz][first];
-      for (int n = 0; n < kTogether; ++n) in[i * kTogether + n] = from[n];
-    }
-    if constexpr (Model::kSaturation != Saturation::kNone) {
-      for (int n = 0; n < kTogether; ++n) {
-        Scalar z[kNz], y[kNr], within[kNz];
-        for (int r = 0; r < kNz; ++r) z[r] = z_[r][first + n];
-        for (int j = 0; j < kNr; ++j) y[j] = y_[j][first + n];
-        saturate<kArithmetic>(*model_, y, z, within);
-        for (int r = 0; r < kNz; ++r) in[r * kTogether + n] = within[r];
-      }
-    }
-    model_->inverse_map.template evaluate_batch<kArithmetic, kTogether>(in, out);
-    const int count = kPlants - first < kTogether ? kPlants - first : kTogether;
-    for (int i = 0; i < kNx; ++i) {
-      for (int n = 0; n < count; ++n) x_hat[i][first + n] = out[i * kTogether + n];
+  void advance_block(const Rows& y, int first) {
+    for (int v = first; v < first + kTogether; v += Base::kWidth) {
+      P z[kNz], y_k[kNr], y_next[kNr];
+      for (int r = 0; r < kNz; ++r) z[r] = simd::load<P>(&this->z_[r][v]);
+      this->take(y, v, y_k, y_next);
+      nlo::advance<Model::kPairs, kArithmetic>(this->model_->latent.step, z, y_k, y_next);
+      for (int r = 0; r < kNz; ++r) this->keep(r, v, z[r]);
     }
   }
-
-  const Model* model_;
-  alignas(kAlignment) Scalar z_[kNz][kPadded];
-  alignas(kAlignment) Scalar y_[kNr][kPadded];
-  std::uint16_t held_[kPadded];
-  StepStatus status_[kPadded];
-  std::uint8_t started_[kPadded];
 };
 
 }  // namespace nlo

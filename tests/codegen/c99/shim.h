@@ -3,11 +3,13 @@
 // bits that NAME.c must give.
 //   NLO_C99_SHIM(rig, float)           // after including both headers of the name
 //   NLO_C99_DRIVEN_SHIM(motor, float)  // where it reads inputs
+//   NLO_C99_WARM_SHIM(rig, float)      // and where it has a steady state; or NLO_C99_DRIVEN_WARM_SHIM
 #pragma once
 
 #include <cstring>
 
 #include "nlo/kkl_observer.h"
+#include "nlo/sampled_observer.h"
 
 namespace nlo::shim {
 
@@ -15,7 +17,7 @@ namespace nlo::shim {
 template <class State, class Model>
 class Resumed {
  public:
-  using Observer = KklObserver<Model, Arithmetic::kDeterministic>;
+  using Observer = SampledObserver<Model, Arithmetic::kDeterministic>;  // of any structure
 
   Resumed(State& state, const Model& model) : observer(model), state_(state) {
     typename Observer::State from{};
@@ -71,11 +73,6 @@ Output output(const Scalar* y) {
   void name##_init(name##_observer* o) {                                                                           \
     name##_reset(o);                                                                                               \
   }                                                                                                                \
-  name##_status name##_warm_start(name##_observer* o, const Scalar* y U(Scalar)) {                                 \
-    name##_resumed resumed(*o, name##_model);                                                                      \
-    return resumed.written<name##_status>(                                                                         \
-        resumed.observer.warm_start(nlo::shim::output<name##_output>(y) AND_U(name)));                             \
-  }                                                                                                                \
   name##_status name##_step(name##_observer* o, const Scalar* y U(Scalar)) {                                       \
     name##_resumed resumed(*o, name##_model);                                                                      \
     return resumed.written<name##_status>(resumed.observer.step(nlo::shim::output<name##_output>(y) AND_U(name))); \
@@ -108,9 +105,18 @@ Output output(const Scalar* y) {
     return good;                                                                                                   \
   }
 
+#define NLO_C99_WARM_SHIM_OF(name, Scalar, U, AND_U)                                   \
+  name##_status name##_warm_start(name##_observer* o, const Scalar* y U(Scalar)) {     \
+    name##_resumed resumed(*o, name##_model);                                          \
+    return resumed.written<name##_status>(                                             \
+        resumed.observer.warm_start(nlo::shim::output<name##_output>(y) AND_U(name))); \
+  }
+
 #define NLO_C99_NOTHING(any)
 #define NLO_C99_U(Scalar) , const Scalar* u
 #define NLO_C99_ONLY_U(name) nlo::shim::output<name##_resumed::Observer::Input>(u)
 #define NLO_C99_AND_U(name) , NLO_C99_ONLY_U(name)
 #define NLO_C99_SHIM(name, Scalar) NLO_C99_SHIM_OF(name, Scalar, NLO_C99_NOTHING, NLO_C99_NOTHING, NLO_C99_NOTHING)
 #define NLO_C99_DRIVEN_SHIM(name, Scalar) NLO_C99_SHIM_OF(name, Scalar, NLO_C99_U, NLO_C99_AND_U, NLO_C99_ONLY_U)
+#define NLO_C99_WARM_SHIM(name, Scalar) NLO_C99_WARM_SHIM_OF(name, Scalar, NLO_C99_NOTHING, NLO_C99_NOTHING)
+#define NLO_C99_DRIVEN_WARM_SHIM(name, Scalar) NLO_C99_WARM_SHIM_OF(name, Scalar, NLO_C99_U, NLO_C99_AND_U)

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "bench/random_model.h"
+#include "bench/random_structures.h"
 #include "tests/embedded/target/text.h"
 
 // The control of the tests: fused arithmetic under the name of the deterministic one must be seen.
@@ -16,7 +17,8 @@ namespace nlo::target {
 namespace {
 
 constexpr int kSteps = 100'000;
-constexpr int kEstimateEvery = 50;  // an estimate takes 80,000 instructions where floats are emulated
+constexpr int kGatedSteps = 10'000;  // each costs what an estimate does
+constexpr int kEstimateEvery = 50;   // an estimate takes 80,000 instructions where floats are emulated
 
 // Largest |fast - deterministic| over all estimates, which are of order 1. A sum of n terms rounds by n half units at
 // most: 17 inputs x 3 layers x 6e-8 = 3e-6 if all were to add up.
@@ -30,6 +32,8 @@ constexpr auto kAngle = [] {
   model.latent.starts_steady = true;
   return model;
 }();
+
+constexpr auto kGated = bench::random_gated_model<6>();
 
 float normal_measurement(bench::RandomUniform& random, int k) {
   const float phase = static_cast<float>(k % 314) / 157.0F - 1.0F;
@@ -57,7 +61,10 @@ StepStatus hostile_step(Observer& observer, bench::RandomUniform& random, int k)
     case 3:
       return observer.step_missed();
     case 4:
-      return k % 7 == 0 ? observer.warm_start(y) : observer.step(y);
+      if constexpr (Observer::Model::kHasSteadyState) {
+        if (k % 7 == 0) return observer.warm_start(y);
+      }
+      return observer.step(y);
     case 5:
       return observer.step(std::numeric_limits<float>::denorm_min());
     default:
@@ -66,13 +73,13 @@ StepStatus hostile_step(Observer& observer, bench::RandomUniform& random, int k)
 }
 
 template <class Model>
-bool run(const char* name, const Model& model, bool hostile) {
-  KklObserver<Model, Arithmetic::NLO_PARITY_POLICY> observer{model};
-  KklObserver<Model> fast{model};
+bool run(const char* name, const Model& model, bool hostile, int steps = kSteps) {
+  SampledObserver<Model, Arithmetic::NLO_PARITY_POLICY> observer{model};
+  SampledObserver<Model> fast{model};
   bench::RandomUniform random{1};
   Hash hash;
   float worst = 0;
-  for (int k = 0; k < kSteps; ++k) {
+  for (int k = 0; k < steps; ++k) {
     const StepStatus status =
         hostile ? hostile_step(observer, random, k) : observer.step(normal_measurement(random, k));
     hash.add(static_cast<std::uint32_t>(status) + (observer.in_domain() ? 8U : 0U));
@@ -105,6 +112,7 @@ bool run_all() {
     good = run("tanh", kPlain, hostile) && good;
     good = run("relu", kRelu, hostile) && good;
     good = run("angle-silu", kAngle, hostile) && good;
+    good = run("gated", kGated, hostile, kGatedSteps) && good;
   }
   return good;
 }
