@@ -50,6 +50,11 @@ void wrap_outputs(const FilterPlant& plant, Eigen::MatrixXd& difference);
 Eigen::MatrixXd process_covariance(const FilterConfig& config, double h);
 Eigen::MatrixXd output_covariance(const FilterConfig& config, Eigen::Index ny);
 
+/// Where x or P has left what a state can be, |x| > kLost or not finite, the filter begins anew from the configured x and
+/// P0: an outlier can put the linearisation where the plant runs away within a step.
+inline constexpr double kLost = 1e9;  // as simulations call a run escaped
+void restart_if_lost(const FilterConfig& config, Eigen::VectorXd& x, Eigen::MatrixXd& p);
+
 /// The inputs at both ends of the period that ends with sample k: columns of `inputs` (n_u x N; 0 x 0: none).
 struct HeldInputs {
   Eigen::VectorXd from, to;

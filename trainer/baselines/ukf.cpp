@@ -75,6 +75,7 @@ MatrixXd run_ukf(const FilterPlant& plant, const FilterConfig& config, const Mat
     x += gain * innovation;
     p -= gain * s * gain.transpose();
     p = (0.5 * (p + p.transpose())).eval();
+    restart_if_lost(config, x, p);
     estimates.col(k) = x;
   }
   return estimates;
