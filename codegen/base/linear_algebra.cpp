@@ -2,11 +2,12 @@
 #include "codegen/base/linear_algebra.h"
 
 #include <Eigen/Dense>
+#include <limits>
 
 namespace nlo::codegen {
 
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& a) {
-  return a.eigenvalues();
+  return Eigen::EigenSolver<Eigen::MatrixXd>(a, false).eigenvalues();
 }
 
 Eigensystem eigensystem(const Eigen::MatrixXd& a) {
@@ -16,6 +17,14 @@ Eigensystem eigensystem(const Eigen::MatrixXd& a) {
 
 double largest_eigenvalue(const Eigen::MatrixXd& symmetric) {
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
+Eigen::MatrixXd square_root(const Eigen::MatrixXd& a) {
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(a);
+  if (cholesky.info() == Eigen::Success) return cholesky.matrixL();
+  if (!a.allFinite()) return Eigen::MatrixXd::Constant(a.rows(), a.cols(), std::numeric_limits<double>::quiet_NaN());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> system(a);
+  return system.eigenvectors() * system.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {

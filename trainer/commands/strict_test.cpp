@@ -10,6 +10,7 @@
 #include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/baselines/ekf.h"
+#include "trainer/baselines/ukf.h"
 #include "trainer/evaluation/closed_loop.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
@@ -33,7 +34,9 @@ bool held_inputs(const Experiment& experiment, const StrictTest& test) {
   return experiment.moves_inputs() && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
 }
 
-EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool held_inputs) {
+/// `make`: ekf_estimator or ukf_estimator.
+EstimatorFactory kalman_filter(decltype(ekf_estimator)& make, const Experiment& knows, const NoiseConfig& noise,
+                               bool held_inputs) {
   const InitialMoments start = initial_moments(knows.simulation);
   const auto& intensity = knows.simulation.process_noise;
   const FilterConfig config{start.mean,
@@ -42,7 +45,7 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool hel
                             noise_variances(noise),
                             Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
                             held_inputs};
-  EstimatorFactory filter = ekf_estimator(
+  EstimatorFactory filter = make(
       [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
         return FilterPlant{
@@ -55,9 +58,9 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool hel
   const PlantChannels channels(*knows.plant, *make_plant(*knows.plant));
   if (channels.plain() && !noise.loses()) return filter;
   return [filter, channels]() -> Estimator {
-    return [ekf = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                      const Eigen::VectorXd& time_s) {
-      return channels.states(ekf(channels.plant_outputs(held(outputs)), inputs, time_s));
+    return [estimate = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                           const Eigen::VectorXd& time_s) {
+      return channels.states(estimate(channels.plant_outputs(held(outputs)), inputs, time_s));
     };
   };
 }
@@ -179,11 +182,15 @@ class Study {
     std::vector<Evaluation> result;
     for (const std::string& name : test_.against) {
       if (name == "constant" || name == "ridge") continue;  // always there
-      if (name != "ekf" && name != "ekf_true")
-        throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ekf_true, constant, ridge", name));
-      result.push_back(
-          judged(name, ekf(name == "ekf" ? nominal_ : tested_, noise, held_inputs(tested_, test_)), set, noise, seed));
-      if (changed) result.back().label = name == "ekf" ? "ekf, nominal parameters" : "ekf, true parameters";
+      if (name != "ekf" && name != "ekf_true" && name != "ukf")
+        throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ukf, ekf_true, constant, ridge", name));
+      const bool knows_all = name == "ekf_true";
+      result.push_back(judged(name,
+                              kalman_filter(name == "ukf" ? ukf_estimator : ekf_estimator,
+                                            knows_all ? tested_ : nominal_, noise, held_inputs(tested_, test_)),
+                              set, noise, seed));
+      if (changed)
+        result.back().label = fmt::format("{}, {} parameters", name.substr(0, 3), knows_all ? "true" : "nominal");
     }
     result.push_back(judged("constant", constant_estimator(training_), set, noise, seed));
     return result;

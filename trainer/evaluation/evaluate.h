@@ -49,7 +49,7 @@ struct DomainShare {
 };
 
 struct Evaluation {
-  std::string estimator;  ///< "observer", "ekf", "ekf_true", "constant", "ridge"
+  std::string estimator;  ///< "observer", "ekf", "ukf", "ekf_true", "constant", "ridge"
   NoiseConfig noise;
   std::uint64_t seed = 0;
   int trajectories = 0;
