@@ -52,7 +52,9 @@ MatrixXd output_covariance(const FilterConfig& config, Index ny) {
 }
 
 void restart_if_lost(const FilterConfig& config, VectorXd& x, MatrixXd& p) {
-  if ((x.array().abs() <= kLost).all() && p.allFinite()) return;
+  constexpr double kEscape = 1e9;
+  const VectorXd limits = config.farthest.size() > 0 ? config.farthest : VectorXd::Constant(x.size(), kEscape);
+  if ((x.array().abs() <= limits.array()).all() && p.allFinite()) return;
   x = config.initial_state;
   p = config.initial_covariance;
 }

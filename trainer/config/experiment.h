@@ -73,6 +73,7 @@ struct FeedbackConfig {
   double share = 1.0;                               ///< of the runs that are in the loop
   std::vector<double> error;                        ///< n_x, deviation of x_hat - x in round 0; empty: none
   int rounds = 0;                                   ///< with the last round's observer in the loop, after round 0
+  std::string cost;                                 ///< of a sample, an expression over states and inputs; empty: none
 };
 
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
