@@ -49,6 +49,9 @@ noises=(--noise none --noise gaussian:0.5 --noise uniform:3)
 step 'Evaluating on 200 new trajectories; the EKF beside it knows the plant exactly'
 "$nlo" evaluate "$out/model.json" "${noises[@]}" --against ekf
 
+step 'A monitor: when is an estimate not to be trusted? (--quick: on an hour of runs; docs/monitor.md has the whole table)'
+"$nlo" monitor "$out/model.json" --quick
+
 step 'Exporting the constexpr header'
 "$nlo" export "$out/model.json" --target cpp -o "$out/van_der_pol.h"
 note "$(wc -l <"$out/van_der_pol.h") lines; it begins:"

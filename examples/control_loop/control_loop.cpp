@@ -12,22 +12,29 @@
 #include "van_der_pol_rig.h"
 
 using nlo::van_der_pol::kModel;
+using nlo::van_der_pol::kMonitor;
+using nlo::van_der_pol::Monitor;
 using nlo::van_der_pol::Observer;
 
 namespace {
 
 constinit Observer observer{kModel};
+constinit Monitor monitor{kMonitor};
 int faults = 0;        // measurements that were clamped, or replaced by the last good one
 int outside = 0;       // estimates from outside what training has seen
+int alarms = 0;        // ticks at which the monitor says that the plant or the sensor is another one
 float command = 0.0F;  // what would go to the actuator
 
 /// The control law of one tick: all that a firmware timer interrupt would do.
 Observer::Estimate on_timer(float position, int periods) {
-  const auto status = periods == 1 ? observer.step(position)  // latent only: a few multiply-adds
-                                   : observer.step(position, static_cast<float>(periods) * kModel.sample_period_s);
+  if (periods != 1) monitor.reset();                     // it counts on steps of one sample period
+  const float y = monitor.screened(position, observer);  // an outlier becomes a miss
+  const auto status = periods == 1 ? observer.step(y)    // latent only: a few multiply-adds
+                                   : observer.step(y, static_cast<float>(periods) * kModel.sample_period_s);
   if (status != nlo::StepStatus::kOk) ++faults;  // clamped or held: the state is finite in any case
   const auto x_hat = observer.estimate();        // T*(z)
   if (!observer.in_domain()) ++outside;          // a real loop would enter its safe mode
+  if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) ++alarms;  // there too
   command = -1.2F * x_hat[0] - 0.8F * x_hat[1];
   return x_hat;
 }
@@ -114,6 +121,7 @@ int main(int argc, char** argv) {
       in_run = 0;
       rig.restart();
       observer.reset();
+      monitor.reset();
     }
     const float position = rig.measure(periods);
 
@@ -139,8 +147,8 @@ int main(int argc, char** argv) {
   print_durations("step + estimate", latency, 1.0, "ns");
   print_durations("woken after deadline", lateness, 1e3, "us");
   std::printf("  %-22s %d of %d\n", "missed deadlines", timer.missed(), ticks);
-  std::printf("  %-22s %d measurements clamped or held, %d estimates outside the training domain\n", "flags", faults,
-              outside);
+  std::printf("  %-22s %d measurements clamped or held, %d estimates outside the training domain, %d alarms\n", "flags",
+              faults, outside, alarms);
   std::printf("  %-22s %s, memory %s\n", "scheduling", real_time ? "SCHED_FIFO" : "ordinary (SCHED_FIFO not permitted)",
               locked ? "locked" : "not locked (not permitted)");
 

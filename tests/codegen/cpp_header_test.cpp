@@ -176,6 +176,12 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
     EXPECT_NE(error_of(tiny_model(), {.name = name}), "no error") << name << " is missing in generated_text.cpp";
 }
 
+TEST(CppHeader, CommentsKeepWhatIsPlainAndNothingThatCouldEndThem) {
+  EXPECT_EQ(safe_comment("azAZ09 .,:;()[]+-=_/%<>^*|'#@&~", 100), "azAZ09 .,:;()[]+-=_/%<>^*|'#@&~");
+  EXPECT_EQ(safe_comment("a\\\n?\t`{\xc3\xa9", 100), "a________");
+  EXPECT_EQ(safe_comment("abc", 2), "ab");
+}
+
 TEST(CppHeader, IsTheCommittedOne) {
   expect_golden(cpp_header(PreparedExport(tiny_model(), {})), "tiny.h");
   expect_golden(cpp_header(PreparedExport(watched_model(), {})), "watched.h");

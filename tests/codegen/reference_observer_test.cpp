@@ -111,6 +111,42 @@ TEST(ReferenceObserver, GatedUnitsConvergeAtOrderOneToTheirDifferentialEquation)
   EXPECT_NEAR(std::log2(coarse / fine), 1.0, 0.1) << coarse << " to " << fine;
 }
 
+TEST(ReferenceObserver, GatedStepIsTheEquationOfItsHeader) {
+  // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus as a power, where neither overflows.
+  const Model m = gated_model();
+  const Gated& own = own_part<Gated>(m);
+  const ReferenceNetwork<double> gates(own.gates), candidate(own.candidate);
+  const Eigen::Vector2d y(0.8, -0.4);
+  for (const double periods : {1.0, 0.3, 7.0}) {
+    ReferenceObserver<double> observer(m);
+    observer.step(y);
+    const Eigen::VectorXd z = observer.latent();
+    Eigen::VectorXd read(m.nz() + 2);
+    read << z, y;
+    const Eigen::VectorXd a = gates(read);
+    Eigen::VectorXd candidate_reads = read;
+    candidate_reads.head(m.nz()).array() *= (1.0 + a.tail(m.nz()).array().tanh()) / 2.0;
+    const Eigen::VectorXd target = Eigen::VectorXd(candidate(candidate_reads)).array().tanh();
+    const Eigen::VectorXd share = 1.0 - (1.0 + (2.0 * a.head(m.nz()).array()).exp()).pow(-periods);
+    observer.step(y, {}, periods * m.sample_period_s);
+    EXPECT_LT((observer.latent() - (z + share.cwiseProduct(target - z))).norm(), 1e-12) << periods;
+    EXPECT_GT(share.maxCoeff() - share.minCoeff(), 0.01) << "control: units differ";
+  }
+}
+
+TEST(ReferenceObserver, WindowHasTheLastMeasurementsOfEachOutput) {
+  const Model m = window_model();
+  ASSERT_EQ(m.ny(), 2);
+  const int samples = m.nz() / m.ny();
+  ReferenceObserver<double> observer(m);
+  for (int k = 0; k < 2 * samples; ++k) observer.step(Eigen::Vector2d(0.01 * k, -0.1 - 0.02 * k));
+  for (int age = 0; age < samples; ++age) {
+    const int k = 2 * samples - 1 - age;
+    EXPECT_DOUBLE_EQ(observer.latent()(age), 0.01 * k);
+    EXPECT_DOUBLE_EQ(observer.latent()(samples + age), -0.1 - 0.02 * k);
+  }
+}
+
 TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
   constexpr double kTolerance = 1e-12;  // products of other shapes add in another order
   for (const Model& m : example_models()) {

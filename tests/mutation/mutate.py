@@ -42,7 +42,7 @@ COVERED_BY = {
     "runtime/include/nlo/quantised_map": ["codegen_test"],
     "codegen": ["codegen_test"],
     "trainer/nn": ["nn_test", "sensitivity_test"],
-    "trainer/sensitivity": ["sensitivity_test"],
+    "trainer/sensitivity": ["sensitivity_test", "structures_test"],
     "trainer/losses": ["losses_test", "training_test"],
     "trainer/optim": ["optim_test"],
     "trainer/rollout": ["rollout_test", "structures_test", "training_test"],

@@ -112,8 +112,9 @@ class Monitor {
   template <class Observer>
   [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
     static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
-    if (observer.save().started == 0) return state_.alarm = Alarm::kNone;  // it has seen nothing yet
-    const auto y = observer.latest_readings();
+    const auto taken = observer.save();
+    if (taken.started == 0) return state_.alarm = Alarm::kNone;  // it has seen nothing yet
+    const auto& y = taken.y;                                     // readings: held, clamped, angles within a turn
     const auto z = observer.relative_latent();
     if (state_.samples > 0) {
       for (int j = 0; j < kNy; ++j)

@@ -97,13 +97,6 @@ class ObserverCore {
     return z;
   }
 
-  /// [y; u; staleness] as the last step took them: held, clamped, angles within a turn.
-  [[nodiscard]] constexpr Vector<Scalar, kNr> latest_readings() const {
-    Vector<Scalar, kNr> y{};
-    for (int j = 0; j < kNr; ++j) y[j] = state_.y[j];
-    return y;
-  }
-
   /// How stale an output is that may be missing: 0 while it is measured, towards 1 the longer it is not.
   [[nodiscard]] constexpr Scalar staleness(int output) const requires(kNf > 0) {
     Scalar stale = 0;
