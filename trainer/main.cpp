@@ -65,6 +65,7 @@ int run(int argc, char** argv) {
   nlo::trainer::add_crossvalidate(app, action);
   nlo::trainer::add_identify(app, action);
   nlo::trainer::add_bound(app, action);
+  nlo::trainer::add_monitor(app, action);
   nlo::trainer::add_export(app, action);
   nlo::trainer::add_report(app, action);
   nlo::trainer::add_reproduce(app, action);

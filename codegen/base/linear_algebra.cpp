@@ -2,11 +2,31 @@
 #include "codegen/base/linear_algebra.h"
 
 #include <Eigen/Dense>
+#include <limits>
 
 namespace nlo::codegen {
+namespace {
+
+// [Re, -Im; Im, Re] of a complex matrix, which is one of the real factorisations instead of a second set of all of them:
+// those would take as long to compile as the rest of this file.
+Eigen::MatrixXd real_form(const Eigen::MatrixXcd& a) {
+  Eigen::MatrixXd real(2 * a.rows(), 2 * a.cols());
+  real << a.real(), -a.imag(), a.imag(), a.real();
+  return real;
+}
+
+Eigen::MatrixXcd of_left_half(const Eigen::MatrixXd& real, Eigen::Index cols) {
+  const Eigen::Index rows = real.rows() / 2;
+  Eigen::MatrixXcd a(rows, cols);
+  a.real() = real.topLeftCorner(rows, cols);
+  a.imag() = real.bottomLeftCorner(rows, cols);
+  return a;
+}
+
+}  // namespace
 
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& a) {
-  return a.eigenvalues();
+  return Eigen::EigenSolver<Eigen::MatrixXd>(a, false).eigenvalues();
 }
 
 Eigensystem eigensystem(const Eigen::MatrixXd& a) {
@@ -18,12 +38,21 @@ double largest_eigenvalue(const Eigen::MatrixXd& symmetric) {
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
 }
 
+Eigen::MatrixXd square_root(const Eigen::MatrixXd& a) {
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(a);
+  if (cholesky.info() == Eigen::Success) return cholesky.matrixL();
+  if (!a.allFinite()) return Eigen::MatrixXd::Constant(a.rows(), a.cols(), std::numeric_limits<double>::quiet_NaN());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> system(a);
+  return system.eigenvectors() * system.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
   return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues();
 }
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXcd& a) {
-  return Eigen::JacobiSVD<Eigen::MatrixXcd>(a).singularValues();
+  const Eigen::VectorXd each_twice = singular_values(real_form(a));
+  return each_twice(Eigen::seq(0, Eigen::last, 2));
 }
 
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a) {
@@ -31,7 +60,7 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& a) {
 }
 
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a) {
-  return a.inverse();
+  return of_left_half(inverse(real_form(a)), a.cols());
 }
 
 Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
@@ -39,7 +68,9 @@ Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 }
 
 Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b) {
-  return a.partialPivLu().solve(b);
+  Eigen::MatrixXd stacked(2 * b.rows(), b.cols());
+  stacked << b.real(), b.imag();
+  return of_left_half(solve(real_form(a), stacked), b.cols());
 }
 
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {

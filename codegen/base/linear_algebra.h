@@ -18,6 +18,9 @@ Eigensystem eigensystem(const Eigen::MatrixXd& a);
 /// Of a symmetric matrix.
 double largest_eigenvalue(const Eigen::MatrixXd& symmetric);
 
+/// S with S S' = a, for a symmetric semidefinite a; not finite where a is not.
+Eigen::MatrixXd square_root(const Eigen::MatrixXd& a);
+
 /// In falling order.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
 Eigen::VectorXd singular_values(const Eigen::MatrixXcd& a);

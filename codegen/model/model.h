@@ -5,12 +5,14 @@
 
 #include <nlo/latent.h>
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "codegen/model/flight.h"
+#include "codegen/model/monitor.h"
 #include "codegen/model/network.h"
 #include "codegen/model/sensor_failures.h"
 #include "codegen/model/structures.h"
@@ -49,6 +51,8 @@ struct Model {
   /// Facts for the reader and for reproduction, in the order they are shown: version, seed, config, data hash,
   /// errors...
   std::vector<std::pair<std::string, std::string>> provenance;
+
+  std::optional<Monitor> monitor = {};  ///< where nlo monitor has made one
 
   Flight flight = {};  ///< no runs: a model made by hand, or before training recorded them
 

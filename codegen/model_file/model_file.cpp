@@ -16,6 +16,7 @@
 #include "codegen/model/hold.h"
 #include "codegen/model/json_object.h"
 #include "codegen/model_file/model_upgrade.h"
+#include "codegen/model_file/monitor_fields.h"
 #include "codegen/model_file/validate.h"
 #include "codegen/structures/module.h"
 
@@ -86,6 +87,7 @@ std::string to_json(const Model& m) {
   file.vector("latent_max", m.latent_max);
   if (m.saturates()) file.field("saturation", literal(m.saturation));
   module_of(m).write(m, file);
+  if (m.monitor) file.field("monitor", monitor_json(*m.monitor, file.inner()));
   if (!m.flight.runs.empty()) file.field("flight", flight(m.flight, file.inner()));
   return file.text() + "\n";
 }

@@ -18,6 +18,7 @@
 #include "codegen/model/model_fields.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/model_file/model_upgrade.h"
+#include "codegen/model_file/monitor_fields.h"
 #include "codegen/model_file/validate.h"
 #include "codegen/structures/module.h"
 
@@ -95,9 +96,10 @@ const StructureModule& module_named_in(const Field& file) {
 Model model_of(const Field& file) {
   const StructureModule& module = module_named_in(file);
   std::vector<const char*> keys = {
-      "format", "version",        "structure",  "name",       "outputs",    "states",          "provenance",
-      "hold",   "initial_latent", "output_min", "output_max", "latent_min", "sample_period_s", "latent_max",
-      "flight", "inputs",         "input_hold", "input_min",  "input_max",  "may_fail",        "saturation"};
+      "format",          "version",    "structure",      "name",       "outputs",    "states",
+      "provenance",      "hold",       "initial_latent", "output_min", "output_max", "latent_min",
+      "sample_period_s", "latent_max", "flight",         "inputs",     "input_hold", "input_min",
+      "input_max",       "may_fail",   "saturation",     "monitor"};
   const std::vector<const char*> own = module.keys();
   keys.insert(keys.end(), own.begin(), own.end());
   file.allow_only(keys);
@@ -130,6 +132,7 @@ Model model_of(const Field& file) {
   m.latent_max = vector(file["latent_max"]);
   if (file.has("saturation")) m.saturation = number(file["saturation"]);
   module.read(file, m);
+  if (file.has("monitor")) m.monitor = monitor(file["monitor"]);
   if (file.has("flight")) m.flight = flight(file["flight"]);
   validate(m);
   return m;

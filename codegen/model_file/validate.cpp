@@ -6,6 +6,7 @@
 
 #include "codegen/base/identifier.h"
 #include "codegen/model/checks.h"
+#include "codegen/model_file/monitor_fields.h"
 #include "codegen/structures/module.h"
 
 namespace nlo::codegen {
@@ -124,6 +125,7 @@ void validate(const Model& m) {
   check_channels(m.states, "states");
   check_sampling(m);
   module_of(m).check(m);
+  check_monitor(m);
   check_flight(m);
   for (std::size_t i = 0; i < m.provenance.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)

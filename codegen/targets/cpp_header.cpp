@@ -12,6 +12,7 @@
 #include "codegen/model/activations.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/export_parts.h"
+#include "codegen/text/cpp_monitor.h"
 #include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
@@ -50,21 +51,26 @@ std::string argument(const std::vector<Channel>& channels, bool is_scalar) {
 }
 
 std::string example(const Source& s) {
-  const bool scalars = s.model.ny() == 1 && s.model.nu() <= 1;
+  const bool scalars = s.model.ny() == 1 && s.model.nu() <= 1, watched = s.model.monitor.has_value();
   std::string arguments = argument(s.model.outputs, scalars);
+  if (watched) arguments = fmt::format("monitor.screened({}, observer)", arguments);
   if (s.model.nu() > 0) arguments += ", " + argument(inputs(s.model), scalars);
   return fmt::format(
       "// Use\n"
       "//   #include \"{0}.h\"\n"
       "//   constinit static nlo::{0}::Observer observer{{nlo::{0}::kModel}};\n"
+      "{4}"
       "//\n"
       "//   void on_timer() {{  // every {1} s\n"
       "//     if (observer.step({2}) != nlo::StepStatus::kOk) note_fault(observer.status());\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
       "//     const auto x_hat = observer.estimate();\n"
+      "{5}"
       "//     use(x_hat[nlo::{0}::State::{3}]);\n"
       "//   }}\n",
-      s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name);
+      s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name,
+      watched ? fmt::format("//   constinit static nlo::{0}::Monitor monitor{{nlo::{0}::kMonitor}};\n", s.name) : "",
+      watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();\n" : "");
 }
 
 std::string top_comment(const Source& s) {
@@ -124,7 +130,8 @@ std::string cpp_header(const PreparedExport& prepared) {
   const Source s{prepared, model, prepared.folded(), *structure, init, prepared.options(), prepared.name()};
 
   std::string text = top_comment(s);
-  text += fmt::format("#pragma once\n\n#include <nlo/{}>\n{}\n", structure->header(),
+  text += fmt::format("#pragma once\n\n#include <nlo/{}>\n{}{}\n", structure->header(),
+                      model.monitor ? "#include <nlo/monitor.h>\n" : "",
                       quantised ? "#include <nlo/quantised_map.h>\n" : "");
   text += fmt::format("namespace nlo::{} {{\n\n", s.name);
   text += fmt::format("/// Positions in a measurement{} and in an estimate.\n", model.nu() > 0 ? ", in an input" : "");
@@ -140,6 +147,7 @@ std::string cpp_header(const PreparedExport& prepared) {
   text += "\n}  // namespace weights\n\n";
   for (const CppNetwork& network : structure->networks()) text += network.using_declaration();
   text += structure->types() + "\n" + model_constant(s);
+  if (model.monitor) text += cpp_monitor(model, init);
   text += fmt::format("\n}}  // namespace nlo::{}\n", s.name);
   return text;
 }

@@ -178,6 +178,7 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
 
 TEST(CppHeader, IsTheCommittedOne) {
   expect_golden(cpp_header(PreparedExport(tiny_model(), {})), "tiny.h");
+  expect_golden(cpp_header(PreparedExport(watched_model(), {})), "watched.h");
 }
 
 TEST(CppHeader, OfADrivenObserverIsTheCommittedOne) {

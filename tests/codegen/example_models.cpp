@@ -194,6 +194,46 @@ Model rig_model() {
   return m;
 }
 
+namespace {
+
+/// Limits and predictions of a size that some of a run's samples pass.
+Model with_monitor(Model m) {
+  const Eigen::Index ny = m.ny(), nz = m.nz(), windows = 2;
+  Monitor monitor;
+  monitor.prediction = Uniform(41).matrix(ny, nz + m.nr() + m.nx(), 0.05);
+  monitor.offset = Eigen::VectorXd::Constant(ny, 0.01);
+  monitor.deviation = Eigen::VectorXd::LinSpaced(ny, 0.2, 0.3);
+  monitor.least_variance = Eigen::VectorXd::Constant(ny, 0.5);
+  monitor.latent_mean = Uniform(42).matrix(nz, 1, 0.1);
+  monitor.latent_deviation = 0.25 * (m.latent_max - m.latent_min);
+  monitor.windows_s = Eigen::Vector2d(5.0, 20.0) * m.sample_period_s;
+  monitor.mean_limit = Eigen::MatrixXd::Constant(ny, windows, 0.5);
+  monitor.variance_limit = Eigen::MatrixXd::Constant(ny, windows, 4.0);
+  monitor.correlation_limit = Eigen::MatrixXd::Constant(ny, windows, 2.0);
+  monitor.latent_limit = Eigen::Vector2d(3.0, 2.0);
+  monitor.missing_limit = Eigen::VectorXd::Constant(ny, 0.4);
+  monitor.gate = 4.0;
+  monitor.armed_after_s = 10.0 * m.sample_period_s;
+  monitor.false_alarms_per_hour = 1.0;
+  monitor.hours = 12.0;
+  m.monitor = monitor;
+  return m;
+}
+
+}  // namespace
+
+Model watched_model() {
+  Model m = with_monitor(tiny_model());
+  m.name = "watched";
+  return m;
+}
+
+Model watched_rig_model() {
+  Model m = with_monitor(rig_model());
+  m.name = "watched_rig";
+  return m;
+}
+
 Model luenberger_model() {
   Model m = blank("pendulum", 1, 2);
   m.initial_latent = Eigen::Vector2d(0.1, -0.2);
@@ -427,6 +467,8 @@ std::vector<Model> example_models() {
                                commanded_model(),
                                commanded_ramp_model(),
                                failing_model(),
+                               watched_model(),
+                               watched_rig_model(),
                                failing_rig_model(),
                                saturating_model(),
                                saturating_rig_model(),

@@ -23,6 +23,10 @@ Model tiny_model();
 /// `tiny_model` with a wider T* and this activation ("relu", "silu", "tanh").
 Model activation_model(const std::string& activation);
 
+/// `tiny_model` with a monitor; and `rig_model`, whose angle turns.
+Model watched_model();
+Model watched_rig_model();
+
 /// T* is one layer: a linear observer.
 Model linear_model();
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -60,14 +61,19 @@ TEST_F(CompareCommand, GivesTheSameFiguresForAnyNumberOfThreads) {
 }
 
 TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
-  const Json compared = figures({"--against", "ekf", "--no-tuning"});
+  const Json compared = figures({"--against", "ekf,ukf", "--no-tuning"});
   const ProgramResult evaluated = scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.5", "--seeds", "2",
-                                               "--trajectories", "3", "--against", "ekf", "--json"});
+                                               "--trajectories", "3", "--against", "ekf,ukf", "--json"});
   ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
   const Json evaluation = Json::parse(evaluated.out)[0], columns = compared["conditions"]["noise"]["columns"];
   EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
-  // Another form of the same filter: rounding, and differences over another width.
-  EXPECT_NEAR(columns["ekf"]["norm"], evaluation["against"]["ekf"]["norm"], 1e-5);
+  // Another form of the same filters: rounding, and differences over another width.
+  for (const char* filter : {"ekf", "ukf"})
+    EXPECT_NEAR(columns[filter]["norm"], evaluation["against"][filter]["norm"], 1e-5) << filter;
+  EXPECT_GT(
+      std::abs(evaluation["against"]["ekf"]["norm"].get<double>() - evaluation["against"]["ukf"]["norm"].get<double>()),
+      1e-4)
+      << "control: they are two filters";
   EXPECT_FALSE(columns.contains("ekf_tuned"));
 }
 

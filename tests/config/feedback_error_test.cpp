@@ -50,6 +50,7 @@ TEST(FeedbackErrors, NameTheKeyAndTheMend) {
                   {"[0.1, 0.2]", "[0.1, -0.2]", "e.toml:25", "error[1] is -0.2"},
                   {"rounds = 2", "rounds = -1", "e.toml:26", "rounds is -1"},
                   {"rounds = 2", "rounds = 2\nshare = 1.5", "e.toml:27", "share is 1.5"},
+                  {"rounds = 2", "rounds = 2\ncost = \"x1^2 + r_u\"", "e.toml:27", "variables: x1, x2, u"},
                   {"rounds = 2", "round = 2", "e.toml:26", "did you mean \"rounds\"?"},
                   {"hold = \"first_order\"", "input_hold = \"first_order\"", "e.toml:16", "use \"zero_order\""},
                   {"parameters = { mu = 1.5 }", "parameters = { mu = 1.5 }\nestimated = [\"x1\"]", "e.toml:22",

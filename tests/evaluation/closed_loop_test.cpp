@@ -38,7 +38,7 @@ TEST(ClosedLoopCost, CountsRunsThatLeave) {
   flown.trajectories[1].states(0, 3) = -4.1;
   const ClosedLoopCost cost = closed_loop_cost(resting(), flown);
   EXPECT_EQ(cost.left, 1);
-  EXPECT_THAT(to_text(cost, flown), testing::HasSubstr("1 of 2 runs go beyond 2 times its range"));
+  EXPECT_THAT(to_text(cost, flown.states), testing::HasSubstr("1 of 2 runs go beyond 2 times its range"));
 }
 
 TEST(ClosedLoopCost, RefusesSetsOfDifferentRuns) {

@@ -49,6 +49,20 @@ TEST(ParticleFilter, LearnsABiasThatAKalmanFilterTakesForTheState) {
   EXPECT_NEAR(x(0, 199), 0.0, 0.05);
 }
 
+TEST(ParticleFilter, LosesTheParticlesThatThePlantCarriesOutOfTheNumbers) {
+  // dx/dt = x^3 escapes within 1 / (2 x^2): most of the particles do before the first 5 s are over, and the truth, 0.1, not.
+  LanePlant plant = test::decay(0.5);
+  plant.f = [](const MatrixXd& x, const MatrixXd&) { return MatrixXd(x.array().cube()); };
+  SimulationConfig simulation;
+  simulation.initial_low = {-3.0};
+  simulation.initial_high = {3.0};
+  const MatrixXd y = MatrixXd::Constant(1, 50, 0.1) + 0.5 * test::normals(1, 50, 4);
+  const MatrixXd x = particle_estimates(plant, simulation, 1.0, parse_noise("gaussian:0.5"),
+                                        test::runs_of(y, kSlowPeriod), {500, 3}, 0);
+  ASSERT_TRUE(x.allFinite());
+  EXPECT_NEAR(x(0, 49), 0.1, 0.15);  // twice what is left after 50 samples, 0.5 / sqrt(50)
+}
+
 TEST(ParticleFilter, HasDensitiesThatIntegrateToOne) {
   constexpr Eigen::Index kPoints = 400001;
   const ArrayXd v = ArrayXd::LinSpaced(kPoints, -200.0, 200.0);

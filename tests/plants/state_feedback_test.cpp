@@ -55,7 +55,10 @@ Experiment experiment(const std::vector<std::string>& changes = {}) {
 }
 
 Dataset runs_of(const Experiment& e, const codegen::Model* observer = nullptr, Eigen::Index count = 8) {
-  return simulate_runs(e, *make_plant(*e.plant), initial_state_seed(1, SeedStream::kTest), count, 1.0, {}, observer);
+  const auto plant = make_plant(*e.plant);
+  const LoopEstimators estimators =
+      observer == nullptr ? nullptr : observer_in_loop(*observer, *plant, e.simulation.sample_period_s);
+  return simulate_runs(e, *plant, initial_state_seed(1, SeedStream::kTest), count, 1.0, {}, estimators);
 }
 
 /// Ad and Bd of the plant with its input held over the period, and the gain of the law.

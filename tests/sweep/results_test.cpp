@@ -14,7 +14,8 @@ using testing::IsEmpty;
 using testing::Not;
 
 JobResult done(double error, Eigen::Index multiply_adds, Eigen::Index flash) {
-  return {.status = JobStatus::kDone, .validation_error = 1.0, .error = error, .cost = JobCost{multiply_adds, flash}};
+  return {
+      .status = JobStatus::kDone, .validation_error = 1.0, .error = error, .cost = JobCost{multiply_adds, flash, {}}};
 }
 
 std::vector<SweepJob> planned(const std::string& text) {
@@ -59,9 +60,10 @@ TEST(SweepResults, AreARowForEachJob) {
   const auto all = planned("[grid]\ninverse_map.hidden = [[8], [16, 16]]\n[[point]]\nplant.model = \"a,\\\"b\\\"\"\n");
   const std::string csv =
       sweep_csv(all, {done(0.25, 10, 20), {.status = JobStatus::kFailed, .message = "diverged"}, {}});
-  EXPECT_EQ(csv, "job,inverse_map.hidden,plant.model,seed,status,validation_error,error,multiply_adds,flash_bytes\n" +
-                     all[0].name + ",[8],,,done,1,0.25,10,20\n" + all[1].name + ",\"[16, 16]\",,,failed,,,,\n" +
-                     all[2].name + ",,\"\"\"a,\\\"\"b\\\"\"\"\"\",,missing,,,,\n");
+  EXPECT_EQ(csv,
+            "job,inverse_map.hidden,plant.model,seed,status,validation_error,error,multiply_adds,flash_bytes,ns\n" +
+                all[0].name + ",[8],,,done,1,0.25,10,20,\n" + all[1].name + ",\"[16, 16]\",,,failed,,,,,\n" +
+                all[2].name + ",,\"\"\"a,\\\"\"b\\\"\"\"\"\",,missing,,,,,\n");
 }
 
 TEST(SweepResults, SayWhatFailedAndWhatIsMissing) {
@@ -71,6 +73,19 @@ TEST(SweepResults, SayWhatFailedAndWhatIsMissing) {
   const std::string text = sweep_text(all, results, point_results(all, results));
   EXPECT_THAT(text, HasSubstr("3 jobs: 1 done, 1 failed, 1 missing"));
   EXPECT_THAT(text, HasSubstr(all[1].name + ": diverged"));
+}
+
+TEST(SweepResults, HaveAThirdFrontWhereTimeWasMeasured) {
+  const auto all = planned("[grid]\na = [1, 2]\n");
+  std::vector<JobResult> results = {done(1.0, 10, 100), done(2.0, 5, 50)};
+  EXPECT_EQ(pareto_figure(point_results(all, results)).panels.size(), 2U);
+  results[0].cost->ns = 40.0;
+  results[1].cost->ns = 41.5;
+  const auto points = point_results(all, results);
+  EXPECT_TRUE(points[0].best_for_ns);
+  EXPECT_FALSE(points[1].best_for_ns) << "worse, and slower by cache or width";
+  EXPECT_EQ(pareto_figure(points).panels.size(), 3U);
+  EXPECT_THAT(sweep_csv(all, results), HasSubstr(",5,50,41.5\n"));
 }
 
 TEST(ParetoFigure, StepsDownAtEachPointOfTheFront) {

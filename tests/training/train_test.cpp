@@ -261,6 +261,22 @@ TEST(Train, ADivergingAdamStopsKeepsTheBestModelAndSaysWhatToTry) {
   expect_divergence(experiment);
 }
 
+TEST(Train, ARunAwayGoesOnFromItsBestWhereGradientsAreClipped) {
+  // A rate that grows by half each step throws the run off in the end, again and again. Clipped, it comes back each
+  // time, to its last step or to the most returns there are; not clipped, it goes astray.
+  Experiment experiment = small_experiment();
+  experiment.training.learning_rate = 0.01;
+  experiment.training.schedule = "exponential";
+  experiment.training.decay = 1.5;
+  experiment.training.validate_every = 1;
+  experiment.training.gradient_clip = 1.0;
+  const TrainingResult clipped = train_here(experiment);
+  EXPECT_GT(clipped.returns, 0);
+  EXPECT_LE(clipped.validation_rmse, clipped.metrics.front().validation_rmse);
+  experiment.training.gradient_clip = 0.0;
+  EXPECT_EQ(train_here(experiment).returns, 0);
+}
+
 TEST(Train, EigenvaluesThatOverflowAreADivergence) {
   // One Adam step moves log|lambda| by the rate: exp(1000) is infinite, and no number of halvings makes it small.
   Experiment experiment = small_experiment();

@@ -66,6 +66,7 @@ MatrixXd run_ekf(const FilterPlant& plant, const FilterConfig& config, const Mat
     x += gain * innovation;
     const MatrixXd kept = identity - gain * h;
     p = kept * p * kept.transpose() + gain * r * gain.transpose();
+    restart_if_lost(config, x, p);
     estimates.col(k) = x;
   }
   return estimates;

@@ -51,6 +51,14 @@ MatrixXd output_covariance(const FilterConfig& config, Index ny) {
   return variance.asDiagonal();
 }
 
+void restart_if_lost(const FilterConfig& config, VectorXd& x, MatrixXd& p) {
+  constexpr double kEscape = 1e9;
+  const VectorXd limits = config.farthest.size() > 0 ? config.farthest : VectorXd::Constant(x.size(), kEscape);
+  if ((x.array().abs() <= limits.array()).all() && p.allFinite()) return;
+  x = config.initial_state;
+  p = config.initial_covariance;
+}
+
 HeldInputs inputs_of_step(const FilterConfig& config, const MatrixXd& inputs, Index k) {
   if (inputs.cols() == 0) return {};
   return {inputs.col(config.held_inputs || k == 0 ? k : k - 1), inputs.col(k)};

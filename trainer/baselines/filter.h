@@ -30,7 +30,8 @@ struct FilterConfig {
   Eigen::VectorXd output_variance = Eigen::VectorXd::Zero(1);
   /// n_x, standard deviation per sqrt(s) of the plant's own noise: its square times the step is added to Q; empty: none.
   Eigen::VectorXd process_noise = {};
-  bool held_inputs = false;  ///< the u of a sample has acted since the sample before; else a ramp from there
+  bool held_inputs = false;       ///< the u of a sample has acted since the sample before; else a ramp from there
+  Eigen::VectorXd farthest = {};  ///< n_x, an estimate with |x_i| beyond it is lost; empty: 1e9, as simulations escape
   /// Of R: a noise-free output is no reason to trust a linearisation.
   double least_output_variance = 1e-4;
 };
@@ -49,6 +50,10 @@ void wrap_outputs(const FilterPlant& plant, Eigen::MatrixXd& difference);
 /// Q of a step of `h` seconds, n_x x n_x, and R, n_y x n_y.
 Eigen::MatrixXd process_covariance(const FilterConfig& config, double h);
 Eigen::MatrixXd output_covariance(const FilterConfig& config, Eigen::Index ny);
+
+/// Where x has left what a state can be, or P the numbers, the filter begins anew from the configured x and P0: an outlier
+/// can put the linearisation where the plant runs away within a step.
+void restart_if_lost(const FilterConfig& config, Eigen::VectorXd& x, Eigen::MatrixXd& p);
 
 /// The inputs at both ends of the period that ends with sample k: columns of `inputs` (n_u x N; 0 x 0: none).
 struct HeldInputs {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/baselines/ukf.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -16,21 +14,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// S with S S' = p.
-MatrixXd square_root(const MatrixXd& p) {
-  const Eigen::LLT<MatrixXd> cholesky(p);
-  if (cholesky.info() == Eigen::Success) return cholesky.matrixL();
-  if (!p.allFinite()) return MatrixXd::Constant(p.rows(), p.cols(), std::nan(""));  // the filter has diverged
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> system(p);
-  return system.eigenvectors() * system.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-}
-
 struct SigmaPoints {
   SigmaPoints(const VectorXd& x, const MatrixXd& p)
       : weights(VectorXd::Constant(2 * x.size() + 1, 0.0)), points(x.rowwise().replicate(2 * x.size() + 1)) {
     const auto n = static_cast<double>(x.size());
     const double kappa = std::max(0.0, 3.0 - n);
-    const MatrixXd spread = std::sqrt(n + kappa) * square_root(p);
+    const MatrixXd spread = std::sqrt(n + kappa) * codegen::square_root(p);
     for (Index i = 0; i < x.size(); ++i) {
       points.col(1 + 2 * i) += spread.col(i);
       points.col(2 + 2 * i) -= spread.col(i);
@@ -75,6 +64,7 @@ MatrixXd run_ukf(const FilterPlant& plant, const FilterConfig& config, const Mat
     x += gain * innovation;
     p -= gain * s * gain.transpose();
     p = (0.5 * (p + p.transpose())).eval();
+    restart_if_lost(config, x, p);
     estimates.col(k) = x;
   }
   return estimates;

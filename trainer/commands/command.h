@@ -46,6 +46,7 @@ void add_evaluate(CLI::App& app, Action& action);
 void add_export(CLI::App& app, Action& action);
 void add_report(CLI::App& app, Action& action);
 void add_reproduce(CLI::App& app, Action& action);
+void add_monitor(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action);
 

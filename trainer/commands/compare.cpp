@@ -25,8 +25,17 @@ struct CompareArguments {
   std::vector<std::string> models;
   std::string conditions, output;
   CompareTest test;
-  bool quick = false, no_tuning = false, json = false;
+  bool as_trained = false, quick = false, no_tuning = false, json = false;
 };
+
+/// One condition: the sensors and the plant's noise of the training itself, whose filters are told all.
+ConditionSet as_trained(const Experiment& experiment) {
+  Condition condition;
+  condition.name = "as_trained";
+  condition.noise = experiment.training.noise;
+  condition.process_noise = experiment.simulation.process_noise;
+  return {0.0, {condition}};
+}
 
 std::vector<std::string> rivals() {
   std::vector<std::string> names = filter_names();
@@ -78,7 +87,9 @@ void run_compare(CompareArguments arguments) {
     arguments.test.tuning_trajectories = std::min(arguments.test.tuning_trajectories, 6);
     arguments.test.particles = std::min(arguments.test.particles, 200);
   }
-  const ConditionSet set = arguments.conditions.empty() ? default_conditions() : read_conditions(arguments.conditions);
+  const ConditionSet set = arguments.as_trained           ? as_trained(experiments.front())
+                           : arguments.conditions.empty() ? default_conditions()
+                                                          : read_conditions(arguments.conditions);
   std::vector<std::string> left_out;
   (void)compared_conditions(experiments.front(), set, left_out);  // its refusals come first
   if (is_stdout(arguments.output))
@@ -119,12 +130,15 @@ void add_compare(CLI::App& app, Action& action) {
       ->allow_extra_args(false)
       ->type_name("FILTER,...")
       ->check(CLI::IsMember(rivals()));
+  CLI::Option* conditions = command->add_option(
+      "--conditions", arguments->conditions,
+      "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale (twenty that "
+      "fit any plant)");
+  conditions->type_name("FILE.toml");
   command
-      ->add_option(
-          "--conditions", arguments->conditions,
-          "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale (twenty that "
-          "fit any plant)")
-      ->type_name("FILE.toml");
+      ->add_flag("--as-trained", arguments->as_trained,
+                 "one condition: noise and plant as in the first model's training")
+      ->excludes(conditions);
   command->add_option("--seeds", arguments->test.seeds, "test seeds, for means and standard errors")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();

@@ -245,11 +245,11 @@ void add_evaluate(CLI::App& app, Action& action) {
   for_plants.push_back(
       command
           ->add_option("--against", arguments->test.against,
-                       "ekf (knows the plant trained for), ekf_true (knows what --set made of it); constant and ridge "
-                       "are always shown")
+                       "ekf, ukf (know the plant trained for), ekf_true (knows what --set made of it); constant and "
+                       "ridge are always shown")
           ->delimiter(',')
           ->allow_extra_args(false)
-          ->check(CLI::IsMember({"ekf", "ekf_true", "constant", "ridge"})));
+          ->check(CLI::IsMember({"ekf", "ukf", "ekf_true", "constant", "ridge"})));
   command->add_option("--data", arguments->data, "CSV logs (or globs) to evaluate on, instead of the plant");
   command
       ->add_option("--columns", arguments->columns,

@@ -76,6 +76,8 @@ void run_export(const ExportArguments& arguments) {
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   const Judged judged = judge(prepared, arguments);
   if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(model));
+  if (!arguments.quiet && model.monitor && arguments.target == "c99")
+    fmt::print(stderr, "note: target c99 has no monitor; the model's is left out\n");
   if (!judged.refusal.empty()) {
     fmt::print(stderr, "{}", judged.tables);
     throw RunFailure(judged.refusal);

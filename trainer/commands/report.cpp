@@ -51,10 +51,10 @@ void add_report(CLI::App& app, Action& action) {
   command->add_option("DIR", arguments->directory, "directory that nlo train wrote")->required();
   command->add_option("--noise", arguments->noises, "as of nlo evaluate; may be repeated (none, and the training's)")
       ->allow_extra_args(false);
-  command->add_option("--against", arguments->test.against, "alternatives: ekf (knows the plant exactly)")
+  command->add_option("--against", arguments->test.against, "alternatives: ekf, ukf (know the plant exactly)")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"ekf", "constant", "ridge"}));
+      ->check(CLI::IsMember({"ekf", "ukf", "constant", "ridge"}));
   command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();

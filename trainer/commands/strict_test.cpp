@@ -10,6 +10,8 @@
 #include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/baselines/ekf.h"
+#include "trainer/baselines/ukf.h"
+#include "trainer/compare/filter_in_loop.h"
 #include "trainer/evaluation/closed_loop.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
@@ -33,7 +35,9 @@ bool held_inputs(const Experiment& experiment, const StrictTest& test) {
   return experiment.moves_inputs() && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
 }
 
-EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool held_inputs) {
+/// `make`: ekf_estimator or ukf_estimator.
+EstimatorFactory kalman_filter(decltype(ekf_estimator)& make, const Experiment& knows, const NoiseConfig& noise,
+                               const Eigen::VectorXd& farthest, bool held_inputs) {
   const InitialMoments start = initial_moments(knows.simulation);
   const auto& intensity = knows.simulation.process_noise;
   const FilterConfig config{start.mean,
@@ -41,8 +45,9 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool hel
                             1e-6,
                             noise_variances(noise),
                             Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
-                            held_inputs};
-  EstimatorFactory filter = ekf_estimator(
+                            held_inputs,
+                            farthest};
+  EstimatorFactory filter = make(
       [plant_config = *knows.plant] {
         const std::shared_ptr<const Plant> plant = make_plant(plant_config);
         return FilterPlant{
@@ -55,9 +60,9 @@ EstimatorFactory ekf(const Experiment& knows, const NoiseConfig& noise, bool hel
   const PlantChannels channels(*knows.plant, *make_plant(*knows.plant));
   if (channels.plain() && !noise.loses()) return filter;
   return [filter, channels]() -> Estimator {
-    return [ekf = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                      const Eigen::VectorXd& time_s) {
-      return channels.states(ekf(channels.plant_outputs(held(outputs)), inputs, time_s));
+    return [estimate = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                           const Eigen::VectorXd& time_s) {
+      return channels.states(estimate(channels.plant_outputs(held(outputs)), inputs, time_s));
     };
   };
 }
@@ -92,7 +97,8 @@ class Study {
         test_(test),
         plant_(make_plant(*tested_.plant)),
         config_(metrics_config(tested_, tested_.simulation.horizon_s)),
-        training_(fresh_training_runs(experiment)) {
+        training_(fresh_training_runs(experiment)),
+        farthest_(farthest_states(experiment)) {
     if (tested_.feedback)
       tested_.feedback->error.clear();  // the loop of the true state is what others are held against
     disturb_inputs(test.input_noise, initial_state_seed(experiment.seed, SeedStream::kTraining), training_);
@@ -112,7 +118,6 @@ class Study {
         readouts[n].push_back(readout_estimator(model.model, training_, test_.noises[n], noise_seed));
 
     const auto sets = static_cast<std::size_t>(test_.test_sets);
-    std::vector<std::string> costs;  // of loops, in order of test sets, noises and models
     for (std::size_t s = 0; s < sets; ++s) {
       const std::uint64_t seed = test_.seed + s;
       Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
@@ -127,7 +132,7 @@ class Study {
           group.push_back(evaluate_on_plant(models_[m].model, set, noise, seed, test_.threads, config_));
           group.insert(group.end(), shared.begin(), shared.end());
           group.push_back(judged("ridge", readouts[n][m], set, noise, seed));
-          if (looped()) group.push_back(in_its_loop(models_[m].model, set, noise, seed, costs));
+          if (looped()) add_loops(models_[m].model, set, noise, seed, group);
           for (Evaluation& evaluation : group) {
             evaluation.excitation = tested_.excitation && test_.inputs.empty()
                                         ? describe_inputs(*tested_.excitation, *plant_)
@@ -147,7 +152,6 @@ class Study {
       if (!study.is_single()) continue;
       std::vector<std::string>& notes = study.results.front().front().front().notes;
       notes = study_notes(study);
-      if (!costs.empty()) notes.push_back(costs.front());  // one model and one set: outputs in the loop have no noise
     }
     return studies;
   }
@@ -155,17 +159,33 @@ class Study {
  private:
   bool looped() const { return tested_.feedback && tested_.feedback->share > 0.0 && test_.inputs.empty(); }
 
-  /// The observer where its own estimates close the loop, from outputs without noise; the same starts and references.
-  Evaluation in_its_loop(const codegen::Model& model, const Dataset& ideal, const NoiseConfig& noise,
-                         std::uint64_t seed, std::vector<std::string>& costs) const {
-    Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
-                                test_.box_scale, {}, &model);
-    PlantChannels(*tested_.plant, *plant_).apply(set);
-    costs.push_back(to_text(closed_loop_cost(ideal, set), set));
-    Evaluation evaluation = evaluate_on_plant(model, set, noise, seed, test_.threads, config_);
-    evaluation.estimator = "observer_in_loop";
-    evaluation.label = "observer in its own loop";
-    return evaluation;
+  /// Estimators where their own estimates close the loop, through the noise; the same starts and references.
+  void add_loops(const codegen::Model& model, const Dataset& ideal, const NoiseConfig& noise, std::uint64_t seed,
+                 std::vector<Evaluation>& group) const {
+    const NoiseConfig in_loop = without_shifts(noise);
+    const auto add = [&](const std::string& name, const LoopEstimators& estimators, auto&& judge) {
+      Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
+                                  test_.box_scale, {}, with_noise(estimators, in_loop, seed));
+      PlantChannels(*tested_.plant, *plant_).apply(set);
+      Evaluation evaluation = judge(set);
+      evaluation.estimator = name + "_in_loop";
+      evaluation.label = name + " in its own loop";
+      evaluation.loop = closed_loop_cost(ideal, set);
+      evaluation.loop->cost = mean_cost(tested_, *plant_, set);
+      evaluation.loop->of_true_state = mean_cost(tested_, *plant_, ideal);
+      group.push_back(std::move(evaluation));
+    };
+    add("observer", observer_in_loop(model, *plant_, tested_.simulation.sample_period_s),
+        [&](const Dataset& set) { return evaluate_on_plant(model, set, in_loop, seed, test_.threads, config_); });
+    for (const std::string& name : test_.against)
+      if (name == "ekf" || name == "ukf")
+        add(name, filter_in_loop(name, nominal_, in_loop),
+            [&](const Dataset& set) { return judged(name, filter(name, in_loop), set, in_loop, seed); });
+  }
+
+  EstimatorFactory filter(const std::string& name, const NoiseConfig& noise) const {
+    return kalman_filter(name == "ukf" ? ukf_estimator : ekf_estimator, name == "ekf_true" ? tested_ : nominal_, noise,
+                         farthest_, held_inputs(tested_, test_));
   }
 
   Evaluation judged(const std::string& name, const EstimatorFactory& estimator, const Dataset& set,
@@ -179,11 +199,12 @@ class Study {
     std::vector<Evaluation> result;
     for (const std::string& name : test_.against) {
       if (name == "constant" || name == "ridge") continue;  // always there
-      if (name != "ekf" && name != "ekf_true")
-        throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ekf_true, constant, ridge", name));
-      result.push_back(
-          judged(name, ekf(name == "ekf" ? nominal_ : tested_, noise, held_inputs(tested_, test_)), set, noise, seed));
-      if (changed) result.back().label = name == "ekf" ? "ekf, nominal parameters" : "ekf, true parameters";
+      if (name != "ekf" && name != "ekf_true" && name != "ukf")
+        throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ukf, ekf_true, constant, ridge", name));
+      result.push_back(judged(name, filter(name, noise), set, noise, seed));
+      if (changed)
+        result.back().label =
+            fmt::format("{}, {} parameters", name.substr(0, 3), name == "ekf_true" ? "true" : "nominal");
     }
     result.push_back(judged("constant", constant_estimator(training_), set, noise, seed));
     return result;
@@ -196,6 +217,7 @@ class Study {
   std::unique_ptr<Plant> plant_;
   MetricsConfig config_;
   Dataset training_;
+  Eigen::VectorXd farthest_;  ///< what filters are lost beyond
 };
 
 }  // namespace

@@ -27,7 +27,7 @@ struct SweepArguments {
   std::vector<std::string> words;  ///< [collect] PLAN
   std::string output, shard;
   std::optional<int> threads;
-  bool run = false;
+  bool run = false, timed = false;
 };
 
 /// A path of the plan, seen from here.
@@ -114,6 +114,7 @@ void run_sweep(const SweepArguments& arguments) {
                                      arguments.words.front()));
   if (collect && (arguments.run || !arguments.shard.empty()))
     throw codegen::Error("--shard and --run are for jobs; nlo sweep collect looks at all of them");
+  if (!collect && arguments.timed) throw codegen::Error("--time is for nlo sweep collect, which judges the jobs");
   if (is_stdout(arguments.output))
     throw codegen::Error("-o -: every job has a folder below that of the sweep, and stdout is none; write -o DIR");
   const SweepPlan plan = read_sweep_plan(arguments.words.back());
@@ -123,8 +124,9 @@ void run_sweep(const SweepArguments& arguments) {
   if (collect) {
     PatientProgress progress;
     run_phase([&] {
-      const std::vector<JobResult> results = collect_results(
-          jobs, plan.test, places, [&](double share, const std::string& job) { progress.update(share, job); });
+      const std::vector<JobResult> results =
+          collect_results(jobs, plan.test, places, arguments.timed,
+                          [&](double share, const std::string& job) { progress.update(share, job); });
       progress.finish();
       fmt::print("{}", write_collection(jobs, results, places.folder));
     });
@@ -156,9 +158,11 @@ void add_sweep(CLI::App& app, Action& action) {
   command->add_flag("--run", arguments->run, "run the jobs here, one after the other, instead of writing them");
   command->add_option("--threads", arguments->threads, "of each job; 0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024));
+  command->add_flag("--time", arguments->timed, "collect: also ns of a step and an estimate, on this machine");
   command->footer(
       "A job that is done does nothing when it is run again; one that was killed goes on to the same bytes.\n"
-      "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds and flash.\n"
+      "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds, flash\n"
+      "and, with --time, ns.\n"
       "Examples:\n"
       "  nlo sweep plan.toml --threads 1 | parallel\n"
       "  nlo sweep plan.toml --run --shard \"$SLURM_ARRAY_TASK_ID/16\"\n"

@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <limits>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
@@ -16,6 +19,7 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/evaluation/evaluate.h"
 #include "trainer/report/pareto_figure.h"
 #include "trainer/report/svg_text.h"
 
@@ -55,6 +59,29 @@ JobCost cost_of(const codegen::Model& model) {
   return {cost.step_multiply_adds + cost.estimate_multiply_adds, cost.constant_bytes};
 }
 
+/// Of a sample: the observer as nlo evaluate flies it, over outputs across its range.
+double measured_ns(const codegen::Model& model) {
+  using Clock = std::chrono::steady_clock;
+  constexpr Eigen::Index kSamples = 2000;
+  constexpr int kRuns = 10;
+  const Eigen::VectorXd time =
+      Eigen::VectorXd::LinSpaced(kSamples, 0.0, static_cast<double>(kSamples - 1)) * model.sample_period_s;
+  Eigen::MatrixXd y(model.ny(), kSamples);
+  for (Eigen::Index j = 0; j < y.rows(); ++j)
+    y.row(j).array() = 0.5 * (model.output_min(j) + model.output_max(j)) +
+                       0.4 * (model.output_max(j) - model.output_min(j)) *
+                           Eigen::ArrayXd::LinSpaced(kSamples, 0.0, 60.0).sin().transpose();
+  const Eigen::MatrixXd u = Eigen::MatrixXd::Zero(model.nu(), model.nu() > 0 ? kSamples : 0);
+  const ObserverRun observer = observer_run(model, true);
+  double least = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < kRuns; ++run) {
+    const auto start = Clock::now();
+    (void)observer(y, u, time);
+    least = std::min(least, std::chrono::duration<double, std::nano>(Clock::now() - start).count());
+  }
+  return least / static_cast<double>(kSamples);
+}
+
 std::optional<double> fact(const codegen::Model& model, const std::string& name) {
   for (const auto& [key, value] : model.provenance)
     if (key == name) return finite_number(value);
@@ -64,7 +91,7 @@ std::optional<double> fact(const codegen::Model& model, const std::string& name)
 }  // namespace
 
 std::vector<JobResult> collect_results(const std::vector<CheckedJob>& jobs, const SweepTest& test,
-                                       const SweepPlaces& places,
+                                       const SweepPlaces& places, bool timed,
                                        const std::function<void(double share, const std::string& job)>& progress) {
   std::vector<JobResult> results;
   for (const CheckedJob& checked : jobs) {
@@ -77,6 +104,7 @@ std::vector<JobResult> collect_results(const std::vector<CheckedJob>& jobs, cons
     result.validation_error = fact(model, "validation_rmse");
     result.error = test_error(model, checked.experiment, test, places);
     result.cost = cost_of(model);
+    if (timed) result.cost->ns = measured_ns(model);
   }
   return results;
 }

@@ -96,6 +96,11 @@ TrainingResult train_with_progress(const Experiment& experiment, const Data& dat
   if (display) options.progress = [&](const TrainProgress& progress) { display->update(progress); };
   TrainingResult result = train(experiment, data.training, data.validation, options);
   if (display) display->finish();
+  if (result.returns > 0 && !arguments.quiet)
+    fmt::print(
+        stderr,
+        "note: training ran away {} time{} and went on from its best; a lower learning_rate (now {}) may keep it\n",
+        result.returns, result.returns == 1 ? "" : "s", shortest_text(experiment.training.learning_rate));
   return result;
 }
 

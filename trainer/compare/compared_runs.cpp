@@ -120,8 +120,9 @@ Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const C
   return sum / static_cast<double>(lanes.samples());
 }
 
-double squared_error(const ComparedRuns& runs, std::size_t index, const MatrixXd& estimates) {
-  return squares(runs, runs.set.trajectories[index].states, estimates).mean();
+double squared_error(const ComparedRuns& runs, std::size_t index, const MatrixXd& estimates, Index first) {
+  const Index count = estimates.cols() - first;
+  return squares(runs, runs.set.trajectories[index].states.rightCols(count), estimates.rightCols(count)).mean();
 }
 
 }  // namespace nlo::trainer

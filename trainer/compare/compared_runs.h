@@ -38,7 +38,8 @@ ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition
 /// Mean of |x - x_hat|^2 over the samples of each lane; `lanes` are those of `runs`, maybe several times.
 Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs);
 
-/// The same for estimates of the channels of run `index` (n x N).
-double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates);
+/// The same for estimates of the channels of run `index` (n x N), from sample `first` on.
+double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates,
+                     Eigen::Index first = 0);
 
 }  // namespace nlo::trainer

@@ -13,6 +13,7 @@
 #include "trainer/filters/plant_equations.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
+#include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {
 namespace {
@@ -64,6 +65,7 @@ Index root_state(const FilterContext& c) {
 
 constexpr double kParameterDeviation = 0.2;  // of the nominal value: what a data sheet promises
 constexpr double kParameterDrift = 1e-4;     // of it, per step
+constexpr double kFarParameter = 10.0;       // times it: the filter is lost
 
 std::string joint_unfit(const FilterContext& c) {
   return c.joint_parameters.empty() ? "no condition changes a parameter" : "";
@@ -73,7 +75,8 @@ Filter joint_ekf(const FilterContext& c, const Tunings& tunings, Index lanes) {
   const auto np = static_cast<Index>(c.joint_parameters.size());
   const LanePlant joint = joint_plant(c.config, c.joint_parameters, c.initial);
   FilterKnowledge known = c.knowledge;
-  for (Eigen::VectorXd* values : {&known.initial_state, &known.initial_deviation, &known.process_deviation})
+  for (Eigen::VectorXd* values :
+       {&known.initial_state, &known.initial_deviation, &known.process_deviation, &known.farthest})
     values->conservativeResize(c.plant.nx + np);
   const PlantParameters nominal = equations_of(c.config).parameters;
   for (Index i = 0; i < np; ++i) {
@@ -84,6 +87,7 @@ Filter joint_ekf(const FilterContext& c, const Tunings& tunings, Index lanes) {
     known.initial_state[c.plant.nx + i] = value;
     known.initial_deviation[c.plant.nx + i] = kParameterDeviation * unit;
     known.process_deviation[c.plant.nx + i] = kParameterDrift * unit;
+    known.farthest[c.plant.nx + i] = kFarParameter * unit;
   }
   return std::make_unique<SigmaPointFilter>(joint, PointSet::kExtended, known, tunings, lanes);
 }
@@ -211,7 +215,8 @@ FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise
   context.knowledge = {
       start.mean, start.covariance.diagonal().cwiseSqrt(), Eigen::VectorXd::Constant(start.mean.size(), kProcess),
       variances.size() == ny ? Eigen::VectorXd(variances.cwiseSqrt().cwiseMax(kLeastOutput))
-                             : Eigen::VectorXd::Constant(ny, std::max(std::sqrt(variances[0]), kLeastOutput))};
+                             : Eigen::VectorXd::Constant(ny, std::max(std::sqrt(variances[0]), kLeastOutput)),
+      farthest_states(nominal)};
   context.joint_parameters = joint_parameters;
   context.initial =
       draw_initial_states(nominal.simulation, initial_state_seed(nominal.seed, SeedStream::kValidation), 8);

@@ -73,6 +73,7 @@ struct FeedbackConfig {
   double share = 1.0;                               ///< of the runs that are in the loop
   std::vector<double> error;                        ///< n_x, deviation of x_hat - x in round 0; empty: none
   int rounds = 0;                                   ///< with the last round's observer in the loop, after round 0
+  std::string cost;                                 ///< of a sample, an expression over states and inputs; empty: none
 };
 
 /// [[log.columns]]: one column of a CSV log, or a state derived from one.
@@ -170,24 +171,24 @@ struct TrainingConfig {
   double early_s = 0.0, early_share = 0.0;  ///< this share of the samples comes from t < early_s
   std::string optimiser = "adam";           ///< a name that optim/optimiser.h knows
   double learning_rate = 1e-3;
-  double eigenvalue_learning_rate = 0.0;  ///< 0: the same as learning_rate
-  std::string schedule = "cosine";        ///< of the rates, a name that optim/optimiser.h knows
-  double decay = 0.9999;                  ///< of the exponential schedule, per step
-  double gradient_clip = 0.0;             ///< > 0: a longer gradient is shortened to this
-  double weight_decay = 0.0;              ///< of T*'s network weights (decoupled, as in AdamW)
-  double ema = 0.0;                       ///< weight averaging: the model is the exponential average; 0: off
-  NoiseConfig noise;                      ///< added to the outputs, drawn afresh in each step
+  double eigenvalue_learning_rate = 0.0;   ///< 0: the same as learning_rate
+  std::string schedule = "cosine";         ///< of the rates, a name that optim/optimiser.h knows
+  double decay = 0.9999;                   ///< of the exponential schedule, per step
+  double gradient_clip = 0.0;              ///< > 0: a longer gradient is shortened to this
+  double weight_decay = 0.0;               ///< of T*'s network weights (decoupled, as in AdamW)
+  double ema = 0.0;                        ///< weight averaging: the model is the exponential average; 0: off
+  NoiseConfig noise;                       ///< added to the outputs, drawn afresh in each step
   std::vector<NoiseConfig> noise_mixture;  ///< instead of `noise`: trajectories take turns with these
-  NoiseConfig input_noise;                ///< the same of the inputs that are read; the plant has them without it
-  double noise_level_max = 0.0;           ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
-  double dropout = 0.3;                   ///< share of the segments in which a sensor that may fail is missing
-  bool mirror = false;                    ///< a run with the sign of its odd channels turned is a run of the plant, too
+  NoiseConfig input_noise;                 ///< the same of the inputs that are read; the plant has them without it
+  double noise_level_max = 0.0;            ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
+  double dropout = 0.3;                    ///< share of the segments in which a sensor that may fail is missing
+  bool mirror = false;  ///< a run with the sign of its odd channels turned is a run of the plant, too
   LatentGradient gradient = LatentGradient::kAutomatic;
   Transient transient = Transient::kKeep;
   double transient_factor = 5.0;  ///< k of the transient's length k / min |Re lambda|
   /// What is added to the outputs.
   NoiseMixture all_noise() const { return noise_mixture.empty() ? NoiseMixture(noise) : NoiseMixture(noise_mixture); }
-  int validate_every = 100;       ///< steps between validation errors (progress, metrics.csv)
+  int validate_every = 100;  ///< steps between validation errors (progress, metrics.csv)
   double checkpoint_every_s = 10.0;
 };
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "codegen/base/error.h"
+#include "codegen/base/linear_algebra.h"
 #include "trainer/data/held_integral.h"
 
 namespace nlo::trainer {
@@ -127,7 +128,7 @@ class Regression {
     }
     constexpr double kRidge = 1e-10;
     const MatrixXd gram = u.transpose() * u + kRidge * MatrixXd::Identity(u.cols(), u.cols());
-    const VectorXd weights = gram.ldlt().solve(u.transpose() * target);
+    const VectorXd weights = codegen::solve_symmetric(gram, u.transpose() * target);
     return {weights.cwiseQuotient(norms), u * weights};
   }
 

@@ -3,13 +3,36 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <utility>
+
 #include "codegen/base/error.h"
+#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/plants/state_feedback.h"
 
 namespace nlo::trainer {
+namespace {
 
-ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_observer) {
+class NoisyEstimator final : public LoopEstimator {
+ public:
+  NoisyEstimator(std::unique_ptr<LoopEstimator> estimator, const NoiseConfig& noise, std::uint64_t seed,
+                 std::uint64_t run)
+      : estimator_(std::move(estimator)), noise_(noise, seed, run) {}
+
+  Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) override {
+    return estimator_->step(noise_.on(y), u);
+  }
+
+ private:
+  std::unique_ptr<LoopEstimator> estimator_;
+  MeasurementNoise noise_;
+};
+
+}  // namespace
+
+ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_estimator) {
   const auto& ideal = of_true_state.trajectories;
-  const auto& flown = of_observer.trajectories;
+  const auto& flown = of_estimator.trajectories;
   if (ideal.size() != flown.size() || ideal.empty())
     throw codegen::Error("two loops are compared run by run, and one set has more runs than the other, or none");
   Eigen::VectorXd reach = Eigen::VectorXd::Zero(ideal.front().states.rows()), squares = reach;
@@ -27,15 +50,42 @@ ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_
   return cost;
 }
 
-std::string to_text(const ClosedLoopCost& cost, const Dataset& dataset) {
+std::optional<double> mean_cost(const Experiment& experiment, const Plant& plant, const Dataset& runs) {
+  if (!experiment.feedback || experiment.feedback->cost.empty()) return std::nullopt;
+  LoopCost cost(*experiment.feedback, plant, experiment.plant->parameters);
+  double sum = 0.0;
+  Eigen::Index samples = 0;
+  for (const Trajectory& run : runs.trajectories) {
+    for (Eigen::Index k = 0; k < run.samples(); ++k) sum += cost(run.states.col(k), run.inputs.col(k));
+    samples += run.samples();
+  }
+  return sum / static_cast<double>(samples);
+}
+
+LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed) {
+  return [estimators = std::move(estimators), noise, seed](std::uint64_t run) {
+    return std::make_unique<NoisyEstimator>(estimators(run), noise, seed, run);
+  };
+}
+
+NoiseConfig without_shifts(NoiseConfig noise) {
+  for (SensorNoise& sensor : noise.sensors) sensor.delay_low = sensor.delay_high = sensor.jitter = 0.0;
+  return noise;
+}
+
+std::string to_text(const ClosedLoopCost& cost, const std::vector<Channel>& channels) {
   std::string states;
-  for (std::size_t i = 0; i < dataset.states.size(); ++i)
-    states += fmt::format("{}{} {:.3g}", i == 0 ? "" : ", ", dataset.states[i].name,
-                          cost.deviation(static_cast<Eigen::Index>(i)));
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    states +=
+        fmt::format("{}{} {:.3g}", i == 0 ? "" : ", ", channels[i].name, cost.deviation(static_cast<Eigen::Index>(i)));
+  const std::string price =
+      cost.cost && cost.of_true_state
+          ? fmt::format("cost {:.4g}, of the true state's loop {:.4g}; ", *cost.cost, *cost.of_true_state)
+          : "";
   return fmt::format(
-      "in closed loop, states are off those of the same feedback of the true state by (RMS): {}; {} of {} runs go "
-      "beyond {:g} times its range",
-      states, cost.left, cost.runs, kLeft);
+      "{}states are off those of the same feedback of the true state by (RMS): {}; {} of {} runs go beyond {:g} times "
+      "its range",
+      price, states, cost.left, cost.runs, kLeft);
 }
 
 }  // namespace nlo::trainer

@@ -14,6 +14,7 @@
 #include "codegen/model/model.h"
 #include "trainer/base/noise.h"
 #include "trainer/data/dataset.h"
+#include "trainer/evaluation/closed_loop.h"
 #include "trainer/evaluation/linear_readout.h"
 #include "trainer/evaluation/metrics.h"
 
@@ -49,7 +50,8 @@ struct DomainShare {
 };
 
 struct Evaluation {
-  std::string estimator;  ///< "observer", "ekf", "ekf_true", "constant", "ridge"
+  std::string
+      estimator;  ///< "observer", "ekf", "ukf", "ekf_true", "constant", "ridge"; in its own loop: "observer_in_loop" ...
   NoiseConfig noise;
   std::uint64_t seed = 0;
   int trajectories = 0;
@@ -59,9 +61,10 @@ struct Evaluation {
   std::vector<EvaluatedRun> examples;                                ///< the first trajectory, then the worst
   std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: its name, u(t)
   std::optional<DomainShare> domain = {};                            ///< of the observer
-  std::string label = {};               ///< the estimator for people, where its name does not say all
-  std::vector<std::string> notes = {};  ///< of the observer: see comparison.h
-  std::string changed = {};             ///< what of the plant is not as the model was trained: KEY=VALUE, ...
+  std::string label = {};                   ///< the estimator for people, where its name does not say all
+  std::vector<std::string> notes = {};      ///< of the observer: see comparison.h
+  std::optional<ClosedLoopCost> loop = {};  ///< of an estimator in its own loop
+  std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...
 };
 
 /// Strict noise (measurement_noise.h) on `clean`, then the estimator. `threads` 0: all cores. The result has the same

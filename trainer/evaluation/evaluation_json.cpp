@@ -81,6 +81,13 @@ Json metrics_json(const EvaluationStudy& study, std::size_t estimator) {
   return json;
 }
 
+Json loop_json(const ClosedLoopCost& loop) {
+  Json json = {{"deviation", numbers(loop.deviation)}, {"runs", loop.runs}, {"left", loop.left}};
+  if (loop.cost) json["cost"] = number(loop.cost);
+  if (loop.of_true_state) json["cost_of_true_state"] = number(loop.of_true_state);
+  return json;
+}
+
 Json domain_json(const DomainShare& domain) {
   return {{"share", number(domain.share())},
           {"samples", domain.samples},
@@ -143,6 +150,7 @@ std::string evaluation_json(const EvaluationStudy& study, double box_scale) {
     for (std::size_t i = 1; i < evaluations.size(); ++i) {
       Json& entry = against[evaluations[i].estimator] = metrics_json(study, i);
       if (!evaluations[i].label.empty()) entry["label"] = evaluations[i].label;
+      if (const auto loop = study_loop(study, i)) entry["loop"] = loop_json(*loop);
     }
   }
   json["notes"] = study_notes(study);

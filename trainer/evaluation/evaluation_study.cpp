@@ -59,7 +59,37 @@ std::vector<std::string> study_notes(const EvaluationStudy& study) {
     }
     compared.push_back(std::move(state));
   }
-  return comparison_notes(compared);
+  std::vector<std::string> notes = comparison_notes(compared);
+  for (std::size_t e = 1; e < first.size(); ++e)
+    if (const auto loop = study_loop(study, e))
+      notes.push_back(first[e].label + ": " + to_text(*loop, first[e].states));
+  return notes;
+}
+
+std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size_t estimator) {
+  std::optional<ClosedLoopCost> sum;
+  double loops = 0.0;
+  for (const auto& by_test_set : study.results)
+    for (const auto& evaluations : by_test_set) {
+      const std::optional<ClosedLoopCost>& one = evaluations.at(estimator).loop;
+      if (!one) return std::nullopt;
+      loops += 1.0;
+      if (!sum) {
+        sum = one;
+        sum->deviation = one->deviation.cwiseAbs2();
+        continue;
+      }
+      sum->deviation += one->deviation.cwiseAbs2();
+      sum->runs += one->runs;
+      sum->left += one->left;
+      if (sum->cost) *sum->cost += one->cost.value_or(0.0);
+      if (sum->of_true_state) *sum->of_true_state += one->of_true_state.value_or(0.0);
+    }
+  if (!sum) return std::nullopt;
+  sum->deviation = (sum->deviation / loops).cwiseSqrt();
+  if (sum->cost) *sum->cost /= loops;
+  if (sum->of_true_state) *sum->of_true_state /= loops;
+  return sum;
 }
 
 DomainShare study_domain(const EvaluationStudy& study) {

@@ -40,8 +40,11 @@ struct Spread {
 std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity);
 
 /// Notes of comparison.h on the observer's mean errors in the settled window; needs the estimators "constant" and
-/// "ridge".
+/// "ridge"; and of each loop what it costs.
 std::vector<std::string> study_notes(const EvaluationStudy& study);
+
+/// What the loop of an estimator costs over all models and test sets; empty where it is in none.
+std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size_t estimator);
 
 /// The observer's domain over all models and test sets.
 DomainShare study_domain(const EvaluationStudy& study);

@@ -89,6 +89,11 @@ void check_feedback(const Experiment& e) {
   } catch (const codegen::Error& error) {
     throw KeyError("feedback.law", error.what());
   }
+  try {
+    if (!feedback.cost.empty()) LoopCost(feedback, *plant, e.plant->parameters);
+  } catch (const codegen::Error& error) {
+    throw KeyError("feedback.cost", error.what());
+  }
   check_loop(e, *plant);
 }
 

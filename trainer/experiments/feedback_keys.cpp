@@ -19,6 +19,9 @@ const std::vector<Key<FeedbackConfig>>& keys() {
           "if not given"),
       key("rounds", &F::rounds, between(0, 20),
           "after round 0, each adds runs with the last round's observer in the loop and trains on all"),
+      key("cost", &F::cost, any(),
+          "of a sample, an expression over states, inputs and parameters; nlo evaluate shows its mean beside that of "
+          "the true state's loop"),
   };
   return kKeys;
 }

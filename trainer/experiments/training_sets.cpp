@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "codegen/base/error.h"
+#include "trainer/evaluation/closed_loop.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/initial_states.h"
@@ -63,7 +64,11 @@ TrainingSets simulate_training_sets(const Experiment& experiment, const LoopRoun
     // Streams of rounds never meet: round 0 has that of an experiment without a loop.
     const std::uint64_t seed =
         initial_state_seed(experiment.seed, stream) ^ (static_cast<std::uint64_t>(round.round) * 0x9e3779b97f4a7c15ULL);
-    Dataset dataset = simulate_runs(experiment, *plant, seed, count, 1.0, {}, round.observer);
+    const LoopEstimators estimators =
+        round.observer == nullptr ? nullptr
+                                  : with_noise(observer_in_loop(*round.observer, *plant, config.sample_period_s),
+                                               without_shifts(experiment.training.noise), seed);
+    Dataset dataset = simulate_runs(experiment, *plant, seed, count, 1.0, {}, estimators);
     keep_out_transient(experiment, *plant, dataset);
     return dataset;
   };

@@ -25,6 +25,7 @@ HighGainObserver::HighGainObserver(const LanePlant& plant, const FilterKnowledge
       x_(knowledge.initial_state.replicate(1, lanes)),
       initial_state_(x_),
       gains_(plant.nx, lanes),
+      limits_(knowledge.limits()),
       step_(1e-4 * knowledge.initial_deviation.cwiseMax(1e-3)) {
   const double h = sample_period_s;
   const Index each = lanes / static_cast<Index>(tunings.size());
@@ -54,7 +55,6 @@ MatrixXd HighGainObserver::step(const LaneRuns& runs, Index k) {
     derivatives.row(1) = (later - before) / (2.0 * h);
     if (nx > 2) derivatives.row(2) = (later + before - 2.0 * derivatives.row(0)) / (h * h);
   }
-  constexpr double kLost = 1e9;
   const MatrixXd& y = runs.outputs[static_cast<std::size_t>(k)];
   for (Index lane = 0; lane < lanes; ++lane) {
     double innovation = y(0, lane) - derivatives(0, lane);
@@ -66,7 +66,7 @@ MatrixXd HighGainObserver::step(const LaneRuns& runs, Index k) {
           (derivatives.col((1 + 2 * j) * lanes + lane) - derivatives.col((2 + 2 * j) * lanes + lane)) /
           (2.0 * step_[j]);
     x_.col(lane) += codegen::solve(observability, gains_.col(lane) * innovation);
-    if ((x_.col(lane).array().abs() <= kLost).all()) continue;
+    if ((x_.col(lane).array().abs() <= limits_).all()) continue;
     ++restarts_;
     x_.col(lane) = initial_state_.col(lane);
   }

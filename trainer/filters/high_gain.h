@@ -29,6 +29,7 @@ class HighGainObserver final : public LaneFilter {
  private:
   LanePlant plant_;
   Eigen::MatrixXd x_, initial_state_, gains_;  ///< n_x x L each
+  Eigen::ArrayXd limits_;                      ///< n_x
   Eigen::VectorXd step_;                       ///< n_x, of differences in x
   int restarts_ = 0;
 };

@@ -46,6 +46,7 @@ MovingHorizonFilter::MovingHorizonFilter(const LanePlant& plant, const FilterKno
       window_(window),
       arrival_(plant, PointSet::kExtended, knowledge, tunings, lanes),
       x_(knowledge.initial_state.replicate(1, lanes)),
+      limits_(knowledge.limits()),
       gate_(lanes) {
   ArrayXd output(lanes);
   const Index each = lanes / static_cast<Index>(tunings.size());
@@ -123,9 +124,8 @@ MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
     now.row(i) += moved.matrix().transpose();
     x_.row(i) += start.matrix().transpose();
   }
-  constexpr double kLost = 1e9;
   for (Index lane = 0; lane < lanes_; ++lane) {
-    if ((x_.col(lane).array().abs() <= kLost).all() && (now.col(lane).array().abs() <= kLost).all()) continue;
+    if ((x_.col(lane).array().abs() <= limits_).all() && (now.col(lane).array().abs() <= limits_).all()) continue;
     ++restarts_;
     x_.col(lane) = arrival_.state().col(lane);
     now.col(lane) = x_.col(lane);

@@ -23,7 +23,8 @@ class MovingHorizonFilter final : public LaneFilter {
   LanePlant plant_;
   Eigen::Index nx_, lanes_, window_, start_ = 0;
   SigmaPointFilter arrival_;
-  Eigen::MatrixXd x_;  ///< x_a, n_x x L
+  Eigen::MatrixXd x_;      ///< x_a, n_x x L
+  Eigen::ArrayXd limits_;  ///< n_x
   std::vector<Eigen::ArrayXd> output_variance_;
   Eigen::ArrayXd gate_;  ///< L, of the linear part; infinite: none
   int restarts_ = 0;

@@ -78,6 +78,7 @@ class Cloud {
       if (deviation == 0.0) continue;
       for (double& value : x_.row(static_cast<Index>(i))) value += deviation * random_.normal();
     }
+    drop_escaped();
   }
 
   /// Bayes' rule, in pieces of the likelihood that leave half of the particles or more (Musso, Oudjane, Le Gland in:
@@ -118,6 +119,19 @@ class Cloud {
       sum += log_likelihood(noise.of(static_cast<std::size_t>(j)), error);
     }
     return sum;
+  }
+
+  /// A particle that the plant carries out of the numbers has no chance any more; it waits beside one that has.
+  void drop_escaped() {
+    constexpr double kEscaped = 1e9;  // as simulations call a run escaped
+    const auto inside = (x_.array().abs() <= kEscaped).colwise().all().eval();
+    Index kept = 0;
+    if (inside.all() || !inside.maxCoeff(&kept)) return;
+    for (Index i = 0; i < x_.cols(); ++i) {
+      if (inside[i]) continue;
+      x_.col(i) = x_.col(kept);
+      log_weight_[i] = -700.0;  // e^-700: the least that a double has left
+    }
   }
 
   bool are_few() const { return weight_.square().sum() * static_cast<double>(x_.cols()) > 2.0; }

@@ -16,7 +16,6 @@ using Eigen::MatrixXd;
 
 constexpr double kDifferenceSpread = 1e-4;  // of a deviation: truncation 1e-8, rounding 1e-12, both relative
 constexpr double kTiny = 1e-300;            // keeps quotients of lanes without any uncertainty finite
-constexpr double kLost = 1e9;               // as simulations call a run escaped
 
 double kappa(Index nx) {
   return std::max(0.0, 3.0 - static_cast<double>(nx));
@@ -42,6 +41,7 @@ SigmaPointFilter::SigmaPointFilter(LanePlant plant, PointSet points, const Filte
       lanes_(lanes),
       x_(knowledge.initial_state.replicate(1, lanes)),
       initial_state_(x_),
+      limits_(knowledge.limits()),
       root_(nx_, nx_, lanes),
       initial_root_(nx_, 1, lanes),
       process_root_(nx_, 1, lanes) {
@@ -168,9 +168,8 @@ void SigmaPointFilter::correct_one(Index output, const MatrixXd& y) {
 }
 
 void SigmaPointFilter::restart_lost() {
-  if ((x_.array().abs() <= kLost).all()) return;
   for (Index lane = 0; lane < lanes_; ++lane) {
-    if ((x_.col(lane).array().abs() <= kLost).all()) continue;
+    if ((x_.col(lane).array().abs() <= limits_).all()) continue;
     ++restarts_;
     x_.col(lane) = initial_state_.col(lane);
     for (Index i = 0; i < nx_; ++i)

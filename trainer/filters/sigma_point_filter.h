@@ -48,6 +48,12 @@ struct FilterKnowledge {
   Eigen::VectorXd initial_deviation;  ///< n_x, square roots of P0's diagonal
   Eigen::VectorXd process_deviation;  ///< n_x, square roots of Q's diagonal, per step
   Eigen::VectorXd output_deviation;   ///< n_y, square roots of R's diagonal
+  Eigen::VectorXd farthest = {};  ///< n_x, an estimate with |x_i| beyond it is lost; empty: 1e9, as simulations escape
+
+  Eigen::ArrayXd limits() const {
+    if (farthest.size() > 0) return farthest.array();
+    return Eigen::ArrayXd::Constant(initial_state.size(), 1e9);
+  }
 };
 
 /// A tuning, as factors on what the filter is told: 1 leaves it.
@@ -89,6 +95,7 @@ class SigmaPointFilter final : public LaneFilter {
   double spread_, centre_weight_, weight_;
   Eigen::Index nx_, lanes_;
   Eigen::MatrixXd x_, initial_state_;
+  Eigen::ArrayXd limits_;                          ///< n_x
   LaneMatrix root_, initial_root_, process_root_;  ///< the latter two diagonal: n_x x 1
   std::vector<Eigen::ArrayXd> output_variance_;    ///< n_y
   Eigen::ArrayXd squared_gate_;                    ///< L

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/optim/optimiser.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -119,6 +120,12 @@ Optimiser::Optimiser(const std::string& name, std::vector<ParameterGroup> groups
   std::size_t count = 0;
   for (const ParameterGroup& group : groups_) count += static_cast<std::size_t>(group.count);
   memory_.assign(entry_->numbers_per_parameter * count, 0.0F);
+}
+
+void Optimiser::forget_direction() {
+  if (entry_->numbers_per_parameter == 0) return;
+  const std::size_t first_moments = memory_.size() / entry_->numbers_per_parameter;
+  std::fill(memory_.begin(), memory_.begin() + static_cast<std::ptrdiff_t>(first_moments), 0.0F);
 }
 
 void Optimiser::step(float* parameters, const float* gradient, long step, double factor) {

@@ -55,6 +55,9 @@ class Optimiser {
 
   std::vector<float>& memory() { return memory_; }
 
+  /// First moments at zero: the next step has no momentum. Second moments stay, so that it is no longer than usual.
+  void forget_direction();
+
  private:
   const OptimiserEntry* entry_;
   std::vector<ParameterGroup> groups_;

@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/plants/simulate_runs.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
-#include "codegen/base/error.h"
-#include "codegen/model/model.h"
 #include "codegen/reference/rk4.h"
-#include "codegen/replay/reference_observer.h"
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
@@ -55,70 +50,51 @@ StepInputs step_inputs(const Experiment& experiment, const Excitation& given, co
 /// Closes the loop of those runs of a set that are in it: u_k = k(x_hat_k, r_k) acts over (t_k, t_{k+1}].
 class Loop {
  public:
-  Loop(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, const codegen::Model* observer)
+  Loop(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, const LoopEstimators& estimators)
       : feedback_(*experiment.feedback),
         law_(feedback_, plant, experiment.plant->parameters),
         engine_seed_(engine_seed),
-        model_(observer) {
-    if (observer == nullptr) return;
-    if (names(observer->states) != names(plant.states()) || names(observer->outputs) != names(plant.outputs()) ||
-        names(codegen::inputs(*observer)) != names(plant.inputs()))
-      throw codegen::Error(fmt::format(
-          "\"{}\" cannot close the loop: it must read the outputs and inputs of the plant {} and estimate its states; "
-          "train it with [feedback], or with [excitation] and all states",
-          observer->name, plant.name()));
-  }
+        make_(estimators) {}
 
   /// What acted before the run began: the actuator at rest.
   void begin(Eigen::Index run, Trajectory& trajectory) {
     if (!in_closed_loop(feedback_, run)) return;
     trajectory.inputs.col(0) = law_.clipped(Eigen::VectorXd::Zero(trajectory.inputs.rows()));
-    Estimator& estimator = estimators_.emplace_back();
-    estimator.run = run;
-    if (model_ != nullptr) {
-      estimator.observer.emplace(*model_);
+    const auto number = static_cast<std::uint64_t>(run);
+    InLoop& own = runs_.emplace_back();
+    own.run = run;
+    if (make_) {
+      own.estimator = make_(number);
       return;
     }
-    const auto nx = trajectory.states.rows();
-    estimator.error = Eigen::VectorXd::Zero(nx);
-    RunRandom random(engine_seed_, RunPurpose::kEstimateError, 0, static_cast<std::uint64_t>(run));
+    own.error = Eigen::VectorXd::Zero(trajectory.states.rows());
+    RunRandom random(engine_seed_, RunPurpose::kEstimateError, 0, number);
     for (std::size_t i = 0; i < feedback_.error.size(); ++i)
-      estimator.error(static_cast<Eigen::Index>(i)) = feedback_.error[i] * random.normal();
+      own.error(static_cast<Eigen::Index>(i)) = feedback_.error[i] * random.normal();
   }
 
   /// Sample k of all runs in the loop. inputs(:,k+1) is the reference, and becomes u.
   void close(Eigen::Index k, Dataset& set) {
-    for (Estimator& estimator : estimators_) {
-      Trajectory& run = set.trajectories[static_cast<std::size_t>(estimator.run)];
-      Eigen::VectorXd x_hat;
-      if (estimator.observer) {
-        estimator.observer->step(run.outputs.col(k), run.inputs.col(k), set.sample_period_s);
-        x_hat = estimator.observer->estimate().cast<double>();
-      } else {
-        x_hat = run.states.col(k) + estimator.error;
-      }
+    for (InLoop& own : runs_) {
+      Trajectory& run = set.trajectories[static_cast<std::size_t>(own.run)];
+      const Eigen::VectorXd x_hat = own.estimator ? own.estimator->step(run.outputs.col(k), run.inputs.col(k))
+                                                  : Eigen::VectorXd(run.states.col(k) + own.error);
       run.inputs.col(k + 1) = law_(x_hat, run.inputs.col(k + 1));
     }
   }
 
  private:
-  static std::vector<std::string> names(const std::vector<Channel>& channels) {
-    std::vector<std::string> result;
-    for (const Channel& channel : channels) result.push_back(channel.name);
-    return result;
-  }
-
-  struct Estimator {
+  struct InLoop {
     Eigen::Index run = 0;
-    std::optional<codegen::ReferenceObserver<float>> observer = {};  ///< none: the true state and `error`
+    std::unique_ptr<LoopEstimator> estimator = {};  ///< null: the true state and `error`
     Eigen::VectorXd error = {};
   };
 
   const FeedbackConfig& feedback_;
   StateFeedback law_;
   std::uint64_t engine_seed_;
-  const codegen::Model* model_;
-  std::vector<Estimator> estimators_;
+  const LoopEstimators& make_;
+  std::vector<InLoop> runs_;
 };
 
 void simulate_batch(const Plant& plant, const Experiment& experiment, const Eigen::MatrixXd& initial,
@@ -198,7 +174,7 @@ PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed,
 }
 
 Dataset simulate_runs(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, Eigen::Index count,
-                      double box_scale, const Excitation& given, const codegen::Model* observer) {
+                      double box_scale, const Excitation& given, const LoopEstimators& estimators) {
   const SimulationConfig& simulation = experiment.simulation;
   const bool own_plants = !experiment.plant->parameter_ranges.empty();
   const bool drawn_inputs = experiment.moves_inputs() && !given;
@@ -212,7 +188,7 @@ Dataset simulate_runs(const Experiment& experiment, const Plant& plant, std::uin
   if (!own_plants) {
     const Batch all{0, count};
     std::optional<Loop> loop;
-    if (closed) loop.emplace(experiment, plant, engine_seed, observer);
+    if (closed) loop.emplace(experiment, plant, engine_seed, estimators);
     simulate_batch(plant, experiment, initial, engine_seed, all, step_inputs(experiment, given, set, all),
                    loop ? &*loop : nullptr, set);
   } else {
@@ -220,13 +196,25 @@ Dataset simulate_runs(const Experiment& experiment, const Plant& plant, std::uin
       const Batch one{i, 1};
       const auto own = make_plant(draw_parameters(*experiment.plant, engine_seed, static_cast<std::uint64_t>(i)));
       std::optional<Loop> loop;
-      if (closed) loop.emplace(experiment, plant, engine_seed, observer);
+      if (closed) loop.emplace(experiment, plant, engine_seed, estimators);
       simulate_batch(*own, experiment, initial, engine_seed, one, step_inputs(experiment, given, set, one),
                      loop ? &*loop : nullptr, set);
     }
   }
   unwrap_outputs(set);
   return set;
+}
+
+Eigen::VectorXd farthest_states(const Experiment& experiment) {
+  constexpr Eigen::Index kRuns = 20;
+  constexpr double kFarther = 10.0;
+  const auto plant = make_plant(*experiment.plant);
+  const Dataset runs =
+      simulate_runs(experiment, *plant, initial_state_seed(experiment.seed, SeedStream::kValidation), kRuns);
+  Eigen::VectorXd farthest = Eigen::VectorXd::Zero(plant->nx());
+  for (const Trajectory& run : runs.trajectories)
+    farthest = farthest.cwiseMax(run.states.cwiseAbs().rowwise().maxCoeff());
+  return kFarther * farthest.cwiseMax(1e-9 * farthest.maxCoeff());
 }
 
 }  // namespace nlo::trainer

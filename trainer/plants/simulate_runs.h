@@ -15,6 +15,7 @@
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/plants/excitation.h"
+#include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
@@ -27,13 +28,15 @@ PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed,
 ///   experiment   has a [plant]
 ///   plant        make_plant() of it, by the nominal parameters
 ///   engine_seed  initial_state_seed(seed, stream): decides the initial states and all that is drawn
-///   observer     closes the loop of [feedback] by its estimates, in the arithmetic of exports; null: the true state
-///                and the drawn error do
+///   estimators   close the loop of [feedback]; null: the true state and the drawn error do
 ///   given        u(t) for all runs in place of [excitation]; null: as the experiment says
 /// Runs in closed loop: drawn inputs are the references, inputs(:,k+1) = sat(k(x_hat_k, r_{k+1})), where x_hat_k knows
 /// y_0 ... y_k and the inputs up to inputs(:,k); inputs(:,0) is the actuator at rest.
 /// Throws codegen::Error when a run leaves the numbers, as simulate().
 Dataset simulate_runs(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, Eigen::Index count,
-                      double box_scale = 1.0, const Excitation& given = {}, const codegen::Model* observer = nullptr);
+                      double box_scale = 1.0, const Excitation& given = {}, const LoopEstimators& estimators = {});
+
+/// Ten times the farthest |x_i| of some runs as in training, n_x: an estimate beyond it is no state of the plant.
+Eigen::VectorXd farthest_states(const Experiment& experiment);
 
 }  // namespace nlo::trainer

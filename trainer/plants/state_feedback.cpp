@@ -11,37 +11,43 @@
 
 namespace nlo::trainer {
 
-/// It stays where it was made: the parsers point at the values.
-class StateFeedback::Laws {
+/// Expressions over the plant's states and one more number for each input. It stays where it was made: the parsers point
+/// at the values.
+class LoopExpressions {
  public:
-  Laws(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants) : texts_(feedback.law) {
+  using NameOfInput = std::string (*)(const std::string& input);
+
+  /// `where`: before each text in messages, with its place in the list where that is one.
+  LoopExpressions(const std::vector<std::string>& texts, const std::string& where, const Plant& plant,
+                  const PlantParameters& constants, NameOfInput name_of)
+      : texts_(texts), where_(where) {
     ExpressionNames names{.variables = {}, .constants = constants};
     for (const auto& state : plant.states()) names.variables.push_back(state.name);
-    for (const auto& input : plant.inputs()) names.variables.push_back(reference_name(input.name));
+    for (const auto& input : plant.inputs()) names.variables.push_back(name_of(input.name));
     values_.resize(names.variables.size(), 0.0);
     for (std::size_t j = 0; j < texts_.size(); ++j)
-      compile_expression(parsers_.emplace_back(), texts_[j], where(j), names, values_.data());
+      compile_expression(parsers_.emplace_back(), texts_[j], fmt::format(fmt::runtime(where_), j), names,
+                         values_.data());
   }
 
-  Eigen::VectorXd evaluate(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference) {
-    Eigen::VectorXd::Map(values_.data(), static_cast<Eigen::Index>(values_.size())) << x_hat, reference;
-    Eigen::VectorXd u(static_cast<Eigen::Index>(parsers_.size()));
+  Eigen::VectorXd evaluate(const Eigen::VectorXd& x, const Eigen::VectorXd& of_inputs) {
+    Eigen::VectorXd::Map(values_.data(), static_cast<Eigen::Index>(values_.size())) << x, of_inputs;
+    Eigen::VectorXd result(static_cast<Eigen::Index>(parsers_.size()));
     for (std::size_t j = 0; j < parsers_.size(); ++j) {
       const double value = parsers_[j].Eval();
       if (!std::isfinite(value))
         throw codegen::Error(
             fmt::format("{} \"{}\" is no finite number at an estimate of the loop; write one that is "
                         "at all states",
-                        where(j), texts_[j]));
-      u(static_cast<Eigen::Index>(j)) = value;
+                        fmt::format(fmt::runtime(where_), j), texts_[j]));
+      result(static_cast<Eigen::Index>(j)) = value;
     }
-    return u;
+    return result;
   }
 
  private:
-  static std::string where(std::size_t j) { return fmt::format("[feedback] law[{}]", j); }
-
   std::vector<std::string> texts_;
+  std::string where_;
   std::vector<double> values_;
   std::deque<mu::Parser> parsers_;
 };
@@ -56,7 +62,7 @@ bool in_closed_loop(const FeedbackConfig& feedback, Eigen::Index run) {
 }
 
 StateFeedback::StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants)
-    : laws_(std::make_unique<Laws>(feedback, plant, constants)),
+    : laws_(std::make_unique<LoopExpressions>(feedback.law, "[feedback] law[{}]", plant, constants, reference_name)),
       low_(Eigen::VectorXd::Map(feedback.actuator_low.data(), static_cast<Eigen::Index>(feedback.actuator_low.size()))),
       high_(Eigen::VectorXd::Map(feedback.actuator_high.data(),
                                  static_cast<Eigen::Index>(feedback.actuator_high.size()))) {}
@@ -69,6 +75,16 @@ Eigen::VectorXd StateFeedback::operator()(const Eigen::VectorXd& x_hat, const Ei
 
 Eigen::VectorXd StateFeedback::clipped(const Eigen::VectorXd& u) const {
   return u.cwiseMax(low_).cwiseMin(high_);
+}
+
+LoopCost::LoopCost(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants)
+    : expression_(std::make_unique<LoopExpressions>(std::vector{feedback.cost}, "[feedback] cost", plant, constants,
+                                                    [](const std::string& input) { return input; })) {}
+
+LoopCost::~LoopCost() = default;
+
+double LoopCost::operator()(const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
+  return expression_->evaluate(x, u)(0);
 }
 
 }  // namespace nlo::trainer

@@ -18,6 +18,8 @@ std::string reference_name(const std::string& input);
 /// Whether run i of a set is in the loop: `share` of them, spread evenly.
 bool in_closed_loop(const FeedbackConfig& feedback, Eigen::Index run);
 
+class LoopExpressions;
+
 class StateFeedback {
  public:
   /// Laws over the plant's states, the references and the nominal parameters. Throws codegen::Error naming the law and
@@ -34,9 +36,24 @@ class StateFeedback {
   Eigen::VectorXd clipped(const Eigen::VectorXd& u) const;
 
  private:
-  class Laws;
-  std::unique_ptr<Laws> laws_;
+  std::unique_ptr<LoopExpressions> laws_;
   Eigen::VectorXd low_, high_;
+};
+
+/// What a sample of the loop costs, [feedback] cost: an expression over states, inputs and nominal parameters.
+class LoopCost {
+ public:
+  /// Throws codegen::Error naming the key and the position in it.
+  LoopCost(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants);
+  ~LoopCost();
+
+  /// Throws codegen::Error where it is no number.
+  ///   x  n_x
+  ///   u  n_u, as the actuator holds it
+  double operator()(const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+
+ private:
+  std::unique_ptr<LoopExpressions> expression_;
 };
 
 }  // namespace nlo::trainer

@@ -41,11 +41,11 @@ void set_range(double low, double high, double& axis_low, double& axis_high) {
   axis_high = high * kMargin;
 }
 
-Panel panel_of(const std::vector<PointResult>& points, Eigen::Index JobCost::*cost, bool PointResult::*best) {
+Panel panel_of(const std::vector<PointResult>& points, CostOf cost, bool PointResult::*best) {
   std::vector<Place> others, front;
   for (const PointResult& point : points) {
-    if (!point.error || !point.cost) continue;
-    const Place place{static_cast<double>(*point.cost.*cost), *point.error, point.standard_error.value_or(0.0)};
+    if (!point.error || !point.cost || !cost(*point.cost)) continue;
+    const Place place{*cost(*point.cost), *point.error, point.standard_error.value_or(0.0)};
     (point.*best ? front : others).push_back(place);
   }
   Panel panel;
@@ -69,12 +69,16 @@ Figure pareto_figure(const std::vector<PointResult>& points) {
   Figure figure;
   figure.side_by_side = true;
   figure.panel_height = 360;
-  Panel multiply_adds = panel_of(points, &JobCost::multiply_adds, &PointResult::best_for_multiply_adds);
+  Panel multiply_adds = panel_of(points, multiply_adds_of, &PointResult::best_for_multiply_adds);
   if (multiply_adds.series.empty()) return figure;
   multiply_adds.x_label = "multiply-adds of a step and an estimate";
-  Panel flash = panel_of(points, &JobCost::flash_bytes, &PointResult::best_for_flash);
+  Panel flash = panel_of(points, flash_bytes_of, &PointResult::best_for_flash);
   flash.x_label = "constants in flash [bytes], float";
   figure.panels = {std::move(multiply_adds), std::move(flash)};
+  Panel ns = panel_of(points, ns_of, &PointResult::best_for_ns);
+  if (ns.series.empty()) return figure;
+  ns.x_label = "ns of a step and an estimate, here";
+  figure.panels.push_back(std::move(ns));
   return figure;
 }
 

@@ -9,7 +9,7 @@
 
 namespace nlo::trainer {
 
-/// Two panels: error against multiply-adds and against bytes of flash, bars of one standard error, the front as a
+/// Panels: error against multiply-adds, against bytes of flash and, where it was measured, against ns; bars of one standard error, the front as a
 /// staircase. Without panels when no point has an error and a cost.
 Figure pareto_figure(const std::vector<PointResult>& points);
 

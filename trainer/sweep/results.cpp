@@ -52,6 +52,7 @@ PointResult point_result(const std::vector<const JobResult*>& of_seeds) {
     if (!point.cost) point.cost = result->cost;
     point.cost->multiply_adds = std::max(point.cost->multiply_adds, result->cost->multiply_adds);
     point.cost->flash_bytes = std::max(point.cost->flash_bytes, result->cost->flash_bytes);
+    if (point.cost->ns && result->cost->ns) point.cost->ns = std::max(*point.cost->ns, *result->cost->ns);
   }
   if (point.done < point.jobs) return point;
   const auto n = static_cast<double>(point.jobs);
@@ -63,14 +64,13 @@ PointResult point_result(const std::vector<const JobResult*>& of_seeds) {
 }
 
 /// No other point is as good in both and better in one.
-bool on_front(const std::vector<PointResult>& points, const PointResult& point, Eigen::Index JobCost::*cost) {
-  if (!point.error || !point.cost) return false;
-  const double error = *point.error;
-  const Eigen::Index own = *point.cost.*cost;
+bool on_front(const std::vector<PointResult>& points, const PointResult& point, CostOf cost) {
+  const auto of = [cost](const PointResult& any) { return any.error && any.cost ? cost(*any.cost) : std::nullopt; };
+  const std::optional<double> own = of(point);
+  if (!own) return false;
   return std::none_of(points.begin(), points.end(), [&](const PointResult& other) {
-    if (!other.error || !other.cost) return false;
-    const Eigen::Index theirs = *other.cost.*cost;
-    return *other.error <= error && theirs <= own && (*other.error < error || theirs < own);
+    const std::optional<double> theirs = of(other);
+    return theirs && *other.error <= *point.error && *theirs <= *own && (*other.error < *point.error || *theirs < *own);
   });
 }
 
@@ -79,6 +79,16 @@ std::string number(const std::optional<double>& value) {
 }
 
 }  // namespace
+
+std::optional<double> multiply_adds_of(const JobCost& cost) {
+  return static_cast<double>(cost.multiply_adds);
+}
+std::optional<double> flash_bytes_of(const JobCost& cost) {
+  return static_cast<double>(cost.flash_bytes);
+}
+std::optional<double> ns_of(const JobCost& cost) {
+  return cost.ns;
+}
 
 std::string to_text(JobStatus status) {
   switch (status) {
@@ -112,8 +122,9 @@ std::vector<PointResult> point_results(const std::vector<SweepJob>& jobs, const 
     points.back().title = titles[i];
   }
   for (PointResult& point : points) {
-    point.best_for_multiply_adds = on_front(points, point, &JobCost::multiply_adds);
-    point.best_for_flash = on_front(points, point, &JobCost::flash_bytes);
+    point.best_for_multiply_adds = on_front(points, point, multiply_adds_of);
+    point.best_for_flash = on_front(points, point, flash_bytes_of);
+    point.best_for_ns = on_front(points, point, ns_of);
   }
   return points;
 }
@@ -124,7 +135,7 @@ std::string sweep_csv(const std::vector<SweepJob>& jobs, const std::vector<JobRe
     for (const SweepValue& value : job.values) keys.insert(value.key);
   std::string text = "job";
   for (const std::string& key : keys) text += "," + csv_cell(key);
-  text += ",seed,status,validation_error,error,multiply_adds,flash_bytes\n";
+  text += ",seed,status,validation_error,error,multiply_adds,flash_bytes,ns\n";
   for (std::size_t j = 0; j < jobs.size(); ++j) {
     const SweepJob& job = jobs[j];
     const JobResult& result = results[j];
@@ -132,7 +143,9 @@ std::string sweep_csv(const std::vector<SweepJob>& jobs, const std::vector<JobRe
     for (const std::string& key : keys) text += "," + csv_cell(value_of(job.values, key));
     text += fmt::format(",{},{},{},{}", job.seed ? std::to_string(*job.seed) : "", to_text(result.status),
                         number(result.validation_error), number(result.error));
-    text += result.cost ? fmt::format(",{},{}\n", result.cost->multiply_adds, result.cost->flash_bytes) : ",,\n";
+    text += result.cost ? fmt::format(",{},{},{}\n", result.cost->multiply_adds, result.cost->flash_bytes,
+                                      result.cost->ns ? significant(*result.cost->ns) : "")
+                        : ",,,\n";
   }
   return text;
 }
@@ -145,14 +158,16 @@ std::string sweep_text(const std::vector<SweepJob>& jobs, const std::vector<JobR
     if (count > 0) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, to_text(status));
   }
   std::string text = fmt::format("{} jobs: {}\n\n", jobs.size(), counts);
-  constexpr const char* kRow = "  {:>8} {:>9} {:>14} {:>14} {:>6}  {:1} {}\n";  // what is varied may be long: last
-  text += fmt::format(kRow, "error", "+-", "multiply-adds", "flash [bytes]", "done", "", "");
+  constexpr const char* kRow =
+      "  {:>8} {:>9} {:>14} {:>14} {:>6} {:>6}  {:1} {}\n";  // what is varied may be long: last
+  text += fmt::format(kRow, "error", "+-", "multiply-adds", "flash [bytes]", "ns", "done", "", "");
   for (const PointResult& point : points)
-    text += fmt::format(kRow, significant(point.error), significant(point.standard_error),
-                        point.cost ? std::to_string(point.cost->multiply_adds) : "-",
-                        point.cost ? std::to_string(point.cost->flash_bytes) : "-",
-                        fmt::format("{}/{}", point.done, point.jobs),
-                        point.best_for_multiply_adds || point.best_for_flash ? "*" : "", point.title);
+    text += fmt::format(
+        kRow, significant(point.error), significant(point.standard_error),
+        point.cost ? std::to_string(point.cost->multiply_adds) : "-",
+        point.cost ? std::to_string(point.cost->flash_bytes) : "-",
+        point.cost && point.cost->ns ? significant(*point.cost->ns) : "-", fmt::format("{}/{}", point.done, point.jobs),
+        point.best_for_multiply_adds || point.best_for_flash || point.best_for_ns ? "*" : "", point.title);
   text +=
       "\nError: mean over the seeds with its standard error. A star: on a Pareto front, no other is as good for as "
       "little.\n";

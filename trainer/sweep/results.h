@@ -26,7 +26,14 @@ std::string to_text(JobStatus status);
 struct JobCost {
   Eigen::Index multiply_adds = 0;  ///< of a step and an estimate
   Eigen::Index flash_bytes = 0;    ///< of constants
+  std::optional<double> ns = {};   ///< of a step and an estimate here, where it was measured
 };
+
+/// One of the costs: an axis of the picture.
+using CostOf = std::optional<double> (*)(const JobCost& cost);
+std::optional<double> multiply_adds_of(const JobCost& cost);
+std::optional<double> flash_bytes_of(const JobCost& cost);
+std::optional<double> ns_of(const JobCost& cost);
 
 struct JobResult {
   JobStatus status = JobStatus::kMissing;
@@ -42,14 +49,14 @@ struct PointResult {
   std::size_t jobs = 0, done = 0;
   std::optional<double> error, standard_error;  ///< mean over the seeds, only when all are done; of two or more
   std::optional<JobCost> cost;                  ///< the largest over the seeds
-  bool best_for_multiply_adds = false, best_for_flash = false;  ///< on the Pareto front
+  bool best_for_multiply_adds = false, best_for_flash = false, best_for_ns = false;  ///< on the Pareto front
 };
 
 /// `results` by job. Points whose jobs are not all done have no error: a mean of the rest would flatter.
 std::vector<PointResult> point_results(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);
 
-/// job,KEY...,seed,status,validation_error,error,multiply_adds,flash_bytes: a row for each job. The same jobs give the same
-/// bytes, however often they were interrupted.
+/// job,KEY...,seed,status,validation_error,error,multiply_adds,flash_bytes,ns: a row for each job. The same jobs give the same
+/// bytes, however often they were interrupted; only ns, empty unless it was measured, is of this machine and hour.
 std::string sweep_csv(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);
 
 /// Tables and findings for a terminal.

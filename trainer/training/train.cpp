@@ -82,7 +82,11 @@ class Training {
       const ObjectiveValue value = objective_.evaluate(state_.parameters.data(), state_.step, gradient.data());
       const bool usable = std::all_of(gradient.begin(), gradient.end(), [](float g) { return std::isfinite(g); });
       unusable_ = usable ? 0 : unusable_ + 1;
-      if (diverged(value.loss)) {
+      const bool runs_away = ran_away(value);
+      if (runs_away && result.returns < kMostReturns) {
+        ++result.returns;
+        return_to_best();
+      } else if (runs_away || diverged(value.loss, usable)) {
         result.outcome = TrainOutcome::kDiverged;
         result.message =
             diverged_by(usable ? "the loss is " + shortest_text(value.loss) : "the gradient is not finite");
@@ -90,7 +94,7 @@ class Training {
       }
       clip(gradient, config.gradient_clip);
       const double factor = schedule_factor(config, state_.step);
-      if (usable) optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
+      if (usable && !runs_away) optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
       if (!eigenvalues_are_finite()) continue;  // diverged: keep it out of the average
       average();
       ++state_.step;
@@ -195,12 +199,28 @@ class Training {
                               .eigenvalues = structure_.eigenvalues_at(state_.average.data())});
   }
 
+  bool clips() const { return experiment_.training.gradient_clip > 0.0; }
+
   /// Through a long time a gradient may overflow once in a while; where gradients are clipped such a step is left out.
-  bool diverged(double loss) const {
-    constexpr int kMostUnusable = 20;  // in a row
+  bool diverged(double loss, bool usable) const {
     if (!std::isfinite(loss)) return true;
-    if (unusable_ > (experiment_.training.gradient_clip > 0.0 ? kMostUnusable : 0)) return true;
+    if (!usable && !clips()) return true;
     return loss > 1e6 * (1.0 + state_.metrics.front().loss);
+  }
+
+  /// Where gradients are clipped: parameters have come to where small changes of them explode through time, and what
+  /// gradients say there leads nowhere.
+  bool ran_away(const ObjectiveValue& value) const {
+    constexpr int kMostUnusable = 20;  // in a row
+    constexpr double kFar = 4.0;       // times the best validation error; noise makes a factor below 2
+    if (!clips()) return false;
+    return unusable_ > kMostUnusable || !std::isfinite(value.loss) || value.rmse > kFar * state_.best_rmse;
+  }
+
+  void return_to_best() {
+    state_.parameters = state_.average = state_.best;
+    optimiser_.forget_direction();
+    unusable_ = 0;
   }
 
   /// Infinite ones have no discretisation: scaling and squaring would never end.
@@ -239,6 +259,7 @@ class Training {
   std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
   int unusable_ = 0;  ///< gradients in a row that are not finite
+  static constexpr int kMostReturns = 20;
 };
 
 }  // namespace

@@ -45,6 +45,7 @@ struct TrainingResult {
   double elapsed_s = 0.0;
   double validation_rmse = 0.0;  ///< of `model`
   std::string message;           ///< diverged, no progress: what happened and what to try
+  int returns = 0;  ///< times that training ran away and went on from its best (where gradients are clipped)
 };
 
 /// Trains on `training`; picks the model by its error on `validation` (with the training noise).

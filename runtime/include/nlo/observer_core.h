@@ -86,12 +86,22 @@ class ObserverCore {
   [[nodiscard]] constexpr StepStatus status() const { return state_.status; }
 
   /// z is where training has been. False tells that estimate() extrapolates.
-  [[nodiscard]] constexpr bool in_domain() const {
+  [[nodiscard]] constexpr bool in_domain() const { return model_->domain.contains(relative_latent().values); }
+
+  /// z - S y for the outputs that T* knows only through it, angles among them; z where there are none.
+  [[nodiscard]] constexpr Latent relative_latent() const {
     Latent rest{};
     add_relative_state(*model_, state_.y, rest.values);
     Latent z = latent();
     for (int r = 0; r < kNz; ++r) z[r] -= rest[r];
-    return model_->domain.contains(z.values);
+    return z;
+  }
+
+  /// [y; u; staleness] as the last step took them: held, clamped, angles within a turn.
+  [[nodiscard]] constexpr Vector<Scalar, kNr> latest_readings() const {
+    Vector<Scalar, kNr> y{};
+    for (int j = 0; j < kNr; ++j) y[j] = state_.y[j];
+    return y;
   }
 
   /// How stale an output is that may be missing: 0 while it is measured, towards 1 the longer it is not.

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What watches an observer in flight, as its model file keeps it: nlo/monitor.h has the equations.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace nlo::codegen {
+
+struct Monitor {
+  Eigen::MatrixXd prediction;      ///< P, n_y x (n_z + n_r + n_x): change of y over a sample from [z - S y; y; x_hat]
+  Eigen::VectorXd offset;          ///< c, n_y
+  Eigen::VectorXd deviation;       ///< of the innovation, n_y, in the outputs' units
+  Eigen::VectorXd least_variance;  ///< n_y
+  Eigen::VectorXd latent_mean, latent_deviation;                  ///< n_z, of z - S y
+  Eigen::VectorXd windows_s;                                      ///< time constants of the averages
+  Eigen::MatrixXd mean_limit, variance_limit, correlation_limit;  ///< n_y x windows
+  Eigen::VectorXd latent_limit;                                   ///< one for each window
+  Eigen::VectorXd missing_limit;                                  ///< n_y, a share
+  double gate = 0.0;                                              ///< in deviations
+  double armed_after_s = 0.0;
+  double false_alarms_per_hour = 0.0;  ///< that the limits were set for ...
+  double hours = 0.0;                  ///< ... on so many hours of runs
+
+  Eigen::Index windows() const { return windows_s.size(); }
+};
+
+/// Samples after a start without alarm.
+int armed_after(const Monitor& monitor, double sample_period_s);
+
+}  // namespace nlo::codegen

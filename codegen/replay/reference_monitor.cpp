@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/replay/reference_monitor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace nlo::codegen {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+MatrixXd features(const Model& model, const MatrixXd& steady, const MatrixXd& z, const MatrixXd& y,
+                  const MatrixXd& x_hat) {
+  MatrixXd all = MatrixXd::Zero(z.rows() + y.rows() + x_hat.rows(), z.cols());
+  all.topRows(z.rows()) = z - steady * y;
+  for (int j = 0; j < model.nr(); ++j)
+    if (!is_relative(model, j)) all.row(z.rows() + j) = y.row(j);
+  for (int i = 0; i < model.nx(); ++i)
+    if (model.states[static_cast<std::size_t>(i)].wrap == 0.0) all.row(z.rows() + y.rows() + i) = x_hat.row(i);
+  return all;
+}
+
+double limited(double value, double largest) {
+  return std::isnan(value) ? largest : std::clamp(value, -largest, largest);
+}
+
+}  // namespace
+
+MatrixXd monitor_features(const Model& model, const Run& run) {
+  return features(model, LatentDomain(model).relative_gain(), run.z, run.y, run.x_hat);
+}
+
+ReferenceMonitor::ReferenceMonitor(const Model& model, Monitor monitor)
+    : model_(model),
+      monitor_(std::move(monitor)),
+      meanings_(meanings(model, monitor_)),
+      steady_(LatentDomain(model).relative_gain()),
+      gain_((-(-model.sample_period_s / monitor_.windows_s.array()).expm1()).matrix()),
+      armed_after_(codegen::armed_after(monitor_, model.sample_period_s)) {
+  reset();
+}
+
+void ReferenceMonitor::reset() {
+  const Index ny = model_.ny(), windows = monitor_.windows();
+  mean_ = power_ = correlation_ = MatrixXd::Zero(ny, windows);
+  variance_ = MatrixXd::Ones(ny, windows);
+  distance_ = VectorXd::Ones(windows);
+  missing_share_ = y_ = predicted_ = last_ = VectorXd::Zero(ny);
+  missing_ = Eigen::Array<bool, Eigen::Dynamic, 1>::Constant(ny, false);
+  rejected_ = Eigen::VectorXi::Zero(ny);
+  levels_ = VectorXd::Zero(static_cast<Index>(meanings_.size()));
+  samples_ = 0;
+  all_rejected_ = 0;
+}
+
+double ReferenceMonitor::innovation(Index j, double y) const {
+  const double wrap = model_.outputs[static_cast<std::size_t>(j)].wrap;
+  const double change = wrap > 0.0 ? std::remainder(y - y_(j), wrap) : y - y_(j);
+  return change / monitor_.deviation(j) - predicted_(j);
+}
+
+VectorXd ReferenceMonitor::screened(const VectorXd& y) {
+  VectorXd kept = y;
+  for (Index j = 0; j < y.size(); ++j) {
+    missing_(j) = !std::isfinite(y(j));
+    if (missing_(j) || samples_ == 0) continue;
+    const double noise = std::max(variance_(j, 0), 1.0);
+    missing_(j) = std::abs(innovation(j, y(j))) > monitor_.gate * std::sqrt(noise) && rejected_(j) < kMostRejected;
+    rejected_(j) = missing_(j) ? rejected_(j) + 1 : 0;
+    if (!missing_(j)) continue;
+    kept(j) = std::numeric_limits<double>::quiet_NaN();
+    ++all_rejected_;
+  }
+  return kept;
+}
+
+void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const VectorXd& x_hat) {
+  const double largest = kLargestInnovation;
+  const Index ny = model_.ny(), windows = monitor_.windows();
+  for (Index j = 0; j < ny; ++j) {
+    missing_share_(j) += gain_(0) * ((missing_(j) ? 1.0 : 0.0) - missing_share_(j));
+    if (missing_(j) || samples_ == 0) continue;
+    const double e = limited(innovation(j, readings(j)), largest);
+    for (Index w = 0; w < windows; ++w) {
+      mean_(j, w) += gain_(w) * (e - mean_(j, w));
+      power_(j, w) += gain_(windows - 1) * (mean_(j, w) * mean_(j, w) - power_(j, w));
+      variance_(j, w) += gain_(w) * (e * e - variance_(j, w));
+      correlation_(j, w) += gain_(w) * (e * last_(j) - correlation_(j, w));
+    }
+    last_(j) = e;
+  }
+  const VectorXd read = features(model_, steady_, z, readings, x_hat);
+  const double distance = limited(
+      ((read.head(z.size()) - monitor_.latent_mean).array() / monitor_.latent_deviation.array()).square().mean(),
+      largest * largest);
+  distance_.array() += gain_.array() * (distance - distance_.array());
+  predicted_ = (monitor_.prediction * read + monitor_.offset).cwiseQuotient(monitor_.deviation);
+  y_ = readings.head(ny);
+  samples_ = std::min(samples_ + 1, armed_after_ + 1);
+
+  Index at = 0;
+  for (Index j = 0; j < ny; ++j)
+    for (Index w = 0; w < windows; ++w) {
+      const double noise = std::max(variance_(j, w), monitor_.least_variance(j));
+      levels_(at++) = power_(j, w) / noise / monitor_.mean_limit(j, w);
+      levels_(at++) = variance_(j, w) / monitor_.variance_limit(j, w);
+      levels_(at++) = std::abs(correlation_(j, w)) / monitor_.correlation_limit(j, w);
+    }
+  levels_.segment(at, windows) = distance_.cwiseQuotient(monitor_.latent_limit);
+  levels_.tail(ny) = missing_share_.cwiseQuotient(monitor_.missing_limit);
+}
+
+Alarm ReferenceMonitor::alarm() const {
+  Index worst = 0;
+  if (!armed() || !(levels_.maxCoeff(&worst) > 1.0)) return Alarm::kNone;
+  return meanings_[static_cast<std::size_t>(worst)];
+}
+
+std::vector<Alarm> ReferenceMonitor::meanings(const Model& model, const Monitor& monitor) {
+  std::vector<Alarm> all;
+  for (Index each = 0; each < model.ny() * monitor.windows(); ++each)
+    all.insert(all.end(), {Alarm::kInnovationMean, Alarm::kInnovationVariance, Alarm::kInnovationCorrelation});
+  all.insert(all.end(), static_cast<std::size_t>(monitor.windows()), Alarm::kLatentDistance);
+  all.insert(all.end(), static_cast<std::size_t>(model.ny()), Alarm::kMissing);
+  return all;
+}
+
+WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixXd& outputs, const MatrixXd& inputs) {
+  ReferenceObserver<float> observer(model);
+  ReferenceMonitor watch(model, monitor);
+  const Index samples = outputs.cols();
+  WatchedRun all{
+      {MatrixXd::Zero(model.nx(), samples), MatrixXd::Zero(model.nz(), samples), MatrixXd::Zero(model.nr(), samples)},
+      MatrixXd::Zero(watch.levels().size(), samples)};
+  bool started = false;
+  for (Index k = 0; k < samples; ++k) {
+    const VectorXd u = inputs.size() == 0 ? VectorXd() : VectorXd(inputs.col(k));
+    observer.step(watch.screened(outputs.col(k)), u);
+    started = started || outputs.col(k).allFinite();
+    if (!started) continue;
+    all.run.z.col(k) = observer.latent().cast<double>();
+    all.run.y.col(k) = observer.output();
+    all.run.x_hat.col(k) = observer.estimate().cast<double>();
+    watch.watch(all.run.z.col(k), all.run.y.col(k), all.run.x_hat.col(k));
+    all.levels.col(k) = watch.levels();
+  }
+  all.armed_after = armed_after(monitor, model.sample_period_s);
+  all.rejected = watch.rejected();
+  return all;
+}
+
+}  // namespace nlo::codegen

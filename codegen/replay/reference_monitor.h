@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// The equations of nlo/monitor.h with dynamic sizes, in double: the reference of its rules, and what limits are found and
+// tested with.
+#pragma once
+
+#include <nlo/monitor.h>
+#include <Eigen/Core>
+#include <vector>
+
+#include "codegen/model/domain.h"
+#include "codegen/model/model.h"
+#include "codegen/replay/reference_observer.h"
+
+namespace nlo::codegen {
+
+/// [z - S y; y; x_hat] of each sample of a run, (n_z + n_r + n_x) x N: what a prediction reads. What must not matter to
+/// it, readings that T* knows only through z - S y and estimates of angles that turn, is zero.
+Eigen::MatrixXd monitor_features(const Model& model, const Run& run);
+
+class ReferenceMonitor {
+ public:
+  /// Copies the monitor; `model` must outlive it.
+  ReferenceMonitor(const Model& model, Monitor monitor);
+
+  void reset();
+
+  /// The outputs (n_y) as the observer should be given them: NaN beyond the gate.
+  Eigen::VectorXd screened(const Eigen::VectorXd& y);
+
+  /// After the observer's step: z, readings as it took them (n_r, angles unwrapped) and x_hat.
+  void watch(const Eigen::VectorXd& z, const Eigen::VectorXd& readings, const Eigen::VectorXd& x_hat);
+
+  /// Each statistic over its limit: of each output and window p / max(v, least), v, |r|; then d of each window; then the
+  /// share of what is missing of each output.
+  const Eigen::VectorXd& levels() const { return levels_; }
+  bool armed() const { return samples_ > armed_after_; }
+  Alarm alarm() const;
+  Eigen::Index rejected() const { return all_rejected_; }  ///< measurements beyond the gate since reset()
+
+  /// Of a model with these limits, what an entry of levels() tells of.
+  static std::vector<Alarm> meanings(const Model& model, const Monitor& monitor);
+
+ private:
+  double innovation(Eigen::Index j, double y) const;
+
+  const Model& model_;
+  Monitor monitor_;
+  std::vector<Alarm> meanings_;
+  Eigen::MatrixXd steady_;  // S of relative readings
+  Eigen::VectorXd gain_;    // of each window
+  int armed_after_;
+
+  Eigen::MatrixXd mean_, power_, variance_, correlation_;  // n_y x windows
+  Eigen::VectorXd distance_, missing_share_, levels_;
+  Eigen::VectorXd y_, predicted_, last_;
+  Eigen::Array<bool, Eigen::Dynamic, 1> missing_;
+  Eigen::VectorXi rejected_;
+  int samples_ = 0;
+  Eigen::Index all_rejected_ = 0;
+};
+
+/// A whole trajectory from reset, as ReferenceObserver::run() has it, behind the monitor's gate.
+struct WatchedRun {
+  Run run;
+  Eigen::MatrixXd levels;  ///< levels() x N
+  int armed_after = 0;     ///< samples before levels above 1 are alarms
+  Eigen::Index rejected = 0;
+};
+WatchedRun watched_run(const Model& model, const Monitor& monitor, const Eigen::MatrixXd& outputs,
+                       const Eigen::MatrixXd& inputs);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+// Says when an observer is wrong: a plant that is not the one of the training, a sensor that is worse, a state where
+// training never was. What it watches is the innovation, by how much each output differs from what the sample before let
+// expect, and where z is:
+//
+//   e_j = (dy_j - P_j [z - S y; y; x_hat] - c_j) / deviation_j      dy_j: change of output j since the last sample
+//   m <- m + a (e - m),  v <- v + a (e^2 - v),  r <- r + a (e e_last - r)      a = 1 - exp(-period / window)
+//   p <- p + a_longest (m^2 - p)                 power of the smoothed innovation: what is off, whichever way and how long
+//   d <- d + a (mean of ((z - S y - mean) / deviation)^2 - d)
+//   q_j <- q_j + a (missing_j - q_j)                                over the first window
+//
+// Alarm while one of p / max(v, least_variance), v, |r|, d, q is above its limit. Limits come from runs like those of
+// the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as kLargest at most, so that one
+// outlier is no alarm.
+//
+// It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is as
+// noisy as that (the gate widens with sqrt(v)) or it happens often in a row.
+//
+// No heap, no exceptions, no libm; whatever arrives, all of it stays finite. For steps of one sample period.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "nlo/measurement.h"
+#include "nlo/vector.h"
+
+namespace nlo {
+
+/// What a monitor sees.
+enum class Alarm : std::uint8_t {
+  kNone,
+  kInnovationMean,         ///< predictions are off, for longer than noise is: plant, parameters or a bias
+  kInnovationVariance,     ///< more noise than in training
+  kInnovationCorrelation,  ///< errors of predictions follow one another: plant or parameters
+  kLatentDistance,         ///< z where training seldom was
+  kMissing,                ///< too many measurements missing or beyond the gate
+};
+
+/// Constants of a monitor, exported beside its observer's model.
+template <class Scalar_, int kNx_, int kNy_, int kNz_, int kNr_, int kWindows_>
+struct MonitorModel {
+  using Scalar = Scalar_;
+  static constexpr int kNx = kNx_, kNy = kNy_, kNz = kNz_, kNr = kNr_, kWindows = kWindows_;
+  static constexpr int kFeatures = kNz + kNr + kNx;
+
+  Scalar prediction[kNy][kFeatures];  ///< P / deviation
+  Scalar offset[kNy];                 ///< c / deviation
+  Scalar per_deviation[kNy];          ///< 1 / deviation
+  Scalar least_variance[kNy];
+  Scalar latent_mean[kNz];
+  Scalar per_latent_deviation[kNz];
+  Scalar gain[kWindows];  ///< a
+  Scalar mean_limit[kNy][kWindows];
+  Scalar variance_limit[kNy][kWindows];
+  Scalar correlation_limit[kNy][kWindows];
+  Scalar latent_limit[kWindows];
+  Scalar missing_limit[kNy];
+  Scalar gate_squared;  ///< |e| beyond the gate is an outlier
+  int armed_after;      ///< samples after a start without alarm
+};
+
+/// The most that an innovation counts for, in deviations.
+inline constexpr int kLargestInnovation = 5;
+
+/// Measurements in a row that the gate keeps away; then the sensor is believed.
+inline constexpr int kMostRejected = 20;
+
+template <class Model_>
+class Monitor {
+ public:
+  using Model = Model_;
+  using Scalar = typename Model::Scalar;
+  static constexpr int kNx = Model::kNx, kNy = Model::kNy, kNz = Model::kNz, kNr = Model::kNr;
+  using Output = Vector<Scalar, kNy>;
+  using Estimate = Vector<Scalar, kNx>;
+
+  /// The model must outlive the monitor; generated models are constants.
+  constexpr explicit Monitor(const Model& model) : model_(&model) { reset(); }
+  explicit Monitor(const Model&&) = delete;
+
+  /// With the observer's reset(), and after a gap.
+  constexpr void reset() {
+    state_ = State{};
+    for (auto& output : state_.outputs)
+      for (Window& window : output.windows) window.variance = 1;
+    for (Scalar& distance : state_.distance) distance = 1;
+  }
+
+  /// The measurements as `observer` should be given them: those beyond the gate are not-a-number, which it holds. For the
+  /// sample that watch() sees next.
+  template <class Observer>
+  [[nodiscard]] constexpr Output screened(Output y, const Observer& observer) {
+    for (int j = 0; j < kNy; ++j) {
+      OutputState& own = state_.outputs[j];
+      own.missing = !is_finite(y[j]);
+      if (own.missing || state_.samples == 0) continue;
+      const Scalar e = innovation(j, y[j], observer.model().outputs.wrap[j]);
+      const Scalar noise = own.windows[0].variance > Scalar(1) ? own.windows[0].variance : Scalar(1);
+      own.missing = e * e > model_->gate_squared * noise && own.rejected < kMostRejected;
+      own.rejected = static_cast<std::uint8_t>(own.missing ? own.rejected + 1 : 0);
+      if (own.missing) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
+    }
+    return y;
+  }
+  template <class Observer>
+  [[nodiscard]] constexpr Scalar screened(Scalar y, const Observer& observer) requires(kNy == 1) {
+    return screened(Output{{y}}, observer)[0];
+  }
+
+  /// After each step of `observer`, with its estimate of the same sample.
+  template <class Observer>
+  [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
+    static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
+    if (observer.save().started == 0) return state_.alarm = Alarm::kNone;  // it has seen nothing yet
+    const auto y = observer.latest_readings();
+    const auto z = observer.relative_latent();
+    if (state_.samples > 0) {
+      for (int j = 0; j < kNy; ++j)
+        if (!state_.outputs[j].missing) take(state_.outputs[j], innovation(j, y[j], observer.model().outputs.wrap[j]));
+    }
+    note_place(z);
+    predict(z, y, x_hat);
+    if (state_.samples <= model_->armed_after) ++state_.samples;
+    judge();
+    return state_.alarm;
+  }
+
+  /// What watch() said last.
+  [[nodiscard]] constexpr Alarm alarm() const { return state_.alarm; }
+
+  /// The largest of the statistics over its limit: above 1, alarm.
+  [[nodiscard]] constexpr Scalar level() const { return state_.level; }
+
+ private:
+  struct Window {
+    Scalar mean, power, variance, correlation;
+  };
+  struct OutputState {
+    Window windows[Model::kWindows];
+    Scalar y, predicted, last;  // the last reading, the change foreseen from there [deviations], the last innovation
+    Scalar missing_share;
+    std::uint8_t rejected;  // in a row
+    bool missing;
+  };
+  struct State {
+    OutputState outputs[kNy];
+    Scalar distance[Model::kWindows];
+    Scalar level;
+    int samples;  // since the start, until armed
+    Alarm alarm;
+  };
+
+  static constexpr Scalar limited(Scalar value, Scalar largest) {  // not-a-number too
+    const Scalar below = value < largest ? value : largest;
+    return below > -largest ? below : -largest;
+  }
+
+  constexpr Scalar innovation(int j, Scalar y, Scalar turn) const {
+    constexpr Scalar kFar = Scalar(1e6);  // deviations; its square is finite
+    const OutputState& own = state_.outputs[j];
+    Scalar change = y - own.y;
+    if (turn > Scalar(0)) change = turned_back(change, turn);
+    return limited(change * model_->per_deviation[j] - own.predicted, kFar);
+  }
+
+  /// The change over the shorter way round; an angle far out of range stays as it is.
+  static constexpr Scalar turned_back(Scalar change, Scalar turn) {
+    constexpr Scalar kMostTurns = Scalar(1e6);
+    if (!(change <= kMostTurns * turn && change >= -kMostTurns * turn)) return change;
+    return OutputRange<Scalar, 1>::template wrapped<Arithmetic::kFast>(change, turn);
+  }
+
+  constexpr void take(OutputState& own, Scalar innovation) {
+    const Scalar e = limited(innovation, Scalar(kLargestInnovation));
+    for (int w = 0; w < Model::kWindows; ++w) {
+      Window& window = own.windows[w];
+      window.mean += model_->gain[w] * (e - window.mean);
+      window.power += model_->gain[Model::kWindows - 1] * (window.mean * window.mean - window.power);
+      window.variance += model_->gain[w] * (e * e - window.variance);
+      window.correlation += model_->gain[w] * (e * own.last - window.correlation);
+    }
+    own.last = e;
+  }
+
+  template <class Latent>
+  constexpr void note_place(const Latent& z) {
+    constexpr Scalar kFar = Scalar(kLargestInnovation * kLargestInnovation);
+    Scalar sum = 0;
+    for (int r = 0; r < kNz; ++r) {
+      const Scalar off = limited((z[r] - model_->latent_mean[r]) * model_->per_latent_deviation[r], Scalar(1e6));
+      sum += off * off;
+    }
+    const Scalar mean = limited(sum * (Scalar(1) / Scalar(kNz)), kFar);
+    for (int w = 0; w < Model::kWindows; ++w) state_.distance[w] += model_->gain[w] * (mean - state_.distance[w]);
+    for (OutputState& own : state_.outputs)
+      own.missing_share += model_->gain[0] * ((own.missing ? Scalar(1) : Scalar(0)) - own.missing_share);
+  }
+
+  template <class Latent, class Readings>
+  constexpr void predict(const Latent& z, const Readings& y, const Estimate& x_hat) {
+    for (int j = 0; j < kNy; ++j) {
+      const auto& row = model_->prediction[j];
+      Scalar sum = model_->offset[j];
+      for (int r = 0; r < kNz; ++r) sum += row[r] * z[r];
+      for (int i = 0; i < kNr; ++i) sum += row[kNz + i] * y[i];
+      for (int i = 0; i < kNx; ++i) sum += row[kNz + kNr + i] * x_hat[i];
+      state_.outputs[j].predicted = limited(sum, Scalar(1e6));
+      state_.outputs[j].y = y[j];
+    }
+  }
+
+  constexpr void judge() {
+    Scalar worst = 0;
+    Alarm why = Alarm::kNone;
+    const auto ask = [&](Scalar value, Scalar limit, Alarm alarm) {
+      // value / limit > worst without a division for each
+      if (value <= worst * limit) return;
+      worst = value / limit;
+      why = alarm;
+    };
+    for (int j = 0; j < kNy; ++j) {
+      const OutputState& own = state_.outputs[j];
+      for (int w = 0; w < Model::kWindows; ++w) {
+        const Window& window = own.windows[w];
+        const Scalar least = model_->least_variance[j];
+        const Scalar noise = window.variance > least ? window.variance : least;
+        ask(window.power / noise, model_->mean_limit[j][w], Alarm::kInnovationMean);
+        ask(window.variance, model_->variance_limit[j][w], Alarm::kInnovationVariance);
+        ask(window.correlation < Scalar(0) ? -window.correlation : window.correlation, model_->correlation_limit[j][w],
+            Alarm::kInnovationCorrelation);
+      }
+      ask(own.missing_share, model_->missing_limit[j], Alarm::kMissing);
+    }
+    for (int w = 0; w < Model::kWindows; ++w) ask(state_.distance[w], model_->latent_limit[w], Alarm::kLatentDistance);
+    state_.level = worst;
+    state_.alarm = worst > Scalar(1) && state_.samples > model_->armed_after ? why : Alarm::kNone;
+  }
+
+  const Model* model_;
+  State state_{};
+};
+
+}  // namespace nlo

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// The monitor of an exported header against its equations, on the same measurements.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlo/kkl_observer.h>
+#include <nlo/monitor.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "codegen/replay/reference_monitor.h"
+#include "codegen/replay/reference_observer.h"
+#include "tests/codegen/example_models.h"
+#include "tests/golden/watched.h"
+
+namespace nlo::codegen {
+namespace {
+
+using Flown = KklObserver<watched::Model>;
+
+/// A wave with noise, outliers, a burst of misses, and a stretch that is off.
+std::vector<float> measurements() {
+  std::mt19937 engine(3);
+  std::normal_distribution<float> noise(0.0F, 0.1F);
+  std::vector<float> y(1200);
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    y[k] = 0.5F * std::sin(0.05F * static_cast<float>(k)) + noise(engine);
+    if (k % 97 == 50) y[k] += 6.0F;
+    if (k > 500 && k < 540) y[k] = std::numeric_limits<float>::quiet_NaN();
+    if (k > 800) y[k] += 0.7F * std::sin(0.4F * static_cast<float>(k));
+  }
+  return y;
+}
+
+TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
+  const Model model = watched_model();
+  Flown observer{watched::kModel};
+  watched::Monitor monitor{watched::kMonitor};
+  ReferenceObserver<double> reference(model);
+  ReferenceMonitor watch(model, *model.monitor);
+  int alarms = 0, rejected = 0, different = 0;
+  double furthest = 0.0;
+  for (const float y : measurements()) {
+    const float kept = monitor.screened(y, observer);
+    (void)observer.step(kept);
+    const Alarm alarm = monitor.watch(observer, observer.estimate());
+    const Eigen::VectorXd given = Eigen::VectorXd::Constant(1, static_cast<double>(y));
+    const Eigen::VectorXd screened = watch.screened(given);
+    reference.step(screened);
+    watch.watch(reference.latent(), reference.output(), reference.estimate());
+    ASSERT_EQ(std::isnan(kept), std::isnan(screened(0)));
+    const double level = watch.levels().maxCoeff();
+    furthest = std::max(furthest, std::abs(static_cast<double>(monitor.level()) - level) / (1.0 + level));
+    different += alarm == watch.alarm() ? 0 : 1;
+    alarms += alarm != Alarm::kNone ? 1 : 0;
+    rejected += std::isnan(kept) && !std::isnan(y) ? 1 : 0;
+  }
+  // 1,200 steps of float through averages that forget: some hundred roundings of 6e-8 stay.
+  EXPECT_LT(furthest, 2e-5);
+  EXPECT_EQ(different, 0);
+  // A control: the flight has what is to be seen.
+  EXPECT_GT(alarms, 20);
+  EXPECT_LT(alarms, 1100);
+  EXPECT_GE(rejected, 8);
+}
+
+TEST(WatchedFlight, OfAWholeRunIsThatOfItsSteps) {
+  const Model model = watched_rig_model();
+  const Eigen::Index samples = 300;
+  Eigen::MatrixXd y(2, samples);
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    const double t = static_cast<double>(k);
+    y.col(k) << std::remainder(0.08 * t, 2.0 * std::numbers::pi), std::sin(0.1 * t);  // the angle turns over
+  }
+  const WatchedRun run = watched_run(model, *model.monitor, y, {});
+  ReferenceObserver<float> observer(model);
+  ReferenceMonitor watch(model, *model.monitor);
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    observer.step(watch.screened(y.col(k)));
+    watch.watch(observer.latent().cast<double>(), observer.output(), observer.estimate().cast<double>());
+    ASSERT_TRUE(watch.levels().isApprox(run.levels.col(k), 1e-12) || k == 0) << k;
+  }
+  EXPECT_EQ(run.armed_after, 10);
+  EXPECT_TRUE(run.levels.allFinite());
+  // The wrap is no jump: without it the innovation would be 2 pi over a deviation of .2.
+  EXPECT_EQ(run.rejected, 0);
+}
+
+}  // namespace
+}  // namespace nlo::codegen

@@ -1,0 +1,117 @@
+// watched: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make it again by
+//   nlo export model.json -o watched.h
+//
+// Estimates position [m] from y [m], sampled every 0.02 s.
+// Latent state: 2 (0 complex pairs), first_order hold. Inverse map T*: 2-4-1 tanh, reads z.
+// Normalisation and features are folded into the layers.
+//
+// About the model
+//   plant                         Van der Pol
+//   seed                          1
+//   norm N(0, 0.5)                0.17
+//
+// Cost
+//   step()      6 multiply-adds
+//   estimate()  12 multiply-adds, 4 activations
+//   kModel      168 bytes of constants (more where layers are padded to cache lines for SIMD)
+//   Observer    20 bytes of RAM where pointers have 32 bits
+//
+// Use
+//   #include "watched.h"
+//   constinit static nlo::watched::Observer observer{nlo::watched::kModel};
+//   constinit static nlo::watched::Monitor monitor{nlo::watched::kMonitor};
+//
+//   void on_timer() {  // every 0.02 s
+//     if (observer.step(monitor.screened(read_y(), observer)) != nlo::StepStatus::kOk) note_fault(observer.status());
+//     if (!observer.in_domain()) return enter_safe_mode();
+//     const auto x_hat = observer.estimate();
+//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();
+//     use(x_hat[nlo::watched::State::position]);
+//   }
+#pragma once
+
+#include <nlo/kkl_observer.h>
+#include <nlo/monitor.h>
+
+namespace nlo::watched {
+
+/// Positions in a measurement and in an estimate.
+struct Output {
+  enum : int { y };
+};
+struct State {
+  enum : int { position };
+};
+
+namespace weights {
+
+// 4 x 2: one neuron per line, reads z.
+inline constexpr Dense<float, 2, 4> kLayer1 = {
+    .weights = {
+      {0.232917f, 3.440228f},
+      {1.6481663f, -0.7788087f},
+      {-0.19503292f, 3.679755f},
+      {1.3204453f, 0.32287326f},
+    },
+    .bias = {-0.5352224f, 0.5366941f, -0.48333663f, 0.20517758f},
+};
+
+// 1 x 4: one neuron per line, reads layer 1.
+inline constexpr Dense<float, 4, 1> kLayer2 = {
+    .weights = {
+      {-0.14829469f, 0.09898687f, -0.21073124f, -1.0957534f},
+    },
+    .bias = {0.5261358f},
+};
+
+}  // namespace weights
+
+using Network = decltype(make_mlp<Activation::kTanh>(weights::kLayer1, weights::kLayer2));
+using Model = KklModel<float, 1, 1, 2, 0, InverseMap<Network>>;  // n_x, n_y, n_z, complex pairs
+using Observer = KklObserver<Model>;
+
+inline constexpr Model kModel = {
+    .sample_period_s = 0.02f,
+    .stale_after = 13,  // held measurements: the fastest mode's time constant
+    .latent = {
+        .hold = Hold::kFirstOrder,
+        .eigenvalues = {-1.0f, -4.0f},  // 1/s
+        .output_injection = {{1.0f}, {1.0f}},
+        .step = {.a_minus_1 = {-0.019801326f, -0.07688365f},
+                 .b0 = {{0.009867662f}, {0.009482331f}},
+                 .b1 = {{0.009933665f}, {0.009738582f}}},
+        .steady_gain = {{1.0f}, {0.25f}},
+        .initial = {0.0f, 0.0f},
+        .starts_steady = false,
+    },
+    .outputs = {.min = {-3.0f}, .max = {3.0f}, .wrap = {0.0f}},
+    .domain = {.latent_min = {-4.0f, -1.0f},
+               .latent_max = {4.0f, 1.0f}},
+    .inverse_map = {
+        .mlp = make_mlp<Activation::kTanh>(weights::kLayer1, weights::kLayer2),
+    },
+};
+
+// Says when the observer is wrong: limits for 1.0 false alarms an hour, set on 12.0 h of runs like the training's.
+using MonitorModel = nlo::MonitorModel<float, 1, 1, 2, 1, 2>;  // n_x, n_y, n_z, n_r, windows
+using Monitor = nlo::Monitor<MonitorModel>;
+inline constexpr MonitorModel kMonitor = {
+    .prediction = {
+      {-0.14380637f, 0.03279612f, -0.13070284f, 0.040032435f},
+    },
+    .offset = {0.033333335f},
+    .per_deviation = {3.3333333f},
+    .least_variance = {0.5f},
+    .latent_mean = {0.048312977f, -0.06801792f},
+    .per_latent_deviation = {0.5f, 2.0f},
+    .gain = {0.18126924f, 0.048770577f},
+    .mean_limit = {{0.5f, 0.5f}},
+    .variance_limit = {{4.0f, 4.0f}},
+    .correlation_limit = {{2.0f, 2.0f}},
+    .latent_limit = {3.0f, 2.0f},
+    .missing_limit = {0.4f},
+    .gate_squared = 16.0f,
+    .armed_after = 10,
+};
+
+}  // namespace nlo::watched

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+// Limits at a stated rate, on a linear plant whose observer and whose noise are known.
+#include "trainer/monitor/fit_monitor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "codegen/base/error.h"
+#include "codegen/model_file/validate.h"
+#include "codegen/replay/reference_monitor.h"
+#include "tests/codegen/example_models.h"
+#include "trainer/monitor/monitor_study.h"
+
+namespace nlo::trainer {
+namespace {
+
+using codegen::Monitor;
+
+TEST(ExceededAtRate, OfExponentialBlocksIsTheQuantile) {
+  // P(value > t) = exp(-t); 10,000 blocks in 20 h are 500 an hour, so once an hour is t = log 500.
+  std::mt19937 engine(1);
+  std::exponential_distribution<double> draw(1.0);
+  std::vector<double> values(10000);
+  for (double& value : values) value = draw(engine);
+  EXPECT_NEAR(exceeded_at_rate(values, 20.0, 1.0), std::log(500.0), 0.15);  // 50 values beyond: 14 % of one e-folding
+  // Beyond what was seen: once in 200 h.
+  EXPECT_NEAR(exceeded_at_rate(values, 20.0, 0.005), std::log(500.0 / 0.005), 1.2);
+}
+
+/// A wave behind noise: tiny_model reads it, and does not know what it is.
+SensedRuns waves(std::uint64_t seed, int count, double noise, double bias = 0.0, int samples = 1500) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> draw(0.0, 1.0);
+  std::uniform_real_distribution<double> phase(0.0, 6.28);
+  SensedRuns runs;
+  for (int i = 0; i < count; ++i) {
+    Eigen::MatrixXd y(1, samples);
+    const double start = phase(engine);
+    for (int k = 0; k < samples; ++k) y(0, k) = 0.4 * std::sin(start + 0.03 * k) + noise * draw(engine) + bias;
+    runs.outputs.push_back(y);
+    runs.inputs.emplace_back();
+  }
+  return runs;
+}
+
+codegen::Model watched_waves(double per_hour) {
+  codegen::Model model = codegen::tiny_model();
+  const double tau = 40.0 * model.sample_period_s;
+  const RunSource limits{[](int chunk) { return waves(100 + static_cast<std::uint64_t>(chunk), 40, 0.1); }, 4};
+  model.monitor = fit_monitor(model, waves(1, 20, 0.1), limits, waves(2, 10, 0.0), {per_hour, tau, 1});
+  return model;
+}
+
+std::vector<codegen::WatchedRun> watched(const codegen::Model& model, const SensedRuns& runs) {
+  std::vector<codegen::WatchedRun> all;
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    all.push_back(codegen::watched_run(model, *model.monitor, runs.outputs[i], runs.inputs[i]));
+  return all;
+}
+
+AlarmCount alarms(const codegen::Model& model, const SensedRuns& runs) {
+  return count_alarms(watched(model, runs), codegen::ReferenceMonitor::meanings(model, *model.monitor),
+                      model.sample_period_s, model.monitor->windows_s(1));
+}
+
+TEST(FitMonitor, IsAValidPartOfItsModelWithTheInnovationsOfItsRuns) {
+  const codegen::Model model = watched_waves(1.0);
+  codegen::validate(model);
+  // A wave is linear in itself, what it was, and z: what is left is the noise and what the filter keeps of it.
+  EXPECT_GT(model.monitor->deviation(0), 0.1);
+  EXPECT_LT(model.monitor->deviation(0), 0.12);
+  EXPECT_GT(model.monitor->gate, 3.0);
+  EXPECT_LT(model.monitor->gate, 4.0);  // of Gaussian noise: 3.48 at .9995
+  EXPECT_NEAR(model.monitor->hours, 160 * 36 * 40 * model.sample_period_s / 3600.0, 1e-9);
+}
+
+TEST(FitMonitor, FalseAlarmsHaveTheRateOnOtherRuns) {
+  const double hours = 200 * 1460 * codegen::tiny_model().sample_period_s / 3600.0;
+  const double per_hour = 40.0 / hours;  // 40 expected
+  const codegen::Model model = watched_waves(per_hour);
+  const double count = alarms(model, waves(7, 200, 0.1)).per_hour * hours;
+  // Poisson of 40 and as much again for the limits, which were found on fewer runs: three deviations are 27.
+  EXPECT_GT(count, 13.0);
+  EXPECT_LT(count, 67.0);
+}
+
+TEST(FitMonitor, SeesWhatIsNotAsInTraining) {
+  const codegen::Model model = watched_waves(0.1);
+  EXPECT_LE(alarms(model, waves(8, 20, 0.1)).seen, 0.05);  // .02 expected in a sixth of an hour: one run of 20 may
+  const AlarmCount noisy = alarms(model, waves(9, 20, 0.2));
+  EXPECT_EQ(noisy.seen, 1.0);
+  EXPECT_EQ(noisy.most, Alarm::kInnovationVariance);
+  // Less noise is no alarm: the variance falls, and what predictions cannot say stays as it was.
+  EXPECT_EQ(alarms(model, waves(10, 20, 0.0)).seen, 0.0);
+  EXPECT_EQ(alarms(model, waves(11, 20, 0.02)).seen, 0.0);
+}
+
+TEST(FitMonitor, IsTheSameForAnyNumberOfThreads) {
+  codegen::Model model = codegen::tiny_model();
+  const double tau = 40.0 * model.sample_period_s;
+  const RunSource limits{[](int) { return waves(3, 10, 0.1); }, 1};
+  const Monitor one = fit_monitor(model, waves(1, 5, 0.1), limits, std::nullopt, {1.0, tau, 1});
+  const Monitor three = fit_monitor(model, waves(1, 5, 0.1), limits, std::nullopt, {1.0, tau, 3});
+  EXPECT_EQ(one.mean_limit, three.mean_limit);
+  EXPECT_EQ(one.correlation_limit, three.correlation_limit);
+  EXPECT_EQ(one.prediction, three.prediction);
+}
+
+TEST(FitMonitor, TooLittleIsRefused) {
+  const codegen::Model model = codegen::tiny_model();
+  const RunSource none{[](int) { return waves(3, 1, 0.1, 0.0, 50); }, 1};
+  const auto message = [&](const SensedRuns& fit, const RunSource& limits) -> std::string {
+    try {
+      (void)fit_monitor(model, fit, limits, std::nullopt, {1.0, 40.0 * model.sample_period_s, 1});
+    } catch (const codegen::Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(message(waves(1, 5, 0.1), none), testing::HasSubstr("too few to set limits on; give longer runs"));
+  EXPECT_THAT(message(waves(1, 1, 0.1, 0.0, 20), none), testing::HasSubstr("samples are too few to make a monitor"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/monitor/monitor_study.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trainer/base/parallel.h"
+#include "trainer/compare/compare_study.h"
+#include "trainer/compare/compared_runs.h"
+
+namespace nlo::trainer {
+namespace {
+
+using codegen::WatchedRun;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using nlo::Alarm;
+
+constexpr double kSeenWithin = 5.0;  // time constants
+constexpr double kShortestRun = 8.0;
+constexpr std::size_t kAlarms = static_cast<std::size_t>(Alarm::kMissing) + 1;
+
+/// Means of squared errors of one run once armed, as it is and behind the gate.
+struct Errors {
+  double plain = 0.0, gated = 0.0;
+};
+
+}  // namespace
+
+AlarmCount count_alarms(const std::vector<WatchedRun>& runs, const std::vector<Alarm>& meanings, double sample_period_s,
+                        double time_constant_s) {
+  const auto quiet = static_cast<Index>(std::lround(time_constant_s / sample_period_s));
+  AlarmCount count;
+  std::vector<double> delays;
+  std::array<int, kAlarms> kinds{};
+  double hours = 0.0, alarms = 0.0, seen = 0.0;
+  for (const WatchedRun& run : runs) {
+    Index until = -1;
+    bool first = true;
+    for (Index k = run.armed_after; k < run.levels.cols(); ++k) {
+      Index worst = 0;
+      if (!(run.levels.col(k).maxCoeff(&worst) > 1.0)) continue;
+      if (k >= until) alarms += 1.0;
+      until = k + quiet;
+      if (!first) continue;
+      first = false;
+      const double delay_s = static_cast<double>(k - run.armed_after) * sample_period_s;
+      delays.push_back(delay_s);
+      if (delay_s <= kSeenWithin * time_constant_s) seen += 1.0;
+      ++kinds[static_cast<std::size_t>(meanings[static_cast<std::size_t>(worst)])];
+    }
+    hours += static_cast<double>(run.levels.cols() - run.armed_after) * sample_period_s / 3600.0;
+  }
+  count.seen = runs.empty() ? 0.0 : seen / static_cast<double>(runs.size());
+  count.per_hour = hours > 0.0 ? alarms / hours : 0.0;
+  if (!delays.empty()) {
+    const auto middle = delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2);
+    std::nth_element(delays.begin(), middle, delays.end());
+    count.median_delay_s = *middle;
+    count.most = static_cast<Alarm>(std::max_element(kinds.begin(), kinds.end()) - kinds.begin());
+  }
+  return count;
+}
+
+MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experiment, const Condition& trained,
+                           const ConditionSet& set, double time_constant_s, int runs, double hours, std::uint64_t seed,
+                           int threads, const MonitorProgress& progress) {
+  MonitorStudy study;
+  std::vector<Condition> conditions = compared_conditions(experiment, set, study.left_out);
+  conditions.insert(conditions.begin(), trained);
+  Experiment nominal = nominal_experiment(experiment);
+  nominal.simulation.horizon_s = std::max(nominal.simulation.horizon_s, kShortestRun * time_constant_s);
+  const codegen::Monitor& monitor = *model.monitor;
+  const std::vector<Alarm> meanings = codegen::ReferenceMonitor::meanings(model, monitor);
+  study.time_constant_s = time_constant_s;
+  study.horizon_s = nominal.simulation.horizon_s;
+  study.runs = runs;
+  ThreadPool pool(threads);
+  for (std::size_t c = 0; c < conditions.size(); ++c) {
+    const int own =
+        c > 0 ? runs : std::max(runs, static_cast<int>(std::ceil(hours * 3600.0 / nominal.simulation.horizon_s)));
+    const ComparedRuns compared = compared_runs(nominal, conditions[c], SeedStream::kTest, seed, 1, own);
+    std::vector<WatchedRun> watched(compared.outputs.size());
+    std::vector<Errors> errors(compared.outputs.size());
+    std::vector<ObserverRun> observers;
+    for (int t = 0; t < pool.threads(); ++t) observers.push_back(observer_run(model, true));
+    pool.run(static_cast<int>(compared.outputs.size()), [&](int index, int thread) {
+      const auto i = static_cast<std::size_t>(index);
+      const Trajectory& truth = compared.set.trajectories[i];
+      watched[i] = codegen::watched_run(model, monitor, compared.outputs[i], truth.inputs);
+      const MatrixXd plain =
+          observers[static_cast<std::size_t>(thread)](compared.outputs[i], truth.inputs, truth.time_s).x_hat;
+      const Index armed = watched[i].armed_after;
+      errors[i] = {squared_error(compared, i, plain, armed), squared_error(compared, i, watched[i].run.x_hat, armed)};
+      watched[i].run = {};
+    });
+    MonitorRow row;
+    row.condition = conditions[c].name;
+    double samples = 0.0;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      row.error += errors[i].plain;
+      row.gated += errors[i].gated;
+      row.rejected += static_cast<double>(watched[i].rejected);
+      samples += static_cast<double>(compared.outputs[i].size());
+    }
+    const auto count = static_cast<double>(errors.size());
+    row.error = std::sqrt(row.error / count);
+    row.gated = std::sqrt(row.gated / count);
+    row.rejected /= samples;
+    row.ratio = study.rows.empty() ? 1.0 : row.error / study.rows.front().error;
+    row.alarms = count_alarms(watched, meanings, model.sample_period_s, time_constant_s);
+    study.rows.push_back(row);
+    if (progress) progress(static_cast<double>(c + 1) / static_cast<double>(conditions.size()));
+  }
+  return study;
+}
+
+}  // namespace nlo::trainer

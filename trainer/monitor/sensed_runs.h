@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Runs as an observer's sensors give them: what a monitor is made and tried on.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "trainer/base/noise.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+
+namespace nlo::trainer {
+
+struct SensedRuns {
+  std::vector<Eigen::MatrixXd> outputs;  ///< of each run, n_y x N; NaN: did not arrive
+  std::vector<Eigen::MatrixXd> inputs;   ///< n_u x N; 0 x 0 without inputs
+
+  std::size_t size() const { return outputs.size(); }
+};
+
+/// `count` runs as in the training of an experiment with a [plant], parameters and inputs drawn as there: of horizon_s, run
+/// i with noises[i mod their number]. The same seed, the same runs.
+SensedRuns sensed_runs(const Experiment& experiment, const std::vector<NoiseConfig>& noises, double horizon_s,
+                       std::uint64_t seed, int count);
+
+/// The runs of logs, as they are. Throws codegen::Error where steps are not of one sample period.
+SensedRuns sensed_runs(const Dataset& logs);
+
+/// Runs for as long as are asked for: chunk by chunk, since hours of them need not be in memory together.
+struct RunSource {
+  std::function<SensedRuns(int chunk)> chunk;  ///< 0 ... chunks - 1
+  int chunks = 0;
+};
+
+}  // namespace nlo::trainer

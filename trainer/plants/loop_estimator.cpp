@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/plants/loop_estimator.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "codegen/base/error.h"
+#include "codegen/replay/reference_observer.h"
+
+namespace nlo::trainer {
+namespace {
+
+std::vector<std::string> names(const std::vector<codegen::Channel>& channels) {
+  std::vector<std::string> result;
+  for (const codegen::Channel& channel : channels) result.push_back(channel.name);
+  return result;
+}
+
+class Observer final : public LoopEstimator {
+ public:
+  Observer(const codegen::Model& model, double sample_period_s) : observer_(model), sample_period_s_(sample_period_s) {}
+
+  Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) override {
+    observer_.step(y, u, sample_period_s_);
+    return observer_.estimate().cast<double>();
+  }
+
+ private:
+  codegen::ReferenceObserver<float> observer_;
+  double sample_period_s_;
+};
+
+}  // namespace
+
+LoopEstimators observer_in_loop(const codegen::Model& model, const Plant& plant, double sample_period_s) {
+  if (names(model.states) != names(plant.states()) || names(model.outputs) != names(plant.outputs()) ||
+      names(codegen::inputs(model)) != names(plant.inputs()))
+    throw codegen::Error(fmt::format(
+        "\"{}\" cannot close the loop: it must read the outputs and inputs of the plant {} and estimate its states; "
+        "train it with [feedback], or with [excitation] and all states",
+        model.name, plant.name()));
+  return [&model, sample_period_s](std::uint64_t) { return std::make_unique<Observer>(model, sample_period_s); };
+}
+
+}  // namespace nlo::trainer

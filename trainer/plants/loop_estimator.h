@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// What estimates the state of a plant inside the loop that [feedback] closes: an observer, or a filter beside it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "codegen/model/model.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+/// Of one run, from its samples as they come.
+class LoopEstimator {
+ public:
+  virtual ~LoopEstimator() = default;
+
+  /// x_hat, n_x, at the next sample.
+  ///   y  n_y; NaN: did not arrive
+  ///   u  n_u, what acted before it (input_hold = "zero_order")
+  virtual Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) = 0;
+};
+
+/// One for run `run` of a set, at its start.
+using LoopEstimators = std::function<std::unique_ptr<LoopEstimator>(std::uint64_t run)>;
+
+/// An observer in the arithmetic of its exports, for samples a period apart. Throws codegen::Error unless it reads the
+/// outputs and inputs of the plant and estimates its states.
+LoopEstimators observer_in_loop(const codegen::Model& model, const Plant& plant, double sample_period_s);
+
+}  // namespace nlo::trainer
