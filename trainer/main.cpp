@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   nlo::trainer::add_report(app, action);
   nlo::trainer::add_reproduce(app, action);
   nlo::trainer::add_simulate(app, action);
+  nlo::trainer::add_sweep(app, action);
   nlo::trainer::add_completion(app, action);
   nlo::trainer::add_man(app, action);
   try {

@@ -174,7 +174,7 @@ const std::vector<BadInput>& bad_inputs() {
             "cannot make the directory", 1),
       usage("AnotherExperimentsModel", {"train", "tiny.toml", "-o", "taken"}, "holds the model of another experiment"),
       usage("NotAModelInTheWay", {"train", "tiny.toml", "-o", "strange"}, "--force"),
-      usage("NothingToResume", {"train", "tiny.toml", "-o", "out", "--resume"}, "no such file to resume from"),
+      usage("ModelWithoutACheckpoint", {"train", "tiny.toml", "-o", "bare", "--resume"}, "no such file to resume from"),
       {"DamagedCheckpoint",
        {"train", "tiny.toml", "-o", "half", "--resume"},
        1,
@@ -283,6 +283,7 @@ class BadInputs : public testing::TestWithParam<BadInput> {
     made_->write("model.json", made_->read("plant_run/model.json"));
     made_->write("log_model.json", made_->read("log_run/model.json"));
     made_->write("taken/model.json", made_->read("log_run/model.json"));
+    made_->write("bare/model.json", made_->read("model.json"));
   }
   static void TearDownTestSuite() {
     delete made_;

@@ -23,6 +23,7 @@ TEST = re.compile(r"\b([A-Z][a-z]\w*)\.([A-Z][a-z]+[A-Z]\w*)\b")
 # Reference: why it may lead nowhere.
 GENERATED = "what a user exports"
 PLACEHOLDER = "stands for any name"
+SLURM = "an option of sbatch"
 EXCEPTIONS = {
     "van_der_pol.h": GENERATED,
     "van_der_pol_replay.h": GENERATED,
@@ -39,6 +40,9 @@ EXCEPTIONS = {
     "folder/source.cpp": PLACEHOLDER,
     "loop.cpp": "a user's own program",
     "DOCUMENT.md": PLACEHOLDER,
+    "--array": SLURM,
+    "--cpus-per-task": SLURM,
+    "--requeue": SLURM,
 }
 
 

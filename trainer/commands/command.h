@@ -48,5 +48,6 @@ void add_report(CLI::App& app, Action& action);
 void add_reproduce(CLI::App& app, Action& action);
 void add_monitor(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
+void add_sweep(CLI::App& app, Action& action);
 
 }  // namespace nlo::trainer

@@ -52,9 +52,10 @@ void check_output_directory(const OutputDirectory& directory, const std::string&
   if (!writable(existing))
     throw codegen::Error(fmt::format("{}: no permission to write in {}; choose another directory with -o DIR",
                                      directory.path, existing.string()));
-  const std::string checkpoint = directory.path + "/checkpoint.bin", model = directory.path + "/model.json";
-  if (directory.resume && !fs::exists(checkpoint, ignored))
-    throw codegen::Error(fmt::format("{}: no such file to resume from; start without --resume", checkpoint));
+  const std::string model = directory.path + "/model.json";
+  if (directory.resume && fs::exists(model, ignored) && !has_checkpoint(directory.path))
+    throw codegen::Error(
+        fmt::format("{}/checkpoint.bin: no such file to resume from; start without --resume", directory.path));
   if (!directory.force && fs::exists(model, ignored)) {
     const std::string owner = owner_of(model);
     if (owner.empty())
@@ -68,6 +69,11 @@ void check_output_directory(const OutputDirectory& directory, const std::string&
                       "-o DIR, or replace it with --force",
                       model, owner));
   }
+}
+
+bool has_checkpoint(const std::string& directory) {
+  std::error_code ignored;
+  return fs::exists(directory + "/checkpoint.bin", ignored);
 }
 
 void make_output_directory(const std::string& path) {

@@ -13,8 +13,11 @@ struct OutputDirectory {
 };
 
 /// Throws codegen::Error when the directory cannot be made or written to, when it holds another experiment's model (and
-/// not `force`), when there is no checkpoint to resume from, or when it is "-": stdout is no folder.
+/// not `force`), when a model is to be resumed that has no checkpoint, or when it is "-": stdout is no folder.
 void check_output_directory(const OutputDirectory& directory, const std::string& experiment_name);
+
+/// Whether a training can be resumed there.
+bool has_checkpoint(const std::string& directory);
 
 /// Makes it, with what is above it. Throws codegen::Error.
 void make_output_directory(const std::string& path);

@@ -10,13 +10,14 @@
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "trainer/commands/command.h"
-#include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/finished_run.h"
 #include "trainer/commands/ignored_inputs.h"
 #include "trainer/commands/input_delays.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/round_directories.h"
 #include "trainer/commands/run_report.h"
+#include "trainer/commands/train_command.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/data/transient.h"
@@ -25,16 +26,11 @@
 #include "trainer/experiments/training_sets.h"
 #include "trainer/structures/linear_latent_start.h"
 #include "trainer/terminal/progress.h"
+#include "trainer/training/provenance.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {
-
-struct TrainArguments {
-  ExperimentArgument experiment;
-  std::string data, output;
-  bool resume = false, force = false, quiet = false, help_config = false;
-};
 
 /// What an experiment trains on, is chosen by and is judged by.
 struct Data {
@@ -147,6 +143,18 @@ std::string resume_command(const TrainArguments& arguments) {
   return command + fmt::format(" -o {} --resume", arguments.output);
 }
 
+/// Whether the directory holds the end of this very run: then there is nothing to do. Throws RunFailure again for one
+/// that failed.
+bool already_done(const TrainArguments& arguments, const FinishedRun& run) {
+  const auto found = read_finished_run(arguments.output);
+  if (!found || found->experiment != run.experiment || found->data != run.data) return false;
+  if (!found->failure.empty()) throw RunFailure(fmt::format("{}: {}", arguments.output, found->failure));
+  fmt::print("{}: already done\n", arguments.output);
+  return true;
+}
+
+}  // namespace
+
 void run_train(TrainArguments arguments) {
   if (arguments.help_config) {
     fmt::print("{}", describe_experiment_keys());
@@ -158,11 +166,21 @@ void run_train(TrainArguments arguments) {
   if (experiment.plant && !arguments.data.empty())
     throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
   if (arguments.output.empty()) arguments.output = "runs/" + experiment.name;
+  FinishedRun run{run_identity(experiment)};
+  if (arguments.resume && experiment.plant && already_done(arguments, run)) return;
   const bool checkpoint_of_a_round = RoundDirectories(arguments.output, experiment).begun(0);
   check_output_directory({arguments.output, arguments.resume && !checkpoint_of_a_round, arguments.force},
                          experiment.name);
+  if (arguments.resume && !checkpoint_of_a_round && !has_checkpoint(arguments.output)) {
+    arguments.resume = false;
+    if (!arguments.quiet) fmt::print(stderr, "{}: there is nothing to resume; it begins\n", arguments.output);
+  }
   if (experiment.log) find_delays(experiment, arguments);
   Data data = experiment.plant ? run_phase([&] { return simulated(experiment); }) : logged(experiment, arguments);
+  if (experiment.log) {
+    run.data = data_fingerprint(data.validation, data_fingerprint(data.training, fingerprint(nullptr, 0)));
+    if (arguments.resume && already_done(arguments, run)) return;
+  }
 
   run_phase([&] {
     make_output_directory(arguments.output);
@@ -180,12 +198,12 @@ void run_train(TrainArguments arguments) {
     if (result.outcome != TrainOutcome::kFinished) report.warning = result.message;
     fmt::print("{}", run_report_text(result.model, report));
     write_run_report(result.model, report, arguments.output);
+    run.failure = report.warning;
+    write_finished_run(arguments.output, run);
     fmt::print("model    {0}/model.json\nmetrics  {0}/metrics.csv\nreport   {0}/report.html\n", arguments.output);
     if (result.outcome != TrainOutcome::kFinished) throw RunFailure(result.message);
   });
 }
-
-}  // namespace
 
 void add_train(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<TrainArguments>();
@@ -194,7 +212,9 @@ void add_train(CLI::App& app, Action& action) {
   command->add_option("--data", arguments->data, "directory of the logs that [log] names")->type_name("DIR");
   command->add_option("-o,--output", arguments->output, "where model.json, metrics.csv, report.html go (runs/NAME)")
       ->type_name("DIR");
-  command->add_flag("--resume", arguments->resume, "go on from the directory's checkpoint, to the same bytes");
+  command->add_flag("--resume", arguments->resume,
+                    "go on from the directory's checkpoint, to the same bytes; begin where there is none, do nothing "
+                    "where all is done");
   command->add_flag("--force", arguments->force, "replace another experiment's model");
   command
       ->add_option("--set", arguments->experiment.overrides,

@@ -11,12 +11,13 @@
 namespace nlo::trainer {
 
 struct Series {
-  enum class Style { kLine, kThinLine, kDashes, kDots, kPoints, kCrosses, kBars };
+  enum class Style { kLine, kThinLine, kDashes, kDots, kPoints, kCrosses, kBars, kErrorBars };
   std::string title;  ///< in the legend; empty: not listed
   Style style = Style::kLine;
-  int colour = 0;             ///< index into the palette, see kColours in gnuplot.cpp
-  Eigen::VectorXd x, y;       ///< points that are not finite are left out, and break a line
-  Eigen::VectorXd bar_width;  ///< kBars: one per point
+  int colour = 0;              ///< index into the palette, see kColours in gnuplot.cpp
+  Eigen::VectorXd x, y;        ///< points that are not finite are left out, and break a line
+  Eigen::VectorXd bar_width;   ///< kBars: one per point
+  Eigen::VectorXd error = {};  ///< kErrorBars: points with bars from y - error to y + error
 };
 
 /// Values over a grid of points, as colours on one scale.

@@ -27,9 +27,14 @@ std::string data_text(const Series& series) {
     }
     text += fmt::format("{:.6g} {:.5g}", x, y);  // finer than a pixel; more digits would only swell the page
     if (series.style == Series::Style::kBars) text += fmt::format(" {:.6g}", series.bar_width[i]);
+    if (series.style == Series::Style::kErrorBars) text += fmt::format(" {:.5g}", series.error[i]);
     text += '\n';
   }
   return text;
+}
+
+bool has_third_column(const Series& series) {
+  return series.style == Series::Style::kBars || series.style == Series::Style::kErrorBars;
 }
 
 std::string style_text(const Series& series) {
@@ -55,6 +60,9 @@ std::string style_text(const Series& series) {
       break;
     case Series::Style::kBars:
       style = "boxes fs solid 0.75 noborder";
+      break;
+    case Series::Style::kErrorBars:
+      style = "yerrorbars pt 7 ps 0.7 lw 1.2";
       break;
   }
   return fmt::format("with {} lc rgb '{}'", style, kColours[std::abs(series.colour) % kColourCount]);
@@ -142,7 +150,7 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
     const std::string name = fmt::format("{}-{}-{}.dat", figure, index, s);
     written = write_text(directory / name, data_text(series)) && written;
     plots += fmt::format("{}'{}' using {} {} {}", plots.empty() ? "plot " : ", ", name,
-                         series.style == Series::Style::kBars ? "1:2:3" : "1:2", style_text(series),
+                         has_third_column(series) ? "1:2:3" : "1:2", style_text(series),
                          series.title.empty() ? "notitle" : fmt::format("title {}", gnuplot_quoted(series.title)));
   }
   for (const Band& band : panel.bands)

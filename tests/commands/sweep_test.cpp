@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+// nlo sweep as a user gives it: its lines are run by shells, killed and run again.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "tests/commands/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::SizeIs;
+using testing::StartsWith;
+
+/// Four jobs that train in a moment.
+const std::string kPlan =
+    "experiment = \"tiny.toml\"\nseeds = [1, 2]\n[grid]\ninverse_map.hidden = [[4], [8]]\n[test]\ntrajectories = 5\n";
+
+std::vector<std::string> job_lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+class SweepCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    scratch.write("plans/tiny.toml", kTinyExperiment);
+    scratch.write("plans/p.toml", kPlan);
+  }
+
+  /// A command of a shell that finds `nlo`; its exit status.
+  int shell(const std::string& command) const {
+    const std::string program = fs::path(NLO_PROGRAM).parent_path().string();
+    const std::string all = "exec >'" + scratch.path() + ".sh' 2>&1 </dev/null; cd '" + scratch.path() + "'; PATH='" +
+                            program + "':\"$PATH\"; " + command;
+    const int status = std::system(all.c_str());
+    fs::remove(scratch.path() + ".sh");
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  /// sweep.csv of the jobs in `folder`.
+  std::string table(const std::string& folder) const {
+    const ProgramResult result = scratch.run({"sweep", "collect", "plans/p.toml", "-o", folder});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return scratch.read(folder + "/sweep.csv");
+  }
+
+  /// When each file below the scratch folder was written.
+  std::map<std::string, fs::file_time_type> times() const {
+    std::map<std::string, fs::file_time_type> found;
+    for (const auto& entry : fs::recursive_directory_iterator(scratch.path()))
+      found[entry.path().string()] = entry.last_write_time();
+    return found;
+  }
+
+  Scratch scratch;
+};
+
+TEST_F(SweepCommand, WritesALineForEachJobAndNothingElse) {
+  const auto before = scratch.contents();
+  const ProgramResult result = scratch.run({"sweep", "plans/p.toml", "--threads", "1"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto lines = job_lines(result.out);
+  ASSERT_THAT(lines, SizeIs(4));
+  EXPECT_THAT(lines[0], StartsWith("nlo train plans/tiny.toml --set 'inverse_map.hidden=[4]' --seed 1 --threads 1 -o "
+                                   "runs/p/hidden-4_seed-1_"));
+  EXPECT_EQ(scratch.contents(), before);
+  std::vector<std::string> parts;
+  for (const char* shard : {"0/3", "1/3", "2/3"})
+    for (const std::string& line :
+         job_lines(scratch.run({"sweep", "plans/p.toml", "--threads", "1", "--shard", shard}).out))
+      parts.push_back(line);
+  EXPECT_THAT(parts, testing::UnorderedElementsAreArray(lines));
+}
+
+TEST_F(SweepCommand, VariesAShippedExperimentToo) {
+  scratch.write("p.toml", "experiment = \"van_der_pol\"\nseeds = [1]\n");
+  EXPECT_THAT(scratch.run({"sweep", "p.toml"}).out, StartsWith("nlo train van_der_pol --seed 1 -o runs/p/seed-1_"));
+}
+
+TEST_F(SweepCommand, DoesNothingForJobsThatAreDone) {
+  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run"}).exit_code, 0);
+  const auto before = times();
+  const ProgramResult again = scratch.run({"sweep", "plans/p.toml", "--run"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("already done"));
+  ASSERT_EQ(shell("nlo sweep plans/p.toml | sh -e"), 0);
+  EXPECT_EQ(times(), before);
+  // Control: two jobs more are run, and leave the others as they are.
+  scratch.write("plans/p.toml", with(kPlan, "[1, 2]", "[1, 2, 3]"));
+  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run"}).exit_code, 0);
+  EXPECT_EQ(times().size(), before.size() + 2 * 6) << "two folders of five files";
+  const auto after = times();
+  for (const auto& [file, time] : before)
+    if (file.find("/runs/p/") != std::string::npos) {
+      EXPECT_EQ(after.at(file), time) << file;
+    }
+}
+
+TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
+  // Slow enough to be hit, and with many checkpoints.
+  scratch.write("plans/tiny.toml", with(with(kTinyExperiment, "steps = 20", "steps = 150\ncheckpoint_every_s = 0.01"),
+                                        "samples_per_step = 64", "samples_per_step = 512"));
+  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run", "-o", "whole"}).exit_code, 0);
+  const std::string whole = table("whole");
+  ASSERT_THAT(job_lines(whole), SizeIs(1 + 4));
+  EXPECT_THAT(whole, HasSubstr(",done,"));
+
+  std::mt19937 random(1);
+  int kills = 0, unfinished = 0;
+  std::size_t longest_ms = 200;  // grows, so that a slow machine comes to an end
+  for (int status = -1; status != 0 && kills < 500; longest_ms += 8) {
+    const double after_s = 1e-3 * static_cast<double>(5 + random() % longest_ms);
+    status = shell("timeout -s KILL " + std::to_string(after_s) + " nlo sweep plans/p.toml --run -o killed");
+    if (status == 0) break;
+    ++kills;
+    if (kills % 3 == 0) unfinished += table("killed").find(",unfinished,") != std::string::npos ? 1 : 0;
+  }
+  RecordProperty("kills", kills);
+  EXPECT_GT(kills, 3) << "control: the jobs were killed at all";
+  EXPECT_LT(kills, 500);
+  EXPECT_EQ(table("killed"), whole);
+  for (const auto& [file, text] : scratch.contents())
+    if (file.starts_with("killed/") && file.ends_with("/model.json")) {
+      EXPECT_EQ(text, scratch.read("whole" + file.substr(6))) << file;
+    }
+  EXPECT_GT(unfinished, 0) << "control: some were begun and not done";
+}
+
+TEST_F(SweepCommand, RefusesAFolderOfAnotherExperiment) {
+  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run"}).exit_code, 0);
+  scratch.write("plans/tiny.toml", with(kTinyExperiment, "gaussian:0.1", "gaussian:0.2"));
+  const auto before = times();
+  const ProgramResult result = scratch.run({"sweep", "plans/p.toml", "--run"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("the checkpoint belongs to another experiment"));
+  EXPECT_THAT(result.err, HasSubstr("4 of 4 jobs failed"));
+  EXPECT_EQ(times(), before);
+  EXPECT_THAT(table("runs/p"), HasSubstr(",other,,,,"));
+}
+
+TEST_F(SweepCommand, GoesOnAfterAJobThatFails) {
+  scratch.write(
+      "plans/p.toml",
+      "experiment = \"tiny.toml\"\n[grid]\ntraining.learning_rate = [1e30, 0.001]\n[test]\ntrajectories = 5\n");
+  for (int run = 0; run < 2; ++run) {  // the second finds it failed and says so again
+    const ProgramResult result = scratch.run({"sweep", "plans/p.toml", "--run"});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.err, HasSubstr("1 of 2 jobs failed"));
+  }
+  const std::string csv = table("runs/p");
+  EXPECT_THAT(csv, HasSubstr(",failed,,,,"));
+  EXPECT_THAT(csv, HasSubstr(",done,"));
+}
+
+TEST_F(SweepCommand, JudgesObserversOfLogsOnTheirTestLogs) {
+  scratch.write("plans/log.toml", kTinyLogExperiment);
+  scratch.write("plans/logs/a.csv", tiny_log());
+  scratch.write("plans/logs/b.csv", tiny_log(1.0));
+  scratch.write("plans/p.toml", "experiment = \"log.toml\"\ndata = \"logs\"\nseeds = [1, 2]\n");
+  ASSERT_EQ(shell("nlo sweep plans/p.toml | sh -e"), 0);
+  EXPECT_THAT(table("runs/p"), HasSubstr(",done,"));
+  const auto before = times();
+  ASSERT_EQ(shell("nlo sweep plans/p.toml | sh -e"), 0);
+  EXPECT_EQ(times(), before);
+  scratch.write("plans/logs/a.csv", tiny_log(0.5));
+  const ProgramResult changed = scratch.run({"sweep", "plans/p.toml", "--run"});
+  EXPECT_EQ(changed.exit_code, 1);
+  EXPECT_THAT(changed.err, HasSubstr("another experiment, seed or data set")) << "other logs are not what is done";
+}
+
+TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
+  const auto refusal = [&](const std::string& plan) {
+    scratch.write("plans/p.toml", "experiment = \"tiny.toml\"\n" + plan);
+    const ProgramResult result = scratch.run({"sweep", "plans/p.toml"});
+    EXPECT_EQ(result.exit_code, 2) << plan;
+    EXPECT_EQ(result.out, "");
+    return result.err;
+  };
+  EXPECT_THAT(refusal("[grid]\ntraining.steps = [10,\n0]\n"),
+              HasSubstr("nlo: error: plans/p.toml:4: [training] steps is 0; it must be"));
+  EXPECT_THAT(refusal("[grid]\ntraining.stepps = [10]\n"),
+              HasSubstr("plans/p.toml:3: unknown key \"stepps\" in [training]; did you mean \"steps\"?"));
+  EXPECT_THAT(refusal("[grid]\nobserver.hold = [\"rk4\"]\nobserver.eigenvalues = [[-1.0], [-60.0]]\n"),
+              HasSubstr("unstable step"));
+  EXPECT_THAT(refusal("[grid]\ntraining.steps = [10]\n[[point]]\ntraining.steps = 10.0\n"), HasSubstr("plans/p.toml"));
+  EXPECT_THAT(refusal("[grid]\nthreads = [1, 2]\n"), HasSubstr("has a training twice"));
+  EXPECT_THAT(refusal("data = \"logs\"\n"), HasSubstr("data is for experiments with a [log]"));
+  scratch.write("plans/p.toml", "experiment = \"tinny.toml\"\n");
+  EXPECT_THAT(scratch.run({"sweep", "plans/p.toml"}).err, HasSubstr("tinny.toml: no such file"));
+  EXPECT_EQ(scratch.run({"sweep", "colect", "plans/p.toml"}).exit_code, 2);
+  EXPECT_EQ(scratch.run({"sweep", "collect", "plans/p.toml", "--run"}).exit_code, 2);
+  EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--shard", "2/2"}).exit_code, 2);
+}
+
+TEST_F(SweepCommand, RunsByGnuParallelTheSame) {
+  if (shell("parallel --version | grep -q 'GNU parallel'") != 0) GTEST_SKIP() << "GNU parallel is not installed";
+  ASSERT_EQ(shell("nlo sweep plans/p.toml --run -o whole"), 0);
+  ASSERT_EQ(shell("nlo sweep plans/p.toml --threads 1 -o by_parallel | parallel -j 2"), 0);
+  EXPECT_EQ(table("by_parallel"), table("whole"));
+  ASSERT_EQ(shell("nlo sweep plans/p.toml --threads 1 -o by_parallel | parallel -j 2"), 0) << "once more, all done";
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// nlo sweep: a plan of many trainings as jobs, for whatever runs them; nlo sweep collect: what came of them.
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "trainer/base/nearest_name.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/interrupt.h"
+#include "trainer/commands/output_directory.h"
+#include "trainer/commands/patient_progress.h"
+#include "trainer/commands/sweep_collect.h"
+#include "trainer/commands/train_command.h"
+#include "trainer/sweep/jobs.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SweepArguments {
+  std::vector<std::string> words;  ///< [collect] PLAN
+  std::string output, shard;
+  std::optional<int> threads;
+  bool run = false, timed = false;
+};
+
+/// A path of the plan, seen from here.
+std::string beside(const std::string& plan, const std::string& path) {
+  if (path.empty()) return path;
+  const std::string found = (fs::path(plan).parent_path() / path).lexically_normal().string();
+  return found.starts_with('-') ? "./" + found : found;
+}
+
+SweepPlaces places_of(const SweepPlan& plan, const SweepArguments& arguments) {
+  std::error_code ignored;
+  const std::string file = beside(plan.place, plan.experiment);
+  SweepPlaces places;
+  places.experiment =
+      fs::exists(file, ignored) ? file : plan.experiment;  // else a shipped one, or an error that says so
+  places.data = beside(plan.place, plan.data);
+  places.folder = arguments.output.empty() ? "runs/" + fs::path(plan.place).stem().string() : arguments.output;
+  places.threads = arguments.threads;
+  return places;
+}
+
+ExperimentArgument argument_of(const SweepJob& job, const SweepPlaces& places) {
+  return {places.experiment, job.assignments(), job.seed, places.threads};
+}
+
+/// An error in a value of the plan names its line there.
+[[noreturn]] void fail(const SweepPlan& plan, const SweepJob& job, const std::string& what) {
+  for (const SweepValue& value : job.values) {
+    const std::string set = fmt::format("--set {}={}", value.key, value.value);
+    if (what.starts_with(set + ": ")) throw codegen::Error(value.place + what.substr(set.size()));
+  }
+  throw codegen::Error(job.values.empty() ? what : fmt::format("{}: job {}: {}", plan.place, job.name, what));
+}
+
+/// All jobs, each with its experiment read and checked.
+std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& places) {
+  std::vector<CheckedJob> checked;
+  std::map<std::string, std::string> seen;  // experiment -> job
+  for (SweepJob& job : jobs_of(plan)) {
+    try {
+      Experiment experiment = read_experiment(argument_of(job, places));
+      if (experiment.plant && !places.data.empty())
+        throw codegen::Error("data is for experiments with a [log]; this one simulates its [plant]; leave it out");
+      checked.push_back({std::move(job), std::move(experiment)});
+    } catch (const codegen::Error& error) {
+      fail(plan, job, error.what());
+    }
+    const CheckedJob& last = checked.back();
+    const auto [before, is_new] = seen.emplace(last.experiment.source_text, last.job.name);
+    if (!is_new)
+      throw codegen::Error(fmt::format("{}: the plan has a training twice, as {} and as {}; leave one out", plan.place,
+                                       before->second, last.job.name));
+  }
+  return checked;
+}
+
+/// One after the other; a job that fails does not keep others from running.
+void run_jobs(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, const Shard& shard) {
+  std::size_t ran = 0, failed = 0;
+  for (std::size_t j = 0; j < jobs.size(); ++j) {
+    if (!shard.has(j)) continue;
+    ++ran;
+    const SweepJob& job = jobs[j].job;
+    fmt::print(stderr, "{}\n", job_line(job, places));
+    try {
+      run_train({.experiment = argument_of(job, places),
+                 .data = places.data,
+                 .output = places.folder + "/" + job.name,
+                 .resume = true,
+                 .quiet = true});
+    } catch (const codegen::Error& error) {
+      if (stop_on_interrupt().load()) throw;
+      fmt::print(stderr, "nlo: error: {}\n", error.what());
+      ++failed;
+    }
+  }
+  if (failed > 0) throw RunFailure(fmt::format("{} of {} jobs failed", failed, ran));
+}
+
+void run_sweep(const SweepArguments& arguments) {
+  const bool collect = arguments.words.size() == 2;
+  if (collect && arguments.words.front() != "collect")
+    throw codegen::Error(fmt::format("{}: unknown action; write nlo sweep PLAN.toml, or nlo sweep collect PLAN.toml",
+                                     arguments.words.front()));
+  if (collect && (arguments.run || !arguments.shard.empty()))
+    throw codegen::Error("--shard and --run are for jobs; nlo sweep collect looks at all of them");
+  if (!collect && arguments.timed) throw codegen::Error("--time is for nlo sweep collect, which judges the jobs");
+  if (is_stdout(arguments.output))
+    throw codegen::Error("-o -: every job has a folder below that of the sweep, and stdout is none; write -o DIR");
+  const SweepPlan plan = read_sweep_plan(arguments.words.back());
+  const Shard shard = arguments.shard.empty() ? Shard{} : parse_shard(arguments.shard);
+  const SweepPlaces places = places_of(plan, arguments);
+  const std::vector<CheckedJob> jobs = checked_jobs(plan, places);
+  if (collect) {
+    PatientProgress progress;
+    run_phase([&] {
+      const std::vector<JobResult> results =
+          collect_results(jobs, plan.test, places, arguments.timed,
+                          [&](double share, const std::string& job) { progress.update(share, job); });
+      progress.finish();
+      fmt::print("{}", write_collection(jobs, results, places.folder));
+    });
+  } else if (arguments.run) {
+    run_jobs(jobs, places, shard);
+  } else {
+    std::string lines;
+    for (std::size_t j = 0; j < jobs.size(); ++j)
+      if (shard.has(j)) lines += job_line(jobs[j].job, places) + "\n";
+    fmt::print("{}", lines);
+  }
+}
+
+}  // namespace
+
+void add_sweep(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<SweepArguments>();
+  CLI::App* command = app.add_subcommand("sweep", "Many trainings from one plan: a line for each job; then collect");
+  command
+      ->add_option("PLAN", arguments->words,
+                   "plan: experiment, seeds, [grid], [[zip]], [[point]]; after \"collect\": what came of its jobs")
+      ->required()
+      ->expected(1, 2)
+      ->type_name("[collect] PLAN.toml");
+  command->add_option("-o,--output", arguments->output, "where each job has its folder, and sweep.csv (runs/PLAN)")
+      ->type_name("DIR");
+  command->add_option("--shard", arguments->shard, "part I of N alone, I from 0 to N - 1: every N-th job")
+      ->type_name("I/N");
+  command->add_flag("--run", arguments->run, "run the jobs here, one after the other, instead of writing them");
+  command->add_option("--threads", arguments->threads, "of each job; 0: all cores; does not change the result")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--time", arguments->timed, "collect: also ns of a step and an estimate, on this machine");
+  command->footer(
+      "A job that is done does nothing when it is run again; one that was killed goes on to the same bytes.\n"
+      "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds, flash\n"
+      "and, with --time, ns.\n"
+      "Examples:\n"
+      "  nlo sweep plan.toml --threads 1 | parallel\n"
+      "  nlo sweep plan.toml --run --shard \"$SLURM_ARRAY_TASK_ID/16\"\n"
+      "  nlo sweep collect plan.toml");
+  command->callback([arguments, &action] { action = [arguments] { run_sweep(*arguments); }; });
+}
+
+}  // namespace nlo::trainer
