@@ -130,7 +130,8 @@ std::vector<Alarm> ReferenceMonitor::meanings(const Model& model, const Monitor&
   return all;
 }
 
-WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixXd& outputs, const MatrixXd& inputs) {
+WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixXd& outputs, const MatrixXd& inputs,
+                       const VectorXd& time_s) {
   ReferenceObserver<float> observer(model);
   ReferenceMonitor watch(model, monitor);
   const Index samples = outputs.cols();
@@ -140,7 +141,11 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
   bool started = false;
   for (Index k = 0; k < samples; ++k) {
     const VectorXd u = inputs.size() == 0 ? VectorXd() : VectorXd(inputs.col(k));
-    observer.step(watch.screened(outputs.col(k)), u);
+    const VectorXd y = watch.screened(outputs.col(k));
+    if (time_s.size() == 0 || k == 0)
+      observer.step(y, u);
+    else
+      observer.step(y, u, time_s(k) - time_s(k - 1));
     started = started || outputs.col(k).allFinite();
     if (!started) continue;
     all.run.z.col(k) = observer.latent().cast<double>();

@@ -59,7 +59,8 @@ class ReferenceMonitor {
   Eigen::Index all_rejected_ = 0;
 };
 
-/// A whole trajectory from reset, as ReferenceObserver::run() has it, behind the monitor's gate.
+/// A whole trajectory from reset, as ReferenceObserver::run() has it, behind the monitor's gate. `time_s`: N time stamps
+/// whose differences are the steps; empty: each is one sample period.
 struct WatchedRun {
   Run run;
   Eigen::MatrixXd levels;  ///< levels() x N
@@ -67,6 +68,6 @@ struct WatchedRun {
   Eigen::Index rejected = 0;
 };
 WatchedRun watched_run(const Model& model, const Monitor& monitor, const Eigen::MatrixXd& outputs,
-                       const Eigen::MatrixXd& inputs);
+                       const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s = {});
 
 }  // namespace nlo::codegen

@@ -16,7 +16,6 @@
 #include "trainer/commands/strict_test.h"
 #include "trainer/compare/compare_study.h"
 #include "trainer/data/log_dataset.h"
-#include "trainer/evaluation/evaluate.h"
 #include "trainer/monitor/fit_monitor.h"
 #include "trainer/monitor/monitor_study.h"
 #include "trainer/monitor/monitor_text.h"
@@ -72,15 +71,12 @@ codegen::Monitor monitor_of_plant(const codegen::Model& model, const Experiment&
 }
 
 /// Training and validation logs: the hours that there are.
-codegen::Monitor monitor_of_logs(const codegen::Model& model, const Experiment& experiment, const std::string& data,
-                                 MonitorRequest& request) {
-  const LogSplits splits = load_log_splits(*experiment.log, data, experiment.training.mirror);
-  SensedRuns all = sensed_runs(splits.train);
-  if (splits.validation.trajectories.size() > 0) {
-    const SensedRuns more = sensed_runs(splits.validation);
-    all.outputs.insert(all.outputs.end(), more.outputs.begin(), more.outputs.end());
-    all.inputs.insert(all.inputs.end(), more.inputs.begin(), more.inputs.end());
-  }
+codegen::Monitor monitor_of_logs(const codegen::Model& model, const LogSplits& splits, MonitorRequest& request) {
+  Dataset logs = splits.train;
+  logs.uniform = logs.uniform && splits.validation.uniform;
+  logs.trajectories.insert(logs.trajectories.end(), splits.validation.trajectories.begin(),
+                           splits.validation.trajectories.end());
+  const SensedRuns all = sensed_runs(logs);
   if (request.time_constant_s == 0.0) request.time_constant_s = time_constant_s(model, all);
   return fit_monitor(model, all, {[&](int) { return all; }, 1}, std::nullopt, request);
 }
@@ -127,12 +123,14 @@ void run_monitor(MonitorArguments arguments) {
   PatientProgress progress;
   run_phase([&] {
     constexpr double kLimitsShare = 0.6;  // of the work
+    LogSplits splits;
+    if (experiment.log) splits = load_log_splits(*experiment.log, arguments.data, experiment.training.mirror);
     model.monitor.reset();
     model.monitor = experiment.log
-                        ? monitor_of_logs(model, experiment, arguments.data, arguments.request)
+                        ? monitor_of_logs(model, splits, arguments.request)
                         : monitor_of_plant(model, experiment, noises, arguments.request, hours,
                                            [&](double share) { progress.update(kLimitsShare * share, "limits"); });
-    MonitorStudy study;
+    MonitorStudy study = study_on_logs(model, splits.test);
     if (!experiment.log && arguments.runs > 0)
       study = study_monitor(
           model, experiment, trained_condition(noises, experiment), set, arguments.request.time_constant_s,

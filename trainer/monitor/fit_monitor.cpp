@@ -146,7 +146,8 @@ std::vector<VectorXd> block_maxima(const codegen::Model& model, const Monitor& m
   std::vector<std::vector<VectorXd>> each(runs.size());
   pool.run(static_cast<int>(runs.size()), [&](int index, int) {
     const auto i = static_cast<std::size_t>(index);
-    const codegen::WatchedRun watched = codegen::watched_run(model, monitor, runs.outputs[i], runs.inputs[i]);
+    const codegen::WatchedRun watched =
+        codegen::watched_run(model, monitor, runs.outputs[i], runs.inputs[i], runs.stamps(i));
     for (Index k = watched.armed_after; k + block <= watched.levels.cols(); k += block)
       each[i].emplace_back(watched.levels.middleCols(k, block).rowwise().maxCoeff());
   });
@@ -177,11 +178,13 @@ Monitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const Ru
   monitor.armed_after_s = static_cast<double>(block) * model.sample_period_s;
   monitor.false_alarms_per_hour = request.false_alarms_per_hour;
 
-  const ObserverRun observer = observer_run(model, true);
+  const ObserverRun observer = observer_run(model, fit.uniform());
   std::vector<Steps> steps;
   for (std::size_t i = 0; i < fit.size(); ++i) {
-    const VectorXd time = VectorXd::LinSpaced(fit.outputs[i].cols(), 0.0,
-                                              static_cast<double>(fit.outputs[i].cols() - 1) * model.sample_period_s);
+    const Index samples = fit.outputs[i].cols();
+    const VectorXd time =
+        fit.uniform() ? VectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) * model.sample_period_s)
+                      : fit.time_s[i];
     steps.push_back(steps_of(model, observer(fit.outputs[i], fit.inputs[i], time), fit.outputs[i], block));
   }
   fit_prediction(monitor, steps);

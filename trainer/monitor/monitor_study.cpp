@@ -116,4 +116,19 @@ MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experi
   return study;
 }
 
+MonitorStudy study_on_logs(const codegen::Model& model, const Dataset& logs) {
+  MonitorStudy study;
+  if (logs.trajectories.empty()) return study;
+  const SensedRuns runs = sensed_runs(logs);
+  std::vector<WatchedRun> watched;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    watched.push_back(codegen::watched_run(model, *model.monitor, runs.outputs[i], runs.inputs[i], runs.stamps(i)));
+    study.log_hours += static_cast<double>(runs.outputs[i].cols()) * model.sample_period_s / 3600.0;
+  }
+  study.time_constant_s = model.monitor->windows_s(1);
+  study.on_logs = count_alarms(watched, codegen::ReferenceMonitor::meanings(model, *model.monitor),
+                               model.sample_period_s, study.time_constant_s);
+  return study;
+}
+
 }  // namespace nlo::trainer

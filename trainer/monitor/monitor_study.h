@@ -40,6 +40,9 @@ struct MonitorStudy {
   int runs = 0;                       ///< of each condition
   std::vector<MonitorRow> rows;       ///< the first is as in training
   std::vector<std::string> left_out;  ///< conditions that the plant has no parameters for
+
+  std::optional<AlarmCount> on_logs = {};  ///< on logs that limits were not set on ...
+  double log_hours = 0.0;                  ///< ... so many hours
 };
 
 /// `trained`: the sensors of the training; `set`: the conditions. Each condition has `runs` runs of its own, of eight time
@@ -47,5 +50,8 @@ struct MonitorStudy {
 MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experiment, const Condition& trained,
                            const ConditionSet& set, double time_constant_s, int runs, double hours, std::uint64_t seed,
                            int threads, const MonitorProgress& progress = {});
+
+/// What it says of logs that it was not made from; empty without any.
+MonitorStudy study_on_logs(const codegen::Model& model, const Dataset& logs);
 
 }  // namespace nlo::trainer

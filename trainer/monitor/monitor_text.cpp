@@ -21,6 +21,10 @@ std::string monitor_text(const codegen::Monitor& monitor, const MonitorStudy& st
   std::string text = fmt::format(
       "limits for {} false alarms an hour, from {} h of runs as in training; gate at {} deviations of the innovation\n",
       significant(monitor.false_alarms_per_hour), significant(monitor.hours), significant(monitor.gate));
+  if (study.on_logs)
+    text += fmt::format("on the test logs, {} h: {} alarms an hour{}{}\n", significant(study.log_hours),
+                        significant(study.on_logs->per_hour), study.on_logs->most == Alarm::kNone ? "" : ", mostly ",
+                        alarm_name(study.on_logs->most));
   if (study.rows.empty()) return text;
   text += fmt::format(
       "{} runs of {} s a condition, time constant {} s, once armed after one. error: norm of x - x_hat; ratio: over "
@@ -47,6 +51,7 @@ std::string monitor_json(const codegen::Monitor& monitor, const MonitorStudy& st
   json["gate"] = monitor.gate;
   json["time_constant_s"] = monitor.windows_s(1);
   json["runs"] = study.runs;
+  if (study.on_logs) json["test_logs"] = {{"hours", study.log_hours}, {"alarms_per_hour", study.on_logs->per_hour}};
   for (const MonitorRow& row : study.rows) {
     nlohmann::ordered_json& one = json["conditions"][row.condition];
     one["error"] = row.error;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/monitor/sensed_runs.h"
 
-#include <fmt/format.h>
-
-#include "codegen/base/error.h"
 #include "trainer/evaluation/measurement_noise.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"
@@ -30,14 +27,11 @@ SensedRuns sensed_runs(const Experiment& experiment, const std::vector<NoiseConf
 }
 
 SensedRuns sensed_runs(const Dataset& logs) {
-  if (!logs.uniform)
-    throw codegen::Error(
-        "the logs' steps are not of one sample period, which a monitor counts on; log at a fixed rate, or give logs "
-        "without gaps");
   SensedRuns runs;
   for (const Trajectory& run : logs.trajectories) {
     runs.outputs.push_back(run.outputs);
     runs.inputs.push_back(run.inputs);
+    if (!logs.uniform) runs.time_s.push_back(run.time_s);
   }
   return runs;
 }

@@ -14,10 +14,13 @@
 namespace nlo::trainer {
 
 struct SensedRuns {
-  std::vector<Eigen::MatrixXd> outputs;  ///< of each run, n_y x N; NaN: did not arrive
-  std::vector<Eigen::MatrixXd> inputs;   ///< n_u x N; 0 x 0 without inputs
+  std::vector<Eigen::MatrixXd> outputs;      ///< of each run, n_y x N; NaN: did not arrive
+  std::vector<Eigen::MatrixXd> inputs;       ///< n_u x N; 0 x 0 without inputs
+  std::vector<Eigen::VectorXd> time_s = {};  ///< N time stamps; of no run where all steps are of one sample period
 
   std::size_t size() const { return outputs.size(); }
+  bool uniform() const { return time_s.empty(); }
+  Eigen::VectorXd stamps(std::size_t run) const { return uniform() ? Eigen::VectorXd() : time_s[run]; }
 };
 
 /// `count` runs as in the training of an experiment with a [plant], parameters and inputs drawn as there: of horizon_s, run
@@ -25,7 +28,7 @@ struct SensedRuns {
 SensedRuns sensed_runs(const Experiment& experiment, const std::vector<NoiseConfig>& noises, double horizon_s,
                        std::uint64_t seed, int count);
 
-/// The runs of logs, as they are. Throws codegen::Error where steps are not of one sample period.
+/// The runs of logs, as they are.
 SensedRuns sensed_runs(const Dataset& logs);
 
 /// Runs for as long as are asked for: chunk by chunk, since hours of them need not be in memory together.

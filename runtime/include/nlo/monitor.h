@@ -16,7 +16,8 @@
 // It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is as
 // noisy as that (the gate widens with sqrt(v)) or it happens often in a row.
 //
-// No heap, no exceptions, no libm; whatever arrives, all of it stays finite. For steps of one sample period.
+// No heap, no exceptions, no libm; whatever arrives, all of it stays finite. It counts samples: steps may jitter as they did
+// in training; after a gap, reset().
 #pragma once
 
 #include <cstdint>
