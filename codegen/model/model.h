@@ -5,11 +5,13 @@
 
 #include <nlo/latent.h>
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "codegen/model/error_head.h"
 #include "codegen/model/flight.h"
 #include "codegen/model/network.h"
 #include "codegen/model/sensor_failures.h"
@@ -49,6 +51,8 @@ struct Model {
   /// Facts for the reader and for reproduction, in the order they are shown: version, seed, config, data hash,
   /// errors...
   std::vector<std::pair<std::string, std::string>> provenance;
+
+  std::optional<ErrorHead> error = {};  ///< none: it does not know how wrong it is
 
   Flight flight = {};  ///< no runs: a model made by hand, or before training recorded them
 

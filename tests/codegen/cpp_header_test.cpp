@@ -18,6 +18,7 @@
 #include "codegen/base/file.h"
 #include "codegen/fold/fold.h"
 #include "codegen/reference/network.h"
+#include "codegen/targets/c99.h"
 #include "codegen/targets/replay.h"
 #include "codegen/text/generated_text.h"
 #include "tests/codegen/example_models.h"
@@ -174,6 +175,21 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
               names.contains("kRk4"));
   for (const std::string& name : names)
     EXPECT_NE(error_of(tiny_model(), {.name = name}), "no error") << name << " is missing in generated_text.cpp";
+}
+
+TEST(CppHeader, HasTheErrorHeadOrSaysThatItIsLeftOut) {
+  const Model m = with_error(rig_model(), 71);
+  const std::string text = cpp_header(PreparedExport(m, {}));
+  EXPECT_THAT(text, HasSubstr("const auto [x_hat, sigma, bound_95] = observer.estimate_with_error();"));
+  EXPECT_THAT(text, HasSubstr(".error = {.layer = pack(weights::kErrorHead)"));
+  ExportOptions in_int16;
+  in_int16.scalar = ScalarType::kInt16;
+  const std::string int16 = cpp_header(PreparedExport(m, in_int16));
+  EXPECT_THAT(int16, HasSubstr("standard deviations are not in int16 and left out"));
+  EXPECT_THAT(int16, Not(HasSubstr("rrorHead")));
+  const std::string c = c99(PreparedExport(m, {})).front().text;
+  EXPECT_THAT(c, HasSubstr("standard deviations of its errors are left out"));
+  EXPECT_THAT(cpp_header(PreparedExport(rig_model(), {})), Not(HasSubstr("sigma")));
 }
 
 TEST(CppHeader, IsTheCommittedOne) {
