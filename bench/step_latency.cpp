@@ -21,6 +21,7 @@
 
 #include "bench/cache.h"
 #include "bench/machine_peak.h"
+#include "bench/random_error_head.h"
 #include "bench/random_model.h"
 #include "bench/random_structures.h"
 #include "bench/ratios.h"
@@ -57,7 +58,13 @@ Sample sample_of(const typename Observer::Model& model) {
     } else {
       benchmark::DoNotOptimize(observer.step(y));
     }
-    y = next_measurement(observer.estimate()[0]);
+    if constexpr (nlo::kKnowsError<typename Observer::Model>) {
+      auto estimated = observer.estimate_with_error();
+      benchmark::DoNotOptimize(estimated);
+      y = next_measurement(estimated.x_hat[0]);
+    } else {
+      y = next_measurement(observer.estimate()[0]);
+    }
   };
 }
 
@@ -167,6 +174,14 @@ void add_paper_network(const std::string& network) {
   add(network, "nlo, 32 plants", sample_of_fleet(kModel));
 }
 
+constexpr const char* kWithError = "nlo, with the error's standard deviation";
+
+template <Activation kKind, int kWidth, int kDepth>
+void add_error_head(const std::string& network) {
+  static constexpr auto kModel = nlo::bench::random_sure_kkl_model<kKind, kWidth, kDepth>();
+  add(network, kWithError, sample_of<nlo::KklObserver<std::remove_cvref_t<decltype(kModel)>>>(kModel));
+}
+
 template <Activation kKind, int kWidth>
 void add_small_network(const std::string& network) {
   static constexpr auto kModel = nlo::bench::random_kkl_model<kKind, kWidth, 2>();
@@ -194,6 +209,8 @@ void add_structures() {
   add(network, "driven KKL", sample_of<nlo::DrivenKklObserver<std::remove_cvref_t<decltype(kDriven)>>>(kDriven));
   static constexpr auto kGated = nlo::bench::random_gated_model<32>();
   add(kGatedNetwork, "nlo", sample_of<nlo::GatedObserver<std::remove_cvref_t<decltype(kGated)>>>(kGated));
+  static constexpr auto kSure = nlo::bench::random_sure_gated_model<32>();
+  add(kGatedNetwork, kWithError, sample_of<nlo::GatedObserver<std::remove_cvref_t<decltype(kSure)>>>(kSure));
 }
 
 /// Keeps the fastest repetition of each; nothing is printed but dots.
@@ -323,6 +340,10 @@ int main(int argc, char** argv) {
     add_small_network<Activation::kTanh, 16>(small[2]);
     add_small_network<Activation::kRelu, 16>(small[3]);
     add_structures();
+    add_error_head<Activation::kTanh, 50, 4>(tanhs[0]);
+    add_error_head<Activation::kRelu, 50, 4>(relu);
+    add_error_head<Activation::kTanh, 32, 2>(small[0]);
+    add_error_head<Activation::kTanh, 16, 2>(small[2]);
   }
 
   FastestReporter times;
@@ -338,6 +359,9 @@ int main(int argc, char** argv) {
   if (times.ns(kGatedNetwork, "nlo") > 0.0)
     table.add_value(std::string(tanhs[0]) + " / " + kGatedNetwork,
                     times.ns(tanhs[0], "nlo") / times.ns(kGatedNetwork, "nlo"), kNative ? 1 / 1.3 : 0.0);
+  for (const std::string& network : {tanhs[0], relu, small[0], small[2], std::string(kGatedNetwork)})
+    table.add(network, {"nlo"}, kWithError, network == tanhs[0] || network == relu ? 1 / 1.1 : 0.0,
+              "estimate / estimate with its error");
   for (const std::string half : {"bf16", "fp16"}) {
     for (const std::string cache : {"", ", from L2", ", from L3"}) {
       table.add(tanhs[0], {"nlo" + cache}, "nlo, " + half + " weights" + cache, cache == ", from L3" ? 1.0 : 0.0,

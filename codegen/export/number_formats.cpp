@@ -57,6 +57,7 @@ FoldedModel in_formats(FoldedModel folded, const ExportOptions& options) {
   if (options.weights != WeightType::kFull && !is_float)
     throw Error(fmt::format("--weights {} is for --scalar float, and this is {}; leave one of them out",
                             weight_name(options.weights), scalar_name(options.scalar)));
+  if (options.scalar == ScalarType::kInt16) folded.error.reset();  // its hidden layers are integers
   for (FoldedNetwork& network : folded.networks) {
     if (options.weights != WeightType::kFull) round_weights(network, options.weights);
     if (network.activation == Activation::kTanh && is_float) network.activation = options.tanh;

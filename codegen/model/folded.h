@@ -4,10 +4,12 @@
 // bits on every machine. codegen/fold/fold.h makes it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "codegen/model/error_head.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/model/network.h"
 
@@ -28,6 +30,7 @@ struct FoldedModel {
   std::vector<FoldedNetwork> networks;  ///< networks(model), in their order
   LatentStep step;                      ///< over one sample period; empty where the latent system is not linear
   Eigen::MatrixXd steady_gain;          ///< S, n_z x n_r; zeros there
+  std::optional<FoldedErrorHead> error = {};
 
   const FoldedNetwork& network(std::string_view field) const;  ///< which must be there
   const FoldedNetwork* inverse_map() const;                    ///< null where z is the estimate

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "codegen/model/error_head.h"
 #include "codegen/model/flight.h"
 #include "codegen/model/monitor.h"
 #include "codegen/model/network.h"
@@ -53,6 +54,7 @@ struct Model {
   std::vector<std::pair<std::string, std::string>> provenance;
 
   std::optional<Monitor> monitor = {};  ///< where nlo monitor has made one
+  std::optional<ErrorHead> error = {};  ///< none: it does not know how wrong it is
 
   Flight flight = {};  ///< no runs: a model made by hand, or before training recorded them
 

@@ -88,6 +88,16 @@ std::string to_json(const Model& m) {
   if (m.saturates()) file.field("saturation", literal(m.saturation));
   module_of(m).write(m, file);
   if (m.monitor) file.field("monitor", monitor_json(*m.monitor, file.inner()));
+  if (m.error) {
+    JsonObject error(file.inner());
+    error.matrix("weights", m.error->weights);
+    error.vector("bias", m.error->bias);
+    error.vector("log_min", m.error->log_min);
+    error.vector("log_max", m.error->log_max);
+    error.vector("factor_68", m.error->factor_68);
+    error.vector("factor_95", m.error->factor_95);
+    file.field("error", error.text());
+  }
   if (!m.flight.runs.empty()) file.field("flight", flight(m.flight, file.inner()));
   return file.text() + "\n";
 }

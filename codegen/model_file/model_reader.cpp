@@ -62,6 +62,12 @@ Flight flight(const Field& field) {
   return flight;
 }
 
+ErrorHead error_head(const Field& field) {
+  field.allow_only({"weights", "bias", "log_min", "log_max", "factor_68", "factor_95"});
+  return {matrix(field["weights"]), vector(field["bias"]),      vector(field["log_min"]),
+          vector(field["log_max"]), vector(field["factor_68"]), vector(field["factor_95"])};
+}
+
 std::vector<std::pair<std::string, std::string>> facts(const Field& field) {
   field.expect(field.value.is_object(), "an object of texts");
   std::vector<std::pair<std::string, std::string>> list;
@@ -99,7 +105,7 @@ Model model_of(const Field& file) {
       "format",          "version",    "structure",      "name",       "outputs",    "states",
       "provenance",      "hold",       "initial_latent", "output_min", "output_max", "latent_min",
       "sample_period_s", "latent_max", "flight",         "inputs",     "input_hold", "input_min",
-      "input_max",       "may_fail",   "saturation",     "monitor"};
+      "input_max",       "may_fail",   "saturation",     "monitor",    "error"};
   const std::vector<const char*> own = module.keys();
   keys.insert(keys.end(), own.begin(), own.end());
   file.allow_only(keys);
@@ -133,6 +139,7 @@ Model model_of(const Field& file) {
   if (file.has("saturation")) m.saturation = number(file["saturation"]);
   module.read(file, m);
   if (file.has("monitor")) m.monitor = monitor(file["monitor"]);
+  if (file.has("error")) m.error = error_head(file["error"]);
   if (file.has("flight")) m.flight = flight(file["flight"]);
   validate(m);
   return m;

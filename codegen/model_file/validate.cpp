@@ -85,6 +85,31 @@ void check_sampling(const Model& m) {
   check_saturation(m);
 }
 
+void check_error(const Model& m) {
+  if (!m.error) return;
+  const ErrorHead& head = *m.error;
+  const Network* map = inverse_map(m);
+  if (map == nullptr || map->layers.size() < 2)
+    fail("error reads the last hidden layer of inverse_map, and this model's has none; leave it out");
+  check_shape(head.weights, m.nx(), 2 * map->layers.back().weights.cols(), "error.weights",
+              "n_x x twice the neurons of the last hidden layer");
+  check_shape(head.bias, m.nx(), "error.bias", "n_x");
+  check_shape(head.log_min, m.nx(), "error.log_min", "n_x");
+  check_shape(head.log_max, m.nx(), "error.log_max", "n_x");
+  check_shape(head.factor_68, m.nx(), "error.factor_68", "n_x");
+  check_shape(head.factor_95, m.nx(), "error.factor_95", "n_x");
+  constexpr double kMostLog = 60.0, kMostFactor = 1e3;  // a sigma that float and nlo/error_head.h can hold
+  for (Eigen::Index i = 0; i < m.nx(); ++i) {
+    if (!(head.log_min(i) <= head.log_max(i) && head.log_min(i) >= -kMostLog && head.log_max(i) <= kMostLog))
+      fail("error.log_min[{0}] is {1} and error.log_max[{0}] is {2}; they must rise and be within +-{3}", i,
+           head.log_min(i), head.log_max(i), kMostLog);
+    if (!(head.factor_68(i) >= 1.0 / kMostFactor && head.factor_95(i) <= kMostFactor &&
+          head.factor_68(i) <= head.factor_95(i)))
+      fail("error.factor_68[{0}] is {1} and error.factor_95[{0}] is {2}; they must rise and be within {3:g} and {4:g}",
+           i, head.factor_68(i), head.factor_95(i), 1.0 / kMostFactor, kMostFactor);
+  }
+}
+
 void check_flight(const Model& m) {
   const Flight& f = m.flight;
   if (f.runs.empty()) return;
@@ -126,6 +151,7 @@ void validate(const Model& m) {
   check_sampling(m);
   module_of(m).check(m);
   check_monitor(m);
+  check_error(m);
   check_flight(m);
   for (std::size_t i = 0; i < m.provenance.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)

@@ -49,6 +49,14 @@ auto ReferenceNetwork<Scalar>::jvp(const Vector& in, const Matrix& directions) c
 }
 
 template <class Scalar>
+auto ReferenceNetwork<Scalar>::last_hidden(const Matrix& in) const -> Matrix {
+  Matrix a = normalised(in);
+  for (std::size_t l = 0; l + 1 < layers_.size(); ++l)
+    a = activated(((layers_[l].weights * a).colwise() + layers_[l].bias).eval());
+  return a;
+}
+
+template <class Scalar>
 std::vector<double> ReferenceNetwork<Scalar>::largest_activations(const Matrix& in) const {
   std::vector<double> largest;
   Matrix a = normalised(in);

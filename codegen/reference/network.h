@@ -28,6 +28,9 @@ class ReferenceNetwork {
   /// d out / d in (in) directions (n_in x D), for one column of inputs: n_out x D.
   Matrix jvp(const Vector& in, const Matrix& directions) const;
 
+  /// The last hidden layer for each column of `in`: n_h x B. Of a network that has one.
+  Matrix last_hidden(const Matrix& in) const;
+
   /// Largest |activation| of each hidden layer over the columns of `in`.
   std::vector<double> largest_activations(const Matrix& in) const;
 

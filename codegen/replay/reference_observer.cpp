@@ -93,6 +93,7 @@ Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::
   }
   run.x_hat = estimates_in_blocks(z, y);
   run.z = z.template cast<double>();
+  run.sigma = deviations(run.z, run.y);
   return run;
 }
 
@@ -151,20 +152,40 @@ Eigen::MatrixXd ReferenceObserver<Scalar>::estimates_in_blocks(const Matrix& z, 
 /// x_hat for each column of z (n_z x B) and readings y (n_r x B).
 template <class Scalar>
 auto ReferenceObserver<Scalar>::estimate_of(const Matrix& z, const Matrix& y) const -> Matrix {
-  if (!saturated_) return mapped(z, y);
+  if (!inverse_map_) return z;
+  return (*inverse_map_)(read_by_map(z, y));
+}
+
+/// z as T* reads it.
+template <class Scalar>
+auto ReferenceObserver<Scalar>::saturated(const Matrix& z, const Matrix& y) const -> Matrix {
+  if (!saturated_) return z;
   Matrix within(z.rows(), z.cols());
   for (Eigen::Index b = 0; b < z.cols(); ++b)
     within.col(b) = saturated_->saturated(z.col(b).template cast<double>(), y.col(b).template cast<double>())
                         .template cast<Scalar>();
-  return mapped(within, y);
+  return within;
 }
 
-/// T* of z as it is given.
+/// z, or [z; y].
 template <class Scalar>
-auto ReferenceObserver<Scalar>::mapped(const Matrix& z, const Matrix& y) const -> Matrix {
-  if (!inverse_map_) return z;
-  if (codegen::inverse_map(*model_)->inputs() == z.rows()) return (*inverse_map_)(z);
-  return (*inverse_map_)(stacked<Scalar>(z, y));
+auto ReferenceObserver<Scalar>::read_by_map(const Matrix& z, const Matrix& y) const -> Matrix {
+  const Matrix within = saturated(z, y);
+  return codegen::inverse_map(*model_)->inputs() == z.rows() ? within : stacked<Scalar>(within, y);
+}
+
+template <class Scalar>
+Eigen::MatrixXd ReferenceObserver<Scalar>::last_hidden(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const {
+  return inverse_map_->last_hidden(read_by_map(z.cast<Scalar>(), y.cast<Scalar>())).template cast<double>();
+}
+
+template <class Scalar>
+Eigen::MatrixXd ReferenceObserver<Scalar>::deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const {
+  if (!model_->error) return {};
+  const LatentDomain domain(*model_);
+  std::vector<bool> known;
+  for (Eigen::Index k = 0; k < z.cols(); ++k) known.push_back(domain.contains(z.col(k), y.col(k)));
+  return codegen::deviations(*model_->error, last_hidden(z, y), known);
 }
 
 template class ReferenceObserver<float>;

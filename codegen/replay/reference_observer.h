@@ -18,9 +18,10 @@ namespace nlo::codegen {
 
 /// The observer's answers over one trajectory of N samples.
 struct Run {
-  Eigen::MatrixXd x_hat;  ///< n_x x N
-  Eigen::MatrixXd z;      ///< n_z x N
-  Eigen::MatrixXd y;      ///< n_r x N, the outputs (then the inputs it reads) as they were taken: held, clamped
+  Eigen::MatrixXd x_hat;       ///< n_x x N
+  Eigen::MatrixXd z;           ///< n_z x N
+  Eigen::MatrixXd y;           ///< n_r x N, the outputs (then the inputs it reads) as they were taken: held, clamped
+  Eigen::MatrixXd sigma = {};  ///< n_x x N, the standard deviations of the errors; 0 x 0 of a model that knows none
 };
 
 template <class Scalar>
@@ -71,12 +72,19 @@ class ReferenceObserver {
   /// x_hat (n_x x N) for the columns of z (n_z x N) and readings y (n_r x N), wherever they come from.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
+  /// The standard deviations of their errors, n_x x N: sigma of estimate_with_error(). 0 x 0 of a model that knows none.
+  Eigen::MatrixXd deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
+
+  /// The last hidden layer of T* there, n_h x N, of a model whose T* has one: what `error` of a model reads.
+  Eigen::MatrixXd last_hidden(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
+
  private:
   void take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped, double dt_s);
   void advance(double dt_s);
   Eigen::MatrixXd estimates_in_blocks(const Matrix& z, const Matrix& y) const;
   Matrix estimate_of(const Matrix& z, const Matrix& y) const;
-  Matrix mapped(const Matrix& z, const Matrix& y) const;
+  Matrix saturated(const Matrix& z, const Matrix& y) const;
+  Matrix read_by_map(const Matrix& z, const Matrix& y) const;
 
   std::unique_ptr<const Model> model_;  // one place, whoever holds the observer
   std::unique_ptr<Screening> screening_;

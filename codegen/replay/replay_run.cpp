@@ -38,6 +38,7 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
   const Eigen::Index samples = run.inputs.dt_s.size();
   run.z = run.exported_z = MatrixXd(m.nz(), samples);
   run.x_hat = run.exported_x_hat = MatrixXd(m.nx(), samples);
+  if (folded.error) run.sigma = run.exported_sigma = MatrixXd(m.nx(), samples);
   for (Eigen::Index k = 0; k < samples; ++k) {
     const VectorXd y = run.inputs.outputs.col(k), u = run.inputs.inputs.col(k);
     const double dt_s = run.inputs.dt_s(k) == 0.0 ? m.sample_period_s : run.inputs.dt_s(k);
@@ -50,6 +51,10 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
     if (options.scalar == ScalarType::kInt16) {
       const VectorXd nearest = run.z.col(k).cwiseMax(box.min.head(m.nz())).cwiseMin(box.max.head(m.nz()));
       run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
+    }
+    if (folded.error) {
+      run.sigma.col(k) = exact.deviations(exact.latent(), exact.output());
+      run.exported_sigma.col(k) = exported.deviation(exported.latent() - back, exact.output() - turned);
     }
     run.status.push_back(exact.status());
     run.in_domain.push_back(domain.contains(exact.latent(), exact.output()));
@@ -100,6 +105,10 @@ VectorXd ExportedObserver::estimate(const VectorXd& z, const VectorXd& y) const 
   in.head(z.size()) = z.cast<float>();
   if (in.size() > z.size()) in.tail(y.size()) = y.cast<float>();
   return evaluate(*quantised_, in).cast<double>();
+}
+
+VectorXd ExportedObserver::deviation(const VectorXd& z, const VectorXd& y) const {
+  return std::visit([&](const auto& observer) -> VectorXd { return observer.deviations(z, y); }, observer_);
 }
 
 MatrixXd ExportedObserver::estimates(const MatrixXd& z, const MatrixXd& y) const {

@@ -33,6 +33,9 @@ class ExportedObserver {
   /// x_hat from z and y.
   Eigen::VectorXd estimate(const Eigen::VectorXd& z, const Eigen::VectorXd& y) const;
 
+  /// The standard deviations of the errors, n_x; size 0 where the export has none.
+  Eigen::VectorXd deviation(const Eigen::VectorXd& z, const Eigen::VectorXd& y) const;
+
   /// The same of each column, n_x x N. The sums of floats may round otherwise.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
@@ -51,7 +54,8 @@ struct ReplayRun {
   std::vector<bool> in_domain;     ///< z lies where training has been
   Eigen::MatrixXd z, x_hat;        ///< n_z x N, n_x x N: the model's equations in double, angles turned back. int16:
                                    ///< T* of the nearest point of its input box
-  Eigen::MatrixXd exported_z, exported_x_hat;
+  Eigen::MatrixXd sigma;           ///< n_x x N, of estimate_with_error(); 0 x 0 where the export has none
+  Eigen::MatrixXd exported_z, exported_x_hat, exported_sigma;
 };
 
 /// Runs `options.samples` replay inputs, small enough that at least half of them stay in the domain where that can be.

@@ -139,7 +139,9 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
       parts->description() +
       "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "
       "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n" +
-      (quantised ? arithmetic_note(prepared) : "") + "//\n" + facts(m) +
+      (quantised ? arithmetic_note(prepared) : "") +
+      (m.error ? "// The standard deviations of its errors are left out: the cpp header has them.\n" : "") + "//\n" +
+      facts(m) +
       fmt::format("// {0}_observer takes {1} bytes of RAM; the tables are constants. No heap, no library.\n//\n", name,
                   (state + bytes - 1) / bytes * bytes) +
       example(m, name, init.scalar_name());

@@ -29,16 +29,27 @@ struct Source {
   const std::string& name;
 };
 
+/// Of estimate_with_error(), beside estimate(): the squares of the hidden layer, its sums, and a 2^v for each state.
+std::string error_cost(const Source& s) {
+  if (!s.folded.error) return s.model.error ? "//   its standard deviations are not in int16 and left out\n" : "";
+  const DenseLayer& layer = s.folded.error->layer;
+  constexpr Eigen::Index kPowerOf2 = 10;
+  return fmt::format("//   estimate_with_error()  {} multiply-adds more\n",
+                     grouped(layer.weights.cols() / 2 + layer.weights.size() + kPowerOf2 * layer.bias.size()));
+}
+
 std::string costs(const Source& s) {
   const CppCost cost = cpp_cost(s.model, s.structure, s.init);
   return fmt::format(
       "// Cost\n"
       "//   step()      {}\n"
       "//   estimate()  {}\n"
+      "{}"
       "//   kModel      {} bytes of constants{}\n"
       "//   Observer    {} bytes of RAM where pointers have 32 bits\n",
       with_activations(cost.step_multiply_adds, cost.step_activations),
-      with_activations(cost.estimate_multiply_adds, cost.estimate_activations), grouped(cost.constant_bytes),
+      with_activations(cost.estimate_multiply_adds, cost.estimate_activations), error_cost(s),
+      grouped(cost.constant_bytes),
       s.options.scalar == ScalarType::kInt16 ? "" : " (more where layers are padded to cache lines for SIMD)",
       grouped(cost.observer_bytes));
 }
@@ -64,13 +75,19 @@ std::string example(const Source& s) {
       "//   void on_timer() {{  // every {1} s\n"
       "//     if (observer.step({2}) != nlo::StepStatus::kOk) note_fault(observer.status());\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
-      "//     const auto x_hat = observer.estimate();\n"
+      "//     const auto {6} = observer.{7}();
+"
       "{5}"
-      "//     use(x_hat[nlo::{0}::State::{3}]);\n"
-      "//   }}\n",
+      "//     use(x_hat[nlo::{0}::State::{3}]);
+"
+      "//   }}
+",
       s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name,
-      watched ? fmt::format("//   constinit static nlo::{0}::Monitor monitor{{nlo::{0}::kMonitor}};\n", s.name) : "",
-      watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();\n" : "");
+      watched ? fmt::format("//   constinit static nlo::{0}::Monitor monitor{{nlo::{0}::kMonitor}};
+", s.name) : "",
+      watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();
+" : "",
+      s.folded.error ? "[x_hat, sigma, bound_95]" : "x_hat", s.folded.error ? "estimate_with_error" : "estimate");
 }
 
 std::string top_comment(const Source& s) {

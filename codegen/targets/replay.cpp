@@ -45,7 +45,7 @@ struct Golden {
   std::string name, flags;  ///< flags: of the export that it belongs to
   Initialiser init;
   ReplayRun run;
-  std::string z_tolerance, x_hat_tolerance, explanation;
+  std::string z_tolerance, x_hat_tolerance, sigma_tolerance, explanation;
 };
 
 const char* status_name(StepStatus status) {
@@ -75,19 +75,21 @@ std::string signal(const Initialiser& init, const Eigen::VectorXd& y, const std:
   return text + "}";
 }
 
-/// One line per sample. `missed` is a NaN in the file's language, and `status_text` writes a status in it.
+/// One line per sample. `missed` is a NaN in the file's language, and `status_text` writes a status in it. Each ends in
+/// the standard deviations `sigma`, n_x x N, where there are any.
 template <class StatusText>
-std::string samples_text(const Golden& golden, const std::string& missed, const StatusText& status_text) {
+std::string samples_text(const Golden& golden, const std::string& missed, const StatusText& status_text,
+                         const Eigen::MatrixXd& sigma) {
   const Initialiser& init = golden.init;
   const ReplayRun& run = golden.run;
   const ReplayInputs& inputs = run.inputs;
   std::string text;
   for (Eigen::Index k = 0; k < inputs.dt_s.size(); ++k)
-    text += fmt::format("    {{{}, {}, {}{}, {}, {}}},\n", init(inputs.dt_s(k), "dt_s"),
-                        signal(init, inputs.outputs.col(k), missed),
-                        inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k), missed) + ", ",
-                        status_text(status_name(run.status[static_cast<std::size_t>(k)])),
-                        init.vector(run.z.col(k), "z"), init.vector(run.x_hat.col(k), "x_hat"));
+    text += fmt::format(
+        "    {{{}, {}, {}{}, {}, {}{}}},\n", init(inputs.dt_s(k), "dt_s"), signal(init, inputs.outputs.col(k), missed),
+        inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k), missed) + ", ",
+        status_text(status_name(run.status[static_cast<std::size_t>(k)])), init.vector(run.z.col(k), "z"),
+        init.vector(run.x_hat.col(k), "x_hat"), sigma.size() == 0 ? "" : ", " + init.vector(sigma.col(k), "sigma"));
   return text;
 }
 
@@ -124,12 +126,12 @@ struct Sample {{
 {5}  StepStatus status;
   {3} z[{6}];
   {3} x_hat[{7}];
-}};
+{10}}};
 
 inline constexpr {3} kMissed = std::numeric_limits<{3}>::quiet_NaN();
 inline constexpr {3} kLatentTolerance[{6}] = {8};
 inline constexpr {3} kEstimateTolerance[{7}] = {9};
-
+{11}
 inline constexpr Sample kSamples[] = {{
 )";
 
@@ -151,7 +153,7 @@ int first_mismatch(Observer& observer) {{
     bool good = status == sample.status;
     for (int r = 0; r < {2}; ++r) good = good && agrees(z[r], sample.z[r], kLatentTolerance[r]);
     for (int i = 0; i < {3}; ++i) good = good && agrees(x_hat[i], sample.x_hat[i], kEstimateTolerance[i]);
-    if (!good) return index;
+{8}    if (!good) return index;
     ++index;
   }}
   return -1;
@@ -162,7 +164,7 @@ int first_mismatch(Observer& observer) {{
 
 Golden golden(const PreparedExport& prepared) {
   const ExportOptions& options = prepared.options();
-  Golden result{prepared.name(), "", prepared.initialiser(), run_replay(prepared), "", "", ""};
+  Golden result{prepared.name(), "", prepared.initialiser(), run_replay(prepared), "", "", "", ""};
   const ReplayRun& run = result.run;
   const bool is_int16 = options.scalar == ScalarType::kInt16;
   const bool is_coarse = options.weights != WeightType::kFull || options.tanh != Activation::kTanh;
@@ -175,6 +177,7 @@ Golden golden(const PreparedExport& prepared) {
   if (result.name != prepared.model().name) result.flags += " --name " + result.name;
   result.z_tolerance = within(run.z, run.exported_z, kTimesMeasured);
   result.x_hat_tolerance = within(run.x_hat, run.exported_x_hat, times);
+  if (run.sigma.size() != 0) result.sigma_tolerance = within(run.sigma, run.exported_sigma, kTimesMeasured);
   if (is_coarse) {
     ExportOptions same = best_tanh(options);
     same.weights = WeightType::kFull;
@@ -182,6 +185,9 @@ Golden golden(const PreparedExport& prepared) {
     result.z_tolerance = result.init.vector(tolerance(run, plain, &ReplayRun::z, &ReplayRun::exported_z), "tolerance");
     result.x_hat_tolerance =
         result.init.vector(tolerance(run, plain, &ReplayRun::x_hat, &ReplayRun::exported_x_hat), "tolerance");
+    if (run.sigma.size() != 0)
+      result.sigma_tolerance =
+          result.init.vector(tolerance(run, plain, &ReplayRun::sigma, &ReplayRun::exported_sigma), "tolerance");
   }
   result.explanation = fmt::format(kExplanation, times, numbers_name(options), kTimesRounding,
                                    is_int16    ? kNearest
@@ -203,11 +209,22 @@ std::string replay(const PreparedExport& prepared) {
           ? fmt::format("    typename Observer::Input u{{}};\n    for (int i = 0; i < {}; ++i) u[i] = sample.u[i];\n",
                         m.nu())
           : "";
+  std::string sigma_field, sigma_tolerance, sigma_check;
+  if (g.run.sigma.size() != 0) {
+    sigma_field = fmt::format("  {} sigma[{}];\n", scalar, m.nx());
+    sigma_tolerance =
+        fmt::format("inline constexpr {} kDeviationTolerance[{}] = {};\n", scalar, m.nx(), g.sigma_tolerance);
+    sigma_check = fmt::format(
+        "    const auto sigma = observer.estimate_with_error().sigma;\n"
+        "    for (int i = 0; i < {}; ++i) good = good && agrees(sigma[i], sample.sigma[i], kDeviationTolerance[i]);\n",
+        m.nx());
+  }
   return fmt::format(kTop, g.name, g.flags, g.explanation, scalar, m.ny(), input_field, m.nz(), m.nx(), g.z_tolerance,
-                     g.x_hat_tolerance) +
-         samples_text(g, "kMissed", [](const std::string& status) { return "StepStatus::" + status; }) +
+                     g.x_hat_tolerance, sigma_field, sigma_tolerance) +
+         samples_text(
+             g, "kMissed", [](const std::string& status) { return "StepStatus::" + status; }, g.run.sigma) +
          fmt::format(kBottom, scalar, m.ny(), m.nz(), m.nx(), g.name, input_copy, driven ? "u, " : "",
-                     driven ? ", u" : "");
+                     driven ? ", u" : "", sigma_check);
 }
 
 std::string replay_c99(const PreparedExport& prepared) {
@@ -233,7 +250,7 @@ std::string replay_c99(const PreparedExport& prepared) {
                  {"Z_TOLERANCE", g.z_tolerance},
                  {"X_TOLERANCE", g.x_hat_tolerance},
                  {"SAMPLES", std::to_string(g.run.inputs.dt_s.size())},
-                 {"ANSWERS", samples_text(g, g.name + "_MISSED", status_text)}});
+                 {"ANSWERS", samples_text(g, g.name + "_MISSED", status_text, {})}});
 }
 
 }  // namespace nlo::codegen

@@ -92,6 +92,15 @@ std::string CppNetwork::layers(const Initialiser& init) const {
         laid_out ? "one input of a tile of neurons per line, as panels.h lays them out" : "one neuron per line",
         laid_out ? "PanelDense" : "Dense");
   }
+  if (error)
+    text += fmt::format(
+        "\n// {0} x {1}: log2 sigma of a state's error per line, reads the last hidden layer and its squares.\n"
+        "inline constexpr Dense<{2}, {1}, {0}> kErrorHead = {{\n"
+        "    .weights = {3},\n"
+        "    .bias = {4},\n"
+        "}};\n",
+        error->layer.weights.rows(), error->layer.weights.cols(), init.scalar_name(),
+        init.rows(error->layer.weights, 6, "error.weights"), init.vector(error->layer.bias, "error.bias"));
   return text;
 }
 
@@ -101,9 +110,13 @@ std::string CppNetwork::using_declaration() const {
 
 std::string CppNetwork::map_type(const Initialiser& init) const {
   const Eigen::Index out = network.layers.back().bias.size();
-  const std::string path =
-      has_linear_path() ? fmt::format(", LinearPath<{}, {}, {}>", init.scalar_name(), network.inputs(), out) : "";
-  return (quantised ? "QuantisedMap" : map) + "<" + type + path + ">";
+  const std::string path = has_linear_path()
+                               ? fmt::format(", LinearPath<{}, {}, {}>", init.scalar_name(), network.inputs(), out)
+                           : error ? ", NoLinearPath"
+                                   : "";
+  const std::string head =
+      error ? fmt::format(", ErrorHead<{}, {}, {}>", init.scalar_name(), error->layer.weights.cols() / 2, out) : "";
+  return (quantised ? "QuantisedMap" : map) + "<" + type + path + head + ">";
 }
 
 std::string CppNetwork::initialiser(const Initialiser& init, const std::string& member) const {
@@ -118,6 +131,14 @@ std::string CppNetwork::initialiser(const Initialiser& init, const std::string& 
   if (has_linear_path())
     text +=
         fmt::format("        .linear_path = {{.weights = {}}},\n", init.rows(network.linear_path, 12, field + ".skip"));
+  if (error)
+    text += fmt::format(
+        "        .error = {{.layer = pack(weights::kErrorHead),\n"
+        "                  .lowest = {},\n"
+        "                  .highest = {},\n"
+        "                  .bound_95 = {}}},\n",
+        init.vector(error->lowest, "error.log_min"), init.vector(error->highest, "error.log_max"),
+        init.vector(error->bound_95, "error.factor_95"));
   return text + "    },\n";
 }
 
@@ -149,6 +170,7 @@ Eigen::Index CppNetwork::constant_bytes(const Initialiser& init) const {
   Eigen::Index bytes = network.linear_path.size() * scalar;
   for (const DenseLayer& dense : network.layers)  // biases are aligned
     bytes += (dense.weights.size() * one + scalar - 1) / scalar * scalar + dense.bias.size() * scalar;
+  if (error) bytes += (error->layer.weights.size() + 4 * error->layer.bias.size()) * scalar;
   return bytes;
 }
 

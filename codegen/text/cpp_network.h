@@ -20,6 +20,7 @@ struct CppNetwork {
   std::string map;    ///< the runtime's template around it: InverseMap or LearnedMap
   std::string reads;  ///< "[z; y]"
   const QuantisedNetwork* quantised = nullptr;
+  const FoldedErrorHead* error = nullptr;  ///< of T*, where it has one
 
   bool has_linear_path() const { return network.linear_path.size() != 0; }
 
@@ -38,7 +39,7 @@ struct CppNetwork {
   /// "3-50-50-2 tanh and a linear path, reads z"
   std::string description() const;
 
-  Eigen::Index multiply_adds() const;
+  Eigen::Index multiply_adds() const;  ///< without the error head
   Eigen::Index activations() const;
   Eigen::Index constant_bytes(const Initialiser& init) const;
 

@@ -19,17 +19,17 @@ namespace {
 // clang-format off
 constexpr std::array kRuntimeNames = {
     "Activation", "Alarm", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "DelayLine", "Dense", "Domain", "DrivenKklModel",
-    "DrivenKklObserver", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
-    "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver",
+    "DrivenKklObserver", "ErrorHead", "EstimateWithError", "ExpSeries", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
+    "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "NoErrorHead",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "Monitor", "MonitorModel", "ModeWeights", "NoLinearPath", "ObserverCore", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "SensorFailures",
     "SampledBatch", "Saturation", "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
-    "add_relative_state", "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estrin", "evaluate_inverse",
+    "add_relative_state", "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estimate_with_error", "estrin", "evaluate_inverse",
     "explicit_rk_step", "exponential_rk_step", "fill_missing", "forced_step", "forced_weights", "from_eigen", "gate_of", "gate_over", "horner", "integrate",
-    "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kLargestInnovation", "kMayBeMissing", "kMostPieces", "kMostRejected", "kRk4",
+    "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kKnowsError", "kLargestInnovation", "kMayBeMissing", "kMostPieces", "kMostRejected", "kRk4",
     "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "log_1_plus", "make_mlp",
-    "make_quantised_mlp", "may_skip", "multiply_add", "native", "noted", "pack", "padded_inputs", "pieces_of",
+    "make_quantised_mlp", "may_skip", "multiply_add", "native", "noted", "pack", "padded_inputs", "pieces_of", "power_of_2",
     "quantised_layer", "reciprocal", "rounded", "saturate", "saturated_at", "select", "simd", "starts_steady", "tanh_rational", "turn_back"};
 // clang-format on
 

@@ -18,6 +18,7 @@
 #include "codegen/base/file.h"
 #include "codegen/fold/fold.h"
 #include "codegen/reference/network.h"
+#include "codegen/targets/c99.h"
 #include "codegen/targets/replay.h"
 #include "codegen/text/generated_text.h"
 #include "tests/codegen/example_models.h"
@@ -180,6 +181,21 @@ TEST(CppHeader, CommentsKeepWhatIsPlainAndNothingThatCouldEndThem) {
   EXPECT_EQ(safe_comment("azAZ09 .,:;()[]+-=_/%<>^*|'#@&~", 100), "azAZ09 .,:;()[]+-=_/%<>^*|'#@&~");
   EXPECT_EQ(safe_comment("a\\\n?\t`{\xc3\xa9", 100), "a________");
   EXPECT_EQ(safe_comment("abc", 2), "ab");
+}
+
+TEST(CppHeader, HasTheErrorHeadOrSaysThatItIsLeftOut) {
+  const Model m = with_error(rig_model(), 71);
+  const std::string text = cpp_header(PreparedExport(m, {}));
+  EXPECT_THAT(text, HasSubstr("const auto [x_hat, sigma, bound_95] = observer.estimate_with_error();"));
+  EXPECT_THAT(text, HasSubstr(".error = {.layer = pack(weights::kErrorHead)"));
+  ExportOptions in_int16;
+  in_int16.scalar = ScalarType::kInt16;
+  const std::string int16 = cpp_header(PreparedExport(m, in_int16));
+  EXPECT_THAT(int16, HasSubstr("standard deviations are not in int16 and left out"));
+  EXPECT_THAT(int16, Not(HasSubstr("rrorHead")));
+  const std::string c = c99(PreparedExport(m, {})).front().text;
+  EXPECT_THAT(c, HasSubstr("standard deviations of its errors are left out"));
+  EXPECT_THAT(cpp_header(PreparedExport(rig_model(), {})), Not(HasSubstr("sigma")));
 }
 
 TEST(CppHeader, IsTheCommittedOne) {

@@ -454,6 +454,26 @@ std::vector<Model> structure_models() {
   return {luenberger_model(), general_model(), gated_model(), driven_model(), window_model()};
 }
 
+Model with_error(Model m, std::uint64_t seed) {
+  m.name += "_error";
+  const Eigen::Index width = inverse_map(m)->layers.back().weights.cols(), nx = m.nx();
+  Uniform uniform(seed);
+  m.error = ErrorHead{.weights = uniform.matrix(nx, 2 * width, 1.5 / std::sqrt(static_cast<double>(width))),
+                      .bias = uniform.matrix(nx, 1, 0.5).array() - 1.0,
+                      .log_min = Eigen::VectorXd::LinSpaced(nx, std::log(0.05), std::log(0.06)),
+                      .log_max = Eigen::VectorXd::LinSpaced(nx, std::log(1.5), std::log(2.0)),
+                      .factor_68 = Eigen::VectorXd::LinSpaced(nx, 0.9, 1.1),
+                      .factor_95 = Eigen::VectorXd::LinSpaced(nx, 2.0, 2.3)};
+  return m;
+}
+
+std::vector<Model> error_models() {
+  return {with_error(rig_model(), 71),     with_error(saturating_rig_model(), 72),
+          with_error(failing_model(), 73), with_error(activation_model("relu"), 74),
+          with_error(driven_model(), 75),  with_error(general_model(), 76),
+          with_error(gated_model(), 77),   with_error(window_model(), 78)};
+}
+
 std::vector<Model> example_models() {
   std::vector<Model> models = {paper_model(),
                                rig_model(),
@@ -477,6 +497,7 @@ std::vector<Model> example_models() {
                                commanded_gated_model(),
                                failing_gated_model(),
                                commanded_window_model()};
+  for (const Model& m : error_models()) models.push_back(m);
   for (const Model& m : structure_models()) models.push_back(m);
   return models;
 }

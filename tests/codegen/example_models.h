@@ -3,6 +3,7 @@
 // nothing; they are shapes to write, fold, export and step.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,12 @@ Model large_model();
 /// T* 3-18-300-60-2, large, with layers of either form and what the panels' layout has: tiles of two sizes, eight,
 /// rest.
 Model mixed_model();
+
+/// `model` as "NAME_error", with an error head on its T*: sigma between .05 and 2.
+Model with_error(Model model, std::uint64_t seed);
+
+/// A model of each structure that has a T*, with an error head; an angle, saturation, a linear path among them.
+std::vector<Model> error_models();
 
 /// The last of example_models(): a model of every structure but the plain KKL.
 std::vector<Model> structure_models();

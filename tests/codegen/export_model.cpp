@@ -2,7 +2,7 @@
 // Writes the exports of an example model, for tests that compile them:
 //   export_model                                           lists the examples
 //   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  TARGET model: its model file; spoilt: times FACTOR on one
-//   weight of a last layer. SCALAR may be SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR: float,bf16
+//   weight of a last layer, or of the error head where there is one. SCALAR may be SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR: float,bf16
 #include <cstdio>
 #include <exception>
 #include <sstream>
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
       if (argc == 1) std::printf("%s\n", model.name.c_str());
       if (argc < 6 || model.name != argv[1]) continue;
       Network& network = *networks(model).back().network;
-      if (argc == 7) network.layers.back().weights(0, 0) *= std::stod(argv[6]);
+      if (argc == 7) (model.error ? model.error->weights : network.layers.back().weights)(0, 0) *= std::stod(argv[6]);
       ExportOptions options;
       std::istringstream numbers(argv[3]);
       std::string scalar, weights = "float", max_error;

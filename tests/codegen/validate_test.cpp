@@ -39,6 +39,10 @@ std::ostream& operator<<(std::ostream& out, const Row& row) {
   return out << row.what;
 }
 
+Model sure_model() {
+  return with_error(tiny_model(), 3);
+}
+
 class BadModel : public testing::TestWithParam<Row> {};
 
 TEST_P(BadModel, IsRefusedWithItsFieldAndTheMend) {
@@ -81,6 +85,18 @@ const Row kRows[] = {
     {"SaturationNotFinite", saturating_model, [](Model& m) { m.saturation = kNaN; }, "saturation is nan; it must be"},
     {"SaturationWithoutAMap", luenberger_model, [](Model& m) { m.saturation = 0.5; },
      "saturation is of structure kkl, and this model is luenberger; leave it out"},
+    {"ErrorWithoutAMap", luenberger_model, [](Model& m) { m.error.emplace(); },
+     "error reads the last hidden layer of inverse_map, and this model's has none"},
+    {"ErrorOfOneLayer", linear_model, [](Model& m) { m.error.emplace(); }, "error reads the last hidden layer"},
+    {"ErrorShape", sure_model, [](Model& m) { m.error->weights.conservativeResize(1, 7); },
+     "error.weights is 1 x 7; it must be 1 x 8 (n_x x twice the neurons of the last hidden layer)"},
+    {"ErrorNotFinite", sure_model, [](Model& m) { m.error->bias(0) = kNaN; }, "error.bias[0] is not finite"},
+    {"ErrorRangeFalls", sure_model, [](Model& m) { m.error->log_max(0) = -7.5; },
+     "and error.log_max[0] is -7.5; they must rise and be within +-60"},
+    {"ErrorTooLarge", sure_model, [](Model& m) { m.error->log_max(0) = 60.5; }, "error.log_max[0] is 60.5"},
+    {"ErrorFactorZero", sure_model, [](Model& m) { m.error->factor_68(0) = 0.0; }, "error.factor_68[0] is 0 and"},
+    {"ErrorFactorsFall", sure_model, [](Model& m) { m.error->factor_95(0) = 0.5; },
+     "error.factor_95[0] is 0.5; they must rise and be within 0.001 and 1000"},
     {"StateMatrixShape", luenberger_model,
      [](Model& m) { std::get<Luenberger>(m.structure).state_matrix.conservativeResize(2, 1); },
      "luenberger.state_matrix is 2 x 1; it must be 2 x 2"},

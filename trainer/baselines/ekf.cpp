@@ -40,8 +40,9 @@ struct Stencil {
   MatrixXd points;
 };
 
+/// x_hat; with `deviations`, sqrt(P_ii) too, n_x x N.
 MatrixXd run_ekf(const FilterPlant& plant, const FilterConfig& config, const MatrixXd& outputs, const MatrixXd& inputs,
-                 const VectorXd& time_s) {
+                 const VectorXd& time_s, MatrixXd* deviations = nullptr) {
   const Index nx = config.initial_state.size();
   const MatrixXd identity = MatrixXd::Identity(nx, nx), r = output_covariance(config, outputs.rows());
   VectorXd x = config.initial_state;
@@ -68,11 +69,23 @@ MatrixXd run_ekf(const FilterPlant& plant, const FilterConfig& config, const Mat
     p = kept * p * kept.transpose() + gain * r * gain.transpose();
     restart_if_lost(config, x, p);
     estimates.col(k) = x;
+    if (deviations != nullptr) deviations->col(k) = p.diagonal().cwiseMax(0.0).cwiseSqrt();
   }
   return estimates;
 }
 
 }  // namespace
+
+IntervalEstimatorFactory ekf_intervals(std::function<FilterPlant()> make_plant, const FilterConfig& config) {
+  return [make_plant = std::move(make_plant), config]() -> IntervalEstimator {
+    return [plant = make_plant(), config](const MatrixXd& outputs, const MatrixXd& inputs, const VectorXd& time_s) {
+      constexpr double kNormal68 = 0.994457883209753, kNormal95 = 1.959963984540054;
+      MatrixXd deviations(config.initial_state.size(), outputs.cols());
+      MatrixXd x_hat = run_ekf(plant, config, outputs, inputs, time_s, &deviations);
+      return IntervalEstimates{std::move(x_hat), kNormal68 * deviations, kNormal95 * deviations};
+    };
+  };
+}
 
 FilterConfig ekf_config(const VectorXd& low, const VectorXd& high, const NoiseConfig& noise) {
   const VectorXd variance = (high - low).cwiseAbs2() / 12.0;

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "trainer/baselines/filter.h"
+#include "trainer/evaluation/coverage.h"
 #include "trainer/evaluation/evaluate.h"
 
 namespace nlo::trainer {
@@ -21,5 +22,8 @@ FilterConfig ekf_config(const Eigen::VectorXd& low, const Eigen::VectorXd& high,
 /// corrects the initial guess at once. `make_plant` is called once per thread: plants need not be safe for two threads
 /// at once.
 EstimatorFactory ekf_estimator(std::function<FilterPlant()> make_plant, const FilterConfig& config);
+
+/// The same with what P says of its errors: sqrt(P_ii) times 0.994 and 1.96, the intervals of a normal distribution.
+IntervalEstimatorFactory ekf_intervals(std::function<FilterPlant()> make_plant, const FilterConfig& config);
 
 }  // namespace nlo::trainer

@@ -53,6 +53,16 @@ Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arg
   return judged;
 }
 
+/// Of a model that knows how wrong it is, in a form that does not say so.
+std::string left_out_note(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
+  if (!prepared.model().error) return "";
+  if (prepared.folded().error && !arguments.target.ends_with("c99")) return "";
+  return fmt::format(
+      "the standard deviations of its errors are left out: estimate_with_error() is of C++ in float and double, and "
+      "this is {}\n",
+      prepared.folded().error ? "--target " + arguments.target : "--scalar int16");
+}
+
 void run_export(const ExportArguments& arguments) {
   const codegen::ExportTarget& target = codegen::export_target(arguments.target);
   codegen::ExportOptions options;
@@ -75,7 +85,7 @@ void run_export(const ExportArguments& arguments) {
   const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   const Judged judged = judge(prepared, arguments);
-  if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(model));
+  if (!arguments.quiet) fmt::print(stderr, "{}{}", ignored_inputs_note(model), left_out_note(prepared, arguments));
   if (!arguments.quiet && model.monitor && arguments.target == "c99")
     fmt::print(stderr, "note: target c99 has no monitor; the model's is left out\n");
   if (!judged.refusal.empty()) {

@@ -35,28 +35,34 @@ bool held_inputs(const Experiment& experiment, const StrictTest& test) {
   return experiment.moves_inputs() && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
 }
 
-/// `make`: ekf_estimator or ukf_estimator.
-EstimatorFactory kalman_filter(decltype(ekf_estimator)& make, const Experiment& knows, const NoiseConfig& noise,
-                               const Eigen::VectorXd& farthest, bool held_inputs) {
+FilterConfig filter_config(const Experiment& knows, const NoiseConfig& noise, const Eigen::VectorXd& farthest,
+                           bool held_inputs) {
   const InitialMoments start = initial_moments(knows.simulation);
   const auto& intensity = knows.simulation.process_noise;
-  const FilterConfig config{start.mean,
-                            start.covariance,
-                            1e-6,
-                            noise_variances(noise),
-                            Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
-                            held_inputs,
-                            farthest};
-  EstimatorFactory filter = make(
-      [plant_config = *knows.plant] {
-        const std::shared_ptr<const Plant> plant = make_plant(plant_config);
-        return FilterPlant{
-            [plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
-            [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
-            [plant](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) { return driven_derivative(*plant, x, u); },
-            wraps_of(plant->outputs())};
-      },
-      config);
+  return {start.mean,
+          start.covariance,
+          1e-6,
+          noise_variances(noise),
+          Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
+          held_inputs,
+          farthest};
+}
+
+std::function<FilterPlant()> filter_plant(const Experiment& knows) {
+  return [plant_config = *knows.plant] {
+    const std::shared_ptr<const Plant> plant = make_plant(plant_config);
+    return FilterPlant{
+        [plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
+        [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
+        [plant](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) { return driven_derivative(*plant, x, u); },
+        wraps_of(plant->outputs())};
+  };
+}
+
+/// `make`: ekf_estimator or ukf_estimator.
+EstimatorFactory kalman_filter(decltype(ekf_estimator)& make, const Experiment& knows, const FilterConfig& config,
+                               const NoiseConfig& noise) {
+  EstimatorFactory filter = make(filter_plant(knows), config);
   const PlantChannels channels(*knows.plant, *make_plant(*knows.plant));
   if (channels.plain() && !noise.loses()) return filter;
   return [filter, channels]() -> Estimator {
@@ -184,8 +190,23 @@ class Study {
   }
 
   EstimatorFactory filter(const std::string& name, const NoiseConfig& noise) const {
-    return kalman_filter(name == "ukf" ? ukf_estimator : ekf_estimator, name == "ekf_true" ? tested_ : nominal_, noise,
-                         farthest_, held_inputs(tested_, test_));
+    const Experiment& knows = name == "ekf_true" ? tested_ : nominal_;
+    return kalman_filter(name == "ukf" ? ukf_estimator : ekf_estimator, knows,
+                         filter_config(knows, noise, farthest_, held_inputs(tested_, test_)), noise);
+  }
+
+  /// What an EKF's covariance says of its errors, beside a model that knows its own. Empty for other filters, and where
+  /// the model's channels are not the plant's.
+  std::optional<Coverage> coverage(const std::string& name, const Dataset& set, const NoiseConfig& noise,
+                                   std::uint64_t seed) const {
+    const auto knows_none = [](const NamedModel& m) { return !m.model.error; };
+    const Experiment& knows = name == "ekf_true" ? tested_ : nominal_;
+    if (std::all_of(models_.begin(), models_.end(), knows_none) || name == "ukf" || noise.loses() ||
+        !PlantChannels(*knows.plant, *plant_).plain())
+      return std::nullopt;
+    return coverage_on(
+        ekf_intervals(filter_plant(knows), filter_config(knows, noise, farthest_, held_inputs(tested_, test_))), set,
+        noise, seed, test_.threads);
   }
 
   Evaluation judged(const std::string& name, const EstimatorFactory& estimator, const Dataset& set,
@@ -202,6 +223,7 @@ class Study {
       if (name != "ekf" && name != "ekf_true" && name != "ukf")
         throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ukf, ekf_true, constant, ridge", name));
       result.push_back(judged(name, filter(name, noise), set, noise, seed));
+      result.back().coverage = coverage(name, set, noise, seed);
       if (changed)
         result.back().label =
             fmt::format("{}, {} parameters", name.substr(0, 3), name == "ekf_true" ? "true" : "nominal");

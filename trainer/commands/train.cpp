@@ -61,7 +61,8 @@ Data logged(const Experiment& experiment, const TrainArguments& arguments) {
   ReportedLogs judged = logs_to_report_on(splits);
   if (splits.validation.trajectories.empty()) {
     if (!arguments.quiet)
-      fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs\n");
+      fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs{}\n",
+                 experiment.inverse_map.error ? ", and the intervals of its error are too narrow on others" : "");
     splits.validation = splits.train;
   }
   if (experiment.training.transient == Transient::kDrop) {

@@ -146,6 +146,7 @@ Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, 
   Evaluation result = evaluate("observer", factory, clean, noise, seed, threads, config);
   result.domain = DomainShare{samples, inside, firsts, first_inside};
   for (EvaluatedRun& run : result.examples) run.outside = outside_of_domain(model, run, uniform);
+  if (model.error) result.coverage = coverage_on(observer_intervals(model, uniform), clean, noise, seed, threads);
   return result;
 }
 

@@ -15,6 +15,7 @@
 #include "trainer/base/noise.h"
 #include "trainer/data/dataset.h"
 #include "trainer/evaluation/closed_loop.h"
+#include "trainer/evaluation/coverage.h"
 #include "trainer/evaluation/linear_readout.h"
 #include "trainer/evaluation/metrics.h"
 
@@ -64,6 +65,7 @@ struct Evaluation {
   std::string label = {};                   ///< the estimator for people, where its name does not say all
   std::vector<std::string> notes = {};      ///< of the observer: see comparison.h
   std::optional<ClosedLoopCost> loop = {};  ///< of an estimator in its own loop
+  std::optional<Coverage> coverage = {};    ///< of an estimator that knows how wrong it is
   std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...
 };
 
@@ -94,7 +96,7 @@ EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& t
 /// Always the mean state of `dataset`: what knowing nothing but the set's average is worth.
 EstimatorFactory constant_estimator(const Dataset& dataset);
 
-/// evaluate() of a model, with its domain; its examples also say where z leaves it.
+/// evaluate() of a model, with its domain and, where it knows how wrong it is, its coverage; its examples also say where z leaves it.
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
                              std::uint64_t seed, int threads, const MetricsConfig& config = {});
 

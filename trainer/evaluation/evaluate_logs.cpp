@@ -177,6 +177,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   std::vector<codegen::Run> runs;
   std::vector<Eigen::MatrixXd> estimates;
   ErrorAccumulator sum(logs.states, logs.sample_period_s, config);
+  CoverageSum covered(logs.states);
   std::vector<double> errors;
   const Eigen::VectorXd scale = state_deviation(logs);
   const auto count = static_cast<double>(logs.trajectories.size());
@@ -187,10 +188,12 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     estimates.push_back(runs.back().x_hat);
     count_domain(model, runs.back(), result.domain);
     sum.add(logs.trajectories[i], estimates.back());
+    if (model.error) covered.add(logs.trajectories[i], intervals_of(model, runs.back()));
     errors.push_back(relative_error(logs.trajectories[i], estimates.back(), logs.states, scale));
   }
   judge("observer", {}, estimates);
   result.metrics = sum.metrics();
+  result.coverage = covered.coverage();
   for (const Chosen& chosen : spread_choice(errors)) {
     const std::size_t i = chosen.run;
     result.examples.push_back({logs.trajectories[i], measured.trajectories[i].outputs, estimates[i], chosen.why});

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,7 @@ struct LogEvaluation {
                                    ///< and on estimates that make no sense where nothing is scored
   Unscored unscored;
   DomainShare domain;
+  std::optional<Coverage> coverage = {};  ///< of a model that knows how wrong it is
   NoiseConfig noise;                      ///< added to the logged outputs
   std::vector<std::string> missing = {};  ///< outputs that were taken away
   std::uint64_t seed = 0;

@@ -88,6 +88,13 @@ Json loop_json(const ClosedLoopCost& loop) {
   return json;
 }
 
+/// One entry per state.
+Json coverage_json(const Coverage& coverage) {
+  return {{"share_68", numbers(coverage.share_68)},
+          {"share_95", numbers(coverage.share_95)},
+          {"sigma", numbers(coverage.sigma)}};
+}
+
 Json domain_json(const DomainShare& domain) {
   return {{"share", number(domain.share())},
           {"samples", domain.samples},
@@ -145,12 +152,14 @@ std::string evaluation_json(const EvaluationStudy& study, double box_scale) {
   json["settled_per_component"] = numbers(first.metrics.settled_per_component);
   json["states"] = names_json(first.states);
   json["in_domain"] = domain_json(study_domain(study));
+  if (const auto coverage = study_coverage(study, 0)) json["coverage"] = coverage_json(*coverage);
   if (evaluations.size() > 1) {
     Json& against = json["against"] = Json::object();
     for (std::size_t i = 1; i < evaluations.size(); ++i) {
       Json& entry = against[evaluations[i].estimator] = metrics_json(study, i);
       if (!evaluations[i].label.empty()) entry["label"] = evaluations[i].label;
       if (const auto loop = study_loop(study, i)) entry["loop"] = loop_json(*loop);
+      if (const auto coverage = study_coverage(study, i)) entry["coverage"] = coverage_json(*coverage);
     }
   }
   json["notes"] = study_notes(study);
@@ -196,6 +205,7 @@ std::string evaluation_json(const std::string& model, const LogEvaluation& evalu
     json["files"].push_back({{"source", file.source}, {"per_state", states_json(file.states, observer.windows)}});
   json["unscored"] = {{"share", number(evaluation.unscored.share)}, {"where", evaluation.unscored.where}};
   json["in_domain"] = domain_json(evaluation.domain);
+  if (evaluation.coverage) json["coverage"] = coverage_json(*evaluation.coverage);
   json["notes"] = evaluation.notes;
   return dump(json);
 }

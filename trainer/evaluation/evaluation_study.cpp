@@ -92,6 +92,13 @@ std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size
   return sum;
 }
 
+std::optional<Coverage> study_coverage(const EvaluationStudy& study, std::size_t estimator) {
+  std::vector<std::optional<Coverage>> all;
+  for (const auto& by_test_set : study.results)
+    for (const auto& evaluations : by_test_set) all.push_back(evaluations.at(estimator).coverage);
+  return mean_coverage(all);
+}
+
 DomainShare study_domain(const EvaluationStudy& study) {
   DomainShare sum;
   for (const auto& by_test_set : study.results)

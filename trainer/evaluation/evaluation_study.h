@@ -46,6 +46,9 @@ std::vector<std::string> study_notes(const EvaluationStudy& study);
 /// What the loop of an estimator costs over all models and test sets; empty where it is in none.
 std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size_t estimator);
 
+/// The mean coverage of an estimator; empty where it does not know how wrong it is.
+std::optional<Coverage> study_coverage(const EvaluationStudy& study, std::size_t estimator);
+
 /// The observer's domain over all models and test sets.
 DomainShare study_domain(const EvaluationStudy& study);
 

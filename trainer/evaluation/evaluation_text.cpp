@@ -41,6 +41,25 @@ std::string domain_line(const DomainShare& domain, const char* runs) {
                      domain.first_inside, domain.runs, runs);
 }
 
+/// A row per state for each estimator that knows how wrong it is; nothing when none does.
+class CoverageTable {
+ public:
+  void add(const std::string& estimator, const std::vector<Channel>& states, const std::optional<Coverage>& coverage) {
+    if (!coverage) return;
+    if (!table_.empty()) table_.add_rule();
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      table_.add_row({fmt::format("{}, {}", with_unit(states[i].name, states[i].unit), estimator),
+                      fmt::format("{:.1f} %", 100.0 * coverage->share_68(row)),
+                      fmt::format("{:.1f} %", 100.0 * coverage->share_95(row)), significant(coverage->sigma(row))});
+    }
+  }
+  std::string text() const { return table_.empty() ? "" : "\n" + table_.to_string(2); }
+
+ private:
+  TextTable table_{{"truth within the interval of", "68 %", "95 %", "mean half width of 68 %"}};
+};
+
 std::string what_was_tested(const EvaluationStudy& study, const std::string& note) {
   const Evaluation& first = study.first().front();
   const std::size_t sets = study.test_sets(), models = study.models.size();
@@ -99,8 +118,12 @@ std::string evaluation_text(const EvaluationStudy& study, const std::string& not
       cells.push_back(cell(spread_of(study, e, quantities[q]), q == settling && row.metrics.settled ? "never" : "-"));
     table.add_row(std::move(cells));
   }
-  return what_was_tested(study, note) + table.to_string(2) + domain_line(study_domain(study), "a trajectory") +
-         notes_text(study_notes(study));
+  CoverageTable coverage;
+  for (std::size_t e = 0; e < evaluations.size(); ++e)
+    coverage.add(evaluations[e].label.empty() ? evaluations[e].estimator : evaluations[e].label, first.states,
+                 study_coverage(study, e));
+  return what_was_tested(study, note) + table.to_string(2) + coverage.text() +
+         domain_line(study_domain(study), "a trajectory") + notes_text(study_notes(study));
 }
 
 std::string evaluation_text(const std::string& model, const std::vector<Evaluation>& evaluations,
@@ -134,7 +157,9 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
       table.add_row(std::move(row));
     }
   }
-  text += table.to_string(2);
+  CoverageTable coverage;
+  coverage.add("observer", evaluation.states, evaluation.coverage);
+  text += table.to_string(2) + coverage.text();
 
   if (observer.files.size() > 1) {
     const std::size_t settled = settled_window(observer.windows);

@@ -96,6 +96,11 @@ void check_training(const Experiment& e) {
     throw KeyError(t.noise_mixture.empty() ? "training.noise" : "training.noise_mixture",
                    fmt::format("[training] {}", error.what()));
   }
+  if (e.inverse_map.error && e.inverse_map.hidden.empty())
+    throw KeyError(
+        "inverse_map.error",
+        "[inverse_map] error reads the last hidden layer of T*, and hidden = [] leaves it none; give it one, "
+        "or remove error");
   check_input_noise(e);
   if (t.mirror) check_mirror(e);
 }

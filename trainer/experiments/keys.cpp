@@ -208,6 +208,8 @@ const std::vector<Key<InverseMapConfig>>& keys() {
       key("activation", &I::activation, one_of(codegen::activation_names()), "of the hidden layers"),
       key("linear_path", &I::linear_path, any(), "a linear map beside the network, started from ridge regression"),
       key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the features' mean power"),
+      only_when_given(key("error", &I::error, any(),
+                          "T* also gives the standard deviation of each state's error, calibrated on validation runs")),
   };
   return kKeys;
 }

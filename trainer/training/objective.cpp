@@ -40,11 +40,6 @@ void Objective::roll_out(const float* parameters, const std::vector<Segment>& se
                static_cast<std::uint64_t>(step), *pool_, experiment_->training.input_noise);
 }
 
-const Rollout& Objective::roll_out_flight(const float* parameters) {
-  roll_out(parameters, flight_segments(*experiment_, *data_), Purpose::kValidationNoise, 0);
-  return rollout_;
-}
-
 ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gradient) {
   roll_out(parameters, draw_segments(*experiment_, *data_, step), Purpose::kNoise, step);
   loss_ = &experiment_->loss;
@@ -53,9 +48,7 @@ ObjectiveValue Objective::evaluate(const float* parameters, long step, float* gr
 }
 
 double Objective::validate(const float* parameters) {
-  std::vector<Segment> runs = whole_runs(*data_);
-  for (Segment& run : runs_with_failures(*data_)) runs.push_back(std::move(run));
-  roll_out(parameters, runs, Purpose::kValidationNoise, 0);
+  roll_out_runs(parameters);
   static const LossConfig kStateError;
   loss_ = &kStateError;
   blocks_.draw(*experiment_, rollout_, 0, true, *loss_, *pool_);

@@ -45,6 +45,10 @@ class Objective {
   /// Rolls out what flight_segments() gives at these parameters of the latent system, with noise: for scales, the start
   /// of the linear path and the domain.
   const Rollout& roll_out_flight(const float* parameters);
+  /// What a training step with that number would see; of negative numbers none does.
+  const Rollout& roll_out_draw(const float* parameters, long step);
+  /// What validate() looks at: whole runs, and again with each sensor missing that may fail.
+  const Rollout& roll_out_runs(const float* parameters);
 
  private:
   struct ChunkResult {

@@ -19,6 +19,8 @@
 #include "trainer/training/objective.h"
 #include "trainer/training/parameter_groups.h"
 #include "trainer/training/provenance.h"
+#include "trainer/uncertainty/calibration.h"
+#include "trainer/uncertainty/error_head_fit.h"
 
 namespace nlo::trainer {
 
@@ -244,7 +246,22 @@ class Training {
     const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
     codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
     note_provenance(experiment_, dataset_, data_hash_, state_, model);
+    if (experiment_.inverse_map.error) model.error = error_head(model, rollout);
     return model;
+  }
+
+  /// Fitted on training runs as flown and on segments as drawn, of whatever length and noise; calibrated on whole
+  /// validation runs.
+  codegen::ErrorHead error_head(const codegen::Model& model, const Rollout& flight) {
+    constexpr Eigen::Index kFitted = 30000, kCalibrated = 200000;
+    constexpr int kDraws = 6;
+    ErrorSamples samples = error_samples(model, flight, kFitted);
+    for (int draw = 0; draw < kDraws; ++draw)
+      samples.append(error_samples(model, objective_.roll_out_draw(state_.best.data(), -2 - draw), kFitted / kDraws));
+    const ErrorSamples validation = error_samples(model, validator_.roll_out_runs(state_.best.data()), kCalibrated);
+    codegen::ErrorHead head = fit_error_head(samples, validation);
+    calibrate(head, validation);
+    return head;
   }
 
   const Experiment& experiment_;

@@ -16,10 +16,12 @@ struct Domain {
   Scalar latent_max[kNz];
 
   constexpr bool contains(const Scalar (&z)[kNz]) const {
-    bool inside = true;
-    // No &&: as many instructions wherever z is.
-    for (int r = 0; r < kNz; ++r) inside = inside & (z[r] >= latent_min[r]) & (z[r] <= latent_max[r]);
-    return inside;
+    // No && and no bool: as many instructions wherever z is, and vectors of them where there are any.
+    int inside = 1;
+    for (int r = 0; r < kNz; ++r) {
+      inside &= static_cast<int>(z[r] >= latent_min[r]) & static_cast<int>(z[r] <= latent_max[r]);
+    }
+    return inside != 0;
   }
 };
 

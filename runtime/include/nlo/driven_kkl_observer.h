@@ -90,9 +90,10 @@ struct DrivenKklModel {
     forward_map.jvp(x_hat, dx, dz);
   }
 
-  /// x_hat = T*(z), or T*(z, y).
-  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&x_hat)[kNx]) const {
-    evaluate_inverse(inverse_map, z, y, x_hat);
+  /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
+  template <class... Log2Sigma>
+  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
+    evaluate_inverse(inverse_map, z, y, &x_hat[0], log2_sigma...);
   }
 
  private:

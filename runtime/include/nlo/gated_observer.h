@@ -75,10 +75,10 @@ struct GatedModel {
     }
   }
 
-  /// x_hat = T*(z), or T*(z, y).
-  template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx]) const {
-    evaluate_inverse<kArithmetic>(inverse_map, z, y, x_hat);
+  /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
+  template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
+  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
+    evaluate_inverse<kArithmetic>(inverse_map, z, y, &x_hat[0], log2_sigma...);
   }
 
  private:

@@ -58,8 +58,10 @@ struct GeneralModel {
     dynamics.evaluate(in, dz);
   }
 
-  void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNr], Scalar (&x_hat)[kNx]) const {
-    inverse_map.evaluate(z, x_hat);
+  /// With log2_sigma (kNx): see error_head.h.
+  template <class... Log2Sigma>
+  void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
+    inverse_map.evaluate(z, x_hat, log2_sigma...);
   }
 };
 

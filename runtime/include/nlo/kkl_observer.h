@@ -43,16 +43,16 @@ struct LatentModel {
   constexpr Hold exact_hold() const { return hold == Hold::kRk4 ? Hold::kFirstOrder : hold; }
 };
 
-/// out = map([z; y]), or map(z) for a map that reads z alone.
-template <Arithmetic kArithmetic = Arithmetic::kFast, class Map, class Scalar, int kNz, int kNy>
-void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar* out) {
+/// out = map([z; y]), or map(z) for a map that reads z alone. Two arrays: x_hat, and the log2 sigma of its error.
+template <Arithmetic kArithmetic = Arithmetic::kFast, class Map, class Scalar, int kNz, int kNy, class... Out>
+void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[kNy], Out*... out) {
   if constexpr (Map::kIn == kNz + kNy) {
     Scalar in[kNz + kNy];
     for (int r = 0; r < kNz; ++r) in[r] = z[r];
     for (int j = 0; j < kNy; ++j) in[kNz + j] = y[j];
-    map.template evaluate<kArithmetic>(in, out);
+    map.template evaluate<kArithmetic>(in, out...);
   } else {
-    map.template evaluate<kArithmetic>(z, out);
+    map.template evaluate<kArithmetic>(z, out...);
   }
 }
 
@@ -98,15 +98,15 @@ struct KklModel {
         discretise<kPairs>(latent.exact_hold(), latent.eigenvalues, latent.output_injection, dt_s), z, y, y_next);
   }
 
-  /// x_hat = T*(z), or T*(z, y); z saturated where the model does that.
-  template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx]) const {
+  /// x_hat = T*(z), or T*(z, y); z saturated where the model does that. With log2_sigma (kNx): see error_head.h.
+  template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
+  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
     if constexpr (kSaturation == Saturation::kNone) {
-      evaluate_inverse<kArithmetic>(inverse_map, z, y, x_hat);
+      evaluate_inverse<kArithmetic>(inverse_map, z, y, &x_hat[0], log2_sigma...);
     } else {
       Scalar within[kNz];
       saturate<kArithmetic>(*this, y, z, within);
-      evaluate_inverse<kArithmetic>(inverse_map, within, y, x_hat);
+      evaluate_inverse<kArithmetic>(inverse_map, within, y, &x_hat[0], log2_sigma...);
     }
   }
 };

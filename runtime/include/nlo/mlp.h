@@ -116,6 +116,7 @@ struct Mlp<kKind, Last> {
   static constexpr int kIn = Last::kIn;
   static constexpr int kOut = Last::kOut;
   static constexpr int kWidest = 1;  ///< hidden layer; an array has one element at least
+  static constexpr int kHidden = 0;
   Last layer;
 
   template <Arithmetic kArithmetic = Arithmetic::kFast>
@@ -147,6 +148,7 @@ struct Mlp<kKind, First, Rest...> {
   static constexpr int kIn = First::kIn;
   static constexpr int kOut = Tail::kOut;
   static constexpr int kWidest = First::kOut > Tail::kWidest ? First::kOut : Tail::kWidest;
+  static constexpr int kHidden = kLayers == 2 ? First::kOut : Tail::kHidden;  ///< values of the last hidden layer
   First layer;
   Tail tail;
 
@@ -156,6 +158,16 @@ struct Mlp<kKind, First, Rest...> {
     LayerBuffer<Scalar, kWidest> ping, pong;
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
     kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, ping.values, pong.values);
+  }
+
+  /// The same; `hidden`, a LayerBuffer of kWidest, begins with the last hidden layer (kHidden) then, activated.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  void evaluate(const Scalar* in, Scalar* out, Scalar* hidden) const {
+    LayerBuffer<Scalar, kWidest> other;
+    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
+    constexpr bool kPing = kLayers % 2 == 0;  // layers take turns, and the first one writes to ping
+    kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, kPing ? hidden : other.values,
+                                          kPing ? other.values : hidden);
   }
 
   /// in [kIn][kPlants], out [kOut][kPlants].
@@ -195,30 +207,40 @@ struct LinearPath {
 /// No linear path.
 struct NoLinearPath {};
 
-/// A learned map: network plus linear path.
-template <class Mlp_, class LinearPath_ = NoLinearPath>
+/// No standard deviations of the errors (error_head.h).
+struct NoErrorHead {};
+
+/// A learned map: network plus linear path. Of T*, where the model knows how wrong it is, a second head too.
+template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead>
 struct InverseMap {
   using Scalar = typename Mlp_::Scalar;
   static constexpr int kIn = Mlp_::kIn;
   static constexpr int kOut = Mlp_::kOut;
   static constexpr bool kHasLinearPath = !std::is_same_v<LinearPath_, NoLinearPath>;
+  static constexpr bool kHasError = !std::is_same_v<ErrorHead_, NoErrorHead>;
   static_assert(!kHasLinearPath || std::is_same_v<LinearPath_, LinearPath<Scalar, kIn, kOut>> ||
                     std::is_same_v<LinearPath_, NoLinearPath>,
                 "the linear path has the network's inputs and outputs");
   Mlp_ mlp;
   [[no_unique_address]] LinearPath_ linear_path{};
+  [[no_unique_address]] ErrorHead_ error{};
 
   /// out (kOut) = map(in), in (kIn); for T* that is [z; y] or z.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
     mlp.template evaluate<kArithmetic>(in, out);
-    if constexpr (kHasLinearPath) {
-      for (int o = 0; o < kOut; ++o) {
-        Scalar total = out[o];
-        for (int i = 0; i < kIn; ++i) total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i], total);
-        out[o] = total;
-      }
-    }
+    add_linear_path<kArithmetic>(in, out);
+  }
+
+  /// The same, and log2 of the standard deviation of each output's error (kOut), not held within its range yet.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  void evaluate(const Scalar* in, Scalar* out, Scalar* log2_sigma) const requires kHasError {
+    static_assert(ErrorHead_::kWidth == Mlp_::kHidden && ErrorHead_::kNx == kOut, "it reads the last hidden layer");
+    constexpr int kRoom = 2 * Mlp_::kHidden > Mlp_::kWidest ? 2 * Mlp_::kHidden : Mlp_::kWidest;
+    LayerBuffer<Scalar, kRoom> hidden;
+    mlp.template evaluate<kArithmetic>(in, out, hidden.values);
+    add_linear_path<kArithmetic>(in, out);
+    error.template evaluate<kArithmetic>(hidden.values, log2_sigma);
   }
 
   /// The same for kPlants inputs side by side: in [kIn][kPlants], out [kOut][kPlants]. How many suit the CPU:
@@ -246,6 +268,18 @@ struct InverseMap {
       for (int o = 0; o < kOut; ++o) {
         Scalar total = out[o];
         for (int i = 0; i < kIn; ++i) total += linear_path.weights[o][i] * direction[i];
+        out[o] = total;
+      }
+    }
+  }
+
+ private:
+  template <Arithmetic kArithmetic>
+  void add_linear_path(const Scalar* in, Scalar* out) const {
+    if constexpr (kHasLinearPath) {
+      for (int o = 0; o < kOut; ++o) {
+        Scalar total = out[o];
+        for (int i = 0; i < kIn; ++i) total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i], total);
         out[o] = total;
       }
     }

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "nlo/arithmetic.h"
+#include "nlo/error_head.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/observer_state.h"
@@ -32,7 +33,7 @@ namespace nlo {
 ///   initial_latent()                   z before the first measurement
 ///   start(y, z)                        z at the first measurement, if that makes a difference beyond S y
 ///   advance(z, y, y_next[, u, u_next], dt_s)   z one step on, in place; dt_s = 0: one sample period
-///   estimate(z, y, x_hat)
+///   estimate(z, y, x_hat[, log2_sigma])
 /// where y stands for all readings, and u for inputs that act apart from them. For the deterministic policy the last two
 /// are templates on the policy too. That policy is constant-time: once started, a step of one sample period takes as
 /// many instructions whatever is measured.
@@ -74,6 +75,11 @@ class ObserverCore {
       model_->template estimate<kArithmetic>(state_.z, state_.y, x_hat.values);
     }
     return x_hat;
+  }
+
+  /// x_hat and how wrong it is (error_head.h), of models that know. Where status() is kStale, neither is to be trusted.
+  [[nodiscard]] auto estimate_with_error() const requires kKnowsError<Model> {
+    return nlo::estimate_with_error<kArithmetic>(*model_, state_.z, state_.y, in_domain());
   }
 
   [[nodiscard]] constexpr Latent latent() const {

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// How wrong an estimate is: the standard deviation of each state's error, a second output of T*. It reads the last hidden
+// layer h, which T* has computed anyway:
+//   log2 sigma = W [h; h^2] + b,  held within [lowest, highest]
+// The squares: where a plant is odd, h turns its sign with z, and the error does not.
+// Outside of the domain nothing is known of the error: there sigma is the largest that training has seen.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "nlo/arithmetic.h"
+#include "nlo/mlp.h"
+#include "nlo/select.h"
+#include "nlo/simd.h"
+#include "nlo/vector.h"
+
+namespace nlo {
+
+/// The series of exp, as far as its next term is below the rounding of 1 on |f| <= log(2) / 2.
+template <class Scalar, int kTerms = sizeof(Scalar) == 4 ? 8 : 14>
+struct ExpSeries {
+  Scalar inverse_factorial[kTerms];
+
+  constexpr ExpSeries() : inverse_factorial{} {
+    double factorial = 1.0;
+    for (int k = 0; k < kTerms; ++k) {
+      if (k > 0) factorial *= k;
+      inverse_factorial[k] = static_cast<Scalar>(1.0 / factorial);
+    }
+  }
+  template <Arithmetic kArithmetic>
+  constexpr Scalar operator()(Scalar f) const {
+    return estrin<kArithmetic, 0, kTerms>(f, inverse_factorial);
+  }
+};
+
+/// 2^v for |v| <= 100; relative error below 2e-7 in float, 5e-16 in double.
+template <Arithmetic kArithmetic = Arithmetic::kFast, class Scalar>
+constexpr Scalar power_of_2(Scalar v) {
+  constexpr ExpSeries<Scalar> kSeries;
+  using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
+  constexpr int kFraction = std::numeric_limits<Scalar>::digits - 1;
+  // So large that its last bit is worth 1: what is added is rounded to the nearest whole number, in the last bits.
+  constexpr Scalar kRounding = Scalar(3) * static_cast<Scalar>(Bits{1} << (kFraction - 1));
+  const Scalar shifted = v + kRounding;
+  const Scalar f = (v - (shifted - kRounding)) * static_cast<Scalar>(0.69314718055994530942);
+  const Bits exponent = std::bit_cast<Bits>(shifted) << kFraction;
+  const Scalar scale = std::bit_cast<Scalar>(exponent + std::bit_cast<Bits>(Scalar(1)));
+  return kSeries.template operator()<kArithmetic>(f) * scale;
+}
+
+/// Of a T* whose last hidden layer has kWidth values.
+template <class Scalar_, int kWidth_, int kNx_>
+struct ErrorHead {
+  using Scalar = Scalar_;
+  static constexpr int kWidth = kWidth_;
+  static constexpr int kNx = kNx_;
+  PackedDense<Scalar, 2 * kWidth, kNx> layer;  ///< [h; h^2] to log2 sigma
+  Scalar lowest[kNx];                          ///< log2 sigma, the range of training; |.| <= 100
+  Scalar highest[kNx];
+  Scalar bound_95[kNx];  ///< half width of the 95 % interval, in sigmas
+
+  /// log2 sigma (kNx) from h, which stands at the front of a LayerBuffer of 2 kWidth; the squares go behind it.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  void evaluate(Scalar* h, Scalar* log2_sigma) const {
+    for (int i = 0; i < kWidth; ++i) h[kWidth + i] = h[i] * h[i];
+    for (int i = 2 * kWidth; i < kernels::padded(2 * kWidth); ++i) h[i] = Scalar(0);
+    kernels::layer<Activation::kTanh, kArithmetic, true, 2 * kWidth, kNx>(layer.weights, layer.bias, h, log2_sigma);
+  }
+
+  /// sigma of state i. `known`: z lies in the domain. What is not a number counts as the largest.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  constexpr Scalar deviation(int i, Scalar log2_sigma, bool known) const {
+    const Scalar low = select<kArithmetic>(log2_sigma > lowest[i], log2_sigma, lowest[i]);
+    const Scalar held = select<kArithmetic>(known & (log2_sigma < highest[i]), low, highest[i]);
+    return power_of_2<kArithmetic>(held);
+  }
+};
+
+/// An estimate and how wrong it is, n_x each. 68 % of the errors were within sigma, 95 % within bound_95, over runs that
+/// training has not seen, at the noise that the model was calibrated for.
+template <class Scalar, int kNx>
+struct EstimateWithError {
+  Vector<Scalar, kNx> x_hat;
+  Vector<Scalar, kNx> sigma;
+  Vector<Scalar, kNx> bound_95;
+};
+
+/// The model's T* has an ErrorHead.
+template <class Model>
+inline constexpr bool kKnowsError = [] {
+  if constexpr (requires { Model::InverseMap::kHasError; }) {
+    return Model::InverseMap::kHasError;
+  } else {
+    return false;
+  }
+}();
+
+/// x_hat at z and y, and how wrong it is. `known`: z lies in the model's domain.
+template <Arithmetic kArithmetic, class Model, class Scalar, int kNz, int kNr>
+EstimateWithError<Scalar, Model::kNx> estimate_with_error(const Model& model, const Scalar (&z)[kNz],
+                                                          const Scalar (&y)[kNr], bool known) {
+  EstimateWithError<Scalar, Model::kNx> estimated;
+  Scalar log2_sigma[Model::kNx];
+  if constexpr (kArithmetic == Arithmetic::kFast) {
+    model.estimate(z, y, estimated.x_hat.values, &log2_sigma[0]);
+  } else {
+    model.template estimate<kArithmetic>(z, y, estimated.x_hat.values, &log2_sigma[0]);
+  }
+  const auto& head = model.inverse_map.error;
+  for (int i = 0; i < Model::kNx; ++i) {
+    estimated.sigma[i] = head.template deviation<kArithmetic>(i, log2_sigma[i], known);
+    estimated.bound_95[i] = estimated.sigma[i] * head.bound_95[i];
+  }
+  return estimated;
+}
+
+}  // namespace nlo

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/uncertainty/calibration.h"
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+namespace nlo::trainer {
+
+double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& weights, double p) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return values(a) < values(b); });
+  // Sums of many weights round: the last value is the largest quantile whatever they add up to.
+  constexpr double kRounding = 1e-12;
+  const double wanted = p * weights.sum() * (1.0 - kRounding);
+  double below = 0.0;
+  for (const Eigen::Index k : order) {
+    below += weights(k);
+    if (below >= wanted) return values(k);
+  }
+  return values(order.back());
+}
+
+void calibrate(codegen::ErrorHead& head, const ErrorSamples& samples) {
+  constexpr double kLeast = 1e-3, kMost = 1e3;  // what a model file may have
+  head.factor_68.setOnes();
+  const Eigen::MatrixXd sigma = codegen::deviations(head, samples.hidden, samples.known);
+  for (Eigen::Index i = 0; i < sigma.rows(); ++i) {
+    const Eigen::VectorXd scores = samples.errors.row(i).cwiseAbs().cwiseQuotient(sigma.row(i));
+    const auto factor = [&](double p) {
+      return std::clamp(weighted_quantile(scores, samples.weights, p), kLeast, kMost);
+    };
+    head.factor_68(i) = factor(0.68);
+    head.factor_95(i) = factor(0.95);
+  }
+}
+
+}  // namespace nlo::trainer
