@@ -75,18 +75,13 @@ std::string example(const Source& s) {
       "//   void on_timer() {{  // every {1} s\n"
       "//     if (observer.step({2}) != nlo::StepStatus::kOk) note_fault(observer.status());\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
-      "//     const auto {6} = observer.{7}();
-"
+      "//     const auto {6} = observer.{7}();\n"
       "{5}"
-      "//     use(x_hat[nlo::{0}::State::{3}]);
-"
-      "//   }}
-",
+      "//     use(x_hat[nlo::{0}::State::{3}]);\n"
+      "//   }}\n",
       s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name,
-      watched ? fmt::format("//   constinit static nlo::{0}::Monitor monitor{{nlo::{0}::kMonitor}};
-", s.name) : "",
-      watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();
-" : "",
+      watched ? fmt::format("//   constinit static nlo::{0}::Monitor monitor{{nlo::{0}::kMonitor}};\n", s.name) : "",
+      watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();\n" : "",
       s.folded.error ? "[x_hat, sigma, bound_95]" : "x_hat", s.folded.error ? "estimate_with_error" : "estimate");
 }
 

@@ -6,10 +6,11 @@
 
 #include "codegen/base/error.h"
 #include "trainer/baselines/ekf.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/closed_loop.h"
-#include "trainer/evaluation/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/initial_states.h"
+#include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/plants/simulate_runs.h"

@@ -95,7 +95,13 @@ const std::vector<std::string_view> kRuntimeStandardHeaders = {
     "array",  "bit",   "compare",     "concepts", "cstddef", "cstdint",     "initializer_list",
     "limits", "tuple", "type_traits", "utility",  "version", "immintrin.h", "arm_neon.h"};
 
-bool starts_with_any(std::string_view text, const std::vector<std::string_view>& prefixes) {
+std::string text_of(const std::string& file) {
+  std::ostringstream text;
+  text << std::ifstream(kRoot / file).rdbuf();
+  return text.str();
+}
+
+bool starts_with_any(std::string_view text, const auto& prefixes) {
   return std::ranges::any_of(prefixes, [&](std::string_view prefix) { return text.starts_with(prefix); });
 }
 
@@ -120,6 +126,23 @@ std::vector<Include> includes_of(const std::string& text) {
   return found;
 }
 
+/// The folders that the build under sanitizers leaves out of the trainer, as trainer/CMakeLists.txt lists them.
+const std::vector<std::string>& folders_left_out() {
+  static const std::vector<std::string> found = [] {
+    std::istringstream lines(text_of("trainer/CMakeLists.txt"));
+    std::vector<std::string> folders;
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      std::string list, append, name;
+      if (!(words >> list >> append >> name) || list != "list(APPEND" || append != "folders") continue;
+      do folders.push_back("trainer/" + name.substr(0, name.find(')')) + "/");
+      while (words >> name);
+    }
+    return folders;
+  }();
+  return found;
+}
+
 /// Why `file` (path from the root) must not include this; empty when it may.
 std::string objection(const std::string& file, const Include& include) {
   const Arrow* arrow = nullptr;
@@ -135,6 +158,10 @@ std::string objection(const std::string& file, const Include& include) {
     if (file.starts_with(wall.from) && !file.starts_with(wall.target) && include.target.starts_with(wall.target)) {
       return "crosses the wall between " + std::string(wall.from) + " and " + std::string(wall.target);
     }
+  }
+  if (file.starts_with("trainer/") && file != "trainer/main.cpp" && !starts_with_any(file, folders_left_out()) &&
+      starts_with_any(include.target, folders_left_out())) {
+    return "is what NLO_CORE_ONLY leaves out (trainer/CMakeLists.txt), in a file that it builds";
   }
   if (file.starts_with("runtime/") && !ours && !include.target.starts_with("Eigen/") &&
       std::ranges::find(kRuntimeStandardHeaders, include.target) == kRuntimeStandardHeaders.end()) {
@@ -177,12 +204,6 @@ std::vector<std::string> source_files() {
     }
   }
   return files;
-}
-
-std::string text_of(const std::string& file) {
-  std::ostringstream text;
-  text << std::ifstream(kRoot / file).rdbuf();
-  return text.str();
 }
 
 std::string lines(const std::vector<std::string>& all) {
@@ -290,6 +311,14 @@ TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {
               ElementsAre(HasSubstr("against")));
   EXPECT_THAT(violations("codegen/x.cpp", "#include \"codegen/targets/registry.h\""), ElementsAre(HasSubstr("wall")));
   EXPECT_THAT(violations("codegen/targets/x.cpp", "#include \"codegen/targets/registry.h\""), IsEmpty());
+}
+
+TEST(IncludeArrows, SeeAFileOfTheSanitizedBuildThatNeedsMore) {
+  EXPECT_THAT(folders_left_out(), Contains("trainer/evaluation/"));
+  EXPECT_THAT(violations("trainer/experiments/x.cpp", "#include \"trainer/evaluation/closed_loop.h\"\n"),
+              ElementsAre(HasSubstr("NLO_CORE_ONLY leaves out")));
+  EXPECT_THAT(violations("trainer/monitor/x.cpp", "#include \"trainer/evaluation/closed_loop.h\"\n"), IsEmpty());
+  EXPECT_THAT(violations("trainer/experiments/x.cpp", "#include \"trainer/data/dataset.h\"\n"), IsEmpty());
 }
 
 TEST(IncludeArrows, SeeAHostedHeaderInTheRuntime) {

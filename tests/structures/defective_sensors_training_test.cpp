@@ -6,7 +6,7 @@
 #include <string>
 
 #include "codegen/replay/reference_observer.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/training/train.h"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "codegen/base/linear_algebra.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 
 namespace nlo::trainer {
 namespace {

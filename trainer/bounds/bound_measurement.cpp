@@ -11,7 +11,7 @@
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/bounds/bound_study.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 
 namespace nlo::trainer {
 namespace {

@@ -14,7 +14,7 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_files.h"
 #include "trainer/data/angle.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/initial_states.h"

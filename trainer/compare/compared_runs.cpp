@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "codegen/base/error.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/filters/plant_equations.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate_runs.h"

@@ -13,7 +13,7 @@
 #include "trainer/base/number_text.h"
 #include "trainer/compare/default_conditions.h"
 #include "trainer/config/section_reader.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 
 namespace nlo::trainer {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "codegen/base/error.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/filters/high_gain.h"
 #include "trainer/filters/moving_horizon.h"
 #include "trainer/filters/plant_equations.h"

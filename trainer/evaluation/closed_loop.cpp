@@ -4,31 +4,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <utility>
 
 #include "codegen/base/error.h"
-#include "trainer/evaluation/measurement_noise.h"
 #include "trainer/plants/state_feedback.h"
 
 namespace nlo::trainer {
-namespace {
-
-class NoisyEstimator final : public LoopEstimator {
- public:
-  NoisyEstimator(std::unique_ptr<LoopEstimator> estimator, const NoiseConfig& noise, std::uint64_t seed,
-                 std::uint64_t run)
-      : estimator_(std::move(estimator)), noise_(noise, seed, run) {}
-
-  Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) override {
-    return estimator_->step(noise_.on(y), u);
-  }
-
- private:
-  std::unique_ptr<LoopEstimator> estimator_;
-  MeasurementNoise noise_;
-};
-
-}  // namespace
 
 ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_estimator) {
   const auto& ideal = of_true_state.trajectories;
@@ -60,17 +40,6 @@ std::optional<double> mean_cost(const Experiment& experiment, const Plant& plant
     samples += run.samples();
   }
   return sum / static_cast<double>(samples);
-}
-
-LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed) {
-  return [estimators = std::move(estimators), noise, seed](std::uint64_t run) {
-    return std::make_unique<NoisyEstimator>(estimators(run), noise, seed, run);
-  };
-}
-
-NoiseConfig without_shifts(NoiseConfig noise) {
-  for (SensorNoise& sensor : noise.sensors) sensor.delay_low = sensor.delay_high = sensor.jitter = 0.0;
-  return noise;
 }
 
 std::string to_text(const ClosedLoopCost& cost, const std::vector<Channel>& channels) {

@@ -3,15 +3,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "trainer/base/noise.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
-#include "trainer/plants/loop_estimator.h"
+#include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
 
@@ -33,12 +31,5 @@ std::optional<double> mean_cost(const Experiment& experiment, const Plant& plant
 
 /// For people, one line.
 std::string to_text(const ClosedLoopCost& cost, const std::vector<Channel>& states);
-
-/// The same estimators behind sensors with this noise (measurement_noise.h): what they read in run i of a set is what
-/// evaluate() with the same noise and seed lays over run i.
-LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed);
-
-/// Sensors in a loop measure when they are asked: the noise without its delays and jitter.
-NoiseConfig without_shifts(NoiseConfig noise);
 
 }  // namespace nlo::trainer

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "trainer/base/parallel.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/evaluate.h"
-#include "trainer/evaluation/measurement_noise.h"
 
 namespace nlo::trainer {
 namespace {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "codegen/base/error.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

@@ -11,8 +11,8 @@
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/data/log_baselines.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/examples.h"
-#include "trainer/evaluation/measurement_noise.h"
 
 namespace nlo::trainer {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/log_baselines.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/examples.h"
-#include "trainer/evaluation/measurement_noise.h"
 #include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {

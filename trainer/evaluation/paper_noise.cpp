@@ -8,7 +8,7 @@
 #include "codegen/replay/reference_observer.h"
 #include "codegen/structures/module.h"
 #include "trainer/base/parallel.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 

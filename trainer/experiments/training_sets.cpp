@@ -9,11 +9,12 @@
 #include <utility>
 
 #include "codegen/base/error.h"
-#include "trainer/evaluation/closed_loop.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/lead_in.h"
+#include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate_runs.h"

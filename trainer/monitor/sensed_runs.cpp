@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/monitor/sensed_runs.h"
 
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
+#include "trainer/data/measurement_noise.h"
 
 namespace nlo::trainer {
 namespace {
@@ -32,6 +34,21 @@ class Observer final : public LoopEstimator {
   double sample_period_s_;
 };
 
+class NoisyEstimator final : public LoopEstimator {
+ public:
+  NoisyEstimator(std::unique_ptr<LoopEstimator> estimator, const NoiseConfig& noise, std::uint64_t seed,
+                 std::uint64_t run)
+      : estimator_(std::move(estimator)), noise_(noise, seed, run) {}
+
+  Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) override {
+    return estimator_->step(noise_.on(y), u);
+  }
+
+ private:
+  std::unique_ptr<LoopEstimator> estimator_;
+  MeasurementNoise noise_;
+};
+
 }  // namespace
 
 LoopEstimators observer_in_loop(const codegen::Model& model, const Plant& plant, double sample_period_s) {
@@ -42,6 +59,12 @@ LoopEstimators observer_in_loop(const codegen::Model& model, const Plant& plant,
         "train it with [feedback], or with [excitation] and all states",
         model.name, plant.name()));
   return [&model, sample_period_s](std::uint64_t) { return std::make_unique<Observer>(model, sample_period_s); };
+}
+
+LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed) {
+  return [estimators = std::move(estimators), noise, seed](std::uint64_t run) {
+    return std::make_unique<NoisyEstimator>(estimators(run), noise, seed, run);
+  };
 }
 
 }  // namespace nlo::trainer

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "codegen/model/model.h"
+#include "trainer/base/noise.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
@@ -29,5 +30,9 @@ using LoopEstimators = std::function<std::unique_ptr<LoopEstimator>(std::uint64_
 /// An observer in the arithmetic of its exports, for samples a period apart. Throws codegen::Error unless it reads the
 /// outputs and inputs of the plant and estimates its states.
 LoopEstimators observer_in_loop(const codegen::Model& model, const Plant& plant, double sample_period_s);
+
+/// The same estimators behind sensors with this noise (measurement_noise.h): what they read in run i of a set is what
+/// evaluate() with the same noise and seed lays over run i.
+LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed);
 
 }  // namespace nlo::trainer

@@ -9,7 +9,7 @@
 
 #include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/text.h"
 #include "trainer/report/figures.h"
 #include "trainer/report/html.h"

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/reproduce/analyses.h"
 
 namespace nlo::trainer::reproduction {

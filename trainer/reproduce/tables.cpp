@@ -7,7 +7,7 @@
 #include <map>
 #include <string_view>
 
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/reproduce/analyses.h"
 
 namespace nlo::trainer::reproduction {

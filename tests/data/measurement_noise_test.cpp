@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 
 #include <gtest/gtest.h>
 

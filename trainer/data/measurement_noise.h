@@ -58,6 +58,9 @@ class MeasurementNoise {
 /// Each output's last value where it is NaN: what a filter is given that has to have numbers.
 Eigen::MatrixXd held(Eigen::MatrixXd outputs);
 
+/// Sensors in a loop measure when they are asked: the noise without its delays and jitter.
+NoiseConfig without_shifts(NoiseConfig noise);
+
 /// Its nominal variance: scale^2 (Gaussian and Student's t), scale^2 / 3 (uniform), 0; without outliers and the like.
 double noise_variance(const SensorNoise& noise);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/measurement_noise.h"
+#include "trainer/data/measurement_noise.h"
 
 #include <algorithm>
 #include <cmath>
@@ -169,6 +169,11 @@ Eigen::MatrixXd held(Eigen::MatrixXd outputs) {
     for (Eigen::Index row = 0; row < outputs.rows(); ++row)
       if (std::isnan(outputs(row, k))) outputs(row, k) = outputs(row, k - 1);
   return outputs;
+}
+
+NoiseConfig without_shifts(NoiseConfig noise) {
+  for (SensorNoise& sensor : noise.sensors) sensor.delay_low = sensor.delay_high = sensor.jitter = 0.0;
+  return noise;
 }
 
 double noise_variance(const SensorNoise& noise) {
