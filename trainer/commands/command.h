@@ -32,6 +32,7 @@ auto run_phase(Work&& work) {
 /// big unsigned number, and NaN through every range.
 std::string check_seed(const std::string& text);
 std::string check_scale(const std::string& text);
+std::string check_minutes(const std::string& text);
 
 /// Each adds a subcommand; when it was chosen, parsing sets `action` to what it does.
 using Action = std::function<void()>;

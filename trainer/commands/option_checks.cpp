@@ -22,4 +22,11 @@ std::string check_scale(const std::string& text) {
   return fmt::format("{} is no scale; write a number from {} to {}", text, kSmallest, kLargest);
 }
 
+std::string check_minutes(const std::string& text) {
+  constexpr double kShortest = 0.05, kLongest = 1e5;
+  const auto number = finite_number(text);
+  if (number && *number >= kShortest && *number <= kLongest) return "";
+  return fmt::format("{} is no time to search for; write minutes from {} to {}", text, kShortest, kLongest);
+}
+
 }  // namespace nlo::trainer

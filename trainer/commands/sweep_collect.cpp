@@ -10,12 +10,10 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
-#include "codegen/export/cpp_cost.h"
-#include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
-#include "codegen/structures/module.h"
 #include "trainer/base/number_text.h"
 #include "trainer/commands/finished_run.h"
+#include "trainer/commands/model_cost.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
@@ -50,13 +48,6 @@ double test_error(const codegen::Model& model, const Experiment& experiment, con
   strict.trajectories = test.trajectories;
   strict.threads = places.threads.value_or(0);
   return report_on_plant(model, experiment, strict).evaluations.front().front().metrics.norm;
-}
-
-JobCost cost_of(const codegen::Model& model) {
-  const codegen::PreparedExport prepared(model);
-  const codegen::CppCost cost =
-      cpp_cost(model, *codegen::module_of(model).cpp(prepared.source()), prepared.initialiser());
-  return {cost.step_multiply_adds + cost.estimate_multiply_adds, cost.constant_bytes};
 }
 
 /// Of a sample: the observer as nlo evaluate flies it, over outputs across its range.
@@ -103,7 +94,7 @@ std::vector<JobResult> collect_results(const std::vector<CheckedJob>& jobs, cons
     const codegen::Model model = codegen::read_model(folder + "/model.json");
     result.validation_error = fact(model, "validation_rmse");
     result.error = test_error(model, checked.experiment, test, places);
-    result.cost = cost_of(model);
+    result.cost = model_cost(model);
     if (timed) result.cost->ns = measured_ns(model);
   }
   return results;

@@ -17,61 +17,18 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/round_directories.h"
 #include "trainer/commands/run_report.h"
+#include "trainer/commands/train_auto.h"
 #include "trainer/commands/train_command.h"
-#include "trainer/data/log_dataset.h"
-#include "trainer/data/log_delays.h"
-#include "trainer/data/transient.h"
+#include "trainer/commands/training_data.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
-#include "trainer/structures/linear_latent_start.h"
 #include "trainer/terminal/progress.h"
 #include "trainer/training/provenance.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {
-
-/// What an experiment trains on, is chosen by and is judged by.
-struct Data {
-  Dataset training, validation;
-  ReportedLogs judged;  ///< of logs; a plant is tested on new trajectories
-  LogReport clock;      ///< of logs
-  TrainingLogs remembered = {};
-};
-
-Data simulated(const Experiment& experiment) {
-  TrainingSets sets = simulate_training_sets(experiment);
-  return {std::move(sets.training), std::move(sets.validation), {}, {}};
-}
-
-/// Delays that are to be found, before anything is read by them; from then on the experiment has them as numbers.
-void find_delays(Experiment& experiment, const TrainArguments& arguments) {
-  const auto found = find_log_delays(*experiment.log, arguments.data, experiment.observer.input_hold);
-  if (found.empty()) return;
-  experiment.source_text = format_experiment(experiment);
-  for (const LogDelay& delay : found)
-    if (!arguments.quiet) fmt::print(stderr, "{}\n", to_text(delay));
-}
-
-Data logged(const Experiment& experiment, const TrainArguments& arguments) {
-  LogSplits splits = load_log_splits(*experiment.log, arguments.data, experiment.training.mirror);
-  if (!arguments.quiet) fmt::print(stderr, "{}", to_text(splits.report));
-  check_latent_step(experiment.observer, splits.train.sample_period_s);
-  ReportedLogs judged = logs_to_report_on(splits);
-  if (splits.validation.trajectories.empty()) {
-    if (!arguments.quiet)
-      fmt::print(stderr, "no validation_files: the model is chosen by its error on the training logs{}\n",
-                 experiment.inverse_map.error ? ", and the intervals of its error are too narrow on others" : "");
-    splits.validation = splits.train;
-  }
-  if (experiment.training.transient == Transient::kDrop) {
-    const double transient_s = transient_time_s(experiment.observer, experiment.training.transient_factor);
-    for (Dataset* split : {&splits.train, &splits.validation}) drop_transient(*split, transient_s);
-  }
-  return {std::move(splits.train), std::move(splits.validation), std::move(judged), std::move(splits.report),
-          std::move(splits.remembered)};
-}
 
 /// What the rmse of the progress is of, where the states' units do not add up.
 void say_units(const Experiment& experiment, const Dataset& training) {
@@ -83,7 +40,7 @@ void say_units(const Experiment& experiment, const Dataset& training) {
                "\"normalised\" weighs the states alike\n");
 }
 
-TrainingResult train_with_progress(const Experiment& experiment, const Data& data, const TrainArguments& arguments,
+TrainingResult train_with_progress(const Experiment& experiment, const RunData& data, const TrainArguments& arguments,
                                    const std::string& directory, bool resume) {
   std::optional<ProgressDisplay> display;
   if (!arguments.quiet) {
@@ -106,7 +63,7 @@ TrainingResult train_with_progress(const Experiment& experiment, const Data& dat
 }
 
 /// All rounds of an experiment: one without [feedback].
-TrainingResult train_rounds(const Experiment& experiment, Data& data, const TrainArguments& arguments) {
+TrainingResult train_rounds(const Experiment& experiment, RunData& data, const TrainArguments& arguments) {
   const RoundDirectories rounds(arguments.output, experiment);
   if (!arguments.resume) rounds.forget();
   TrainingResult result;
@@ -127,7 +84,7 @@ TrainingResult train_rounds(const Experiment& experiment, Data& data, const Trai
   return result;
 }
 
-RunReport judge(const Experiment& experiment, const Data& data, const codegen::Model& model) {
+RunReport judge(const Experiment& experiment, const RunData& data, const codegen::Model& model) {
   if (experiment.log) return report_on_logs(model, experiment, data.training, data.judged, data.clock);
   StrictTest test;
   test.seed = experiment.seed;
@@ -176,8 +133,9 @@ void run_train(TrainArguments arguments) {
     arguments.resume = false;
     if (!arguments.quiet) fmt::print(stderr, "{}: there is nothing to resume; it begins\n", arguments.output);
   }
-  if (experiment.log) find_delays(experiment, arguments);
-  Data data = experiment.plant ? run_phase([&] { return simulated(experiment); }) : logged(experiment, arguments);
+  if (experiment.log) find_delays(experiment, arguments.data, arguments.quiet);
+  RunData data = experiment.plant ? run_phase([&] { return simulated_data(experiment); })
+                                  : logged_data(experiment, arguments.data, arguments.quiet);
   if (experiment.log) {
     run.data = data_fingerprint(data.validation, data_fingerprint(data.training, fingerprint(nullptr, 0)));
     if (arguments.resume && already_done(arguments, run)) return;
@@ -216,6 +174,20 @@ void add_train(CLI::App& app, Action& action) {
   command->add_flag("--resume", arguments->resume,
                     "go on from the directory's checkpoint, to the same bytes; begin where there is none, do nothing "
                     "where all is done");
+  auto budget = std::make_shared<SearchBudget>();
+  auto searching = std::make_shared<bool>(false);
+  CLI::Option* automatic = command->add_flag(
+      "--auto", *searching,
+      "search for a better experiment about this one: structure, eigenvalues, units, widths, learning rate");
+  command->add_option("--minutes", budget->minutes, "--auto: that the search and the training take (10)")
+      ->check(check_minutes)
+      ->needs(automatic);
+  command->add_option("--max-multiply-adds", budget->multiply_adds, "--auto: of a step and an estimate")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))
+      ->needs(automatic);
+  command->add_option("--max-flash-bytes", budget->flash_bytes, "--auto: of constants, in float")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))
+      ->needs(automatic);
   command->add_flag("--force", arguments->force, "replace another experiment's model");
   command
       ->add_option("--set", arguments->experiment.overrides,
@@ -234,9 +206,17 @@ void add_train(CLI::App& app, Action& action) {
                   "Examples:\n"
                   "  nlo train van_der_pol -o runs/first\n"
                   "  nlo train my_rig.toml --data logs/ --set training.steps=2000 --seed 3\n"
-                  "  nlo train van_der_pol -o runs/first --resume",
+                  "  nlo train van_der_pol -o runs/first --resume\n"
+                  "  nlo train my_rig.toml --data logs/ --auto --minutes 20 --max-multiply-adds 3000",
                   shipped));
-  command->callback([arguments, &action] { action = [arguments] { run_train(*arguments); }; });
+  command->callback([=, &action] {
+    action = [=] {
+      if (*searching)
+        run_train_auto(*arguments, *budget);
+      else
+        run_train(*arguments);
+    };
+  });
 }
 
 }  // namespace nlo::trainer

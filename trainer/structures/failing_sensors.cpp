@@ -37,6 +37,12 @@ std::vector<Key<ObserverConfig>> failing_sensor_keys() {
                                       "kkl, gated: a missing output fades by this time constant to its mean [s]"))};
 }
 
+ByType kept_sensors(const ObserverConfig& observer) {
+  ByType own;
+  own.set<FailingSensors>() = observer.own.get<FailingSensors>();
+  return own;
+}
+
 void check_failing_sensors(const Experiment& experiment, const ChannelCounts& channels) {
   const auto& names = experiment.observer.own.get<FailingSensors>().may_fail;
   const auto fail = [](const std::string& what) { throw KeyError("observer.may_fail", "[observer] may_fail " + what); };

@@ -12,6 +12,9 @@ namespace nlo::trainer {
 /// may_fail and staleness_s.
 std::vector<Key<ObserverConfig>> failing_sensor_keys();
 
+/// These keys alone of what structures keep for themselves.
+ByType kept_sensors(const ObserverConfig& observer);
+
 /// Throws KeyError unless may_fail names outputs, each once, no angle, and leaves one to observe by.
 void check_failing_sensors(const Experiment& experiment, const ChannelCounts& channels);
 

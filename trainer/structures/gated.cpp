@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "trainer/base/draws.h"
 #include "trainer/config/key_error.h"
 #include "trainer/config/keys.h"
 #include "trainer/structures/dynamics_network.h"
@@ -117,6 +118,33 @@ class Gated final : public TrainableStructure {
     const std::vector<double>& rates = o.own.get<GatedConfig>().rates;
     if (!rates.empty() && (rates.size() != 2 || rates[0] > rates[1]))
       throw KeyError("observer.rates", "[observer] rates is a slow one and a fast one, [0.5, 20.0], or left out");
+  }
+
+  /// As van_der_pol_gated is trained; rates are left to the sample period.
+  bool adopt(Experiment& experiment, double) const override {
+    ObserverConfig& o = experiment.observer;
+    const ByType sensors = kept_sensors(o);
+    o = plain_observer(o);
+    o.own = sensors;
+    experiment.inverse_map.hidden = {32};
+    experiment.inverse_map.linear_path = false;
+    TrainingConfig& t = experiment.training;
+    t.trajectories_per_step = std::min(t.trajectories_per_step, 16);
+    t.samples_per_step = std::max(t.samples_per_step, 8192);
+    t.learning_rate = 1e-2;
+    t.eigenvalue_learning_rate = 0.0;
+    t.gradient_clip = 1.0;
+    t.transient = Transient::kKeep;
+    return true;
+  }
+
+  void vary(Experiment& experiment, Draws& draws) const override {
+    GatedConfig& own = experiment.observer.own.set<GatedConfig>();
+    constexpr int kVector = 8;  // floats that a kernel takes together
+    const double units = own.units * draws.one_of({0.5, 0.75, 1.0, 1.0, 1.5, 2.0});
+    own.units = std::clamp(static_cast<int>(std::lround(units / kVector)) * kVector, kVector, 1024);
+    const double faster = draws.one_of({0.5, 1.0, 1.0, 2.0});
+    for (double& rate : own.rates) rate = rounded(faster * rate);
   }
 
   bool has_dynamics_network() const override { return true; }

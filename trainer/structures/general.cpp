@@ -2,6 +2,7 @@
 // General observer (11): z' = F(z, y), x_hat = G(z), both networks. F starts as D z + F y of a stable linear system.
 #include <fmt/format.h>
 
+#include "trainer/base/draws.h"
 #include "trainer/config/key_error.h"
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/for_each_sample.h"
@@ -37,6 +38,8 @@ class General final : public TrainableStructure {
     check_zero_start(o, "the general observer");
     check_linear_latent(experiment);
   }
+
+  void vary(Experiment& experiment, Draws& draws) const override { vary_widths(experiment.dynamics.hidden, draws); }
 
   bool has_dynamics_network() const override { return true; }
 

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // KKL observer (16): z' = D z + F y, x_hat = T*(z). The eigenvalues of D are learned with T*. Its sensors may fail.
+#include <algorithm>
+#include <cmath>
+
+#include "trainer/base/draws.h"
 #include "trainer/config/keys.h"
 #include "trainer/structures/failing_sensors.h"
 #include "trainer/structures/kkl_family.h"
@@ -31,6 +35,26 @@ class Kkl final : public KklFamily {
 
   codegen::SensorFailures failures(const Experiment& experiment, const Dataset& training) const override {
     return failing_sensors(experiment, training);
+  }
+
+  /// Real modes over the time scales of a gated observer's units, or of the sample period.
+  bool adopt(Experiment& experiment, double sample_period_s) const override {
+    constexpr double kSlowest = 0.01, kFastest = 0.25;  // per sample period
+    constexpr int kModes = 4;
+    ObserverConfig& o = experiment.observer;
+    const ByType sensors = kept_sensors(o);
+    o = plain_observer(o);
+    o.own = sensors;
+    for (int i = 0; i < kModes; ++i)
+      o.eigenvalues.push_back(
+          -rounded(kSlowest / sample_period_s * std::pow(kFastest / kSlowest, static_cast<double>(i) / (kModes - 1))));
+    o.output_injection = Injection::kUnitGain;
+    o.start = LatentStart::kSteady;
+    o.features = FeatureSet::kLatentAndOutput;
+    experiment.inverse_map.linear_path = true;
+    experiment.training.gradient_clip = 0.0;
+    experiment.training.samples_per_step = std::min(experiment.training.samples_per_step, 4096);
+    return true;
   }
 
   void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/structures/kkl_family.h"
 
+#include <algorithm>
+
+#include "trainer/base/draws.h"
 #include "trainer/structures/kkl_lanes.h"
 #include "trainer/structures/linear_latent_start.h"
 #include "trainer/structures/model_networks.h"
@@ -34,6 +37,29 @@ codegen::LinearLatent linear_latent_of(const ObserverStructure& structure, const
 
 void KklFamily::check(const Experiment& experiment, const ChannelCounts&) const {
   check_linear_latent(experiment);
+}
+
+/// All time constants together, and now and then a mode more or less.
+void KklFamily::vary(Experiment& experiment, Draws& draws) const {
+  ObserverConfig& o = experiment.observer;
+  const double faster = draws.one_of({0.5, 0.7, 1.0, 1.0, 1.4, 2.0});
+  for (double& eigenvalue : o.eigenvalues) eigenvalue = rounded(faster * eigenvalue);
+  for (auto& pair : o.pairs)
+    for (double& part : pair) part = rounded(faster * part);
+  for (double& clock : o.clocks_s) clock = rounded(clock / faster);
+  constexpr double kBetweenModes = 2.5;  // of time constants: what experience spreads them by
+  switch (draws.below(4)) {
+    case 0:  // one more, faster
+      if (o.eigenvalues.empty() || o.eigenvalues.size() + 2 * o.pairs.size() >= 12) break;
+      o.eigenvalues.push_back(rounded(kBetweenModes * *std::min_element(o.eigenvalues.begin(), o.eigenvalues.end())));
+      break;
+    case 1:  // one less
+      if (o.eigenvalues.size() > 1 && o.eigenvalues.size() + 2 * o.pairs.size() > 2)
+        o.eigenvalues.erase(o.eigenvalues.begin() + static_cast<std::ptrdiff_t>(draws.below(o.eigenvalues.size())));
+      break;
+    default:
+      break;
+  }
 }
 
 void KklFamily::make(const Experiment& experiment, ObserverStructure& structure) const {

@@ -13,6 +13,8 @@ class KklFamily : public TrainableStructure {
   bool has_eigenvalues() const override { return true; }
   bool follows_unwrapped_angles() const override { return true; }
 
+  void vary(Experiment& experiment, Draws& draws) const override;
+
   void make(const Experiment& experiment, ObserverStructure& structure) const override;
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override;
   std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure& structure) const override;

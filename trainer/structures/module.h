@@ -19,6 +19,7 @@ namespace nlo::trainer {
 
 template <class Section>
 struct Key;
+class Draws;
 
 /// How many channels an observer has, an angle as sine and cosine counted as two.
 struct ChannelCounts {
@@ -52,6 +53,15 @@ class TrainableStructure {
   virtual bool reads_inputs() const { return !flies_inputs(); }    ///< beside the outputs, where they are known
   virtual bool follows_unwrapped_angles() const { return false; }  ///< z - y never sees a turn of y
 
+  // What nlo train --auto tries (sweep/search.h).
+
+  /// Turns an experiment of another structure into one of this, with settings that suit it; the sections that all
+  /// structures share stay as far as they can. False where the structure wants to know what only a user can say.
+  virtual bool adopt(Experiment&, double /*sample_period_s*/) const { return false; }
+
+  /// Changes what is the structure's own: eigenvalues, units.
+  virtual void vary(Experiment&, Draws&) const {}
+
   /// Sensors that may fail, with where they rest in the training data.
   virtual codegen::SensorFailures failures(const Experiment&, const Dataset&) const { return {}; }
 
@@ -79,6 +89,15 @@ class TrainableStructure {
   /// Fills what is the structure's own of a model that has names, channels and sizes.
   virtual void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
                         const Dataset& dataset, codegen::Model& model) const = 0;
+
+ protected:
+  /// [observer] of this structure with all defaults but what says how inputs act.
+  ObserverConfig plain_observer(const ObserverConfig& other) const {
+    ObserverConfig observer;
+    observer.structure = name();
+    observer.input_hold = other.input_hold;
+    return observer;
+  }
 };
 
 }  // namespace nlo::trainer

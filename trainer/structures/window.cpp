@@ -5,7 +5,9 @@
 #include <nlo/explicit_rk.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "trainer/base/draws.h"
 #include "trainer/config/key_error.h"
 #include "trainer/config/keys.h"
 #include "trainer/structures/linear_latent_start.h"
@@ -104,6 +106,19 @@ class WindowStructure final : public TrainableStructure {
     if (experiment.training.gradient != LatentGradient::kAutomatic)
       throw KeyError("training.gradient",
                      "[training] gradient is of a latent system that learns, and a window does not; remove it");
+  }
+
+  bool adopt(Experiment& experiment, double) const override {
+    experiment.observer = plain_observer(experiment.observer);
+    experiment.training.eigenvalue_learning_rate = 0.0;
+    experiment.training.gradient_clip = 0.0;
+    experiment.training.transient = Transient::kKeep;
+    return true;
+  }
+
+  void vary(Experiment& experiment, Draws& draws) const override {
+    int& samples = experiment.observer.own.set<WindowConfig>().samples;
+    samples = std::clamp(static_cast<int>(std::lround(samples * draws.one_of({0.5, 1.0, 1.0, 2.0, 4.0}))), 1, 1024);
   }
 
   void make(const Experiment& experiment, ObserverStructure& structure) const override {

@@ -121,12 +121,16 @@ std::vector<PointResult> point_results(const std::vector<SweepJob>& jobs, const 
     points.push_back(point_result(of_points[i]));
     points.back().title = titles[i];
   }
+  mark_fronts(points);
+  return points;
+}
+
+void mark_fronts(std::vector<PointResult>& points) {
   for (PointResult& point : points) {
     point.best_for_multiply_adds = on_front(points, point, multiply_adds_of);
     point.best_for_flash = on_front(points, point, flash_bytes_of);
     point.best_for_ns = on_front(points, point, ns_of);
   }
-  return points;
 }
 
 std::string sweep_csv(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results) {

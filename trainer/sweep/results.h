@@ -55,6 +55,9 @@ struct PointResult {
 /// `results` by job. Points whose jobs are not all done have no error: a mean of the rest would flatter.
 std::vector<PointResult> point_results(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);
 
+/// Sets which points are on the Pareto fronts.
+void mark_fronts(std::vector<PointResult>& points);
+
 /// job,KEY...,seed,status,validation_error,error,multiply_adds,flash_bytes,ns: a row for each job. The same jobs give the same
 /// bytes, however often they were interrupted; only ns, empty unless it was measured, is of this machine and hour.
 std::string sweep_csv(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);

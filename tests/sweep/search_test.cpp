@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/sweep/search.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "trainer/base/draws.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/shipped.h"
+#include "trainer/structures/table.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsSubsetOf;
+using testing::Not;
+
+Experiment shipped(std::string_view name) {
+  for (const ShippedExperiment& each : shipped_experiments())
+    if (each.name == name) return parse_experiment(each.text, std::string(name));
+  throw std::logic_error("no such experiment");
+}
+
+std::set<std::string> structures_of(const Experiment& base, int draws) {
+  std::set<std::string> found;
+  for (int index = 1; index <= draws; ++index)
+    if (const auto drawn = drawn_experiment(base, 0.02, static_cast<std::uint64_t>(index)))
+      found.insert(drawn->observer.structure);
+  return found;
+}
+
+TEST(Draws, RoundToThreeDigitsAsAPersonWrites) {
+  EXPECT_EQ(rounded(0.123456), 0.123);
+  EXPECT_EQ(rounded(-987.65), -988.0);
+  EXPECT_EQ(rounded(3e-9), 3e-9);
+  EXPECT_EQ(rounded(0.0), 0.0);
+  EXPECT_EQ(rounded(2.9999e5), 3e5);
+}
+
+TEST(Draws, TakeEachOfTheirValuesAboutAsOften) {
+  Draws draws(7);
+  std::vector<int> counts(5);
+  for (int i = 0; i < 5000; ++i) ++counts[draws.below(5)];
+  for (const int count : counts) EXPECT_NEAR(count, 1000, 140) << "five standard deviations of a fair draw";
+}
+
+TEST(Draws, KeepWidthsInEightsAndLayersFew) {
+  Draws draws(3);
+  std::vector<int> hidden = {24, 24};
+  std::set<std::size_t> layers;
+  for (int i = 0; i < 300; ++i) {
+    vary_widths(hidden, draws);
+    layers.insert(hidden.size());
+    for (const int width : hidden) {
+      EXPECT_EQ(width % 8, 0);
+      EXPECT_GE(width, 8);
+      EXPECT_LE(width, 1024);
+    }
+  }
+  EXPECT_THAT(layers, testing::ElementsAre(1U, 2U, 3U, 4U)) << "control: layers come and go";
+}
+
+TEST(Search, BeginsWithTheExperimentAsItStands) {
+  const Experiment base = shipped("van_der_pol");
+  const auto first = drawn_experiment(base, 0.02, 0);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->source_text, base.source_text);
+  EXPECT_EQ(difference(base, *first).full, "");
+}
+
+TEST(Search, DrawsTheSameAgain) {
+  const Experiment base = shipped("van_der_pol");
+  for (std::uint64_t index = 1; index < 20; ++index) {
+    const auto one = drawn_experiment(base, 0.02, index), other = drawn_experiment(base, 0.02, index);
+    ASSERT_EQ(one.has_value(), other.has_value());
+    if (one) {
+      EXPECT_EQ(one->source_text, other->source_text);
+    }
+  }
+}
+
+// What a search may not touch: the plant, the data, the noise, what is asked of the loss.
+TEST(Search, LeavesTheTaskAsItIs) {
+  for (const char* name : {"van_der_pol", "van_der_pol_gated", "qube", "battery", "car", "van_der_pol_general"}) {
+    const Experiment base = shipped(name);
+    int drawn = 0;
+    for (std::uint64_t index = 1; index <= 40; ++index) {
+      const auto other = drawn_experiment(base, 0.01, index);
+      if (!other) continue;
+      ++drawn;
+      EXPECT_EQ(difference(base, *other).full.empty(), other->source_text == base.source_text) << name << index;
+      EXPECT_EQ(other->source_text, parse_experiment(other->source_text, "again").source_text);
+      for (const char* section : {"plant.", "simulation.", "excitation.", "loss.", "evaluation.", "training.noise",
+                                  "training.mirror", "training.dropout", "name", "seed"})
+        EXPECT_THAT(", " + difference(base, *other).full, Not(HasSubstr(std::string(", ") + section))) << name << index;
+      if (base.log) {
+        EXPECT_EQ(other->log->train_files, base.log->train_files);
+      }
+    }
+    EXPECT_GT(drawn, 10) << name << ": control: draws can be trained, if not all of them where an output is an angle";
+  }
+}
+
+TEST(Search, TriesOtherStructuresWhereOneIsAsGoodAsAnother) {
+  EXPECT_THAT(structures_of(shipped("van_der_pol"), 60), testing::UnorderedElementsAre("kkl", "gated", "window"));
+  EXPECT_THAT(structures_of(shipped("van_der_pol_gated"), 60), testing::UnorderedElementsAre("kkl", "gated", "window"));
+  EXPECT_THAT(structures_of(shipped("qube"), 60), Contains("kkl"));
+}
+
+// Matrices of a plant, or an input field, are what only a user can say.
+TEST(Search, KeepsAStructureThatWasChosenForItsPlant) {
+  EXPECT_THAT(structures_of(shipped("paper/example1"), 60), testing::ElementsAre("luenberger"));
+  EXPECT_THAT(structures_of(shipped("paper/reverse_duffing_driven"), 60), testing::ElementsAre("driven_kkl"));
+}
+
+TEST(Search, VariesTimeScalesWidthsAndRates) {
+  const Experiment base = shipped("van_der_pol");
+  std::string all;
+  for (std::uint64_t index = 1; index <= 60; ++index)
+    if (const auto drawn = drawn_experiment(base, 0.02, index)) all += difference(base, *drawn).full + "\n";
+  EXPECT_THAT(all, AllOf(HasSubstr("observer.eigenvalues"), HasSubstr("observer.pairs"), HasSubstr("observer.clocks_s"),
+                         HasSubstr("inverse_map.hidden"), HasSubstr("training.learning_rate"),
+                         HasSubstr("training.eigenvalue_learning_rate"), HasSubstr("observer.units = ")));
+}
+
+TEST(Search, TellsWhatIsDifferent) {
+  const Experiment base = shipped("van_der_pol");
+  Experiment other = base;
+  other.inverse_map.hidden = {16};
+  other.training.learning_rate = 0.25;
+  other.training.steps = 3;
+  other.source_text = format_experiment(other);
+  EXPECT_EQ(difference(base, other).full, "inverse_map.hidden = [16], training.learning_rate = 0.25");
+  EXPECT_EQ(difference(base, other).title, "hidden=[16] learning_rate=0.25");
+}
+
+TEST(Search, ValidatesShortTrainingsTwentyTimes) {
+  Experiment experiment = shipped("van_der_pol");
+  set_steps(experiment, 200);
+  EXPECT_EQ(experiment.training.steps, 200);
+  EXPECT_EQ(experiment.training.validate_every, 10);
+  EXPECT_EQ(parse_experiment(experiment.source_text, "again").training.steps, 200);
+  const int every = shipped("van_der_pol").training.validate_every;
+  experiment = shipped("van_der_pol");
+  set_steps(experiment, 1000 * every);
+  EXPECT_EQ(experiment.training.validate_every, every) << "as often as asked for where that is more often";
+  set_steps(experiment, 1);
+  EXPECT_EQ(experiment.training.validate_every, 1);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

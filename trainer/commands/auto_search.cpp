@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/commands/auto_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "codegen/base/file.h"
+#include "trainer/base/draws.h"
+#include "trainer/commands/command.h"
+#include "trainer/commands/finished_run.h"
+#include "trainer/commands/interrupt.h"
+#include "trainer/commands/model_cost.h"
+#include "trainer/commands/output_directory.h"
+#include "trainer/commands/patient_progress.h"
+#include "trainer/commands/search_judge.h"
+#include "trainer/data/log_files.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/sweep/halving.h"
+#include "trainer/sweep/search.h"
+#include "trainer/training/checkpoint.h"
+#include "trainer/training/provenance.h"
+#include "trainer/training/train.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+using Time = std::chrono::steady_clock::time_point;
+
+Time now() {
+  return std::chrono::steady_clock::now();
+}
+
+double seconds(Time from, Time to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+void check_interrupt() {
+  if (stop_on_interrupt().load()) throw RunFailure("interrupted");
+}
+
+/// What the experiment trains on, which is the task's own unless a transient of its own length is cut off.
+class DataOf {
+ public:
+  DataOf(const SearchTask& task, const Experiment& experiment) : task_(task) {
+    const auto keeps = [](const Experiment& e) { return e.training.transient == Transient::kKeep; };
+    if (keeps(experiment) && keeps(task.experiment)) return;
+    own_ = experiment.plant ? simulated_data(experiment) : logged_data(experiment, "", true);
+  }
+
+  const RunData& get() const { return own_ ? *own_ : task_.data; }
+
+ private:
+  const SearchTask& task_;
+  std::optional<RunData> own_;
+};
+
+class Search {
+ public:
+  Search(const SearchTask& task, const SearchBudget& budget, std::string directory, bool quiet)
+      : task_(task),
+        budget_(budget),
+        directory_(std::move(directory)),
+        quiet_(quiet),
+        judge_(task.experiment, task.data.validation) {
+    const std::uint64_t data =
+        data_fingerprint(task.data.validation, data_fingerprint(task.data.training, fingerprint(nullptr, 0)));
+    const std::string text = fmt::format("{} {} {} {} {}", run_identity(task.experiment), data, budget.minutes,
+                                         budget.multiply_adds, budget.flash_bytes);
+    record_.identity = fingerprint(text.data(), text.size());
+  }
+
+  SearchRecord run(bool resume) {
+    if (resume) read();
+    if (record_.candidates.empty()) draw();
+    const double reserved_s = record_.by_hand_fits() ? record_.by_hand_s : 0.0;
+    const std::vector<Rung> rungs = halving_rungs(record_.candidates.size(), record_.seconds - reserved_s);
+    for (std::size_t r = 0; r < rungs.size(); ++r) {
+      if (r >= record_.rungs.size()) begin_rung(rungs[r], r + 1 == rungs.size());
+      for (std::size_t t = 0; t < record_.rungs[r].size(); ++t)
+        if (Trial& trial = record_.rungs[r][t]; !trial.done)
+          perform(trial, fmt::format("{}/{}-{}", jobs(), r, trial.candidate),
+                  fmt::format("rung {} of {}, training {} of {}", r + 1, rungs.size(), t + 1, record_.rungs[r].size()));
+    }
+    progress_.finish();
+    std::error_code ignored;
+    fs::remove_all(jobs(), ignored);
+    const std::vector<Trial>& last = record_.rungs.back();
+    if (std::none_of(last.begin(), last.end(), [](const Trial& trial) { return trial.error.has_value(); }))
+      throw RunFailure("every training of the last rung diverged; give a lower learning_rate");
+    return std::move(record_);
+  }
+
+ private:
+  std::string jobs() const { return directory_ + "/auto"; }
+  std::string file() const { return directory_ + "/auto.json"; }
+
+  void save() const { codegen::write_file_atomically(file(), to_json(record_)); }
+
+  void read() {
+    std::error_code ignored;
+    if (!fs::exists(file(), ignored)) return;
+    SearchRecord found = search_record_from_json(codegen::read_file(file()), file());
+    if (found.identity != record_.identity)
+      throw codegen::Error(fmt::format(
+          "{}: is of another experiment, budget or data; take another -o DIR, or begin anew without --resume", file()));
+    record_ = std::move(found);
+  }
+
+  /// Candidate 0 is the experiment as it stands, unless that costs too much.
+  bool stands() const { return record_.by_hand_s > 0.0; }
+
+  /// Candidates that can be trained and keep to the budget.
+  void draw() {
+    const Time started = now();
+    const double total_s = 60.0 * budget_.minutes, period_s = task_.data.training.sample_period_s;
+    std::size_t wanted = 1;
+    constexpr std::uint64_t kTries = 20;  // for each that is found
+    for (std::uint64_t index = 0; record_.candidates.size() < wanted && index <= kTries * wanted; ++index) {
+      say(0.0, fmt::format("looking for candidates, {} found", record_.candidates.size()));
+      const std::optional<Experiment> drawn = drawn_experiment(task_.experiment, period_s, index);
+      const auto same = [&](const Candidate& other) { return other.experiment == drawn->source_text; };
+      if (drawn && std::none_of(record_.candidates.begin(), record_.candidates.end(), same)) try {
+          add(*drawn, index == 0);
+        } catch (const codegen::Error&) {
+          if (index == 0) throw;  // no draw, but what the user has
+        }
+      check_interrupt();
+      if (index == 0) wanted = candidates_for(total_s - (2.0 * record_.by_hand_s <= total_s ? record_.by_hand_s : 0.0));
+    }
+    if (record_.candidates.empty())
+      throw codegen::Error(
+          fmt::format("nothing that was drawn keeps to the budget{}{}; allow more",
+                      budget_.multiply_adds > 0 ? fmt::format(" --max-multiply-adds {}", budget_.multiply_adds) : "",
+                      budget_.flash_bytes > 0 ? fmt::format(" --max-flash-bytes {}", budget_.flash_bytes) : ""));
+    record_.seconds = std::max(total_s - seconds(started, now()), 0.5 * total_s);
+    make_output_directory(directory_);
+    save();
+  }
+
+  /// A few steps: how fast it trains, and what it costs in flight.
+  void add(const Experiment& drawn, bool as_it_stands) {
+    constexpr int kSteps = 24, kWarm = 4;
+    Experiment experiment = drawn;
+    set_steps(experiment, kSteps);
+    Time warm, end;
+    TrainOptions options;
+    options.stop = &stop_on_interrupt();
+    options.progress = [&](const TrainProgress& progress) {
+      if (progress.step == kWarm) warm = now();
+      end = now();
+    };
+    const DataOf data(task_, experiment);
+    const TrainingResult result = train(experiment, data.get().training, data.get().validation, options);
+    if (result.steps_done < kSteps) return;
+    const double steps_per_s = (kSteps - kWarm) / std::max(seconds(warm, end), 1e-6);
+    const JobCost cost = model_cost(result.model);
+    if ((budget_.multiply_adds > 0 && cost.multiply_adds > budget_.multiply_adds) ||
+        (budget_.flash_bytes > 0 && cost.flash_bytes > budget_.flash_bytes))
+      return;
+    const Difference drawn_by = difference(task_.experiment, drawn);
+    record_.candidates.push_back({drawn.source_text, drawn_by.full, drawn_by.title, cost, steps_per_s});
+    if (as_it_stands) record_.by_hand_s = static_cast<double>(drawn.training.steps) / steps_per_s;
+  }
+
+  void begin_rung(const Rung& rung, bool last) {
+    std::vector<std::size_t> members;
+    if (record_.rungs.empty()) {
+      for (std::size_t c = 0; c < record_.candidates.size(); ++c) members.push_back(c);
+    } else {
+      const std::vector<Trial>& before = record_.rungs.back();
+      std::vector<std::optional<double>> errors;
+      for (const Trial& trial : before) errors.push_back(trial.error);
+      for (const std::size_t place : best_of(errors, rung.candidates)) members.push_back(before[place].candidate);
+      if (stands() && std::find(members.begin(), members.end(), 0U) == members.end()) members.push_back(0);
+      std::sort(members.begin(), members.end());
+    }
+    if (members.empty()) throw RunFailure("every training of a rung diverged; give a lower learning_rate");
+    std::vector<Trial>& trials = record_.rungs.emplace_back();
+    for (const std::size_t member : members) trials.push_back({member, steps_of(member, rung, last)});
+    save();
+  }
+
+  int steps_of(std::size_t member, const Rung& rung, bool last) const {
+    constexpr double kMostLonger = 4.0;  // than the experiment asks for
+    const int by_hand = task_.experiment.training.steps;
+    if (last && member == 0 && record_.by_hand_fits()) return by_hand;
+    const double steps = std::round(rounded(rung.seconds * record_.candidates[member].steps_per_s));
+    return static_cast<int>(std::clamp(steps, 1.0, kMostLonger * by_hand));
+  }
+
+  void perform(Trial& trial, const std::string& job, const std::string& what) {
+    Candidate& candidate = record_.candidates[trial.candidate];
+    Experiment experiment = parse_experiment(candidate.experiment, file());
+    experiment.threads = task_.experiment.threads;
+    set_steps(experiment, trial.steps);
+    TrainOptions options;
+    options.directory = job;
+    options.resume = has_checkpoint(job);
+    options.stop = &stop_on_interrupt();
+    options.progress = [&](const TrainProgress& progress) {
+      say((done_s() + static_cast<double>(progress.step) / candidate.steps_per_s) / record_.seconds, what);
+    };
+    make_output_directory(job);
+    try {
+      const DataOf data(task_, experiment);
+      const TrainingResult result = train(experiment, data.get().training, data.get().validation, options);
+      if (result.outcome == TrainOutcome::kInterrupted) throw RunFailure("interrupted");
+      if (result.outcome != TrainOutcome::kDiverged) trial.error = judge_.error(result.model);
+      if (result.elapsed_s > 0.0) candidate.steps_per_s = static_cast<double>(result.steps_done) / result.elapsed_s;
+    } catch (const RunFailure&) {
+      throw;
+    } catch (const codegen::Error&) {
+      trial.error.reset();  // it ran beyond all numbers
+    }
+    if (trial.error && !std::isfinite(*trial.error)) trial.error.reset();
+    trial.done = true;
+    save();
+    std::error_code ignored;
+    fs::remove_all(job, ignored);
+  }
+
+  /// By the speeds that are known.
+  double done_s() const {
+    double sum = 0.0;
+    for (const std::vector<Trial>& rung : record_.rungs)
+      for (const Trial& trial : rung)
+        if (trial.done) sum += trial.steps / record_.candidates[trial.candidate].steps_per_s;
+    return sum;
+  }
+
+  void say(double share, const std::string& what) {
+    if (!quiet_) progress_.update(std::min(share, 0.999), what);
+  }
+
+  const SearchTask& task_;
+  SearchBudget budget_;
+  std::string directory_;
+  bool quiet_;
+  SearchJudge judge_;
+  SearchRecord record_;
+  PatientProgress progress_;
+};
+
+}  // namespace
+
+SearchTask search_task(Experiment experiment, const std::string& data_directory) {
+  if (experiment.feedback && experiment.feedback->rounds > 0)
+    throw codegen::Error(
+        "--auto does not search experiments whose [feedback] has rounds, each of which trains anew; search with "
+        "--set feedback.rounds=0, then train what it found with its rounds");
+  SearchTask task;
+  if (experiment.plant) {
+    task.data = simulated_data(experiment);
+    task.experiment = std::move(experiment);
+    return task;
+  }
+  LogConfig& log = *experiment.log;
+  SplitFiles files = expand_splits(log, data_directory);
+  if (files.validation.empty()) {
+    constexpr std::size_t kPart = 4;  // one in so many
+    if (files.train.size() < 2)
+      throw codegen::Error(
+          "--auto chooses by logs that training has not seen, and there is one log; name another as validation_files "
+          "in "
+          "[log]");
+    std::vector<std::string> kept;
+    for (std::size_t i = 0; i < files.train.size(); ++i) {
+      const bool held = i % kPart == kPart - 1 || (files.train.size() < kPart && i + 1 == files.train.size());
+      (held ? files.validation : kept).push_back(files.train[i]);
+    }
+    files.train = std::move(kept);
+    for (const std::string& file : files.validation)
+      task.held_out += (task.held_out.empty() ? "" : ", ") + fs::path(file).filename().string();
+  }
+  log.train_files = files.train;
+  log.validation_files = files.validation;
+  log.test_files.clear();
+  experiment.source_text = format_experiment(experiment);
+  task.data = logged_data(experiment, "", true);
+  task.experiment = std::move(experiment);
+  return task;
+}
+
+SearchRecord run_search(const SearchTask& task, const SearchBudget& budget, const std::string& directory, bool resume,
+                        bool quiet) {
+  return Search(task, budget, directory, quiet).run(resume);
+}
+
+}  // namespace nlo::trainer

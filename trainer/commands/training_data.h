@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// What an experiment trains on, is chosen by and is judged by.
+#pragma once
+
+#include <string>
+
+#include "trainer/commands/run_report.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/data/training_logs.h"
+
+namespace nlo::trainer {
+
+struct RunData {
+  Dataset training, validation;
+  ReportedLogs judged;  ///< of logs; a plant is tested on new trajectories
+  LogReport clock;      ///< of logs
+  TrainingLogs remembered = {};
+};
+
+/// Of an experiment with a [plant].
+RunData simulated_data(const Experiment& experiment);
+
+/// Of an experiment with a [log], whose files are below `directory`. Unless `quiet`, what is worth knowing of them goes to
+/// stderr. Throws codegen::Error.
+RunData logged_data(const Experiment& experiment, const std::string& directory, bool quiet);
+
+/// Delays of inputs that are to be found, before anything is read by them: from then on the experiment has them as numbers.
+void find_delays(Experiment& experiment, const std::string& directory, bool quiet);
+
+}  // namespace nlo::trainer
