@@ -34,11 +34,11 @@ TEST(Halving, KeepsAQuarter) {
 }
 
 TEST(Halving, TakesMoreCandidatesForMoreTime) {
-  EXPECT_EQ(candidates_for(0.1), 4U) << "so few at least";
-  EXPECT_EQ(candidates_for(1e6), 64U) << "so many at most";
+  EXPECT_EQ(candidates_for(0.1, 0.0), 4U) << "so few at least";
+  EXPECT_EQ(candidates_for(1e6, 0.0), 64U) << "so many at most";
   std::size_t before = 0;
   for (const double seconds : {10.0, 30.0, 100.0, 300.0}) {
-    const std::size_t candidates = candidates_for(seconds);
+    const std::size_t candidates = candidates_for(seconds, 0.0);
     EXPECT_GE(candidates, before);
     if (candidates > 4) {
       EXPECT_GE(halving_rungs(candidates, seconds).front().seconds, 2.0);
@@ -48,6 +48,7 @@ TEST(Halving, TakesMoreCandidatesForMoreTime) {
     }
     before = candidates;
   }
+  EXPECT_GE(halving_rungs(candidates_for(600.0, 5.0), 600.0).front().seconds, 15.0) << "setting up is not most of it";
 }
 
 TEST(Halving, TakesTheLeastErrorsInOrder) {

@@ -22,9 +22,9 @@ SearchRecord record(std::optional<double> by_hand, std::optional<double> other) 
   result.identity = 0xfedcba9876543210ULL;
   result.seconds = 100.0;
   result.by_hand_s = 10.0;
-  result.candidates = {{"name = \"a\"\n", "", "", {100, 400, {}}, 50.0},
-                       {"name = \"b\"\n", "observer.units = 8", "units=8", {60, 200, {}}, 70.0},
-                       {"name = \"c\"\n", "observer.units = 16", "units=16", {80, 300, {}}, 60.0}};
+  result.candidates = {{"name = \"a\"\n", "", "", {100, 400, {}}, 0.5, 50.0},
+                       {"name = \"b\"\n", "observer.units = 8", "units=8", {60, 200, {}}, 0.5, 70.0},
+                       {"name = \"c\"\n", "observer.units = 16", "units=16", {80, 300, {}}, 0.5, 60.0}};
   result.rungs = {{{0, 10, true, 0.5}, {1, 12, true, std::nullopt}, {2, 11, true, 0.4}},
                   {{0, 500, true, by_hand}, {2, 300, true, other}}};
   return result;

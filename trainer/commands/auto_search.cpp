@@ -18,7 +18,6 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/commands/search_judge.h"
-#include "trainer/data/log_files.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/sweep/halving.h"
 #include "trainer/sweep/search.h"
@@ -43,22 +42,6 @@ double seconds(Time from, Time to) {
 void check_interrupt() {
   if (stop_on_interrupt().load()) throw RunFailure("interrupted");
 }
-
-/// What the experiment trains on, which is the task's own unless a transient of its own length is cut off.
-class DataOf {
- public:
-  DataOf(const SearchTask& task, const Experiment& experiment) : task_(task) {
-    const auto keeps = [](const Experiment& e) { return e.training.transient == Transient::kKeep; };
-    if (keeps(experiment) && keeps(task.experiment)) return;
-    own_ = experiment.plant ? simulated_data(experiment) : logged_data(experiment, "", true);
-  }
-
-  const RunData& get() const { return own_ ? *own_ : task_.data; }
-
- private:
-  const SearchTask& task_;
-  std::optional<RunData> own_;
-};
 
 class Search {
  public:
@@ -119,9 +102,12 @@ class Search {
   void draw() {
     const Time started = now();
     const double total_s = 60.0 * budget_.minutes, period_s = task_.data.training.sample_period_s;
-    std::size_t wanted = 1;
     constexpr std::uint64_t kTries = 20;  // for each that is found
+    constexpr double kShare = 0.2;        // of the time, unless few are found by then
+    constexpr std::size_t kFew = 4;
+    std::size_t wanted = 1;
     for (std::uint64_t index = 0; record_.candidates.size() < wanted && index <= kTries * wanted; ++index) {
+      if (record_.candidates.size() >= kFew && seconds(started, now()) > kShare * total_s) break;
       say(0.0, fmt::format("looking for candidates, {} found", record_.candidates.size()));
       const std::optional<Experiment> drawn = drawn_experiment(task_.experiment, period_s, index);
       const auto same = [&](const Candidate& other) { return other.experiment == drawn->source_text; };
@@ -131,7 +117,10 @@ class Search {
           if (index == 0) throw;  // no draw, but what the user has
         }
       check_interrupt();
-      if (index == 0) wanted = candidates_for(total_s - (2.0 * record_.by_hand_s <= total_s ? record_.by_hand_s : 0.0));
+      if (index == 0) {
+        const double setup_s = record_.candidates.empty() ? 0.0 : record_.candidates.front().setup_s;
+        wanted = candidates_for(total_s - (2.0 * record_.by_hand_s <= total_s ? record_.by_hand_s : 0.0), setup_s);
+      }
     }
     if (record_.candidates.empty())
       throw codegen::Error(
@@ -148,6 +137,7 @@ class Search {
     constexpr int kSteps = 24, kWarm = 4;
     Experiment experiment = drawn;
     set_steps(experiment, kSteps);
+    const Time begun = now();
     Time warm, end;
     TrainOptions options;
     options.stop = &stop_on_interrupt();
@@ -155,7 +145,7 @@ class Search {
       if (progress.step == kWarm) warm = now();
       end = now();
     };
-    const DataOf data(task_, experiment);
+    const CandidateData data(task_, experiment);
     const TrainingResult result = train(experiment, data.get().training, data.get().validation, options);
     if (result.steps_done < kSteps) return;
     const double steps_per_s = (kSteps - kWarm) / std::max(seconds(warm, end), 1e-6);
@@ -164,8 +154,10 @@ class Search {
         (budget_.flash_bytes > 0 && cost.flash_bytes > budget_.flash_bytes))
       return;
     const Difference drawn_by = difference(task_.experiment, drawn);
-    record_.candidates.push_back({drawn.source_text, drawn_by.full, drawn_by.title, cost, steps_per_s});
-    if (as_it_stands) record_.by_hand_s = static_cast<double>(drawn.training.steps) / steps_per_s;
+    record_.candidates.push_back({drawn.source_text, drawn_by.full, drawn_by.title, cost, 0.0, steps_per_s});
+    Candidate& added = record_.candidates.back();
+    added.setup_s = std::max(seconds(begun, now()) - kSteps / steps_per_s, 0.0);
+    if (as_it_stands) record_.by_hand_s = added.setup_s + static_cast<double>(drawn.training.steps) / steps_per_s;
   }
 
   void begin_rung(const Rung& rung, bool last) {
@@ -190,7 +182,10 @@ class Search {
     constexpr double kMostLonger = 4.0;  // than the experiment asks for
     const int by_hand = task_.experiment.training.steps;
     if (last && member == 0 && record_.by_hand_fits()) return by_hand;
-    const double steps = std::round(rounded(rung.seconds * record_.candidates[member].steps_per_s));
+    constexpr double kLeast = 0.25;  // of the time for steps, however long the rest takes
+    const Candidate& candidate = record_.candidates[member];
+    const double stepping_s = std::max(rung.seconds - candidate.setup_s, kLeast * rung.seconds);
+    const double steps = std::round(rounded(stepping_s * candidate.steps_per_s));
     return static_cast<int>(std::clamp(steps, 1.0, kMostLonger * by_hand));
   }
 
@@ -208,7 +203,7 @@ class Search {
     };
     make_output_directory(job);
     try {
-      const DataOf data(task_, experiment);
+      const CandidateData data(task_, experiment);
       const TrainingResult result = train(experiment, data.get().training, data.get().validation, options);
       if (result.outcome == TrainOutcome::kInterrupted) throw RunFailure("interrupted");
       if (result.outcome != TrainOutcome::kDiverged) trial.error = judge_.error(result.model);
@@ -230,7 +225,8 @@ class Search {
     double sum = 0.0;
     for (const std::vector<Trial>& rung : record_.rungs)
       for (const Trial& trial : rung)
-        if (trial.done) sum += trial.steps / record_.candidates[trial.candidate].steps_per_s;
+        if (const Candidate& candidate = record_.candidates[trial.candidate]; trial.done)
+          sum += candidate.setup_s + trial.steps / candidate.steps_per_s;
     return sum;
   }
 
@@ -248,44 +244,6 @@ class Search {
 };
 
 }  // namespace
-
-SearchTask search_task(Experiment experiment, const std::string& data_directory) {
-  if (experiment.feedback && experiment.feedback->rounds > 0)
-    throw codegen::Error(
-        "--auto does not search experiments whose [feedback] has rounds, each of which trains anew; search with "
-        "--set feedback.rounds=0, then train what it found with its rounds");
-  SearchTask task;
-  if (experiment.plant) {
-    task.data = simulated_data(experiment);
-    task.experiment = std::move(experiment);
-    return task;
-  }
-  LogConfig& log = *experiment.log;
-  SplitFiles files = expand_splits(log, data_directory);
-  if (files.validation.empty()) {
-    constexpr std::size_t kPart = 4;  // one in so many
-    if (files.train.size() < 2)
-      throw codegen::Error(
-          "--auto chooses by logs that training has not seen, and there is one log; name another as validation_files "
-          "in "
-          "[log]");
-    std::vector<std::string> kept;
-    for (std::size_t i = 0; i < files.train.size(); ++i) {
-      const bool held = i % kPart == kPart - 1 || (files.train.size() < kPart && i + 1 == files.train.size());
-      (held ? files.validation : kept).push_back(files.train[i]);
-    }
-    files.train = std::move(kept);
-    for (const std::string& file : files.validation)
-      task.held_out += (task.held_out.empty() ? "" : ", ") + fs::path(file).filename().string();
-  }
-  log.train_files = files.train;
-  log.validation_files = files.validation;
-  log.test_files.clear();
-  experiment.source_text = format_experiment(experiment);
-  task.data = logged_data(experiment, "", true);
-  task.experiment = std::move(experiment);
-  return task;
-}
 
 SearchRecord run_search(const SearchTask& task, const SearchBudget& budget, const std::string& directory, bool resume,
                         bool quiet) {

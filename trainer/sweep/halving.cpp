@@ -17,11 +17,11 @@ std::vector<Rung> halving_rungs(std::size_t candidates, double seconds) {
   return rungs;
 }
 
-std::size_t candidates_for(double seconds) {
+std::size_t candidates_for(double seconds, double setup_s) {
   constexpr std::size_t kFewest = 4, kMost = 64;
-  constexpr double kShortest = 2.0;  // of a training that says something about longer ones [s]
+  const double shortest = std::max(2.0, 3.0 * setup_s);  // of a training that says something about longer ones [s]
   std::size_t candidates = kFewest;
-  while (candidates < kMost && halving_rungs(candidates + 1, seconds).front().seconds >= kShortest) ++candidates;
+  while (candidates < kMost && halving_rungs(candidates + 1, seconds).front().seconds >= shortest) ++candidates;
   return candidates;
 }
 

@@ -20,8 +20,9 @@ inline constexpr std::size_t kKeptPart = 4;  ///< one in so many goes on, two at
 /// winner, for its model. `candidates` > 0, `seconds` > 0.
 std::vector<Rung> halving_rungs(std::size_t candidates, double seconds);
 
-/// As many candidates as get two seconds in the first rung, 4 to 64.
-std::size_t candidates_for(double seconds);
+/// As many candidates as get two seconds in the first rung, or three times what a training needs before its first step
+/// where that is more, 4 to 64.
+std::size_t candidates_for(double seconds, double setup_s);
 
 /// Which of a rung go on: the `count` of least error, in that order; equal ones by their place. One without an error
 /// (its training diverged) never does.

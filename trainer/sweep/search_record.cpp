@@ -32,6 +32,7 @@ Candidate candidate_from(const Json& json) {
   candidate.title = json.at("title").get<std::string>();
   candidate.cost = {number_in<Eigen::Index>(json, "multiply_adds", 0, kMost),
                     number_in<Eigen::Index>(json, "flash_bytes", 0, kMost)};
+  candidate.setup_s = number_in(json, "setup_s", 0.0, 1e9);
   candidate.steps_per_s = number_in(json, "steps_per_s", 0.0, 1e9);
   return candidate;
 }
@@ -81,6 +82,7 @@ std::string to_json(const SearchRecord& record) {
                                   {"title", candidate.title},
                                   {"multiply_adds", candidate.cost.multiply_adds},
                                   {"flash_bytes", candidate.cost.flash_bytes},
+                                  {"setup_s", candidate.setup_s},
                                   {"steps_per_s", candidate.steps_per_s}});
   for (const std::vector<Trial>& rung : record.rungs) {
     Json trials = Json::array();

@@ -18,6 +18,7 @@ struct Candidate {
   std::string difference;    ///< Difference::full from the experiment as it stands; empty: that one
   std::string title;         ///< Difference::title
   JobCost cost;              ///< of its export in float
+  double setup_s = 0.0;      ///< what a training of it takes here before and after its steps
   double steps_per_s = 0.0;  ///< of its training here, as last measured
 };
 

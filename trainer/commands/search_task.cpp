@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/commands/search_task.h"
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "codegen/base/error.h"
+#include "trainer/data/log_files.h"
+#include "trainer/experiments/load_experiment.h"
+
+namespace nlo::trainer {
+
+SearchTask search_task(Experiment experiment, const std::string& data_directory) {
+  if (experiment.feedback && experiment.feedback->rounds > 0)
+    throw codegen::Error(
+        "--auto does not search experiments whose [feedback] has rounds, each of which trains anew; search with "
+        "--set feedback.rounds=0, then train what it found with its rounds");
+  SearchTask task;
+  if (experiment.plant) {
+    task.data = simulated_data(experiment);
+    task.experiment = std::move(experiment);
+    return task;
+  }
+  LogConfig& log = *experiment.log;
+  SplitFiles files = expand_splits(log, data_directory);
+  if (files.validation.empty()) {
+    constexpr std::size_t kPart = 4;  // one in so many
+    if (files.train.size() < 2)
+      throw codegen::Error(
+          "--auto chooses by logs that training has not seen, and there is one log; name another as validation_files "
+          "in "
+          "[log]");
+    std::vector<std::string> kept;
+    for (std::size_t i = 0; i < files.train.size(); ++i) {
+      const bool held = i % kPart == kPart - 1 || (files.train.size() < kPart && i + 1 == files.train.size());
+      (held ? files.validation : kept).push_back(files.train[i]);
+    }
+    files.train = std::move(kept);
+    for (const std::string& file : files.validation)
+      task.held_out += (task.held_out.empty() ? "" : ", ") + std::filesystem::path(file).filename().string();
+  }
+  log.train_files = files.train;
+  log.validation_files = files.validation;
+  log.test_files.clear();
+  experiment.source_text = format_experiment(experiment);
+  task.data = logged_data(experiment, "", true);
+  task.experiment = std::move(experiment);
+  return task;
+}
+
+CandidateData::CandidateData(const SearchTask& task, const Experiment& candidate) : task_(task) {
+  const auto keeps = [](const Experiment& e) { return e.training.transient == Transient::kKeep; };
+  if (keeps(candidate) && keeps(task.experiment)) return;
+  own_ = candidate.plant ? simulated_data(candidate) : logged_data(candidate, "", true);
+}
+
+}  // namespace nlo::trainer

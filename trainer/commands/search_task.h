@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The data of nlo train --auto: what its candidates train on and are chosen by.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "trainer/commands/training_data.h"
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+/// An experiment whose logs are split for a search, and what comes of them.
+struct SearchTask {
+  Experiment experiment;  ///< as it stands; with logs: those held out are its validation_files
+  RunData data;           ///< of it
+  std::string held_out;   ///< logs that were taken from training to choose by; empty: none
+};
+
+/// Where the experiment names no validation_files, every fourth of its training logs is held out. Throws codegen::Error
+/// where there is but one, and for what --auto does not search: rounds of [feedback].
+SearchTask search_task(Experiment experiment, const std::string& data_directory);
+
+/// What a candidate trains on, which is the task's own unless a transient of its own length is cut off.
+class CandidateData {
+ public:
+  CandidateData(const SearchTask& task, const Experiment& candidate);
+
+  const RunData& get() const { return own_ ? *own_ : task_.data; }
+
+ private:
+  const SearchTask& task_;
+  std::optional<RunData> own_;
+};
+
+}  // namespace nlo::trainer
