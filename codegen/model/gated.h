@@ -4,6 +4,7 @@
 //   target = tanh(candidate([g z; y]))
 #pragma once
 
+#include "codegen/model/contraction.h"
 #include "codegen/model/network.h"
 
 namespace nlo::codegen {
@@ -12,6 +13,7 @@ struct Gated {
   Network gates;        ///< [z; y] -> [a_s; a_g], n_z + n_r -> 2 n_z: one layer
   Network candidate;    ///< [g z; y] -> n_z, before the tanh: one layer
   Network inverse_map;  ///< T*: z or [z; y] -> x_hat
+  Contraction contraction = {};
 };
 
 }  // namespace nlo::codegen

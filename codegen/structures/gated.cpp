@@ -73,7 +73,12 @@ class GatedHeader final : public CppStructureBase {
   using CppStructureBase::CppStructureBase;
   std::string title() const override { return "a learned state observer (gated: dz/dt = rate (target - z))"; }
   std::string description() const override {
+    const Contraction& contraction = own_part<Gated>(m_).contraction;
     return fmt::format("// Latent state: {} gated units. Inverse map T*: {}.\n", nz_, inverse_map().description()) +
+           (contraction.none() ? ""
+                               : fmt::format("// Contracting: what z started from falls as exp(-{:.3g} t) or faster, "
+                                             "proven from the weights.\n",
+                                             contraction.rate)) +
            input_comment();
   }
   std::string header() const override { return "gated_observer.h"; }
@@ -124,19 +129,42 @@ void check_gate_layer(const Network& n, const Model& m, int outputs, const char*
            i, sums(i), kLargest);
 }
 
+/// What is claimed is proven by the weights as they are.
+void check_contraction(const Gated& own, const Model& m) {
+  if (own.contraction.none()) return;
+  check_shape(own.contraction.metric, m.nz(), "contraction.metric", "n_z");
+  check_positive(own.contraction.metric, "contraction.metric");
+  constexpr double kRounding = 1.0 + 1e-9;
+  const double proven = proven_rate(m, own, own.contraction.metric);
+  if (!(own.contraction.rate > 0.0) || own.contraction.rate > kRounding * proven)
+    fail("contraction.rate is {}, and gates and candidate prove {} in that metric; take the contraction out",
+         own.contraction.rate, proven > 0.0 ? std::to_string(proven) : "none");
+}
+
 class GatedModule final : public StructureModule {
  public:
   std::string_view name() const override { return "gated"; }
 
-  std::vector<const char*> keys() const override { return {"gates", "candidate", "inverse_map"}; }
+  std::vector<const char*> keys() const override { return {"gates", "candidate", "inverse_map", "contraction"}; }
   void read(const Field& file, Model& m) const override {
-    m.structure = Gated{network(file["gates"]), network(file["candidate"]), network(file["inverse_map"])};
+    Gated own{network(file["gates"]), network(file["candidate"]), network(file["inverse_map"])};
+    if (file.has("contraction")) {
+      const Field contraction = file["contraction"];
+      contraction.allow_only({"metric", "rate"});
+      own.contraction = {vector(contraction["metric"]), number(contraction["rate"])};
+    }
+    m.structure = std::move(own);
   }
   void write(const Model& m, JsonObject& file) const override {
     const Gated& own = own_part<Gated>(m);
     file.network("gates", own.gates);
     file.network("candidate", own.candidate);
     file.network("inverse_map", own.inverse_map);
+    if (own.contraction.none()) return;
+    JsonObject contraction(file.inner());
+    contraction.vector("metric", own.contraction.metric);
+    contraction.field("rate", literal(own.contraction.rate));
+    file.field("contraction", contraction.text());
   }
   void check(const Model& m) const override {
     check_no_angles(m);
@@ -147,6 +175,7 @@ class GatedModule final : public StructureModule {
       if (!(std::abs(m.initial_latent(r)) <= 1.0))
         fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
     check_network(own.inverse_map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_r)");
+    check_contraction(own, m);
   }
 
   std::vector<Named<Network>> networks(Model& m) const override {

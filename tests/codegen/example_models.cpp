@@ -270,6 +270,17 @@ Model gated_model() {
   return with_domain(m);
 }
 
+Model contracting_gated_model() {
+  Model m = gated_model();
+  m.name = "contracting_gated";
+  Gated& own = std::get<Gated>(m.structure);
+  // What reads z is small enough to be proven.
+  own.gates.layers[0].weights.leftCols(5) *= 0.02;
+  own.candidate.layers[0].weights.leftCols(5) *= 0.1;
+  own.contraction = find_contraction(m, own);
+  return m;
+}
+
 Model driven_model() {
   Model m = blank("driven", 1, 2);
   m.initial_latent = Eigen::Vector3d::Zero();
@@ -496,6 +507,7 @@ std::vector<Model> example_models() {
                                commanded_general_model(),
                                commanded_gated_model(),
                                failing_gated_model(),
+                               contracting_gated_model(),
                                commanded_window_model()};
   for (const Model& m : error_models()) models.push_back(m);
   for (const Model& m : structure_models()) models.push_back(m);

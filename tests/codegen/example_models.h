@@ -41,6 +41,7 @@ Model luenberger_model();
 Model general_model();
 /// Five gated units; T* reads [z; y].
 Model gated_model();
+Model contracting_gated_model();  ///< with its proof
 
 /// (24)-(25): a complex pair and a real eigenvalue, one output, two inputs, g(x) affine, T 2-12-3, T* 3-12-2 with a
 /// linear path each.

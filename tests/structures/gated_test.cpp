@@ -169,6 +169,51 @@ TEST(Gated, FlightClampsWhereTrainingDidWhenNoiseHasTails) {
   EXPECT_GT(std::fabs(model("gaussian:0.5").output_max(0) - tails.output_max(0)), 0.1) << "control";
 }
 
+TEST(Gated, ContractsAtTheRateThatItsFileClaims) {
+  const Dataset data = harmonics({120, 120, 120}, false);
+  const auto trained = [&](const std::string& observer) {
+    return codegen::parse_model(codegen::to_json(train(gated_experiment(observer, 200), data, data, {}).model),
+                                "m.json");
+  };
+  const codegen::Model model = trained("units = 6\ncontraction = 0.9\n");
+  const codegen::Contraction& claim = std::get<codegen::Gated>(model.structure).contraction;
+  ASSERT_FALSE(claim.none());
+  EXPECT_GT(claim.rate, 0.0);
+  EXPECT_TRUE(std::get<codegen::Gated>(trained("units = 6\n").structure).contraction.none());
+  // Training has come to the limit: its rows add up to 0.9 and no more, but for rounding to float.
+  const Eigen::MatrixXd coupling = codegen::coupling(std::get<codegen::Gated>(model.structure), model.nz());
+  EXPECT_NEAR(coupling.rowwise().sum().maxCoeff(), 0.9, 1e-5);
+
+  // Two runs that start anywhere, on the same readings anywhere in their ranges.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const double share = std::exp(-claim.rate * model.sample_period_s);
+  const auto distance = [&](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return (a - b).cwiseAbs().cwiseQuotient(claim.metric).maxCoeff();
+  };
+  double largest = 0.0;
+  for (int run = 0; run < 50; ++run) {
+    codegen::Model one = model, other = model;
+    for (Eigen::Index r = 0; r < model.nz(); ++r) {
+      one.initial_latent(r) = 2.0 * uniform(random) - 1.0;
+      other.initial_latent(r) = 2.0 * uniform(random) - 1.0;
+    }
+    codegen::ReferenceObserver<double> a(one), b(other);
+    double before = distance(one.initial_latent, other.initial_latent);
+    for (int k = 0; k < 40; ++k) {
+      const Eigen::VectorXd y = model.output_min + uniform(random) * (model.output_max - model.output_min);
+      a.step(y, Eigen::VectorXd(0), model.sample_period_s);
+      b.step(y, Eigen::VectorXd(0), model.sample_period_s);
+      const double after = distance(a.latent(), b.latent());
+      // 1e-9: double rounds, and a distance of nothing has no share.
+      ASSERT_LE(after, share * before + 1e-9) << run << ' ' << k;
+      largest = std::max(largest, before > 1e-6 ? after / before : 0.0);
+      before = after;
+    }
+  }
+  EXPECT_GT(largest, 0.5 * share) << "control: the claim is not far from what is";
+}
+
 TEST(Gated, ThreadsDoNotChangeItsBytes) {
   const Dataset data = harmonics({60, 90, 75, 60, 90, 75, 60, 90, 75, 50}, false);
   Experiment experiment = gated_experiment("units = 5\n", 20, "noise = \"gaussian:0.1\"\n");

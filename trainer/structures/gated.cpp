@@ -26,6 +26,11 @@ struct GatedPeriod {
   double s = 0.0;
 };
 
+/// What constrain() keeps: GatedConfig::contraction.
+struct CouplingLimit {
+  double value = 0.0;
+};
+
 /// The units over the segments of a group.
 class GatedLatent final : public LatentDynamics {
  public:
@@ -94,6 +99,9 @@ class Gated final : public TrainableStructure {
         own_key<ObserverConfig>(key("rates", &GatedConfig::rates, positive(),
                                     "gated: slowest and fastest rate of a unit at first [1/s]; empty: 0.01 and 0.5 "
                                     "per sample period")));
+    keys.push_back(own_key<ObserverConfig>(key(
+        "contraction", &GatedConfig::contraction, between(0, 0.999),
+        "gated: how far units may couple, below 1, so that z provably forgets where it started; 0: as they learn")));
     return keys;
   }
 
@@ -156,6 +164,7 @@ class Gated final : public TrainableStructure {
   void make(const Experiment& experiment, ObserverStructure& structure) const override {
     const int units = experiment.observer.own.get<GatedConfig>().units;
     structure.latent.rows = units;
+    structure.own.set<CouplingLimit>().value = experiment.observer.own.get<GatedConfig>().contraction;
     structure.dynamics =
         dynamics_network({.hidden = {}, .activation = "tanh"}, units + structure.readings, 3 * units, false);
     for (int row = 0; row < units; ++row) structure.features.push_back({.latent = row});
@@ -194,6 +203,33 @@ class Gated final : public TrainableStructure {
     return parameters;
   }
 
+  /// Scales what a unit's rate and target read of z until the coupling of its row is no more than it may be.
+  void constrain(const ObserverStructure& structure, float* parameters) const override {
+    const double limit = structure.own.get<CouplingLimit>().value;
+    if (limit == 0.0) return;
+    const int units = structure.latent.rows;
+    const LayerView& layer = structure.dynamics.shape.layers[0];
+    const auto row = [&](int r) { return parameters + layer.weights + static_cast<std::ptrdiff_t>(r) * layer.in; };
+    std::vector<double> reset(static_cast<std::size_t>(units));
+    const auto sum = [units](const float* w) {
+      double all = 0.0;
+      for (int j = 0; j < units; ++j) all += std::abs(static_cast<double>(w[j]));
+      return all;
+    };
+    for (int k = 0; k < units; ++k) reset[static_cast<std::size_t>(k)] = 1.0 + 0.5 * sum(row(units + k));
+    for (int i = 0; i < units; ++i) {
+      double coupling = 4.0 * sum(row(i));
+      for (int k = 0; k < units; ++k)
+        coupling += std::abs(static_cast<double>(row(2 * units + i)[k])) * reset[static_cast<std::size_t>(k)];
+      if (coupling <= limit) continue;
+      const auto less = static_cast<float>(limit / coupling);
+      for (int j = 0; j < units; ++j) {
+        row(i)[j] *= less;
+        row(2 * units + i)[j] *= less;
+      }
+    }
+  }
+
   std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment&, const ObserverStructure& structure,
                                                   const std::vector<double>& steps_s, int threads) const override {
     return std::make_unique<GatedLatent>(structure, steps_s, threads);
@@ -214,6 +250,13 @@ class Gated final : public TrainableStructure {
     model.structure = codegen::Gated{.gates = rows(0, 2 * units),
                                      .candidate = rows(2 * units, units),
                                      .inverse_map = inverse_map_of(structure, parameters, model.nr())};
+  }
+
+  /// The proof, of the weights as they will stand in the file.
+  void complete(const ObserverStructure& structure, codegen::Model& model) const override {
+    if (structure.own.get<CouplingLimit>().value == 0.0) return;
+    auto& gated = std::get<codegen::Gated>(model.structure);
+    gated.contraction = codegen::find_contraction(model, gated);
   }
 };
 

@@ -20,6 +20,7 @@ namespace nlo::trainer {
 struct GatedConfig {
   int units = 32;                  ///< n_z
   std::vector<double> rates = {};  ///< slowest and fastest at first [1/s]
+  double contraction = 0.0;        ///< > 0: what the units' coupling may reach (codegen/model/contraction.h), below 1
 };
 
 /// Eight trajectories; arrays are [row][time][8].

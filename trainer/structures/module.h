@@ -80,6 +80,10 @@ class TrainableStructure {
   virtual std::unique_ptr<OdeDynamics<float>> lanes(const ObserverStructure&) const { return nullptr; }
   virtual std::unique_ptr<OdeDynamics<double>> lanes_in_double(const ObserverStructure&) const { return nullptr; }
 
+  /// Turns parameters into the nearest that the structure allows, after each step of the optimiser and of what averages
+  /// them. Most allow all.
+  virtual void constrain(const ObserverStructure&, float* /*parameters*/) const {}
+
   /// How training runs the latent system forwards and back; unless a structure knows better, lanes() by Runge-Kutta.
   ///   steps_s  the distinct steps of the data, which outlive the result
   virtual std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment& experiment,
@@ -89,6 +93,9 @@ class TrainableStructure {
   /// Fills what is the structure's own of a model that has names, channels and sizes.
   virtual void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
                         const Dataset& dataset, codegen::Model& model) const = 0;
+
+  /// Adds what follows from its ranges, once the model has them.
+  virtual void complete(const ObserverStructure&, codegen::Model&) const {}
 
  protected:
   /// [observer] of this structure with all defaults but what says how inputs act.

@@ -88,6 +88,7 @@ codegen::Model to_model(const ObserverStructure& structure, const float* paramet
   model.initial_latent = VectorXd::Zero(structure.latent.rows);
   structure.module->to_model(structure, parameters, experiment, dataset, model);
   set_ranges(model, rollout, experiment.training);
+  structure.module->complete(structure, model);
   record_largest_activations(model, rollout);
   record_flight(model, dataset, rollout);
   return model;

@@ -97,6 +97,7 @@ class Training {
       clip(gradient, config.gradient_clip);
       const double factor = schedule_factor(config, state_.step);
       if (usable && !runs_away) optimiser_.step(state_.parameters.data(), gradient.data(), state_.step, factor);
+      constrain(state_.parameters);
       if (!eigenvalues_are_finite()) continue;  // diverged: keep it out of the average
       average();
       ++state_.step;
@@ -146,6 +147,7 @@ class Training {
       return;
     }
     state_.parameters = initial_parameters(structure_, experiment_, rollout);
+    constrain(state_.parameters);
     state_.average = state_.best = state_.parameters;
     const double initial_rmse = validator_.validate(state_.best.data());
     // tanh hides what is not a number: the features are looked at too.
@@ -171,6 +173,10 @@ class Training {
     result.message += ". " + likely_causes(experiment_, state_.metrics, structure_, dataset_, flight);
   }
 
+  void constrain(std::vector<float>& parameters) const {
+    structure_of(experiment_.observer).constrain(structure_, parameters.data());
+  }
+
   /// Exponential average of the weights, with a short memory at first so that it soon forgets where it came from.
   void average() {
     const double ema = experiment_.training.ema;
@@ -180,6 +186,7 @@ class Training {
     for (std::size_t i = 0; i < state_.average.size(); ++i) {
       state_.average[i] += take * (state_.parameters[i] - state_.average[i]);
     }
+    constrain(state_.average);
   }
 
   void validate(const ObjectiveValue& value, double rate) {
