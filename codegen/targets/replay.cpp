@@ -62,6 +62,8 @@ const char* status_name(StepStatus status) {
       return "kRejected";
     case StepStatus::kDiverged:
       return "kDiverged";
+    case StepStatus::kReset:
+      return "kReset";
   }
   return "";
 }

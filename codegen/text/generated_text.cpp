@@ -27,7 +27,7 @@ constexpr std::array kRuntimeNames = {
     "SampledBatch", "Saturation", "StepStatus", "Tableau", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
     "add_relative_state", "add_steady_state", "advance", "as_eigen", "between", "count_held", "discretise", "estimate_with_error", "estrin", "evaluate_inverse",
     "explicit_rk_step", "exponential_rk_step", "fill_missing", "forced_step", "forced_weights", "from_eigen", "gate_of", "gate_over", "horner", "integrate",
-    "is_finite", "is_reachable", "is_tanh", "kConstantTime", "kEuler", "kHeun", "kKnowsError", "kLargestInnovation", "kMayBeMissing", "kMostPieces", "kMostRejected", "kRk4",
+    "is_below", "is_finite", "is_reachable", "is_tanh", "restart", "kConstantTime", "kEuler", "kHeun", "kKnowsError", "kLargestInnovation", "kMayBeMissing", "kMostPieces", "kMostRejected", "kRk4",
     "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "log_1_plus", "make_mlp",
     "make_quantised_mlp", "may_skip", "multiply_add", "native", "noted", "pack", "padded_inputs", "pieces_of", "power_of_2",
     "quantised_layer", "reciprocal", "rounded", "saturate", "saturated_at", "select", "simd", "starts_steady", "tanh_rational", "turn_back"};

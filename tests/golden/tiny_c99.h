@@ -51,7 +51,8 @@ typedef enum {
   tiny_c99_CLAMPED,  // an output outside its declared range was clamped to it
   tiny_c99_HELD,     // an output was not finite (or an angle out of range): its last good value was used
   tiny_c99_STALE,    // held 13 times in a row or more: estimates are no longer to be trusted
-  tiny_c99_REJECTED  // the time step was not positive, or longer than 1000 sample periods: nothing was done
+  tiny_c99_REJECTED, // the time step was not positive, or longer than 1000 sample periods: nothing was done
+  tiny_c99_RESET = 6 // z was not what steps can lead to, a bit has flipped: the next measurement is the first
 } tiny_c99_status;
 
 // An observer is this and nothing else: copy it to save it.

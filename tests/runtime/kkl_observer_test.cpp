@@ -234,7 +234,7 @@ TEST(KklObserver, RefusesDamagedStates) {
   EXPECT_TRUE(refused([](auto& s) { s.y[0] = 10.001F; }));
   EXPECT_TRUE(refused([](auto& s) { s.started = 2; }));
   EXPECT_TRUE(refused([](auto& s) { s.started = 0; }));  // y is known only once started
-  EXPECT_TRUE(refused([](auto& s) { s.status = static_cast<StepStatus>(6); }));
+  EXPECT_TRUE(refused([](auto& s) { s.status = static_cast<StepStatus>(7); }));
   EXPECT_FALSE(refused([](auto&) {}));  // the control: undamaged, it is taken
 }
 

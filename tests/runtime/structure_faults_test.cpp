@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "tests/runtime/structures.h"
@@ -151,6 +152,79 @@ TEST(EveryStructure, ContinuesFromASavedState) {
     damaged.z[0] = kNaN;
     ASSERT_FALSE(other.restore(damaged));
   });
+}
+
+/// What a flipped bit of memory leaves behind.
+template <class Observer>
+struct Upset : Observer {
+  explicit Upset(const Observer& observer) : Observer(observer) {}
+
+  template <class Value>
+  void flip(Value& value, int bit) {
+    unsigned char bytes[sizeof(Value)];
+    std::memcpy(bytes, &value, sizeof(Value));
+    bytes[bit / 8] = static_cast<unsigned char>(bytes[bit / 8] ^ (1U << (bit % 8)));
+    std::memcpy(&value, bytes, sizeof(Value));
+  }
+  auto& memory() { return this->state_; }
+};
+
+/// Flips each bit of z and y in turn and steps on. How many flips were seen as kReset.
+template <class Observer>
+int upset_everywhere(const Observer& running) {
+  using Scalar = typename Observer::Scalar;
+  constexpr int kBits = 8 * sizeof(Scalar);
+  int seen = 0;
+  const auto fly = [&](Upset<Observer> observer, bool of_z) {
+    const bool spoilt = !is_reachable(observer.memory().z);
+    EXPECT_EQ(observer.status() == StepStatus::kReset, spoilt) << "said at once";
+    const StepStatus first = step(observer, Scalar(1.0), Scalar(0.3));
+    if (spoilt && of_z && first == StepStatus::kOk) {  // a window has let it out at its end
+      Observer other(running);
+      (void)step(other, Scalar(1.0), Scalar(0.3));
+      EXPECT_TRUE(testing::same_latent(observer.save(), other.save()));
+    }
+    for (int k = 0; k < 3; ++k) {
+      for (const Scalar z : observer.latent()) EXPECT_TRUE(is_finite(z));
+      const StepStatus status = step(observer, Scalar(1.0), Scalar(0.3));
+      if (k > 0) {
+        EXPECT_NE(status, StepStatus::kReset) << "it goes on";
+      }
+    }
+    if (first != StepStatus::kReset) return;
+    ++seen;
+    Observer fresh(running.model());
+    (void)step(fresh, Scalar(1.0), Scalar(0.3));
+    for (int k = 0; k < 2; ++k) (void)step(fresh, Scalar(1.0), Scalar(0.3));
+    EXPECT_TRUE(testing::same_latent(observer.save(), fresh.save())) << "as one that begins";
+  };
+  for (int r = 0; r < Observer::kNz; ++r)
+    for (int bit = 0; bit < kBits; ++bit) {
+      Upset<Observer> observer(running);
+      observer.flip(observer.memory().z[r], bit);
+      fly(observer, true);
+    }
+  for (int j = 0; j < Observer::kNr; ++j)
+    for (int bit = 0; bit < kBits; ++bit) {
+      Upset<Observer> observer(running);
+      observer.flip(observer.memory().y[j], bit);
+      fly(observer, false);
+    }
+  return seen;
+}
+
+TEST(EveryStructure, SeesABitFlippedBeyondAllNumbersAndBeginsAnew) {
+  int seen = 0;
+  const auto check = [&](auto& observer) {
+    using Scalar = typename std::remove_reference_t<decltype(observer)>::Scalar;
+    for (int k = 0; k < 5; ++k) (void)step(observer, Scalar(0.8) + Scalar(0.1) * static_cast<Scalar>(k), Scalar(0.3));
+    seen += upset_everywhere(observer);
+  };
+  Structures<float>::each(check);
+  EXPECT_GT(seen, 10) << "control: the highest bit of an exponent leaves what steps can lead to";
+  seen = 0;
+  Structures<double>::each(check);
+  EXPECT_GT(seen, 10);
 }
 
 TEST(EveryStructure, StartsFromAGivenLatentState) {

@@ -67,7 +67,7 @@ struct GatedModel {
   /// z over dt_s (0: one sample period) with the measurement at its end. Another step than the sample period costs some
   /// 200 operations a unit more.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void advance(Scalar (&z)[kNz], const Scalar (&)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
+  NLO_INLINE void advance(Scalar (&z)[kNz], const Scalar (&)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     if (dt_s == Scalar(0)) {
       step<kArithmetic, true>(z, y_next, Scalar(1));
     } else {

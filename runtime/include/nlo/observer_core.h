@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The observer as it flies: a model (a constant, in flash) and a state (RAM), which each sample moves on by one step.
-// The equations are the model's. Around them, measurements are screened and faults counted (measurement.h).
-// sampled_observer.h has the functions that a control loop calls.
-//
-// No heap, no exceptions, no libm; whatever arrives, z stays finite.
+// The equations are the model's. Around them, measurements are screened and faults counted (measurement.h). What a control
+// loop calls is in sampled_observer.h.
+// No heap, no exceptions, no libm; whatever arrives, z stays finite, and one that a flipped bit has spoilt is seen.
 #pragma once
 
 #include <cstdint>
@@ -61,10 +60,7 @@ class ObserverCore {
   explicit ObserverCore(const Model&&) = delete;
 
   /// Forgets everything: z = z(0), and the next measurement is the first.
-  constexpr void reset() {
-    state_ = State{};
-    for (int r = 0; r < kNz; ++r) state_.z[r] = model_->initial_latent()[r];
-  }
+  constexpr void reset() { restart(state_, model_->initial_latent()); }
 
   /// x_hat. Computed on each call; costs the multiply-adds of the model's inverse map.
   [[nodiscard]] Estimate estimate() const {
@@ -88,8 +84,10 @@ class ObserverCore {
     return z;
   }
 
-  /// Status of the latest step.
-  [[nodiscard]] constexpr StepStatus status() const { return state_.status; }
+  /// Status of the latest step; kReset, too, where a bit of z has flipped since: then estimate() means nothing.
+  [[nodiscard]] constexpr StepStatus status() const {
+    return is_reachable(state_.z) ? state_.status : StepStatus::kReset;
+  }
 
   /// z is where training has been. False tells that estimate() extrapolates.
   [[nodiscard]] constexpr bool in_domain() const { return model_->domain.contains(relative_latent().values); }
@@ -147,6 +145,10 @@ class ObserverCore {
       turn_back<kArithmetic>(*model_, state_.y, state_.z);
     }
     state_.input = u_next;
+    if (!is_reachable(state_.z)) {  // a bit of memory has flipped
+      reset();
+      state_.status = StepStatus::kReset;
+    }
     return state_.status;
   }
 
@@ -179,7 +181,8 @@ class ObserverCore {
     state_.started = 1;
   }
 
-  constexpr void advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next, Scalar dt_s) {
+  NLO_INLINE constexpr void advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next,
+                                    Scalar dt_s) {
     Scalar z[kNz]{};
     for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kReadsInputs) {
@@ -195,7 +198,7 @@ class ObserverCore {
       model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
     }
     if constexpr (Model::kMayDiverge) {
-      if (!is_reachable(z)) {  // the last good z is kept: what follows may lead it back
+      if (!is_reachable(z) && is_reachable(state_.z)) {  // z is kept: what follows may lead it back
         state_.status = StepStatus::kDiverged;
         return;
       }
@@ -203,7 +206,7 @@ class ObserverCore {
     // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
     constexpr Scalar kTiny = Scalar(0x1p-100);
     for (int r = 0; r < kNz; ++r) {
-      state_.z[r] = select<kArithmetic>((z[r] >= kTiny) | (z[r] <= -kTiny), z[r], Scalar(0));
+      state_.z[r] = select<kArithmetic>(!is_below(z[r], kTiny), z[r], Scalar(0));
     }
   }
 };

@@ -20,12 +20,22 @@ struct ObserverState {
   std::uint8_t started;  ///< 1 once a first measurement has come; no bool: storage may hand back any byte
 };
 
+/// As before the first measurement, z = initial. Member by member, which takes less code than a copy of State{}.
+template <class Scalar, int kNy, int kNz, int kNu, class Initial>
+constexpr void restart(ObserverState<Scalar, kNy, kNz, kNu>& state, const Initial& initial) {
+  for (int r = 0; r < kNz; ++r) state.z[r] = initial[r];
+  for (int j = 0; j < kNy; ++j) state.y[j] = Scalar(0);
+  state.input = {};
+  state.held = 0;
+  state.started = 0;
+  state.status = StepStatus::kOk;
+}
+
 /// z is finite, and not so large that a step overflows.
 template <class Scalar, int kNz>
 constexpr bool is_reachable(const Scalar (&z)[kNz]) {
-  constexpr Scalar kLargest = Scalar(0x1p100);
   bool good = true;
-  for (const Scalar value : z) good = good && is_finite(value) && value >= -kLargest && value <= kLargest;
+  for (const Scalar value : z) good = good & is_below(value, Scalar(0x1p100));
   return good;
 }
 
@@ -33,7 +43,7 @@ constexpr bool is_reachable(const Scalar (&z)[kNz]) {
 template <class Scalar, int kNy, int kNz, int kNu>
 constexpr bool is_reachable(const ObserverState<Scalar, kNy, kNz, kNu>& state,
                             const OutputRange<Scalar, kNy>& outputs) {
-  if (!is_reachable(state.z) || state.started > 1 || state.status > StepStatus::kDiverged) return false;
+  if (!is_reachable(state.z) || state.started > 1 || state.status > StepStatus::kReset) return false;
   if constexpr (kNu > 0) {
     for (const Scalar u : state.input.u) {
       if (!is_finite(u)) return false;

@@ -174,7 +174,12 @@ class SampledBatch {
 
   StepStatus step_one(const Rows& y, int n) {
     Observer observer(*model_);
-    if (!observer.restore(save(n))) return status_[n];  // cannot be: only what steps leave behind is kept
+    if (!observer.restore(save(n))) {  // a bit of memory has flipped: only what steps leave behind is kept
+      State fresh = observer.save();
+      fresh.status = StepStatus::kReset;
+      put(n, fresh);
+      return StepStatus::kReset;
+    }
     typename Observer::Output measured{};
     for (int j = 0; j < kNy; ++j) measured[j] = y[j][n];
     const StepStatus status = [&] {
@@ -190,7 +195,7 @@ class SampledBatch {
     return status;
   }
 
-  /// Steps a whole block in which every measurement is as it should be; else does nothing and returns false.
+  /// Steps a whole block in which every measurement, and every z, is as it should be; else does nothing and returns false.
   template <int kBlock>
   bool step_block(const Rows& y, int first) {
     int started = 0;
@@ -204,6 +209,19 @@ class SampledBatch {
         const P value = simd::load<P>(&y[j][first + v]);
         const P good = simd::min(simd::max(value, low), high);  // NaN comes out as a limit, and differs from itself
         out_of_range += value == good ? P{} : P{} + Scalar(1);
+      }
+    }
+    const P largest = simd::broadcast<P>(Scalar(0x1p100));
+    for (int r = 0; r < kNz; ++r) {
+      for (int v = 0; v < kBlock; v += kWidth) {
+        const P z = simd::load<P>(&z_[r][first + v]);
+        out_of_range += z == simd::min(simd::max(z, -largest), largest) ? P{} : P{} + Scalar(1);
+      }
+    }
+    for (int j = 0; j < kNr; ++j) {
+      for (int v = 0; v < kBlock; v += kWidth) {
+        const P y_k = simd::load<P>(&y_[j][first + v]);
+        out_of_range += y_k == simd::min(simd::max(y_k, -largest), largest) ? P{} : P{} + Scalar(1);
       }
     }
     if (simd::sum<Scalar>(out_of_range) != Scalar(0)) return false;

@@ -37,7 +37,8 @@ enum class StepStatus : std::uint8_t {
   kHeld,      ///< an output was not finite (or an angle out of range): its last good value was used
   kStale,     ///< held for more steps in a row than the model allows: estimates are no longer to be trusted
   kRejected,  ///< the time step was not positive, or longer than the model can span: nothing was done
-  kDiverged,  ///< a step would have left the finite numbers: the last z was kept (not with a KKL observer)
+  kDiverged,  ///< a step would have left the finite numbers: the last z was kept (general, luenberger, driven_kkl)
+  kReset,     ///< z was not what steps can lead to, a bit of memory has flipped: the next measurement is the first
 };
 
 /// Finite, told from the bits: no compiler flag can reason it away.
@@ -48,6 +49,16 @@ constexpr bool is_finite(Scalar value) {
     return (std::bit_cast<std::uint32_t>(value) & 0x7f800000U) != 0x7f800000U;
   } else {
     return (std::bit_cast<std::uint64_t>(value) & 0x7ff0000000000000U) != 0x7ff0000000000000U;
+  }
+}
+
+/// |value| < limit, from the bits too: false for what is not finite. `limit` is finite and positive.
+template <class Scalar>
+constexpr bool is_below(Scalar value, Scalar limit) {
+  if constexpr (sizeof(Scalar) == 4) {
+    return (std::bit_cast<std::uint32_t>(value) & 0x7fffffffU) < std::bit_cast<std::uint32_t>(limit);
+  } else {
+    return (std::bit_cast<std::uint64_t>(value) & 0x7fffffffffffffffU) < std::bit_cast<std::uint64_t>(limit);
   }
 }
 

@@ -108,6 +108,11 @@ static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, 
       if (k % 5 == 0) *saved = *o;
       if (k % 5 == 1 && !NLO_(restore)(o, saved)) return NLO_(REJECTED);
       return NLO_(step)(o, y NLO_AND_U);
+    case 7: {  // a flipped bit, the highest of an exponent
+      const uint32_t latent = (draw & 0xffffU) % (uint32_t)(sizeof(o->z) / sizeof(o->z[0]));
+      if (k % 3 == 0) ((unsigned char*)&o->z[latent])[sizeof(o->z[0]) - 1] ^= 0x40U;
+      return NLO_(step)(o, y NLO_AND_U);
+    }
     default:
       return NLO_(step)(o, y NLO_AND_U);
   }

@@ -17,7 +17,12 @@ namespace nlo::shim {
 template <class State, class Model>
 class Resumed {
  public:
-  using Observer = SampledObserver<Model, Arithmetic::kDeterministic>;  // of any structure
+  /// Of any structure. It also takes what restore() refuses: memory as a flipped bit has left it.
+  struct Observer : SampledObserver<Model, Arithmetic::kDeterministic> {
+    using Base = SampledObserver<Model, Arithmetic::kDeterministic>;
+    using Base::Base;
+    void put(const typename Base::State& state) { this->state_ = state; }
+  };
 
   Resumed(State& state, const Model& model) : observer(model), state_(state) {
     typename Observer::State from{};
@@ -27,6 +32,7 @@ class Resumed {
     from.status = static_cast<StepStatus>(state.status);
     from.started = state.started;
     good = observer.restore(from);
+    if (!good) observer.put(from);
   }
   void write() {
     const typename Observer::State now = observer.save();
@@ -92,7 +98,8 @@ Output output(const Scalar* y) {
     for (int i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];                                              \
   }                                                                                                                \
   name##_status name##_last_status(const name##_observer* o) {                                                     \
-    return static_cast<name##_status>(o->status);                                                                  \
+    name##_observer copy = *o;                                                                                     \
+    return static_cast<name##_status>(name##_resumed(copy, name##_model).observer.status());                       \
   }                                                                                                                \
   bool name##_in_domain(const name##_observer* o) {                                                                \
     name##_observer copy = *o;                                                                                     \
