@@ -5,10 +5,11 @@
 
 #include <cstdio>
 #include <exception>
-#include <new>
 
 #include "trainer/base/nearest_name.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/out_of_memory.h"
 
 namespace {
 
@@ -17,7 +18,7 @@ using nlo::trainer::nearest_name;
 constexpr int kRunFailed = 1, kWrongUsage = 2;
 
 int complain(const char* what, int code) {
-  fmt::print(stderr, "nlo: error: {}\n", what);
+  fmt::print(stderr, "nlo: error: {}\n", nlo::trainer::printable(what));
   return code;
 }
 
@@ -87,6 +88,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  nlo::trainer::end_where_memory_ends();
   try {
     const int code = run(argc, argv);
     if (std::fflush(stdout) != 0) return complain("writing to stdout failed", kRunFailed);
@@ -95,8 +97,6 @@ int main(int argc, char** argv) {
     return complain(error.what(), kRunFailed);
   } catch (const nlo::codegen::Error& error) {
     return complain(error.what(), kWrongUsage);
-  } catch (const std::bad_alloc&) {
-    return complain("not enough memory; take fewer or shorter trajectories", kRunFailed);
   } catch (const std::exception& error) {
     return complain(error.what(), kRunFailed);
   }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/base/directory.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <stdlib.h>
+#include <stdio.h>
 #include <sys/stat.h>
 
 #include <cerrno>
@@ -10,9 +11,9 @@
 #include <filesystem>
 #include <map>
 #include <system_error>
-#include <utility>
 
 #include "codegen/base/error.h"
+#include "codegen/base/temporary.h"
 
 namespace nlo::codegen {
 namespace {
@@ -46,14 +47,17 @@ std::vector<NamedText> contents_of(const fs::path& folder) {
   return files;
 }
 
+void check_folder(const fs::path& folder) {
+  if (!fs::is_directory(folder)) throw Error(folder.string() + ": is no folder; choose another one with -o");
+  if (!fs::is_empty(folder) && !fs::is_regular_file(folder / kManifest))
+    throw Error(folder.string() + ": this folder was not made by nlo export; choose another one with -o");
+}
+
 /// Throws unless nothing is lost when `folder` is replaced.
 void check_replaceable(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw Error(folder.string() + ": is no folder; choose another one with -o");
+  check_folder(folder);
   if (fs::is_empty(folder)) return;
-  const fs::path manifest = folder / kManifest;
-  if (!fs::is_regular_file(manifest))
-    throw Error(folder.string() + ": this folder was not made by nlo export; choose another one with -o");
-  const std::string listed = read_file(manifest.string());
+  const std::string listed = read_file((folder / kManifest).string());
   const std::vector<NamedText> files = contents_of(folder);
   for (const NamedText& file : files)
     if (listed.find("\n" + line_of(file)) == std::string::npos)
@@ -63,31 +67,57 @@ void check_replaceable(const fs::path& folder) {
                       (folder / file.path).string()));
 }
 
-/// A new folder beside `path`, removed again with all that is in it unless it is renamed.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const fs::path& path) : name_(path.string() + ".XXXXXX") {
-    if (::mkdtemp(name_.data()) != nullptr) return;
-    const int reason = errno;
-    name_.clear();
-    throw Error(path.string() + ": cannot make a folder beside it: " + std::generic_category().message(reason));
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!name_.empty()) fs::remove_all(name_, ignored);
-  }
+/// Exports wait for one another, and for nobody else: what is no export is refused before.
+Descriptor hold_replaceable(const fs::path& folder) {
+  check_folder(folder);
+  Descriptor held = hold(folder.string());
+  check_replaceable(folder);
+  return held;
+}
 
-  const std::string& name() const { return name_; }
-  void rename(const fs::path& to) { fs::rename(std::exchange(name_, {}), to); }
+[[noreturn]] void fail(const fs::path& target, int reason) {
+  throw Error(
+      fmt::format("{}: cannot replace the folder: {}", target.string(), std::generic_category().message(reason)));
+}
 
- private:
-  std::string name_;
-};
+/// All files are on disk already, each by itself.
+void sync_folders(const std::string& folder) {
+  sync_folder_of(folder + "/.");
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_directory()) sync_folder_of((entry.path() / ".").string());
+}
+
+/// Both names at once: there is no moment at which a reader finds no folder. The system's reason where it fails.
+int exchange(const std::string& made, const fs::path& place) {
+  return ::renameat2(AT_FDCWD, made.c_str(), AT_FDCWD, place.c_str(), RENAME_EXCHANGE) == 0 ? 0 : errno;
+}
+
+/// Throws Error, and then `place` is what it was.
+void replace(TemporaryFolder& made, const fs::path& place) {
+  const Descriptor held = hold_replaceable(place);  // also while it has a temporary name
+  const int refusal = exchange(made.name(), place);
+  if (refusal == 0) {
+    try {
+      check_replaceable(made.name());  // somebody may have added a file since it was looked at
+    } catch (const std::exception&) {
+      if (exchange(made.name(), place) != 0) made.keep();
+      throw;
+    }
+    return;  // `made` is the old one now, and goes
+  }
+  if (refusal != EINVAL && refusal != ENOSYS) fail(place, refusal);
+  TemporaryFolder old(place.string());  // an empty folder can be renamed over
+  if (::rename(place.c_str(), old.name().c_str()) != 0) fail(place, errno);
+  if (made.rename(place.string()) == 0) return;
+  const int reason = errno;
+  old.rename(place.string());
+  fail(place, reason);
+}
 
 void write(const fs::path& target, const std::vector<NamedText>& files) {
-  TemporaryFolder made(target);
+  const bool is_new = !fs::exists(fs::symlink_status(target));
+  const fs::path place = is_new ? target : fs::canonical(target);
+  TemporaryFolder made(place.string());
   for (const NamedText& file : files) {
     const fs::path path = fs::path(made.name()) / file.path;
     fs::create_directories(path.parent_path());
@@ -97,18 +127,14 @@ void write(const fs::path& target, const std::vector<NamedText>& files) {
   const mode_t mask = ::umask(0);
   ::umask(mask);
   fs::permissions(made.name(), static_cast<fs::perms>(0777U & ~mask));  // mkdtemp's own are for one user
-
-  if (!fs::exists(fs::symlink_status(target))) return made.rename(target);
-  const fs::path place = fs::canonical(target);
-  check_replaceable(place);
-  TemporaryFolder old(place);  // an empty folder can be renamed over
-  fs::rename(place, old.name());
-  try {
-    made.rename(place);
-  } catch (const fs::filesystem_error&) {
-    old.rename(place);
-    throw;
+  sync_folders(made.name());
+  // Another program may make the folder in between: then it is there to be replaced.
+  const bool is_done = is_new && made.rename(place.string()) == 0;
+  if (!is_done) {
+    if (is_new && errno != ENOTEMPTY && errno != EEXIST && errno != ENOTDIR) fail(place, errno);
+    replace(made, place);
   }
+  sync_folder_of(place.string());
 }
 
 /// Runs `work` on the folder that `path` names. Throws Error where the file system does.
@@ -129,7 +155,10 @@ void with_target(const std::string& path, const Work& work) {
 
 void check_directory(const std::string& path) {
   with_target(path, [](const fs::path& target) {
-    if (fs::exists(target)) return check_replaceable(target);
+    if (fs::exists(target)) {
+      const Descriptor held = hold_replaceable(target);
+      return;
+    }
     const fs::path parent = target.has_parent_path() ? target.parent_path() : ".";
     if (!fs::is_directory(parent))
       throw Error(fmt::format("{}: there is no directory {}; make it first", target.string(), parent.string()));

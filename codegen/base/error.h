@@ -11,4 +11,9 @@ struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What was given is wrong, however late it was seen: main() answers it as it does a wrong option.
+struct InputError : Error {
+  using Error::Error;
+};
+
 }  // namespace nlo::codegen

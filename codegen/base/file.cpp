@@ -8,12 +8,12 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <system_error>
 #include <utility>
 
 #include "codegen/base/error.h"
+#include "codegen/base/temporary.h"
 
 namespace nlo::codegen {
 namespace {
@@ -21,21 +21,6 @@ namespace {
 [[noreturn]] void fail(const std::string& path, const char* what, int reason) {
   throw Error(path + ": cannot " + what + ": " + std::generic_category().message(reason));
 }
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  int get() const { return fd_; }
-  int close() { return ::close(std::exchange(fd_, -1)); }  // where a network file system reports its last error
-
- private:
-  int fd_;
-};
 
 void write_all(int fd, std::string_view text, const std::string& path) {
   while (!text.empty()) {
@@ -46,45 +31,15 @@ void write_all(int fd, std::string_view text, const std::string& path) {
   }
 }
 
-/// A new file beside `path`, removed again unless it is renamed into place.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& path)
-      : target_(path), name_(path + ".XXXXXX"), fd_(::mkstemp(name_.data())) {
-    if (fd_.get() < 0) {
-      const int reason = errno;
-      name_.clear();
-      fail(target_, "create a file beside it", reason);
-    }
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    if (!name_.empty()) ::unlink(name_.c_str());
-  }
+/// `file` gets `text` and `mode`, and is on disk.
+void fill(const TemporaryFile& file, std::string_view text, mode_t mode, const std::string& target) {
+  write_all(file.descriptor(), text, target);
+  if (::fchmod(file.descriptor(), mode) != 0) fail(target, "set the permissions", errno);
+  if (::fsync(file.descriptor()) != 0) fail(target, "write", errno);
+}
 
-  void write(std::string_view text, mode_t mode) {
-    write_all(fd_.get(), text, target_);
-    if (::fchmod(fd_.get(), mode) != 0) fail(target_, "set the permissions", errno);
-    if (::fsync(fd_.get()) != 0) fail(target_, "write", errno);
-    if (fd_.close() != 0) fail(target_, "write", errno);
-  }
-
-  void rename_to_target() {
-    if (::rename(name_.c_str(), target_.c_str()) != 0) fail(target_, "replace", errno);
-    name_.clear();
-  }
-
- private:
-  std::string target_, name_;
-  Descriptor fd_;
-};
-
-/// The rename itself is on disk only when the directory is; a file system that cannot sync directories is let be.
-void sync_folder_of(const std::string& path) {
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  const Descriptor directory(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0) ::fsync(directory.get());
+void replace(TemporaryFile& file, const std::string& target) {
+  if (file.rename(target) != 0) fail(target, "replace", errno);
 }
 
 mode_t mode_of_new_files() {
@@ -93,7 +48,28 @@ mode_t mode_of_new_files() {
   return static_cast<mode_t>(0666) & ~mask;
 }
 
+/// What is replaced by writing to `path`: links are followed, also one that leads to no file yet.
+std::string target_of(const std::string& path) {
+  namespace fs = std::filesystem;
+  constexpr int kMostLinks = 40;  // as the kernel
+  fs::path target = path;
+  std::error_code error;
+  for (int i = 0; fs::is_symlink(fs::symlink_status(target, error)); ++i) {
+    if (i == kMostLinks) fail(path, "follow the link", ELOOP);
+    const fs::path next = fs::read_symlink(target, error);
+    if (error) fail(path, "follow the link", error.value());
+    target = target.parent_path() / next;  // an absolute one replaces what is left of it
+  }
+  return target.string();
+}
+
 }  // namespace
+
+void sync_folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const Descriptor directory(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() >= 0) ::fsync(directory.get());
+}
 
 std::string read_file(const std::string& path, std::size_t max_bytes) {
   Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
@@ -120,10 +96,10 @@ void write_file_atomically(const std::string& path, std::string_view text) {
     if (fd.get() < 0) fail(path, "open for writing", errno);
     return write_all(fd.get(), text, path);
   }
-  const std::string target = exists ? std::filesystem::canonical(path).string() : path;
+  const std::string target = target_of(path);
   TemporaryFile file(target);
-  file.write(text, exists ? found.st_mode & static_cast<mode_t>(07777) : mode_of_new_files());
-  file.rename_to_target();
+  fill(file, text, exists ? found.st_mode & static_cast<mode_t>(07777) : mode_of_new_files(), target);
+  replace(file, target);
   sync_folder_of(target);
 }
 
@@ -131,22 +107,22 @@ void write_files_atomically(const std::vector<NamedText>& files) {
   struct Replacement {
     std::string target;
     std::optional<std::string> old;  ///< its text until now
-    std::unique_ptr<TemporaryFile> file;
+    TemporaryFile file;
   };
   std::vector<Replacement> replacements;
   for (const NamedText& wanted : files) {
     struct stat found {};
     const bool exists = ::stat(wanted.path.c_str(), &found) == 0;
     if (exists && !S_ISREG(found.st_mode)) fail(wanted.path, "replace what is no regular file", EINVAL);
-    Replacement& next = replacements.emplace_back();
-    next.target = exists ? std::filesystem::canonical(wanted.path).string() : wanted.path;
-    if (exists) next.old = read_file(next.target);
-    next.file = std::make_unique<TemporaryFile>(next.target);
-    next.file->write(wanted.text, exists ? found.st_mode & static_cast<mode_t>(07777) : mode_of_new_files());
+    const std::string target = target_of(wanted.path);
+    std::optional<std::string> old;
+    if (exists) old = read_file(target);
+    const Replacement& next = replacements.emplace_back(target, std::move(old), TemporaryFile(target));
+    fill(next.file, wanted.text, exists ? found.st_mode & static_cast<mode_t>(07777) : mode_of_new_files(), target);
   }
   std::size_t done = 0;
   try {
-    for (; done < replacements.size(); ++done) replacements[done].file->rename_to_target();
+    for (; done < replacements.size(); ++done) replace(replacements[done].file, replacements[done].target);
   } catch (const Error&) {
     while (done-- > 0) {
       const Replacement& undone = replacements[done];

@@ -34,6 +34,10 @@ void check_range(const Eigen::VectorXd& low, const Eigen::VectorXd& high, const 
   for (Eigen::Index i = 0; i < low.size(); ++i)
     if (!(low(i) < high(i)))
       fail("{0}_min[{1}] is {2} and {0}_max[{1}] is {3}; the minimum must be smaller", field, i, low(i), high(i));
+  for (Eigen::Index i = 0; i < low.size(); ++i)
+    if (!(low(i) >= -kLargestNumber && high(i) <= kLargestNumber))
+      fail("{0}_min[{1}] is {2} and {0}_max[{1}] is {3}; float32 wants them within +-{4}", field, i, low(i), high(i),
+           kLargestNumber);
 }
 
 void check_channels(const std::vector<Channel>& channels, const std::string& field) {
@@ -48,6 +52,9 @@ void check_channels(const std::vector<Channel>& channels, const std::string& fie
     if (!(channel.wrap >= 0.0) || !std::isfinite(channel.wrap))
       fail("{}[{}].wrap is {}; give the full turn of an angle in its unit (6.283185307179586 for rad), or 0", field, i,
            channel.wrap);
+    if (channel.wrap != 0.0 && !(channel.wrap >= kSmallestNumber && channel.wrap <= kLargestNumber))
+      fail("{}[{}].wrap is {}; float32 wants it from {} to {}", field, i, channel.wrap, kSmallestNumber,
+           kLargestNumber);
     for (std::size_t j = 0; j < i; ++j)
       if (channels[j].name == channel.name)
         fail("{0}[{1}].name and {0}[{2}].name are both \"{3}\"; rename one", field, j, i, channel.name);
@@ -90,6 +97,30 @@ void check_network(const Network& n, int inputs, int outputs, const std::string&
   for (std::size_t l = 0; l < largest.size(); ++l)
     if (!(largest[l] >= 0.0) || !std::isfinite(largest[l]))
       fail("{}[{}] is {}; it must be finite and not negative", of("largest_activations"), l, largest[l]);
+}
+
+void check_sums(const Network& n, const Eigen::VectorXd& largest, const std::string& field) {
+  const ActivationRow& activation = activation_row(n.activation);
+  const Eigen::VectorXd inputs =
+      (n.features.cwiseAbs() * largest + n.feature_mean.cwiseAbs()).cwiseQuotient(n.feature_scale);
+  Eigen::VectorXd reads = inputs;
+  for (std::size_t l = 0; l < n.layers.size(); ++l) {
+    const bool last = l + 1 == n.layers.size();
+    Eigen::VectorXd sums = n.layers[l].weights.cwiseAbs() * reads + n.layers[l].bias.cwiseAbs();
+    if (last && n.skip.size() != 0) sums += n.skip.cwiseAbs() * inputs;
+    if (last) sums = n.output_scale.cwiseProduct(sums) + n.output_mean.cwiseAbs();
+    for (Eigen::Index i = 0; i < sums.size(); ++i)
+      if (!(sums(i) < kLargestNumber))
+        fail("{}.layers[{}].weights[{}] may add up to {} within the ranges of the readings; it must stay below {}",
+             field, l, i, sums(i), kLargestNumber);
+    reads = sums.cwiseMin(activation.largest_value);
+  }
+}
+
+Eigen::VectorXd largest_readings(const Model& m) {
+  Eigen::VectorXd largest = reading_min(m).cwiseAbs().cwiseMax(reading_max(m).cwiseAbs());
+  for (int j = 0; j < m.ny(); ++j) largest(j) += m.outputs[static_cast<std::size_t>(j)].wrap;
+  return largest;
 }
 
 void check_no_angles(const Model& m) {

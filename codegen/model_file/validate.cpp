@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/model_file/validate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -66,12 +67,30 @@ void check_saturation(const Model& m) {
     fail("saturation is {}; it must be a positive number of half ranges of z, or be left out", m.saturation);
 }
 
+/// Turns are counted in an int32, and an angle keeps its place within a turn in float32's 24 bits.
+void check_turns(const Model& m) {
+  constexpr double kMostTurns = 1e5;
+  for (int j = 0; j < m.ny(); ++j) {
+    const double turn = m.outputs[static_cast<std::size_t>(j)].wrap;
+    const double largest = std::max(std::abs(m.output_min(j)), std::abs(m.output_max(j)));
+    if (turn != 0.0 && !(largest <= kMostTurns * turn))
+      fail(
+          "outputs[{0}].wrap is {1} and its range reaches {2}; an angle may have {3:g} turns at most: give the full "
+          "turn in "
+          "its unit, or measure it within fewer",
+          j, turn, largest, kMostTurns);
+  }
+}
+
 void check_sampling(const Model& m) {
   if (!(m.sample_period_s > 0.0) || !std::isfinite(m.sample_period_s))
     fail("sample_period_s is {}; it must be positive", m.sample_period_s);
+  if (!(m.sample_period_s >= kSmallestNumber && m.sample_period_s <= kLargestNumber))
+    fail("sample_period_s is {}; float32 wants it from {} to {}", m.sample_period_s, kSmallestNumber, kLargestNumber);
   check_shape(m.output_min, m.ny(), "output_min", "n_y");
   check_shape(m.output_max, m.ny(), "output_max", "n_y");
   check_range(m.output_min, m.output_max, "output");
+  check_turns(m);
 
   check_inputs(m);
   check_failures(m);

@@ -108,25 +108,20 @@ class GatedHeader final : public CppStructureBase {
   }
 };
 
-/// Of a single layer without a linear path: no sum leaves the numbers of float, whatever z within +-1 and readings
-/// within their ranges.
+/// Of [z; y]: z stays within +-1.
+Eigen::VectorXd largest_reads(const Model& m) {
+  Eigen::VectorXd largest(m.nz() + m.nr());
+  largest << Eigen::VectorXd::Ones(m.nz()), largest_readings(m);
+  return largest;
+}
+
+/// Of a single layer without a linear path.
 void check_gate_layer(const Network& n, const Model& m, int outputs, const char* field, const char* meaning) {
   check_network(n, m.nz() + m.nr(), outputs, field, meaning);
   if (n.layers.size() != 1 || n.skip.size() != 0)
     fail("{} has {} layers{}; it must be one layer alone", field, n.layers.size(),
          n.skip.size() != 0 ? " and a linear path" : "");
-  Eigen::VectorXd largest(m.nz() + m.nr());
-  largest << Eigen::VectorXd::Ones(m.nz()), reading_min(m).cwiseAbs().cwiseMax(reading_max(m).cwiseAbs());
-  const Eigen::VectorXd inputs =
-      (n.features.cwiseAbs() * largest + n.feature_mean.cwiseAbs()).cwiseQuotient(n.feature_scale);
-  const Eigen::VectorXd sums =
-      n.output_scale.cwiseProduct(n.layers[0].weights.cwiseAbs() * inputs + n.layers[0].bias.cwiseAbs()) +
-      n.output_mean.cwiseAbs();
-  constexpr double kLargest = 1e30;
-  for (Eigen::Index i = 0; i < sums.size(); ++i)
-    if (!(sums(i) < kLargest))
-      fail("{}.layers[0].weights[{}] may add up to {} within the ranges of the outputs; it must stay below {}", field,
-           i, sums(i), kLargest);
+  check_sums(n, largest_reads(m), field);
 }
 
 /// What is claimed is proven by the weights as they are.
@@ -175,6 +170,7 @@ class GatedModule final : public StructureModule {
       if (!(std::abs(m.initial_latent(r)) <= 1.0))
         fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
     check_network(own.inverse_map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_r)");
+    check_sums(own.inverse_map, largest_reads(m), "inverse_map");
     check_contraction(own, m);
   }
 

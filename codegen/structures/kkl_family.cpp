@@ -88,9 +88,39 @@ void check_linear_latent(const Model& m) {
   }
 }
 
+Eigen::VectorXd largest_latent(const Model& m) {
+  const LinearLatent& latent = *linear_latent(m);
+  const LatentStep step = latent_step(m, m.sample_period_s);
+  const Eigen::VectorXd readings = largest_readings(m);
+  const Eigen::VectorXd slopes = latent.output_injection.cwiseAbs() * readings;
+  const Eigen::VectorXd pushes = (step.b0.cwiseAbs() + step.b1.cwiseAbs()) * readings;
+  const Eigen::VectorXd start = m.initial_latent.cwiseAbs() + steady_gain(m).cwiseAbs() * readings;
+  Eigen::VectorXd largest(m.nz());
+  for (int r = 0; r < m.nz();) {
+    const int size = r < 2 * latent.pairs ? 2 : 1;  // a pair turns, and keeps its norm while it does
+    const double radius = std::hypot(1.0 + step.a_minus_1(r), size == 2 ? step.a_minus_1(r + 1) : 0.0);
+    const double reached =
+        start.segment(r, size).norm() + std::max(slopes.segment(r, size).norm() / -latent.eigenvalues(r),
+                                                 pushes.segment(r, size).norm() / (1.0 - radius));
+    if (!(reached < kLargestNumber))
+      fail(
+          "initial_latent[{0}], output_injection[{0}] and the ranges of the readings let z[{0}] reach {1}; it must "
+          "stay "
+          "below {2}",
+          r, reached, kLargestNumber);
+    largest.segment(r, size).setConstant(reached);
+    r += size;
+  }
+  return largest;
+}
+
 void check_latent_map(const Model& m) {
+  const Eigen::VectorXd latent = largest_latent(m);
   check_network(*inverse_map(m), m.nz() + m.nr(), m.nx(), "inverse_map",
                 !m.inputs.empty() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
+  Eigen::VectorXd reads(m.nz() + m.nr());
+  reads << latent, largest_readings(m);
+  check_sums(*inverse_map(m), reads, "inverse_map");
   const Eigen::MatrixXd gain = steady_gain(m);
   const Eigen::MatrixXd& features = inverse_map(m)->features;
   for (int j = 0; j < m.ny(); ++j) {

@@ -102,6 +102,7 @@ class WindowModule final : public StructureModule {
       fail("samples is {}; with {} outputs{}, {} latent states must be that many of each", own.samples, m.ny(),
            !m.inputs.empty() ? fmt::format(" and {} inputs", static_cast<int>(m.inputs.size())) : "", m.nz());
     check_network(own.inverse_map, m.nz(), m.nx(), "inverse_map", "n_u x n_z");
+    check_sums(own.inverse_map, largest_readings(m).replicate(own.samples, 1), "inverse_map");
   }
 
   std::vector<Named<Network>> networks(Model& m) const override {

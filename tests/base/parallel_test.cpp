@@ -2,7 +2,10 @@
 #include "trainer/base/parallel.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <cstdio>
 #include <stdexcept>
 
 namespace nlo::trainer {
@@ -54,6 +57,60 @@ TEST(ThreadPool, ThrowsATasksExceptionAgainAndGoesOnWorking) {
 TEST(ThreadPool, ZeroThreadsTakesAtLeastOne) {
   EXPECT_GE(ThreadPool(0).threads(), 1);
 }
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define NLO_ADDRESS_SANITIZER
+#endif
+#endif
+
+#if !defined(NLO_ADDRESS_SANITIZER)  // whose shadow is larger than any limit on address space
+/// Room for a few stacks more than what is mapped now.
+void limit_address_space(rlim_t more) {
+  long pages = 0;
+  std::FILE* const statm = std::fopen("/proc/self/statm", "r");
+  if (statm == nullptr || std::fscanf(statm, "%ld", &pages) != 1) std::_Exit(3);
+  std::fclose(statm);
+  const rlim_t bytes = static_cast<rlim_t>(pages) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + more;
+  const rlimit limit = {bytes, bytes};
+  if (::setrlimit(RLIMIT_AS, &limit) != 0) std::_Exit(4);
+}
+
+/// Two pools, for what is said must be said once.
+[[noreturn]] void run_on_too_many_threads(int wanted) {
+  bool each_once = true;
+  int threads = 0;
+  for (int pools = 0; pools < 2; ++pools) {
+    ThreadPool pool(wanted);
+    threads = pool.threads();
+    std::vector<std::atomic<int>> runs(500);
+    pool.run(500, [&](int index, int) { ++runs[static_cast<std::size_t>(index)]; });
+    for (const auto& times : runs) each_once = each_once && times == 1;
+  }
+  std::fprintf(stderr, "the end\n");
+  std::_Exit(each_once && threads >= 1 && threads < wanted ? 0 : 1);
+}
+
+TEST(ThreadPoolDeathTest, WhereThreadsAreRefusedItWorksOnThoseThatThereAreAndSaysSoOnce) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        limit_address_space(rlim_t{200} << 20U);
+        run_on_too_many_threads(1024);
+      },
+      ::testing::ExitedWithCode(0), "^nlo: works on [0-9]+ of 1024 threads \\(.*\\); the result .*later\nthe end");
+}
+
+TEST(ThreadPoolDeathTest, ANumberOfThreadsThatNoMemoryHoldsIsRefusedLikeAnyOther) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        limit_address_space(rlim_t{4} << 20U);  // less than one stack
+        run_on_too_many_threads(2000000000);
+      },
+      ::testing::ExitedWithCode(0), "^nlo: works on 1 of 2000000000 threads \\(not enough memory\\)");
+}
+#endif
 
 }  // namespace
 }  // namespace nlo::trainer

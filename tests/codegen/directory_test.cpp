@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/base/directory.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
+#include "codegen/base/temporary.h"
 
 namespace nlo::codegen {
 namespace {
@@ -40,6 +45,13 @@ class Directory : public testing::Test {
       EXPECT_NE(said, "none") << error.what();
     }
     return said;
+  }
+
+  static std::string text_in(const Descriptor& folder, const char* file) {
+    const Descriptor fd(::openat(folder.get(), file, O_RDONLY | O_CLOEXEC));
+    char text[8];
+    const ssize_t n = ::read(fd.get(), text, sizeof text);
+    return n > 0 ? std::string(text, static_cast<std::size_t>(n)) : "";
   }
 
   /// Nothing temporary is left beside what was written.
@@ -83,6 +95,51 @@ TEST_F(Directory, KeepsWhatSomebodyHasMadeOrChanged) {
   EXPECT_THAT(refusal("file"), HasSubstr("is no folder"));
   EXPECT_THAT(refusal("no/such"), HasSubstr("make it first"));
   EXPECT_EQ(beside(), 4);
+}
+
+/// Before, a reader in a loop saw no folder in 3 looks of 100.
+TEST_F(Directory, IsThereWholeAtEveryMomentWhileTwoWritersReplaceIt) {
+  const std::vector<NamedText> first = {{"a.txt", "1"}, {"src/b.txt", "1"}},
+                               second = {{"a.txt", "2"}, {"src/b.txt", "2"}};
+  write_directory_atomically(path("lib"), first);
+  std::atomic<bool> writing{true};
+  long looks = 0, misses = 0, mixed = 0;
+  std::thread reader([&] {
+    while (writing) {
+      // Through one descriptor, as a build does in its working folder: all that it reads is one export's.
+      const Descriptor folder(::open(path("lib").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+      ++looks;
+      if (folder.get() < 0) ++misses;
+      const std::string a = text_in(folder, "a.txt"), b = text_in(folder, "src/b.txt");
+      mixed += !a.empty() && !b.empty() && a != b;  // an old folder that is being removed has them no more
+    }
+  });
+  const auto write = [&](const std::vector<NamedText>& files) {
+    for (int i = 0; i < 40; ++i) write_directory_atomically(path("lib"), files);
+  };
+  std::thread other(write, second);
+  write(first);
+  other.join();
+  writing = false;
+  reader.join();
+  EXPECT_GT(looks, 100);
+  EXPECT_EQ(misses, 0) << "of " << looks;
+  EXPECT_EQ(mixed, 0) << "of " << looks;
+  EXPECT_EQ(beside(), 1) << "a writer has left a folder";
+}
+
+TEST_F(Directory, WhatKilledExportsHaveLeftIsRemovedAndNothingElse) {
+  fs::create_directories(path("lib.nlo-ab12CD/src"));
+  write_file_atomically(path("lib.nlo-ab12CD/src/half.c"), "int ha");
+  fs::create_directory(path("lib.nlo-inuse1"));
+  const Descriptor in_use = hold(path("lib.nlo-inuse1"));
+  fs::create_directory(path("lib.nlo-mine"));
+  fs::create_directory(path("libs.nlo-ab12CD"));
+  write_directory_atomically(path("lib"), {{"a.txt", "A"}});
+  EXPECT_FALSE(fs::exists(path("lib.nlo-ab12CD")));
+  EXPECT_TRUE(fs::exists(path("lib.nlo-inuse1"))) << "another program is writing it";
+  EXPECT_TRUE(fs::exists(path("lib.nlo-mine"))) << "not a name that is given";
+  EXPECT_TRUE(fs::exists(path("libs.nlo-ab12CD"))) << "of another export";
 }
 
 TEST_F(Directory, AnEmptyOneIsFree) {

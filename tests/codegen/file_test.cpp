@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "codegen/base/error.h"
+#include "codegen/base/temporary.h"
 
 namespace nlo::codegen {
 namespace {
@@ -61,6 +63,38 @@ TEST_F(File, WritesThroughALink) {
   write_file_atomically(path("link"), "new");
   EXPECT_TRUE(fs::is_symlink(path("link")));
   EXPECT_EQ(read_file(path("x")), "new");
+}
+
+TEST_F(File, WritesThroughALinkToAFileThatIsNotThereYet) {
+  fs::create_directory(path("d"));
+  fs::create_symlink("later", path("d/second"));
+  fs::create_symlink("d/second", path("first"));
+  write_file_atomically(path("first"), "one");
+  EXPECT_TRUE(fs::is_symlink(path("first")));
+  EXPECT_TRUE(fs::is_symlink(path("d/second")));
+  EXPECT_EQ(read_file(path("d/later")), "one");
+  write_files_atomically({{path("first"), "two"}});
+  EXPECT_EQ(read_file(path("d/later")), "two");
+
+  fs::create_symlink("no/such/folder", path("broken"));
+  EXPECT_THAT(message_of([&] { write_file_atomically(path("broken"), "x"); }), HasSubstr("No such file"));
+  fs::create_symlink("round", path("round"));
+  EXPECT_THAT(message_of([&] { write_file_atomically(path("round"), "x"); }), HasSubstr("symbolic links"));
+  EXPECT_EQ(files(), 4);
+}
+
+/// 187 kills had left 74 of them.
+TEST_F(File, WhatAKilledProgramHasLeftGoesWithTheNextWriting) {
+  write_file_atomically(path("x"), "1");
+  std::ofstream(path("x.nlo-ab12CD")) << "ha";
+  std::ofstream(path("x.nlo-inuse1")) << "ha";
+  const Descriptor in_use = hold(path("x.nlo-inuse1"));
+  std::ofstream(path("y.nlo-ab12CD")) << "ha";
+  write_file_atomically(path("x"), "2");
+  EXPECT_FALSE(fs::exists(path("x.nlo-ab12CD")));
+  EXPECT_TRUE(fs::exists(path("x.nlo-inuse1")));
+  EXPECT_TRUE(fs::exists(path("y.nlo-ab12CD")));
+  EXPECT_EQ(read_file(path("x")), "2");
 }
 
 TEST_F(File, LeavesDevicesInPlace) {

@@ -79,7 +79,7 @@ TEST(ModelFile, RoundTripKeepsEveryBit) {
   inverse_map(m)->layers[0].weights(0, 0) = std::numeric_limits<double>::denorm_min();
   inverse_map(m)->layers[0].weights(0, 1) = -0.0;
   inverse_map(m)->layers[0].weights(0, 2) = std::nextafter(1.0, 2.0);
-  inverse_map(m)->layers[0].weights(0, 3) = std::numeric_limits<double>::max();
+  inverse_map(m)->layers[0].weights(0, 3) = std::nextafter(1e25, 0.0);  // 1e30 is the most that may add up
   const Model read = parse_model(to_json(m), "text");
   EXPECT_EQ(inverse_map(read)->layers[0].weights, inverse_map(m)->layers[0].weights);
   EXPECT_TRUE(std::signbit(inverse_map(read)->layers[0].weights(0, 1)));

@@ -11,6 +11,8 @@
 #include <string>
 
 #include "codegen/base/error.h"
+#include "codegen/model/latent_step.h"
+#include "codegen/structures/kkl_family.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/flown.h"
 
@@ -105,6 +107,25 @@ const Row kRows[] = {
      "luenberger.output_matrix is 2 x 2; it must be 1 x 2 (n_y x n_x)"},
     {"GainNotFinite", luenberger_model, [](Model& m) { std::get<Luenberger>(m.structure).gain(1, 0) = kNaN; },
      "luenberger.gain[1][0] is not finite"},
+    {"WrapOfNoTurn", rig_model, [](Model& m) { m.outputs[0].wrap = 1e-8; },
+     "outputs[0].wrap is 1e-08 and its range reaches 3.14"},
+    {"WrapThatFloatLacks", rig_model, [](Model& m) { m.outputs[0].wrap = 1e39; }, "outputs[0].wrap is 1e+39; float32"},
+    {"OutputRangeThatFloatLacks", tiny_model, [](Model& m) { m.output_max(0) = 1e39; },
+     "output_max[0] is 1e+39; float32 wants them within"},
+    {"PeriodThatFloatLacks", tiny_model, [](Model& m) { m.sample_period_s = 1e-46; },
+     "sample_period_s is 1e-46; float32 wants it from 1e-30"},
+    {"InjectionAtTheEndOfFloat", tiny_model, [](Model& m) { linear_latent(m)->output_injection(0, 0) = 3e38; },
+     "output_injection[0] and the ranges of the readings let z[0] reach"},
+    {"InjectionThatOverflowsLater", tiny_model, [](Model& m) { linear_latent(m)->output_injection(1, 0) = 1e30; },
+     "let z[1] reach"},
+    {"StartThatOverflows", tiny_model, [](Model& m) { m.initial_latent(0) = 1e31; },
+     "let z[0] reach 1e+31; it must stay below 1e+30"},
+    {"MapThatOverflows", tiny_model, [](Model& m) { inverse_map(m)->layers[0].weights(1, 0) = 1e32; },
+     "inverse_map.layers[0].weights[1] may add up to"},
+    {"MapOfAWindowThatOverflows", window_model, [](Model& m) { inverse_map(m)->output_scale(0) = 1e31; },
+     "inverse_map.layers[1].weights[0] may add up to"},
+    {"GatedMapThatOverflows", gated_model, [](Model& m) { inverse_map(m)->output_mean(0) = 1e31; },
+     "may add up to 1e+31"},
     {"NotHurwitzReal", luenberger_model,
      [](Model& m) { std::get<Luenberger>(m.structure).gain = Eigen::Vector2d(0.0, -5.0); },
      "luenberger.gain leaves A - G C with the eigenvalue 0.8612"},
@@ -184,6 +205,33 @@ const Row kRows[] = {
     {"DrivenNotHurwitz", driven_model, [](Model& m) { linear_latent(m)->eigenvalues(0) = 0.5; },
      "eigenvalues[0] is 0.5"},
 };
+
+/// Readings that jump between the ends of their ranges, in the time of each mode and at random.
+double share_reached(const Model& m) {
+  const LatentStep step = latent_step(m, m.sample_period_s);
+  const Eigen::MatrixXd a = block_diagonal(m, step.a_minus_1) + Eigen::MatrixXd::Identity(m.nz(), m.nz());
+  const Eigen::VectorXd low = reading_min(m), high = reading_max(m), largest = largest_latent(m);
+  double share = 0.0;
+  for (int pace = 1; pace < 400; pace += 1 + pace / 4) {
+    Eigen::VectorXd z = steady_gain(m) * high + m.initial_latent, y = high;
+    for (int k = 0; k < 4000; ++k) {
+      const Eigen::VectorXd next = k / pace % 2 == 0 ? low : high;
+      z = a * z + step.b0 * y + step.b1 * next;
+      y = next;
+      share = std::max(share, z.cwiseAbs().cwiseQuotient(largest).maxCoeff());
+    }
+  }
+  return share;
+}
+
+TEST(LargestLatent, IsAboveWhatReadingsReachAndNoOrderOfMagnitudeAboveIt) {
+  for (const Model& m : {tiny_model(), rig_model(), paper_model(), hold_model("rk4"), hold_model("zero_order"),
+                         commanded_model(), failing_rig_model()}) {
+    const double share = share_reached(m);
+    EXPECT_LT(share, 1.0) << m.name;
+    EXPECT_GT(share, 0.1) << m.name << ": models that would fly are refused";
+  }
+}
 
 INSTANTIATE_TEST_SUITE_P(Table, BadModel, testing::ValuesIn(kRows),
                          [](const auto& row) { return std::string(row.param.what); });

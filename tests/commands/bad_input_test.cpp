@@ -177,7 +177,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("ModelWithoutACheckpoint", {"train", "tiny.toml", "-o", "bare", "--resume"}, "no such file to resume from"),
       {"DamagedCheckpoint",
        {"train", "tiny.toml", "-o", "half", "--resume"},
-       1,
+       2,
        "checkpoint.bin",
        "half/checkpoint.bin",
        "not a checkpoint"},

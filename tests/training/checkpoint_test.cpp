@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
+#include <utility>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
@@ -16,6 +18,8 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr std::uint64_t kExperiment = 0x0123456789abcdefULL;
+constexpr CheckpointOwner kOwner = {
+    .fingerprint = kExperiment, .parameters = 3, .memory = 6, .eigenvalues = 3, .steps = 100};
 
 TrainingState some_state() {
   TrainingState state;
@@ -35,10 +39,10 @@ void overwrite(const std::string& path, const std::string& content) {
   std::ofstream(path, std::ios::binary | std::ios::trunc) << content;
 }
 
-std::string message_of(const std::string& path, std::uint64_t experiment) {
+std::string message_of(const std::string& path, const CheckpointOwner& owner = kOwner) {
   try {
-    (void)read_checkpoint(path, experiment);
-  } catch (const codegen::Error& error) {
+    (void)read_checkpoint(path, owner);
+  } catch (const codegen::InputError& error) {
     return error.what();
   }
   return "no error";
@@ -49,7 +53,7 @@ TEST(Checkpoint, ReadsBackWhatWasWritten) {
   const std::string path = directory.path("checkpoint.bin");
   const TrainingState state = some_state();
   write_checkpoint(state, kExperiment, path);
-  const TrainingState back = read_checkpoint(path, kExperiment);
+  const TrainingState back = read_checkpoint(path, kOwner);
   EXPECT_EQ(back.step, state.step);
   EXPECT_EQ(back.elapsed_s, state.elapsed_s);
   EXPECT_EQ(back.best_rmse, state.best_rmse);
@@ -72,7 +76,7 @@ TEST(Checkpoint, RefusesAFlippedBitInAnyByte) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ (1 << (at % 8)));
     overwrite(path, damaged);
-    const std::string message = message_of(path, kExperiment);
+    const std::string message = message_of(path);
     ASSERT_THAT(message, HasSubstr(path)) << "byte " << at;
     ASSERT_THAT(message, HasSubstr("without --resume")) << "byte " << at;
   }
@@ -85,20 +89,90 @@ TEST(Checkpoint, RefusesEveryTruncationAndWhatIsNoCheckpoint) {
   const std::string whole = codegen::read_file(path);
   for (std::size_t size = 0; size < whole.size(); ++size) {
     overwrite(path, whole.substr(0, size));
-    ASSERT_THAT(message_of(path, kExperiment), HasSubstr("without --resume")) << "size " << size;
+    ASSERT_THAT(message_of(path), HasSubstr("without --resume")) << "size " << size;
   }
   overwrite(path, whole + '\0');
-  EXPECT_THAT(message_of(path, kExperiment), HasSubstr("damaged"));
+  EXPECT_THAT(message_of(path), HasSubstr("damaged"));
   overwrite(path, std::string(1000, 'x'));
-  EXPECT_THAT(message_of(path, kExperiment), HasSubstr("not a checkpoint"));
-  EXPECT_THAT(message_of(directory.path("absent.bin"), kExperiment), HasSubstr("absent.bin"));
+  EXPECT_THAT(message_of(path), HasSubstr("not a checkpoint"));
+  EXPECT_THROW((void)read_checkpoint(directory.path("absent.bin"), kOwner), codegen::Error);
 }
 
 TEST(Checkpoint, RefusesOneOfAnotherExperiment) {
   const testing::ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   write_checkpoint(some_state(), kExperiment, path);
-  EXPECT_THAT(message_of(path, kExperiment + 1), HasSubstr("another experiment"));
+  CheckpointOwner other = kOwner;
+  other.fingerprint += 1;
+  EXPECT_THAT(message_of(path, other), HasSubstr("another experiment"));
+}
+
+/// write_checkpoint() makes the checksum right whatever the state: what follows are forgeries.
+TEST(Checkpoint, RefusesEverySizeThatIsNotTheExperimentsWhereTheChecksumIsRight) {
+  const testing::ScratchDirectory directory;
+  const std::string path = directory.path("checkpoint.bin");
+  using Forge = void (*)(TrainingState&);
+  const std::pair<const char*, Forge> forgeries[] = {
+      {"no parameters", [](TrainingState& s) { s.parameters.clear(); }},
+      {"one parameter more", [](TrainingState& s) { s.parameters.push_back(0.0F); }},
+      {"no memory", [](TrainingState& s) { s.memory.clear(); }},
+      {"memory too long", [](TrainingState& s) { s.memory.resize(1000); }},
+      {"no average", [](TrainingState& s) { s.average.clear(); }},
+      {"oversized average", [](TrainingState& s) { s.average.resize(1000); }},
+      {"empty best", [](TrainingState& s) { s.best.clear(); }},
+      {"oversized best", [](TrainingState& s) { s.best.resize(1000); }},
+      {"a row with no eigenvalues", [](TrainingState& s) { s.metrics.back().eigenvalues.clear(); }},
+      {"a wide first row", [](TrainingState& s) { s.metrics.front().eigenvalues.resize(100); }},
+      {"a wide last row", [](TrainingState& s) { s.metrics.back().eigenvalues.resize(100); }}};
+  for (const auto& [name, forge] : forgeries) {
+    TrainingState state = some_state();
+    forge(state);
+    write_checkpoint(state, kExperiment, path);
+    EXPECT_THAT(message_of(path), HasSubstr("sizes do not fit")) << name;
+  }
+}
+
+TEST(Checkpoint, RefusesEveryNumberThatNoTrainingWritesWhereTheChecksumIsRight) {
+  const testing::ScratchDirectory directory;
+  const std::string path = directory.path("checkpoint.bin");
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  using Forge = void (*)(TrainingState&);
+  const std::pair<const char*, Forge> forgeries[] = {
+      {"no metrics", [](TrainingState& s) { s.metrics.clear(); }},
+      {"a negative step",
+       [](TrainingState& s) {
+         s.step = -1;
+         s.metrics.resize(1);
+       }},
+      {"steps of -1e18", [](TrainingState& s) { s.step = -1000000000000000000; }},
+      {"a row after the step", [](TrainingState& s) { s.step = 19; }},
+      {"a row before all", [](TrainingState& s) { s.metrics[0].step = -1000000000000000000; }},
+      {"rows out of order", [](TrainingState& s) { std::swap(s.metrics[1], s.metrics[2]); }},
+      {"a row twice", [](TrainingState& s) { s.metrics[2].step = s.metrics[1].step; }},
+      {"a time that is no number", [](TrainingState& s) { s.elapsed_s = kNan; }},
+      {"a negative time", [](TrainingState& s) { s.elapsed_s = -1.0; }},
+      {"a row's time without end", [](TrainingState& s) { s.metrics[1].elapsed_s = kInf; }},
+      {"an error that is no number", [](TrainingState& s) { s.best_rmse = kNan; }},
+      {"a best that is no number", [](TrainingState& s) { s.best[1] = std::numeric_limits<float>::quiet_NaN(); }}};
+  for (const auto& [name, forge] : forgeries) {
+    TrainingState state = some_state();
+    forge(state);
+    write_checkpoint(state, kExperiment, path);
+    EXPECT_THAT(message_of(path), HasSubstr("damaged")) << name;
+  }
+  TrainingState state = some_state();
+  state.step = 1000000000000000000;
+  write_checkpoint(state, kExperiment, path);
+  EXPECT_THAT(message_of(path), HasSubstr("1000000000000000000 steps are done and training.steps asks for 100"));
+}
+
+TEST(Checkpoint, OfATrainingThatDivergedIsReadForItsBest) {
+  const testing::ScratchDirectory directory;
+  const std::string path = directory.path("checkpoint.bin");
+  TrainingState state = some_state();
+  state.parameters[0] = state.memory[2] = std::numeric_limits<float>::infinity();
+  write_checkpoint(state, kExperiment, path);
+  EXPECT_EQ(read_checkpoint(path, kOwner).parameters, state.parameters);
 }
 
 TEST(Fingerprint, IsFnv1a) {

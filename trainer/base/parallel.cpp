@@ -2,21 +2,63 @@
 #include "trainer/base/parallel.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <new>
+#include <string>
+#include <system_error>
 
 namespace nlo::trainer {
+namespace {
+
+/// Once in a program: pools come and go, and the limit stays.
+void say_fewer(int started, int wanted, const std::string& reason) {
+  static std::atomic<bool> said{false};
+  if (said.exchange(true)) return;
+  std::fprintf(stderr, "nlo: works on %d of %d threads (%s); the result is the same, and comes later\n", started,
+               wanted, reason.c_str());
+}
+
+}  // namespace
 
 ThreadPool::ThreadPool(int threads) {
-  const int wanted = threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  for (int t = 1; t < wanted; ++t) workers_.emplace_back([this, t] { work(t); });
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int wanted = threads > 0 ? threads : cores;
+  const std::string refusal = start(wanted);
+  if (refusal.empty()) return;
+  // More than the cores only take memory, and the work needs what is left of it.
+  if (this->threads() > cores) {
+    stop();
+    start(cores);
+  }
+  say_fewer(this->threads(), wanted, refusal);
 }
 
 ThreadPool::~ThreadPool() {
+  stop();
+}
+
+std::string ThreadPool::start(int threads) {
+  try {
+    workers_.reserve(static_cast<std::size_t>(threads - 1));
+    for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { work(t); });
+  } catch (const std::system_error& error) {  // a limit on processes or on address space
+    return error.code().message();
+  } catch (const std::bad_alloc&) {
+    return "not enough memory";
+  }
+  return "";
+}
+
+void ThreadPool::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
   wake_.notify_all();
   for (auto& worker : workers_) worker.join();
+  workers_.clear();
+  stopping_ = false;
 }
 
 void ThreadPool::run(int count, const std::function<void(int, int)>& task) {

@@ -8,6 +8,7 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace nlo::trainer {
 
 class ThreadPool {
  public:
-  /// threads: 0 takes all cores.
+  /// threads: 0 takes all cores. Where the system refuses some of them it goes on with one for each core, or with those
+  /// that there are, and says so once on stderr: whoever needs memory for each thread asks threads().
   explicit ThreadPool(int threads);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
@@ -28,6 +30,8 @@ class ThreadPool {
   void run(int count, const std::function<void(int index, int thread)>& task);
 
  private:
+  std::string start(int threads);  ///< empty, or why there are fewer
+  void stop();
   void work(int thread);
   void drain(int thread);
 

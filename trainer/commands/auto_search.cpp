@@ -12,6 +12,7 @@
 #include "codegen/base/file.h"
 #include "trainer/base/draws.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/directory_lock.h"
 #include "trainer/commands/finished_run.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/model_cost.h"
@@ -59,6 +60,7 @@ class Search {
   }
 
   SearchRecord run(bool resume) {
+    lock_.take(directory_);
     if (resume) read();
     if (record_.candidates.empty()) draw();
     const double reserved_s = record_.by_hand_fits() ? record_.by_hand_s : 0.0;
@@ -90,7 +92,7 @@ class Search {
     if (!fs::exists(file(), ignored)) return;
     SearchRecord found = search_record_from_json(codegen::read_file(file()), file());
     if (found.identity != record_.identity)
-      throw codegen::Error(fmt::format(
+      throw codegen::InputError(fmt::format(
           "{}: is of another experiment, budget or data; take another -o DIR, or begin anew without --resume", file()));
     record_ = std::move(found);
   }
@@ -129,6 +131,7 @@ class Search {
                       budget_.flash_bytes > 0 ? fmt::format(" --max-flash-bytes {}", budget_.flash_bytes) : ""));
     record_.seconds = std::max(total_s - seconds(started, now()), 0.5 * total_s);
     make_output_directory(directory_);
+    lock_.take(directory_);
     save();
   }
 
@@ -237,6 +240,7 @@ class Search {
   const SearchTask& task_;
   SearchBudget budget_;
   std::string directory_;
+  DirectoryLock lock_;
   bool quiet_;
   SearchJudge judge_;
   SearchRecord record_;

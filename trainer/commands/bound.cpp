@@ -11,6 +11,7 @@
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/number_text.h"
+#include "trainer/base/printable.h"
 #include "trainer/bounds/bound_study.h"
 #include "trainer/bounds/bound_text.h"
 #include "trainer/commands/command.h"
@@ -135,7 +136,9 @@ void run_bound(BoundArguments arguments) {
 
   run_phase([&] {
     const BoundReport report = study(arguments, model, experiment, *plant, factors);
-    fmt::print("{}", arguments.json ? bound_json(report) : arguments.csv ? bound_csv(report) : bound_text(report));
+    fmt::print("{}", arguments.json  ? bound_json(report)
+                     : arguments.csv ? bound_csv(report)
+                                     : printable(bound_text(report)));
     if (!arguments.output.empty()) {
       make_output_directory(arguments.output);
       codegen::write_file_atomically(arguments.output + "/bound.csv", bound_csv(report));

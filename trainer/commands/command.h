@@ -2,7 +2,7 @@
 // What the commands of `nlo` share: how a command joins the program, and which exit code its errors get.
 //   0  done
 //   1  RunFailure: the run itself failed (diverged, interrupted, disk full)
-//   2  any other codegen::Error, before anything was written: wrong usage, config or input
+//   2  any other codegen::Error, before anything was written: wrong usage, config or input; codegen::InputError always
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -18,11 +18,13 @@ struct RunFailure : codegen::Error {
   using Error::Error;
 };
 
-/// Runs `work`, from where on an error is a failure of the run and no longer one of the input.
+/// Runs `work`, from where on an error is a failure of the run, and no longer one of the input unless it says so.
 template <class Work>
 auto run_phase(Work&& work) {
   try {
     return std::forward<Work>(work)();
+  } catch (const codegen::InputError&) {
+    throw;
   } catch (const codegen::Error& error) {
     throw RunFailure(error.what());
   }

@@ -8,6 +8,7 @@
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
@@ -105,7 +106,7 @@ void run_compare(CompareArguments arguments) {
         models, experiments.front(), set, arguments.test,
         [&](double share, const std::string& condition) { progress.update(share, condition); }, &stop);
     progress.finish();
-    fmt::print("{}", arguments.json ? comparison_json(comparison) : comparison_text(comparison));
+    fmt::print("{}", arguments.json ? comparison_json(comparison) : printable(comparison_text(comparison)));
     if (arguments.output.empty()) return;
     make_output_directory(arguments.output);
     codegen::write_file_atomically(arguments.output + "/compare.json", comparison_json(comparison));

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/patient_progress.h"
@@ -261,8 +262,8 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   fmt::print("{}: {} {} left out one by one, {} training{} each; alternatives fitted on the same training logs\n\n",
              experiment.name, folds.size(), arguments.group.empty() ? "logs" : "groups of logs", arguments.seeds,
              arguments.seeds == 1 ? "" : "s of other seeds");
-  fmt::print("{}", arguments.sizes.empty() ? fold_table(outcomes, folds, arguments.seeds)
-                                           : curve_table(outcomes, arguments.sizes));
+  fmt::print("{}", printable(arguments.sizes.empty() ? fold_table(outcomes, folds, arguments.seeds)
+                                                     : curve_table(outcomes, arguments.sizes)));
 }
 
 }  // namespace

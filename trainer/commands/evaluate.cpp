@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "codegen/model_file/model_file.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/log_columns.h"
 #include "trainer/commands/patient_progress.h"
@@ -62,7 +63,8 @@ void require_one_experiment(const std::vector<NamedModel>& models) {
 
 void print(const EvaluateArguments& arguments, const std::vector<std::string>& results) {
   if (arguments.json) return fmt::print("{}", json_array(results));
-  for (const std::string& result : results) fmt::print("{}{}", &result == &results.front() ? "" : "\n", result);
+  for (const std::string& result : results)
+    fmt::print("{}{}", &result == &results.front() ? "" : "\n", printable(result));
 }
 
 void check_input_noise(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Plant& plant) {

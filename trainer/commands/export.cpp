@@ -17,6 +17,7 @@
 #include "codegen/model_file/model_file.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/ignored_inputs.h"
 #include "trainer/commands/output_directory.h"
@@ -85,22 +86,23 @@ void run_export(const ExportArguments& arguments) {
   const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   const Judged judged = judge(prepared, arguments);
-  if (!arguments.quiet) fmt::print(stderr, "{}{}", ignored_inputs_note(model), left_out_note(prepared, arguments));
+  if (!arguments.quiet)
+    fmt::print(stderr, "{}", printable(ignored_inputs_note(model) + left_out_note(prepared, arguments)));
   if (!arguments.quiet && model.monitor && arguments.target == "c99")
     fmt::print(stderr, "note: target c99 has no monitor; the model's is left out\n");
   if (!judged.refusal.empty()) {
-    fmt::print(stderr, "{}", judged.tables);
+    fmt::print(stderr, "{}", printable(judged.tables));
     throw RunFailure(judged.refusal);
   }
   if (to_stdout) {
-    if (!arguments.quiet) fmt::print(stderr, "{}", judged.tables);
+    if (!arguments.quiet) fmt::print(stderr, "{}", printable(judged.tables));
     fmt::print("{}", files.front().text);
     return;
   }
   std::vector<std::string> written;
   run_phase([&] { written = codegen::write_export(target, files, arguments.output); });
   if (arguments.quiet) return;
-  fmt::print("{}", judged.tables);
+  fmt::print("{}", printable(judged.tables));
   for (std::size_t i = 0; i < written.size(); ++i) fmt::print("{}: {} bytes\n", written[i], files[i].text.size());
 }
 

@@ -12,6 +12,7 @@
 #include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/parallel.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
@@ -100,8 +101,8 @@ void run_identify(const IdentifyArguments& arguments) {
   if (arguments.json) {
     fmt::print("{}", json);
   } else {
-    fmt::print("{}: {}", identification.name, to_text(result));
-    if (study) fmt::print("\n{}", to_text(*study));
+    fmt::print("{}", printable(fmt::format("{}: {}", identification.name, to_text(result))));
+    if (study) fmt::print("\n{}", printable(to_text(*study)));
     fmt::print("\nwritten: {}\n", file);
   }
   if (stop.load()) throw RunFailure("interrupted: the parameters are the best so far; run again for all of it");

@@ -9,6 +9,7 @@
 
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/number_text.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/input_delays.h"
 #include "trainer/commands/output_directory.h"
@@ -139,7 +140,7 @@ void run_monitor(MonitorArguments arguments) {
     if (!arguments.dry_run) codegen::write_model(model, output);
     progress.finish();
     if (arguments.json) return fmt::print("{}", monitor_json(*model.monitor, study));
-    fmt::print("{}", monitor_text(*model.monitor, study));
+    fmt::print("{}", printable(monitor_text(*model.monitor, study)));
     if (!arguments.dry_run) fmt::print("\nmodel    {}, with its monitor: nlo export\n", output);
   });
 }

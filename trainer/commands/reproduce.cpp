@@ -8,6 +8,7 @@
 #include <string>
 
 #include "trainer/commands/command.h"
+#include "trainer/commands/directory_lock.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/reproduce/page.h"
@@ -31,7 +32,10 @@ void run_reproduce(ReproduceArguments arguments) {
   request.stop = &stop_on_interrupt();
   check_output_directory({request.directory, false, true}, "");
   (void)reproduction::select_items(request.what);  // an unknown name is wrong usage, not a failed run
+  DirectoryLock lock;
   run_phase([&] {
+    make_output_directory(request.directory);
+    lock.take(request.directory);
     StatusLine line(stderr);
     reproduction::RunProgress progress(line);
     const reproduction::Result result = reproduction::reproduce(request, progress);

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "codegen/base/error.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/evaluation/estimates_csv.h"
 #include "trainer/report/run_figure.h"
@@ -23,7 +24,7 @@ void check(const char* option, const std::string& file, const std::string& endin
 
 void write(const std::string& file, const std::string& text, const EvaluatedRun& run) {
   write_output_file(file, text);
-  fmt::print(stderr, "{}: {}\n", file, run.truth.source);
+  fmt::print(stderr, "{}\n", printable(file + ": " + run.truth.source));
 }
 
 }  // namespace

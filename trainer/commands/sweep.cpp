@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "trainer/base/nearest_name.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/interrupt.h"
@@ -100,7 +101,7 @@ void run_jobs(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, co
                  .quiet = true});
     } catch (const codegen::Error& error) {
       if (stop_on_interrupt().load()) throw;
-      fmt::print(stderr, "nlo: error: {}\n", error.what());
+      fmt::print(stderr, "nlo: error: {}\n", printable(error.what()));
       ++failed;
     }
   }
@@ -128,7 +129,7 @@ void run_sweep(const SweepArguments& arguments) {
           collect_results(jobs, plan.test, places, arguments.timed,
                           [&](double share, const std::string& job) { progress.update(share, job); });
       progress.finish();
-      fmt::print("{}", write_collection(jobs, results, places.folder));
+      fmt::print("{}", printable(write_collection(jobs, results, places.folder)));
     });
   } else if (arguments.run) {
     run_jobs(jobs, places, shard);

@@ -9,7 +9,9 @@
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/directory_lock.h"
 #include "trainer/commands/finished_run.h"
 #include "trainer/commands/ignored_inputs.h"
 #include "trainer/commands/input_delays.h"
@@ -23,6 +25,7 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/sweep/jobs.h"
 #include "trainer/terminal/progress.h"
 #include "trainer/training/provenance.h"
 #include "trainer/training/train.h"
@@ -93,12 +96,11 @@ RunReport judge(const Experiment& experiment, const RunData& data, const codegen
 }
 
 std::string resume_command(const TrainArguments& arguments) {
-  std::string command = fmt::format("nlo train {}", arguments.experiment.experiment);
-  if (!arguments.data.empty()) command += " --data " + arguments.data;
-  for (const std::string& assignment : arguments.experiment.overrides)
-    command += fmt::format(" --set '{}'", assignment);
+  std::string command = "nlo train " + shell_word(arguments.experiment.experiment);
+  if (!arguments.data.empty()) command += " --data " + shell_word(arguments.data);
+  for (const std::string& assignment : arguments.experiment.overrides) command += " --set " + shell_word(assignment);
   if (arguments.experiment.seed) command += fmt::format(" --seed {}", *arguments.experiment.seed);
-  return command + fmt::format(" -o {} --resume", arguments.output);
+  return command + " -o " + shell_word(arguments.output) + " --resume";
 }
 
 /// Whether the directory holds the end of this very run: then there is nothing to do. Throws RunFailure again for one
@@ -124,6 +126,8 @@ void run_train(TrainArguments arguments) {
   if (experiment.plant && !arguments.data.empty())
     throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
   if (arguments.output.empty()) arguments.output = "runs/" + experiment.name;
+  DirectoryLock lock;
+  lock.take(arguments.output);
   FinishedRun run{run_identity(experiment)};
   if (arguments.resume && experiment.plant && already_done(arguments, run)) return;
   const bool checkpoint_of_a_round = RoundDirectories(arguments.output, experiment).begun(0);
@@ -143,11 +147,13 @@ void run_train(TrainArguments arguments) {
 
   run_phase([&] {
     make_output_directory(arguments.output);
+    lock.take(arguments.output);
+    check_output_directory({arguments.output, false, arguments.force}, experiment.name);  // another may have been there
     TrainingResult result = train_rounds(experiment, data, arguments);
     if (experiment.log) result.model.provenance.emplace_back(kTrainingLogsFact, to_text(data.remembered));
     record_ignored_inputs(experiment, result.model);
     record_input_delays(experiment, result.model);
-    if (!arguments.quiet) fmt::print(stderr, "{}", ignored_inputs_note(result.model));
+    if (!arguments.quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(result.model)));
     codegen::write_model(result.model, arguments.output + "/model.json");
     if (result.outcome == TrainOutcome::kInterrupted)
       throw RunFailure(fmt::format(
@@ -155,7 +161,7 @@ void run_train(TrainArguments arguments) {
           result.steps_done, experiment.training.steps, arguments.output, resume_command(arguments)));
     RunReport report = judge(experiment, data, result.model);
     if (result.outcome != TrainOutcome::kFinished) report.warning = result.message;
-    fmt::print("{}", run_report_text(result.model, report));
+    fmt::print("{}", printable(run_report_text(result.model, report)));
     write_run_report(result.model, report, arguments.output);
     run.failure = report.warning;
     write_finished_run(arguments.output, run);

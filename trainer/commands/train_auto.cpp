@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "codegen/base/file.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/experiments/load_experiment.h"
@@ -62,7 +63,7 @@ void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
   }
   run_phase([&] {
     const SearchStory story{command, experiment.name, task.held_out, std::move(record)};
-    fmt::print("{}", search_text(story));
+    fmt::print("{}", printable(search_text(story)));
     codegen::write_file_atomically(arguments.output + "/auto.html", search_page(story));
     codegen::write_file_atomically(
         arguments.output + "/experiment.toml",

@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "trainer/base/printable.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/data/transient.h"
 #include "trainer/experiments/load_experiment.h"
@@ -24,12 +25,12 @@ void find_delays(Experiment& experiment, const std::string& directory, bool quie
   if (found.empty()) return;
   experiment.source_text = format_experiment(experiment);
   for (const LogDelay& delay : found)
-    if (!quiet) fmt::print(stderr, "{}\n", to_text(delay));
+    if (!quiet) fmt::print(stderr, "{}\n", printable(to_text(delay)));
 }
 
 RunData logged_data(const Experiment& experiment, const std::string& directory, bool quiet) {
   LogSplits splits = load_log_splits(*experiment.log, directory, experiment.training.mirror);
-  if (!quiet) fmt::print(stderr, "{}", to_text(splits.report));
+  if (!quiet) fmt::print(stderr, "{}", printable(to_text(splits.report)));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
   ReportedLogs judged = logs_to_report_on(splits);
   if (splits.validation.trajectories.empty()) {

@@ -15,9 +15,11 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <thread>
 
+#include "codegen/base/temporary.h"
 #include "trainer/report/gnuplot_script.h"
 #include "trainer/report/svg_text.h"
 
@@ -29,26 +31,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr auto kPatience = std::chrono::seconds(60);
-
-/// A directory of our own that goes away with this object.
-class TemporaryDirectory {
- public:
-  TemporaryDirectory() {
-    std::error_code error;
-    std::string name = (fs::temp_directory_path(error) / "nlo-plots-XXXXXX").string();
-    if (!error && mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 std::string file_text(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -100,19 +82,22 @@ Eigen::VectorXd thinned(const Eigen::VectorXd& values, Eigen::Index points) {
 Drawing draw(const std::vector<Figure>& figures, const std::string& program) {
   Drawing drawing;
   if (figures.empty()) return drawing;
-  const TemporaryDirectory directory;
-  if (directory.path().empty()) {
-    drawing.failure = "no temporary directory could be made";
+  std::optional<codegen::TemporaryFolder> made;
+  try {
+    made.emplace((fs::temp_directory_path() / "nlo-plots").string());
+  } catch (const std::exception& error) {  // an Error, or the file system's
+    drawing.failure = error.what();
     return drawing;
   }
+  const fs::path directory = made->name();
   std::string script;
   bool written = true;
-  for (std::size_t i = 0; i < figures.size(); ++i) script += figure_script(figures[i], i, directory.path(), written);
-  written = write_text(directory.path() / "plot.gp", script) && written;
-  drawing.failure = written ? run(program, directory.path()) : "the plots' data could not be written";
+  for (std::size_t i = 0; i < figures.size(); ++i) script += figure_script(figures[i], i, directory, written);
+  written = write_text(directory / "plot.gp", script) && written;
+  drawing.failure = written ? run(program, directory) : "the plots' data could not be written";
   if (!drawing.failure.empty()) return drawing;
   for (std::size_t i = 0; i < figures.size(); ++i) {
-    drawing.svgs.push_back(inline_svg(file_text(directory.path() / fmt::format("{}.svg", i))));
+    drawing.svgs.push_back(inline_svg(file_text(directory / fmt::format("{}.svg", i))));
     if (drawing.svgs.back().empty()) drawing.failure = fmt::format("{} drew nothing", program);
   }
   if (!drawing.failure.empty()) drawing.svgs.clear();

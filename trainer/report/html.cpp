@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "trainer/base/printable.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -54,7 +56,7 @@ pre { background: var(--card); padding: .8rem 1rem; border-radius: .5rem; overfl
 
 std::string escaped(std::string_view text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : printable(text)) {  // which no page may hold either
     switch (c) {
       case '&':
         result += "&amp;";

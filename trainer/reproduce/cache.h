@@ -21,7 +21,8 @@ class ModelCache {
   /// Where an experiment's files lie.
   std::string path(const Experiment& experiment) const;
 
-  /// The finished model, or nothing: not there, damaged, or (should two hashes meet) another experiment's.
+  /// The finished model, or nothing: not there, damaged or altered since it was stored (a hash of its bytes lies beside
+  /// it), or (should two hashes meet) another experiment's.
   std::optional<codegen::Model> find(const Experiment& experiment) const;
 
   /// Keeps a finished model and drops its checkpoint.

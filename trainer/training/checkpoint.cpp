@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/training/checkpoint.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "codegen/base/error.h"
@@ -28,6 +30,9 @@ class Writer {
   std::string text;
 };
 
+struct Damaged {};
+
+/// Throws Damaged where the bytes end early.
 class Reader {
  public:
   Reader(const std::string& text, std::size_t at, std::size_t end) : text_(text), at_(at), end_(end) {}
@@ -39,14 +44,15 @@ class Reader {
   void array(std::vector<T>& v) {
     std::uint64_t size = 0;
     value(size);
-    if (size > (end_ - at_) / sizeof(T)) throw codegen::Error("an array is longer than the file");
+    if (size > (end_ - at_) / sizeof(T)) throw Damaged();
     v.resize(size);
     take(v.data(), size * sizeof(T));
   }
+  bool at_end() const { return at_ == end_; }
 
  private:
   void take(void* to, std::size_t bytes) {
-    if (bytes > end_ - at_) throw codegen::Error("the file ends early");
+    if (bytes > end_ - at_) throw Damaged();
     if (bytes > 0) std::memcpy(to, text_.data() + at_, bytes);
     at_ += bytes;
   }
@@ -77,6 +83,25 @@ void exchange_row(Archive& archive, Row& row) {
   archive.array(row.eigenvalues);
 }
 
+bool fits(const TrainingState& state, const CheckpointOwner& owner) {
+  return state.parameters.size() == owner.parameters && state.average.size() == owner.parameters &&
+         state.best.size() == owner.parameters && state.memory.size() == owner.memory &&
+         std::all_of(state.metrics.begin(), state.metrics.end(),
+                     [&](const MetricsRow& row) { return row.eigenvalues.size() == owner.eigenvalues; });
+}
+
+/// What every checkpoint is that a training wrote.
+bool is_plausible(const TrainingState& state) {
+  const auto is_time = [](double seconds) { return std::isfinite(seconds) && seconds >= 0.0; };
+  std::int64_t before = -1;
+  for (const MetricsRow& row : state.metrics) {
+    if (row.step <= before || row.step > state.step || !is_time(row.elapsed_s)) return false;
+    before = row.step;
+  }
+  return state.step >= 0 && !state.metrics.empty() && is_time(state.elapsed_s) && std::isfinite(state.best_rmse) &&
+         std::all_of(state.best.begin(), state.best.end(), [](float p) { return std::isfinite(p); });
+}
+
 }  // namespace
 
 std::uint64_t fingerprint(const void* data, std::size_t bytes, std::uint64_t start) {
@@ -97,10 +122,10 @@ void write_checkpoint(const TrainingState& state, std::uint64_t experiment, cons
   codegen::write_file_atomically(path, writer.text);
 }
 
-TrainingState read_checkpoint(const std::string& path, std::uint64_t experiment) {
+TrainingState read_checkpoint(const std::string& path, const CheckpointOwner& owner) {
   const std::string text = codegen::read_file(path);
   const auto fail = [&](const std::string& why) {
-    throw codegen::Error(path + ": " + why + "; start afresh without --resume");
+    throw codegen::InputError(path + ": " + why + "; start afresh without --resume");
   };
   if (text.size() < kMagicSize + 2 * sizeof(std::uint64_t) || text.compare(0, kMagicSize, kMagic) != 0) {
     fail("not a checkpoint of this version");
@@ -114,14 +139,21 @@ TrainingState read_checkpoint(const std::string& path, std::uint64_t experiment)
     Reader reader(text, kMagicSize, end);
     std::uint64_t of = 0;
     reader.value(of);
-    if (of != experiment) fail("the checkpoint belongs to another experiment, seed or data set");
+    if (of != owner.fingerprint) fail("the checkpoint belongs to another experiment, seed or data set");
     exchange(reader, state);
     std::uint64_t rows = 0;
     reader.value(rows);
     for (std::uint64_t r = 0; r < rows; ++r) exchange_row(reader, state.metrics.emplace_back());
-  } catch (const std::bad_alloc&) {
+    if (!reader.at_end()) throw Damaged();
+  } catch (const Damaged&) {
     fail("the checkpoint is damaged");
   }
+  if (!fits(state, owner)) fail("its sizes do not fit the experiment");
+  if (!is_plausible(state)) fail("the checkpoint is damaged");
+  if (state.step > owner.steps)
+    throw codegen::InputError(path + ": " + std::to_string(state.step) +
+                              " steps are done and training.steps asks for " + std::to_string(owner.steps) +
+                              "; ask for more, or start afresh without --resume");
   return state;
 }
 

@@ -28,11 +28,23 @@ struct TrainingState {
   std::vector<MetricsRow> metrics;
 };
 
+/// Which training a checkpoint has to belong to. A checksum tells a damaged file from a whole one, not a forged one:
+/// every size is compared with what the experiment asks for before it is used as one.
+struct CheckpointOwner {
+  std::uint64_t fingerprint = 0;  ///< of experiment and data
+  std::size_t parameters = 0;     ///< also of the average and of the best
+  std::size_t memory = 0;         ///< numbers that the optimiser keeps
+  std::size_t eigenvalues = 0;    ///< in each row of the metrics
+  std::int64_t steps = 0;         ///< training.steps
+};
+
 /// Replaces the file atomically. `fingerprint` names experiment and data.
 void write_checkpoint(const TrainingState& state, std::uint64_t fingerprint, const std::string& path);
 
-/// Throws codegen::Error when the file is damaged, from another version, or of another experiment or data.
-TrainingState read_checkpoint(const std::string& path, std::uint64_t fingerprint);
+/// Throws codegen::InputError when the file is damaged, from another version, of another experiment or data, or when
+/// more steps are done in it than are asked for. What it returns has the owner's sizes, a row of metrics or more, in
+/// the order of their steps, and a finite best; parameters may hold anything, for a training that diverged is kept too.
+TrainingState read_checkpoint(const std::string& path, const CheckpointOwner& owner);
 
 /// metrics.csv: step,elapsed_s,loss,train_rmse,validation_rmse,learning_rate,lambda_1_re,lambda_1_im,...
 std::string metrics_csv(const std::vector<MetricsRow>& rows, int pairs);

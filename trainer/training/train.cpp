@@ -132,17 +132,13 @@ class Training {
     const Rollout& rollout = objective_.roll_out_flight(initial_dynamics(structure_, experiment_).data());
     normalise(structure_, rollout);
     if (options_.resume) {
-      state_ = read_checkpoint(path("checkpoint.bin"), fingerprint_);
-      if (state_.parameters.size() != static_cast<std::size_t>(structure_.parameters()) ||
-          state_.memory.size() != optimiser_.memory().size()) {
-        throw codegen::Error(path("checkpoint.bin") +
-                             ": its sizes do not fit the experiment; start afresh without --resume");
-      }
-      if (state_.step > experiment_.training.steps)
-        throw codegen::Error(path("checkpoint.bin") + ": " + std::to_string(state_.step) +
-                             " steps are done and training.steps asks for " +
-                             std::to_string(experiment_.training.steps) +
-                             "; ask for more, or start afresh without --resume");
+      const auto parameters = static_cast<std::size_t>(structure_.parameters());
+      const std::size_t eigenvalues = structure_.eigenvalues_at(std::vector<float>(parameters).data()).size();
+      state_ = read_checkpoint(path("checkpoint.bin"), {.fingerprint = fingerprint_,
+                                                        .parameters = parameters,
+                                                        .memory = optimiser_.memory().size(),
+                                                        .eigenvalues = eigenvalues,
+                                                        .steps = experiment_.training.steps});
       optimiser_.memory() = state_.memory;
       return;
     }

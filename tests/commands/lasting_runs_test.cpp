@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+// What a run's folder outlives: a second program in it, a checkpoint of elsewhere, names that are no plain words.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <string>
+
+#include "codegen/base/file.h"
+#include "tests/commands/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Holds a folder's lock, as another program at work there does.
+class AtWork {
+ public:
+  explicit AtWork(const std::string& folder) : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    EXPECT_EQ(::flock(descriptor_, LOCK_EX | LOCK_NB), 0) << folder;
+  }
+  AtWork(const AtWork&) = delete;
+  AtWork& operator=(const AtWork&) = delete;
+  ~AtWork() { ::close(descriptor_); }
+
+ private:
+  int descriptor_;
+};
+
+TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEndsAndChangesNothing) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  const auto before = scratch.contents();
+  {
+    const AtWork other(scratch.path() + "/runs/tiny");
+    for (const char* how : {"--resume", "--force", "--auto"}) {
+      const auto second = scratch.run({"train", "tiny.toml", "-q", "-o", "runs/tiny", how});
+      EXPECT_EQ(second.exit_code, 2) << how;
+      EXPECT_THAT(second.err, AllOf(HasSubstr("runs/tiny: another nlo is at work"), HasSubstr("-o DIR"))) << how;
+    }
+    EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "runs/elsewhere"}).exit_code, 0);
+  }
+  EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "--force"}).exit_code, 0) << "the lock ended with its holder";
+  for (const auto& [name, bytes] : before) EXPECT_TRUE(scratch.contents().count(name)) << name;
+}
+
+TEST(LastingRuns, ACheckpointOfAnotherExperimentIsWrongInputAndStaysAsItIs) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  const auto before = scratch.contents();
+  const auto resumed = scratch.run({"train", "tiny.toml", "-q", "--resume", "--seed", "77"});
+  EXPECT_EQ(resumed.exit_code, 2);
+  EXPECT_THAT(resumed.err, AllOf(HasSubstr("checkpoint.bin"), HasSubstr("another experiment, seed or data set"),
+                                 HasSubstr("without --resume")));
+  EXPECT_EQ(scratch.contents(), before);
+}
+
+TEST(LastingRuns, TheCommandThatGoesOnCanBeGivenToAShellAsItIsPrinted) {
+  const Scratch scratch;
+  const std::string file = "my rig's $(touch hit).toml";
+  scratch.write(file, kTinyExperiment);
+  const auto stopped = scratch.run({"train", file, "--set", "training.steps=1000000", "-o", "a b;c"}, "rmse");
+  ASSERT_EQ(stopped.exit_code, 1) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr("nlo train 'my rig'\\''s $(touch hit).toml' --set training.steps=1000000 -o "
+                                     "'a b;c' --resume\n"));
+  EXPECT_FALSE(scratch.has("hit"));
+}
+
+TEST(LastingRuns, NamesFromElsewhereSendNothingToTheTerminal) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  const std::string model = scratch.read("runs/tiny/model.json");
+  const std::string hostile = "x\\u001b]0;owned\\u0007";
+  const auto name = model.find("\"states\"");
+  ASSERT_NE(name, std::string::npos);
+  const auto at = model.find("\"name\": \"", name) + 9;
+  scratch.write("runs/tiny/model.json", std::string(model).replace(at, model.find('"', at) - at, hostile));
+  for (const auto& command : {std::vector<std::string>{"report", "runs/tiny"},
+                              {"report", "runs/tiny", "-o", "-"},
+                              {"evaluate", "runs/tiny/model.json"},
+                              {"evaluate", "runs/tiny/model\x1b[31m.json"},
+                              {"export", "runs/tiny/model.json", "-o", "h.h"}}) {
+    const auto said = scratch.run(command);
+    EXPECT_THAT(said.out + said.err, AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("\x07")))) << command[0];
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+// A library to preload: one call of the program's fails as a disk, a limit or a power cut would make it.
+//   NLO_FAULT=alloc:N         the N-th allocation fails; alloc:N+ and all after it
+//   NLO_FAULT=call:N:ERRNO    the N-th call that changes a file system fails with that number
+//   NLO_FAULT=kill:N          the program is killed before the N-th such call
+//   NLO_FAULT=exchange        renameat2() as on a file system that cannot exchange names
+//   NLO_FAULT_COUNT=FILE      "allocations calls" of a run that came to its end go there
+// Calls that change a file system: open for writing, write and fsync (of what is not stdin, stdout or stderr), rename,
+// mkdir, unlink, chmod. Counting begins with main(). In C, and with the allocator's own names: a library that is loaded
+// first cannot call anything that allocates on the way to malloc.
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+extern void* __libc_malloc(size_t);
+extern void* __libc_calloc(size_t, size_t);
+extern void* __libc_realloc(void*, size_t);
+extern void* __libc_memalign(size_t, size_t);
+
+static atomic_long allocations, calls;
+static atomic_int armed;
+static long failing_allocation = -1, failing_call = -1;
+static int and_all_after, kills, reason, no_exchange;
+
+static void read_fault(void) {
+  const char* fault = getenv("NLO_FAULT");
+  if (fault == NULL) return;
+  char* rest = NULL;
+  if (strncmp(fault, "alloc:", 6) == 0) {
+    failing_allocation = strtol(fault + 6, &rest, 10);
+    and_all_after = *rest == '+';
+  } else if (strncmp(fault, "call:", 5) == 0) {
+    failing_call = strtol(fault + 5, &rest, 10);
+    reason = *rest == ':' ? atoi(rest + 1) : EIO;
+  } else if (strncmp(fault, "kill:", 5) == 0) {
+    failing_call = strtol(fault + 5, &rest, 10);
+    kills = 1;
+  } else if (strcmp(fault, "exchange") == 0) {
+    no_exchange = 1;
+  }
+}
+
+static void write_counts(void) {
+  armed = 0;
+  const char* name = getenv("NLO_FAULT_COUNT");
+  FILE* file = name == NULL ? NULL : fopen(name, "w");
+  if (file == NULL) return;
+  fprintf(file, "%ld %ld\n", (long)allocations, (long)calls);
+  fclose(file);
+}
+
+static int (*program)(int, char**, char**);
+
+static int run(int argc, char** argv, char** environment) {
+  read_fault();
+  atexit(write_counts);
+  armed = 1;
+  return program(argc, argv, environment);
+}
+
+/// Static initialisers run before main() and have nobody to report to.
+int __libc_start_main(int (*main)(int, char**, char**), int argc, char** argv, void (*init)(void), void (*fini)(void),
+                      void (*rtld_fini)(void), void* stack_end) {
+  int (*real)(int (*)(int, char**, char**), int, char**, void (*)(void), void (*)(void), void (*)(void), void*) =
+      dlsym(RTLD_NEXT, "__libc_start_main");
+  program = main;
+  return real(run, argc, argv, init, fini, rtld_fini, stack_end);
+}
+
+static int allocation_fails(void) {
+  if (!armed) return 0;
+  const long number = ++allocations;
+  if (number != failing_allocation && !(and_all_after && failing_allocation > 0 && number > failing_allocation))
+    return 0;
+  errno = ENOMEM;
+  return 1;
+}
+
+static int call_fails(void) {
+  if (!armed || ++calls != failing_call) return 0;
+  if (kills) kill(getpid(), SIGKILL);
+  errno = reason;
+  return 1;
+}
+
+void* malloc(size_t size) {
+  return allocation_fails() ? NULL : __libc_malloc(size);
+}
+void* calloc(size_t count, size_t size) {
+  return allocation_fails() ? NULL : __libc_calloc(count, size);
+}
+void* realloc(void* old, size_t size) {
+  return allocation_fails() ? NULL : __libc_realloc(old, size);
+}
+void* aligned_alloc(size_t alignment, size_t size) {
+  return allocation_fails() ? NULL : __libc_memalign(alignment, size);
+}
+int posix_memalign(void** result, size_t alignment, size_t size) {
+  void* made = allocation_fails() ? NULL : __libc_memalign(alignment, size);
+  if (made == NULL) return ENOMEM;
+  *result = made;
+  return 0;
+}
+
+#define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
+
+static mode_t mode_of(int flags, va_list arguments) {
+  return flags & (O_CREAT | __O_TMPFILE) ? va_arg(arguments, mode_t) : 0;
+}
+
+int open(const char* path, int flags, ...) {
+  va_list arguments;
+  va_start(arguments, flags);
+  const mode_t mode = mode_of(flags, arguments);
+  va_end(arguments);
+  if ((flags & O_ACCMODE) != O_RDONLY && call_fails()) return -1;
+  return REAL(open)(path, flags, mode);
+}
+int open64(const char* path, int flags, ...) {
+  va_list arguments;
+  va_start(arguments, flags);
+  const mode_t mode = mode_of(flags, arguments);
+  va_end(arguments);
+  if ((flags & O_ACCMODE) != O_RDONLY && call_fails()) return -1;
+  return REAL(open64)(path, flags, mode);
+}
+int mkostemp(char* name, int flags) {
+  return call_fails() ? -1 : REAL(mkostemp)(name, flags);
+}
+int mkostemp64(char* name, int flags) {
+  return call_fails() ? -1 : REAL(mkostemp64)(name, flags);
+}
+char* mkdtemp(char* name) {
+  return call_fails() ? NULL : REAL(mkdtemp)(name);
+}
+ssize_t write(int fd, const void* bytes, size_t size) {
+  return fd > 2 && call_fails() ? -1 : REAL(write)(fd, bytes, size);
+}
+ssize_t writev(int fd, const struct iovec* parts, int count) {
+  return fd > 2 && call_fails() ? -1 : REAL(writev)(fd, parts, count);
+}
+int fsync(int fd) {
+  return call_fails() ? -1 : REAL(fsync)(fd);
+}
+int fchmod(int fd, mode_t mode) {
+  return call_fails() ? -1 : REAL(fchmod)(fd, mode);
+}
+int fchmodat(int folder, const char* path, mode_t mode, int flags) {
+  return call_fails() ? -1 : REAL(fchmodat)(folder, path, mode, flags);
+}
+int mkdir(const char* path, mode_t mode) {
+  return call_fails() ? -1 : REAL(mkdir)(path, mode);
+}
+int rename(const char* from, const char* to) {
+  return call_fails() ? -1 : REAL(rename)(from, to);
+}
+int renameat2(int a, const char* from, int b, const char* to, unsigned flags) {
+  if (no_exchange && flags != 0) {
+    errno = EINVAL;
+    return -1;
+  }
+  return call_fails() ? -1 : REAL(renameat2)(a, from, b, to, flags);
+}
+int unlink(const char* path) {
+  return call_fails() ? -1 : REAL(unlink)(path);
+}
+int unlinkat(int folder, const char* path, int flags) {
+  return call_fails() ? -1 : REAL(unlinkat)(folder, path, flags);
+}
+int rmdir(const char* path) {
+  return call_fails() ? -1 : REAL(rmdir)(path);
+}
+int remove(const char* path) {
+  return call_fails() ? -1 : REAL(remove)(path);
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/commands/directory_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "codegen/base/error.h"
+
+namespace nlo::trainer {
+
+void DirectoryLock::take(const std::string& directory) {
+  if (descriptor_ >= 0) return;
+  const int opened = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (opened < 0) return;  // whoever writes there says why
+  if (::flock(opened, LOCK_EX | LOCK_NB) == 0) {
+    descriptor_ = opened;
+    return;
+  }
+  const int reason = errno;
+  ::close(opened);
+  if (reason == EWOULDBLOCK)
+    throw codegen::InputError(directory +
+                              ": another nlo is at work in this folder; wait for its end, or take another with -o DIR");
+}
+
+void DirectoryLock::release() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
+}
+
+}  // namespace nlo::trainer
