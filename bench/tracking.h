@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Ratios over time: the files of several runs (ratios.h) become one result per machine, with medians; two results are
-// compared; one result is a table for docs/performance.md.
+// compared; one result is a table for docs/appendix/performance.md.
 //   {"machine": {"cpu": ..., "cores": 2, "system": ...},
 //    "benches": {"step_latency": {"compiler": ..., "flags": ..., "runs": 5,
 //                                 "ratios": {"name": {"median": 2.4, "lowest": 2.3, "highest": 2.5, "target": 2.0}}}}}

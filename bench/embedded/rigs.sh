@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # The observers of docs/rigs.md on an emulated Cortex-M4F: each flies its whole test logs, and its estimates are compared
-# with those of `nlo evaluate`. Prints the table of docs/embedded.md; fails when one does not agree.
-#   usage: rigs.sh NLO DATA WORK [--write docs/embedded.md]
+# with those of `nlo evaluate`. Prints the table of docs/appendix/embedded_counts.md; fails when one does not agree.
+#   usage: rigs.sh NLO DATA WORK [--write docs/appendix/embedded_counts.md]
 #   DATA  has the folders qube, double_pendulum, battery and car (examples/rigs)
 #   WORK  has NAME/model.json as `nlo train NAME -o WORK/NAME` left it; what is not there is trained
 set -eu

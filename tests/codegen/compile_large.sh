@@ -29,7 +29,7 @@ END
   for layout in vectors scalar; do # as it lies in memory, and laid out anew for a target without vectors
     flags=()
     [ "$layout" = vectors ] || flags=(-DNLO_SCALAR_KERNELS)
-    [ "$layout $compiler" != "scalar clang++" ] || flags+=(-fconstexpr-steps=100000000) # docs/performance.md
+    [ "$layout $compiler" != "scalar clang++" ] || flags+=(-fconstexpr-steps=100000000) # docs/appendix/performance.md
     [ "$layout $name" != "scalar large" ] || continue
     timeout "$longest_s" "$compiler" "${strict[@]}" "${flags[@]}" -O2 "$work/main.cpp" -o "$work/main" ||
       { echo "$name ($layout): does not compile within $longest_s s"; exit 1; }

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # A model of logs, trained, exported and flown over a whole log it has not seen, on an emulated Cortex-M4F: at each sample
-# the trainer's estimate, within the parity that docs/embedded.md states.
+# the trainer's estimate, within the parity that docs/appendix/embedded_counts.md states.
 #   usage: flight.sh CMAKE SOURCE_DIR WORK_DIR NLO
 set -eu
 cmake=$1 source=$2 work=$3 nlo=$4
