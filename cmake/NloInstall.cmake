@@ -17,6 +17,7 @@ if(NOT NLO_RUNTIME_ONLY)
   install(DIRECTORY trainer/experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/nlo FILES_MATCHING PATTERN "*.toml")
   install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.bash
     DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME nlo)
+  install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _nlo)
   install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
   install(FILES codegen/cmake/NloAddModel.cmake DESTINATION ${package_dir})
 endif()

@@ -5,10 +5,12 @@
 
 #include <cstdio>
 #include <exception>
+#include <memory>
 
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/help_formatter.h"
 #include "trainer/commands/out_of_memory.h"
 
 namespace {
@@ -53,6 +55,8 @@ int run(int argc, char** argv) {
   CLI::App app("Neural Luenberger observers: train one from a plant or from logs, evaluate it, export it for firmware.",
                "nlo");
   app.set_version_flag("-V,--version", "nlo " NLO_VERSION);
+  app.formatter(
+      std::make_shared<nlo::trainer::HelpFormatter>(nlo::trainer::help_width()));  // of the commands below too
   app.require_subcommand(1);
   app.footer(
       "Start with:\n"

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What the program prints about its own command line: the script that completes it in bash, and the manual page.
+// What the program prints about its own command line: scripts that complete it in bash and zsh, help, and the manual page.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <sstream>
 
 #include "tests/commands/program.h"
@@ -59,7 +61,7 @@ TEST(BashCompletion, OffersCommandsOptionsAndTheirValues) {
   EXPECT_THAT(offered({"evaluate", "model.json", "--against", ""}), IsSupersetOf({"ekf", "constant"}));
   EXPECT_THAT(offered({"export", "--target", "a"}), testing::ElementsAre("arduino"));
   EXPECT_THAT(offered({"reproduce", "table1"}), Contains("table1"));
-  EXPECT_THAT(offered({"completion", ""}), testing::ElementsAre("bash"));
+  EXPECT_THAT(offered({"completion", ""}), testing::ElementsAre("bash", "zsh"));
 }
 
 TEST(BashCompletion, OffersExperimentsAndFiles) {
@@ -90,6 +92,92 @@ TEST(BashCompletion, KnowsEveryOptionOfTheHelp) {
     }
   }
   EXPECT_GT(options, 40) << "the help was not understood, so this test proves nothing";
+}
+
+/// What zsh offers at the end of `line`, in a folder as above: a shell in a pseudo-terminal gets the line and a tab, and
+/// says what its completions add.
+std::vector<std::string> offered_by_zsh(const std::string& line) {
+  const Scratch scratch;
+  scratch.write("model.json", "");
+  scratch.write("mine.toml", "");
+  scratch.write("logs/a.csv", "");
+  scratch.write("complete.sh", scratch.run({"completion", "zsh"}).out);
+  scratch.write("inside.zsh", R"zsh(PROMPT= RPROMPT=
+autoload -Uz compinit && compinit -u -D
+source ./complete.sh
+bindkey '^I' complete-word
+zstyle ':completion:*' completer _complete
+compadd() {
+  if [[ ${@[1,(i)(-|--)]} == *-(O|A|D)\ * ]]; then builtin compadd "$@"; return; fi
+  local -a hits
+  builtin compadd -O hits "$@"
+  for hit in $hits; do print -r -- "OFFERED:$hit"; done
+  builtin compadd "$@"
+}
+finished() { print DONE }
+comppostfuncs=(finished)
+print READY
+)zsh");
+  scratch.write("outside.zsh", R"zsh(zmodload zsh/zpty || exit 1
+zpty shell zsh -f -i
+zpty -w shell "source ./inside.zsh"
+line=
+until [[ $line == *READY* ]]; do zpty -r shell line || exit 1; done
+zpty -w -n shell "$1"$'\t'
+until [[ $line == *DONE* ]]; do zpty -r shell line || break; print -rn -- $line; done
+zpty -d shell
+)zsh");
+  const std::string said =
+      shell("cd '" + scratch.path() + "' && timeout 30 zsh -f outside.zsh '" + line + "' 2>&1 | tr -d '\\r'");
+  std::vector<std::string> words;
+  const std::string mark = "OFFERED:";
+  for (const std::string& each : lines_of(said))
+    if (const auto at = each.find(mark); at != std::string::npos) words.push_back(each.substr(at + mark.size()));
+  return words;
+}
+
+TEST(ZshCompletion, OffersCommandsOptionsAndTheirValues) {
+  if (shell("command -v zsh").empty()) GTEST_SKIP() << "zsh is not installed";
+  EXPECT_THAT(offered_by_zsh("nlo "), IsSupersetOf({"train", "evaluate", "export", "completion", "man"}));
+  EXPECT_THAT(offered_by_zsh("nlo train --da"), testing::ElementsAre("--data"));
+  EXPECT_THAT(offered_by_zsh("nlo evaluate model.json --against "),
+              testing::UnorderedElementsAre("ekf", "ukf", "ekf_true", "constant", "ridge"));
+  EXPECT_THAT(offered_by_zsh("nlo export --target a"), testing::ElementsAre("arduino"));
+  EXPECT_THAT(offered_by_zsh("nlo train qube --data "), testing::AllOf(testing::Each("logs"), Contains("logs")));
+}
+
+TEST(ZshCompletion, OffersExperimentsAndFiles) {
+  if (shell("command -v zsh").empty()) GTEST_SKIP() << "zsh is not installed";
+  EXPECT_THAT(offered_by_zsh("nlo train "),
+              testing::AllOf(IsSupersetOf({"mine.toml", "van_der_pol", "qube"}), Not(Contains("model.json"))));
+  EXPECT_THAT(offered_by_zsh("nlo evaluate "), testing::AllOf(Contains("model.json"), Not(Contains("mine.toml"))));
+}
+
+TEST(Help, IsAsWideAsTheTerminal) {
+  const Scratch scratch;
+  const auto longest = [&](const char* columns) {
+    EXPECT_EQ(setenv("COLUMNS", columns, 1), 0);
+    std::size_t length = 0;
+    for (const char* command : {"", "train", "evaluate", "compare", "export", "monitor"}) {
+      const auto help = command[0] == '\0' ? scratch.run({"--help"}) : scratch.run({command, "--help"});
+      for (const std::string& line : lines_of(help.out))
+        if (!line.starts_with("  nlo ") &&
+            line.find(' ', line.find_first_not_of(' ')) != std::string::npos)  // examples
+          length = std::max(length, line.size());
+    }
+    EXPECT_EQ(unsetenv("COLUMNS"), 0);
+    return length;
+  };
+  EXPECT_LE(longest("80"), 80U);
+  EXPECT_GT(longest("160"), 120U) << "control: a wide terminal is used";
+}
+
+TEST(Help, SaysRangesAndChoicesInWords) {
+  const Scratch scratch;
+  const std::string help = scratch.run({"evaluate", "--help"}).out;
+  EXPECT_THAT(help, HasSubstr("--trajectories INT=200 "));
+  EXPECT_THAT(help, HasSubstr("1 to 100000"));
+  EXPECT_THAT(help, Not(HasSubstr("INT:INT")));
 }
 
 TEST(ManPage, HasEveryCommandAndNoComplaintOfGroff) {

@@ -2,13 +2,7 @@
 // nlo completion bash: the script, from the same tables as --help.
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "codegen/targets/registry.h"
 #include "trainer/commands/command_line.h"
-#include "trainer/experiments/load_identification.h"
-#include "trainer/experiments/shipped.h"
-#include "trainer/reproduce/registry.h"
 
 namespace nlo::trainer {
 namespace {
@@ -31,28 +25,9 @@ std::string joined(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// Words of arguments whose values the tables do not list, from the registries that decide them.
-std::vector<std::string> words_of(const OptionFacts& option) {
-  std::vector<std::string> words = option.members;
-  const auto is = [&](const char* name) {
-    return option.positional == name || std::find(option.names.begin(), option.names.end(), name) != option.names.end();
-  };
-  if (is("EXPERIMENT"))
-    for (const ShippedExperiment& experiment : shipped_experiments()) words.emplace_back(experiment.name);
-  if (is("IDENTIFICATION"))
-    for (const ShippedExperiment& identification : shipped_identifications()) words.emplace_back(identification.name);
-  if (is("--target"))
-    for (const codegen::ExportTarget& target : codegen::export_targets()) words.emplace_back(target.name);
-  if (is("WHAT")) {
-    words = {"all", "example1", "example2", "example3"};
-    for (const reproduction::Item& item : reproduction::items()) words.emplace_back(item.name);
-  }
-  return words;
-}
-
 /// The shell command that completes a value; empty: bash's own, file names.
 std::string rule_of(const OptionFacts& option) {
-  const std::vector<std::string> words = words_of(option);
+  const std::vector<std::string> words = values_of(option);
   if (option.positional == "EXPERIMENT" || option.positional == "IDENTIFICATION")
     return fmt::format("_nlo_files .toml '{}'", joined(words));
   if (option.positional == "MODEL") return "_nlo_files .json";

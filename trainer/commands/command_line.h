@@ -11,12 +11,13 @@ namespace nlo::trainer {
 
 /// One option, flag or positional argument.
 struct OptionFacts {
-  std::vector<std::string> names;    ///< "-o", "--output"; empty for a positional argument
-  std::string positional;            ///< "MODEL"; empty for an option
-  std::string value;                 ///< what stands for its value in --help: "TEXT", "DIR"; empty for a flag
-  std::vector<std::string> members;  ///< the only values that it takes; empty: not listed
-  std::string fallback;              ///< its default value; empty: none to show
-  bool required = false;
+  std::vector<std::string> names;          ///< "-o", "--output"; empty for a positional argument
+  std::string positional;                  ///< "MODEL"; empty for an option
+  std::string value;                       ///< what stands for its value in --help: "TEXT", "DIR"; empty for a flag
+  std::vector<std::string> members;        ///< the only values that it takes; empty: not listed
+  std::string range;                       ///< "1 to 100" of a number; empty: none
+  std::string fallback;                    ///< its default value; empty: none to show
+  bool required = false, repeats = false;  ///< repeats: takes several values
   std::string description;
 };
 
@@ -25,7 +26,12 @@ struct CommandFacts {
   std::vector<OptionFacts> options;
 };
 
+OptionFacts facts_of(const CLI::Option& option);
 CommandFacts facts_of(const CLI::App& app);
+
+/// The values that an option or argument takes, where tables list them: its members, or names of shipped experiments,
+/// identifications, targets and items of the paper.
+std::vector<std::string> values_of(const OptionFacts& option);
 
 /// The subcommands in the order of --help.
 std::vector<CommandFacts> commands_of(const CLI::App& app);
@@ -35,5 +41,8 @@ std::string man_page(const CLI::App& app, const std::string& version);
 
 /// A script that bash sources: completes commands, options, their values, names of shipped experiments and files.
 std::string bash_completion(const CLI::App& app);
+
+/// The same for zsh, with what each option means: sourced, or as _nlo in a folder of fpath.
+std::string zsh_completion(const CLI::App& app);
 
 }  // namespace nlo::trainer
