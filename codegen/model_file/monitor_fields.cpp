@@ -38,6 +38,15 @@ void check_positive_number(double value, const char* field) {
   if (!(value > 0.0) || !std::isfinite(value)) fail("monitor.{} is {}; it must be positive", field, value);
 }
 
+/// Of what is divided by: with both ends no level leaves float32, and no limit is one that nothing ever passes.
+void check_within(const Eigen::MatrixXd& values, double least, double most, const std::string& field) {
+  for (Eigen::Index i = 0; i < values.rows(); ++i)
+    for (Eigen::Index j = 0; j < values.cols(); ++j)
+      if (!(values(i, j) >= least && values(i, j) <= most))
+        fail("{}[{}]{} is {}; it must be from {:g} to {:g}", field, i, values.cols() == 1 ? "" : fmt::format("[{}]", j),
+             values(i, j), least, most);
+}
+
 }  // namespace
 
 std::string monitor_json(const Monitor& monitor, const std::string& indent) {
@@ -65,7 +74,8 @@ void check_monitor(const Model& model) {
   if (!model.monitor) return;
   const Monitor& m = *model.monitor;
   constexpr int kMostWindows = 8;
-  constexpr double kLongest = 1e6;  // samples
+  constexpr double kLongest = 1e6;                // samples
+  constexpr double kLeast = 1e-12, kMost = 1e12;  // statistics are 25 at most, and 25 / kLeast where they are divided
   const Eigen::Index windows = m.windows();
   if (windows < 1 || windows > kMostWindows)
     fail("monitor.windows_s has {} numbers; it must have 1 to {}", windows, kMostWindows);
@@ -91,7 +101,16 @@ void check_monitor(const Model& model) {
     check_shape(*limit, model.ny(), windows, field, "n_y x windows");
     check_positive(limit->reshaped(), field);
   }
+  check_within(m.deviation, kSmallestNumber, kLargestNumber, "monitor.deviation");
+  check_within(m.latent_deviation, kSmallestNumber, kLargestNumber, "monitor.latent_deviation");
+  check_within(m.least_variance, kLeast, kMost, "monitor.least_variance");
+  check_within(m.latent_limit, kLeast, kMost, "monitor.latent_limit");
+  check_within(m.missing_limit, kLeast, kMost, "monitor.missing_limit");
+  for (const auto& [field, limit] : limits) check_within(*limit, kLeast, kMost, field);
+  check_within(m.windows_s / model.sample_period_s, 1.0 / kLongest, 4.0 * kLongest,
+               "monitor.windows_s / sample period");
   check_positive_number(m.gate, "gate");
+  check_within(Eigen::MatrixXd::Constant(1, 1, m.gate), kLeast, kMost, "monitor.gate");
   check_positive_number(m.armed_after_s, "armed_after_s");
   check_positive_number(m.false_alarms_per_hour, "false_alarms_per_hour");
   check_positive_number(m.hours, "hours");

@@ -7,6 +7,7 @@
 
 #include "codegen/base/identifier.h"
 #include "codegen/model/checks.h"
+#include "codegen/model/domain.h"
 #include "codegen/model_file/monitor_fields.h"
 #include "codegen/structures/module.h"
 
@@ -45,6 +46,11 @@ void check_failures(const Model& m) {
          names_of_structures([](const StructureModule& s) { return s.reads_stalenesses(); }), structure_name(m));
   if (!(f.staleness_s > 0.0) || !std::isfinite(f.staleness_s))
     fail("may_fail.staleness_s is {}; it must be positive", f.staleness_s);
+  // A faster one is gone by the next sample, a slower one float32 cannot tell from none.
+  constexpr double kShortest = 1e-3, kLongest = 1e6;
+  if (!(f.staleness_s >= kShortest * m.sample_period_s && f.staleness_s <= kLongest * m.sample_period_s))
+    fail("may_fail.staleness_s is {}; it must be from {:g} to {:g} sample periods of {} s", f.staleness_s, kShortest,
+         kLongest, m.sample_period_s);
   for (std::size_t i = 0; i < f.outputs.size(); ++i) {
     const int output = f.outputs[i];
     if (output < 0 || output >= m.ny() || (i > 0 && output <= f.outputs[i - 1]))
@@ -65,6 +71,11 @@ void check_saturation(const Model& m) {
          names_of_structures([](const StructureModule& s) { return s.saturates(); }), structure_name(m));
   if (!(m.saturation > 0.0) || !std::isfinite(m.saturation))
     fail("saturation is {}; it must be a positive number of half ranges of z, or be left out", m.saturation);
+  const LatentReach reach(m);
+  for (Eigen::Index r = 0; r < m.nz(); ++r)
+    if (!(reach.min(r) >= -kLargestNumber && reach.max(r) <= kLargestNumber))
+      fail("saturation is {} and lets T* read z[{}] from {} to {}; float32 wants it within +-{}", m.saturation, r,
+           reach.min(r), reach.max(r), kLargestNumber);
 }
 
 /// Turns are counted in an int32, and an angle keeps its place within a turn in float32's 24 bits.
@@ -98,6 +109,9 @@ void check_sampling(const Model& m) {
   const int nz = m.nz();
   if (nz == 0) fail("initial_latent is empty; an observer has at least one latent state");
   check_shape(m.initial_latent, nz, "initial_latent", "n_z");
+  for (Eigen::Index r = 0; r < nz; ++r)
+    if (!(std::abs(m.initial_latent(r)) <= kLargestNumber))
+      fail("initial_latent[{}] is {}; float32 wants it within +-{}", r, m.initial_latent(r), kLargestNumber);
   check_shape(m.latent_min, nz, "latent_min", "n_z");
   check_shape(m.latent_max, nz, "latent_max", "n_z");
   check_range(m.latent_min, m.latent_max, "latent");

@@ -81,6 +81,12 @@ void check_linear_latent(const Model& m) {
                                 : "it is too slow to be told from an integrator: use a faster eigenvalue");
     if (paired) ++i;
   }
+  const Eigen::MatrixXd gain = steady_gain(m);  // what a reading of 1 puts into z: also of one that is always small
+  for (Eigen::Index i = 0; i < nz; ++i)
+    if (!(latent.output_injection.row(i).cwiseAbs().maxCoeff() <= kLargestNumber &&
+          gain.row(i).cwiseAbs().maxCoeff() <= kLargestNumber))
+      fail("output_injection[{}] reaches {} and its steady state {}; float32 wants them within +-{}", i,
+           latent.output_injection.row(i).cwiseAbs().maxCoeff(), gain.row(i).cwiseAbs().maxCoeff(), kLargestNumber);
   for (std::size_t i = 0; i < latent.relative_outputs.size(); ++i) {
     const int output = latent.relative_outputs[i];
     if (output < 0 || output >= m.ny() || (i > 0 && output <= latent.relative_outputs[i - 1]))

@@ -2,6 +2,7 @@
 #include "codegen/targets/c99.h"
 
 #include <fmt/format.h>
+#include <nlo/latent.h>
 
 #include <cstdint>
 #include <map>
@@ -91,6 +92,7 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
       {"F", suffix},
       {"BITS", single ? "uint32_t" : "uint64_t"},
       {"EXPONENT", single ? "0x7f800000U" : "0x7ff0000000000000U"},
+      {"MOST_DOUBLINGS", std::to_string(single ? Halved<float>::kMost : Halved<double>::kMost)},
       {"LARGEST", single ? literal(0x1p100F) : literal(0x1p100)},
       {"TINY", single ? literal(0x1p-100F) : literal(0x1p-100)},
       {"NX", std::to_string(m.nx())},

@@ -37,10 +37,11 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["KEEP_VALUE"] = ",\n    " + init(std::exp(-m.sample_period_s / f.staleness_s), "may_fail.staleness_s");
   values["KEEP_OVER"] = fmt::format(
       "  Complex fade, phi1, phi2;\n"
-      "  const Complex w = {{-({} * h), 0.0{}}};  // 1 / staleness_s\n"
+      "  const Scalar all = {0} * h, far = 64.0{1};  // 1 / staleness_s; e^-64 is below any rounding of 1\n"
+      "  const Complex w = {{all < far ? -all : -far, 0.0{1}}};\n"
       "  phi(w, &fade, &phi1, &phi2);\n"
-      "  step->keep = fade.re + 1.0{};\n",
-      init(1.0 / f.staleness_s, "may_fail.staleness_s"), suffix, suffix);
+      "  step->keep = fade.re + 1.0{1};\n",
+      init(1.0 / f.staleness_s, "may_fail.staleness_s"), suffix);
   values["FILL_MISSING"] = fmt::format(
       "// An output that may be missing fades to where it rested in training; how stale it is ends the readings.\n"
       "static bool fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep) {{\n"

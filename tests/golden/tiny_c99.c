@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x5c2dcb8c
+#if tiny_c99_EXPORT != 0x763dee3c
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -51,7 +51,9 @@ static void copy(Scalar* to, const Scalar* from, int n) {
 }
 
 static Scalar whole_turns(Scalar angle, Scalar turn) {
-  const Scalar turns = angle / turn;  // bounded by the declared range: fits an int32
+  const Scalar turns = angle / turn;
+  // Within the declared range there are 2e5 at most. More, which no int32 may hold, come of a bit that has flipped.
+  if (!(turns > -0x1p30f && turns < 0x1p30f)) return 0.0f;
   // Half a turn stays where it is: an angle resting on the wrap must not change sides, and z with it, at each step.
   if (turns >= -0.5f && turns <= 0.5f) return 0.0f;
   return (Scalar)(int32_t)(turns + (turns < 0.0f ? -0.5f : 0.5f));
@@ -124,11 +126,8 @@ static Scalar magnitude(Complex c) { return (c.re < 0.0f ? -c.re : c.re) + (c.im
 // (Higham, Functions of Matrices, section 10.7.4).
 static void phi(Complex w, Complex* exp_minus_1, Complex* phi1, Complex* phi2) {
   Complex p2 = {1.0f, 0.0f};
-  int doublings = 0;
-  while (magnitude(w) > 0.5f) {
-    w = scaled(w, 0.5f);
-    ++doublings;
-  }
+  int doublings = 0;  // no number takes more, and for one that is none the result is none
+  for (; doublings < 130 && magnitude(w) > 0.5f; ++doublings) w = scaled(w, 0.5f);
   for (int k = 15; k >= 1; --k) p2 = shifted(scaled(product(w, p2), 1.0f / (Scalar)(k + 2)), 1.0f);
   p2 = scaled(p2, 0.5f);
   Complex p1 = shifted(product(w, p2), 1.0f);
@@ -302,11 +301,14 @@ static void start(tiny_c99_observer* o, const Scalar* y) {
   o->started = 1;
 }
 
-// The status of a step, unless a bit of memory has flipped: then the next measurement is the first.
-static tiny_c99_status whole(tiny_c99_observer* o) {
-  if (is_reachable(o->z)) return (tiny_c99_status)o->status;
+// A bit of memory has flipped: the next measurement is the first.
+static tiny_c99_status spoilt(tiny_c99_observer* o) {
   tiny_c99_reset(o);
   return noted(o, tiny_c99_RESET);
+}
+
+static tiny_c99_status whole(tiny_c99_observer* o) {
+  return is_reachable(o->z) ? (tiny_c99_status)o->status : spoilt(o);
 }
 
 // One step: that of the sample period, or another.
@@ -314,6 +316,7 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   Scalar next[kNy];
   copy(next, o->y, kNy);
   const tiny_c99_status status = screened(y, next);
+  if (o->started > 1) return spoilt(o);
   if (status == tiny_c99_HELD) {
     one_more_held(o);
     if (o->started == 0) return (tiny_c99_status)o->status;  // nothing to hold yet
@@ -376,7 +379,7 @@ tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
 }
 
 tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) {
-  return is_reachable(observer->z) ? (tiny_c99_status)observer->status : tiny_c99_RESET;
+  return is_reachable(observer->z) && observer->started <= 1 ? (tiny_c99_status)observer->status : tiny_c99_RESET;
 }
 
 bool tiny_c99_in_domain(const tiny_c99_observer* observer) {

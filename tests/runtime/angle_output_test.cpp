@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tests/runtime/testing.h"
 
@@ -51,6 +52,19 @@ double worst_difference(double low, bool starts_steady, double offset) {
     for (int i = 0; i < 4; ++i) worst = std::max(worst, std::fabs(static_cast<double>(x_hat[i]) - expected[i]));
   }
   return worst;
+}
+
+TEST(Angle, OfMoreTurnsThanCanBeCountedStaysAsItIs) {
+  const auto turns = [](float angle) {
+    const float fast = OutputRange<float, 1>::whole_turns<Arithmetic::kFast>(angle, 1e-8F);
+    EXPECT_EQ(fast, (OutputRange<float, 1>::whole_turns<Arithmetic::kDeterministic>(angle, 1e-8F))) << angle;
+    return fast;
+  };
+  EXPECT_EQ(turns(10.0F), 1e9F);
+  EXPECT_EQ(turns(-10.0F), -1e9F);
+  for (const float angle :
+       {1e3F, -1e3F, 3e38F, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
+    EXPECT_EQ(turns(angle), 0.0F) << angle;
 }
 
 TEST(Angle, ThatTurnsManyTimesGivesTheEstimateOfTheUnwrappedAngle) {

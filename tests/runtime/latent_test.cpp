@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The latent recurrence: its coefficients against long double, closed forms, matrix exponentials and Runge-Kutta stages
 // done by hand, and its orders of convergence.
+#include <nlo/exponential_rk.h>
 #include <nlo/latent.h>
 
 #include <gtest/gtest.h>
@@ -82,6 +83,23 @@ TYPED_TEST(PhiFunctions, AreAsGoodAsTheirConditionInTheLeftHalfPlane) {
       ASSERT_LE(distance(phi.phi2, exact.phi2), tolerance * std::abs(exact.phi2)) << w.re << ' ' << w.im;
     }
   }
+}
+
+TYPED_TEST(PhiFunctions, EndWhateverTheyAreAskedFor) {
+  using T = TypeParam;
+  using Limits = std::numeric_limits<T>;
+  for (const T re : {-Limits::infinity(), Limits::infinity(), Limits::quiet_NaN(), Limits::lowest(), Limits::max()}) {
+    for (const T im : {T(0), Limits::max(), -Limits::infinity(), Limits::quiet_NaN()}) {
+      EXPECT_LE(Halved<T>({re, im}).doublings, Limits::max_exponent + 2) << re << ' ' << im;
+      (void)Phi<T>::at({re, im});
+      (void)ForcedPhi<T>::at({re, im});
+    }
+  }
+  EXPECT_EQ(Halved<T>({T(-1e6), T(1e6)}).doublings, 22) << "the fastest mode over the longest gap";
+  EXPECT_NEAR((Phi<T>::at({Limits::lowest(), T(0)}).exp_minus_1.re), T(-1), Limits::epsilon());
+  for (const T all : {T(65), Limits::max(), Limits::infinity(), Limits::quiet_NaN()})
+    EXPECT_EQ(decay_minus_1(all), T(-1)) << all;
+  EXPECT_EQ(decay_minus_1(T(1)), (Phi<T>::at({T(-1), T(0)}).exp_minus_1.re));
 }
 
 TYPED_TEST(PhiFunctions, AreTheirLimitsAtZeroAndAtMinusInfinity) {

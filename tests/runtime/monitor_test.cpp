@@ -28,12 +28,15 @@ struct Fake {
   struct State {
     int started = 1;
     double y[1] = {0.0};
+    StepStatus status = StepStatus::kOk;
   };
   Model own{};
   double y = 0.0, z = 0.0;
+  int started = 1;
+  StepStatus status = StepStatus::kOk;
 
   constexpr const Model& model() const { return own; }
-  constexpr State save() const { return {1, {y}}; }
+  constexpr State save() const { return {started, {y}, status}; }
   constexpr Vector<double, 1> relative_latent() const { return {{z}}; }
 };
 
@@ -167,6 +170,87 @@ TEST(Monitor, IsSilentUntilArmedAndAfterAReset) {
   }
 }
 
+TEST(Monitor, OfAnObserverThatIsResetIsNotArmedAndSaysSo) {
+  Model m = quiet_model();
+  m.variance_limit[0][0] = 0.5;
+  m.armed_after = 30;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  const auto arm = [&] {
+    for (int k = 0; k < 31; ++k) {
+      EXPECT_FALSE(monitor.armed()) << k;
+      (void)seen(monitor, observer, k % 2 == 0 ? 2.0 : -2.0);
+    }
+    EXPECT_TRUE(monitor.armed());
+    EXPECT_EQ(monitor.alarm(), Alarm::kInnovationVariance);
+  };
+  arm();
+  observer.started = 0;
+  (void)monitor.screened(0.0, observer);  // before the step that starts it
+  EXPECT_FALSE(monitor.armed());
+  EXPECT_EQ(monitor.alarm(), Alarm::kNone);
+  observer.started = 1;
+  arm();
+  observer.started = 0;
+  EXPECT_EQ(monitor.watch(observer, {{0.0}}), Alarm::kNone) << "after a step that could not start it";
+  EXPECT_FALSE(monitor.armed());
+  observer.started = 1;
+  arm();
+  observer.started = 0;
+  observer.status = StepStatus::kReset;
+  EXPECT_EQ(monitor.watch(observer, {{0.0}}), Alarm::kReset) << "a flipped bit has reset it";
+  EXPECT_FALSE(monitor.armed());
+}
+
+TEST(Monitor, ContinuesFromASavedState) {
+  const Model m = quiet_model();
+  Monitor<Model> monitor(m);
+  Fake observer;
+  std::mt19937 engine(4);
+  std::normal_distribution<double> noise(0.0, 2.0);
+  for (int k = 0; k < 50; ++k) (void)seen(monitor, observer, noise(engine));
+  Monitor<Model> other(m);
+  ASSERT_TRUE(other.restore(monitor.save()));
+  EXPECT_EQ(other.armed(), monitor.armed());
+  Fake beside = observer;
+  for (int k = 0; k < 50; ++k) {
+    const double y = noise(engine);
+    ASSERT_EQ(seen(monitor, observer, y), seen(other, beside, y));
+    ASSERT_EQ(monitor.level(), other.level());
+  }
+}
+
+TEST(Monitor, RefusesAStateThatWatchingCannotReach) {
+  const Model m = quiet_model();
+  Monitor<Model> monitor(m);
+  Fake observer;
+  for (int k = 0; k < 5; ++k) (void)seen(monitor, observer, 1.0);
+  using State = Monitor<Model>::State;
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  using Spoil = void (*)(State&);
+  const Spoil spoils[] = {[](State& s) { s.samples = -2147483647; },
+                          [](State& s) { s.samples = 3; },
+                          [](State& s) { s.level = kNaN; },
+                          [](State& s) { s.alarm = static_cast<Alarm>(200); },
+                          [](State& s) { s.distance[1] = 26.0; },
+                          [](State& s) { s.outputs[0].last = 6.0; },
+                          [](State& s) { s.outputs[0].y = kNaN; },
+                          [](State& s) { s.outputs[0].predicted = 2e6; },
+                          [](State& s) { s.outputs[0].missing = 2; },
+                          [](State& s) { s.outputs[0].missing_share = -2.0; },
+                          [](State& s) { s.outputs[0].rejected = 21; },
+                          [](State& s) { s.outputs[0].windows[0].mean = kNaN; },
+                          [](State& s) { s.outputs[0].windows[1].power = 1e30; },
+                          [](State& s) { s.outputs[0].windows[0].variance = -30.0; },
+                          [](State& s) { s.outputs[0].windows[1].correlation = kNaN; }};
+  for (const Spoil spoil : spoils) {
+    State state = monitor.save();
+    ASSERT_TRUE(monitor.restore(state));
+    spoil(state);
+    EXPECT_FALSE(monitor.restore(state)) << &spoil - spoils;
+  }
+}
+
 TEST(Monitor, StaysFiniteWhateverArrives) {
   Model m = quiet_model();
   m.missing_limit[0] = 0.5;
@@ -180,6 +264,8 @@ TEST(Monitor, StaysFiniteWhateverArrives) {
     observer.z = bits();
     (void)monitor.watch(observer, Vector<double, 1>{{bits()}});
     ASSERT_TRUE(is_finite(monitor.level())) << k;
+    ASSERT_NE(monitor.alarm(), Alarm::kReset) << "what is measured leads nowhere outside";
+    ASSERT_TRUE(k % 100 != 0 || monitor.restore(monitor.save())) << k;
   }
   // And comes back: what was seen is forgotten.
   observer.y = observer.z = 0.0;

@@ -67,6 +67,18 @@ TEST(SensorFailures, AMissingOutputFadesToItsRestAndGrowsStaleByTheClosedForm) {
   EXPECT_NEAR(observer.staleness(1), stale * std::exp(-kFlightStep_s / kStaleness_s), 1e-15);
 }
 
+TEST(SensorFailures, ARateThatOverflowsOverAGapHasFadedAllAndTheStepEnds) {
+  auto model = failing_model<float>();
+  model.failures.rate = 3.3e38F;  // of a staleness of 3e-39 s, which validation refuses
+  KklObserver observer(model);
+  ASSERT_EQ(observer.step({{1.0F, -2.0F}}), StepStatus::kOk);
+  EXPECT_EQ(observer.step({{1.0F, std::numeric_limits<float>::quiet_NaN()}}, 40.0F), StepStatus::kHeld);
+  EXPECT_EQ(observer.save().y[1], float(kRest));
+  EXPECT_EQ(observer.staleness(1), 1.0F);
+  EXPECT_EQ(observer.step({{1.0F, 4.0F}}, 40.0F), StepStatus::kOk);
+  EXPECT_EQ(observer.staleness(1), 0.0F);
+}
+
 TEST(SensorFailures, TheOtherOutputsAreFollowedAsIfNothingWere) {
   const auto model = failing_model<double>();
   KklObserver whole(model), broken(model);

@@ -21,13 +21,8 @@ struct ForcedPhi {
             (phi1 * phi1 + phi2 * T(2)) * T(0.25), (phi1 * phi2 + phi2 + phi3 * T(2)) * T(0.125)};
   }
 
-  static constexpr ForcedPhi at(Complex<T> w) {
-    const auto magnitude = [](Complex<T> c) { return (c.re < T(0) ? -c.re : c.re) + (c.im < T(0) ? -c.im : c.im); };
-    int doublings = 0;
-    while (magnitude(w) > T(0.5)) {
-      w = w * T(0.5);
-      ++doublings;
-    }
+  static constexpr ForcedPhi at(Complex<T> full) {
+    auto [w, doublings] = Halved<T>(full);
     // phi_3 = sum w^k / (k + 3)!: 0.5^14 / 17! is below the rounding of a double.
     constexpr int kTerms = 14;
     Complex<T> series{T(1), T(0)};

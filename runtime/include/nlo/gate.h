@@ -33,13 +33,10 @@ constexpr T log_1_plus(T t) {
 /// absolute error below 4 rounding units, times the periods where these are more than one. `a` finite, periods > 0.
 template <class T>
 constexpr T gate_over(T a, T periods) {
-  constexpr T kFar = T(64);  // e^-64 is below any rounding of 1
-  const auto exp_minus_1 = [](T v) { return Phi<T>::at({v, T(0)}).exp_minus_1.re; };
-  const T v = T(2) * a, size = v < T(0) ? -v : v;
-  const T decay = exp_minus_1(size < kFar ? -size : -kFar) + T(1);
+  const T v = T(2) * a;
+  const T decay = decay_minus_1(v < T(0) ? -v : v) + T(1);
   const T softplus = (v > T(0) ? v : T(0)) + log_1_plus(decay);
-  const T exponent = rounded<T>(periods * softplus);
-  return -exp_minus_1(exponent < kFar ? -exponent : -kFar);
+  return -decay_minus_1(rounded<T>(periods * softplus));
 }
 
 }  // namespace nlo

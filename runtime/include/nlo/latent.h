@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "nlo/arithmetic.h"
@@ -52,6 +53,20 @@ struct ModeStep {
   Complex<T> a_minus_1, b0, b1;
 };
 
+/// w / 2^s and s, the least for which |re| + |im| is at most 1/2: 22 of a model that validation lets pass, whose |lambda dt|
+/// is below 1e6. The loop ends whatever w is: no number of T takes more, and for one that is none the result is none.
+template <class T>
+struct Halved {
+  static constexpr int kMost = (std::is_floating_point_v<T> ? std::numeric_limits<T>::max_exponent : 1024) + 2;
+  Complex<T> w;
+  int doublings = 0;
+
+  constexpr explicit Halved(Complex<T> full) : w(full) {
+    const auto magnitude = [](Complex<T> c) { return (c.re < T(0) ? -c.re : c.re) + (c.im < T(0) ? -c.im : c.im); };
+    for (; doublings < kMost && magnitude(w) > T(0.5); ++doublings) w = w * T(0.5);
+  }
+};
+
 /// exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w without cancellation and without libm:
 /// Taylor series at w / 2^s, then s doublings. Relative error for real w <= 0 of any size: below 3 rounding units; for
 /// complex w: below 2 (1 + |w|) of them, as rounding w alone costs |w| of them where exp(w) does not decay.
@@ -60,13 +75,8 @@ template <class T>
 struct Phi {
   Complex<T> exp_minus_1, phi1, phi2;
 
-  static constexpr Phi at(Complex<T> w) {
-    const auto magnitude = [](Complex<T> c) { return (c.re < T(0) ? -c.re : c.re) + (c.im < T(0) ? -c.im : c.im); };
-    int doublings = 0;
-    while (magnitude(w) > T(0.5)) {
-      w = w * T(0.5);
-      ++doublings;
-    }
+  static constexpr Phi at(Complex<T> full) {
+    auto [w, doublings] = Halved<T>(full);
     // phi_2 = sum w^k / (k + 2)!: 0.5^15 / 17! is below the rounding of a double.
     constexpr int kTerms = 15;
     Complex<T> series{T(1), T(0)};
@@ -83,6 +93,13 @@ struct Phi {
     return p;
   }
 };
+
+/// exp(-v) - 1 for v >= 0 of any size: where v is not a number, all has decayed.
+template <class T>
+constexpr T decay_minus_1(T v) {
+  constexpr T kFar = T(64);  // e^-64 is below any rounding of 1
+  return Phi<T>::at({v < kFar ? -v : -kFar, T(0)}).exp_minus_1.re;
+}
 
 /// One mode over a step of h: lambda in 1/s, h in s.
 template <class T>

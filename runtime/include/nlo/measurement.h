@@ -62,10 +62,12 @@ struct OutputRange {
     return angle - rounded<Scalar>(turn * whole_turns<kArithmetic>(angle, turn));
   }
 
-  /// angle / turn, rounded to an integer.
+  /// angle / turn, rounded to an integer; 0 where an int32 cannot count them.
   template <Arithmetic kArithmetic>
   static constexpr Scalar whole_turns(Scalar angle, Scalar turn) {
-    const Scalar turns = angle / turn;  // bounded by the declared range: fits an int32
+    // Within the declared range there are 2e5 at most. More come of a bit of memory that has flipped.
+    const Scalar all = angle / turn;
+    const Scalar turns = select<kArithmetic>(is_below(all, Scalar(0x1p30)), all, Scalar(0));
     // Half a turn counts as none: an angle resting on the wrap must not change sides, and z with it, at each step.
     const bool none = (turns >= Scalar(-0.5)) & (turns <= Scalar(0.5));
     const Scalar half = select<kArithmetic>(turns < Scalar(0), Scalar(-0.5), Scalar(0.5));

@@ -16,8 +16,9 @@
 // It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is as
 // noisy as that (the gate widens with sqrt(v)) or it happens often in a row.
 //
-// No heap, no exceptions, no libm; whatever arrives, all of it stays finite. It counts samples: steps may jitter as they did
-// in training; after a gap, reset().
+// No heap, no exceptions, no libm; whatever arrives, all of it stays finite: statistics that are outside of what steps can
+// lead to, or not numbers, come of a bit of memory that has flipped, and are an alarm of their own, kReset, with which it
+// begins again. It counts samples: steps may jitter as they did in training; after a gap, reset().
 #pragma once
 
 #include <cstdint>
@@ -36,6 +37,7 @@ enum class Alarm : std::uint8_t {
   kInnovationCorrelation,  ///< errors of predictions follow one another: plant or parameters
   kLatentDistance,         ///< z where training seldom was
   kMissing,                ///< too many measurements missing or beyond the gate
+  kReset,                  ///< a bit of memory has flipped, the monitor's or the observer's: it begins again, not armed
 };
 
 /// Constants of a monitor, exported beside its observer's model.
@@ -76,11 +78,30 @@ class Monitor {
   using Output = Vector<Scalar, kNy>;
   using Estimate = Vector<Scalar, kNx>;
 
+  struct Window {
+    Scalar mean, power, variance, correlation;
+  };
+  struct OutputState {
+    Window windows[Model::kWindows];
+    Scalar y, predicted, last;  // the last reading, the change foreseen from there [deviations], the last innovation
+    Scalar missing_share;
+    std::uint8_t rejected;  // in a row
+    std::uint8_t missing;   // of the sample that watch() sees next; no bool: a flipped bit may make any byte of it
+  };
+  /// All of a monitor that changes.
+  struct State {
+    OutputState outputs[kNy];
+    Scalar distance[Model::kWindows];
+    Scalar level;
+    int samples;  // since the start, until armed
+    Alarm alarm;
+  };
+
   /// The model must outlive the monitor; generated models are constants.
   constexpr explicit Monitor(const Model& model) : model_(&model) { reset(); }
   explicit Monitor(const Model&&) = delete;
 
-  /// With the observer's reset(), and after a gap.
+  /// After a gap. With the observer's reset() too, unless screened() or watch() sees it before its next measurement.
   constexpr void reset() {
     state_ = State{};
     for (auto& output : state_.outputs)
@@ -92,15 +113,17 @@ class Monitor {
   /// sample that watch() sees next.
   template <class Observer>
   [[nodiscard]] constexpr Output screened(Output y, const Observer& observer) {
+    if (observer.save().started != 1) reset();  // what comes is its first measurement
     for (int j = 0; j < kNy; ++j) {
       OutputState& own = state_.outputs[j];
       own.missing = !is_finite(y[j]);
-      if (own.missing || state_.samples == 0) continue;
+      if (own.missing == 1 || state_.samples == 0) continue;
       const Scalar e = innovation(j, y[j], observer.model().outputs.wrap[j]);
       const Scalar noise = own.windows[0].variance > Scalar(1) ? own.windows[0].variance : Scalar(1);
-      own.missing = e * e > model_->gate_squared * noise && own.rejected < kMostRejected;
-      own.rejected = static_cast<std::uint8_t>(own.missing ? own.rejected + 1 : 0);
-      if (own.missing) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
+      const bool beyond = e * e > model_->gate_squared * noise && own.rejected < kMostRejected;
+      own.missing = beyond;
+      own.rejected = static_cast<std::uint8_t>(beyond ? own.rejected + 1 : 0);
+      if (beyond) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
     }
     return y;
   }
@@ -109,49 +132,72 @@ class Monitor {
     return screened(Output{{y}}, observer)[0];
   }
 
-  /// After each step of `observer`, with its estimate of the same sample.
+  /// After each step of `observer`, with its estimate of the same sample. kReset where that step has reset the observer,
+  /// or what the monitor remembers is not what it can have seen.
   template <class Observer>
   [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
     static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
     const auto taken = observer.save();
-    if (taken.started == 0) return state_.alarm = Alarm::kNone;  // it has seen nothing yet
-    const auto& y = taken.y;                                     // readings: held, clamped, angles within a turn
+    if (taken.started != 1)  // it has seen nothing yet
+      return begin_again(taken.status == StepStatus::kReset ? Alarm::kReset : Alarm::kNone);
+    const auto& y = taken.y;  // readings: held, clamped, angles within a turn
     const auto z = observer.relative_latent();
     if (state_.samples > 0) {
       for (int j = 0; j < kNy; ++j)
-        if (!state_.outputs[j].missing) take(state_.outputs[j], innovation(j, y[j], observer.model().outputs.wrap[j]));
+        if (state_.outputs[j].missing == 0)
+          take(state_.outputs[j], innovation(j, y[j], observer.model().outputs.wrap[j]));
     }
     note_place(z);
     predict(z, y, x_hat);
     if (state_.samples <= model_->armed_after) ++state_.samples;
-    judge();
+    if (!judge()) return begin_again(Alarm::kReset);
     return state_.alarm;
+  }
+
+  /// It has seen as many samples as it takes to tell: before, watch() says kNone whatever the level. Not so after the
+  /// observer's reset(), from the next screened() or watch() on.
+  [[nodiscard]] constexpr bool armed() const { return state_.samples > model_->armed_after; }
+
+  [[nodiscard]] constexpr State save() const { return state_; }
+
+  /// Continues from a saved state, beside the observer's restore(). Refused (false, nothing changed) unless watching can
+  /// reach it.
+  [[nodiscard]] constexpr bool restore(const State& saved) {
+    if (!is_reachable(saved)) return false;
+    state_ = saved;
+    return true;
   }
 
   /// What watch() said last.
   [[nodiscard]] constexpr Alarm alarm() const { return state_.alarm; }
 
-  /// The largest of the statistics over its limit: above 1, alarm.
+  /// The largest of the statistics over its limit: above 1, alarm. 0 after kReset.
   [[nodiscard]] constexpr Scalar level() const { return state_.level; }
 
  private:
-  struct Window {
-    Scalar mean, power, variance, correlation;
-  };
-  struct OutputState {
-    Window windows[Model::kWindows];
-    Scalar y, predicted, last;  // the last reading, the change foreseen from there [deviations], the last innovation
-    Scalar missing_share;
-    std::uint8_t rejected;  // in a row
-    bool missing;
-  };
-  struct State {
-    OutputState outputs[kNy];
-    Scalar distance[Model::kWindows];
-    Scalar level;
-    int samples;  // since the start, until armed
-    Alarm alarm;
-  };
+  static constexpr Scalar kFar = Scalar(1e6);  // deviations; its square is finite
+  // An average stays within what is averaged, and its roundings.
+  static constexpr Scalar kMostSquare = Scalar(kLargestInnovation * kLargestInnovation) * Scalar(1.01);
+
+  constexpr Alarm begin_again(Alarm why) {
+    reset();
+    return state_.alarm = why;
+  }
+
+  constexpr bool is_reachable(const State& state) const {
+    const auto within = [](Scalar value, Scalar most) { return value >= -most && value <= most; };
+    bool good = state.samples >= 0 && state.samples <= model_->armed_after + 1 && state.alarm <= Alarm::kReset &&
+                is_finite(state.level);
+    for (const Scalar distance : state.distance) good = good && within(distance, kMostSquare);
+    for (const OutputState& own : state.outputs) {
+      good = good && is_finite(own.y) && within(own.predicted, kFar) && within(own.last, Scalar(kLargestInnovation)) &&
+             within(own.missing_share, Scalar(1.01)) && own.rejected <= kMostRejected && own.missing <= 1;
+      for (const Window& window : own.windows)
+        good = good && within(window.mean, kMostSquare) && within(window.power, kMostSquare) &&
+               within(window.variance, kMostSquare) && within(window.correlation, kMostSquare);
+    }
+    return good;
+  }
 
   static constexpr Scalar limited(Scalar value, Scalar largest) {  // not-a-number too
     const Scalar below = value < largest ? value : largest;
@@ -159,18 +205,10 @@ class Monitor {
   }
 
   constexpr Scalar innovation(int j, Scalar y, Scalar turn) const {
-    constexpr Scalar kFar = Scalar(1e6);  // deviations; its square is finite
     const OutputState& own = state_.outputs[j];
     Scalar change = y - own.y;
-    if (turn > Scalar(0)) change = turned_back(change, turn);
+    if (turn > Scalar(0)) change = OutputRange<Scalar, 1>::template wrapped<Arithmetic::kFast>(change, turn);
     return limited(change * model_->per_deviation[j] - own.predicted, kFar);
-  }
-
-  /// The change over the shorter way round; an angle far out of range stays as it is.
-  static constexpr Scalar turned_back(Scalar change, Scalar turn) {
-    constexpr Scalar kMostTurns = Scalar(1e6);
-    if (!(change <= kMostTurns * turn && change >= -kMostTurns * turn)) return change;
-    return OutputRange<Scalar, 1>::template wrapped<Arithmetic::kFast>(change, turn);
   }
 
   constexpr void take(OutputState& own, Scalar innovation) {
@@ -187,16 +225,17 @@ class Monitor {
 
   template <class Latent>
   constexpr void note_place(const Latent& z) {
-    constexpr Scalar kFar = Scalar(kLargestInnovation * kLargestInnovation);
     Scalar sum = 0;
     for (int r = 0; r < kNz; ++r) {
-      const Scalar off = limited((z[r] - model_->latent_mean[r]) * model_->per_latent_deviation[r], Scalar(1e6));
+      const Scalar off = limited((z[r] - model_->latent_mean[r]) * model_->per_latent_deviation[r], kFar);
       sum += off * off;
     }
-    const Scalar mean = limited(sum * (Scalar(1) / Scalar(kNz)), kFar);
+    const Scalar mean = limited(sum * (Scalar(1) / Scalar(kNz)), Scalar(kLargestInnovation * kLargestInnovation));
     for (int w = 0; w < Model::kWindows; ++w) state_.distance[w] += model_->gain[w] * (mean - state_.distance[w]);
-    for (OutputState& own : state_.outputs)
-      own.missing_share += model_->gain[0] * ((own.missing ? Scalar(1) : Scalar(0)) - own.missing_share);
+    for (OutputState& own : state_.outputs) {
+      own.missing_share += model_->gain[0] * ((own.missing != 0 ? Scalar(1) : Scalar(0)) - own.missing_share);
+      own.missing = 0;
+    }
   }
 
   template <class Latent, class Readings>
@@ -207,17 +246,20 @@ class Monitor {
       for (int r = 0; r < kNz; ++r) sum += row[r] * z[r];
       for (int i = 0; i < kNr; ++i) sum += row[kNz + i] * y[i];
       for (int i = 0; i < kNx; ++i) sum += row[kNz + kNr + i] * x_hat[i];
-      state_.outputs[j].predicted = limited(sum, Scalar(1e6));
+      state_.outputs[j].predicted = limited(sum, kFar);
       state_.outputs[j].y = y[j];
     }
   }
 
-  constexpr void judge() {
-    Scalar worst = 0;
+  /// False: the statistics are not what samples can lead to. One that is far out, or not a number, is so in their sum,
+  /// too; one that is so by less has been an alarm, and is forgotten as innovations are.
+  constexpr bool judge() {
+    constexpr Scalar kMostTogether = kMostSquare * Scalar(Model::kWindows * (3 * kNy + 1) + kNy);
+    Scalar worst = 0, together = 0;
     Alarm why = Alarm::kNone;
     const auto ask = [&](Scalar value, Scalar limit, Alarm alarm) {
       // value / limit > worst without a division for each
-      if (value <= worst * limit) return;
+      if (!(value > worst * limit)) return;
       worst = value / limit;
       why = alarm;
     };
@@ -227,16 +269,22 @@ class Monitor {
         const Window& window = own.windows[w];
         const Scalar least = model_->least_variance[j];
         const Scalar noise = window.variance > least ? window.variance : least;
+        const Scalar correlation = window.correlation < Scalar(0) ? -window.correlation : window.correlation;
+        together += window.power + window.variance + correlation;
         ask(window.power / noise, model_->mean_limit[j][w], Alarm::kInnovationMean);
         ask(window.variance, model_->variance_limit[j][w], Alarm::kInnovationVariance);
-        ask(window.correlation < Scalar(0) ? -window.correlation : window.correlation, model_->correlation_limit[j][w],
-            Alarm::kInnovationCorrelation);
+        ask(correlation, model_->correlation_limit[j][w], Alarm::kInnovationCorrelation);
       }
+      together += own.missing_share;
       ask(own.missing_share, model_->missing_limit[j], Alarm::kMissing);
     }
-    for (int w = 0; w < Model::kWindows; ++w) ask(state_.distance[w], model_->latent_limit[w], Alarm::kLatentDistance);
+    for (int w = 0; w < Model::kWindows; ++w) {
+      together += state_.distance[w];
+      ask(state_.distance[w], model_->latent_limit[w], Alarm::kLatentDistance);
+    }
     state_.level = worst;
-    state_.alarm = worst > Scalar(1) && state_.samples > model_->armed_after ? why : Alarm::kNone;
+    state_.alarm = worst > Scalar(1) && armed() ? why : Alarm::kNone;
+    return is_below(together, kMostTogether) && state_.samples >= 0 && state_.samples <= model_->armed_after + 1;
   }
 
   const Model* model_;

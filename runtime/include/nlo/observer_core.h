@@ -86,7 +86,7 @@ class ObserverCore {
 
   /// Status of the latest step; kReset, too, where a bit of z has flipped since: then estimate() means nothing.
   [[nodiscard]] constexpr StepStatus status() const {
-    return is_reachable(state_.z) ? state_.status : StepStatus::kReset;
+    return is_reachable(state_.z) && state_.started <= 1 ? state_.status : StepStatus::kReset;
   }
 
   /// z is where training has been. False tells that estimate() extrapolates.
@@ -136,7 +136,8 @@ class ObserverCore {
     StepStatus screened = model_->outputs.template screen<kArithmetic>(y, y_next);
     if (!u_next.take(u)) screened = StepStatus::kHeld;
     state_.status = noted<kArithmetic>(missing, count_held<kArithmetic>(screened, state_.held, model_->stale_after));
-    if (state_.started == 0) {
+    if (state_.started != 1) {
+      if (state_.started != 0) return spoilt();
       if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
       start(y_next, starts_steady(*model_));
     } else {
@@ -145,11 +146,7 @@ class ObserverCore {
       turn_back<kArithmetic>(*model_, state_.y, state_.z);
     }
     state_.input = u_next;
-    if (!is_reachable(state_.z)) {  // a bit of memory has flipped
-      reset();
-      state_.status = StepStatus::kReset;
-    }
-    return state_.status;
+    return is_reachable(state_.z) ? state_.status : spoilt();
   }
 
   /// Starts from the steady state of y, z = z(0) + S y.
@@ -170,6 +167,12 @@ class ObserverCore {
   State state_{};
 
  private:
+  /// A bit of memory has flipped: the next measurement is the first.
+  constexpr StepStatus spoilt() {
+    reset();
+    return state_.status = StepStatus::kReset;
+  }
+
   constexpr void start(const Scalar (&y)[kNr], bool steady) {
     for (int j = 0; j < kNr; ++j) {
       const Scalar turn = model_->outputs.wrap[j];

@@ -21,9 +21,7 @@ struct SensorFailures {
   Scalar keep;       ///< k over one sample period
 
   /// k over dt seconds.
-  constexpr Scalar keep_over(Scalar dt_s) const {
-    return Phi<Scalar>::at({-rounded<Scalar>(rate * dt_s), Scalar(0)}).exp_minus_1.re + Scalar(1);
-  }
+  constexpr Scalar keep_over(Scalar dt_s) const { return decay_minus_1(rounded<Scalar>(rate * dt_s)) + Scalar(1); }
 
   /// Fills in missing outputs and the stalenesses, the last kNf readings. True: one is missing.
   ///   last  the readings of the last sample

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// Bits of memory that flip in flight, in an observer or in the monitor beside it: whatever flips, the pair either goes on as
+// if nothing had been, or says so. None is silent: a flip is silent where the monitor, or the estimate, stays another one
+// than that of a twin without the flip, and no step and no alarm has told of it. (The pointers to the models are left
+// alone: what they lead to then is not the observer's memory.)
+#include <nlo/driven_kkl_observer.h>
+#include <nlo/general_observer.h>
+#include <nlo/luenberger_observer.h>
+#include <nlo/monitor.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+
+#include "tests/runtime/structures.h"
+
+namespace nlo {
+namespace {
+
+constexpr int kArmedAfter = 60;
+constexpr int kPeriod = 400, kFault = 20;        // samples: every so often a sensor fails for so long
+constexpr int kSettled = 40 * kPeriod;           // by then all is as in the twin, z from 1e30 included
+constexpr int kFlips = 20'000, kStructures = 6;  // of each structure as many
+
+/// y goes round; in a fault it jumps between two values, which no prediction follows.
+float measured(int k) {
+  const int in_period = k % kPeriod;
+  if (in_period >= kPeriod - kFault) return in_period % 2 == 0 ? 1.5F : -1.5F;
+  return std::sin(0.05F * static_cast<float>(in_period));
+}
+
+/// Deviation .2, no prediction: of the wave e is .25 at most, of a fault the most that counts.
+template <class Observer>
+auto monitor_model() {
+  using Model = MonitorModel<float, Observer::kNx, Observer::kNy, Observer::kNz, Observer::kNr, 2>;
+  Model m{};
+  for (int r = 0; r < Observer::kNz; ++r) m.per_latent_deviation[r] = 0.2F;
+  for (int w = 0; w < 2; ++w) {
+    m.gain[w] = w == 0 ? 0.2F : 0.05F;
+    m.latent_limit[w] = 20.0F;
+  }
+  for (int j = 0; j < Observer::kNy; ++j) {
+    m.per_deviation[j] = 5.0F;
+    m.least_variance[j] = 0.5F;
+    m.missing_limit[j] = 0.8F;
+    for (int w = 0; w < 2; ++w) {
+      m.mean_limit[j][w] = 4.0F;
+      m.variance_limit[j][w] = 4.0F;
+      m.correlation_limit[j][w] = 4.0F;
+    }
+  }
+  m.gate_squared = 1e4F;
+  m.armed_after = kArmedAfter;
+  return m;
+}
+
+template <class Observer>
+struct Pair {
+  using Watch = Monitor<decltype(monitor_model<Observer>())>;
+  Observer observer;
+  Watch monitor;
+  StepStatus status = StepStatus::kOk;
+
+  void fly(int k) {
+    const auto y = monitor.screened(typename Observer::Output{{measured(k)}}, observer);
+    if constexpr (Observer::kDriven) {
+      typename Observer::Input u{};
+      for (float& entry : u) entry = 0.2F;
+      status = observer.step(y, u);
+    } else {
+      status = observer.step(y);
+    }
+    (void)monitor.watch(observer, observer.estimate());
+  }
+
+  /// Of the bits that follow the pointer to the model.
+  static constexpr std::size_t kObserverBits = 8 * (sizeof(Observer) - sizeof(void*));
+  static constexpr std::size_t kMonitorBits = 8 * (sizeof(Watch) - sizeof(void*));
+  void flip(std::size_t bit) {
+    auto* bytes = reinterpret_cast<unsigned char*>(bit < kObserverBits ? static_cast<void*>(&observer)
+                                                                       : static_cast<void*>(&monitor));
+    if (bit >= kObserverBits) bit -= kObserverBits;
+    unsigned char& byte = bytes[sizeof(void*) + bit / 8];
+    byte = static_cast<unsigned char>(byte ^ (1U << (bit % 8)));
+  }
+};
+
+template <class P>
+bool together(const P& one, const P& other) {
+  const auto z = one.observer.latent(), z_other = other.observer.latent();
+  for (int r = 0; r < z.size(); ++r)
+    if (!(std::fabs(z[r] - z_other[r]) <= 1e-3F * (1.0F + std::fabs(z_other[r])))) return false;
+  return one.monitor.armed() == other.monitor.armed() && one.monitor.alarm() == other.monitor.alarm() &&
+         one.observer.status() == other.observer.status() &&
+         std::fabs(one.monitor.level() - other.monitor.level()) <= 1e-2F * (1.0F + other.monitor.level());
+}
+
+struct Counts {
+  int told = 0, harmless = 0, silent = 0, lasting = 0, resets = 0;
+};
+
+template <class Observer>
+void upset(const Observer& fresh, int flips, Counts& counts) {
+  static const auto watching = monitor_model<Observer>();
+  using P = Pair<Observer>;
+  P twin{fresh, typename P::Watch{watching}}, other = twin;
+  std::mt19937 engine(11);
+  int k = 0, alarms = 0;
+  for (; k < 2 * kPeriod; ++k) {
+    twin.fly(k);
+    alarms += twin.monitor.alarm() != Alarm::kNone;
+    const int since_fault = (k + kFault) % kPeriod;  // and its trace in the averages
+    ASSERT_TRUE(twin.monitor.alarm() == Alarm::kNone || since_fault < kFault + 100) << k;
+  }
+  ASSERT_GT(alarms, kFault / 2) << "control: the fault is seen";
+  for (int flip = 0; flip < flips; ++flip) {
+    for (int wait = static_cast<int>(engine() % kPeriod); wait > 0; --wait) twin.fly(k++);
+    other = twin;
+    const std::size_t bit = engine() % (P::kObserverBits + P::kMonitorBits);
+    other.flip(bit);
+    bool told = other.observer.status() == StepStatus::kReset;
+    int since = 0, apart = 0;  // samples since the flip, and of them the last at which they differed
+    for (; since - apart < kPeriod && since < kSettled; ++since, ++k) {
+      twin.fly(k);
+      other.fly(k);
+      told = told || other.status != twin.status ||
+             (other.monitor.alarm() != Alarm::kNone && twin.monitor.alarm() == Alarm::kNone);
+      counts.resets += other.monitor.alarm() == Alarm::kReset;
+      if (!together(other, twin)) apart = since;
+    }
+    const bool healed = since - apart >= kPeriod;  // over a whole period, its fault included
+    counts.told += told && healed;
+    counts.harmless += !told && healed;
+    counts.silent += !told && !healed;
+    counts.lasting += told && !healed;
+    EXPECT_TRUE(healed) << (told ? "told" : "silent") << ", bit " << bit % 8 << " of byte "
+                        << (bit < P::kObserverBits ? bit : bit - P::kObserverBits) / 8 << " of the "
+                        << (bit < P::kObserverBits ? "observer" : "monitor") << ", at sample " << k - since;
+    for (P* each : {&twin, &other})
+      EXPECT_TRUE(!healed ||
+                  (each->observer.restore(each->observer.save()) && each->monitor.restore(each->monitor.save())))
+          << "what it saves it takes again";
+  }
+}
+
+TEST(Upset, NoneOfTwentyThousandFlippedBitsIsSilentAndNoneStays) {
+  static const auto kkl = testing::undriven_model<float>(Hold::kFirstOrder);
+  static const auto luenberger = testing::luenberger_model<float>();
+  static const auto general = testing::general_model<float>();
+  static const auto driven = testing::driven_model<float>(Hold::kFirstOrder, Hold::kFirstOrder);
+  static const auto gated = testing::gated_model<float>();
+  static const auto window = testing::window_model<float>();
+  constexpr int kEach = kFlips / kStructures + 1;
+  Counts counts;
+  upset(KklObserver(kkl), kEach, counts);
+  upset(LuenbergerObserver(luenberger), kEach, counts);
+  upset(GeneralObserver(general), kEach, counts);
+  upset(DrivenKklObserver(driven), kEach, counts);
+  upset(GatedObserver(gated), kEach, counts);
+  upset(WindowObserver(window), kEach, counts);
+  EXPECT_EQ(counts.silent, 0);
+  EXPECT_EQ(counts.lasting, 0);
+  EXPECT_GT(counts.told, 1000) << "control: flips are seen";
+  EXPECT_GT(counts.harmless, 1000) << "control: the lowest bits do nothing";
+  EXPECT_GT(counts.resets, 100) << "control: the monitor has begun again";
+  RecordProperty("told", counts.told);
+  std::printf("told %d, harmless %d, silent %d, resets %d\n", counts.told, counts.harmless, counts.silent,
+              counts.resets);
+}
+
+}  // namespace
+}  // namespace nlo
