@@ -112,6 +112,7 @@ inline Experiment small_experiment() {
   experiment.observer.eigenvalues = {-1.0, -4.0};
   experiment.observer.pairs = {{-2.0, 3.0}};
   experiment.inverse_map.hidden = {5, 4};
+  experiment.inverse_map.readout = ReadoutChoice::kNetwork;  // the network is what most tests look at
   experiment.training.steps = 30;
   experiment.training.learning_rate = 0.01;
   experiment.training.trajectories_per_step = 10;

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "codegen/base/error.h"
-#include "codegen/base/linear_algebra.h"
+#include "trainer/base/ridge.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {
@@ -44,14 +44,13 @@ MatrixXd StaticRidge::channels_of(const Trajectory& run) const {
 MatrixXd StaticRidge::features_of(const Trajectory& run) const {
   const MatrixXd now = (channels_of(run).colwise() - mean_).array().colwise() / scale_.array();
   const Index n = now.rows() * samples_;
-  MatrixXd phi(1 + n + n * (n + 1) / 2, run.samples());
+  MatrixXd phi(n + n * (n + 1) / 2, run.samples());
   VectorXd c(n);
   for (Index k = 0; k < run.samples(); ++k) {
     for (Index back = 0; back < samples_; ++back)
       c.segment(back * now.rows(), now.rows()) = now.col(std::max<Index>(0, k - back));
-    phi(0, k) = 1.0;
-    phi.col(k).segment(1, n) = c;
-    Index at = 1 + n;
+    phi.col(k).head(n) = c;
+    Index at = n;
     for (Index i = 0; i < n; ++i) {
       phi.col(k).segment(at, n - i) = c[i] * c.tail(n - i);
       at += n - i;
@@ -77,34 +76,16 @@ StaticRidge StaticRidge::fit(const Dataset& training, int samples, double ridge)
     result.mean_ /= count;
     result.scale_ = (result.scale_ / count - result.mean_.cwiseAbs2()).cwiseMax(1e-24).cwiseSqrt();
   }
-  MatrixXd gram, cross;
-  double weight = 0.0;
-  for (const Trajectory& run : training.trajectories) {
-    const MatrixXd phi = result.features_of(run);
-    MatrixXd x = encoded(run.states, training.states);
-    for (Index k = 0; k < x.cols(); ++k)  // masked truth may be NaN
-      if (run.weight[k] <= 0.0) x.col(k).setZero();
-    const MatrixXd weighted = phi * run.weight.asDiagonal();
-    if (gram.size() == 0) {
-      gram = MatrixXd::Zero(phi.rows(), phi.rows());
-      cross = MatrixXd::Zero(x.rows(), phi.rows());
-    }
-    gram += weighted * phi.transpose();
-    cross += x * weighted.transpose();
-    weight += run.weight.sum();
-  }
-  if (!(weight > 0.0)) throw codegen::Error("static ridge: no sample to fit it on, or all truth is masked");
-  const VectorXd power = (gram.diagonal() / weight).cwiseMax(1e-300).cwiseSqrt();
-  MatrixXd normal = (gram / weight).array() / (power * power.transpose()).array();
-  normal.diagonal().tail(normal.rows() - 1).array() += ridge;
-  const MatrixXd right = (cross / weight).array().rowwise() / power.transpose().array();
-  result.weights_ = codegen::solve_symmetric(normal, right.transpose()).transpose();
-  result.weights_ = (result.weights_.array().rowwise() / power.transpose().array()).eval();
+  Ridge fitted;
+  for (const Trajectory& run : training.trajectories)
+    fitted.add(result.features_of(run), encoded(run.states, training.states), run.weight);
+  if (!(fitted.weight() > 0.0)) throw codegen::Error("static ridge: no sample to fit it on, or all truth is masked");
+  result.weights_ = fitted.fit(ridge);
   return result;
 }
 
 MatrixXd StaticRidge::estimate(const Trajectory& run) const {
-  const MatrixXd rows = weights_ * features_of(run);
+  const MatrixXd rows = weights_ * with_one(features_of(run));
   MatrixXd x_hat(static_cast<Index>(states_.size()), run.samples());
   Index next = 0;
   for (std::size_t i = 0; i < states_.size(); ++i) {

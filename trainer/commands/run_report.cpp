@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/commands/run_report.h"
 
+#include <cmath>
+
 #include "codegen/base/file.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/evaluation/evaluation_text.h"
+#include "trainer/evaluation/text.h"
 #include "trainer/report/report.h"
 
 namespace nlo::trainer {
@@ -45,11 +48,24 @@ RunReport report_on_logs(const codegen::Model& model, const Experiment& experime
   return report;
 }
 
+namespace {
+
+std::string readout_table(const Readout& readout) {
+  if (readout.empty()) return "";
+  TextTable table({"RMSE on validation data", "network", "linear row", "sensor", "shipped", "what ships"});
+  for (const StateReadout& s : readout)
+    table.add_row({s.state, significant(s.trained), significant(s.linear),
+                   std::isfinite(s.sensor) ? significant(s.sensor) : "-", significant(s.shipped), share_text(s.share)});
+  return table.to_string(2) + "\n";
+}
+
+}  // namespace
+
 std::string run_report_text(const codegen::Model& model, const RunReport& report) {
   std::string text;
   for (const auto& evaluations : report.evaluations) text += evaluation_text(model.name, evaluations);
   if (report.logs) text += evaluation_text(model.name, *report.logs);
-  return text;
+  return text + readout_table(report.readout);
 }
 
 std::string run_report_page(const codegen::Model& model, const RunReport& report, const std::string& directory) {

@@ -12,6 +12,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluate_logs.h"
+#include "trainer/training/readout.h"
 
 namespace nlo::trainer {
 
@@ -19,6 +20,7 @@ struct RunReport {
   std::vector<std::vector<Evaluation>> evaluations;  ///< of a plant; per noise, the observer first
   std::optional<LogEvaluation> logs;                 ///< of the test logs
   std::optional<LogReport> log_clock;
+  Readout readout = {};      ///< what each state reads
   std::string warning = {};  ///< why not to trust this model: its training diverged or got nowhere
 };
 

@@ -160,6 +160,7 @@ void run_train(TrainArguments arguments) {
           "interrupted after {} of {} steps; {}/model.json has the best so far, and this goes on to the same bytes: {}",
           result.steps_done, experiment.training.steps, arguments.output, resume_command(arguments)));
     RunReport report = judge(experiment, data, result.model);
+    if (experiment.inverse_map.readout == ReadoutChoice::kSelected) report.readout = result.readout;
     if (result.outcome != TrainOutcome::kFinished) report.warning = result.message;
     fmt::print("{}", printable(run_report_text(result.model, report)));
     write_run_report(result.model, report, arguments.output);

@@ -68,6 +68,12 @@ inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLate
                                                               {FeatureSet::kLatentAndOutput, "latent_and_output"},
                                                               {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
 
+/// What ships for a state: the network, a linear row or a blend, whichever validation data prefer; or always the network.
+enum class ReadoutChoice { kSelected, kNetwork };
+template <>
+inline constexpr NameTable<ReadoutChoice, 2> kNames<ReadoutChoice>{
+    {{ReadoutChoice::kSelected, "selected"}, {ReadoutChoice::kNetwork, "network"}}};
+
 /// Of running costs over time; the integral is larger by the horizon.
 enum class Reduction { kMean, kIntegral };
 template <>

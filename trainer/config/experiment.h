@@ -158,6 +158,7 @@ struct InverseMapConfig {
   bool linear_path = false;         ///< a linear map beside the network, started from ridge regression
   double ridge = 1e-6;              ///< its regularisation, relative to the features' mean power
   bool error = false;               ///< T* gives the standard deviation of each state's error too
+  ReadoutChoice readout = ReadoutChoice::kSelected;
 };
 
 /// [training]

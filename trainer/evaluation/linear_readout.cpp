@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "codegen/base/error.h"
-#include "codegen/base/linear_algebra.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {
@@ -14,7 +13,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kRidge = 1e-6;  // relative to the features' power: collinear features of fast modes stay harmless
+constexpr double kRidge = 1e-6;  // collinear features of fast modes stay harmless
 
 }  // namespace
 
@@ -28,24 +27,18 @@ LinearReadout::LinearReadout(const codegen::Model& model) : states_(model.states
     mean_ = VectorXd::Zero(map_.rows());
     scale_ = VectorXd::Ones(map_.rows());
   }
-  Index targets = 0;
-  for (const codegen::Channel& state : states_) targets += state.wrap > 0.0 ? 2 : 1;
-  gram_ = MatrixXd::Zero(1 + map_.rows(), 1 + map_.rows());
-  cross_ = MatrixXd::Zero(targets, 1 + map_.rows());
+  for (const codegen::Channel& state : states_) targets_ += state.wrap > 0.0 ? 2 : 1;
 }
 
 MatrixXd LinearReadout::features(const codegen::Run& run) const {
   const Index nz = run.z.rows(), ny = run.y.rows();
   MatrixXd u = map_.leftCols(nz) * run.z;
   if (map_.cols() == nz + ny) u += map_.rightCols(ny) * run.y;
-  MatrixXd with_one(1 + u.rows(), u.cols());
-  with_one.row(0).setOnes();
-  with_one.bottomRows(u.rows()) = (u.colwise() - mean_).array().colwise() / scale_.array();
-  return with_one;
+  return (u.colwise() - mean_).array().colwise() / scale_.array();
 }
 
 MatrixXd LinearReadout::targets(const MatrixXd& states) const {
-  MatrixXd rows(cross_.rows(), states.cols());
+  MatrixXd rows(targets_, states.cols());
   Index next = 0;
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const VectorXd state = states.row(static_cast<Index>(i));
@@ -61,30 +54,16 @@ MatrixXd LinearReadout::targets(const MatrixXd& states) const {
 }
 
 void LinearReadout::add(const codegen::Run& run, const Trajectory& truth) {
-  const MatrixXd u = features(run);
-  // Masked truth may be anything, NaN too: it is set to zero, not only weighted by zero.
-  const Eigen::RowVectorXd weight = truth.weight.transpose();
-  MatrixXd x = targets(truth.states);
-  for (Index k = 0; k < x.cols(); ++k)
-    if (weight[k] <= 0.0) x.col(k).setZero();
-  const MatrixXd weighted = u.array().rowwise() * weight.array();
-  gram_ += weighted * u.transpose();
-  cross_ += x * weighted.transpose();
-  weight_ += weight.sum();
+  ridge_.add(features(run), targets(truth.states), truth.weight);
 }
 
 void LinearReadout::fit() {
-  if (!(weight_ > 0.0)) throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
-  const VectorXd power = (gram_.diagonal() / weight_).cwiseMax(1e-300).cwiseSqrt();
-  MatrixXd normal = (gram_ / weight_).array() / (power * power.transpose()).array();
-  normal.diagonal().tail(normal.rows() - 1).array() += kRidge;
-  const MatrixXd right = (cross_ / weight_).array().rowwise() / power.transpose().array();
-  weights_ = codegen::solve_symmetric(normal, right.transpose()).transpose();
-  weights_ = (weights_.array().rowwise() / power.transpose().array()).eval();
+  if (!(ridge_.weight() > 0.0)) throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
+  weights_ = ridge_.fit(kRidge);
 }
 
 MatrixXd LinearReadout::estimate(const codegen::Run& run) const {
-  const MatrixXd rows = weights_ * features(run);
+  const MatrixXd rows = weights_ * with_one(features(run));
   MatrixXd x_hat(static_cast<Index>(states_.size()), rows.cols());
   Index next = 0;
   for (std::size_t i = 0; i < states_.size(); ++i) {

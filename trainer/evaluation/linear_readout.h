@@ -9,6 +9,7 @@
 
 #include "codegen/model/model.h"
 #include "codegen/replay/reference_observer.h"
+#include "trainer/base/ridge.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
@@ -34,8 +35,8 @@ class LinearReadout {
   std::vector<codegen::Channel> states_;
   Eigen::MatrixXd map_;           ///< [z; y] or z to features, n_u x n_in
   Eigen::VectorXd mean_, scale_;  ///< n_u, as training normalised them
-  Eigen::MatrixXd gram_, cross_;  ///< weighted sums of [1; u] [1; u]' and of targets [1; u]'
-  double weight_ = 0.0;
+  Eigen::Index targets_ = 0;      ///< states, those of angles counted twice
+  Ridge ridge_;
   Eigen::MatrixXd weights_;  ///< W, targets x (1 + n_u)
 };
 

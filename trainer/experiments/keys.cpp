@@ -210,6 +210,9 @@ const std::vector<Key<InverseMapConfig>>& keys() {
       key("ridge", &I::ridge, at_least(0), "its regularisation, relative to the features' mean power"),
       only_when_given(key("error", &I::error, any(),
                           "T* also gives the standard deviation of each state's error, calibrated on validation runs")),
+      only_when_given(key("readout", &I::readout, names_of<ReadoutChoice>(),
+                          "selected: for each state the network, a linear row or a blend of both, as validation data "
+                          "decide; network: T* as trained")),
   };
   return kKeys;
 }

@@ -48,7 +48,7 @@ std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_h
 }
 
 void note_provenance(const Experiment& experiment, const Dataset& dataset, std::uint64_t data_hash,
-                     const TrainingState& state, codegen::Model& model) {
+                     const TrainingState& state, double validation_rmse, codegen::Model& model) {
   double time_s = 0.0;
   for (const Trajectory& trajectory : dataset.trajectories) {
     time_s += trajectory.time_s(trajectory.samples() - 1) - trajectory.time_s(0);
@@ -59,7 +59,7 @@ void note_provenance(const Experiment& experiment, const Dataset& dataset, std::
                                    shortest_text(std::round(time_s)) + " s"},
                       {"data_hash", hex(data_hash)},
                       {"steps", std::to_string(state.step)},
-                      {"validation_rmse", shortest_text(state.best_rmse)},
+                      {"validation_rmse", shortest_text(validation_rmse)},
                       {"config", experiment.source_text}};
 }
 

@@ -20,6 +20,6 @@ std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_h
 
 /// Writes where the model comes from: version, seed, data, steps, error and the experiment's text.
 void note_provenance(const Experiment& experiment, const Dataset& dataset, std::uint64_t data_hash,
-                     const TrainingState& state, codegen::Model& model);
+                     const TrainingState& state, double validation_rmse, codegen::Model& model);
 
 }  // namespace nlo::trainer

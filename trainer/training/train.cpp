@@ -115,11 +115,15 @@ class Training {
     }
     save();
     if (result.outcome == TrainOutcome::kFinished) judge(result);
-    result.model = model();
+    result.model = model(result.readout);
+    if (result.outcome == TrainOutcome::kFinished && selects()) {
+      result.message = below_floor(result.readout);
+      if (!result.message.empty()) result.outcome = TrainOutcome::kBelowFloor;
+    }
     result.metrics = state_.metrics;
     result.steps_done = state_.step;
     result.elapsed_s = state_.elapsed_s;
-    result.validation_rmse = state_.best_rmse;
+    result.validation_rmse = shipped_rmse(result.readout);
     return result;
   }
 
@@ -245,10 +249,28 @@ class Training {
     codegen::write_file_atomically(path("metrics.csv"), metrics_csv(state_.metrics, structure_.pairs()));
   }
 
-  codegen::Model model() {
+  bool selects() const { return experiment_.inverse_map.readout == ReadoutChoice::kSelected; }
+
+  /// Of the model as it ships, in the units of the loss.
+  double shipped_rmse(const Readout& readout) const {
+    if (std::all_of(readout.begin(), readout.end(), [](const StateReadout& s) { return s.share == 1.0; }))
+      return state_.best_rmse;
+    double squares = 0.0;
+    for (std::size_t i = 0; i < readout.size(); ++i) {
+      const double scale = experiment_.loss.is_normalised() ? static_cast<double>(structure_.state_scale[i]) : 1.0;
+      squares += readout[i].shipped * readout[i].shipped / (scale * scale);
+    }
+    return std::sqrt(squares);
+  }
+
+  codegen::Model model(Readout& readout) {
     const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
     codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
-    note_provenance(experiment_, dataset_, data_hash_, state_, model);
+    readout = choose_readout(model, rollout, validator_.roll_out_runs(state_.best.data()), selects(),
+                             experiment_.inverse_map.error);
+    note_provenance(experiment_, dataset_, data_hash_, state_, shipped_rmse(readout), model);
+    if (selects() && structure_.module->has_inverse_map())
+      model.provenance.insert(model.provenance.end() - 1, {"readout", readout_fact(readout)});
     if (experiment_.inverse_map.error) model.error = error_head(model, rollout);
     return model;
   }

@@ -13,6 +13,7 @@
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/training/checkpoint.h"
+#include "trainer/training/readout.h"
 
 namespace nlo::trainer {
 
@@ -33,13 +34,15 @@ struct TrainOptions {
 enum class TrainOutcome {
   kFinished,
   kInterrupted,
-  kDiverged,   ///< stopped early: a number was not finite, or the loss grew without bounds
-  kNoProgress  ///< ran to its end and got nowhere: see no_progress.h
+  kDiverged,    ///< stopped early: a number was not finite, or the loss grew without bounds
+  kNoProgress,  ///< ran to its end and got nowhere: see no_progress.h
+  kBelowFloor   ///< ran to its end, and a state is worse than something simple: see readout.h
 };
 
 struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
   codegen::Model model;  ///< of the lowest validation error so far
+  Readout readout;       ///< what its states read, and what else they might
   std::vector<MetricsRow> metrics;
   long steps_done = 0;
   double elapsed_s = 0.0;

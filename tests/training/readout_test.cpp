@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/training/readout.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "codegen/model_file/validate.h"
+#include "tests/training/testing.h"
+#include "trainer/base/ridge.h"
+#include "trainer/training/train.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::harmonics;
+using ::testing::HasSubstr;
+using testing::small_experiment;
+
+/// A network that has hardly been trained.
+Experiment short_experiment(ReadoutChoice readout) {
+  Experiment experiment = small_experiment();
+  experiment.inverse_map.readout = readout;
+  experiment.training.steps = 3;
+  return experiment;
+}
+
+TrainingResult trained(const Experiment& experiment) {
+  return train(experiment, harmonics({40, 60, 33, 50, 28, 60, 44, 35, 60, 40}, false, 1),
+               harmonics({50, 40, 30}, false, 2), {});
+}
+
+/// RMSE of a state over the validation runs, from the equations alone.
+double flown_rmse(const codegen::Model& model, Eigen::Index state) {
+  double squares = 0.0, samples = 0.0;
+  for (const Trajectory& run : harmonics({50, 40, 30}, false, 2).trajectories) {
+    const Eigen::MatrixXd x_hat = testing::plain_estimates(model, run).states;
+    squares += (x_hat.row(state) - run.states.row(state)).squaredNorm();
+    samples += static_cast<double>(run.samples());
+  }
+  return std::sqrt(squares / samples);
+}
+
+TEST(Ridge, FindsTheLineThatIsThereAndIgnoresMaskedTruth) {
+  Eigen::MatrixXd u(2, 5), x(1, 5);
+  u << 0.0, 1.0, 2.0, 3.0, 4.0, 1.0, -1.0, 1.0, 2.0, -2.0;
+  x = 3.0 + 2.0 * u.row(0).array() - 0.5 * u.row(1).array();
+  x(0, 4) = std::nan("");
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(5);
+  weights(4) = 0.0;
+  Ridge ridge;
+  ridge.add(u.leftCols(2), x.leftCols(2), weights.head(2));  // in blocks
+  ridge.add(u.rightCols(3), x.rightCols(3), weights.tail(3));
+  const Eigen::MatrixXd w = ridge.fit(1e-12);
+  constexpr double kRounding = 1e-9;
+  EXPECT_NEAR(w(0, 0), 3.0, kRounding);
+  EXPECT_NEAR(w(0, 1), 2.0, kRounding);
+  EXPECT_NEAR(w(0, 2), -0.5, kRounding);
+}
+
+TEST(Readout, AnUntrainedNetworkGivesWayToTheLinearRow) {
+  const TrainingResult network = trained(short_experiment(ReadoutChoice::kNetwork));
+  const TrainingResult selected = trained(short_experiment(ReadoutChoice::kSelected));
+  ASSERT_EQ(selected.readout.size(), 2U);
+  for (Eigen::Index i = 0; i < 2; ++i) {
+    const StateReadout& state = selected.readout[static_cast<std::size_t>(i)];
+    EXPECT_LT(state.shipped, 0.8 * state.trained) << state.state;
+    EXPECT_LE(state.shipped, 1.02 * state.linear) << state.state;
+    constexpr double kFloat = 1e-4;  // features and readout in float, in double here
+    EXPECT_NEAR(flown_rmse(selected.model, i), state.shipped, kFloat) << "what is told is what flies";
+    EXPECT_NEAR(flown_rmse(network.model, i), state.trained, kFloat);
+  }
+  EXPECT_EQ(selected.outcome, TrainOutcome::kFinished) << selected.message;
+  EXPECT_NO_THROW(codegen::validate(selected.model));
+}
+
+TEST(Readout, AMeasuredStateIsReadFromItsSensorThoughTheNetworkDoesNotSeeIt) {
+  const TrainingResult result = trained(short_experiment(ReadoutChoice::kSelected));
+  EXPECT_TRUE(result.readout[0].sensor_name.empty()) << "a sensor without noise is no measure of the real one";
+  EXPECT_LT(flown_rmse(result.model, 0), 1e-3 * result.readout[0].deviation) << "y is x1 without noise";
+  EXPECT_TRUE(result.readout[1].sensor_name.empty()) << "no output is in m/s";
+}
+
+/// The position alone, which the output measures: a linear row is exact.
+Dataset positions(const std::vector<int>& samples, unsigned seed) {
+  Dataset data = harmonics(samples, false, seed);
+  data.states.pop_back();
+  for (Trajectory& run : data.trajectories) run.states = run.states.topRows(1).eval();
+  return data;
+}
+
+TEST(Readout, ANoisySensorIsAnAlternativeToItsState) {
+  Experiment experiment = short_experiment(ReadoutChoice::kSelected);
+  experiment.training.noise = {NoiseKind::kGaussian, 0.2};
+  const StateReadout position = trained(experiment).readout[0];
+  EXPECT_EQ(position.sensor_name, "y");
+  constexpr double kDraws = 0.05;  // 120 samples
+  EXPECT_NEAR(position.sensor, 0.2, kDraws);
+}
+
+TEST(Readout, WithoutAHiddenLayerInUseTheMapIsOneLayer) {
+  const Dataset training = positions({40, 60, 33, 50, 28, 60, 44, 35, 60, 40}, 1), validation = positions({50, 40}, 2);
+  const TrainingResult result = train(short_experiment(ReadoutChoice::kSelected), training, validation, {});
+  EXPECT_EQ(codegen::inverse_map(result.model)->layers.size(), 1U);
+  EXPECT_EQ(readout_fact(result.readout), "linear row");
+  EXPECT_NO_THROW(codegen::validate(result.model));
+  const TrainingResult network = train(short_experiment(ReadoutChoice::kNetwork), training, validation, {});
+  EXPECT_EQ(codegen::inverse_map(network.model)->layers.size(), 3U) << "control";
+}
+
+TEST(Readout, ATrainedNetworkThatIsBetterShipsAsItIs) {
+  Experiment experiment = small_experiment();
+  experiment.training.steps = 400;
+  experiment.observer.eigenvalues = {-1.0, -4.0};
+  const Dataset training = testing::van_der_pol(12, 8.0, 1), validation = testing::van_der_pol(6, 8.0, 2);
+  experiment.inverse_map.hidden = {16, 16};
+  const TrainingResult network = train(experiment, training, validation, {});
+  experiment.inverse_map.readout = ReadoutChoice::kSelected;
+  const TrainingResult selected = train(experiment, training, validation, {});
+  const StateReadout& velocity = selected.readout[1];
+  EXPECT_LT(velocity.trained, 0.8 * velocity.linear) << "else this tests nothing";
+  EXPECT_LE(velocity.shipped, 1.02 * velocity.trained);
+  EXPECT_LE(selected.validation_rmse, network.validation_rmse);
+}
+
+TEST(Readout, SaysWhatWasChosen) {
+  Readout readout{{.state = "p", .share = 0.0}, {.state = "v", .share = 1.0}, {.state = "w", .share = 0.35}};
+  EXPECT_EQ(readout_fact(readout), "linear row: p; network: v; 0.35 network: w");
+  readout = {{.state = "p"}, {.state = "v"}};
+  EXPECT_EQ(readout_fact(readout), "network");
+}
+
+TEST(Readout, TheFloorIsFivePerCentAndHalfAPerCentOfTheDeviation) {
+  const StateReadout fine{.state = "p", .linear = 1.0, .shipped = 1.04, .constant = 3.0, .deviation = 3.0};
+  EXPECT_EQ(below_floor({fine}), "");
+  StateReadout worse = fine;
+  worse.shipped = 1.06;
+  EXPECT_THAT(below_floor({fine, worse}), HasSubstr("p has an RMSE of 1.06"));
+  StateReadout tiny = worse;  // 6 % of nearly nothing
+  tiny.deviation = 300.0;
+  EXPECT_EQ(below_floor({tiny}), "");
+  StateReadout sensed = fine;
+  sensed.sensor = 0.5;
+  sensed.sensor_name = "encoder";
+  EXPECT_THAT(below_floor({sensed}), HasSubstr("output encoder as it is has 0.5"));
+  StateReadout flat = fine;
+  flat.constant = 0.9;
+  EXPECT_THAT(below_floor({flat}), HasSubstr("its mean has 0.9"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Samples of roll-outs with their truth, as matrices: what readouts are fitted on and judged by.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "codegen/model/model.h"
+#include "trainer/rollout/rollout.h"
+
+namespace nlo::trainer {
+
+/// N samples at which an estimate is asked for and the truth counts.
+struct SampledTruth {
+  Eigen::MatrixXd z;        ///< n_z x N
+  Eigen::MatrixXd y;        ///< n_r x N, readings as the observer has them
+  Eigen::MatrixXd x;        ///< n_x x N
+  Eigen::VectorXd weights;  ///< N, > 0
+};
+
+/// Some `count` of the samples of `rollout` whose truth counts, or all of them where they are fewer: evenly over its
+/// segments, each from another place on. `model` says how many rows there are.
+SampledTruth sample_truth(const codegen::Model& model, const Rollout& rollout, Eigen::Index count);
+
+/// x_hat - x, n_x x N; angles among the states the short way round.
+Eigen::MatrixXd errors_of(const Eigen::MatrixXd& estimates, const Eigen::MatrixXd& truth,
+                          const std::vector<codegen::Channel>& states);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// What ships of a trained T*: for each state the map as it was trained, a linear row, or a blend of both,
+//   x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
+// whichever has the least error on validation data. The row is fitted when training has ended, on the features as they
+// are then. So an observer is not worse there than the linear row, than a constant, or than a sensor of that state.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "codegen/model/model.h"
+#include "trainer/rollout/rollout.h"
+
+namespace nlo::trainer {
+
+/// Errors are RMSE on validation data, in the state's unit; angles the short way round.
+struct StateReadout {
+  std::string state;
+  double share = 1.0;      ///< of T* as trained; the rest is the linear row
+  double trained = 0.0;    ///< error of T* as trained
+  double linear = 0.0;     ///< of the best linear row; infinite where z is the estimate, which no row can replace
+  double shipped = 0.0;    ///< of what ships
+  double constant = 0.0;   ///< of the state's mean over the training data
+  double deviation = 0.0;  ///< the state's standard deviation
+  double sensor = std::numeric_limits<double>::infinity();  ///< of the best noisy output in its unit, as it is
+  std::string sensor_name = {};                             ///< of that output; empty: no output has the unit
+};
+
+using Readout = std::vector<StateReadout>;
+
+/// Chooses for each state, and writes it into the model's T*. A row may read outputs and inputs that T* does not; angles
+/// it reads only as T* does.
+///   flight       training data as flown with the model's parameters: rows are fitted on it
+///   validation   whole validation runs, with noise: it chooses
+///   keep_hidden  T* keeps its hidden layers though no state uses them (the error head reads the last one)
+/// Where z is the estimate, or `select` is false, the model stays as it is and the errors are told all the same.
+Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool select,
+                       bool keep_hidden);
+
+/// "network", "linear row", or the share of the network: "0.35 network".
+std::string share_text(double share);
+
+/// The same of all states: "network: v; linear row: p; 0.35 network: w".
+std::string readout_fact(const Readout& readout);
+
+/// Empty, or the reason why the observer must not pass for a success: a state whose error is more than 5 % above that of
+/// a linear row, a constant or a sensor, and above it by more than 0.5 % of the state's standard deviation.
+std::string below_floor(const Readout& readout);
+
+}  // namespace nlo::trainer
