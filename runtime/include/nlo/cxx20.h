@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The runtime is written in C++20. An older language gets one error with the mend, and the compiler stops there: each
-// header begins with this one, directly or through another.
+// The runtime is written in C++20. An older language gets one error that says what to do, and the compiler stops there:
+// each header begins with this one, directly or through another.
 #pragma once
 
 #if __cplusplus < 202002L

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The general observer (11): dz/dt = F(z, y), x_hat = G(z), both learned, by the classical Runge-Kutta method. Nothing
-// proves that it is stable: a step that would leave the finite numbers keeps the last z and says kDiverged.
+// proves that it is stable: a step that would overflow keeps the last z and returns kDiverged.
 #pragma once
 
 #include <cstdint>

@@ -165,7 +165,7 @@ struct Mlp<kKind, First, Rest...> {
   void evaluate(const Scalar* in, Scalar* out, Scalar* hidden) const {
     LayerBuffer<Scalar, kWidest> other;
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
-    constexpr bool kPing = kLayers % 2 == 0;  // layers take turns, and the first one writes to ping
+    constexpr bool kPing = kLayers % 2 == 0;  // layers alternate, and the first one writes to ping
     kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, kPing ? hidden : other.values,
                                           kPing ? other.values : hidden);
   }

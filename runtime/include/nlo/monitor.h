@@ -11,7 +11,7 @@
 //
 // Alarm while one of p / max(v, least_variance), v, |r|, d, q is above its limit. Limits come from runs like those of
 // the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as kLargest at most, so that one
-// outlier is no alarm.
+// outlier raises no alarm.
 //
 // It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is as
 // noisy as that (the gate widens with sqrt(v)) or it happens often in a row.

@@ -37,8 +37,8 @@ enum class StepStatus : std::uint8_t {
   kHeld,      ///< an output was not finite (or an angle out of range): its last good value was used
   kStale,     ///< held for more steps in a row than the model allows: estimates are no longer to be trusted
   kRejected,  ///< the time step was not positive, or longer than the model can span: nothing was done
-  kDiverged,  ///< a step would have left the finite numbers: the last z was kept (general, luenberger, driven_kkl)
-  kReset,     ///< z was not what steps can lead to, a bit of memory has flipped: the next measurement is the first
+  kDiverged,  ///< the step would have overflowed: the last z was kept (general, luenberger, driven_kkl)
+  kReset,     ///< a memory fault made z invalid: the observer was reset, the next measurement is its first
 };
 
 /// Finite, told from the bits: no compiler flag can reason it away.
