@@ -126,7 +126,7 @@ static Scalar magnitude(Complex c) { return (c.re < 0.0f ? -c.re : c.re) + (c.im
 // (Higham, Functions of Matrices, section 10.7.4).
 static void phi(Complex w, Complex* exp_minus_1, Complex* phi1, Complex* phi2) {
   Complex p2 = {1.0f, 0.0f};
-  int doublings = 0;  // no number takes more, and for one that is none the result is none
+  int doublings = 0;  // no number takes more, and for NaN the result is NaN
   for (; doublings < 130 && magnitude(w) > 0.5f; ++doublings) w = scaled(w, 0.5f);
   for (int k = 15; k >= 1; --k) p2 = shifted(scaled(product(w, p2), 1.0f / (Scalar)(k + 2)), 1.0f);
   p2 = scaled(p2, 0.5f);
