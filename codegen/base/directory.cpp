@@ -48,7 +48,7 @@ std::vector<NamedText> contents_of(const fs::path& folder) {
 }
 
 void check_folder(const fs::path& folder) {
-  if (!fs::is_directory(folder)) throw Error(folder.string() + ": is no folder; choose another one with -o");
+  if (!fs::is_directory(folder)) throw Error(folder.string() + ": is not a folder; choose another one with -o");
   if (!fs::is_empty(folder) && !fs::is_regular_file(folder / kManifest))
     throw Error(folder.string() + ": this folder was not made by nlo export; choose another one with -o");
 }

@@ -113,7 +113,7 @@ void write_files_atomically(const std::vector<NamedText>& files) {
   for (const NamedText& wanted : files) {
     struct stat found {};
     const bool exists = ::stat(wanted.path.c_str(), &found) == 0;
-    if (exists && !S_ISREG(found.st_mode)) fail(wanted.path, "replace what is no regular file", EINVAL);
+    if (exists && !S_ISREG(found.st_mode)) fail(wanted.path, "replace what is not a regular file", EINVAL);
     const std::string target = target_of(wanted.path);
     std::optional<std::string> old;
     if (exists) old = read_file(target);

@@ -16,7 +16,7 @@ std::vector<std::pair<std::string, std::string>> key_values(std::string_view tex
     const std::string_view part = text.substr(start, end - start);
     const std::size_t equals = part.find('=');
     if (equals == std::string_view::npos || equals == 0 || equals + 1 == part.size())
-      fail("{}: \"{}\" is no KEY=VALUE; separate several by commas", option, part);
+      fail("{}: \"{}\" is not KEY=VALUE; separate several by commas", option, part);
     const std::string key(part.substr(0, equals));
     for (const auto& [known, unused] : pairs)
       if (known == key) fail("{}: \"{}\" is given twice; remove one", option, key);

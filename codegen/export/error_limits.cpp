@@ -18,7 +18,7 @@ constexpr double kFree = std::numeric_limits<double>::infinity();
 double limit_of(const std::string& text) {
   const double limit = decimal(text);
   if (!(limit > 0.0) || !std::isfinite(limit))
-    fail("--max-error: \"{}\" is no limit; give a positive number, such as 0.01", text);
+    fail("--max-error: \"{}\" is not a limit; give a positive number, such as 0.01", text);
   return limit;
 }
 
@@ -71,19 +71,19 @@ std::string beyond_limits(const PreparedExport& prepared, const Eigen::VectorXd&
   const ExportError& error = prepared.error();
   for (int i = 0; i < m.nx(); ++i) {
     if (error.max(i) <= limits(i)) continue;
-    std::string mend = "allow more, or train again with weight_decay or over a smaller range of states";
+    std::string remedy = "allow more, or train again with weight_decay or over a smaller range of states";
     if (options.scalar != ScalarType::kDouble) {
       ExportOptions finer = options;
       const bool half = options.weights != WeightType::kFull;
       finer.weights = WeightType::kFull;
       if (!half) finer.scalar = options.scalar == ScalarType::kInt16 ? ScalarType::kFloat : ScalarType::kDouble;
-      mend = fmt::format("--{} is off by {:.1e}; or {}",
-                         half ? "weights float" : fmt::format("scalar {}", scalar_name(finer.scalar)),
-                         prepared.with(finer).error().max(i), mend);
+      remedy = fmt::format("--{} has an error of {:.1e}; or {}",
+                           half ? "weights float" : fmt::format("scalar {}", scalar_name(finer.scalar)),
+                           prepared.with(finer).error().max(i), remedy);
     }
     return fmt::format(
-        "{} is off by {:.1e} in {} within its domain, and --max-error allows {:.1e}; nothing is written. {}",
-        named(m.states[static_cast<std::size_t>(i)]), error.max(i), numbers_name(options), limits(i), mend);
+        "{} has an error of {:.1e} in {} within its domain, and --max-error allows {:.1e}; nothing is written. {}",
+        named(m.states[static_cast<std::size_t>(i)]), error.max(i), numbers_name(options), limits(i), remedy);
   }
   return "";
 }

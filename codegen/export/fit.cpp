@@ -100,7 +100,7 @@ Index amount(const std::string& key, std::string text, Index kilo) {
   if (!text.empty() && text.back() == 'M') unit = kilo * kilo;
   if (unit > 1) text.pop_back();
   const double value = decimal(text) * static_cast<double>(unit);
-  if (!(value >= 1.0) || value > 1e15) fail("--fit: {}={} is no amount; write for example {}=32K", key, all, key);
+  if (!(value >= 1.0) || value > 1e15) fail("--fit: {}={} is not an amount; write for example {}=32K", key, all, key);
   return static_cast<Index>(value);
 }
 

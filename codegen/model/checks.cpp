@@ -46,7 +46,7 @@ void check_channels(const std::vector<Channel>& channels, const std::string& fie
     const Channel& channel = channels[i];
     if (!is_identifier(channel.name))
       fail(
-          "{}[{}].name is no identifier; use a letter, then letters, digits and underscores (63 at most), no C++ "
+          "{}[{}].name is not an identifier; use a letter, then letters, digits and underscores (63 at most), no C++ "
           "keyword",
           field, i);
     if (!(channel.wrap >= 0.0) || !std::isfinite(channel.wrap))

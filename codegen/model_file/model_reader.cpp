@@ -35,7 +35,7 @@ Eigen::MatrixXi counts(const Field& field, Eigen::Index channels) {
   for (Eigen::Index j = 0; j < channels; ++j) {
     const Field one = field[static_cast<std::size_t>(j)];
     const auto row = from_vlq(text(one), kMostFlightCount);
-    if (!row) one.fail("is no Base64 VLQ of numbers within 2^24; take the model file as nlo train wrote it");
+    if (!row) one.fail("is not Base64 VLQ of numbers within 2^24; take the model file as nlo train wrote it");
     if (j == 0) all.resize(channels, row->size());
     if (row->size() != all.cols())
       one.fail(fmt::format("has {} samples and the one before {}; make them equal", row->size(), all.cols()));
@@ -81,7 +81,7 @@ int version_of(const Field& file) {
     throw Error("is JSON but no nlo model (no \"format\": \"nlo-model\"); give the model.json that nlo train wrote");
   const Field version = file["version"];
   if (!version.value.is_number_integer())
-    version.fail(fmt::format("is no whole number; this nlo reads versions 1 to {}", kModelVersion));
+    version.fail(fmt::format("is not a whole number; this nlo reads versions 1 to {}", kModelVersion));
   const double number = version.value.get<double>();  // whatever its size
   if (number > kModelVersion)
     version.fail(fmt::format("is {}; this nlo reads versions 1 to {}: a newer nlo wrote the file, update this one",

@@ -23,7 +23,7 @@ void from_1(Json& file) {
                                                             {"state_scale", "output_scale"}};
   for (const char* later : {"structure", "inverse_map"})
     if (file.contains(later))
-      throw Error(std::string(later) + ": is no field of version 1; give the file as nlo wrote it");
+      throw Error(std::string(later) + ": is not a field of version 1; give the file as nlo wrote it");
   Json map = Json::object();
   for (const auto& [before, after] : kMoved) {
     if (!file.contains(before)) continue;

@@ -178,7 +178,7 @@ void check_flight(const Model& m) {
 
 void validate(const Model& m) {
   if (!is_identifier(m.name))
-    fail("name is no identifier; use a letter, then letters, digits and underscores (63 at most), no C++ keyword");
+    fail("name is not an identifier; use a letter, then letters, digits and underscores (63 at most), no C++ keyword");
   check_channels(m.outputs, "outputs");
   check_channels(m.states, "states");
   check_sampling(m);

@@ -103,7 +103,7 @@ int main(int argc, char** argv) {
   std::printf(
       "Van der Pol oscillator, position measured with noise N(0, %g), at %g Hz for %g s.\n"
       "Each tick is one sample period of the model (%g ms), so the plant runs %.4g x as fast as the clock;\n"
-      "after each %g s of plant time it starts anew from a random state, and the observer from zero.\n\n",
+      "after each %g s of plant time it starts again from a random state, and the observer from zero.\n\n",
       options.noise, options.rate_hz, options.seconds, 1e3 * sample_period_s, sample_period_s * options.rate_hz, kRunS);
   std::fflush(stdout);
 

@@ -16,7 +16,7 @@ def folders(arguments, usage):
         sys.exit(0 if len(arguments) == 2 and arguments[1] in ("-h", "--help") else 2)
     checkout, out = pathlib.Path(arguments[1]), pathlib.Path(arguments[2])
     if not checkout.is_dir():
-        fail(f"{checkout} is no folder: give the checkout of the repository")
+        fail(f"{checkout} is not a folder: give the checkout of the repository")
     out.mkdir(parents=True, exist_ok=True)
     return checkout, out
 
@@ -33,7 +33,7 @@ def table(text, headings, name):
             columns[heading] = [float(row[heading]) for row in rows]
         except (TypeError, ValueError):
             line = next(i for i, row in enumerate(rows, 2) if not is_number(row[heading]))
-            fail(f"{name}:{line}: {heading!r} is no number")
+            fail(f"{name}:{line}: {heading!r} is not a number")
     return columns
 
 

@@ -140,7 +140,7 @@ std::map<std::string, double> fly(const Experiment& experiment, const std::strin
     Eigen::Index k = 0;
     for (; flown >> status >> inside; ++k) {
       for (double& value : x_hat)
-        if (!(flown >> value)) throw std::runtime_error(in + ": the flight printed what is no number");
+        if (!(flown >> value)) throw std::runtime_error(in + ": the flight printed what is not a number");
       if (k >= run.samples()) break;
       samples += 1.0;
       in_domain += inside;

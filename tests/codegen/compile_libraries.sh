@@ -72,7 +72,7 @@ for entry in van_der_pol:float:2 rig:double:3 driven:float:2 pendulum:float:2; d
     /^#/ || /^$/ { next } { print "Kconfig: " $0; bad = 1 } END { exit bad }' "$module/Kconfig" || fail "Kconfig of $name"
   if python3 -c 'import yaml' 2>/dev/null; then
     for file in zephyr/module.yml "samples/$name/sample.yaml"; do
-      python3 -c 'import sys, yaml; yaml.safe_load(open(sys.argv[1]))' "$module/$file" || fail "$file is no YAML"
+      python3 -c 'import sys, yaml; yaml.safe_load(open(sys.argv[1]))' "$module/$file" || fail "$file is not YAML"
     done
   fi
 done

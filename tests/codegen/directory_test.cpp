@@ -92,7 +92,7 @@ TEST_F(Directory, KeepsWhatSomebodyHasMadeOrChanged) {
   EXPECT_EQ(read_file(path("changed/a.txt")), "AA");
 
   write_file_atomically(path("file"), "text");
-  EXPECT_THAT(refusal("file"), HasSubstr("is no folder"));
+  EXPECT_THAT(refusal("file"), HasSubstr("is not a folder"));
   EXPECT_THAT(refusal("no/such"), HasSubstr("make it first"));
   EXPECT_EQ(beside(), 4);
 }

@@ -173,7 +173,8 @@ TEST(ErrorLimits, BeyondThemTheStateTheErrorAndTheMendAreNamed) {
   const ExportError error = PreparedExport(m, options).error();
   EXPECT_EQ(beyond_limits(PreparedExport(m, options), 1.01 * error.max), "");
   const std::string refusal = beyond_limits(PreparedExport(m, options), Eigen::Vector2d(1.0, 0.99 * error.max(1)));
-  for (const char* part : {"x2 [m/s] is off by", "in int16", "nothing is written", "--scalar float is off by", "train"})
+  for (const char* part :
+       {"x2 [m/s] has an error of", "in int16", "nothing is written", "--scalar float has an error of", "train"})
     EXPECT_THAT(refusal, HasSubstr(part));
 }
 

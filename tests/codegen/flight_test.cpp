@@ -111,7 +111,7 @@ TEST(FlightInModelFile, WhatIsBrokenNamesItsField) {
   EXPECT_THAT(refusal("\"runs\": [", "\"runs\": [1, ", m),
               HasSubstr("flight.runs[0]: is a JSON number; expected an object"));
   EXPECT_THAT(refusal("\"outputs\": [\"", "\"outputs\": [\"!", m),
-              HasSubstr("flight.runs[0].outputs[0]: is no Base64"));
+              HasSubstr("flight.runs[0].outputs[0]: is not Base64"));
   EXPECT_THAT(refusal("\"outputs\": [\"", "\"outputs\": [\"A", m), HasSubstr("has 50 samples and the one before 51"));
   EXPECT_THAT(refusal("\"outputs\": [\"", "\"outputs\": [\"\", \"", m),
               HasSubstr("must have one for each of 2 channels"));

@@ -221,7 +221,7 @@ const Row kRows[] = {
     {"InputsEmpty", driven_model, [](Model& m) { std::get<DrivenKkl>(m.structure).inputs.clear(); },
      "drive.inputs is empty"},
     {"InputName", driven_model, [](Model& m) { std::get<DrivenKkl>(m.structure).inputs[1].name = "u-1"; },
-     "drive.inputs[1].name is no identifier"},
+     "drive.inputs[1].name is not an identifier"},
     {"InputTwice", driven_model, [](Model& m) { std::get<DrivenKkl>(m.structure).inputs[1].name = "torque"; },
      "drive.inputs[0].name and drive.inputs[1].name are both \"torque\""},
     {"InputAngle", driven_model, [](Model& m) { std::get<DrivenKkl>(m.structure).inputs[1].wrap = 1.0; },

@@ -76,7 +76,7 @@ TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
   };
   EXPECT_THAT(error({"--group", "^day"}), HasSubstr("needs two groups at least"));
   EXPECT_THAT(error({"--group", "night"}), HasSubstr("finds nothing in \"day1_a.csv\""));
-  EXPECT_THAT(error({"--group", "("}), HasSubstr("is no regular expression"));
+  EXPECT_THAT(error({"--group", "("}), HasSubstr("is not a regular expression"));
   EXPECT_THAT(error({"--logs", "4"}), HasSubstr("between 1 and 3 are left"));
   scratch_.write("plant.toml", kTinyExperiment);
   const ProgramResult plant = scratch_.run({"crossvalidate", "plant.toml"});

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What the pages for users tell to do is what the program takes, and what they point to is there.
+// What the pages for users tell to do is what the program takes. tests/properties/pages.py follows their links.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -48,33 +47,6 @@ TEST(Docs, TheWorkedChoiceTrainsWithEachOfItsSettings) {
     ++rows;
   }
   EXPECT_GE(rows, 10) << "the table was not understood";
-}
-
-TEST(Docs, LinksLeadToFilesAndHeadings) {
-  const std::regex link("\\]\\(([^)\\s]*)\\)");
-  int links = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(NLO_SOURCE_DIR "/docs")) {
-    if (entry.path().extension() != ".md") continue;
-    const std::string text = page("docs/" + entry.path().filename().string());
-    for (std::sregex_iterator match(text.begin(), text.end(), link), end; match != end; ++match) {
-      const std::string target = (*match)[1];
-      if (target.starts_with("http")) continue;
-      ++links;
-      const std::string file = target.substr(0, target.find('#'));
-      if (!file.empty()) {
-        EXPECT_TRUE(std::filesystem::exists(entry.path().parent_path() / file)) << entry.path() << ": " << target;
-        continue;
-      }
-      std::string headings;  // as a forge makes anchors of them
-      for (const char c : text)
-        if (std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '\n' || c == '#' || c == '-')
-          headings += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-        else if (c == ' ')
-          headings += '-';
-      EXPECT_NE(headings.find("#-" + target.substr(1) + "\n"), std::string::npos) << entry.path() << ": " << target;
-    }
-  }
-  EXPECT_GT(links, 10);
 }
 
 }  // namespace

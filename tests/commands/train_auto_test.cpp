@@ -130,7 +130,7 @@ TEST_F(TrainAuto, IsAskedForBeforeItsOptions) {
   EXPECT_THAT(result.err, HasSubstr("--auto"));
   const ProgramResult never = scratch.run({"train", "tiny.toml", "--auto", "--minutes", "nan"});
   EXPECT_EQ(never.exit_code, 2);
-  EXPECT_THAT(never.err, HasSubstr("nan is no time to search for"));
+  EXPECT_THAT(never.err, HasSubstr("nan is not a time to search for"));
 }
 
 TEST_F(TrainAuto, LeavesAnotherExperimentsModelAlone) {

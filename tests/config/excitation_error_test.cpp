@@ -70,7 +70,7 @@ TEST(ExcitationErrors, NameTheKeyAndTheMend) {
           {"\"van_der_pol\"\nparameters = { mu = 1.5 }", "\"sine_cosine\"", "e.toml:20",
            "the plant sine_cosine has none"},
           {"steps = 10", "input_noise = \"gaussian:0.1+jitter:0.2\"", "e.toml:19", "input_noise has jitter"},
-          {"steps = 10", "input_noise = \"gaussian:0.1,none\"", "e.toml:19", "input_noise is no noise of 1 inputs"},
+          {"steps = 10", "input_noise = \"gaussian:0.1,none\"", "e.toml:19", "input_noise is not a noise for 1 inputs"},
           {"\"zero\"", "\"log\"", "e.toml:22", "no log is given; name the file: log = \"inputs.csv\""},
           {"shortest_s = 0.5", "log = \"u.csv\"", "e.toml:26", "log is read for the kind \"log\" alone"},
           {"steps = 10", "transient = \"backward\"", "e.toml:19", "and there is [excitation]; use \"drop\""},

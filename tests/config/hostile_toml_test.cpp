@@ -37,7 +37,7 @@ TEST(HostileToml, BracketsInStringsAndCommentsDoNotCount) {
 
 TEST(HostileToml, TooBigNotTextOrBroken) {
   EXPECT_THAT(error_of(std::string(2'000'000, '#')), HasSubstr("too big"));
-  EXPECT_THAT(error_of("name = \"x\"\ny = \"\xff\""), HasSubstr("e.toml:2: byte 0xFF is no text"));
+  EXPECT_THAT(error_of("name = \"x\"\ny = \"\xff\""), HasSubstr("e.toml:2: byte 0xFF is not text"));
   EXPECT_THAT(error_of(std::string("a\0b", 3)), HasSubstr("byte 0x00"));
   EXPECT_THAT(error_of("a = \"\xed\xa0\x80\""), HasSubstr("byte 0xED"));  // a surrogate
   EXPECT_THAT(error_of(""), HasSubstr("no name"));

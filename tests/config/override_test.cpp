@@ -53,7 +53,7 @@ TEST(Override, ErrorsNameIt) {
   EXPECT_THAT(error("=3"), HasSubstr("no KEY=VALUE"));
   EXPECT_THAT(error("training..steps=3"), HasSubstr("the key is not SECTION.KEY"));
   EXPECT_THAT(error("training.=3"), HasSubstr("the key is not SECTION.KEY"));
-  EXPECT_THAT(error("name.x=3"), HasSubstr("\"name\" is no section"));
+  EXPECT_THAT(error("name.x=3"), HasSubstr("\"name\" is not a section"));
   EXPECT_THAT(error("training.steps=1\nseed=2"), HasSubstr("more than one line"));
   EXPECT_THAT(error("training=3"), HasSubstr("it must be a section: [training]"));
   EXPECT_THAT(error("observer.hold=rk5"),

@@ -42,8 +42,8 @@ TEST(PlantErrors, AnglesOfPlants) {
       {
           {"[\"2pi\", 0]", "[\"pi\", 0]", "e.toml:7", "state_wraps[0] is \"pi\"; it must be a number"},
           {"[\"2pi\", 0]", "[\"2pi\"]", "e.toml:7", "state_wraps has 1 entries, but there are 2 states"},
-          {"output_wraps = [\"2pi\"]", "output_encodings = [\"sincos\"]", "e.toml:8", "y is no angle"},
-          {"estimated = [\"omega\"]", "estimated = [\"rate\"]", "e.toml:9", "\"rate\", which is no state"},
+          {"output_wraps = [\"2pi\"]", "output_encodings = [\"sincos\"]", "e.toml:8", "y is not an angle"},
+          {"estimated = [\"omega\"]", "estimated = [\"rate\"]", "e.toml:9", "\"rate\", which is not a state"},
           {"\"latent_minus_output\"", "\"latent\"", "e.toml:19",
            "the output y is an unwrapped angle; set features = \"latent_minus_output\", or its [plant] "
            "output_encodings"},

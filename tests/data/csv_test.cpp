@@ -80,10 +80,10 @@ TEST(Csv, NamesTheCellThatIsNoFiniteNumber) {
   EXPECT_THAT(error_in_column("t,y\n1,2\n2,nan\n", "y"), HasSubstr("a.csv:3:y: \"nan\" is not finite"));
   EXPECT_THAT(error_in_column("t,y\n1,-inf\n", "y"), HasSubstr("a.csv:2:y: \"-inf\" is not finite"));
   EXPECT_THAT(error_in_column("t,y\n1, \n", "y"), HasSubstr("a.csv:2:y: \"\" is empty"));
-  EXPECT_THAT(error_in_column("t,y\n1,2.5V\n", "y"), HasSubstr("a.csv:2:y: \"2.5V\" is no number"));
-  EXPECT_THAT(error_in_column("t,y\n1,\"2,5\"\n", "y"), HasSubstr("a.csv:2:y: \"2,5\" is no number"));
-  EXPECT_THAT(error_in_column("t,y\n1,+-2\n", "y"), HasSubstr("is no number"));
-  EXPECT_THAT(error_in_column("t,y\n1,0x10\n", "y"), HasSubstr("is no number"));
+  EXPECT_THAT(error_in_column("t,y\n1,2.5V\n", "y"), HasSubstr("a.csv:2:y: \"2.5V\" is not a number"));
+  EXPECT_THAT(error_in_column("t,y\n1,\"2,5\"\n", "y"), HasSubstr("a.csv:2:y: \"2,5\" is not a number"));
+  EXPECT_THAT(error_in_column("t,y\n1,+-2\n", "y"), HasSubstr("is not a number"));
+  EXPECT_THAT(error_in_column("t,y\n1,0x10\n", "y"), HasSubstr("is not a number"));
   EXPECT_THAT(error_in_column("t,y\n1,1e999\n", "y"), HasSubstr("a.csv:2:y: \"1e999\" is beyond the range of double"));
 }
 

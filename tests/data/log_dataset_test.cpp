@@ -217,7 +217,7 @@ TEST_F(LogDataset, ReadsInputsAndChecksThem) {
   ASSERT_EQ(run.inputs.cols(), run.samples());
   EXPECT_GT(run.inputs.cwiseAbs().maxCoeff(), 0.0);
   config.columns.back().column = "comment";
-  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv:2:comment: \"row, 0\" is no number"));
+  EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("log.csv:2:comment: \"row, 0\" is not a number"));
 }
 
 TEST_F(LogDataset, NotesAnAngleThatWasNotDeclared) {

@@ -136,7 +136,7 @@ TEST(LogSchema, RefusesDerivativesOfNothing) {
   ColumnConfig velocity = kVelocity;
   velocity.derivative_of = "tetha";
   EXPECT_THAT(error_in({kTime, kAngle, velocity}),
-              AllOf(HasSubstr("\"omega\": derivative_of = \"tetha\" is no listed column"),
+              AllOf(HasSubstr("\"omega\": derivative_of = \"tetha\" is not a listed column"),
                     HasSubstr("did you mean \"theta\"?")));
   velocity = kVelocity;
   velocity.wrap = kTurn;

@@ -35,7 +35,7 @@ TEST(Pendulum, LogsAreWhatTheirGeneratorMakes) {
   for (const PendulumLog& log : kPendulumLogs) {
     const std::string path = kDirectory + "/" + log.file, text = pendulum_csv(log);
     if (refresh != nullptr && *refresh == '1') codegen::write_file_atomically(path, text);
-    EXPECT_TRUE(codegen::read_file(path) == text) << path << " differs: NLO_REFRESH_GOLDENS=1 writes it anew";
+    EXPECT_TRUE(codegen::read_file(path) == text) << path << " differs: NLO_REFRESH_GOLDENS=1 writes it again";
   }
 }
 

@@ -63,7 +63,7 @@ class Rigs(unittest.TestCase):
                   "time,pos_meas1,pos_meas2,tau_meas1,tau_meas2\n0,0,0,0,0\n0.002,0,nothing,0,0\n")
         said = self.run_script("double_pendulum.py")
         self.assertEqual(said.returncode, 1)
-        self.assertIn("trajectory_00.csv:3: 'pos_meas2' is no number", said.stderr)
+        self.assertIn("trajectory_00.csv:3: 'pos_meas2' is not a number", said.stderr)
 
     def test_of_the_battery_only_drive_cycles_are_taken(self):
         heading = "Time [s],Voltage [V],Current [A],Temperature [degC],Capacity [Ah],SOC [-]\n"

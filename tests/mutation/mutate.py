@@ -114,7 +114,7 @@ def prepare(programs):
         sys.exit(f"the tests do not build without a mutant: ninja -C {BUILD} says why")
     for program in programs:
         if not passes(program):
-            sys.exit(f"{program} fails without a mutant: mend it first")
+            sys.exit(f"{program} fails without a mutant: fix it first")
 
 
 def verdict_of(mutant):

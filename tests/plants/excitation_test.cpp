@@ -131,7 +131,7 @@ TEST(Excitation, ErrorsNameTheInputTheExpressionAndThePosition) {
   EXPECT_THAT(error_of(*plant, {"cos(12*t"}), HasSubstr("input u \"cos(12*t\""));
   EXPECT_THAT(error_of(*plant, {"u = t"}), HasSubstr("\"=\" has no place"));
   EXPECT_THAT(error_of(*plant, {""}), HasSubstr("the expression is empty"));
-  EXPECT_THAT(error_of(*plant, {"sqrt(1 - t)"}, 1.5), HasSubstr("is no finite number at t = 1.5 s"));
+  EXPECT_THAT(error_of(*plant, {"sqrt(1 - t)"}, 1.5), HasSubstr("is not a finite number at t = 1.5 s"));
   EXPECT_EQ(error_of(*plant, {"sqrt(1 - t)"}, 0.5), "no error");
 }
 

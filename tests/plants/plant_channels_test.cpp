@@ -203,7 +203,7 @@ TEST(PlantChannels, NameTheKeyThatIsWrong) {
   EXPECT_THAT(broken([](PlantConfig& c) {
                 c.state_encodings = {Encoding::kUnwrap, Encoding::kSincos};
               }),
-              HasSubstr("state_encodings[1] is \"sincos\", but omega is no angle"));
+              HasSubstr("state_encodings[1] is \"sincos\", but omega is not an angle"));
   EXPECT_THAT(broken([](PlantConfig& c) { c.estimated = {"omga"}; }), HasSubstr("did you mean \"omega\"?"));
   EXPECT_THAT(broken([](PlantConfig& c) { c.estimated = {"omega", "omega"}; }), HasSubstr("\"omega\" twice"));
   EXPECT_THAT(broken([](PlantConfig& c) {

@@ -32,13 +32,13 @@ for diff in $diffs; do git apply --numstat "$source/$diff" | cut -f 3; done | so
 done
 
 cd "$work/tree"
-mend="apply what is left of it by hand (git apply --reject), and write the diff anew"
+remedy="apply what is left of it by hand (git apply --reject), and write the diff again"
 for diff in $diffs; do
-  git apply --check "$source/$diff" || fail "$diff does not apply any more; $mend"
+  git apply --check "$source/$diff" || fail "$diff does not apply any more; $remedy"
 done
 count=0
 for diff in $diffs; do
-  git apply "$source/$diff" || fail "$diff does not apply behind those before it; $mend"
+  git apply "$source/$diff" || fail "$diff does not apply behind those before it; $remedy"
   ! git apply --check "$source/$diff" 2>/dev/null || fail "control: $diff applies twice"
   count=$((count + 1))
 done

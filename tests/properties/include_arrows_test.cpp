@@ -171,7 +171,7 @@ std::string objection(const std::string& file, const Include& include) {
   // own.
   if (include.quoted && !file.starts_with("examples/") && !file.starts_with("tests/golden/") &&
       !fs::exists(kRoot / include.target) && !fs::exists(kRoot / "runtime/include" / include.target)) {
-    return "is quoted but is no file of this project seen from its root";
+    return "is quoted but is not a file of this project seen from its root";
   }
   return "";
 }

@@ -229,7 +229,7 @@ TEST(TrainingCurves, DamageIsNamedByLine) {
   EXPECT_THAT(message(""), HasSubstr("metrics.csv: is empty"));
   EXPECT_THAT(message("loss\n1\n"), HasSubstr("no column \"step\""));
   EXPECT_THAT(message("step,loss\n1,2\n3\n"), HasSubstr("metrics.csv:3: has 1 cells"));
-  EXPECT_THAT(message("step\n0x7\n"), HasSubstr("metrics.csv:2: \"0x7\" is no number"));
+  EXPECT_THAT(message("step\n0x7\n"), HasSubstr("metrics.csv:2: \"0x7\" is not a number"));
 }
 
 TEST(ControlLoopResult, ReadsWhatTheExampleWrites) {

@@ -164,7 +164,7 @@ std::string refusal(const std::string& observer) {
 
 TEST(FailingSensors, WhatCannotBeIsRefusedWithTheMend) {
   using ::testing::HasSubstr;
-  EXPECT_THAT(refusal("may_fail = [\"best\"]\n"), HasSubstr("which is no output; there is: good, poor"));
+  EXPECT_THAT(refusal("may_fail = [\"best\"]\n"), HasSubstr("which is not an output; there is: good, poor"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"good\"]\n"), HasSubstr("twice; remove one"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"poor\"]\n"), HasSubstr("leave one out"));
   EXPECT_THAT(refusal("staleness_s = 0.0\n"), HasSubstr("staleness_s"));

@@ -110,8 +110,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "plan.toml:3: [grid] training.steps is an integer; it must be a list of the values to try: "
                 "training.steps = [3]"},
         Refusal{"NoValues", "[grid]\ntraining.steps = []", "plan.toml:3: [grid] training.steps has no values"},
-        Refusal{"Date", "[grid]\ntraining.steps = [2026-01-01]", "plan.toml:3: a date or time is no value"},
-        Refusal{"NoKey", "[grid]\n\"a b\" = [1]", "plan.toml:3: \"a b\" is no key of an experiment"},
+        Refusal{"Date", "[grid]\ntraining.steps = [2026-01-01]", "plan.toml:3: a date or time is not a value"},
+        Refusal{"NoKey", "[grid]\n\"a b\" = [1]", "plan.toml:3: \"a b\" is not a key of an experiment"},
         Refusal{"SeedInTheGrid", "[grid]\nseed = [1]", "plan.toml:3: the seed is varied by seeds = [1, 2, 3]"},
         Refusal{"SeedTwice", "seeds = [1, 2, 1]", "plan.toml:2: seeds has 1 twice"},
         Refusal{"KeyTwice", "[grid]\na.b = [1, 2]\n[[zip]]\na.b = [1]\n",

@@ -62,7 +62,7 @@ TEST(SearchRecord, RefusesWhatItCannotBe) {
         with("\"candidate\": 2", "\"candidate\": -1"), with("\"steps\": 10,", "\"steps\": 0,"),
         with("\"steps\": 10,", "\"steps\": 1e18,"), with("\"error\": 0.5", "\"error\": \"0.5\""),
         with("\"seconds\": 100.0", "\"seconds\": -1"), with("\"done\": true", "\"done\": 1")})
-    EXPECT_THAT(error_of(bad), AllOf(StartsWith("runs/auto.json: is no record"), HasSubstr("remove it"))) << bad;
+    EXPECT_THAT(error_of(bad), AllOf(StartsWith("runs/auto.json: is not a record"), HasSubstr("remove it"))) << bad;
 }
 
 // Within 2 % a seed may change the order, and what a person wrote stays.

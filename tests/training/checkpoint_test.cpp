@@ -149,11 +149,11 @@ TEST(Checkpoint, RefusesEveryNumberThatNoTrainingWritesWhereTheChecksumIsRight) 
       {"a row before all", [](TrainingState& s) { s.metrics[0].step = -1000000000000000000; }},
       {"rows out of order", [](TrainingState& s) { std::swap(s.metrics[1], s.metrics[2]); }},
       {"a row twice", [](TrainingState& s) { s.metrics[2].step = s.metrics[1].step; }},
-      {"a time that is no number", [](TrainingState& s) { s.elapsed_s = kNan; }},
+      {"a time that is not a number", [](TrainingState& s) { s.elapsed_s = kNan; }},
       {"a negative time", [](TrainingState& s) { s.elapsed_s = -1.0; }},
       {"a row's time without end", [](TrainingState& s) { s.metrics[1].elapsed_s = kInf; }},
-      {"an error that is no number", [](TrainingState& s) { s.best_rmse = kNan; }},
-      {"a best that is no number", [](TrainingState& s) { s.best[1] = std::numeric_limits<float>::quiet_NaN(); }}};
+      {"an error that is not a number", [](TrainingState& s) { s.best_rmse = kNan; }},
+      {"a best that is not a number", [](TrainingState& s) { s.best[1] = std::numeric_limits<float>::quiet_NaN(); }}};
   for (const auto& [name, forge] : forgeries) {
     TrainingState state = some_state();
     forge(state);

@@ -46,7 +46,7 @@ class Part {
   double number(std::size_t index) const {
     if (words_.size() <= index) fail("has no scale");
     const auto value = finite_number(words_[index]);
-    if (!value) fail("has a scale that is no number");
+    if (!value) fail("has a scale that is not a number");
     if (*value < 0.0) fail("has a negative scale");
     return *value;
   }

@@ -93,7 +93,8 @@ class Search {
     SearchRecord found = search_record_from_json(codegen::read_file(file()), file());
     if (found.identity != record_.identity)
       throw codegen::InputError(fmt::format(
-          "{}: is of another experiment, budget or data; take another -o DIR, or begin anew without --resume", file()));
+          "{}: is of another experiment, budget or data; take another -o DIR, or start again without --resume",
+          file()));
     record_ = std::move(found);
   }
 

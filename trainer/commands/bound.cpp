@@ -41,8 +41,9 @@ std::vector<double> parse_factors(const std::string& text) {
     const std::string part = text.substr(start, end - start);
     const auto k = finite_number(part);
     if (!k || *k < kSmallest || *k > kLargest)
-      throw codegen::Error(fmt::format("--k {}: \"{}\" is no factor; write numbers from {} to {}, such as --k 1,2,4,8",
-                                       text, part, kSmallest, kLargest));
+      throw codegen::Error(
+          fmt::format("--k {}: \"{}\" is not a factor; write numbers from {} to {}, such as --k 1,2,4,8", text, part,
+                      kSmallest, kLargest));
     factors.push_back(*k);
     start = end + 1;
   }
@@ -159,30 +160,32 @@ void add_bound(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("bound", "Trade speed against noise: the robustness bound for faster and slower eigenvalues");
   command->add_option("MODEL", arguments->model, "model.json of nlo train, trained on a plant")->required();
-  command->add_option("--k", arguments->factors, "factors on all eigenvalues, separated by commas")
+  command->add_option("--k", arguments->factors, "factors for all eigenvalues, separated by commas")
       ->type_name("K,K,...")
       ->capture_default_str();
   command->add_option("--noise", arguments->noise,
-                      "bounded, uniform:HALF_WIDTH or none (uniform, as strong as the training's)");
+                      "bounded noise: uniform:HALF_WIDTH or none (default: uniform, as strong as in training)");
   command->add_option("--disturbance", arguments->disturbance, "largest |w| on the state's derivative")
       ->type_name("W")
       ->capture_default_str();
-  command->add_option("--trajectories", arguments->test.trajectories, "how many runs are measured")
+  command->add_option("--trajectories", arguments->test.trajectories, "number of measured runs")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  command->add_option("--steps", arguments->steps, "of training T* for each k but 1 (the experiment's, at most 2000)")
+  command
+      ->add_option("--steps", arguments->steps,
+                   "training steps of T* for each k except 1 (default: the experiment's, at most 2000)")
       ->check(CLI::Range(1, 100000000));
-  command->add_option("--seed", arguments->test.seed, "of the initial states, the noise and the disturbance")
+  command->add_option("--seed", arguments->test.seed, "seed of the initial states, the noise and the disturbance")
       ->check(check_seed)
       ->capture_default_str();
   command
       ->add_option("--boxes", arguments->test.boxes,
-                   "of the domain, at most, in the search for the Lipschitz constant of T* (what takes some 2 s)")
+                   "most boxes in the search for the Lipschitz constant of T* (default: as many as take some 2 s)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{100000000}));
   command->add_option("--threads", arguments->test.threads, "0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "writes bound.html and bound.csv there")->type_name("DIR");
+  command->add_option("-o,--output", arguments->output, "directory for bound.html and bound.csv")->type_name("DIR");
   CLI::Option* json = command->add_flag("--json", arguments->json, "one JSON object instead of the table");
   command->add_flag("--csv", arguments->csv, "CSV instead of the table")->excludes(json);
   command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");

@@ -146,21 +146,20 @@ void add_compare(CLI::App& app, Action& action) {
   command->add_option("--trajectories", arguments->test.trajectories, "runs for each seed")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command->add_option("--seed", arguments->test.seed, "the first of the test seeds")
-      ->check(check_seed)
-      ->capture_default_str();
-  command->add_flag("--no-tuning", arguments->no_tuning, "filters as shipped alone");
+  command->add_option("--seed", arguments->test.seed, "first test seed")->check(check_seed)->capture_default_str();
+  command->add_flag("--no-tuning", arguments->no_tuning, "only filters as shipped");
   command->add_option("--tuning-runs", arguments->test.tuning_trajectories, "runs of each condition to tune filters on")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  command->add_option("--particles", arguments->test.particles, "of the particle filter")
+  command->add_option("--particles", arguments->test.particles, "particles of the particle filter")
       ->check(CLI::Range(10, 1000000))
       ->capture_default_str();
   command->add_flag("--quick", arguments->quick, "at most 3 seeds, 6 runs to tune on, 200 particles");
   command->add_option("--threads", arguments->test.threads, "0: all cores; does not change the errors")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "writes compare.html and compare.json there")->type_name("DIR");
+  command->add_option("-o,--output", arguments->output, "directory for compare.html and compare.json")
+      ->type_name("DIR");
   command->add_flag("--json", arguments->json, "one JSON object instead of the tables");
   command->footer(
       "Filters know the nominal plant and the nominal variance of the noise; tuned ones have Q, R, P0 and a gate on "

@@ -83,7 +83,8 @@ std::vector<Fold> folds_of(const std::vector<std::string>& files, const std::str
       }
     }
   } catch (const std::regex_error&) {
-    throw codegen::Error(fmt::format("--group {}: is no regular expression; write for example \"^[a-z]+\"", pattern));
+    throw codegen::Error(
+        fmt::format("--group {}: is not a regular expression; write for example \"^[a-z]+\"", pattern));
   }
   if (groups.size() < 2)
     throw codegen::Error(fmt::format("{} log{} in {} group; crossvalidation needs two groups at least", files.size(),
@@ -286,7 +287,7 @@ void add_crossvalidate(CLI::App& app, Action& action) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("COUNT");
-  command->add_option("--seeds", arguments->seeds, "trainings of each, by seeds from the experiment's on")
+  command->add_option("--seeds", arguments->seeds, "trainings of each, from the experiment's seed on")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
   command
@@ -294,7 +295,7 @@ void add_crossvalidate(CLI::App& app, Action& action) {
                    "SECTION.KEY=VALUE instead of what the file says; may be repeated")
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
-  command->add_option("--seed", arguments->experiment.seed, "instead of the file's")->check(check_seed);
+  command->add_option("--seed", arguments->experiment.seed, "seed in place of the file's")->check(check_seed);
   command->add_option("--threads", arguments->experiment.threads, "0: all cores; does not change the result");
   command->add_flag("--json", arguments->json, "one JSON array instead of tables: an object for each training");
   command->footer(

@@ -78,7 +78,7 @@ void check_input_noise(const EvaluateArguments& arguments, const std::vector<Nam
     check_noise(noise, plant.inputs().size());
   } catch (const codegen::Error& error) {
     throw codegen::Error(
-        fmt::format("--input-noise is no noise of {} inputs: {}", plant.inputs().size(), error.what()));
+        fmt::format("--input-noise is not a noise for {} inputs: {}", plant.inputs().size(), error.what()));
   }
 }
 
@@ -199,19 +199,20 @@ void add_evaluate(CLI::App& app, Action& action) {
                    "model.json of nlo train; several of one experiment: means over training seeds")
       ->required();
   command
-      ->add_option("--noise", arguments->noises,
-                   "on the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
-                   "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, +delay:SAMPLES, "
-                   "+jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW; or one for each output with commas "
-                   "between; may be repeated")
+      ->add_option(
+          "--noise", arguments->noises,
+          "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
+          "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, +delay:SAMPLES, "
+          "+jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW; or one for each output with commas "
+          "between; may be repeated")
       ->allow_extra_args(false);
-  command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
+  command->add_option("--seed", arguments->test.seed, "seed of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
   std::vector<CLI::Option*> for_plants;
   for_plants.push_back(command
                            ->add_option("--seeds", arguments->test.test_sets,
-                                        "this many test sets, by seeds from --seed on: means and standard errors")
+                                        "number of test sets, from --seed on: means and standard errors")
                            ->check(CLI::Range(1, 10000))
                            ->capture_default_str());
   for_plants.push_back(
@@ -221,7 +222,7 @@ void add_evaluate(CLI::App& app, Action& action) {
           ->check(check_scale)
           ->capture_default_str());
   for_plants.push_back(
-      command->add_option("--trajectories", arguments->test.trajectories, "how many new trajectories in a test set")
+      command->add_option("--trajectories", arguments->test.trajectories, "number of new trajectories in a test set")
           ->check(CLI::Range(1, 100000))
           ->capture_default_str());
   for_plants.push_back(
@@ -231,23 +232,22 @@ void add_evaluate(CLI::App& app, Action& action) {
                        "else as the experiment's [excitation] says")
           ->allow_extra_args(false)
           ->type_name("EXPR"));
-  for_plants.push_back(command
-                           ->add_option("--input-noise", arguments->input_noise,
-                                        "on the inputs that the observer is told, the same forms; the plant has them "
-                                        "without it")
-                           ->allow_extra_args(false)
-                           ->type_name("NOISE"));
   for_plants.push_back(
       command
-          ->add_option("--set", arguments->test.changes,
-                       "test on another plant than trained for: plant.KEY=VALUE, simulation.KEY=VALUE, "
-                       "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated")
+          ->add_option("--input-noise", arguments->input_noise,
+                       "noise of the inputs that the observer reads, in the same words; the plant has none")
           ->allow_extra_args(false)
-          ->type_name("KEY=VALUE"));
+          ->type_name("NOISE"));
+  for_plants.push_back(command
+                           ->add_option("--set", arguments->test.changes,
+                                        "test on a changed plant: plant.KEY=VALUE, simulation.KEY=VALUE, "
+                                        "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated")
+                           ->allow_extra_args(false)
+                           ->type_name("KEY=VALUE"));
   for_plants.push_back(
       command
           ->add_option("--against", arguments->test.against,
-                       "ekf, ukf (know the plant trained for), ekf_true (knows what --set made of it); constant and "
+                       "ekf, ukf (know the plant trained for), ekf_true (knows the changed plant); constant and "
                        "ridge are always shown")
           ->delimiter(',')
           ->allow_extra_args(false)
@@ -255,7 +255,7 @@ void add_evaluate(CLI::App& app, Action& action) {
   command->add_option("--data", arguments->data, "CSV logs (or globs) to evaluate on, instead of the plant");
   command
       ->add_option("--columns", arguments->columns,
-                   "which columns of the logs are what: [[log.columns]] as in an experiment; else those the model was "
+                   "roles of the logs' columns: [[log.columns]] as in an experiment; else those the model was "
                    "trained with, or headings that are the names of its outputs and states, and \"time\"")
       ->type_name("FILE.toml");
   command
@@ -273,11 +273,11 @@ void add_evaluate(CLI::App& app, Action& action) {
   command
       ->add_option("--figure", arguments->files.figure,
                    "with --data: a picture of each log, estimate over truth, the error below, shaded outside of the "
-                   "training domain; of several logs or starts FILE_1.svg, FILE_2.svg...")
+                   "training domain; for several logs or starts FILE_1.svg, FILE_2.svg...")
       ->type_name("FILE.svg");
   command
       ->add_option("--estimates", arguments->files.estimates,
-                   "with --data: what the observer was given and what it said, sample by sample; of several as above")
+                   "with --data: inputs and estimates of the observer, sample by sample; several as above")
       ->type_name("FILE.csv");
   command->add_option("--threads", arguments->test.threads, "0: all cores")
       ->check(CLI::Range(0, 1024))

@@ -72,7 +72,7 @@ void run_export(const ExportArguments& arguments) {
   options.name = arguments.name;
   if (!options.name.empty() && !codegen::is_identifier(options.name))
     throw codegen::Error(
-        fmt::format("--name \"{}\" is no identifier; use a letter, then letters, digits and single "
+        fmt::format("--name \"{}\" is not an identifier; use a letter, then letters, digits and single "
                     "underscores (63 at most), no C++ word",
                     options.name));
   const bool to_stdout = arguments.output == "-";
@@ -120,21 +120,21 @@ void add_export(CLI::App& app, Action& action) {
       ->capture_default_str();
   command
       ->add_option("--weights", arguments->weights,
-                   "weights of layers, computed with in float: float, or half the bytes in bf16 or fp16 (cpp, replay)")
+                   "stored weights: float, or half the bytes in bf16 or fp16 (cpp, replay); arithmetic stays in float")
       ->capture_default_str();
-  command->add_option("--name", arguments->name, "namespace of what is generated, an identifier (the model's name)");
+  command->add_option("--name", arguments->name,
+                      "namespace of the generated code, an identifier (default: the model's name)");
   command
       ->add_option("--max-error", arguments->max_error,
                    "refuse when a state's largest error in the model's domain is beyond VALUE, or STATE=VALUE,...; in "
                    "float, take the cheapest tanh that keeps within it")
       ->type_name("VALUE");
   command
-      ->add_option(
-          "--fit", arguments->fit,
-          "print what M0+, M4F, M7 and M33 need; refuse what is beyond flash=32K,ram=2K,mac=5000,core=m4f (any "
-          "of them)")
+      ->add_option("--fit", arguments->fit,
+                   "print what M0+, M4F, M7 and M33 need; refuse more than flash=32K,ram=2K,mac=5000,core=m4f (any "
+                   "of them)")
       ->type_name("BUDGET");
-  command->add_flag("-q,--quiet", arguments->quiet, "say nothing of an export that succeeds");
+  command->add_flag("-q,--quiet", arguments->quiet, "print nothing when the export succeeds");
   command->add_option("-o,--output", arguments->output, "file or folder to write; - for stdout")->required();
   command->footer(
       "Examples:\n"

@@ -64,7 +64,7 @@ void check_result_file(const std::string& file, const std::string& name, bool fo
   if (owner == name) return;
   throw codegen::Error(fmt::format(
       "{}: {}; choose another directory with -o DIR, or replace it with --force", file,
-      owner.empty() ? "is no result of an identification" : "holds the result of another identification, " + owner));
+      owner.empty() ? "is not a result of an identification" : "holds the result of another identification, " + owner));
 }
 
 void run_identify(const IdentifyArguments& arguments) {
@@ -125,7 +125,7 @@ void add_identify(CLI::App& app, Action& action) {
   command->add_option("--threads", arguments->threads, "0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--no-filters", arguments->no_filters, "parameters alone");
-  command->add_flag("--json", arguments->json, "print what identified.json holds instead of tables");
+  command->add_flag("--json", arguments->json, "print identified.json instead of tables");
   command->add_flag("--force", arguments->force, "replace what another identification left in the directory");
   command->add_flag("--help-config", arguments->help_config,
                     "list the keys of [identify] with their defaults and stop");

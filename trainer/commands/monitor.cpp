@@ -149,43 +149,45 @@ void run_monitor(MonitorArguments arguments) {
 
 void add_monitor(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<MonitorArguments>();
-  CLI::App* command =
-      app.add_subcommand("monitor", "Give a model what says, in flight, that its estimates are not to be trusted");
+  CLI::App* command = app.add_subcommand(
+      "monitor", "Give a model a monitor: alarms, in flight, when its estimates are not to be trusted");
   command
-      ->add_option("MODEL", arguments->model, "model.json of nlo train; gets the monitor, or replaces the one it has")
+      ->add_option("MODEL", arguments->model,
+                   "model.json of nlo train; it gets the monitor, in place of one that it has")
       ->required();
   command->add_option("--data", arguments->data, "directory of the logs it was trained on")->type_name("DIR");
   command
       ->add_option("--false-alarms-per-hour", arguments->request.false_alarms_per_hour,
-                   "of the plant's time, with sensors and plant as in training")
+                   "false alarms in an hour of the plant's time, with sensors and plant as in training")
       ->check(CLI::Range(1e-3, 1e3))
       ->capture_default_str();
   command
       ->add_option("--time-constant", arguments->request.time_constant_s,
-                   "of the averages [s] (the slowest mode's, or the period of the outputs)")
+                   "time constant of the averages [s] (default: of the slowest mode, or the period of the outputs)")
       ->check(CLI::Range(1e-9, 1e9))
       ->type_name("S");
-  command->add_option("--noise", arguments->noise, "of the sensors in flight (the training's)");
-  command->add_option("--hours", arguments->hours, "of simulated runs to set limits on; at most 4 million samples")
+  command->add_option("--noise", arguments->noise, "noise of the sensors in flight (default: that of the training)");
+  command
+      ->add_option("--hours", arguments->hours,
+                   "hours of simulated runs that set the limits; at most 4 million samples")
       ->check(CLI::Range(1e-3, 1e4))
       ->capture_default_str();
   command
       ->add_option("--conditions", arguments->conditions,
-                   "what it is tried under, as nlo compare --conditions (twenty that fit any plant)")
+                   "conditions to test it under, as for nlo compare (default: twenty that fit any plant)")
       ->type_name("FILE.toml");
-  command->add_option("--runs", arguments->runs, "of each condition; 0: it is not tried")
+  command->add_option("--runs", arguments->runs, "test runs of each condition; 0: no test")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
-  command->add_option("--seed", arguments->seed, "of the runs that it is tried on")
-      ->check(check_seed)
-      ->capture_default_str();
-  command->add_flag("--quick", arguments->quick, "at most an hour of runs, and 20 of each condition");
+  command->add_option("--seed", arguments->seed, "seed of the test runs")->check(check_seed)->capture_default_str();
+  command->add_flag("--quick", arguments->quick,
+                    "at most an hour of runs for the limits, and 20 test runs of each condition");
   command->add_option("--threads", arguments->request.threads, "0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "the model with its monitor (MODEL itself)")
+  command->add_option("-o,--output", arguments->output, "file for the model with its monitor (default: MODEL)")
       ->type_name("FILE.json");
-  command->add_flag("--dry-run", arguments->dry_run, "the table alone: no model is written");
+  command->add_flag("--dry-run", arguments->dry_run, "print the table, write no model");
   command->add_flag("--json", arguments->json, "one JSON object instead of the table");
   command->footer(
       "Examples:\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo report: report.html of a run anew, with more tests than training did, or with the control loop that ran since.
+// nlo report: report.html of a run again, with more tests than training did, or with the control loop that ran since.
 #include <fmt/core.h>
 #include <fmt/format.h>
 
@@ -47,15 +47,17 @@ void run_report(ReportArguments arguments) {
 
 void add_report(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ReportArguments>();
-  CLI::App* command = app.add_subcommand("report", "Write the report.html of a run anew");
+  CLI::App* command = app.add_subcommand("report", "Write the report.html of a run again");
   command->add_option("DIR", arguments->directory, "directory that nlo train wrote")->required();
-  command->add_option("--noise", arguments->noises, "as of nlo evaluate; may be repeated (none, and the training's)")
+  command
+      ->add_option("--noise", arguments->noises,
+                   "noise, as for nlo evaluate; may be repeated (default: none, and that of the training)")
       ->allow_extra_args(false);
   command->add_option("--against", arguments->test.against, "alternatives: ekf, ukf (know the plant exactly)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"ekf", "ukf", "constant", "ridge"}));
-  command->add_option("--seed", arguments->test.seed, "of the initial states and the noise")
+  command->add_option("--seed", arguments->test.seed, "seed of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
   command->add_option("-o,--output", arguments->output, "file to write (DIR/report.html); - for stdout")

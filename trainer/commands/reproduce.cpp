@@ -61,9 +61,10 @@ void add_reproduce(CLI::App& app, Action& action) {
       "reproduce", "Make the paper's tables and figures, beside the paper's numbers, and a benchmark");
   command->add_option("WHAT", arguments->request.what, "all, an example, a table or a figure (listed below)")
       ->required();
-  command->add_flag("--quick", arguments->request.quick, "for a look: fewer steps, seeds and test trajectories");
+  command->add_flag("--quick", arguments->request.quick, "a quick look: fewer steps, seeds and test trajectories");
   command
-      ->add_option("-o,--output", arguments->request.directory, "where reproduction.html, the CSV files and cache/ go")
+      ->add_option("-o,--output", arguments->request.directory,
+                   "directory for reproduction.html, the CSV files and cache/")
       ->type_name("DIR")
       ->capture_default_str();
   command->add_option("--seeds", arguments->seeds, "trained observers per experiment (3; 1 with --quick)")

@@ -14,7 +14,7 @@ namespace nlo::trainer {
 SearchTask search_task(Experiment experiment, const std::string& data_directory) {
   if (experiment.feedback && experiment.feedback->rounds > 0)
     throw codegen::Error(
-        "--auto does not search experiments whose [feedback] has rounds, each of which trains anew; search with "
+        "--auto does not search experiments whose [feedback] has rounds, each of which trains again; search with "
         "--set feedback.rounds=0, then train what it found with its rounds");
   SearchTask task;
   if (experiment.plant) {

@@ -114,13 +114,12 @@ void add_simulate(CLI::App& app, Action& action) {
       ->add_option("-o,--output", arguments->output,
                    "CSV file, - for stdout; FILE_1.csv, FILE_2.csv... for several trajectories")
       ->required();
-  command->add_option("--trajectories", arguments->trajectories, "how many, each in a file of its own")
+  command->add_option("--trajectories", arguments->trajectories, "number of trajectories, each in its own file")
       ->check(CLI::Range(1, kMostTrajectories))
       ->capture_default_str();
   command
       ->add_option("--noise", arguments->noise,
-                   "on the column NAME_measured: as of nlo evaluate, or one for each output with commas "
-                   "between")
+                   "noise of the column NAME_measured, as for nlo evaluate, or one for each output with commas between")
       ->capture_default_str();
   command
       ->add_option("--input", arguments->inputs,
@@ -129,7 +128,7 @@ void add_simulate(CLI::App& app, Action& action) {
       ->type_name("EXPR");
   command->add_flag("--draw-parameters", arguments->draw_parameters,
                     "draw parameters that are ranges for each trajectory, as training does; else their middle");
-  command->add_option("--seed", arguments->seed, "of the initial states and the noise")
+  command->add_option("--seed", arguments->seed, "seed of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
   command->add_option("--set", arguments->experiment.overrides, "SECTION.KEY=VALUE instead of what the file says")

@@ -152,14 +152,17 @@ void add_sweep(CLI::App& app, Action& action) {
       ->required()
       ->expected(1, 2)
       ->type_name("[collect] PLAN.toml");
-  command->add_option("-o,--output", arguments->output, "where each job has its folder, and sweep.csv (runs/PLAN)")
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "directory for the folders of the jobs and sweep.csv (default: runs/PLAN)")
       ->type_name("DIR");
-  command->add_option("--shard", arguments->shard, "part I of N alone, I from 0 to N - 1: every N-th job")
+  command->add_option("--shard", arguments->shard, "only part I of N, I from 0 to N - 1: every N-th job")
       ->type_name("I/N");
   command->add_flag("--run", arguments->run, "run the jobs here, one after the other, instead of writing them");
-  command->add_option("--threads", arguments->threads, "of each job; 0: all cores; does not change the result")
+  command->add_option("--threads", arguments->threads, "threads of each job; 0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024));
-  command->add_flag("--time", arguments->timed, "collect: also ns of a step and an estimate, on this machine");
+  command->add_flag("--time", arguments->timed,
+                    "collect: also the time of a step and an estimate on this machine [ns]");
   command->footer(
       "A job that is done does nothing when it is run again; one that was killed goes on to the same bytes.\n"
       "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds, flash\n"

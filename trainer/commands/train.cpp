@@ -176,23 +176,26 @@ void add_train(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("train", "Learn an observer from a plant or from logs");
   command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one");
   command->add_option("--data", arguments->data, "directory of the logs that [log] names")->type_name("DIR");
-  command->add_option("-o,--output", arguments->output, "where model.json, metrics.csv, report.html go (runs/NAME)")
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "directory for model.json, metrics.csv and report.html (default: runs/NAME)")
       ->type_name("DIR");
   command->add_flag("--resume", arguments->resume,
-                    "go on from the directory's checkpoint, to the same bytes; begin where there is none, do nothing "
-                    "where all is done");
+                    "continue from the directory's checkpoint, to the same bytes; start if there is none, do nothing "
+                    "if the run is finished");
   auto budget = std::make_shared<SearchBudget>();
   auto searching = std::make_shared<bool>(false);
   CLI::Option* automatic = command->add_flag(
       "--auto", *searching,
-      "search for a better experiment about this one: structure, eigenvalues, units, widths, learning rate");
-  command->add_option("--minutes", budget->minutes, "--auto: that the search and the training take (10)")
+      "search for a better experiment near this one: structure, eigenvalues, units, widths, learning rate");
+  command->add_option("--minutes", budget->minutes, "--auto: minutes for the search and the training (default: 10)")
       ->check(check_minutes)
       ->needs(automatic);
-  command->add_option("--max-multiply-adds", budget->multiply_adds, "--auto: of a step and an estimate")
+  command
+      ->add_option("--max-multiply-adds", budget->multiply_adds, "--auto: most multiply-adds of a step and an estimate")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))
       ->needs(automatic);
-  command->add_option("--max-flash-bytes", budget->flash_bytes, "--auto: of constants, in float")
+  command->add_option("--max-flash-bytes", budget->flash_bytes, "--auto: most bytes of constants, in float")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))
       ->needs(automatic);
   command->add_flag("--force", arguments->force, "replace another experiment's model");
@@ -201,7 +204,7 @@ void add_train(CLI::App& app, Action& action) {
                    "SECTION.KEY=VALUE instead of what the file says; may be repeated")
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
-  command->add_option("--seed", arguments->experiment.seed, "instead of the file's")->check(check_seed);
+  command->add_option("--seed", arguments->experiment.seed, "seed in place of the file's")->check(check_seed);
   command->add_option("--threads", arguments->experiment.threads, "0: all cores; does not change the result");
   command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");
   command->add_flag("--help-config", arguments->help_config, "list every key of an experiment file");

@@ -149,8 +149,7 @@ std::vector<std::string> comparison_findings(const Comparison& comparison) {
       findings.push_back(names.size() == comparison.conditions.size()
                              ? fmt::format("{}: {}.", name, reason)
                              : fmt::format("{} has no figure for {}: {}.", name, fmt::join(names, ", "), reason));
-    if (restarts > 0)
-      findings.push_back(fmt::format("{} left the finite numbers {} times and began anew.", name, restarts));
+    if (restarts > 0) findings.push_back(fmt::format("{} overflowed {} times and was reset.", name, restarts));
   }
   if (!comparison.left_out.empty())
     findings.push_back(

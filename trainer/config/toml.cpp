@@ -74,7 +74,7 @@ class Guard {
       const std::size_t length = utf8_length(text_, at);
       const auto c = static_cast<unsigned char>(text_[at]);
       if (length == 0 || (c < 0x20 && c != '\n' && c != '\r' && c != '\t') || c == 0x7F)
-        fail(filename_, line, fmt::format("byte 0x{:02X} is no text; an experiment is a TOML file in UTF-8", c));
+        fail(filename_, line, fmt::format("byte 0x{:02X} is not text; an experiment is a TOML file in UTF-8", c));
       if (c == '\n') ++line;
       at += length;
     }
@@ -174,7 +174,7 @@ void apply_override(Toml& root, const std::string& assignment) {
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     Toml& next = table->as_table()[path[i]];
     if (next.is_uninitialized()) next = Toml(Toml::table_type{});
-    if (!next.is_table()) complain(fmt::format("\"{}\" is no section whose keys can be set", path[i]));
+    if (!next.is_table()) complain(fmt::format("\"{}\" is not a section whose keys can be set", path[i]));
     table = &next;
   }
   table->as_table()[path.back()] = parsed.as_table().begin()->second;

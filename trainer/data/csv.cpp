@@ -130,11 +130,11 @@ void check_headings(const std::vector<std::string>& headings, const std::string&
 
 [[noreturn]] void fail_ragged(const std::string& file, int line, std::size_t expected, std::size_t found, bool last,
                               bool blank) {
-  const char* mend = blank  ? "the line is blank"
-                     : last ? "the log ends inside a row: delete it"
-                            : "mend or delete the row";
+  const char* remedy = blank  ? "the line is blank"
+                       : last ? "the log ends inside a row: delete it"
+                              : "correct or delete the row";
   throw Error(
-      fmt::format("{}:{}: expected {} cells as in the header, found {}: {}", file, line, expected, found, mend));
+      fmt::format("{}:{}: expected {} cells as in the header, found {}: {}", file, line, expected, found, remedy));
 }
 
 /// What keeps a cell from being a finite decimal number; nothing when `value` has been set.
@@ -144,7 +144,7 @@ std::optional<const char*> read_number(std::string_view cell, double& value) {
   if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') cell.remove_prefix(1);
   const auto [end, status] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (status == std::errc::result_out_of_range) return "is beyond the range of double";
-  if (status != std::errc() || end != cell.data() + cell.size()) return "is no number";
+  if (status != std::errc() || end != cell.data() + cell.size()) return "is not a number";
   if (!std::isfinite(value)) return "is not finite";
   return std::nullopt;
 }
@@ -204,7 +204,7 @@ Eigen::VectorXd CsvTable::column(std::string_view heading) const {
   for (Eigen::Index row = 0; row < rows(); ++row) {
     const std::string_view cell = cells_[static_cast<std::size_t>(row * stride + offset)];
     if (const auto wrong = read_number(cell, values[row]))
-      throw Error(fmt::format("{}:{}:{}: \"{}\" {}: mend the row or delete it", file_, line(row), shown(heading),
+      throw Error(fmt::format("{}:{}:{}: \"{}\" {}: correct the row or delete it", file_, line(row), shown(heading),
                               shown(cell), *wrong));
   }
   return values;

@@ -46,7 +46,7 @@ const ColumnConfig& derived_from(const ColumnConfig& column, const std::vector<C
     if (heading_of(other) == wanted && other.derivative_of.empty()) return other;
   const std::string nearest = nearest_name(wanted, names);
   fail(column, all,
-       fmt::format("derivative_of = \"{}\" is no listed column{} (list it, with role \"ignored\" if nothing else "
+       fmt::format("derivative_of = \"{}\" is not a listed column{} (list it, with role \"ignored\" if nothing else "
                    "reads it: its wrap must be known)",
                    wanted, nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
 }

@@ -36,7 +36,7 @@ Number number(std::string_view text, Base... base) {
   Number value{};
   const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value, base...);
   if (status != std::errc() || end != text.data() + text.size())
-    throw codegen::Error(fmt::format("provenance.{}: \"{}\" is no number; train the model again", kTrainingLogsFact,
+    throw codegen::Error(fmt::format("provenance.{}: \"{}\" is not a number; train the model again", kTrainingLogsFact,
                                      text.substr(0, 40)));
   return value;
 }

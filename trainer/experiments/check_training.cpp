@@ -37,7 +37,7 @@ void check_input_noise(const Experiment& e) {
   try {
     check_noise(noise, static_cast<std::size_t>(inputs));
   } catch (const codegen::Error& error) {
-    refuse(fmt::format("is no noise of {} inputs: {}", inputs, error.what()));
+    refuse(fmt::format("is not a noise for {} inputs: {}", inputs, error.what()));
   }
 }
 
@@ -115,7 +115,7 @@ void check_transient(const Experiment& e) {
         "[training] transient = \"backward\" simulates the plant's past, and logs have no plant; use \"drop\"");
   if (t.segment_s > 0.0)
     throw KeyError("training.segment_s",
-                   fmt::format("[training] segment_s starts the filter anew inside of a trajectory, past "
+                   fmt::format("[training] segment_s restarts the filter inside of a trajectory, past "
                                "what transient = \"{}\" keeps out; set segment_s = 0, or transient = "
                                "\"keep\"",
                                how));

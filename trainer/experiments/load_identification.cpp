@@ -52,22 +52,24 @@ void check_names(const Identification& i, const ParametricPlant& plant, const Lo
   const Names outputs = names_of_channels(schema.output_channels), states = names_of_channels(schema.state_channels),
               inputs = names_of_channels(schema.input_channels);
   require(plant.outputs(), outputs, "plant.output_names", "[plant] output",
-          "is no column of the logs with role \"output\"");
-  require(plant.inputs(), inputs, "plant.inputs", "[plant] input", "is no column of the logs with role \"input\"");
+          "is not a column of the logs with role \"output\"");
+  require(plant.inputs(), inputs, "plant.inputs", "[plant] input", "is not a column of the logs with role \"input\"");
   require(states, plant.states(), "log", "[[log.columns]] state",
-          "is no state of the plant, so no filter estimates it");
+          "is not a state of the plant, so no filter estimates it");
   Names fitted, fittable = plant.outputs();
   fittable.insert(fittable.end(), states.begin(), states.end());
   for (const auto& entry : i.identify.noise) fitted.push_back(entry.first);
-  require(fitted, fittable, "identify.noise", "[identify] noise", "is no output of the plant and no logged state");
+  require(fitted, fittable, "identify.noise", "[identify] noise",
+          "is neither an output of the plant nor a logged state");
   for (const std::string& output : plant.outputs())
     if (!has(fitted, output))
       throw KeyError("identify", fmt::format("[identify] noise says nothing of the output \"{}\"; give its standard "
                                              "deviation: noise = {{ {} = 0.01 }}",
                                              output, output));
-  require(i.identify.fixed, plant.parameters(), "identify.fixed", "[identify] fixed", "is no parameter of the plant");
+  require(i.identify.fixed, plant.parameters(), "identify.fixed", "[identify] fixed",
+          "is not a parameter of the plant");
   require(i.identify.positive, plant.parameters(), "identify.positive", "[identify] positive",
-          "is no parameter of the plant");
+          "is not a parameter of the plant");
 }
 
 void check_values(const Identification& i, const ParametricPlant& plant) {

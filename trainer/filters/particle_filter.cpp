@@ -169,7 +169,7 @@ class Cloud {
 
 std::string no_likelihood(const NoiseConfig& noise) {
   for (const SensorNoise& sensor : noise.sensors) {
-    if (sensor.shifted()) return "a delay is no likelihood of the present state";
+    if (sensor.shifted()) return "a delay has no likelihood of the present state";
     if (sensor.kind == NoiseKind::kNone && sensor.quantum == 0.0) return "an output without noise: the floor is 0";
   }
   return "";

@@ -25,8 +25,8 @@ class TimeFunction {
     time_s_ = time_s;
     const double value = parser_.Eval();
     if (!std::isfinite(value))
-      throw codegen::Error(fmt::format("{} \"{}\" is no finite number at t = {:.6g} s; write one that is at all times",
-                                       where_, text_, time_s));
+      throw codegen::Error(fmt::format(
+          "{} \"{}\" is not a finite number at t = {:.6g} s; write one that is at all times", where_, text_, time_s));
     return value;
   }
 

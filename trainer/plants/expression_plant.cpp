@@ -64,8 +64,9 @@ void check_names(const PlantConfig& config) {
     if (!codegen::is_identifier(name))
       throw KeyError(
           fmt::format("plant.{}", key),
-          fmt::format("[plant] {} \"{}\" is no identifier; use a letter, then letters, digits and single underscores",
-                      what, name));
+          fmt::format(
+              "[plant] {} \"{}\" is not an identifier; use a letter, then letters, digits and single underscores", what,
+              name));
     if (!seen.insert(name).second)
       throw KeyError("plant", fmt::format("[plant] uses the name \"{}\" twice; rename one", name));
   };
@@ -135,7 +136,7 @@ ExpressionPlant::ExpressionPlant(const PlantConfig& config)
   for (std::size_t i = 0; i < outputs().size(); ++i) {
     if (!codegen::is_identifier(outputs()[i].name))
       throw KeyError("plant.output_names",
-                     fmt::format("[plant] output name \"{}\" is no identifier", outputs()[i].name));
+                     fmt::format("[plant] output name \"{}\" is not an identifier", outputs()[i].name));
     for (std::size_t j = 0; j < i; ++j)
       if (outputs()[i].name == outputs()[j].name)
         throw KeyError("plant.output_names",

@@ -64,7 +64,7 @@ void add_lead_in(const Plant& plant, double transient_s, double factor, Dataset&
     const Eigen::MatrixXd y = plant.output(x);
     const double t = static_cast<double>(k - n) * h;
     for (const Eigen::Index escaped : {first_escaped(x), first_escaped(y)})
-      if (escaped >= 0) fail(plant, initial.col(escaped), t, "is no number or beyond 1e9");
+      if (escaped >= 0) fail(plant, initial.col(escaped), t, "is not finite or beyond 1e9");
     for (Eigen::Index i = 0; i < count; ++i) {
       states[static_cast<std::size_t>(i)].col(k) = x.col(i);
       outputs[static_cast<std::size_t>(i)].col(k) = y.col(i);

@@ -38,7 +38,7 @@ void check(const PlantConfig& config) {
   std::set<std::string> seen;
   const auto check_name = [&](const std::string& name, const char* what, const char* key) {
     if (!codegen::is_identifier(name))
-      fail(key, fmt::format("{} \"{}\" is no identifier; use a letter, then letters, digits and single underscores",
+      fail(key, fmt::format("{} \"{}\" is not an identifier; use a letter, then letters, digits and single underscores",
                             what, name));
     if (!seen.insert(name).second) fail(key, fmt::format("uses the name \"{}\" twice; rename one", name));
   };

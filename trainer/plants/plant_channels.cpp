@@ -26,10 +26,11 @@ std::vector<bool> sincos_of(const std::vector<Encoding>& encodings, const std::v
   for (std::size_t i = 0; i < channels.size(); ++i) {
     sincos[i] = encodings[i] == Encoding::kSincos;
     if (sincos[i] && channels[i].wrap == 0.0)
-      throw KeyError(fmt::format("plant.{}_encodings", key),
-                     fmt::format("[plant] {0}_encodings[{1}] is \"sincos\", but {2} is no angle; give its full turn, "
-                                 "{0}_wraps, or \"unwrap\"",
-                                 key, i, channels[i].name));
+      throw KeyError(
+          fmt::format("plant.{}_encodings", key),
+          fmt::format("[plant] {0}_encodings[{1}] is \"sincos\", but {2} is not an angle; give its full turn, "
+                      "{0}_wraps, or \"unwrap\"",
+                      key, i, channels[i].name));
   }
   return sincos;
 }
@@ -41,7 +42,7 @@ std::size_t index_of(const std::string& name, const std::vector<Channel>& states
     known.push_back(states[i].name);
   }
   const std::string nearest = nearest_name(name, known);
-  throw KeyError("plant.estimated", fmt::format("[plant] estimated has \"{}\", which is no state; {}", name,
+  throw KeyError("plant.estimated", fmt::format("[plant] estimated has \"{}\", which is not a state; {}", name,
                                                 nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
                                                                 : fmt::format("did you mean \"{}\"?", nearest)));
 }
@@ -54,7 +55,7 @@ void check_even(const std::vector<std::string>& even, const Plant& plant) {
   for (const std::string& name : even) {
     if (std::ranges::find(known, name) != known.end()) continue;
     const std::string nearest = nearest_name(name, known);
-    throw KeyError("plant.even", fmt::format("[plant] even has \"{}\", which is no state, output or input; {}", name,
+    throw KeyError("plant.even", fmt::format("[plant] even has \"{}\", which is not a state, output or input; {}", name,
                                              nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
                                                              : fmt::format("did you mean \"{}\"?", nearest)));
   }

@@ -21,7 +21,7 @@ void refuse_escape(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::Ma
   const Eigen::Index column = first_escaped(x);
   if (column < 0) return;
   throw codegen::Error(fmt::format(
-      "plant {}: the trajectory from x(0) = ({}) is no number or beyond 1e9 at t = {:.6g} s; make the initial box "
+      "plant {}: the trajectory from x(0) = ({}) is not finite or beyond 1e9 at t = {:.6g} s; make the initial box "
       "or the horizon smaller, or the sample period shorter",
       plant.name(), fmt::join(initial.col(column), ", "), time_s));
 }

@@ -37,7 +37,7 @@ class LoopExpressions {
       const double value = parsers_[j].Eval();
       if (!std::isfinite(value))
         throw codegen::Error(
-            fmt::format("{} \"{}\" is no finite number at an estimate of the loop; write one that is "
+            fmt::format("{} \"{}\" is not a finite number at an estimate of the loop; write one that is "
                         "at all states",
                         fmt::format(fmt::runtime(where_), j), texts_[j]));
       result(static_cast<Eigen::Index>(j)) = value;

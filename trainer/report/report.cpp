@@ -100,7 +100,7 @@ std::string log_summary(const LogEvaluation& logs) {
       if (std::isfinite(error) && (best == nullptr || error < best->metrics.pooled[i].rmse[settled]))
         best = &logs.entries[e];
     }
-    text += fmt::format("{}{} is off by {}{}{}, {}", i > 0 ? "; " : "", state.name, rmse(state.rmse[settled]),
+    text += fmt::format("{}{}: error {}{}{}, {}", i > 0 ? "; " : "", state.name, rmse(state.rmse[settled]),
                         state.unit.empty() ? "" : " ", state.unit, window_text(own.windows[settled]));
     if (best != nullptr)
       text += fmt::format(" (best alternative: {}, {})", best->estimator, rmse(best->metrics.pooled[i].rmse[settled]));

@@ -28,7 +28,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
 double cell(std::string_view text, const std::string& name, std::size_t line) {
   if (text.empty() || text == "nan" || text == "inf" || text == "-inf") return std::numeric_limits<double>::quiet_NaN();
   if (const auto value = finite_number(text)) return *value;
-  throw Error(fmt::format("{}:{}: \"{}\" is no number", name, line, text));
+  throw Error(fmt::format("{}:{}: \"{}\" is not a number", name, line, text));
 }
 
 }  // namespace

@@ -49,7 +49,8 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::size_t output = index_of(names[i], channels.output_channels);
     if (output == channels.output_channels.size())
-      fail(fmt::format("names \"{}\", which is no output; there is: {}", names[i], names_of(channels.output_channels)));
+      fail(fmt::format("names \"{}\", which is not an output; there is: {}", names[i],
+                       names_of(channels.output_channels)));
     if (channels.output_channels[output].wrap > 0.0)
       fail(fmt::format("names the angle \"{}\", and what wraps has no place to fade to; leave it out", names[i]));
     if (std::count(names.begin(), names.end(), names[i]) > 1)

@@ -103,7 +103,7 @@ LinearPart linear_part(const LuenbergerConfig& config, int nx, int ny, int nu) {
   known.output_matrix = matrix_of("output_matrix", config.output_matrix, ny, nx);
   if (nu == 0 && !config.input_matrix.empty())
     throw KeyError("observer.input_matrix",
-                   "[observer] input_matrix is of inputs, and none is known; remove it, or name inputs");
+                   "[observer] input_matrix is of inputs, and there are no known ones; remove it, or name inputs");
   known.input_matrix = nu == 0 ? MatrixXd(nx, 0) : matrix_of("input_matrix", config.input_matrix, nx, nu);
   const int given =
       (config.gain.empty() ? 0 : 1) + (config.gain_poles.empty() ? 0 : 1) + (config.gain_noise.empty() ? 0 : 1);

@@ -92,8 +92,8 @@ Shard parse_shard(const std::string& text) {
     const auto index = number(0, slash), count = number(slash + 1, text.size());
     if (index && count && *index < *count) return {*index, *count};
   }
-  throw codegen::Error(
-      fmt::format("--shard {}: is no I/N with I from 0 to N - 1; write --shard 0/4 for the first of four parts", text));
+  throw codegen::Error(fmt::format(
+      "--shard {}: is not I/N with I from 0 to N - 1; write --shard 0/4 for the first of four parts", text));
 }
 
 std::string shell_word(const std::string& text) {

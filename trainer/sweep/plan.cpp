@@ -77,7 +77,7 @@ std::string value_text(const Toml& value) {
       return "{" + text + "}";
     }
     default:
-      fail(value, fmt::format("{} is no value of an experiment", type_in_words(value)));
+      fail(value, fmt::format("{} is not a value of an experiment", type_in_words(value)));
   }
 }
 
@@ -91,7 +91,7 @@ void walk(const Toml& table, const std::string& prefix, const Visit& visit) {
       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
     };
     if (name.empty() || !std::all_of(name.begin(), name.end(), fits))
-      fail(*value, fmt::format("{} is no key of an experiment; write for example training.steps", toml_text(name)));
+      fail(*value, fmt::format("{} is not a key of an experiment; write for example training.steps", toml_text(name)));
     const std::string key = prefix.empty() ? name : prefix + "." + name;
     if (key == "seed") fail(*value, "the seed is varied by seeds = [1, 2, 3] at the top of the plan");
     if (value->is_table()) {

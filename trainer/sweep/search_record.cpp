@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 template <class Number>
 Number number_in(const Json& json, const char* key, Number least, Number most) {
   const Json& value = json.at(key);
-  if (!value.is_number()) throw codegen::Error(fmt::format("{} is no number", key));
+  if (!value.is_number()) throw codegen::Error(fmt::format("{} is not a number", key));
   const double number = value.get<double>();
   if (!(number >= static_cast<double>(least) && number <= static_cast<double>(most)))
     throw codegen::Error(fmt::format("{} is {}", key, number));
@@ -111,8 +111,8 @@ SearchRecord search_record_from_json(const std::string& text, const std::string&
     }
     return record;
   } catch (const std::exception& error) {
-    throw codegen::Error(
-        fmt::format("{}: is no record of a search ({}); remove it, and the search begins anew", place, error.what()));
+    throw codegen::Error(fmt::format("{}: is not a record of a search ({}); remove it, and the search starts again",
+                                     place, error.what()));
   }
 }
 

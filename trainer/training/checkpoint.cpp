@@ -125,7 +125,7 @@ void write_checkpoint(const TrainingState& state, std::uint64_t experiment, cons
 TrainingState read_checkpoint(const std::string& path, const CheckpointOwner& owner) {
   const std::string text = codegen::read_file(path);
   const auto fail = [&](const std::string& why) {
-    throw codegen::InputError(path + ": " + why + "; start afresh without --resume");
+    throw codegen::InputError(path + ": " + why + "; start again without --resume");
   };
   if (text.size() < kMagicSize + 2 * sizeof(std::uint64_t) || text.compare(0, kMagicSize, kMagic) != 0) {
     fail("not a checkpoint of this version");
@@ -153,7 +153,7 @@ TrainingState read_checkpoint(const std::string& path, const CheckpointOwner& ow
   if (state.step > owner.steps)
     throw codegen::InputError(path + ": " + std::to_string(state.step) +
                               " steps are done and training.steps asks for " + std::to_string(owner.steps) +
-                              "; ask for more, or start afresh without --resume");
+                              "; ask for more, or start again without --resume");
   return state;
 }
 

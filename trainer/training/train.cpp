@@ -78,7 +78,7 @@ class Training {
       }
       if (!eigenvalues_are_finite()) {
         result.outcome = TrainOutcome::kDiverged;
-        result.message = diverged_by("an eigenvalue grew past all numbers");
+        result.message = diverged_by("an eigenvalue overflowed");
         break;
       }
       const ObjectiveValue value = objective_.evaluate(state_.parameters.data(), state_.step, gradient.data());

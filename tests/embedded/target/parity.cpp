@@ -100,7 +100,7 @@ bool run(const char* name, const Model& model, bool hostile, int steps = kSteps)
   board::write(hostile ? " hostile " : " normal ");
   hash.write();
   if (worst <= kFastBound) return true;
-  board::write("fast arithmetic is off by more than its bound\n");
+  board::write("fast arithmetic differs by more than its bound\n");
   return false;
 }
 
