@@ -11,8 +11,8 @@ usage: ./test.sh [--quick | --full | --claims]
   (none)    release build and all tests; the quick part of the ledger of results (shipped observers trained, exported,
             compiled and flown, their figures compared with the published ones); formatting; clang++ build with sanitizers
   --quick   release build and all tests only
-  --full    also the exhaustive tests (every float, many seeds), more cores, compilers and instruction sets, the
-            benchmarks' own tests, all of the program under sanitizers, and clang-tidy
+  --full    also the exhaustive tests (every float, many seeds), more cores, compilers and instruction sets,
+            all of the program under sanitizers, and clang-tidy
   --claims  release build, then every figure of README and docs made again (some 40 minutes on 2 cores)
 
 What is as when it passed, program and files, is not run again (tests/unchanged.py); rm -r build forgets that.
@@ -60,7 +60,7 @@ release() {
   local full=OFF
   if [[ $mode == full ]]; then full=ON; fi
   quietly configure-release cmake --preset release -DNLO_TESTS=ON -DNLO_EXAMPLES=ON -DNLO_EMBEDDED_TESTS=ON \
-    "-DNLO_BENCH=$full" "-DNLO_SLOW_TESTS=$full" &&
+    -DNLO_BENCH=ON "-DNLO_SLOW_TESTS=$full" &&
     build build/release &&
     run_ctest release
 }

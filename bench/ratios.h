@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a benchmark leaves for tracking: ratios, never bare times, as those follow the machine and its mood. Every
-// benchmark takes `--json FILE`; bench/run.sh collects the files, bench/compare judges and tabulates them.
+// benchmark takes `--json FILE`; bench/run.sh collects the files, bench/compare judges and tabulates them. And every one
+// takes `--smoke`: all that it measures runs, but briefly, so that its figures say nothing but that it runs.
 //   {"bench": "step_latency", "compiler": "GCC 12.2.0", "flags": "-O3 -march=native",
 //    "ratios": {"3-50x4-2 tanh: Eigen / nlo": 2.4}, "targets": {"3-50x4-2 tanh: Eigen / nlo": 2.0}}
 #pragma once
@@ -25,12 +26,16 @@ namespace nlo::bench {
 
 class Ratios {
  public:
-  /// Takes `--json FILE` out of the arguments, so that what reads the rest need not know it. Without it nothing is
-  /// written. Ends the program (2) when FILE is missing.
+  /// Takes `--json FILE` and `--smoke` out of the arguments, so that what reads the rest need not know them. Without
+  /// FILE nothing is written. Ends the program (2) when its name is missing.
   ///   bench  the program's name; two builds of one source have two names
   Ratios(std::string bench, int& argc, char** argv) : bench_(std::move(bench)) {
     int kept = 1;
     for (int i = 1; i < argc; ++i) {
+      if (std::string_view(argv[i]) == "--smoke") {
+        smoke_ = true;
+        continue;
+      }
       if (std::string_view(argv[i]) != "--json") {
         argv[kept++] = argv[i];
         continue;
@@ -44,6 +49,8 @@ class Ratios {
     argc = kept;
     argv[argc] = nullptr;
   }
+
+  bool smoke() const { return smoke_; }
 
   /// A ratio of two measurements of one run, the larger the better: "what the other takes / what ours takes".
   ///   name    what is divided by what, the same from run to run
@@ -95,6 +102,7 @@ class Ratios {
   }
 
   std::string bench_, path_;
+  bool smoke_ = false;
   Json ratios_ = Json::object(), targets_ = Json::object();
 };
 

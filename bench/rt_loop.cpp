@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // An observer of the paper's size in a periodic loop: how late it wakes, how evenly, and how long step + estimate take,
 // tick by tick; beside it the same calls back to back. With SCHED_FIFO and locked memory where that is permitted.
-//   usage: rt_loop [--rate 1000] [--seconds 10] [--calls 1000000] [--plot rt_loop.svg] [--json FILE]
+//   usage: rt_loop [--rate 1000] [--seconds 10] [--calls 1000000] [--plot rt_loop.svg] [--json FILE] [--smoke]
 #include <nlo/kkl_observer.h>
 #include <sys/resource.h>
 
@@ -33,7 +33,7 @@ struct Options {
 };
 
 constexpr char kUsage[] =
-    "usage: rt_loop [--rate 1000] [--seconds 10] [--calls 1000000] [--plot rt_loop.svg] [--json FILE]\n"
+    "usage: rt_loop [--rate 1000] [--seconds 10] [--calls 1000000] [--plot rt_loop.svg] [--json FILE] [--smoke]\n"
     "  --rate   ticks per second, from 1 to 100000\n"
     "  --calls  of step and estimate, back to back\n"
     "  --plot   where to draw the histograms\n";
@@ -92,6 +92,7 @@ void print_row(const Distribution& sorted, double unit_ns, const char* unit) {
 int main(int argc, char** argv) {
   nlo::bench::Ratios ratios(NLO_BENCH_NAME, argc, argv);
   Options options;
+  if (ratios.smoke()) options = {.rate_hz = 1000.0, .seconds = 0.2, .calls = 1000, .plot = "rt_loop.svg"};
   if (!read_options(argc, argv, options)) {
     std::fputs(kUsage, stderr);
     return 2;

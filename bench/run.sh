@@ -20,8 +20,8 @@ done
 shift $((OPTIND - 1))
 case $runs in '' | *[!0-9]* | 0) echo "run.sh: -n wants a number of runs, not \"$runs\"" >&2; exit 2 ;; esac
 [ $# -eq 0 ] || { echo "run.sh: does not know \"$*\"" >&2; exit 2; }
-if [ ! -x "$build/bench/compare" ]; then
-  echo "run.sh: no benchmarks in $build; cmake --preset release -DNLO_BENCH=ON && cmake --build build/release" >&2
+if [ ! -x "$build/bench/step_latency_portable_o2" ] || [ ! -x "$build/bench/compare" ]; then
+  echo "run.sh: no benchmarks in $build; cmake --preset release -DNLO_BENCH=ON && cmake --build build/release --target benchmarks" >&2
   exit 2
 fi
 if [ -z "$out" ]; then

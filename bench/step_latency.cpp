@@ -3,7 +3,7 @@
 // that nothing of a sample can start before the one before it is done. In the same run, on the same weights: plain
 // loops and fixed-size Eigen products (with and without -ffast-math), the time to load the weights from L1, many plants
 // at once, and all of it with the weights pushed out of L1 and out of L2. Ends with the ratios.
-//   step_latency [--json FILE] [--benchmark_filter=...]      the fastest of several repetitions counts
+//   step_latency [--json FILE] [--smoke] [--benchmark_filter=...]      the fastest of several repetitions counts
 #include <benchmark/benchmark.h>
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
@@ -39,8 +39,16 @@ constexpr double kMayTake = NLO_BENCH_PORTABLE;
 constexpr bool kNative = true;
 constexpr double kMayTake = 1.0;
 #endif
-constexpr int kRepetitions = 7, kFleet = 32;
+constexpr int kFleet = 32;
 constexpr std::size_t kPastL1 = 256 << 10, kPastL2 = 6 << 20;
+
+/// How long each benchmark runs; with --smoke once.
+struct Effort {
+  int repetitions = 7;
+  int cold_in_l2 = 400, cold_in_l3 = 60;  // samples, each after other memory
+  // [s]; shorter than the library's half a second: the fastest repetition is what counts
+  const char* min_time = "0.02";
+} effort;
 
 /// One dependent sample.
 using Sample = std::function<void()>;
@@ -109,7 +117,7 @@ double clock_time() {
 void add(const std::string& network, const std::string& what, const Sample& sample) {
   benchmark::RegisterBenchmark((network + "/" + what).c_str(), [sample](benchmark::State& state) {
     for (auto _ : state) sample();
-  })->Repetitions(kRepetitions);
+  })->Repetitions(effort.repetitions);
 }
 
 /// Each sample after so much other memory.
@@ -128,9 +136,9 @@ void add_cold(const std::string& network, const std::string& what, const Sample&
                                      state.SetIterationTime(std::max(elapsed.count() - clock_s, 1e-9));
                                    }
                                  })
-        ->Repetitions(kRepetitions)
+        ->Repetitions(effort.repetitions)
         ->UseManualTime()
-        ->Iterations(bytes == kPastL1 ? 400 : 60);
+        ->Iterations(bytes == kPastL1 ? effort.cold_in_l2 : effort.cold_in_l3);
   }
 }
 
@@ -316,10 +324,10 @@ void add_paper_ratios(Table& table, const FastestReporter& times, const std::str
 
 int main(int argc, char** argv) {
   nlo::bench::Ratios ratios(NLO_BENCH_NAME, argc, argv);
-  // Shorter than the library's half a second each: the fastest repetition is what counts.
-  char min_time[] = "--benchmark_min_time=0.02";
+  if (ratios.smoke()) effort = {.repetitions = 1, .cold_in_l2 = 2, .cold_in_l3 = 2, .min_time = "0.0001"};
+  std::string min_time = std::string("--benchmark_min_time=") + effort.min_time;
   std::vector<char*> arguments(argv, argv + argc);
-  arguments.insert(arguments.begin() + 1, min_time);
+  arguments.insert(arguments.begin() + 1, min_time.data());
   int count = static_cast<int>(arguments.size());
   arguments.push_back(nullptr);
   benchmark::Initialize(&count, arguments.data());

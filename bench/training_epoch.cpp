@@ -2,7 +2,7 @@
 // Training on the paper's Example 2: 50 trajectories of 2,501 samples, T* of 3-50x4-2 tanh, learned eigenvalues, noise
 // drawn afresh; loss and gradient, then Adam. Full batches, and 4,096 random samples of 32 trajectories per step;
 // beside them, in the same run, what the machine could do.
-//   usage: training_epoch [EPOCHS] [--json FILE]     (10 unless given; the fastest and the median are shown)
+//   usage: training_epoch [EPOCHS] [--json FILE] [--smoke]     (10 unless given; the fastest and the median are shown)
 #include <Eigen/Core>
 #include <algorithm>
 #include <charconv>
@@ -60,7 +60,7 @@ Dataset van_der_pol_dataset(int trajectories) {
 std::vector<double> time_steps(const Experiment& experiment, const Dataset& dataset, int threads, int bursts,
                                int steps) {
   const TrainingData data(dataset);
-  ObserverStructure structure = make_structure(experiment, dataset.outputs, dataset.states);
+  ObserverStructure structure = make_structure(experiment, false, dataset.outputs, dataset.states);
   ThreadPool pool(threads);
   Objective objective(experiment, structure, data, pool);
   const std::vector<float> eigenvalues = parameters_from_eigenvalues(structure.latent, structure.eigenvalues.data());
@@ -101,8 +101,8 @@ struct Limits {
   double own;    ///< the trainer's passes over one block that is in cache
 };
 
-Limits measure_limits(const NetworkShape& network) {
-  const nlo::bench::TrainingLimit limit = nlo::bench::training_limit(network);
+Limits measure_limits(const NetworkShape& network, int bursts) {
+  const nlo::bench::TrainingLimit limit = nlo::bench::training_limit(network, bursts);
   const double products = 2.0 * nlo::bench::kPasses * static_cast<double>(multiply_adds(network));
   return {.peak = products / nlo::bench::peak_flops_of_one_thread<float>() + limit.tanh,
           .eigen = limit.eigen_products + limit.tanh,
@@ -143,12 +143,12 @@ void run_mode(const Workload& mode, Experiment experiment, const Dataset& datase
 
 int main(int argc, char** argv) {
   nlo::bench::Ratios ratios(NLO_BENCH_NAME, argc, argv);
-  int epochs = 10;
+  int epochs = ratios.smoke() ? 1 : 10;
   if (argc > 1) {
     const char* end = argv[1] + std::strlen(argv[1]);
     const auto [rest, error] = std::from_chars(argv[1], end, epochs);
     if (argc > 2 || error != std::errc{} || rest != end || epochs < 1) {
-      std::fprintf(stderr, "usage: training_epoch [EPOCHS] [--json FILE]   10 unless given\n");
+      std::fprintf(stderr, "usage: training_epoch [EPOCHS] [--json FILE] [--smoke]   10 unless given\n");
       return 2;
     }
   }
@@ -156,13 +156,16 @@ int main(int argc, char** argv) {
   experiment.name = "van_der_pol";
   experiment.observer.eigenvalues = {-1.0, -2.0, -3.0};
   experiment.training.noise = {NoiseKind::kGaussian, 0.5};
-  const Dataset dataset = van_der_pol_dataset(50);
-  const Limits limits = measure_limits(make_structure(experiment, dataset.outputs, dataset.states).network);
+  const int trajectories = ratios.smoke() ? 4 : 50, steps_per_burst = ratios.smoke() ? 1 : 100;
+  const Dataset dataset = van_der_pol_dataset(trajectories);
+  const Limits limits = measure_limits(make_structure(experiment, false, dataset.outputs, dataset.states).network,
+                                       ratios.smoke() ? 1 : 40);
 
   // At most 1.5 times the limit.
-  const Workload full{"full-batch epoch", TrainingMode::kFullBatch, 50.0 * 2501.0, 1, 1.0, 1.0 / 1.5};
+  const Workload full{"full-batch epoch", TrainingMode::kFullBatch, trajectories * 2501.0, 1, 1.0, 1.0 / 1.5};
   const auto samples = static_cast<double>(experiment.training.samples_per_step);
-  const Workload random{"1,000 steps of 4,096 samples", TrainingMode::kRandomSamples, samples, 100, 1000.0, 0.0};
+  const Workload random{
+      "1,000 steps of 4,096 samples", TrainingMode::kRandomSamples, samples, steps_per_burst, 1000.0, 0.0};
   run_mode(full, experiment, dataset, limits, epochs, ratios);
   run_mode(random, experiment, dataset, limits, epochs, ratios);
   return ratios.write();

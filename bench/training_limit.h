@@ -23,7 +23,7 @@ inline constexpr int kPasses = 3;
 
 /// Seconds of one call, the fastest of many bursts: other work on the machine only ever slows it down.
 template <class Call>
-double fastest_seconds(const Call& call, int calls_per_burst, int bursts = 40) {
+double fastest_seconds(const Call& call, int calls_per_burst, int bursts) {
   call();
   double best = 1e9;
   for (int burst = 0; burst < bursts; ++burst) {
@@ -38,7 +38,7 @@ double fastest_seconds(const Call& call, int calls_per_burst, int bursts = 40) {
 /// Seconds per sample for the three products of each layer by Eigen: W a forward, dv a^T for the weights' gradient and
 /// W^T dv for the layer below. kOrder is how a block lies: a sample's values side by side (ColMajor), or a neuron's.
 template <int kOrder>
-double eigen_products(const trainer::NetworkShape& shape, int block) {
+double eigen_products(const trainer::NetworkShape& shape, int block, int bursts) {
   using Block = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, kOrder>;
   double seconds = 0.0;
   for (const trainer::LayerView& layer : shape.layers) {
@@ -52,13 +52,13 @@ double eigen_products(const trainer::NetworkShape& shape, int block) {
       da.noalias() = w.transpose() * dv;
       asm volatile("" : : "m"(*v.data()), "m"(*dw.data()), "m"(*da.data()) : "memory");
     };
-    seconds += fastest_seconds(products, 1 + 20'000 / block) / block;
+    seconds += fastest_seconds(products, 1 + 20'000 / block, bursts) / block;
   }
   return seconds;
 }
 
 /// Seconds of one tanh as training computes it, over values in the first-level cache.
-inline double tanh_seconds() {
+inline double tanh_seconds(int bursts) {
   constexpr int kCount = 2048;
   using P = simd::Pack<float>;
   std::vector<float> values(kCount, 0.5F);
@@ -67,11 +67,11 @@ inline double tanh_seconds() {
       simd::store(values.data() + i, tanh_rational(simd::load<P>(values.data() + i)));
     asm volatile("" : : "m"(*values.data()) : "memory");
   };
-  return fastest_seconds(all, 200) / kCount;
+  return fastest_seconds(all, 200, bursts) / kCount;
 }
 
 /// Seconds per sample of the trainer's own passes, again and again over one block: tanh and its slope included.
-inline double own_passes(const trainer::NetworkShape& shape) {
+inline double own_passes(const trainer::NetworkShape& shape, int bursts) {
   trainer::WideBlock block(shape);
   std::vector<float> parameters(static_cast<std::size_t>(shape.parameters), 0.02F), transposed = parameters;
   std::fill_n(block.input(), shape.inputs() * trainer::kRow, 0.5F);
@@ -80,7 +80,7 @@ inline double own_passes(const trainer::NetworkShape& shape) {
     std::fill_n(block.output_cotangent(), shape.outputs() * trainer::kRow, 0.1F);
     block.backward(parameters.data(), transposed.data());
   };
-  return fastest_seconds(passes, 20) / trainer::kBlock;
+  return fastest_seconds(passes, 20, bursts) / trainer::kBlock;
 }
 
 /// Seconds per sample.
@@ -90,15 +90,16 @@ struct TrainingLimit {
   double own_passes;
 };
 
-inline TrainingLimit training_limit(const trainer::NetworkShape& shape) {
-  TrainingLimit limit{.eigen_products = 1e9, .tanh = 0.0, .own_passes = own_passes(shape)};
+///   bursts  of each of them: the fastest counts
+inline TrainingLimit training_limit(const trainer::NetworkShape& shape, int bursts) {
+  TrainingLimit limit{.eigen_products = 1e9, .tanh = 0.0, .own_passes = own_passes(shape, bursts)};
   for (const int block : {64, 128, 256, 512, 1024}) {
-    limit.eigen_products = std::min({limit.eigen_products, eigen_products<Eigen::ColMajor>(shape, block),
-                                     eigen_products<Eigen::RowMajor>(shape, block)});
+    limit.eigen_products = std::min({limit.eigen_products, eigen_products<Eigen::ColMajor>(shape, block, bursts),
+                                     eigen_products<Eigen::RowMajor>(shape, block, bursts)});
   }
   int hidden = 0;
   for (std::size_t l = 0; l + 1 < shape.layers.size(); ++l) hidden += shape.layers[l].out;
-  limit.tanh = hidden * tanh_seconds();
+  limit.tanh = hidden * tanh_seconds(bursts);
   return limit;
 }
 

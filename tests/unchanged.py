@@ -21,7 +21,7 @@ import sys
 import xml.etree.ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-TOOLS = ("g++", "gcc", "clang++", "clang", "cmake", "arm-none-eabi-g++", "aarch64-linux-gnu-g++", "riscv64-linux-gnu-g++",
+TOOLS = ("g++", "gcc", "clang++", "clang", "cmake", "arm-none-eabi-g++", "aarch64-linux-gnu-g++", "riscv64-linux-gnu-g++", "avr-gcc", "simavr",
          "qemu-system-arm", "qemu-aarch64", "qemu-riscv64", "valgrind", "gnuplot")
 IN_PROGRAMS = re.compile(r"(codegen|trainer)/.*\.(cpp|h)$|tests/.*(_test\.cpp|CMakeLists\.txt)$")
 NOT_READ = re.compile(r"(build|out|runs|\.git)$")
@@ -69,7 +69,7 @@ def run_ctest(build, arguments):
     around = surroundings(of)
     tests = json.loads(subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1", *arguments],
                                       check=True, capture_output=True, text=True).stdout)["tests"]
-    programs = [p for p in (build / "trainer/nlo", build / "tests/bench/compare_under_test") if p.exists()]
+    programs = [p for p in (build / "trainer/nlo", build / "bench/compare") if p.exists()]
     named = {}  # by a program, which may start them
 
     def key(test):

@@ -11,3 +11,41 @@ write_table() {
     END { exit !found || skip }' "$4" >"$4.new" || { rm -f "$4.new"; echo "$4: has no $1 ... $2" >&2; return 1; }
   mv "$4.new" "$4"
 }
+
+# compare_table BEGIN END TABLE FILE: each row of TABLE is a row between the lines BEGIN and END of FILE, and no number of
+# it has changed by more than 5 %, for the better or for the worse: recorded figures stay true. A row is known by its cells
+# that are not numbers. Prints what has changed, and fails then.
+compare_table() {
+  awk -v begin="$1" -v end="$2" -v table="$3" -v file="$4" '
+    function number(cell) { return cell ~ /^-?[0-9]+(\.[0-9]+)?$/ }
+    function key(cells, count,  i, text) {
+      for (i = 2; i < count; ++i) if (!number(cells[i])) text = text "| " cells[i] " "
+      return text
+    }
+    BEGIN {
+      while ((getline line < file) > 0) {
+        if (line == begin) inside = 1
+        if (line == end) inside = 0
+        if (!inside || line !~ /^\|/) continue
+        count = split(line, cells, / *\| */)
+        recorded[key(cells, count)] = line
+      }
+      rows = split(table, lines, "\n")
+      columns = split(lines[1], names, / *\| */)
+      for (r = 3; r <= rows; ++r) {
+        count = split(lines[r], cells, / *\| */)
+        row = key(cells, count)
+        if (!(row in recorded)) { print file " has no row " row; bad = 1; continue }
+        split(recorded[row], before, / *\| */)
+        for (i = 2; i < count; ++i) {
+          if (!number(cells[i])) continue
+          change = cells[i] - before[i]
+          if (change < 0) change = -change
+          if (change <= 0.05 * before[i]) continue
+          print row "| " names[i] ": " before[i] " is recorded, it is " cells[i]
+          bad = 1
+        }
+      }
+      exit bad
+    }' >&2 || { echo "FAILED: counted figures have changed by more than 5 %; if they should, write the table again" >&2; return 1; }
+}

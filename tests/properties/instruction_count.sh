@@ -1,11 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # step, estimate and in_domain of the deterministic policy are constant-time: as many instructions whatever is measured, by
-# callgrind, over a thousand samples of each kind.
+# callgrind, over a thousand samples of each kind; and as many as tests/golden/instruction_counts.txt has, within 5 %, of
+# the fast policy too (NLO_UPDATE_GOLDENS=1 writes the file again).
 #   usage: instruction_count.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
 compiler=$1 source=$2 eigen=$3 work=$4
 mkdir -p "$work"
+golden=$source/tests/golden/instruction_counts.txt
 kinds='zeros random subnormal nan infinite extreme turning mixed'
 samples=1000
 
@@ -33,12 +35,28 @@ spread() {
   difference=$((most - least))
 }
 
+# recorded FLAGS...: fails unless the count is the recorded one within 5 %, fewer or more.
+recorded() {
+  what="$(basename "$compiler") $*"
+  if [ -n "${NLO_UPDATE_GOLDENS:-}" ]; then
+    { grep -vF "$what: " "$golden" || true; echo "$what: $least"; } | LC_ALL=C sort >"$golden.new"
+    mv "$golden.new" "$golden"
+  fi
+  before=$(sed -n "s/^$what: //p" "$golden")
+  change=$((least - ${before:-0}))
+  if [ $((20 * ${change#-})) -gt "${before:-0}" ]; then
+    echo "FAILED   $least instructions, where $golden has ${before:-none}"
+    failures=$((failures + 1))
+  fi
+}
+
 failures=0
 check() {
   echo "counting $*"
   spread "$@"
   if [ "$difference" -eq 0 ]; then
     echo "ok       $least instructions for each kind"
+    recorded "$@"
   else
     echo "FAILED   $least instructions and up to $difference more"
     failures=$((failures + 1))
@@ -55,6 +73,7 @@ for control in -DCONTROL=1 -DCONTROL=2; do
   spread -O2 -DNLO_ACTIVATION=kTanh $control
   if [ "$difference" -gt 0 ]; then
     echo "caught   up to $difference more than $least"
+    if [ "$control" = -DCONTROL=2 ]; then recorded -O2 -DNLO_ACTIVATION=kTanh fast; fi
   else
     echo "FAILED   control $control was not noticed"
     failures=$((failures + 1))
