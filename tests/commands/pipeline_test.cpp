@@ -289,6 +289,45 @@ role = "state"
   EXPECT_NEAR(nlohmann::json::parse(by_table.out)[0]["norm"].get<double>(), result["norm"].get<double>(), 1e-9);
 }
 
+TEST(Program, ColumnsInAnotherUnitThanTheModelsConvertAndOfAnotherKindAreRefused) {
+  const Scratch scratch;
+  std::string metres, centimetres = "time,y\n";
+  metres = tiny_log(0.0);
+  for (int k = 0; k < 300; ++k)
+    centimetres += shortest_text(0.01 * k) + "," + shortest_text(100.0 * std::sin(0.01 * k)) + "\n";
+  scratch.write("logs/a.csv", metres);
+  scratch.write("logs/b.csv", tiny_log(1.0));
+  scratch.write("cm.csv", centimetres);
+  scratch.write("log.toml", kTinyLogExperiment);
+  ASSERT_EQ(scratch.run({"train", "log.toml", "--data", "logs", "-o", "a", "-q"}).exit_code, 0);
+  const auto columns = [&](const std::string& position, const std::string& velocity) {
+    scratch.write("columns.toml",
+                  "[[log.columns]]\nname = \"time\"\nrole = \"time\"\nunit = \"s\"\n[[log.columns]]\nname = "
+                  "\"y\"\nrole = \"output\"\nunit = \"" +
+                      position + "\"\n[[log.columns]]\nname = \"v\"\nrole = \"state\"\nunit = \"" + velocity +
+                      "\"\nderivative_of = \"y\"\n");
+    return scratch.run({"evaluate", "a/model.json", "--data", "cm.csv", "--columns", "columns.toml", "--json"});
+  };
+  const auto own = scratch.run({"evaluate", "a/model.json", "--data", "logs/a.csv", "--json"});
+  ASSERT_EQ(own.exit_code, 0) << own.err;
+  const double expected = nlohmann::json::parse(own.out)[0]["norm"].get<double>();
+  const auto converted = columns("cm", "cm/s");
+  ASSERT_EQ(converted.exit_code, 0) << converted.err;
+  const auto result = nlohmann::json::parse(converted.out)[0];
+  EXPECT_NEAR(result["norm"].get<double>(), expected, 1e-6 * expected);
+  EXPECT_THAT(converted.out, HasSubstr("converted to the unit that the model was trained with, m"));
+  EXPECT_NE(nlohmann::json::parse(columns("m", "m/s").out)[0]["norm"].get<double>(), expected);  // control
+
+  const auto other_kind = columns("V", "m/s");
+  EXPECT_EQ(other_kind.exit_code, 2);
+  EXPECT_THAT(other_kind.err,
+              HasSubstr("columns.toml: [[log.columns]] \"y\": its unit is \"V\" (voltage), and the model's is "
+                        "\"m\" (length): they are of different kinds"));
+  const auto unknown = columns("cubit", "m/s");
+  ASSERT_EQ(unknown.exit_code, 0) << unknown.err;
+  EXPECT_THAT(unknown.out, HasSubstr("the table of units has not both"));
+}
+
 TEST(Program, WithoutTestLogsTheModelIsJudgedByTheValidationLogsAndSaysSo) {
   const Scratch scratch;
   scratch.write("logs/a.csv", tiny_log(0.0));

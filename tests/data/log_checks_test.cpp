@@ -50,7 +50,7 @@ class LogChecks : public ::testing::Test {
   /// Output `a`, state `b`.
   std::vector<std::string> notes(const std::string& csv, const ColumnOptions& a = {}, const ColumnOptions& b = {}) {
     LogConfig config;
-    config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput, a),
+    config.columns = {column("time", ColumnRole::kTime, {.unit = time_unit_}), column("a", ColumnRole::kOutput, a),
                       column("b", ColumnRole::kState, b)};
     scratch_.write("log.csv", csv);
     LogReport report;
@@ -59,6 +59,7 @@ class LogChecks : public ::testing::Test {
   }
 
   ScratchDirectory scratch_;
+  std::string time_unit_;
 };
 
 TEST_F(LogChecks, ConstantColumn) {
@@ -125,6 +126,91 @@ TEST_F(LogChecks, LoggedVelocityThatLags) {
                                 HasSubstr("derivative_of = \"a\""))));
   EXPECT_THAT(notes(two_columns(swing, swing_rate)), IsEmpty());
   EXPECT_THAT(notes(two_columns(swing, other)), IsEmpty());
+}
+
+/// other(t), but for `off` in the rows from 3 s on.
+std::function<double(double)> stray(int rows, double off) {
+  return [=](double t) { return other(t) + (t > 2.995 && t < 2.995 + kPeriod_s * rows ? off : 0.0); };
+}
+
+TEST_F(LogChecks, OutliersOfAState) {
+  EXPECT_THAT(
+      notes(two_columns(swing, stray(2, 8.0)), {}, {.unit = "m/s"}),
+      ElementsAre(
+          AllOf(HasSubstr("log.csv:303: \"b\" is 8.638 m/s, and 0.6372 before and 0.6377 after (the farthest of 2 such "
+                          "rows): an outlier"),
+                HasSubstr("leave the cell empty"))));
+  EXPECT_THAT(notes(two_columns(swing, stray(1, -8.0))), ElementsAre(HasSubstr("an outlier")));
+  EXPECT_THAT(notes(two_columns(swing, stray(int(kOutlierRows), 8.0))), ElementsAre(HasSubstr("of 5 such rows")));
+  // Left in peace: a measurement, what is not far, what lasts.
+  EXPECT_THAT(notes(two_columns(stray(2, 8.0), swing)), IsEmpty());
+  EXPECT_THAT(notes(two_columns(swing, stray(2, 1.0))), IsEmpty());
+  EXPECT_THAT(notes(two_columns(swing, stray(int(kOutlierRows) + 1, 8.0))), IsEmpty());
+}
+
+TEST_F(LogChecks, OrdinaryStatesHaveNoOutliers) {
+  std::mt19937 engine(3);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  std::exponential_distribution<double> tail(1.0);
+  int k = 0;
+  const std::vector<std::function<double(double)>> states = {
+      [&](double) { return noise(engine); },
+      [&](double) { return tail(engine) - tail(engine); },             // heavier tails
+      [](double t) { return std::fmod(t, 0.5) < 0.25 ? 1.0 : -1.0; },  // a square wave
+      [](double t) {
+        return std::fmod(t, 2.0) < 0.1 ? std::sin(31.4 * t) : 0.0;
+      },                                                       // at rest but for bursts of ten rows
+      [](double t) { return std::floor(3.0 * std::sin(t)); },  // coarse
+      [](double t) { return std::exp(3.0 * t); },              // most of it at its end
+      [&](double) { return k++ % 100 == 0 ? 1.0 : 0.0; },      // a flag
+  };
+  for (std::size_t i = 0; i < states.size(); ++i)
+    for (const std::string& note : notes(two_columns(swing, states[i])))
+      EXPECT_EQ(note.find("an outlier"), std::string::npos) << i << ": " << note;
+}
+
+TEST_F(LogChecks, StampsThatLookLikeMilliseconds) {
+  const auto log = [](double step, int rows, double start = 0.0) {
+    std::string text = "time,a,b\n";
+    for (int k = 0; k < rows; ++k) {
+      char row[100];
+      std::snprintf(row, sizeof row, "%.15g,%.7g,%.7g\n", start + step * k, swing(0.01 * k), other(0.01 * k));
+      text += row;
+    }
+    return text;
+  };
+  EXPECT_THAT(
+      notes(log(10, 600)),
+      ElementsAre(
+          "\"time\" has no unit and is read in s, a row each 10 s: if its stamps are in ms, set unit = \"ms\" at "
+          "the column with role = \"time\"; if they are in s, say so by unit = \"s\""));
+  EXPECT_THAT(notes(log(1e4, 600)), ElementsAre(HasSubstr("set unit = \"us\"")));
+  EXPECT_THAT(notes(log(1e7, 600)), ElementsAre(HasSubstr("set unit = \"ns\"")));
+  time_unit_ = "s";  // who says so is believed: batteries and ovens are logged by the second
+  EXPECT_THAT(notes(log(10, 600)), IsEmpty());
+  EXPECT_THAT(notes(log(10, 600, 1.7e12)),
+              ElementsAre(AllOf(HasSubstr("beyond the year 5000"), HasSubstr("unit = \"ms\""))));
+  EXPECT_THAT(notes(log(0.01, 600, 1.7e9)), IsEmpty());
+  time_unit_ = "ms";
+  EXPECT_THAT(notes(log(10, 600, 1.7e12)), IsEmpty());
+  EXPECT_THAT(notes(log(1e4, 600, 1.7e15)), ElementsAre(HasSubstr("unit = \"us\"")));
+  time_unit_ = "";
+  EXPECT_THAT(notes(log(0.01, 600)), IsEmpty());
+  EXPECT_THAT(notes(log(10, 199)), IsEmpty());  // a hundred rows may well be by hand
+}
+
+TEST_F(LogChecks, AVelocityThatCannotBeFilteredNamesTheUnitOfTheTime) {
+  LogConfig config;
+  config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput),
+                    column("b", ColumnRole::kState, {.derivative_of = "a"})};
+  std::string csv = "time,a\n";
+  for (int k = 0; k < 300; ++k) csv += std::to_string(4 * k) + "," + std::to_string(swing(0.004 * k)) + "\n";
+  scratch_.write("log.csv", csv);
+  const auto load = [&] { load_logs(config, scratch_.path(), {"log.csv"}); };
+  EXPECT_THAT(error_of(load),
+              AllOf(HasSubstr("cut"), HasSubstr("set unit = \"ms\" at the column with role = \"time\"")));
+  config.columns[0].unit = "ms";
+  EXPECT_EQ(error_of(load), "");  // control
 }
 
 TEST_F(LogChecks, LoggedVelocityThatIsADifference) {

@@ -89,6 +89,24 @@ TEST(LogMetrics, PoolsSamplesNotFiles) {
   EXPECT_NEAR(metrics.pooled[0].rmse[0], std::sqrt((101 * 1.0 + 50 * 4.0) / 151.0), kMetricRounding);
 }
 
+TEST(LogMetrics, ALogOfManyRunsIsOneFile) {
+  Dataset data = at_rest({{"v", "", 0.0}});
+  data.trajectories.assign(4, data.trajectories[0]);
+  for (std::size_t i = 0; i < 4; ++i) {
+    data.trajectories[i].log = i < 3 ? "day1/log.csv" : "day2/log.csv";
+    data.trajectories[i].source = i < 3 ? "log.csv (" + std::to_string(i + 1) + " of 3)" : "log.csv";
+  }
+  std::vector<MatrixXd> estimates;
+  for (const double error : {1.0, 2.0, 3.0, 4.0}) estimates.push_back(MatrixXd::Constant(1, 101, error));
+  const LogMetrics metrics = log_metrics(data, estimates);
+  ASSERT_EQ(metrics.files.size(), 2u);
+  EXPECT_EQ(metrics.runs, 4u);
+  EXPECT_EQ(metrics.files[0].source, "log.csv (3 runs)");
+  EXPECT_EQ(metrics.files[1].source, "log.csv");
+  EXPECT_NEAR(metrics.files[0].states[0].rmse[0], std::sqrt((1.0 + 4.0 + 9.0) / 3.0), kMetricRounding);
+  EXPECT_NEAR(metrics.files[1].states[0].rmse[0], 4.0, kMetricRounding);
+}
+
 TEST(LogMetrics, SaysNothingWhereNothingCounts) {
   Dataset data = at_rest({{"v", "", 0.0}});
   data.trajectories[0].time_s *= 0.1;  // one second: no sample after 2 s

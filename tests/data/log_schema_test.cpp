@@ -97,8 +97,8 @@ TEST(LogSchema, ReadsTimeInItsUnit) {
     EXPECT_EQ(
         resolve_columns(with_columns({column("t", ColumnRole::kTime, {.unit = unit}), kAngle, kVelocity})).time_unit_s,
         seconds);
-  EXPECT_THAT(error_in({column("t", ColumnRole::kTime, {.unit = "h"}), kAngle, kVelocity}),
-              HasSubstr("\"t\": unit \"h\" of the time column: expected s, ms, us or ns"));
+  EXPECT_THAT(error_in({column("t", ColumnRole::kTime, {.unit = "m"}), kAngle, kVelocity}),
+              HasSubstr("\"t\": unit \"m\" of the time column: expected s, ms, us, ns, min or h"));
 }
 
 TEST(LogSchema, DoesWithoutATimeColumnWhenThePeriodIsGiven) {
@@ -144,6 +144,76 @@ TEST(LogSchema, RefusesDerivativesOfNothing) {
   velocity = kVelocity;
   velocity.role = ColumnRole::kOutput;
   EXPECT_THAT(error_in({kTime, kAngle, velocity}), HasSubstr("derivative_of is for columns with role \"state\""));
+}
+
+ColumnConfig converted(ColumnConfig column, const std::string& file_unit, double scale = 1.0, double offset = 0.0) {
+  column.file_unit = file_unit;
+  column.scale = scale;
+  column.offset = offset;
+  return column;
+}
+
+TEST(LogSchema, CellsConvertByScaleAndOffsetAndThenFromTheFilesUnit) {
+  const auto height = column("height", ColumnRole::kState, {.unit = "m"});
+  const auto cells_of = [&](const ColumnConfig& state) {
+    const LogColumn resolved = resolve_columns(with_columns({kTime, kAngle, state})).states[0];
+    return std::pair(resolved.scale, resolved.offset);
+  };
+  EXPECT_EQ(cells_of(height), std::pair(1.0, 0.0));
+  EXPECT_EQ(cells_of(converted(height, "m")), std::pair(1.0, 0.0));
+  EXPECT_EQ(cells_of(converted(height, "", 0.5, 3.0)), std::pair(0.5, 3.0));
+  EXPECT_EQ(cells_of(converted(height, "cm")), std::pair(0.01, 0.0));
+  EXPECT_EQ(cells_of(converted(height, "cm", 2.0, 50.0)), std::pair(0.02, 0.5));  // 2 cell + 50 is in cm
+  const auto warm = cells_of(converted(column("warm", ColumnRole::kState, {.unit = "K"}), "degC", 0.1, -40.0));
+  EXPECT_DOUBLE_EQ(warm.first, 0.1);
+  EXPECT_DOUBLE_EQ(warm.second, 233.15);
+}
+
+TEST(LogSchema, RefusesConversionsThatAreNone) {
+  const auto height = column("height", ColumnRole::kState, {.unit = "m"});
+  EXPECT_THAT(
+      error_in({kTime, kAngle, converted(height, "V")}),
+      HasSubstr(
+          "\"height\": file_unit = \"V\" (voltage) cannot become unit = \"m\" (length): they are of different kinds"));
+  EXPECT_THAT(
+      error_in({kTime, kAngle, converted(height, "cubit")}),
+      AllOf(HasSubstr("file_unit = \"cubit\" cannot become unit = \"m\" (length): the table of units has not both"),
+            HasSubstr("value = scale * cell + offset")));
+  EXPECT_THAT(error_in({kTime, kAngle, converted(column("height", ColumnRole::kState), "cm")}),
+              HasSubstr("file_unit = \"cm\" and no unit"));
+  EXPECT_THAT(error_in({kTime, kAngle, converted(height, "", 0.0)}), HasSubstr("scale = 0 makes every value the same"));
+  EXPECT_THAT(error_in({converted(kTime, "", 2.0), kAngle, kVelocity}), HasSubstr("are not of the time"));
+  EXPECT_THAT(error_in({kTime, kAngle, converted(kVelocity, "", 2.0)}), HasSubstr("give them to \"theta\""));
+}
+
+TEST(LogSchema, AVelocityHasTheUnitItIsWantedIn) {
+  const auto rate_of = [](const ColumnConfig& angle, const ColumnConfig& velocity) {
+    return resolve_columns(with_columns({kTime, angle, velocity})).states[0].rate;
+  };
+  ColumnConfig degrees = column("theta", ColumnRole::kOutput, {.unit = "deg", .wrap = 360.0});
+  ColumnConfig velocity = kVelocity;
+  EXPECT_EQ(rate_of(kAngle, velocity), 1.0);
+  EXPECT_DOUBLE_EQ(rate_of(degrees, velocity), kTurn / 360.0);  // deg/s, wanted in rad/s
+  velocity.unit = "rpm";
+  EXPECT_DOUBLE_EQ(rate_of(kAngle, velocity), 60.0 / kTurn);
+  velocity.unit = "knots";  // not in the table: nothing is known, and nothing is done
+  EXPECT_EQ(rate_of(degrees, velocity), 1.0);
+  EXPECT_EQ(rate_of(degrees, converted(kVelocity, "deg/s")), kTurn / 360.0);
+  velocity.unit = "m/s";
+  EXPECT_THAT(
+      error_in({kTime, kAngle, velocity}),
+      HasSubstr("\"omega\": unit = \"m/s\" (speed) cannot be of the derivative of \"theta\", whose unit is \"rad\" "
+                "(angle): expected one of angular velocity"));
+}
+
+TEST(LogSchema, AStateInAnotherUnitThanItsOutputIsNoMeasurementOfIt) {
+  const auto kind_of = [](const std::string& file_unit) {
+    ColumnConfig state = column("truth", ColumnRole::kState, {.column = "theta", .unit = "rad", .wrap = kTurn});
+    state.file_unit = file_unit;
+    return resolve_columns(with_columns({kTime, kAngle, state})).state_sources[0].kind;
+  };
+  EXPECT_EQ(kind_of(""), StateKind::kMeasured);
+  EXPECT_EQ(kind_of("deg"), StateKind::kHidden);
 }
 
 }  // namespace

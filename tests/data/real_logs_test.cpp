@@ -73,6 +73,38 @@ TEST_F(RealLogs, QubeAnglesHaveNoJumpsAndAClockOfFourMilliseconds) {
   }
 }
 
+TEST_F(RealLogs, ASpeedThatTheCarCannotHaveIsNotedAndOrdinaryLogsAreLeftInPeace) {
+  const auto outliers = [](const std::string& rig, const std::string& files, std::vector<ColumnConfig> columns) {
+    LogConfig log;
+    log.columns = std::move(columns);
+    LogReport report;
+    load_logs(log, directory(rig), {files}, &report);
+    std::vector<std::string> found;
+    for (const std::string& note : report.notes)
+      if (note.find("an outlier") != std::string::npos) found.push_back(note);
+    return found;
+  };
+  const ColumnConfig time = column("time", ColumnRole::kTime, {.unit = "s"});
+  const auto measured = [](const char* name) { return column(name, ColumnRole::kOutput); };
+  const auto truth = [](const char* name) { return column(name, ColumnRole::kState, {.unit = "m/s"}); };
+  // 10.3 m/s, and 2 m/s sideways with it.
+  using ::testing::ElementsAre, ::testing::HasSubstr, ::testing::IsEmpty;
+  const std::vector<ColumnConfig> car = {time, measured("yaw_rate"), truth("v_x"), truth("v_y")};
+  EXPECT_THAT(outliers("car", "rubber_01.csv", car),
+              ElementsAre(HasSubstr("rubber_01.csv:1613: \"v_x\" is 10.33 m/s"),
+                          HasSubstr("rubber_01.csv:1614: \"v_y\" is -2.006 m/s")));
+  EXPECT_THAT(outliers("car", "*_*.csv", car),
+              ElementsAre(HasSubstr("rubber_01.csv:1613: \"v_x\""), HasSubstr("rubber_01.csv:1614: \"v_y\"")));
+  for (const char* quiet : {"fast_0?.csv", "free_0?.csv", "rubber_0[35689].csv", "rubber_1?.csv", "steer_01.csv"})
+    EXPECT_THAT(outliers("car", quiet, car), IsEmpty()) << quiet;
+  EXPECT_THAT(outliers("battery", "*.csv", {time, measured("voltage"), column("soc", ColumnRole::kState)}), IsEmpty());
+  EXPECT_THAT(
+      outliers("double_pendulum", "*.csv", {time, measured("pos_meas1"), truth("vel_filt1"), truth("vel_filt2")}),
+      IsEmpty());
+  EXPECT_THAT(outliers("broad", "*.csv", {time, measured("gyr_x"), truth("up_x"), truth("up_y"), truth("up_z")}),
+              IsEmpty());
+}
+
 TEST_F(RealLogs, QubeLoggedVelocitiesLagBehindTheTruth) {
   const Dataset data = load_logs(qube(), directory("qube"), {"*.csv"});
   std::vector<Eigen::MatrixXd> logged;

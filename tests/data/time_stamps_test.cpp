@@ -16,7 +16,7 @@ TEST(TimeStamps, ReportsMedianTailsAndGaps) {
   time[0] = 0.0;
   for (int k = 1; k <= 200; ++k)
     time[k] = time[k - 1] + (k == 50 ? 0.008 : k == 70 ? 0.005 : k % 40 == 0 ? 0.003 : 0.004);
-  const TimeStampReport report = report_time_stamps("run.csv", time, 0.004);
+  const TimeStampReport report = report_time_stamps("run.csv", {time}, 0.004);
   EXPECT_EQ(report.samples, 201);
   EXPECT_NEAR(report.duration_s, time[200], kTimeRounding);
   EXPECT_NEAR(report.median_s, 0.004, kTimeRounding);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "codegen/base/error.h"
+#include "codegen/replay/reference_observer.h"
 #include "trainer/evaluation/evaluation_text.h"
 
 namespace nlo::trainer {
@@ -146,6 +147,31 @@ TEST(EvaluateLogs, UnscoredSamplesInsideALogAreCounted) {
   Dataset logs = swing_logs();
   logs.trajectories[0].weight.segment(100, 5).setZero();
   EXPECT_EQ(find_unscored(logs).where, "5 samples inside");
+}
+
+TEST(EvaluateLogs, AnEmptyCellIsAMissedMeasurement) {
+  Dataset holey = swing_logs();
+  for (Trajectory& run : holey.trajectories) {
+    run.missing.setConstant(1, run.samples(), false);
+    for (Eigen::Index k = 400; k < 450; ++k) {
+      run.missing(0, k) = true;
+      run.outputs(0, k) = run.outputs(0, 399);
+    }
+  }
+  Dataset given = swing_logs();  // the same as a caller in flight has it
+  for (Trajectory& run : given.trajectories) run.outputs.middleCols(400, 50).setConstant(std::nan(""));
+  const LogEvaluation result = evaluated({}, 1.0, holey);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Trajectory& run = given.trajectories[i];
+    const Eigen::MatrixXd flown =
+        codegen::ReferenceObserver<double>(differentiator(1.0)).run(run.outputs, {}, run.time_s, true).x_hat;
+    ASSERT_EQ(result.examples[i].estimate, flown);
+  }
+  EXPECT_GT(result.entries[0].metrics.pooled[0].rmse[0], 1.5 * evaluated().entries[0].metrics.pooled[0].rmse[0]);
+  for (const auto& entry : result.entries) {  // baselines are given the last value
+    if (entry.estimator != "difference") continue;
+    EXPECT_TRUE(std::isfinite(entry.metrics.pooled[0].rmse[0]));
+  }
 }
 
 TEST(EvaluateLogs, OtherColumnsAreRefusedByName) {

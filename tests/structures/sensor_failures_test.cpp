@@ -90,6 +90,33 @@ TEST(FailingSensors, OneModelLivesWithAndWithoutOne) {
   EXPECT_GT(error_of(fragile, unseen, true), 2.0) << "control: one that was not made for it never starts";
 }
 
+TEST(FailingSensors, AnEmptyCellOfALogIsAnOutageAndOfOtherSensorsAHeldValue) {
+  Dataset holey = two_sensors(3);
+  for (Trajectory& run : holey.trajectories) {
+    run.missing.setConstant(2, run.samples(), false);
+    run.missing.middleCols(60, 30).setConstant(true);
+    for (int k = 60; k < 90; ++k) run.outputs.col(k) = run.outputs.col(59);
+  }
+  const Experiment experiment = failing_experiment("may_fail = [\"good\"]\nstaleness_s = 0.3\n");
+  const codegen::SensorFailures failures = structure_of(experiment.observer).failures(experiment, holey);
+  const TrainingData training(holey, failures);
+  const ObserverStructure structure = make_structure(experiment, false, holey.outputs, holey.states, {}, 1);
+  ThreadPool pool(1);
+  const auto dynamics = structure.module->latent_dynamics(experiment, structure, training.steps_s, 1);
+  dynamics->prepare(initial_dynamics(structure, experiment).data());
+  Rollout rollout(training);
+  rollout.run(whole_runs(training), *dynamics, {}, 1, Purpose::kValidationNoise, 0, pool);
+  const SegmentGroup& group = rollout.groups().front();
+  const double keep = std::exp(-0.05 / 0.3);
+  for (int k = 0; k < 200; ++k) {
+    const double missed = k >= 60 ? std::min(k, 89) - 59 : 0;
+    const double stale = (1.0 - std::pow(keep, missed)) * (k >= 90 ? std::pow(keep, k - 89) : 1.0);
+    EXPECT_NEAR(group.readings[group.at(2, k)], stale, 1e-5) << k;
+    EXPECT_NEAR(group.readings[group.at(1, k)], holey.trajectories[0].outputs(1, k), 1e-6) << k;
+  }
+  EXPECT_LT(group.readings[group.at(2, 59)], 1e-6F);  // control
+}
+
 TEST(FailingSensors, RollOutAsTheyFly) {
   for (const bool jittered : {false, true}) {
     const Dataset data = two_sensors(3, jittered);

@@ -121,7 +121,8 @@ void note_training_logs(const codegen::Model& model, const Dataset& logs, LogRep
 
 void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
   PatientProgress progress;
-  LogConfig columns = columns_for(models.front().model, experiment, arguments.columns);
+  std::vector<std::string> unit_notes;
+  LogConfig columns = columns_for(models.front().model, experiment, arguments.columns, unit_notes);
   // The model's clock: a log at another rate must not count as even.
   columns.sample_period_s = models.front().model.sample_period_s;
   const LogSchema schema = resolve_columns(columns);
@@ -132,6 +133,7 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
   progress.update(0.0, "reading the logs");
   LogReport report;
   Dataset logs = load_logs(columns, "", arguments.data, &report);
+  report.notes.insert(report.notes.begin(), unit_notes.begin(), unit_notes.end());
   if (!arguments.from_s.empty()) logs = started_at(logs, arguments.from_s);
   const MetricsConfig config = metrics_config(experiment, logs);
   std::vector<std::string> results;

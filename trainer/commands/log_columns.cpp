@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/commands/log_columns.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "codegen/base/error.h"
+#include "trainer/data/units.h"
 #include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {
@@ -17,12 +22,75 @@ ColumnConfig column_of(const codegen::Channel& channel, ColumnRole role) {
   return column;
 }
 
+const codegen::Channel* channel_of(const codegen::Model& model, const ColumnConfig& column) {
+  const auto named = [&](const std::vector<codegen::Channel>& channels) -> const codegen::Channel* {
+    const auto found = std::find_if(channels.begin(), channels.end(),
+                                    [&](const codegen::Channel& channel) { return channel.name == column.name; });
+    return found == channels.end() ? nullptr : &*found;
+  };
+  switch (column.role) {
+    case ColumnRole::kOutput:
+      return named(model.outputs);
+    case ColumnRole::kState:
+      return named(model.states);
+    case ColumnRole::kInput:
+      return named(model.inputs);
+    default:
+      return nullptr;
+  }
+}
+
+/// Whether resolve_columns() can tell the unit of a velocity from that of what it is the derivative of.
+bool derives_from_known_unit(const ColumnConfig& column, const LogConfig& log) {
+  return std::any_of(log.columns.begin(), log.columns.end(), [&](const ColumnConfig& source) {
+    const bool is_source = source.name == column.derivative_of || source.column == column.derivative_of;
+    const Unit* unit = find_unit(source.unit);
+    return is_source && source.derivative_of.empty() && unit != nullptr && !kind_of_rate(unit->kind).empty();
+  });
+}
+
+/// Columns in the units that the model was trained with.
+void match_units(const codegen::Model& model, const std::string& file, LogConfig& log,
+                 std::vector<std::string>& notes) {
+  for (ColumnConfig& column : log.columns) {
+    const codegen::Channel* channel = channel_of(model, column);
+    if (channel == nullptr) continue;
+    Conversion units;
+    switch (compare_units(column.unit, channel->unit, units)) {
+      case UnitsAre::kTheSame:
+        break;
+      case UnitsAre::kConvertible:
+        // A velocity converts with the quantity that it is derived from, where the table has the unit of that.
+        if (column.file_unit.empty() && !derives_from_known_unit(column, log)) column.file_unit = column.unit;
+        column.unit = channel->unit;
+        column.wrap *= units.scale;
+        if (std::abs(column.wrap - channel->wrap) <= 1e-9 * channel->wrap) column.wrap = channel->wrap;
+        notes.push_back(fmt::format("\"{}\" is converted to the unit that the model was trained with, {}", column.name,
+                                    channel->unit));
+        break;
+      case UnitsAre::kOfDifferentKinds:
+        throw codegen::Error(fmt::format(
+            "{}: [[log.columns]] \"{}\": its unit is {}, and the model's is {}: they are of different kinds; "
+            "take the column that was meant, or correct its unit",
+            file, column.name, with_kind(column.unit), with_kind(channel->unit)));
+      case UnitsAre::kUnknown:
+        notes.push_back(
+            fmt::format("\"{}\" has unit {}, and the model has {}: the table of units has not both, and nothing "
+                        "converts; write scale and offset where they differ",
+                        column.name, with_kind(column.unit), with_kind(channel->unit)));
+        break;
+    }
+  }
+}
+
 }  // namespace
 
-LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file) {
+LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file,
+                      std::vector<std::string>& notes) {
   LogConfig log;
   if (!file.empty()) {
     log = read_log_columns(file);
+    match_units(model, file, log, notes);
   } else if (experiment.log) {
     return *experiment.log;
   } else {

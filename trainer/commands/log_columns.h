@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
@@ -12,7 +13,10 @@ namespace nlo::trainer {
 
 /// `file` (--columns) decides if it is not empty; else the experiment's [log]; else, for a model of a plant, the
 /// heading of each output and state is its name and that of the time [s] is "time". Without a column of time and a
-/// period of their own, rows are the model's sample period apart. Throws codegen::Error as read_log_columns does.
-LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file);
+/// period of their own, rows are the model's sample period apart. A column that has the name of a channel and another unit
+/// of the same kind converts to the channel's; a unit that is not known is in `notes`, and nothing converts. Throws
+/// codegen::Error as read_log_columns does; for a column whose unit is of another kind than the channel's.
+LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file,
+                      std::vector<std::string>& notes);
 
 }  // namespace nlo::trainer

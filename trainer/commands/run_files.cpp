@@ -38,7 +38,7 @@ void write_run_files(const RunFiles& files, const codegen::Model& model, const L
                      bool uniform_steps) {
   const std::vector<EvaluatedRun>& runs = evaluation.examples;
   const auto count = static_cast<int>(runs.size());
-  const std::size_t all = evaluation.entries.front().metrics.files.size();
+  const std::size_t all = evaluation.entries.front().metrics.runs;
   if (files.any() && runs.size() < all)
     fmt::print(stderr, "{} of the {} runs are written: the first, the best, the worst and others between\n", count,
                all);

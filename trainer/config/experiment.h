@@ -81,8 +81,11 @@ struct ColumnConfig {
   std::string name;    ///< what it is called here, in the report and in the exported header
   std::string column;  ///< its heading in the file; the same as `name` unless given
   ColumnRole role = ColumnRole::kIgnored;
-  std::string unit;
-  double wrap = 0.0;  ///< full turn of an angle, in its unit; 0: not an angle
+  std::string unit;       ///< of the values as the observer has them
+  std::string file_unit;  ///< of the cells, where it is another one of the same kind; empty: `unit`
+  double scale = 1.0;     ///< value = scale * cell + offset, in file_unit
+  double offset = 0.0;    ///< of every value, in file_unit
+  double wrap = 0.0;      ///< full turn of an angle, in its unit; 0: not an angle
   Encoding encoding = Encoding::kUnwrap;
   std::string derivative_of;  ///< a state that is the derivative of this column (see VelocityFilterConfig)
   bool odd = true;            ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
@@ -99,6 +102,8 @@ struct VelocityFilterConfig {
 
 struct LogConfig {
   std::vector<ColumnConfig> columns;
+  std::string separator = ",";  ///< between cells: "," ";" "tab" "space"
+  std::string decimal = ".";    ///< of numbers: "." ","
   VelocityFilterConfig velocity_filter;
   double sample_period_s = 0.0;  ///< nominal; 0: that of the time stamps
   int every = 1;                 ///< the observer is given each n-th row; sample_period_s is of those

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -29,11 +30,17 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Where the cell ends that starts `text`: plain bytes, a third faster here than find_first_of.
-std::size_t cell_end(std::string_view text) {
-  std::size_t end = 0;
-  while (end < text.size() && text[end] != ',' && text[end] != '\n') ++end;
-  return end;
+std::string in_words(char separator) {
+  switch (separator) {
+    case ',':
+      return "a comma";
+    case ';':
+      return "a semicolon";
+    case '\t':
+      return "a tab";
+    default:
+      return "a space";
+  }
 }
 
 /// What a terminal can show of a cell: a binary file taken for a log must not reach it unfiltered.
@@ -54,32 +61,74 @@ std::vector<std::string> shown(const std::vector<std::string>& names) {
 /// Walks over the text one record (a line, unless a quoted cell spans several) at a time.
 class Records {
  public:
-  Records(std::string_view text, std::string_view file) : text_(text), file_(file) {
+  Records(std::string_view text, std::string_view file, char separator)
+      : text_(text), file_(file), separator_(separator) {
     if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
+    skip_comments();
   }
 
   bool at_end() const { return text_.empty(); }
   int line() const { return line_; }
+  std::string_view last_comment() const { return comment_; }
   bool rest_is_blank() const { return text_.find_first_not_of(" \t\r\n") == std::string_view::npos; }
 
   /// Appends the cells of the next record and returns how many they are.
   std::size_t next(std::vector<std::string_view>& cells) {
     std::size_t count = 0;
+    skip_spaces();
     for (bool more = true; more; ++count) more = next_cell(cells);
+    skip_comments();
     return count;
   }
 
  private:
-  /// Reads one cell and its separator; true when a comma follows.
+  /// Lines whose first mark is #.
+  void skip_comments() {
+    while (true) {
+      const std::size_t first = text_.find_first_not_of(" \t");
+      if (first == std::string_view::npos || text_[first] != '#') return;
+      const std::size_t end = text_.find('\n');
+      comment_ = trimmed(text_.substr(0, end));
+      if (comment_.ends_with('\r')) comment_.remove_suffix(1);
+      if (end != std::string_view::npos) ++line_;
+      text_.remove_prefix(std::min(end, text_.size() - 1) + 1);
+    }
+  }
+
+  void skip_spaces() {
+    if (separator_ == ' ') text_.remove_prefix(std::min(text_.find_first_not_of(" \t"), text_.size()));
+  }
+
+  bool is_separator(char c) const { return c == separator_ || (separator_ == ' ' && c == '\t'); }
+
+  /// Where the cell ends that starts `text`: plain bytes, a third faster here than find_first_of.
+  std::size_t cell_end(std::string_view text) const {
+    std::size_t end = 0;
+    if (separator_ != ' ')
+      while (end < text.size() && text[end] != separator_ && text[end] != '\n') ++end;
+    else
+      while (end < text.size() && !is_separator(text[end]) && text[end] != '\n') ++end;
+    return end;
+  }
+
+  /// Whether another cell of the record stands behind the one that ends at `end`.
+  bool more_behind(std::size_t end) const {
+    if (end >= text_.size() || !is_separator(text_[end])) return false;
+    if (separator_ != ' ') return true;
+    const std::size_t next = text_.find_first_not_of(" \t\r", end);
+    return next != std::string_view::npos && text_[next] != '\n';
+  }
+
+  /// Reads one cell and its separator; true when another one follows.
   bool next_cell(std::vector<std::string_view>& cells) {
-    const std::size_t first = text_.find_first_not_of(" \t");
+    const std::size_t first = text_.find_first_not_of(separator_ == '\t' ? " " : " \t");
     if (first != std::string_view::npos && text_[first] == '"') {
       text_.remove_prefix(first);
       return next_quoted(cells);
     }
     const std::size_t end = cell_end(text_);
     std::string_view cell = text_.substr(0, end);
-    const bool more = end < text_.size() && text_[end] == ',';
+    const bool more = more_behind(end);
     if (!more && cell.ends_with('\r')) cell.remove_suffix(1);
     cells.push_back(trimmed(cell));
     return step_over(end, more);
@@ -100,47 +149,38 @@ class Records {
 
     const std::size_t end = cell_end(text_);
     if (text_.substr(0, end).find_first_not_of(" \t\r") != std::string_view::npos)
-      throw Error(
-          fmt::format("{}:{}: text follows a closing quote: expected a comma or the end of the line", file_, line_));
-    return step_over(end, end < text_.size() && text_[end] == ',');
+      throw Error(fmt::format("{}:{}: text follows a closing quote: expected {} or the end of the line", file_, line_,
+                              in_words(separator_)));
+    return step_over(end, more_behind(end));
   }
 
   bool step_over(std::size_t end, bool more) {
+    if (!more) end = std::min(text_.find('\n', end), text_.size());  // spaces may separate it from the last cell
     if (end < text_.size() && !more) ++line_;
     text_.remove_prefix(std::min(end + 1, text_.size()));
+    if (more) skip_spaces();
     return more;
   }
 
   std::string_view text_;
   std::string_view file_;
+  std::string_view comment_;
+  char separator_;
   int line_ = 1;
 };
 
-void check_headings(const std::vector<std::string>& headings, const std::string& file) {
-  if (headings.size() == 1 && headings[0].find_first_of(";\t") != std::string::npos)
-    throw Error(fmt::format("{}:1: the columns seem to be separated by {}: write the log with commas", file,
-                            headings[0].find(';') != std::string::npos ? "semicolons" : "tabs"));
-  std::vector<std::string> sorted = headings;
-  std::sort(sorted.begin(), sorted.end());
-  const auto twice = std::adjacent_find(sorted.begin(), sorted.end(),
-                                        [](const auto& a, const auto& b) { return !a.empty() && a == b; });
-  if (twice != sorted.end())
-    throw Error(fmt::format("{}:1: the heading \"{}\" occurs twice: rename one of the columns", file, shown(*twice)));
-}
-
-[[noreturn]] void fail_ragged(const std::string& file, int line, std::size_t expected, std::size_t found, bool last,
-                              bool blank) {
-  const char* remedy = blank  ? "the line is blank"
-                       : last ? "the log ends inside a row: delete it"
-                              : "correct or delete the row";
-  throw Error(
-      fmt::format("{}:{}: expected {} cells as in the header, found {}: {}", file, line, expected, found, remedy));
-}
-
 /// What keeps a cell from being a finite decimal number; nothing when `value` has been set.
-std::optional<const char*> read_number(std::string_view cell, double& value) {
+std::optional<const char*> read_number(std::string_view cell, char decimal, double& value) {
   cell = trimmed(cell);
   if (cell.empty()) return "is empty";
+  std::string with_point;
+  if (decimal == ',') {
+    if (cell.find('.') != std::string_view::npos)
+      return "has a point, and [log] decimal = \",\" says that a comma separates decimals";
+    with_point = cell;
+    std::replace(with_point.begin(), with_point.end(), ',', '.');
+    cell = with_point;
+  }
   if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') cell.remove_prefix(1);
   const auto [end, status] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (status == std::errc::result_out_of_range) return "is beyond the range of double";
@@ -149,24 +189,79 @@ std::optional<const char*> read_number(std::string_view cell, double& value) {
   return std::nullopt;
 }
 
-}  // namespace
-
-CsvTable CsvTable::read(const std::string& path) {
-  return parse(codegen::read_file(path), path);
+/// Whether the cell says that there is no value: nothing, NaN (in any case) or NA.
+bool is_missing(std::string_view cell) {
+  cell = trimmed(cell);
+  if (cell.empty() || cell == "NA") return true;
+  if (cell[0] == '-' || cell[0] == '+') cell.remove_prefix(1);  // some printf write -nan, and some nan(ind)
+  const bool nan = cell.size() >= 3 && (cell[0] | 0x20) == 'n' && (cell[1] | 0x20) == 'a' && (cell[2] | 0x20) == 'n';
+  return nan && (cell.size() == 3 || cell[3] == '(');
 }
 
-CsvTable CsvTable::parse(std::string text, std::string file) {
+void check_headings(const std::vector<std::string>& headings, const std::string& file, int line, char separator,
+                    std::string_view comment) {
+  if (headings.size() == 1)
+    for (const char other : {';', '\t', ','})
+      if (other != separator && headings[0].find(other) != std::string::npos)
+        throw Error(
+            fmt::format("{}:{}: the columns seem to be separated by {}s: set separator = \"{}\" in [log], or write "
+                        "the log with {}s",
+                        file, line, in_words(other).substr(2), other == '\t' ? "tab" : std::string(1, other),
+                        in_words(separator).substr(2)));
+  double number = 0.0;
+  if (std::all_of(headings.begin(), headings.end(),
+                  [&](const std::string& heading) { return !read_number(heading, '.', number); }))
+    throw Error(fmt::format("{}:{}: numbers stand where the headings of the columns are expected: {}", file, line,
+                            comment.empty()
+                                ? std::string("write a header row above them")
+                                : fmt::format("is \"{}\" above them the header row? delete its #", shown(comment))));
+  std::vector<std::string> sorted = headings;
+  std::sort(sorted.begin(), sorted.end());
+  const auto twice = std::adjacent_find(sorted.begin(), sorted.end(),
+                                        [](const auto& a, const auto& b) { return !a.empty() && a == b; });
+  if (twice != sorted.end())
+    throw Error(
+        fmt::format("{}:{}: the heading \"{}\" occurs twice: rename one of the columns", file, line, shown(*twice)));
+}
+
+[[noreturn]] void fail_ragged(const std::string& file, int line, std::size_t expected, std::size_t found, bool last,
+                              bool blank) {
+  const char* fix = blank  ? "the line is blank"
+                    : last ? "the log ends inside a row: delete it"
+                           : "correct or delete the row";
+  throw Error(fmt::format("{}:{}: expected {} cells as in the header, found {}: {}", file, line, expected, found, fix));
+}
+
+void refuse_utf16(std::string_view text, const std::string& file) {
+  if (!text.starts_with("\xFF\xFE") && !text.starts_with("\xFE\xFF")) return;
+  throw Error(
+      fmt::format("{}: is UTF-16, as its byte order mark says: expected UTF-8; iconv -f UTF-16 -t UTF-8 {} > utf8.csv "
+                  "converts it",
+                  file, file));
+}
+
+}  // namespace
+
+CsvTable CsvTable::read(const std::string& path, const CsvFormat& format) {
+  return parse(codegen::read_file(path), path, format);
+}
+
+CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& format) {
   CsvTable table;
   table.file_ = std::move(file);
+  table.format_ = format;
   table.text_ = std::make_shared<const std::string>(std::move(text));
+  refuse_utf16(*table.text_, table.file_);
 
-  Records records(*table.text_, table.file_);
+  Records records(*table.text_, table.file_, format.separator);
   if (records.rest_is_blank())
     throw Error(fmt::format("{}: the file is empty: expected a header row and rows of numbers", table.file_));
   std::vector<std::string_view> header;
+  const std::string_view comment = records.last_comment();
+  table.header_line_ = records.line();
   records.next(header);
   table.headings_.assign(header.begin(), header.end());
-  check_headings(table.headings_, table.file_);
+  check_headings(table.headings_, table.file_, table.header_line_, format.separator, comment);
   if (records.rest_is_blank())
     throw Error(fmt::format("{}: a header and no data: expected rows of numbers below it", table.file_));
 
@@ -191,11 +286,21 @@ CsvTable CsvTable::parse(std::string text, std::string file) {
 }
 
 Eigen::VectorXd CsvTable::column(std::string_view heading) const {
+  return read_column(heading, nullptr);
+}
+
+Eigen::VectorXd CsvTable::column(std::string_view heading, std::vector<Eigen::Index>& missing) const {
+  return read_column(heading, &missing);
+}
+
+Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const {
   const auto found = std::find(headings_.begin(), headings_.end(), heading);
   if (found == headings_.end()) {
     const std::string nearest = nearest_name(heading, headings_);
-    const std::string hint = nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", shown(nearest));
-    throw Error(fmt::format("{}:1: no column \"{}\" among {}{}", file_, shown(heading),
+    std::string hint = nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", shown(nearest));
+    if (headings_.size() == 1 && headings_[0].find(' ') != std::string::npos)
+      hint = "; if spaces separate the columns, set separator = \"space\" in [log]";
+    throw Error(fmt::format("{}:{}: no column \"{}\" among {}{}", file_, header_line_, shown(heading),
                             fmt::join(shown(headings_), ", "), hint));
   }
   const auto offset = found - headings_.begin();
@@ -203,9 +308,17 @@ Eigen::VectorXd CsvTable::column(std::string_view heading) const {
   Eigen::VectorXd values(rows());
   for (Eigen::Index row = 0; row < rows(); ++row) {
     const std::string_view cell = cells_[static_cast<std::size_t>(row * stride + offset)];
-    if (const auto wrong = read_number(cell, values[row]))
-      throw Error(fmt::format("{}:{}:{}: \"{}\" {}: correct the row or delete it", file_, line(row), shown(heading),
-                              shown(cell), *wrong));
+    const auto wrong = read_number(cell, format_.decimal, values[row]);
+    if (!wrong) continue;
+    if (missing != nullptr && is_missing(cell)) {
+      missing->push_back(row);
+      values[row] = std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
+    const bool comma = format_.decimal == '.' && std::count(cell.begin(), cell.end(), ',') == 1;
+    throw Error(fmt::format(
+        "{}:{}:{}: \"{}\" {}: {}", file_, line(row), shown(heading), shown(cell), *wrong,
+        comma ? "if a comma separates decimals, set decimal = \",\" in [log]" : "correct the row or delete it"));
   }
   return values;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Strict reader of comma-separated logs: one header row, then rows of as many cells (RFC 4180 quoting; LF or CRLF; a
-// byte order mark and blank lines at the end are let pass). Whatever is doubtful is an error that names file and line.
+// Strict reader of logs in columns: one header row, then rows of as many cells (RFC 4180 quoting; LF or CRLF; a byte order
+// mark, lines that begin with # and blank lines at the end are let pass). Whatever is doubtful is an error that names file
+// and line.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,12 +12,19 @@
 
 namespace nlo::trainer {
 
+/// How a file writes its rows.
+struct CsvFormat {
+  char separator = ',';  ///< ' ': any number of spaces and tabs
+  char decimal = '.';    ///< or ','
+};
+
 class CsvTable {
  public:
-  /// Splits `text` into cells. `file` is the name that errors show. Throws codegen::Error on an empty file, a file
-  /// without data rows, a ragged row, an unclosed quote, or a heading that occurs twice.
-  static CsvTable parse(std::string text, std::string file);
-  static CsvTable read(const std::string& path);
+  /// Splits `text` into cells. `file` is the name that errors show. Throws codegen::Error on an empty file, UTF-16, a file
+  /// without data rows, a ragged row, an unclosed quote, a row of numbers where the header is expected, or a heading that
+  /// occurs twice.
+  static CsvTable parse(std::string text, std::string file, const CsvFormat& format = {});
+  static CsvTable read(const std::string& path, const CsvFormat& format = {});
 
   const std::string& file() const { return file_; }
   const std::vector<std::string>& headings() const { return headings_; }
@@ -29,12 +37,19 @@ class CsvTable {
   /// or when a cell is empty, no decimal number, or not finite (names file, line, column and the cell).
   Eigen::VectorXd column(std::string_view heading) const;
 
+  /// The same, but cells that are empty, NaN or NA are let pass: NaN, and their rows, increasing, in `missing`.
+  Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing) const;
+
  private:
   CsvTable() = default;
 
+  Eigen::VectorXd read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const;
+
   std::string file_;
+  CsvFormat format_;
   std::shared_ptr<const std::string> text_;  ///< what the cells look into
   std::vector<std::string> headings_;
+  int header_line_ = 1;
   std::vector<std::string_view> cells_;  ///< rows x headings, row by row, unquoted
   std::vector<int> lines_;
 };

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,16 @@ struct Trajectory {
                                      ///< estimate is asked for there, in training or in flight
   Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x): where the PDE residual asks for it; else 0 x 0
   Eigen::MatrixXd inputs = {};       ///< n_u x N, what excited the plant; 0 x 0 when nothing did
+  /// n_y x N: whether a log has no measurement there (an empty cell): `outputs` then holds the last one. 0 x 0: it has all.
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> missing = {};
+  std::string log = {};  ///< path of the log that it is a run of; gaps make several of one
 
   Eigen::Index samples() const { return time_s.size(); }
+  /// The outputs as an observer in flight is given them: NaN where they are missing.
+  Eigen::MatrixXd measured() const {
+    if (missing.size() == 0) return outputs;
+    return missing.select(std::numeric_limits<double>::quiet_NaN(), outputs.array()).matrix();
+  }
 };
 
 /// Points of the state space with the plant's f and h there: where the PDE residual asks for them.

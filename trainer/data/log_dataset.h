@@ -3,11 +3,13 @@
 // the zero-phase filter, time from the first sample. What was found on the way (clock, notes) is a LogReport.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
+#include "trainer/data/log_checks.h"
 #include "trainer/data/log_content.h"
 #include "trainer/data/time_stamps.h"
 #include "trainer/data/training_logs.h"
@@ -16,10 +18,11 @@ namespace nlo::trainer {
 
 struct LogReport {
   double sample_period_s = 0.0;        ///< nominal: as configured, else the logs' mean step, or median if irregular
-  std::vector<TimeStampReport> files;  ///< one per run; a log with gaps has several
-  std::vector<std::string> notes;      ///< what a reader should know, each with its mend
-  std::vector<LogContent> contents;    ///< one per file: its rows, to be found again
-  std::string data_hash;               ///< content_hash of the files, in the order of `files`
+  std::vector<TimeStampReport> files;  ///< one for each log, over the runs that gaps make of it
+  std::vector<std::string> notes;      ///< what a reader should know, each with its fix
+  std::map<std::string, EmptyCells> empty_cells;  ///< by heading, over all files; none where there are none
+  std::vector<LogContent> contents;               ///< one per file: its rows, to be found again
+  std::string data_hash;                          ///< content_hash of the files, in the order of `files`
 };
 
 /// Table of the time stamps, then the notes, one per line.
@@ -27,9 +30,11 @@ std::string to_text(const LogReport& report);
 
 /// Loads the logs that match `files` (names or globs below `directory`; empty: as they stand). A log is split where a
 /// step exceeds max_gap_s; each run starts anew, and one that is too short for the filter and its masks is dropped.
-///   outputs  n_y x N  as measured, angles unwrapped from their first sample (or as sine and cosine)
-///   states   n_x x N  columns likewise; `derivative_of` another: its zero-phase velocity
-///   weight   N        0 within mask_edges_s of either end when a state is such a velocity, else 1
+///   outputs  n_y x N  as measured, angles unwrapped from their first sample (or as sine and cosine); an empty cell holds
+///                     the value before it, and is `missing`
+///   states   n_x x N  columns likewise; `derivative_of` another: its zero-phase velocity; empty cells on straight lines
+///   weight   N        0 within mask_edges_s of either end when a state is such a velocity, else 1; 0 where the cell of a
+///                     state is empty, and for a velocity also within mask_edges_s of a hole longer than 1 / cutoff_hz
 ///   time_s   N        from the first sample; on the even grid where stamps differ from it by their rounding
 ///   uniform           every run is regular (TimeGrid), of the nominal period, and misses no sample
 /// With `every` = n > 1 all of that is computed from every row, then each n-th sample is kept. Columns not listed are not

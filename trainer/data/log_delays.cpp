@@ -53,7 +53,7 @@ DelayRun on_grid(const LogFile& log, const LogRun& run, double period_s, const s
   const auto samples = static_cast<Index>(std::floor(run.time_s[run.rows - 1] / period_s)) + 1;
   const VectorXd grid_s = VectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) * period_s);
   const auto read = [&](const LogColumn& column) -> Eigen::RowVectorXd {
-    VectorXd values = log.column(column.heading).segment(run.first, run.rows);
+    VectorXd values = log.values(column).segment(run.first, run.rows);
     if (column.wrap > 0.0) values = unwrap(values, column.wrap);
     return interpolated(run.time_s, values, grid_s).transpose();
   };

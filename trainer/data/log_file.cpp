@@ -30,7 +30,46 @@ void read_time(const CsvTable& table, const LogSchema& schema, double sample_per
       throw Error(fmt::format("{}:{}:{}: time does not increase: {} follows {}: sort the rows and drop repeated ones",
                               table.file(), table.line(k), schema.time_heading, stamps[k], stamps[k - 1]));
   log.time_s = (stamps.array() - stamps[0]) * schema.time_unit_s;
+  log.start_s = stamps[0] * schema.time_unit_s;
   log.resolution_s = stamp_resolution(stamps) * schema.time_unit_s;
+}
+
+/// Fills empty cells as LogFile::columns says. `rows` increase and are not all rows.
+void hold_last(const std::vector<Index>& rows, VectorXd& values) {
+  std::size_t leading = 0;
+  while (leading < rows.size() && rows[leading] == static_cast<Index>(leading)) ++leading;
+  values.head(static_cast<Index>(leading)).setConstant(values[static_cast<Index>(leading)]);
+  for (std::size_t i = leading; i < rows.size(); ++i) values[rows[i]] = values[rows[i] - 1];
+}
+
+/// A column without a value is an error, which names all that are mostly empty: else each costs a try.
+void check_empty(const LogFile& log) {
+  std::string whole, most;
+  for (const auto& [heading, rows] : log.empty) {
+    const double share = static_cast<double>(rows.size()) / static_cast<double>(log.time_s.size());
+    if (share == 1.0) whole += fmt::format("{}\"{}\"", whole.empty() ? "" : ", ", heading);
+    if (share > kMostlyEmpty && share < 1.0)
+      most += fmt::format("{}\"{}\" ({:.3g} %)", most.empty() ? "" : ", ", heading, 100.0 * share);
+  }
+  if (whole.empty()) return;
+  throw Error(
+      fmt::format("{}: no row has a value of {}{}: leave the log out, or take the column out of [[log.columns]]",
+                  log.path, whole, most.empty() ? "" : fmt::format("; mostly empty: {}", most)));
+}
+
+/// How many of the first rows of a stretch come before every needed column has had a value.
+Index rows_without_values(const LogFile& log, Index first, Index rows) {
+  Index late = 0;
+  for (const std::string& heading : log.needed) {
+    const auto found = log.empty.find(heading);
+    if (found == log.empty.end()) continue;
+    const auto& missing = found->second;
+    auto at = std::lower_bound(missing.begin(), missing.end(), first);
+    Index row = first;
+    for (; at != missing.end() && *at == row && row < first + rows; ++at) ++row;
+    late = std::max(late, row - first);
+  }
+  return late;
 }
 
 }  // namespace
@@ -44,13 +83,27 @@ std::vector<std::string> listed_headings(const LogSchema& schema) {
   return headings;
 }
 
+VectorXd LogFile::values(const LogColumn& column) const {
+  const VectorXd& cells = this->column(column.heading);
+  if (column.scale == 1.0 && column.offset == 0.0) return cells;
+  return column.scale * cells.array() + column.offset;
+}
+
 LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s) {
-  const CsvTable table = CsvTable::read(path);
+  const CsvTable table = CsvTable::read(path, schema.format);
   LogFile log;
   log.path = path;
   log.name = std::filesystem::path(path).filename().string();
   read_time(table, schema, sample_period_s, log);
-  for (const std::string& heading : listed_headings(schema)) log.columns.emplace(heading, table.column(heading));
+  for (const std::string& heading : listed_headings(schema)) {
+    std::vector<Index> missing;
+    log.columns.emplace(heading, table.column(heading, missing));
+    if (!missing.empty()) log.empty.emplace(heading, std::move(missing));
+  }
+  check_empty(log);
+  for (const auto& [heading, rows] : log.empty) hold_last(rows, log.columns.at(heading));
+  for (const auto* columns : {&schema.outputs, &schema.inputs})
+    for (const LogColumn& column : *columns) log.needed.push_back(column.heading);
   for (Index row = 0; row < table.rows(); ++row) log.lines.push_back(table.line(row));
   return log;
 }
@@ -69,11 +122,16 @@ std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vec
 
   std::vector<LogRun> runs;
   std::size_t single = 0;
+  Index late = 0;
   for (std::size_t i = 0; i < count; ++i) {
     LogRun run;
     run.source = count == 1 ? log.name : fmt::format("{} ({} of {})", log.name, i + 1, count);
     run.first = starts[i];
     run.rows = starts[i + 1] - starts[i];
+    const Index without = rows_without_values(log, run.first, run.rows);
+    late += without;
+    run.first += without;
+    run.rows -= without;
     if (run.rows < 2) {
       ++single;
       continue;
@@ -82,13 +140,18 @@ std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vec
     run.grid = fit_time_grid(run.time_s, log.resolution_s);
     runs.push_back(std::move(run));
   }
+  if (late > 0)
+    notes.push_back(
+        fmt::format("{}: {} rows are left out, at whose place in a run an output or an input has not had a value "
+                    "yet",
+                    log.name, late));
   if (count > 1)
     notes.push_back(
         fmt::format("{}:{}: a gap of {:.4g} s, the longest of {}: the log is split into {} "
                     "runs, each from a fresh start{} (a longer [log] max_gap_s, now {:.4g} s, keeps it "
                     "whole)",
                     log.name, log.lines[static_cast<std::size_t>(longest)], step_s(longest), count - 1, count,
-                    single == 0 ? "" : fmt::format("; {} of one sample are dropped", single), max_gap_s));
+                    single == 0 ? "" : fmt::format("; {} of at most one sample are dropped", single), max_gap_s));
   return runs;
 }
 

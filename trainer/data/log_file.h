@@ -13,6 +13,9 @@
 
 namespace nlo::trainer {
 
+/// A column with a larger share of empty cells is mostly empty.
+inline constexpr double kMostlyEmpty = 0.5;
+
 /// A stretch of a log without a gap.
 struct LogRun {
   std::string source;  ///< "run3.csv", or "run3.csv (2 of 3)"
@@ -22,20 +25,28 @@ struct LogRun {
 };
 
 struct LogFile {
-  std::string path, name;                          ///< name: without its folders
-  std::map<std::string, Eigen::VectorXd> columns;  ///< by heading, as they stand in the file
-  Eigen::VectorXd time_s;                          ///< from the first sample, increasing
-  double resolution_s = 0.0;                       ///< of the printed stamps; 0: none, or no time column
-  std::vector<int> lines;                          ///< of each row, in the file
+  std::string path, name;  ///< name: without its folders
+  /// By heading, as they stand in the file. An empty cell holds the last value above it, and the first below it where there
+  /// is none above.
+  std::map<std::string, Eigen::VectorXd> columns;
+  std::map<std::string, std::vector<Eigen::Index>> empty;  ///< by heading, rows of its empty cells; none: not listed
+  Eigen::VectorXd time_s;                                  ///< from the first sample, increasing
+  double start_s = 0.0;                                    ///< its first stamp; 0: no time column
+  double resolution_s = 0.0;                               ///< of the printed stamps; 0: none, or no time column
+  std::vector<int> lines;                                  ///< of each row, in the file
+  std::vector<std::string> needed;  ///< headings of outputs and inputs: a run begins where all have values
 
   const Eigen::VectorXd& column(const std::string& heading) const { return columns.at(heading); }
+  /// In the unit of the column. What stands in the file goes through unchanged where nothing converts it.
+  Eigen::VectorXd values(const LogColumn& column) const;
 };
 
 /// Reads the columns that `schema` lists. Throws codegen::Error naming file, line and column: see CsvTable; fewer than
-/// two samples; time stamps that do not increase.
+/// two samples; time stamps that do not increase; columns without any value, beside the shares of all that are mostly empty.
 LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s);
 
-/// The runs between steps longer than `max_gap_s`, which `notes` name. Runs of one sample are dropped, and noted.
+/// The runs between steps longer than `max_gap_s`, which `notes` name. Rows at the start of a run are left out until every
+/// output and input has had a value. Runs of one sample are dropped, and noted.
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes);
 
 /// Of all listed columns but time, each once, in the order of the list.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "codegen/base/error.h"
 #include "trainer/data/angle.h"
@@ -85,8 +86,10 @@ LogMetrics log_metrics(const Dataset& data, const std::vector<MatrixXd>& estimat
   if (estimates.size() != data.trajectories.size())
     throw codegen::Error(
         fmt::format("log metrics: estimates of {} logs for {} logs", estimates.size(), data.trajectories.size()));
-  LogMetrics metrics{windows, {}, {}};
-  std::vector<Sums> pooled(data.states.size() + angle_pairs.size(), Sums(windows.size()));
+  LogMetrics metrics{windows, {}, estimates.size(), {}};
+  const std::vector<Sums> none(data.states.size() + angle_pairs.size(), Sums(windows.size()));
+  std::vector<Sums> pooled = none, log = none;
+  std::size_t runs = 0;  // of this log
   for (std::size_t file = 0; file < estimates.size(); ++file) {
     const Trajectory& run = data.trajectories[file];
     if (estimates[file].rows() != run.states.rows() || estimates[file].cols() != run.samples())
@@ -94,8 +97,14 @@ LogMetrics log_metrics(const Dataset& data, const std::vector<MatrixXd>& estimat
                                        estimates[file].rows(), estimates[file].cols(), run.states.rows(),
                                        run.samples()));
     const std::vector<Sums> sums = sums_of(data, run, estimates[file], angle_pairs, windows);
-    for (std::size_t i = 0; i < sums.size(); ++i) pooled[i].add(sums[i]);
-    metrics.files.push_back({run.source, finish(data, angle_pairs, sums)});
+    for (std::size_t i = 0; i < sums.size(); ++i) pooled[i].add(sums[i]), log[i].add(sums[i]);
+    ++runs;
+    if (file + 1 < estimates.size() && !run.log.empty() && data.trajectories[file + 1].log == run.log) continue;
+    const std::string name = std::filesystem::path(run.log).filename().string();
+    metrics.files.push_back(
+        {runs == 1 ? run.source : fmt::format("{} ({} runs)", name, runs), finish(data, angle_pairs, log)});
+    log = none;
+    runs = 0;
   }
   metrics.pooled = finish(data, angle_pairs, pooled);
   return metrics;

@@ -24,8 +24,9 @@ struct LogMetrics {
     std::string source;
     std::vector<StateError> states;
   };
-  EvaluationWindows windows;  ///< "all" first
-  std::vector<File> files;
+  EvaluationWindows windows;       ///< "all" first
+  std::vector<File> files;         ///< one for each log, however many runs gaps make of it
+  std::size_t runs = 0;            ///< of all files
   std::vector<StateError> pooled;  ///< over the samples of all files together
 };
 

@@ -10,6 +10,7 @@
 
 #include "trainer/base/nearest_name.h"
 #include "trainer/config/key_error.h"
+#include "trainer/data/units.h"
 
 namespace nlo::trainer {
 namespace {
@@ -27,11 +28,52 @@ std::string heading_of(const ColumnConfig& column) {
 }
 
 double seconds_per_unit(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
-  if (column.unit.empty() || column.unit == "s") return 1.0;
-  if (column.unit == "ms") return 1e-3;
-  if (column.unit == "us") return 1e-6;
-  if (column.unit == "ns") return 1e-9;
-  fail(column, all, fmt::format("unit \"{}\" of the time column: expected s, ms, us or ns", column.unit));
+  if (column.unit.empty()) return 1.0;
+  if (const Unit* unit = find_unit(column.unit); unit != nullptr && unit->kind == "time") return unit->scale;
+  fail(column, all, fmt::format("unit \"{}\" of the time column: expected s, ms, us, ns, min or h", column.unit));
+}
+
+/// From the cells to the column's unit: scale and offset, then from file_unit to unit.
+Conversion conversion_of(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
+  if (column.scale == 0.0) fail(column, all, "scale = 0 makes every value the same: expected another number");
+  Conversion units;
+  if (!column.file_unit.empty() && column.unit.empty())
+    fail(column, all,
+         fmt::format("file_unit = \"{}\" and no unit: give the unit that it is wanted in", column.file_unit));
+  switch (compare_units(column.file_unit, column.unit, units)) {
+    case UnitsAre::kTheSame:
+    case UnitsAre::kConvertible:
+      break;
+    case UnitsAre::kOfDifferentKinds:
+      fail(column, all,
+           fmt::format("file_unit = {} cannot become unit = {}: they are of different kinds",
+                       with_kind(column.file_unit), with_kind(column.unit)));
+    case UnitsAre::kUnknown:
+      fail(column, all,
+           fmt::format(
+               "file_unit = {} cannot become unit = {}: the table of units has not both; write scale and offset in "
+               "place of file_unit (value = scale * cell + offset)",
+               with_kind(column.file_unit), with_kind(column.unit)));
+  }
+  if (column.scale == 1.0 && column.offset == 0.0) return units;
+  return {units.scale * column.scale, units(column.offset)};
+}
+
+/// What the velocity of `source`, in its unit per second, is multiplied by to be in the unit of `column`.
+double rate_of(const ColumnConfig& column, const ColumnConfig& source, const std::vector<ColumnConfig>& all) {
+  if (column.scale != 1.0 || column.offset != 0.0)
+    fail(column, all,
+         fmt::format("scale and offset are of cells: give them to \"{}\", which it is the derivative of", source.name));
+  if (!column.file_unit.empty()) return conversion_of(column, all).scale;
+  const Unit *from = find_unit(source.unit), *to = find_unit(column.unit);
+  if (from == nullptr || to == nullptr) return 1.0;
+  const std::string_view kind = kind_of_rate(from->kind);
+  if (kind.empty()) return 1.0;
+  if (to->kind != kind)
+    fail(column, all,
+         fmt::format("unit = {} cannot be of the derivative of \"{}\", whose unit is {}: expected one of {}",
+                     with_kind(column.unit), source.name, with_kind(source.unit), kind));
+  return from->scale == to->scale ? 1.0 : from->scale / to->scale;
 }
 
 /// The listed column that `name` means: by its name here, else by its heading.
@@ -63,12 +105,23 @@ LogColumn resolve(const ColumnConfig& column, const std::vector<ColumnConfig>& a
     fail(column, all,
          "delay_s is of columns with role \"input\": remove it, or shift the column itself where a sensor is late");
   resolved.delay_s = column.delay_s;
-  if (column.derivative_of.empty()) return resolved;
+  if (column.derivative_of.empty()) {
+    if (column.role == ColumnRole::kTime && (column.scale != 1.0 || column.offset != 0.0 || !column.file_unit.empty()))
+      fail(column, all, "scale, offset and file_unit are not of the time: its unit says what its numbers are");
+    const Conversion cells = conversion_of(column, all);
+    resolved.scale = cells.scale;
+    resolved.offset = cells.offset;
+    return resolved;
+  }
 
   if (column.role != ColumnRole::kState) fail(column, all, "derivative_of is for columns with role \"state\"");
   if (column.wrap > 0.0)
     fail(column, all, "a derivative does not wrap: give the wrap to the column that it is derived from");
   const ColumnConfig& source = derived_from(column, all);
+  const Conversion cells = conversion_of(source, all);
+  resolved.scale = cells.scale;
+  resolved.offset = cells.offset;
+  resolved.rate = rate_of(column, source, all);
   resolved.heading = heading_of(source);
   resolved.wrap = source.wrap;
   resolved.derivative = true;
@@ -90,11 +143,12 @@ void append_mirror(const ColumnConfig& column, bool sincos, std::vector<double>&
   if (sincos) mirror.push_back(1.0);
 }
 
-/// The outputs' channels that measure the quantity under `heading`, if any do.
-StateSource measured_by(const std::string& heading, const std::vector<LogColumn>& outputs) {
+/// The outputs' channels that measure the quantity of `state`, in its unit, if any do.
+StateSource measured_by(const LogColumn& state, const std::vector<LogColumn>& outputs) {
   int channel = 0;
   for (const LogColumn& output : outputs) {
-    if (output.heading == heading)
+    if (output.heading == state.heading && output.scale == state.scale && output.offset == state.offset &&
+        state.rate == 1.0)
       return {StateKind::kMeasured, channel, output.sincos ? channel + 1 : -1, output.wrap};
     channel += output.sincos ? 2 : 1;
   }
@@ -102,7 +156,7 @@ StateSource measured_by(const std::string& heading, const std::vector<LogColumn>
 }
 
 void append_sources(const LogColumn& state, const std::vector<LogColumn>& outputs, std::vector<StateSource>& sources) {
-  StateSource source = measured_by(state.heading, outputs);
+  StateSource source = measured_by(state, outputs);
   const auto append = [&](StateKind kind) {
     if (source.kind != StateKind::kHidden) source.kind = kind;
     sources.push_back(source);
@@ -131,10 +185,21 @@ void check_names(const LogSchema& schema, const std::vector<ColumnConfig>& all) 
                                    channel.name));
 }
 
+CsvFormat format_of(const LogConfig& config) {
+  if (config.separator == "," && config.decimal == ",")
+    throw KeyError(
+        "log.decimal",
+        "[log] decimal = \",\": a comma separates the cells already; set separator, which is \";\" in most logs "
+        "with decimal commas");
+  const char separator = config.separator == "tab" ? '\t' : config.separator == "space" ? ' ' : config.separator[0];
+  return {separator, config.decimal[0]};
+}
+
 }  // namespace
 
 LogSchema resolve_columns(const LogConfig& config) {
   LogSchema schema;
+  schema.format = format_of(config);
   for (const ColumnConfig& column : config.columns) {
     const LogColumn resolved = resolve(column, config.columns);
     switch (column.role) {
@@ -143,6 +208,7 @@ LogSchema resolve_columns(const LogConfig& config) {
           fail(column, config.columns, "a second column with role \"time\": expected one");
         schema.time_heading = resolved.heading;
         schema.time_unit_s = seconds_per_unit(column, config.columns);
+        schema.has_time_unit = !column.unit.empty();
         break;
       case ColumnRole::kOutput:
         schema.outputs.push_back(resolved);

@@ -8,6 +8,7 @@
 
 #include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
+#include "trainer/data/csv.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
@@ -15,10 +16,13 @@ namespace nlo::trainer {
 /// One entry of [[log.columns]] and where its numbers come from.
 struct LogColumn {
   std::string name, heading, unit;
-  double wrap = 0.0;        ///< full turn of what stands in the file; 0: not an angle
-  bool derivative = false;  ///< the zero-phase velocity of what stands in the file
+  double wrap = 0.0;        ///< full turn of the values of `heading`; 0: not an angle
+  bool derivative = false;  ///< the zero-phase velocity of those values, times `rate`
   bool sincos = false;      ///< two channels, NAME_sin and NAME_cos
   double delay_s = 0.0;     ///< of an input: it acts this much later
+  double scale = 1.0;       ///< value = scale * cell + offset
+  double offset = 0.0;
+  double rate = 1.0;  ///< of a derivative: its unit in units of the values' per second
 };
 
 /// What a state is to the measured outputs: where a causal differentiator can start from.
@@ -39,8 +43,10 @@ struct AnglePair {
 };
 
 struct LogSchema {
-  std::string time_heading;  ///< empty: no time stamps, rows are sample_period_s apart
-  double time_unit_s = 1.0;  ///< seconds per unit of the time column
+  CsvFormat format;            ///< of the files
+  std::string time_heading;    ///< empty: no time stamps, rows are sample_period_s apart
+  double time_unit_s = 1.0;    ///< seconds per unit of the time column
+  bool has_time_unit = false;  ///< it was given; else seconds are assumed
   std::vector<LogColumn> outputs, states, inputs;
   std::vector<codegen::Channel> output_channels, state_channels, input_channels;
   Mirror mirror;                           ///< of the channels
@@ -48,8 +54,8 @@ struct LogSchema {
   std::vector<AnglePair> angle_pairs;      ///< among the states
 };
 
-/// Throws KeyError of the column, with the mend: no output, no state, two time columns, a name that is taken,
-/// an encoding without a wrap, a derivative of what is not listed.
+/// Throws KeyError of the column, with the fix: no output, no state, two time columns, a name that is taken,
+/// an encoding without a wrap, a derivative of what is not listed; of [log], where a comma separates cells and decimals.
 LogSchema resolve_columns(const LogConfig& config);
 
 }  // namespace nlo::trainer

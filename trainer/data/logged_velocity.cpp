@@ -78,7 +78,7 @@ void note_logged_velocities(const LogSchema& schema, const VelocityFilterConfig&
   const Index samples = std::min(run->rows, kSamples);
   if (samples < 10 * kMaxLag) return;
   const auto column = [&](const LogColumn& c) -> VectorXd {
-    const VectorXd values = log->column(c.heading).segment(run->first, samples);
+    const VectorXd values = log->values(c).segment(run->first, samples);
     return c.wrap > 0.0 ? unwrap(values, c.wrap) : values;
   };
   std::vector<VectorXd> velocities;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/data/time_stamps.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -83,14 +85,17 @@ double stamp_resolution(const VectorXd& stamps) {
   return 0.0;
 }
 
-TimeStampReport report_time_stamps(const std::string& file, const VectorXd& time_s, double nominal_s) {
-  std::vector<double> steps;
-  append_steps(time_s, steps);
-  std::sort(steps.begin(), steps.end());
+TimeStampReport report_time_stamps(const std::string& file, const std::vector<VectorXd>& times_s, double nominal_s) {
   TimeStampReport report;
   report.file = file;
-  report.samples = time_s.size();
-  report.duration_s = time_s[time_s.size() - 1] - time_s[0];
+  report.runs = times_s.size();
+  std::vector<double> steps;
+  for (const VectorXd& time_s : times_s) {
+    append_steps(time_s, steps);
+    report.samples += time_s.size();
+    report.duration_s += time_s[time_s.size() - 1] - time_s[0];
+  }
+  std::sort(steps.begin(), steps.end());
   report.median_s = quantile(steps, 0.5);
   report.p01_s = quantile(steps, 0.01);
   report.p99_s = quantile(steps, 0.99);
@@ -98,6 +103,10 @@ TimeStampReport report_time_stamps(const std::string& file, const VectorXd& time
   report.gaps =
       static_cast<int>(std::count_if(steps.begin(), steps.end(), [&](double h) { return h > 1.5 * nominal_s; }));
   return report;
+}
+
+std::string named(const TimeStampReport& report) {
+  return report.runs == 1 ? report.file : fmt::format("{} ({} runs)", report.file, report.runs);
 }
 
 double median_step(const std::vector<VectorXd>& times_s) {

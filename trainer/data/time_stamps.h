@@ -38,9 +38,10 @@ bool has_period(const TimeGrid& grid, double period_s);
 /// 1e-9, or when doubles of that size cannot tell.
 double stamp_resolution(const Eigen::VectorXd& stamps);
 
-/// Statistics of the steps between the time stamps of one run.
+/// Statistics of the steps between the time stamps of one file, over its runs.
 struct TimeStampReport {
   std::string file;
+  std::size_t runs = 1;
   Eigen::Index samples = 0;
   double duration_s = 0.0;
   double median_s = 0.0, p01_s = 0.0, p99_s = 0.0, max_s = 0.0;
@@ -48,8 +49,13 @@ struct TimeStampReport {
   bool nominal = false;  ///< each step counts as the nominal period; else as it is stamped
 };
 
-/// `time_s` has at least two samples and increases.
-TimeStampReport report_time_stamps(const std::string& file, const Eigen::VectorXd& time_s, double nominal_s);
+/// Of the runs of one file, at least one; each `time_s` has at least two samples and increases. Steps between runs do not
+/// count.
+TimeStampReport report_time_stamps(const std::string& file, const std::vector<Eigen::VectorXd>& times_s,
+                                   double nominal_s);
+
+/// "run.csv", or "run.csv (3 runs)".
+std::string named(const TimeStampReport& report);
 
 /// Median of the steps of several logs taken together.
 double median_step(const std::vector<Eigen::VectorXd>& times_s);

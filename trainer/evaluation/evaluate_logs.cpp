@@ -26,6 +26,17 @@ Dataset with_noise(Dataset data, const NoiseConfig& noise, std::uint64_t seed) {
   return data;
 }
 
+/// As an observer in flight is given them: empty cells of a log are NaN, and noise is on the others.
+Dataset with_empty_cells(Dataset data) {
+  for (Trajectory& run : data.trajectories) run.outputs = run.measured();
+  return data;
+}
+
+bool has_empty_cells(const Dataset& data) {
+  return std::any_of(data.trajectories.begin(), data.trajectories.end(),
+                     [](const Trajectory& run) { return run.missing.size() != 0; });
+}
+
 /// What a baseline reads that has to have numbers.
 Dataset held_outputs(Dataset data) {
   for (Trajectory& run : data.trajectories) run.outputs = held(std::move(run.outputs));
@@ -164,7 +175,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   result.unscored = find_unscored(logs);
   if (!share_a_unit(logs.states)) config.state_scale = state_deviation(logs);
 
-  const Dataset measured = without(with_noise(logs, noise, seed), missing);
+  const Dataset measured = without(with_empty_cells(with_noise(logs, noise, seed)), missing);
   result.missing = missing;
   const auto judge = [&](const std::string& name, std::vector<std::string> describe,
                          const std::vector<Eigen::MatrixXd>& estimates) {
@@ -202,9 +213,11 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   const std::vector<std::string> senseless = unscored_notes(logs, estimates);
 
   // The baselines see the noise that the observer sees, with draws of their own for fitting.
-  const Dataset fitted_on = without(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1), missing);
-  const Dataset read_by_baselines = noise.loses() ? held_outputs(fitted_on) : fitted_on;
-  const Dataset judged = noise.loses() ? held_outputs(measured) : measured;
+  const Dataset fitted_on =
+      without(with_empty_cells(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1)), missing);
+  const auto has_holes = [&](const Dataset& data) { return noise.loses() || has_empty_cells(data); };
+  const Dataset read_by_baselines = has_holes(fitted_on) ? held_outputs(fitted_on) : fitted_on;
+  const Dataset judged = has_holes(measured) ? held_outputs(measured) : measured;
   const std::vector<std::string>& names = LogBaseline::names();
   for (std::size_t n = 0; n < names.size(); ++n) {
     if (!missing.empty() && names[n] != "constant") continue;

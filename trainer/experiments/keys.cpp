@@ -143,6 +143,16 @@ const std::vector<Key<LogConfig>>& keys() {
       only_when_given(key(
           "every", &L::every, between(1, 1000),
           "the observer is given each n-th row; sample_period_s is of those rows, velocities are computed from all")),
+      only_when_given<L>({"separator", "\",\", \";\", \"tab\" or \"space\"",
+                          "between the cells of a row; space: any number of them",
+                          [](L& log, const Toml& value, const std::string& where) {
+                            if (value.is_string() && value.as_string().str == "\t")
+                              log.separator = "tab";
+                            else
+                              read_value(value, where, one_of({",", ";", "tab", "space"}), log.separator);
+                          },
+                          [](const L& log) { return show_value(log.separator); }}),
+      only_when_given(key("decimal", &L::decimal, one_of({".", ","}), "what separates the decimals of a number")),
       key("max_gap_s", &L::max_gap_s, at_least(0),
           "a longer step splits a log into separate runs [s]; 0: 10 nominal periods"),
       key("train_files", &L::train_files, any(), "CSV files or globs (*, ?) under --data DIR"),
@@ -159,7 +169,12 @@ const std::vector<Key<ColumnConfig>>& keys() {
       key("name", &C::name, identifiers(), "in reports and in the exported header"),
       key("column", &C::column, any(), "its heading in the file; the same as name unless given"),
       key("role", &C::role, names_of<ColumnRole>(), "what the column is"),
-      key("unit", &C::unit, any(), "in reports: \"rad/s\""),
+      key("unit", &C::unit, any(), "of the values that the observer has: \"rad/s\"; of the time: s, ms, us or ns"),
+      only_when_given(
+          key("file_unit", &C::file_unit, any(),
+              "of the cells, where it is another one of the same kind (cm for m, deg for rad): they convert")),
+      only_when_given(key("scale", &C::scale, any(), "value = scale * cell + offset, before file_unit converts")),
+      only_when_given(key("offset", &C::offset, any(), "the same")),
       {"wrap", "number >= 0, \"2pi\" or \"360deg\"", "full turn of an angle in its unit; 0: not an angle",
        [](C& c, const Toml& value, const std::string& where) { read_wrap(value, where, c.wrap); },
        [](const C& c) { return show_value(c.wrap); }},

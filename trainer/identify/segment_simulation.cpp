@@ -55,6 +55,7 @@ VectorXd SegmentSimulation::residuals(const Trajectory& run, Index first, Index 
       double& residual = r[k * count + c];
       residual = 0.0;
       if (channel.state && run.weight[sample] <= 0.0) continue;
+      if (!channel.state && run.missing.size() != 0 && run.missing(channel.log_row, sample)) continue;
       const double measured = (channel.state ? run.states : run.outputs)(channel.log_row, sample);
       double error = measured - (channel.state ? x : y)[channel.plant_row];
       if (channel.wrap > 0.0) error = wrap_difference(error, channel.wrap);

@@ -219,7 +219,7 @@ std::string log_tables(const LogEvaluation& logs) {
 std::string clock_table(const LogReport& report) {
   Rows rows;
   for (const TimeStampReport& file : report.files)
-    rows.push_back({file.file, std::to_string(file.samples), fixed(file.duration_s, 1),
+    rows.push_back({named(file), std::to_string(file.samples), fixed(file.duration_s, 1),
                     significant(1e3 * file.median_s, 4), significant(1e3 * file.p01_s, 4),
                     significant(1e3 * file.p99_s, 4), significant(1e3 * file.max_s, 4), std::to_string(file.gaps)});
   std::string html = html_table(
@@ -282,7 +282,7 @@ void add_log_sections(Page& page, const LogEvaluation& logs) {
   page.heading(logs.split.empty() ? "The logs" : fmt::format("The {} logs", logs.split));
   add_runs(page, {logs.examples, logs.states, logs.outputs,
                   logs.noise.none() ? "" : fmt::format("with {} added", noise_title(logs.noise)),
-                  logs.entries.front().metrics.files.size()});
+                  logs.entries.front().metrics.runs});
 }
 
 }  // namespace

@@ -77,6 +77,12 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     run.samples = static_cast<int>(trajectory.samples());
     run.first_estimate = static_cast<int>(trajectory.first_estimate);
     run.readings = row_major(trajectory.outputs);
+    if (trajectory.missing.size() != 0)  // one that may fail is missing as in an outage; others hold their last value
+      for (const int row : failures.outputs)
+        for (int k = 0; k < run.samples; ++k)
+          if (trajectory.missing(row, k))
+            run.readings[static_cast<std::size_t>(row) * static_cast<std::size_t>(run.samples) +
+                         static_cast<std::size_t>(k)] = std::numeric_limits<float>::quiet_NaN();
     if (given() > ny) {
       const std::vector<float> inputs = row_major(trajectory.inputs);
       run.readings.insert(run.readings.end(), inputs.begin(), inputs.end());

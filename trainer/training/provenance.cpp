@@ -38,6 +38,7 @@ std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash) {
     if (dataset.reads_inputs) add(trajectory.inputs);
     add(trajectory.states);
     add(trajectory.weight);
+    if (trajectory.missing.size() != 0) add(trajectory.missing.cast<double>().eval());
   }
   return hash;
 }
