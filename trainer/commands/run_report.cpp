@@ -52,7 +52,7 @@ namespace {
 
 std::string readout_table(const Readout& readout) {
   if (readout.empty()) return "";
-  TextTable table({"RMSE on validation data", "network", "linear row", "sensor", "shipped", "what ships"});
+  TextTable table({"RMSE, training or validation", "network", "linear row", "sensor", "shipped", "what ships"});
   for (const StateReadout& s : readout)
     table.add_row({s.state, significant(s.trained), significant(s.linear),
                    std::isfinite(s.sensor) ? significant(s.sensor) : "-", significant(s.shipped), share_text(s.share)});

@@ -165,19 +165,71 @@ void write(codegen::Network& map, const RowInputs& inputs, const VectorXd& share
   }
 }
 
-void find_sensor(const codegen::Model& model, const SampledTruth& validation, Index state, StateReadout& result) {
-  const codegen::Channel& channel = model.states[static_cast<std::size_t>(state)];
+/// The data that judge an estimate: a candidate counts as what it is on the harder of both sets. Validation logs alone
+/// may be easier than what was trained on, and then a row wins there that loses wherever it is harder.
+class Judges {
+ public:
+  Judges(const codegen::Model& model, const RowInputs& inputs, const SampledTruth& training,
+         const SampledTruth& validation)
+      : model_(&model), samples_{&training, &validation} {
+    const codegen::ReferenceObserver<float> observer(model);
+    for (std::size_t s = 0; s < 2; ++s) {
+      trained_[s] = errors_of(observer.estimates(samples_[s]->z, samples_[s]->y), samples_[s]->x, model.states);
+      u_[s] = with_one(inputs.values(*samples_[s]));
+    }
+  }
+
+  /// Mean squared error of w . [1; u; y] for a state.
+  double row(Index state, const Eigen::RowVectorXd& w) const {
+    return worse([&](std::size_t s) { return of_row(s, state, w); });
+  }
+  double map(Index state) const {
+    return worse([&](std::size_t s) -> Eigen::RowVectorXd { return trained_[s].row(state); });
+  }
+  double blend(Index state, const Eigen::RowVectorXd& w, double share) const {
+    return worse([&](std::size_t s) -> Eigen::RowVectorXd {
+      return share * trained_[s].row(state) + (1.0 - share) * of_row(s, state, w);
+    });
+  }
+  double reading(Index state, int reading) const {
+    return worse([&](std::size_t s) { return errors(s, state, samples_[s]->y.row(reading)); });
+  }
+  /// The share of T* in the blend that suits validation data best.
+  double share(Index state, const Eigen::RowVectorXd& w) const {
+    return best_share(trained_[1].row(state), of_row(1, state, w), samples_[1]->weights);
+  }
+  double deviation(Index state) const {
+    const Eigen::RowVectorXd truth = samples_[1]->x.row(state);
+    const double mean = truth.dot(samples_[1]->weights.transpose()) / samples_[1]->weights.sum();
+    return std::sqrt(mean_square(truth.array() - mean, samples_[1]->weights));
+  }
+
+ private:
+  template <class Errors>
+  double worse(const Errors& errors) const {
+    return std::max(mean_square(errors(0), samples_[0]->weights), mean_square(errors(1), samples_[1]->weights));
+  }
+  Eigen::RowVectorXd errors(std::size_t s, Index state, const Eigen::RowVectorXd& estimate) const {
+    return errors_of(estimate, samples_[s]->x.row(state), {model_->states[static_cast<std::size_t>(state)]});
+  }
+  Eigen::RowVectorXd of_row(std::size_t s, Index state, const Eigen::RowVectorXd& w) const {
+    return errors(s, state, w * u_[s]);
+  }
+
+  const codegen::Model* model_;
+  const SampledTruth* samples_[2];
+  MatrixXd trained_[2], u_[2];
+};
+
+void find_sensor(const codegen::Model& model, const Judges& judges, Index state, StateReadout& result) {
   for (int j = 0; j < model.ny(); ++j) {
     const codegen::Channel& output = model.outputs[static_cast<std::size_t>(j)];
-    if (output.unit != channel.unit) continue;
-    const double error =
-        std::sqrt(mean_square(errors_of(validation.y.row(j), validation.x.row(state), {channel}), validation.weights));
+    if (output.unit != model.states[static_cast<std::size_t>(state)].unit) continue;
+    const double error = std::sqrt(judges.reading(state, j));
     // A sensor without any noise is a simulated one: it says nothing of the real one.
-    if (error <= kExact * result.deviation) continue;
-    if (error < result.sensor) {
-      result.sensor = error;
-      result.sensor_name = output.name;
-    }
+    if (error <= kExact * result.deviation || error >= result.sensor) continue;
+    result.sensor = error;
+    result.sensor_name = output.name;
   }
 }
 
@@ -190,55 +242,42 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
   if (training.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, training);
   const std::vector<Candidate> all = candidates(model, inputs, training);
-  const MatrixXd trained =
-      errors_of(codegen::ReferenceObserver<float>(model).estimates(judged.z, judged.y), judged.x, model.states);
-  const MatrixXd u = with_one(inputs.values(judged));
-  const VectorXd constant = training.x * training.weights / training.weights.sum();
+  const Judges judges(model, inputs, training, judged);
 
   codegen::Network* map = codegen::inverse_map(model);
   VectorXd shares = VectorXd::Ones(model.nx());
-  MatrixXd rows = MatrixXd::Zero(model.nx(), u.rows());
+  MatrixXd rows = MatrixXd::Zero(model.nx(), 1 + inputs.all());
   bool reads_more = false;
   Readout result;
   for (Index i = 0; i < model.nx(); ++i) {
-    const codegen::Channel& channel = model.states[static_cast<std::size_t>(i)];
-    const Eigen::RowVectorXd truth = judged.x.row(i);
-    const auto errors = [&](const MatrixXd& estimate) -> Eigen::RowVectorXd {
-      return errors_of(estimate, truth, {channel});
-    };
     // The simplest row that is as good as the best.
     std::vector<double> squares;
-    for (const Candidate& candidate : all)
-      squares.push_back(mean_square(errors(candidate.rows.row(i) * u), judged.weights));
+    for (const Candidate& candidate : all) squares.push_back(judges.row(i, candidate.rows.row(i)));
     const double least = *std::min_element(squares.begin(), squares.end());
     const auto chosen = static_cast<std::size_t>(
         std::find_if(squares.begin(), squares.end(), [&](double s) { return s <= kAlike * least; }) - squares.begin());
     const Candidate& candidate = all[std::min(chosen, all.size() - 1)];
-    const Eigen::RowVectorXd row_errors = errors(candidate.rows.row(i) * u);
+    const Eigen::RowVectorXd row = candidate.rows.row(i);
 
-    const double of_row = mean_square(row_errors, judged.weights);
-    const double of_map = mean_square(trained.row(i), judged.weights);
-    const double share = best_share(trained.row(i), row_errors, judged.weights);
-    const double of_blend = mean_square(share * trained.row(i) + (1.0 - share) * row_errors, judged.weights);
+    const double share = judges.share(i, row);
+    const double of_row = judges.row(i, row), of_map = judges.map(i), of_blend = judges.blend(i, row, share);
     const double best = std::min({of_row, of_map, of_blend});
     if (select && map != nullptr) shares(i) = of_row <= kAlike * best ? 0.0 : of_map <= kAlike * best ? 1.0 : share;
     if (shares(i) < 1.0) {
-      rows.row(i) = candidate.rows.row(i);
+      rows.row(i) = row;
       reads_more = reads_more || candidate.reads_more;
     }
 
-    StateReadout state{.state = channel.name,
+    StateReadout state{.state = model.states[static_cast<std::size_t>(i)].name,
                        .share = shares(i),
                        .trained = std::sqrt(of_map),
                        .linear = map != nullptr ? std::sqrt(of_row) : std::numeric_limits<double>::infinity(),
                        .shipped = std::sqrt(shares(i) == 0.0   ? of_row
                                             : shares(i) == 1.0 ? of_map
-                                                               : of_blend)};
-    state.constant =
-        std::sqrt(mean_square(errors(Eigen::RowVectorXd::Constant(truth.size(), constant(i))), judged.weights));
-    const double mean = truth.dot(judged.weights.transpose()) / judged.weights.sum();
-    state.deviation = std::sqrt(mean_square(truth.array() - mean, judged.weights));
-    find_sensor(model, judged, i, state);
+                                                               : of_blend),
+                       .constant = std::sqrt(judges.row(i, all[std::size(kRidges)].rows.row(i))),
+                       .deviation = judges.deviation(i)};
+    find_sensor(model, judges, i, state);
     result.push_back(std::move(state));
   }
   if (map != nullptr && (shares.array() < 1.0).any()) write(*map, inputs, shares, rows, reads_more, keep_hidden);
@@ -277,8 +316,8 @@ std::string below_floor(const Readout& readout) {
                                     Simple{s.sensor, "output " + s.sensor_name + " as it is"}},
                                    [](const Simple& a, const Simple& b) { return a.error < b.error; });
     if (s.shipped <= kWorse * simple.error || s.shipped - simple.error <= kOfDeviation * s.deviation) continue;
-    text += fmt::format("{}{} has an RMSE of {:.3g} on the validation data, {} has {:.3g}", text.empty() ? "" : "; ",
-                        s.state, s.shipped, simple.name, simple.error);
+    text += fmt::format("{}{} has an RMSE of {:.3g}, {} has {:.3g}", text.empty() ? "" : "; ", s.state, s.shipped,
+                        simple.name, simple.error);
   }
   if (text.empty()) return text;
   return "the observer is worse than the simple thing: " + text +

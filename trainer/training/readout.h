@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What ships of a trained T*: for each state the map as it was trained, a linear row, or a blend of both,
 //   x_hat_i = share T*_i + (1 - share) w_i . [1; u; y]
-// whichever has the least error on validation data. The row is fitted when training has ended, on the features as they
-// are then. So an observer is not worse there than the linear row, than a constant, or than a sensor of that state.
+// whichever has the least error, on training data or on validation data, whatever is worse. The row is fitted when
+// training has ended, on the features as they are then. So an observer is not worse there than the linear row, than a
+// constant, or than a sensor of that state.
 #pragma once
 
 #include <limits>
@@ -14,7 +15,8 @@
 
 namespace nlo::trainer {
 
-/// Errors are RMSE on validation data, in the state's unit; angles the short way round.
+/// Errors are RMSE in the state's unit, the larger of that on training data as flown and that on validation data; angles
+/// the short way round. A row has few numbers: it hardly fits its training data better than others like them.
 struct StateReadout {
   std::string state;
   double share = 1.0;      ///< of T* as trained; the rest is the linear row
@@ -32,7 +34,7 @@ using Readout = std::vector<StateReadout>;
 /// Chooses for each state, and writes it into the model's T*. A row may read outputs and inputs that T* does not; angles
 /// it reads only as T* does.
 ///   flight       training data as flown with the model's parameters: rows are fitted on it
-///   validation   whole validation runs, with noise: it chooses
+///   validation   whole validation runs, with noise
 ///   keep_hidden  T* keeps its hidden layers though no state uses them (the error head reads the last one)
 /// Where z is the estimate, or `select` is false, the model stays as it is and the errors are told all the same.
 Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool select,
