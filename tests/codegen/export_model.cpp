@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Writes the exports of an example model, for tests that compile them:
 //   export_model                                           lists the examples
-//   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  TARGET model: its model file; spoilt: times FACTOR on one
+//   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  EXAMPLE: or a model file. TARGET model: its model file; spoilt: times FACTOR on one
 //   weight of a last layer, or of the error head where there is one. SCALAR may be SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR: float,bf16
 #include <cstdio>
 #include <exception>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "codegen/export/prepared_export.h"
@@ -20,9 +21,11 @@ int main(int argc, char** argv) {
   try {
     std::vector<Model> models = example_models();
     if (argc > 1) models.insert(models.end(), {large_model(), mixed_model()});
+    const bool is_file = argc > 1 && std::string_view(argv[1]).ends_with(".json");
+    if (is_file) models = {read_model(argv[1])};
     for (Model& model : models) {
       if (argc == 1) std::printf("%s\n", model.name.c_str());
-      if (argc < 6 || model.name != argv[1]) continue;
+      if (argc < 6 || (!is_file && model.name != argv[1])) continue;
       Network& network = *networks(model).back().network;
       if (argc == 7) (model.error ? model.error->weights : network.layers.back().weights)(0, 0) *= std::stod(argv[6]);
       ExportOptions options;

@@ -5,12 +5,18 @@
 //   #define NLO_SCALAR float
 //   #define NLO_INPUTS 2  // where it reads inputs
 //   #define NLO_SETTLES   // where it has a steady state to start from
+// NLO_STEPS are driven, the first NLO_CALM of them as in flight: 20000 and 4000 unless they are defined.
 // It defines `int rig_drive(void)`, which prints "rig HASH" and gives 0, or prints where the replay went wrong.
 // Measurements are made of integers and powers of two: nothing here can round, whatever the compiler fuses.
 
 #ifndef NLO_C99_DRIVE_H
 #define NLO_C99_DRIVE_H
 #include <stdint.h>
+
+#ifndef NLO_STEPS
+#define NLO_STEPS 20000
+#define NLO_CALM 4000
+#endif
 
 #if defined(NLO_ON_BOARD)
 #include "toolchains/semihosting.h"
@@ -62,7 +68,7 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
     }
     return any.value;
   }
-  const int32_t phase = (k * 331) % 131072;  // sixteenths of 2^-13
+  const int32_t phase = (int32_t)k * 331 % 131072;  // sixteenths of 2^-13
   const int32_t triangle = (phase < 65536 ? phase : 131071 - phase) - 32768;
   return (NLO_SCALAR)(triangle * 8 + (int32_t)(draw >> 19)) / (NLO_SCALAR)65536;
 }
@@ -70,7 +76,7 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 #ifdef NLO_INPUTS
 #define NLO_INPUT_DRAW      \
   NLO_SCALAR u[NLO_INPUTS]; \
-  for (int i = 0; i < NLO_INPUTS; ++i) u[i] = NLO_(measurement)(random, k, k >= 4000);
+  for (int i = 0; i < NLO_INPUTS; ++i) u[i] = NLO_(measurement)(random, k, k >= NLO_CALM);
 #define NLO_AND_U , u
 #else
 #define NLO_INPUT_DRAW
@@ -86,11 +92,11 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 // One of the many things that can happen to an observer.
 static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, uint32_t* random, int k) {
   NLO_SCALAR y[NLO_(NY)];
-  for (int j = 0; j < NLO_(NY); ++j) y[j] = NLO_(measurement)(random, k, k >= 4000);
+  for (int j = 0; j < NLO_(NY); ++j) y[j] = NLO_(measurement)(random, k, k >= NLO_CALM);
   NLO_INPUT_DRAW
   const uint32_t draw = next_random(random);
   const NLO_SCALAR part = (NLO_SCALAR)(int32_t)(draw >> 8 & 0xfffffU) / (NLO_SCALAR)1048576;  // [0, 1)
-  switch (k < 4000 ? 15U : draw >> 28) {
+  switch (k < NLO_CALM ? 15U : draw >> 28) {
     case 0:
       return NLO_(step_dt)(o, y NLO_AND_U, part / (NLO_SCALAR)16);
     case 1:
@@ -133,9 +139,9 @@ static int NLO_(drive)(void) {
   saved = o;
   uint32_t random = 1;
   uint64_t hash = 0xcbf29ce484222325U;
-  for (int k = 0; k < 20000; ++k) {
+  for (int k = 0; k < NLO_STEPS; ++k) {
     const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k) + (NLO_(in_domain)(&o) ? 8U : 0U) +
-                          16U * (uint32_t)NLO_(last_status)(&o) + 256U * o.held;
+                          16U * (uint32_t)NLO_(last_status)(&o) + 256U * (uint32_t)o.held;
     hash_bytes(&hash, &word, sizeof(word));
     hash_bytes(&hash, o.z, sizeof(o.z));
     hash_bytes(&hash, o.y, sizeof(o.y));
