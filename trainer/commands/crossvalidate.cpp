@@ -24,6 +24,7 @@
 #include "trainer/evaluation/metrics_config.h"
 #include "trainer/evaluation/text.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/recipe/recipe.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
@@ -107,13 +108,15 @@ std::vector<std::string> chosen(std::vector<std::string> others, int count, unsi
   return others;
 }
 
-Outcome outcome_of(Experiment experiment, const Fold& fold, std::vector<std::string> training) {
+Outcome outcome_of(DraftExperiment draft, const Fold& fold, std::vector<std::string> training) {
+  Experiment& experiment = draft.experiment;
   experiment.log->train_files = training;
   experiment.log->validation_files.clear();
   experiment.log->test_files = fold.left_out;
   find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // of these logs alone
   experiment.source_text = format_experiment(experiment);
   LogSplits splits = load_log_splits(*experiment.log, "", experiment.training.mirror);
+  if (!draft.complete) experiment = derive_recipe(draft, splits.train, splits.train).experiment;
   if (experiment.training.transient == Transient::kDrop)
     drop_transient(splits.train, transient_time_s(experiment.observer, experiment.training.transient_factor));
   const TrainingResult result = train(experiment, splits.train, splits.train, {});
@@ -230,7 +233,8 @@ std::string json_of(const std::vector<Outcome>& outcomes) {
 }
 
 void run_crossvalidate(const CrossvalidateArguments& arguments) {
-  const Experiment experiment = read_experiment(arguments.experiment);
+  const DraftExperiment draft = read_draft(arguments.experiment);
+  const Experiment& experiment = draft.experiment;
   if (!experiment.log)
     throw codegen::Error("crossvalidate is about logs, and this experiment simulates its [plant]; use nlo evaluate");
   const std::vector<std::string> files = all_files(*experiment.log, arguments.data);
@@ -250,12 +254,12 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
       for (const Fold& fold : folds)
         for (int s = 0; s < arguments.seeds; ++s) {
           progress.update(static_cast<double>(outcomes.size()) / static_cast<double>(total), "without " + fold.name);
-          Experiment seeded = experiment;
-          seeded.seed += static_cast<unsigned long long>(s);
+          DraftExperiment seeded = draft;
+          seeded.experiment.seed += static_cast<unsigned long long>(s);
           std::vector<std::string> others;
           std::set_difference(files.begin(), files.end(), fold.left_out.begin(), fold.left_out.end(),
                               std::back_inserter(others));
-          outcomes.push_back(outcome_of(seeded, fold, chosen(others, size, seeded.seed)));
+          outcomes.push_back(outcome_of(seeded, fold, chosen(others, size, seeded.experiment.seed)));
         }
   });
   progress.finish();

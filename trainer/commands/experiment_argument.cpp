@@ -12,23 +12,46 @@
 
 namespace nlo::trainer {
 
-Experiment read_experiment(const ExperimentArgument& argument) {
+namespace {
+
+/// parse(text, name, overrides) of the shipped one, or read(path, overrides) of the file.
+template <class Read, class Parse>
+auto read_argument(const ExperimentArgument& argument, const Read& read, const Parse& parse) {
   std::vector<std::string> overrides = argument.overrides;
   if (argument.seed) overrides.push_back(fmt::format("seed={}", *argument.seed));
   if (argument.threads) overrides.push_back(fmt::format("threads={}", *argument.threads));
 
   std::error_code ignored;
-  if (std::filesystem::exists(argument.experiment, ignored)) return read_experiment(argument.experiment, overrides);
+  if (std::filesystem::exists(argument.experiment, ignored)) return read(argument.experiment, overrides);
   std::vector<std::string> names;
   for (const ShippedExperiment& shipped : shipped_experiments()) {
-    if (shipped.name == argument.experiment)
-      return parse_experiment(shipped.text, argument.experiment + ".toml", overrides);
+    if (shipped.name == argument.experiment) return parse(shipped.text, argument.experiment + ".toml", overrides);
     names.emplace_back(shipped.name);
   }
   const std::string nearest = nearest_name(argument.experiment, names);
   throw codegen::Error(fmt::format("{}: no such file, and no experiment of that name; {}", argument.experiment,
                                    nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
                                                    : fmt::format("did you mean \"{}\"?", nearest)));
+}
+
+using Overrides = std::vector<std::string>;
+
+}  // namespace
+
+DraftExperiment read_draft(const ExperimentArgument& argument) {
+  return read_argument(
+      argument, [](const std::string& path, const Overrides& overrides) { return read_draft(path, overrides); },
+      [](std::string_view text, const std::string& name, const Overrides& overrides) {
+        return parse_draft(text, name, overrides);
+      });
+}
+
+Experiment read_experiment(const ExperimentArgument& argument) {
+  return read_argument(
+      argument, [](const std::string& path, const Overrides& overrides) { return read_experiment(path, overrides); },
+      [](std::string_view text, const std::string& name, const Overrides& overrides) {
+        return parse_experiment(text, name, overrides);
+      });
 }
 
 }  // namespace nlo::trainer

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "trainer/config/experiment.h"
+#include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {
 
@@ -17,7 +18,10 @@ struct ExperimentArgument {
   std::optional<int> threads;
 };
 
-/// Throws codegen::Error as read_experiment does, or listing the shipped names when there is no such file.
+/// Throws codegen::Error as read_draft does, or listing the shipped names when there is no such file.
+DraftExperiment read_draft(const ExperimentArgument& argument);
+
+/// One that is complete. Throws codegen::Error as read_experiment does, or listing the shipped names when there is no such file.
 Experiment read_experiment(const ExperimentArgument& argument);
 
 }  // namespace nlo::trainer

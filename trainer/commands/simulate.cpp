@@ -77,7 +77,7 @@ std::string csv(const Dataset& data, int index, const Eigen::MatrixXd& measured)
 
 void run_simulate(const SimulateArguments& arguments) {
   const NoiseConfig noise = parse_noise(arguments.noise);
-  Experiment experiment = read_experiment(arguments.experiment);
+  Experiment experiment = read_draft(arguments.experiment).experiment;
   if (!experiment.plant)
     throw codegen::Error(
         fmt::format("{}: has no [plant] to simulate; its data are logs", arguments.experiment.experiment));

@@ -69,7 +69,7 @@ std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& p
   std::map<std::string, std::string> seen;  // experiment -> job
   for (SweepJob& job : jobs_of(plan)) {
     try {
-      Experiment experiment = read_experiment(argument_of(job, places));
+      Experiment experiment = read_draft(argument_of(job, places)).experiment;
       if (experiment.plant && !places.data.empty())
         throw codegen::Error("data is for experiments with a [log]; this one simulates its [plant]; leave it out");
       checked.push_back({std::move(job), std::move(experiment)});

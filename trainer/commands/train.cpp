@@ -122,7 +122,8 @@ void run_train(TrainArguments arguments) {
   }
   if (arguments.experiment.experiment.empty())
     throw codegen::Error("EXPERIMENT is missing; write nlo train FILE.toml, or a shipped name such as van_der_pol");
-  Experiment experiment = read_experiment(arguments.experiment);
+  const DraftExperiment draft = read_draft(arguments.experiment);
+  Experiment experiment = draft.experiment;
   if (experiment.plant && !arguments.data.empty())
     throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
   if (arguments.output.empty()) arguments.output = "runs/" + experiment.name;
@@ -137,9 +138,9 @@ void run_train(TrainArguments arguments) {
     arguments.resume = false;
     if (!arguments.quiet) fmt::print(stderr, "{}: there is nothing to resume; it begins\n", arguments.output);
   }
-  if (experiment.log) find_delays(experiment, arguments.data, arguments.quiet);
-  RunData data = experiment.plant ? run_phase([&] { return simulated_data(experiment); })
-                                  : logged_data(experiment, arguments.data, arguments.quiet);
+  PreparedRun prepared = prepare_run(draft, arguments.data, arguments.quiet);
+  RunData& data = prepared.data;
+  experiment = std::move(prepared.experiment);
   if (experiment.log) {
     run.data = data_fingerprint(data.validation, data_fingerprint(data.training, fingerprint(nullptr, 0)));
     if (arguments.resume && already_done(arguments, run)) return;
@@ -149,6 +150,11 @@ void run_train(TrainArguments arguments) {
     make_output_directory(arguments.output);
     lock.take(arguments.output);
     check_output_directory({arguments.output, false, arguments.force}, experiment.name);  // another may have been there
+    if (prepared.derived)
+      codegen::write_file_atomically(
+          arguments.output + "/derived.toml",
+          "# What the experiment left out was derived from its data: nlo train derived.toml trains the same.\n" +
+              experiment.source_text);
     TrainingResult result = train_rounds(experiment, data, arguments);
     if (experiment.log) result.model.provenance.emplace_back(kTrainingLogsFact, to_text(data.remembered));
     record_ignored_inputs(experiment, result.model);

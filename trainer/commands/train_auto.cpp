@@ -47,12 +47,17 @@ Experiment found_experiment(const SearchRecord& record, const Experiment& given)
 
 void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
   TrainArguments arguments = given;
-  Experiment experiment = read_experiment(arguments.experiment);
+  const DraftExperiment draft = read_draft(arguments.experiment);
+  Experiment experiment = draft.experiment;
   if (experiment.plant && !arguments.data.empty())
     throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
   if (arguments.output.empty()) arguments.output = "runs/" + experiment.name + "_auto";
   check_output_directory({arguments.output, false, arguments.force}, experiment.name);
-  if (experiment.log) find_delays(experiment, arguments.data, arguments.quiet);
+  if (draft.complete) {
+    if (experiment.log) find_delays(experiment, arguments.data, arguments.quiet);
+  } else {
+    experiment = prepare_run(draft, arguments.data, arguments.quiet).experiment;
+  }
   const SearchTask task = search_task(experiment, arguments.data);
   const std::string command = command_line(arguments, budget);
   SearchRecord record;

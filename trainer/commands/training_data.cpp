@@ -7,10 +7,12 @@
 #include <utility>
 
 #include "trainer/base/printable.h"
+#include "trainer/commands/command.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/data/transient.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/recipe/recipe.h"
 #include "trainer/structures/linear_latent_start.h"
 
 namespace nlo::trainer {
@@ -18,6 +20,31 @@ namespace nlo::trainer {
 RunData simulated_data(const Experiment& experiment) {
   TrainingSets sets = simulate_training_sets(experiment);
   return {std::move(sets.training), std::move(sets.validation), {}, {}};
+}
+
+PreparedRun prepare_run(const DraftExperiment& draft, const std::string& directory, bool quiet) {
+  PreparedRun run{draft.complete ? draft.experiment : experiment_for_data(draft), {}, !draft.complete};
+  if (run.experiment.log) find_delays(run.experiment, directory, quiet);
+  const auto load = [&](const Experiment& experiment, bool silent) {
+    return experiment.plant ? run_phase([&] { return simulated_data(experiment); })
+                            : logged_data(experiment, directory, silent);
+  };
+  if (draft.complete) {
+    run.data = load(run.experiment, quiet);
+    return run;
+  }
+  // A transient is as long as the eigenvalues say that are not known yet.
+  Experiment whole = run.experiment;
+  whole.training.transient = Transient::kKeep;
+  run.data = load(whole, quiet);
+  DraftExperiment found = draft;
+  found.experiment.log = run.experiment.log;
+  if (!quiet) fmt::print(stderr, "deriving what the experiment leaves out ...\n");
+  Recipe recipe = run_phase([&] { return derive_recipe(found, run.data.training, run.data.validation); });
+  if (!quiet) fmt::print(stderr, "{}", printable(recipe.text));
+  run.experiment = std::move(recipe.experiment);
+  if (run.experiment.training.transient != Transient::kKeep) run.data = load(run.experiment, true);
+  return run;
 }
 
 void find_delays(Experiment& experiment, const std::string& directory, bool quiet) {

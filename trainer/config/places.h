@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace nlo::trainer {
 
@@ -14,6 +15,13 @@ class Places {
 
   void note(const std::string& path, std::string place) { places_[path] = std::move(place); }
   bool has(const std::string& path) const { return places_.contains(path); }
+
+  /// All of them, in order.
+  std::vector<std::string> paths() const {
+    std::vector<std::string> all;
+    for (const auto& [path, place] : places_) all.push_back(path);
+    return all;
+  }
 
   /// Of the path, else of the section it belongs to, else the file.
   std::string of(const std::string& path) const {

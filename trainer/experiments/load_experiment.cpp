@@ -2,6 +2,10 @@
 #include "trainer/experiments/load_experiment.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <utility>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
@@ -11,8 +15,43 @@
 #include "trainer/experiments/section_tables.h"
 
 namespace nlo::trainer {
+namespace {
 
-Experiment parse_experiment(std::string_view text, const std::string& filename,
+/// A KKL observer without eigenvalues is left to a recipe; other structures have defaults that suit no plant in particular.
+bool is_draft(const Experiment& experiment, const Places& places) {
+  return experiment.observer.structure == ObserverConfig{}.structure && experiment.observer.eigenvalues.empty() &&
+         experiment.observer.pairs.empty() && !places.has("observer.eigenvalues") && !places.has("observer.pairs");
+}
+
+/// Whether an output is an angle that turns: z has to turn with it.
+bool follows_an_angle(const Experiment& e) {
+  const auto turns = [](double wrap, Encoding encoding) { return wrap > 0.0 && encoding == Encoding::kUnwrap; };
+  if (e.log)
+    return std::any_of(e.log->columns.begin(), e.log->columns.end(), [&](const ColumnConfig& column) {
+      return column.role == ColumnRole::kOutput && turns(column.wrap, column.encoding);
+    });
+  if (!e.plant) return false;
+  for (std::size_t j = 0; j < e.plant->output_wraps.size(); ++j)
+    if (turns(e.plant->output_wraps[j],
+              j < e.plant->output_encodings.size() ? e.plant->output_encodings[j] : Encoding::kUnwrap))
+      return true;
+  return false;
+}
+
+/// Sets what the checks ask of any observer of this data, where the file leaves it out.
+void stand_in(Experiment& e, const Places& places) {
+  constexpr double kSlow = 0.05;  // of the sample rate: stable by any hold
+  const double period_s = e.plant ? e.simulation.sample_period_s : e.log ? e.log->sample_period_s : 0.0;
+  e.observer.eigenvalues = {-kSlow / (period_s > 0.0 ? period_s : 1.0)};
+  if (!follows_an_angle(e)) return;
+  if (!places.has("observer.output_injection")) e.observer.output_injection = Injection::kUnitGain;
+  if (!places.has("observer.start")) e.observer.start = LatentStart::kSteady;
+  if (!places.has("observer.features")) e.observer.features = FeatureSet::kLatentMinusOutput;
+}
+
+}  // namespace
+
+DraftExperiment parse_draft(std::string_view text, const std::string& filename,
                             const std::vector<std::string>& overrides) {
   Toml root = parse_toml(text, filename);
   for (const std::string& assignment : overrides) apply_override(root, assignment);
@@ -38,9 +77,25 @@ Experiment parse_experiment(std::string_view text, const std::string& filename,
   reader.read_if_there(root, "loss", experiment.loss);
   reader.read_if_there(root, "training", experiment.training);
   reader.read_if_there(root, "evaluation", experiment.evaluation);
+  const bool draft = is_draft(experiment, places);
+  if (draft) stand_in(experiment, places);
   check_experiment(experiment, places);
   experiment.source_text = format_experiment(experiment);
-  return experiment;
+  if (draft) experiment.source_text += fmt::format("# a draft of {}\n", fmt::join(places.paths(), " "));
+  return {std::move(experiment), std::move(places), !draft};
+}
+
+DraftExperiment read_draft(const std::string& path, const std::vector<std::string>& overrides) {
+  return parse_draft(codegen::read_file(path, kMaxConfigBytes), path, overrides);
+}
+
+Experiment parse_experiment(std::string_view text, const std::string& filename,
+                            const std::vector<std::string>& overrides) {
+  DraftExperiment draft = parse_draft(text, filename, overrides);
+  if (draft.complete) return std::move(draft.experiment);
+  draft.experiment.observer.eigenvalues.clear();
+  check_experiment(draft.experiment, draft.given);  // says what is missing
+  return std::move(draft.experiment);
 }
 
 Experiment read_experiment(const std::string& path, const std::vector<std::string>& overrides) {

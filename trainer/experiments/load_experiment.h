@@ -7,8 +7,25 @@
 #include <vector>
 
 #include "trainer/config/experiment.h"
+#include "trainer/config/places.h"
 
 namespace nlo::trainer {
+
+/// An experiment whose file may leave out the observer's eigenvalues, and with them whatever a recipe derives from the
+/// training data (recipe/recipe.h).
+struct DraftExperiment {
+  Experiment experiment;  ///< passes all checks; where it is not complete, by eigenvalues that stand in until derived
+  Places given;           ///< the keys that the file and --set have: what nothing derives
+  bool complete = true;
+};
+
+/// Reads and checks an experiment file that may be a draft. Arguments and errors: see read_experiment. The source_text of
+/// a draft tells it from others, and is not to be recorded.
+DraftExperiment read_draft(const std::string& path, const std::vector<std::string>& overrides = {});
+
+/// The same from text; `filename` stands for the file in messages.
+DraftExperiment parse_draft(std::string_view text, const std::string& filename,
+                            const std::vector<std::string>& overrides = {});
 
 /// Reads and checks an experiment file. `overrides` are "section.key=value" with a TOML value (--set); they come after
 /// the file. Throws codegen::Error: `FILE:LINE: what is wrong; what to do`.

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// How much of each state a latent system knows, in a fraction of a second and without training: the latent system rolls out
+// over the data with the noise of the training, and a readout in closed form says how far z gives x.
+//   x_hat = W [1; u; tanh(R u + r)]   u: features of T*, R and r drawn once (random features, Rahimi and Recht 2007)
+// by ridge regression, cross-validated: runs of one source are left out together, and errors are geometric means over folds.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "trainer/base/parallel.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/rollout/rollout.h"
+
+namespace nlo::trainer {
+
+/// Errors on what was left out, of each state over its standard deviation.
+struct ReadoutError {
+  std::vector<double> linear;  ///< of W [1; u] alone
+  std::vector<double> curved;  ///< with the random features
+  double ridge = 0.0;          ///< that made the linear ones least, relative to the features' power
+  int rows = 0;                ///< n_z
+
+  /// Mean over states of ln(the smaller error + 1e-3): what banks are compared by. 0.1 is ten percent of every state.
+  double mean_log() const;
+};
+
+class ReadoutProbe {
+ public:
+  /// `base` has what decides the data: noise, mirror, seed, threads, sensors that may fail. Throws codegen::Error when no
+  /// truth counts.
+  ReadoutProbe(const Experiment& base, const Dataset& training);
+
+  /// Of `experiment`'s latent system and features, with `random_features` tanh units at `samples` samples (at most those
+  /// that were drawn). The same numbers for any number of threads.
+  ReadoutError error(const Experiment& experiment, int random_features, int samples);
+
+ private:
+  struct Sample {
+    int group = 0, lane = 0, time = 0, fold = 0;
+  };
+
+  void draw_segments(const Experiment& base, const Dataset& training);
+  void draw_samples(const Experiment& base);
+  Eigen::MatrixXd features(const Experiment& experiment, int every);
+
+  const Dataset& dataset_;
+  codegen::SensorFailures failures_;
+  TrainingData data_;
+  ThreadPool pool_;
+  Rollout rollout_;
+  std::vector<Segment> segments_;
+  std::vector<int> fold_of_run_;
+  int folds_ = 1;
+  std::vector<Sample> samples_;  ///< shuffled
+  Eigen::MatrixXd states_;       ///< n_x x samples, of unit deviation
+};
+
+}  // namespace nlo::trainer
