@@ -117,6 +117,7 @@ void replace(TemporaryFolder& made, const fs::path& place) {
 void write(const fs::path& target, const std::vector<NamedText>& files) {
   const bool is_new = !fs::exists(fs::symlink_status(target));
   const fs::path place = is_new ? target : fs::canonical(target);
+  if (is_new && place.has_parent_path()) fs::create_directories(place.parent_path());
   TemporaryFolder made(place.string());
   for (const NamedText& file : files) {
     const fs::path path = fs::path(made.name()) / file.path;
@@ -159,9 +160,10 @@ void check_directory(const std::string& path) {
       const Descriptor held = hold_replaceable(target);
       return;
     }
-    const fs::path parent = target.has_parent_path() ? target.parent_path() : ".";
-    if (!fs::is_directory(parent))
-      throw Error(fmt::format("{}: there is no directory {}; make it first", target.string(), parent.string()));
+    fs::path above = fs::absolute(target).parent_path();
+    while (above.has_relative_path() && !fs::exists(fs::symlink_status(above))) above = above.parent_path();
+    if (!fs::is_directory(above))
+      throw Error(fmt::format("{}: {} is not a folder; choose another one with -o", target.string(), above.string()));
   });
 }
 

@@ -93,7 +93,7 @@ TEST_F(Directory, KeepsWhatSomebodyHasMadeOrChanged) {
 
   write_file_atomically(path("file"), "text");
   EXPECT_THAT(refusal("file"), HasSubstr("is not a folder"));
-  EXPECT_THAT(refusal("no/such"), HasSubstr("make it first"));
+  EXPECT_THAT(refusal("file/below"), HasSubstr("file is not a folder"));
   EXPECT_EQ(beside(), 4);
 }
 

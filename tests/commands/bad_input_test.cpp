@@ -183,7 +183,7 @@ const std::vector<BadInput>& bad_inputs() {
        "not a checkpoint"},
       usage("ReportOfNothing", {"report", "logs"}, "logs/model.json: "),
       usage("ReportOfLogsThatAreElsewhere", {"report", "log_run"}, "--data DIR"),
-      usage("ExportIntoNowhere", {"export", "model.json", "-o", "no/such/x.h"}, "there is no directory no/such"),
+      usage("ExportBelowAFile", {"export", "model.json", "-o", "tiny.toml/such/x.h"}, "tiny.toml is a file"),
       usage("ExportOntoADirectory", {"export", "model.json", "-o", "logs"}, "logs: is a directory"),
       usage("SimulateIntoNowhere", {"simulate", "tiny.toml", "-o", "no/x.csv"}, "there is no directory no"),
 

@@ -29,6 +29,13 @@ TEST(MonitorCommand, GivesTheModelWhatItsHeaderThenHas) {
   EXPECT_TRUE(json["conditions"].contains("parameters_high"));
   ASSERT_EQ(scratch.run({"export", "new.json", "-o", "tiny.h"}).exit_code, 0);
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("kMonitor"));
+  // C99 has no monitor: that is said to who is told nothing else, too.
+  const auto c99 = scratch.run({"export", "new.json", "--target", "c99", "-q", "-o", "firmware/tiny.h"});
+  EXPECT_EQ(c99.exit_code, 0) << c99.err;
+  EXPECT_THAT(c99.err, testing::StartsWith("warning: the model's monitor is left out: target c99 has none"));
+  EXPECT_EQ(c99.out, "");
+  EXPECT_TRUE(scratch.has("firmware/tiny.c"));
+  EXPECT_EQ(scratch.run({"export", "new.json", "-q", "-o", "tiny.h"}).err, "");
   // Made again from a model that has one it is the same.
   ASSERT_EQ(scratch.run({"monitor", "new.json", "--hours", "0.05", "--runs", "0", "--threads", "3"}).exit_code, 0);
   const auto again = scratch.run({"monitor", "run/model.json", "--hours", "0.05", "--runs", "0", "--threads", "1"});

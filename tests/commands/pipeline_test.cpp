@@ -82,6 +82,8 @@ TEST(Program, TrainsEvaluatesAndExports) {
   const auto quiet = scratch.run({"export", "runs/tiny/model.json", "--quiet", "-o", "tiny.h"});
   EXPECT_EQ(quiet.exit_code, 0);
   EXPECT_EQ(quiet.out + quiet.err, "");
+  EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "-o", "new/folder/tiny.h"}).exit_code, 0);
+  EXPECT_TRUE(scratch.has("new/folder/tiny.h"));
   const auto halves = scratch.run({"export", "runs/tiny/model.json", "--weights", "bf16", "-o", "tiny.h"});
   EXPECT_EQ(halves.exit_code, 0) << halves.err;
   EXPECT_THAT(halves.out, HasSubstr("bf16"));

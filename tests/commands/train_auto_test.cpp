@@ -124,6 +124,18 @@ TEST_F(TrainAuto, ChoosesByLogsThatTrainingHasNotSeen) {
   EXPECT_FALSE(scratch.has("one/"));
 }
 
+TEST_F(TrainAuto, RefusesATimeThatTrainsNothingAndLeavesWhatIsThere) {
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run"}).exit_code, 0);
+  scratch.write("tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 50000000"));
+  const auto before = scratch.contents();
+  const ProgramResult result = scratch.run({"train", "tiny.toml", "--auto", "--minutes", "0.05", "-o", "run"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr("--minutes 0.05 is too little"), HasSubstr("of the experiment's 50000000 steps"),
+                    HasSubstr("or more"), Not(HasSubstr("--resume"))));
+  EXPECT_EQ(scratch.contents(), before);
+}
+
 TEST_F(TrainAuto, IsAskedForBeforeItsOptions) {
   const ProgramResult result = scratch.run({"train", "tiny.toml", "--minutes", "1"});
   EXPECT_EQ(result.exit_code, 2);

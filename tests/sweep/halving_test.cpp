@@ -51,6 +51,20 @@ TEST(Halving, TakesMoreCandidatesForMoreTime) {
   EXPECT_GE(halving_rungs(candidates_for(600.0, 5.0), 600.0).front().seconds, 15.0) << "setting up is not most of it";
 }
 
+TEST(Halving, NamesTheMinutesThatSufficeForSoManySteps) {
+  for (const TrainingPace pace : {TrainingPace{0.0, 100.0}, TrainingPace{20.0, 100.0}, TrainingPace{1.0, 3.0}}) {
+    const double steps = 3000.0, minutes = minutes_for(pace, steps);
+    const auto steps_of = [&](double m) {
+      const double seconds = 0.8 * 60.0 * m;
+      return steps_within(pace, halving_rungs(candidates_for(seconds, pace.setup_s), seconds).back().seconds);
+    };
+    EXPECT_GE(steps_of(minutes), steps);
+    EXPECT_LT(steps_of(0.8 * minutes), steps) << "and hardly more than that: " << minutes;
+  }
+  EXPECT_EQ(steps_within({5.0, 10.0}, 20.0), 150.0);
+  EXPECT_EQ(steps_within({19.0, 10.0}, 20.0), 50.0) << "a quarter of the time at least";
+}
+
 TEST(Halving, TakesTheLeastErrorsInOrder) {
   EXPECT_THAT(best_of({3.0, std::nullopt, 1.0, 2.0, 1.0}, 3), ElementsAre(2, 4, 3));
   EXPECT_THAT(best_of({std::nullopt, 5.0}, 2), ElementsAre(1)) << "what diverged never goes on";

@@ -78,6 +78,8 @@ class Search {
     const std::vector<Trial>& last = record_.rungs.back();
     if (std::none_of(last.begin(), last.end(), [](const Trial& trial) { return trial.error.has_value(); }))
       throw RunFailure("every training of the last rung diverged; give a lower learning_rate");
+    const Trial& chosen = record_.chosen();
+    if (!record_.by_hand_fits() && chosen.steps < least_steps()) refuse_time(chosen.candidate);
     return std::move(record_);
   }
 
@@ -131,10 +133,35 @@ class Search {
                       budget_.multiply_adds > 0 ? fmt::format(" --max-multiply-adds {}", budget_.multiply_adds) : "",
                       budget_.flash_bytes > 0 ? fmt::format(" --max-flash-bytes {}", budget_.flash_bytes) : ""));
     record_.seconds = std::max(total_s - seconds(started, now()), 0.5 * total_s);
+    leave_out_slow();
     make_output_directory(directory_);
     lock_.take(directory_);
     save();
   }
+
+  double least_steps() const { return kLeastShareOfSteps * task_.experiment.training.steps; }
+
+  /// Candidates that the last rung would hardly train. The experiment as it stands is what the others are told by: without
+  /// it there is no search.
+  void leave_out_slow() {
+    if (record_.by_hand_fits()) return;
+    const double last_s = halving_rungs(record_.candidates.size(), record_.seconds).back().seconds;
+    const auto slow = [&](const Candidate& c) { return steps_within(pace(c), last_s) < least_steps(); };
+    const bool none = std::all_of(record_.candidates.begin(), record_.candidates.end(), slow);
+    if (none || (stands() && slow(record_.candidates.front()))) refuse_time(0);
+    std::erase_if(record_.candidates, slow);
+  }
+
+  [[noreturn]] void refuse_time(std::size_t candidate) const {
+    throw TooLittleTime(fmt::format(
+        "--minutes {:g} is too little: what is found would be trained for less than {:.0f} of the experiment's {} "
+        "steps, "
+        "and would tell nothing; give --minutes {:.0f} or more, or ask for fewer steps in [training]",
+        budget_.minutes, least_steps(), task_.experiment.training.steps,
+        std::max(minutes_for(pace(record_.candidates[candidate]), least_steps()), std::ceil(1.2 * budget_.minutes))));
+  }
+
+  static TrainingPace pace(const Candidate& candidate) { return {candidate.setup_s, candidate.steps_per_s}; }
 
   /// A few steps: how fast it trains, and what it costs in flight.
   void add(const Experiment& drawn, bool as_it_stands) {
@@ -186,10 +213,7 @@ class Search {
     constexpr double kMostLonger = 4.0;  // than the experiment asks for
     const int by_hand = task_.experiment.training.steps;
     if (last && member == 0 && record_.by_hand_fits()) return by_hand;
-    constexpr double kLeast = 0.25;  // of the time for steps, however long the rest takes
-    const Candidate& candidate = record_.candidates[member];
-    const double stepping_s = std::max(rung.seconds - candidate.setup_s, kLeast * rung.seconds);
-    const double steps = std::round(rounded(stepping_s * candidate.steps_per_s));
+    const double steps = std::round(rounded(steps_within(pace(record_.candidates[member]), rung.seconds)));
     return static_cast<int>(std::clamp(steps, 1.0, kMostLonger * by_hand));
   }
 

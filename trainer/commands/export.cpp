@@ -54,14 +54,17 @@ Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arg
   return judged;
 }
 
-/// Of a model that knows how wrong it is, in a form that does not say so.
-std::string left_out_note(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
-  if (!prepared.model().error) return "";
-  if (prepared.folded().error && !arguments.target.ends_with("c99")) return "";
-  return fmt::format(
-      "the standard deviations of its errors are left out: estimate_with_error() is of C++ in float and double, and "
-      "this is {}\n",
-      prepared.folded().error ? "--target " + arguments.target : "--scalar int16");
+/// Parts of the model that the target has no form for: a firmware that counts on them would not build, or fly without.
+std::string left_out_warnings(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
+  std::string warnings;
+  if (prepared.model().error && (!prepared.folded().error || arguments.target.ends_with("c99")))
+    warnings += fmt::format(
+        "warning: the standard deviations of its errors are left out: estimate_with_error() is of C++ in float and "
+        "double, and this is {}\n",
+        prepared.folded().error ? "--target " + arguments.target : "--scalar int16");
+  if (prepared.model().monitor && arguments.target == "c99")
+    warnings += "warning: the model's monitor is left out: target c99 has none; the cpp header does\n";
+  return warnings;
 }
 
 void run_export(const ExportArguments& arguments) {
@@ -79,17 +82,15 @@ void run_export(const ExportArguments& arguments) {
   if (to_stdout && target.form != codegen::ExportForm::kFile)
     throw codegen::Error(
         fmt::format("-o -: target {} writes several files, and stdout is one; name where they go", target.name));
-  if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output);
+  if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output, true);
   const codegen::Model model = codegen::read_model(arguments.model);
   const bool has_tiers = !arguments.target.ends_with("c99");  // of tanh; C99 has the most accurate
   const codegen::PreparedExport prepared(model, options, has_tiers ? arguments.max_error : "");
   const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   const Judged judged = judge(prepared, arguments);
-  if (!arguments.quiet)
-    fmt::print(stderr, "{}", printable(ignored_inputs_note(model) + left_out_note(prepared, arguments)));
-  if (!arguments.quiet && model.monitor && arguments.target == "c99")
-    fmt::print(stderr, "note: target c99 has no monitor; the model's is left out\n");
+  if (!arguments.quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(model)));
+  fmt::print(stderr, "{}", left_out_warnings(prepared, arguments));
   if (!judged.refusal.empty()) {
     fmt::print(stderr, "{}", printable(judged.tables));
     throw RunFailure(judged.refusal);
@@ -100,7 +101,10 @@ void run_export(const ExportArguments& arguments) {
     return;
   }
   std::vector<std::string> written;
-  run_phase([&] { written = codegen::write_export(target, files, arguments.output); });
+  run_phase([&] {
+    make_folder_of(arguments.output);
+    written = codegen::write_export(target, files, arguments.output);
+  });
   if (arguments.quiet) return;
   fmt::print("{}", printable(judged.tables));
   for (std::size_t i = 0; i < written.size(); ++i) fmt::print("{}: {} bytes\n", written[i], files[i].text.size());
@@ -134,8 +138,12 @@ void add_export(CLI::App& app, Action& action) {
                    "print what M0+, M4F, M7 and M33 need; refuse more than flash=32K,ram=2K,mac=5000,core=m4f (any "
                    "of them)")
       ->type_name("BUDGET");
-  command->add_flag("-q,--quiet", arguments->quiet, "print nothing when the export succeeds");
-  command->add_option("-o,--output", arguments->output, "file or folder to write; - for stdout")->required();
+  command->add_flag("-q,--quiet", arguments->quiet,
+                    "print nothing when the export succeeds, except what it leaves out");
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "file or folder to write, in a folder that is made where there is none; - for stdout")
+      ->required();
   command->footer(
       "Examples:\n"
       "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"

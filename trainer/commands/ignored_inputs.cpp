@@ -18,12 +18,12 @@ constexpr const char* kFact = "ignored_inputs";
 std::string ignored_inputs(const Experiment& experiment) {
   const TrainableStructure& structure = structure_of(experiment.observer);
   if (structure.flies_inputs() || (experiment.moves_inputs() && structure.reads_inputs())) return "";
+  if (!experiment.plant) return "";
+  // A built-in plant has an input whether the user wants one or not: that its experiment leaves it at zero is no mistake.
+  if (!experiment.plant->model.empty() && !experiment.moves_inputs()) return "";
   std::string names;
-  const auto add = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
-  if (experiment.plant) {
-    const auto plant = make_plant(*experiment.plant);
-    for (const codegen::Channel& input : plant->inputs()) add(input.name);
-  }
+  for (const codegen::Channel& input : make_plant(*experiment.plant)->inputs())
+    names += (names.empty() ? "" : ", ") + input.name;
   return names;
 }
 

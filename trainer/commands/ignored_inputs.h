@@ -9,7 +9,8 @@
 
 namespace nlo::trainer {
 
-/// Their names, separated by commas; empty when the structure takes inputs or none are declared.
+/// Their names, separated by commas; empty when the structure takes inputs or none are declared: [plant] inputs of
+/// equations, or an [excitation] or a [feedback] of any plant.
 std::string ignored_inputs(const Experiment& experiment);
 
 /// Records them in the model's provenance, which the report and the exported header show.

@@ -88,7 +88,11 @@ bool is_stdout(const std::string& output) {
   return output == "-";
 }
 
-void check_output_file(const std::string& file) {
+void make_folder_of(const std::string& file) {
+  if (const fs::path parent = fs::path(file).parent_path(); !parent.empty()) make_output_directory(parent.string());
+}
+
+void check_output_file(const std::string& file, bool makes_folder) {
   if (is_stdout(file)) return;
   std::error_code ignored;
   if (file.empty()) throw codegen::Error("-o: the file name is empty; write -o FILE");
@@ -96,6 +100,9 @@ void check_output_file(const std::string& file) {
     throw codegen::Error(fmt::format("{}: is a directory; write -o {}/FILE", file, file));
   fs::path parent = fs::path(file).parent_path();
   if (parent.empty()) parent = ".";
+  if (makes_folder) parent = nearest_existing(parent);
+  if (makes_folder && !fs::is_directory(parent, ignored))
+    throw codegen::Error(fmt::format("{}: {} is a file; write into another folder", file, parent.string()));
   if (!fs::is_directory(parent, ignored))
     throw codegen::Error(fmt::format("{}: there is no directory {}; make it first", file, parent.string()));
   if (!writable(parent) && ::access(file.c_str(), W_OK) != 0)

@@ -63,6 +63,8 @@ void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
   SearchRecord record;
   try {
     record = run_search(task, budget, arguments.output, arguments.resume, arguments.quiet);
+  } catch (const TooLittleTime&) {
+    throw;
   } catch (const RunFailure& failure) {
     throw RunFailure(fmt::format("{}; this goes on: {} --resume", failure.what(), command));
   }

@@ -2,6 +2,7 @@
 #include "trainer/sweep/halving.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace nlo::trainer {
@@ -23,6 +24,22 @@ std::size_t candidates_for(double seconds, double setup_s) {
   std::size_t candidates = kFewest;
   while (candidates < kMost && halving_rungs(candidates + 1, seconds).front().seconds >= shortest) ++candidates;
   return candidates;
+}
+
+double steps_within(const TrainingPace& pace, double seconds) {
+  constexpr double kLeast = 0.25;
+  return std::max(seconds - pace.setup_s, kLeast * seconds) * pace.steps_per_s;
+}
+
+double minutes_for(const TrainingPace& pace, double steps) {
+  constexpr double kForTrainings = 0.8, kLongest = 1e5;
+  const auto suffice = [&](double minutes) {
+    const double seconds = 60.0 * kForTrainings * minutes;
+    return steps_within(pace, halving_rungs(candidates_for(seconds, pace.setup_s), seconds).back().seconds) >= steps;
+  };
+  double minutes = 1.0;
+  while (minutes < kLongest && !suffice(minutes)) minutes = std::ceil(1.05 * minutes);
+  return minutes;
 }
 
 std::vector<std::size_t> best_of(const std::vector<std::optional<double>>& errors, std::size_t count) {

@@ -24,6 +24,21 @@ std::vector<Rung> halving_rungs(std::size_t candidates, double seconds);
 /// where that is more, 4 to 64.
 std::size_t candidates_for(double seconds, double setup_s);
 
+/// What is measured of a training before it is begun.
+struct TrainingPace {
+  double setup_s = 0.0, steps_per_s = 0.0;
+};
+
+/// Steps of a training in `seconds`: what is left after its setup, a quarter of the time at least.
+double steps_within(const TrainingPace& pace, double seconds);
+
+/// A search ships a model that is trained for this share of the experiment's steps, or none.
+inline constexpr double kLeastShareOfSteps = 0.1;
+
+/// Whole minutes of a search whose last rung gives each training `steps` steps, when looking for candidates takes its
+/// share first.
+double minutes_for(const TrainingPace& pace, double steps);
+
 /// Which of a rung go on: the `count` of least error, in that order; equal ones by their place. One without an error
 /// (its training diverged) never does.
 std::vector<std::size_t> best_of(const std::vector<std::optional<double>>& errors, std::size_t count);
