@@ -55,6 +55,35 @@ std::vector<std::map<std::string, double>> rows(const std::string& csv) {
   return result;
 }
 
+TEST(LogsOfAPlant, AreScoredInTheStatesThatTheyHaveATruthOf) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "out", "-q"}).exit_code, 0);
+  ASSERT_EQ(scratch.run({"simulate", "tiny.toml", "-o", "all.csv"}).exit_code, 0);
+  std::istringstream lines(scratch.read("all.csv"));
+  std::string without;
+  for (std::string line; std::getline(lines, line);) without += line.substr(0, line.rfind(',')) + "\n";
+  scratch.write("some.csv", without);  // without x2, the last column
+
+  const auto all = scratch.run({"evaluate", "out/model.json", "--data", "all.csv"});
+  const auto some = scratch.run({"evaluate", "out/model.json", "--data", "some.csv", "--estimates", "e.csv"});
+  ASSERT_EQ(some.exit_code, 0) << some.err;
+  const auto line_of_x1 = [](const std::string& text) {
+    const auto at = text.find("x1, observer");
+    return at == std::string::npos ? "none" : text.substr(at, text.find('\n', at) - at);
+  };
+  EXPECT_EQ(line_of_x1(some.out), line_of_x1(all.out));
+  EXPECT_THAT(line_of_x1(some.out), StartsWith("x1, observer"));
+  EXPECT_THAT(some.out, HasSubstr("unscored: x2, of which these logs have no truth"));
+  EXPECT_THAT(some.out, testing::Not(HasSubstr("x2, observer")));
+  EXPECT_THAT(all.out, HasSubstr("x2, observer"));
+  for (const auto& row : rows(scratch.read("e.csv"))) {
+    EXPECT_TRUE(std::isfinite(row.at("x2_estimate")));
+    EXPECT_TRUE(std::isnan(row.at("x2_truth")));
+    EXPECT_TRUE(std::isfinite(row.at("x1_truth")));
+  }
+}
+
 TEST_F(RunFiles, EstimatesAreThoseThatAreJudged) {
   const auto result = evaluate({"logs/b.csv", "--estimates", "b_out.csv", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

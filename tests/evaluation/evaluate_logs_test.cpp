@@ -121,6 +121,29 @@ TEST(EvaluateLogs, JsonNamesStatesUnitsAndFilesAndHoldsNoNonFiniteNumber) {
   EXPECT_EQ(json.at("noise"), "none");
 }
 
+TEST(EvaluateLogs, AStateWithoutATruthIsUnscoredAndTheOthersAsBefore) {
+  const LogEvaluation all = evaluated();
+  Dataset logs = swing_logs();
+  logs.states.pop_back();  // `hidden`
+  for (Trajectory& run : logs.trajectories) run.states = run.states.topRows(1).eval();
+  LogSchema schema = swing_schema();
+  schema.state_sources.pop_back();
+  const LogEvaluation some = evaluate_on_logs(differentiator(1.0), logs, schema, nullptr, {}, 1, after_2_s());
+  EXPECT_THAT(all.unscored_states, testing::IsEmpty());
+  EXPECT_THAT(some.unscored_states, testing::ElementsAre("hidden"));
+  ASSERT_EQ(some.entries.size(), all.entries.size());
+  for (std::size_t e = 0; e < all.entries.size(); ++e) {
+    EXPECT_EQ(some.entries[e].estimator, all.entries[e].estimator);
+    ASSERT_EQ(some.entries[e].metrics.pooled.size(), 1U);
+    for (std::size_t w = 0; w < all.entries[e].metrics.windows.size(); ++w)
+      EXPECT_NEAR(some.entries[e].metrics.pooled[0].rmse[w], all.entries[e].metrics.pooled[0].rmse[w], 1e-12);
+  }
+  EXPECT_EQ(some.examples[0].all_estimates.rows(), 2) << "it is estimated all the same";
+  EXPECT_THAT(evaluation_text("m", some), HasSubstr("unscored: hidden, of which these logs have no truth"));
+  EXPECT_THAT(evaluation_text("m", all), testing::Not(HasSubstr("no truth")));
+  EXPECT_EQ(nlohmann::json::parse(evaluation_json("m", some))["unscored"]["states"][0], "hidden");
+}
+
 TEST(EvaluateLogs, UnscoredSamplesAreSaidAndTheirEstimatesChecked) {
   Dataset logs = swing_logs();
   for (Trajectory& run : logs.trajectories) {

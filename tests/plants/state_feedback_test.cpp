@@ -56,8 +56,7 @@ Experiment experiment(const std::vector<std::string>& changes = {}) {
 
 Dataset runs_of(const Experiment& e, const codegen::Model* observer = nullptr, Eigen::Index count = 8) {
   const auto plant = make_plant(*e.plant);
-  const LoopEstimators estimators =
-      observer == nullptr ? nullptr : observer_in_loop(*observer, *plant, e.simulation.sample_period_s);
+  const LoopEstimators estimators = observer == nullptr ? nullptr : observer_in_loop(*observer, e, *plant);
   return simulate_runs(e, *plant, initial_state_seed(1, SeedStream::kTest), count, 1.0, {}, estimators);
 }
 
@@ -95,6 +94,43 @@ TEST(StateFeedback, OfTheTrueStateMovesALinearPlantByTheClosedLoopsMatrix) {
   }
   EXPECT_LT(worst, 1e-8);  // RK4: (2 h)^5 / 120 = 9e-10 of |x| < 1 in a step, forgotten by the loop within 20
   EXPECT_GT(open, 1.0) << "control: without the loop it falls";
+}
+
+/// The same plant with a third state that decays by itself, and an observer that does not estimate it.
+Experiment with_hidden_state(const std::vector<std::string>& changes = {}) {
+  std::string text = kUpright;
+  const auto replace = [&](const std::string& old, const std::string& by) {
+    text.replace(text.find(old), old.size(), by);
+  };
+  replace("[\"angle\", \"rate\"]", "[\"angle\", \"rate\", \"heat\"]\nestimated = [\"rate\", \"angle\"]");
+  replace("\"4*angle + u\"]", "\"4*angle + u\", \"-heat\"]");
+  replace("[-0.2, -0.2]", "[-0.2, -0.2, 0]");
+  replace("[0.2, 0.2]", "[0.2, 0.2, 0]");
+  return parse_experiment(text, "e.toml", changes);
+}
+
+TEST(StateFeedback, OverTheEstimatedStatesMovesThePlantAsOverAll) {
+  const Dataset all = runs_of(experiment({"feedback.error=[0.01, 0.02]"}), nullptr, 1),
+                some = runs_of(with_hidden_state({"feedback.error=[0.01, 0.02, 5]"}), nullptr, 1);
+  // The third start is drawn between the others' from the second run on: the first run has the same start.
+  EXPECT_TRUE(some.trajectories[0].states.topRows(2).isApprox(all.trajectories[0].states, 1e-12));
+  EXPECT_GT(largest(all), 0.1);
+}
+
+TEST(StateFeedback, OfAnObserverOfSomeStatesReadsTheirEstimates) {
+  const Experiment e = with_hidden_state();
+  const TrainingSets sets = simulate_training_sets(e);
+  const codegen::Model model = train(e, sets.training, sets.validation, {}).model;
+  ASSERT_EQ(model.states.size(), 2U);
+  ASSERT_EQ(model.states[0].name, "rate");
+  const Dataset with = runs_of(e, &model);
+  codegen::ReferenceObserver<float> observer(model);
+  for (const Trajectory& run : with.trajectories) {
+    ASSERT_EQ(run.states.rows(), 3);
+    const Eigen::MatrixXd x_hat = observer.run(run.outputs, run.inputs, run.time_s, true).x_hat;
+    for (Eigen::Index k = 0; k + 1 < run.samples(); ++k)
+      ASSERT_NEAR(run.inputs(0, k + 1), -(12.0 * x_hat(1, k) + 5.0 * x_hat(0, k)), 1e-4);
+  }
 }
 
 TEST(StateFeedback, AConstantErrorOfTheEstimateMovesTheRestByItsGain) {

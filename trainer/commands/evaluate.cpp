@@ -125,10 +125,13 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
   LogConfig columns = columns_for(models.front().model, experiment, arguments.columns, unit_notes);
   // The model's clock: a log at another rate must not count as even.
   columns.sample_period_s = models.front().model.sample_period_s;
+  if (arguments.columns.empty()) {
+    const LogSchema all = resolve_columns(columns);
+    for (const NamedModel& model : models)
+      check_channels(model.model, all.state_channels.size(), all.output_channels.size(), model.name);
+  }
+  leave_out_absent_truth(columns, arguments.data);
   const LogSchema schema = resolve_columns(columns);
-  for (const NamedModel& model : models)
-    if (arguments.columns.empty())
-      check_channels(model.model, schema.state_channels.size(), schema.output_channels.size(), model.name);
   for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, schema.outputs.size());
   progress.update(0.0, "reading the logs");
   LogReport report;

@@ -19,4 +19,8 @@ namespace nlo::trainer {
 LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file,
                       std::vector<std::string>& notes);
 
+/// Takes the states out of `log` whose column one of the files (names or globs) does not have: they are estimated, and not
+/// scored. Throws codegen::Error where none is left, or a pattern matches no file.
+void leave_out_absent_truth(LogConfig& log, const std::vector<std::string>& files);
+
 }  // namespace nlo::trainer

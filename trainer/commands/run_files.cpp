@@ -59,7 +59,8 @@ void write_run_files(const RunFiles& files, const codegen::Model& model, const L
   }
   for (int i = 0; i < count && !files.estimates.empty(); ++i) {
     const EvaluatedRun& run = runs[static_cast<std::size_t>(i)];
-    write(numbered_file(files.estimates, i, count), estimates_csv(model, run, uniform_steps), run);
+    write(numbered_file(files.estimates, i, count),
+          estimates_csv(model, run, uniform_steps, evaluation.unscored_states), run);
   }
 }
 

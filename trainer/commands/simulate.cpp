@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "trainer/base/number_text.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/output_directory.h"
@@ -19,6 +20,7 @@
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
+#include "trainer/plants/run_range.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {
@@ -93,6 +95,8 @@ void run_simulate(const SimulateArguments& arguments) {
   run_phase([&] {
     const Dataset data = simulate_runs(experiment, *plant, initial_state_seed(arguments.seed, SeedStream::kTest),
                                        arguments.trajectories, 1.0, excitation);
+    for (const std::string& warning : range_warnings(data, experiment))
+      fmt::print(stderr, "warning: {}\n", printable(warning));
     for (int i = 0; i < arguments.trajectories; ++i) {
       MeasurementNoise sensor(noise, arguments.seed, static_cast<std::uint64_t>(i));
       const std::string file = numbered_file(arguments.output, i, arguments.trajectories);

@@ -129,6 +129,7 @@ class Study {
       const std::uint64_t seed = test_.seed + s;
       Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
                                   test_.box_scale, parse_excitation(*plant_, test_.inputs));
+      const std::optional<double> cost = looped() ? mean_cost(tested_, *plant_, set) : std::nullopt;
       PlantChannels(*tested_.plant, *plant_).apply(set);
       disturb_inputs(test_.input_noise, seed, set);
       for (std::size_t n = 0; n < test_.noises.size(); ++n) {
@@ -139,7 +140,7 @@ class Study {
           group.push_back(evaluate_on_plant(models_[m].model, set, noise, seed, test_.threads, config_));
           group.insert(group.end(), shared.begin(), shared.end());
           group.push_back(judged("ridge", readouts[n][m], set, noise, seed));
-          if (looped()) add_loops(models_[m].model, set, noise, seed, group);
+          if (looped()) add_loops(models_[m].model, {set, cost}, noise, seed, group);
           for (Evaluation& evaluation : group) {
             evaluation.excitation = tested_.excitation && test_.inputs.empty()
                                         ? describe_inputs(*tested_.excitation, *plant_)
@@ -166,23 +167,30 @@ class Study {
  private:
   bool looped() const { return tested_.feedback && tested_.feedback->share > 0.0 && test_.inputs.empty(); }
 
+  /// The loop of the true state.
+  struct IdealLoop {
+    const Dataset& set;
+    std::optional<double> cost;  ///< mean_cost() of it
+  };
+
   /// Estimators where their own estimates close the loop, through the noise; the same starts and references.
-  void add_loops(const codegen::Model& model, const Dataset& ideal, const NoiseConfig& noise, std::uint64_t seed,
+  void add_loops(const codegen::Model& model, const IdealLoop& ideal, const NoiseConfig& noise, std::uint64_t seed,
                  std::vector<Evaluation>& group) const {
     const NoiseConfig in_loop = without_shifts(noise);
     const auto add = [&](const std::string& name, const LoopEstimators& estimators, auto&& judge) {
       Dataset set = simulate_runs(tested_, *plant_, initial_state_seed(seed, SeedStream::kTest), test_.trajectories,
                                   test_.box_scale, {}, with_noise(estimators, in_loop, seed));
+      const std::optional<double> cost = mean_cost(tested_, *plant_, set);  // of all states, estimated or not
       PlantChannels(*tested_.plant, *plant_).apply(set);
       Evaluation evaluation = judge(set);
       evaluation.estimator = name + "_in_loop";
       evaluation.label = name + " in its own loop";
-      evaluation.loop = closed_loop_cost(ideal, set);
-      evaluation.loop->cost = mean_cost(tested_, *plant_, set);
-      evaluation.loop->of_true_state = mean_cost(tested_, *plant_, ideal);
+      evaluation.loop = closed_loop_cost(ideal.set, set);
+      evaluation.loop->cost = cost;
+      evaluation.loop->of_true_state = ideal.cost;
       group.push_back(std::move(evaluation));
     };
-    add("observer", observer_in_loop(model, *plant_, tested_.simulation.sample_period_s),
+    add("observer", observer_in_loop(model, tested_, *plant_),
         [&](const Dataset& set) { return evaluate_on_plant(model, set, in_loop, seed, test_.threads, config_); });
     for (const std::string& name : test_.against)
       if (name == "ekf" || name == "ukf")

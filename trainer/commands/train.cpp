@@ -65,6 +65,11 @@ TrainingResult train_with_progress(const Experiment& experiment, const RunData& 
   return result;
 }
 
+/// What spoils a training, whether anybody wants to see its progress or not.
+void warn(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", printable(warning));
+}
+
 /// All rounds of an experiment: one without [feedback].
 TrainingResult train_rounds(const Experiment& experiment, RunData& data, const TrainArguments& arguments) {
   const RoundDirectories rounds(arguments.output, experiment);
@@ -75,6 +80,7 @@ TrainingResult train_rounds(const Experiment& experiment, RunData& data, const T
       TrainingSets sets = next_round(experiment, {round, &result.model}, {std::move(data.training), {}});
       data.training = std::move(sets.training);
       data.validation = std::move(sets.validation);
+      warn(sets.warnings);
     }
     if (rounds.last() > 0 && !arguments.quiet)
       fmt::print(stderr, "round {} of {}: {} runs, in the loop of {}\n", round, rounds.last(),
@@ -146,6 +152,7 @@ void run_train(TrainArguments arguments) {
     if (arguments.resume && already_done(arguments, run)) return;
   }
 
+  warn(data.warnings);
   run_phase([&] {
     make_output_directory(arguments.output);
     lock.take(arguments.output);

@@ -19,7 +19,7 @@ namespace nlo::trainer {
 
 RunData simulated_data(const Experiment& experiment) {
   TrainingSets sets = simulate_training_sets(experiment);
-  return {std::move(sets.training), std::move(sets.validation), {}, {}};
+  return {std::move(sets.training), std::move(sets.validation), {}, {}, {}, std::move(sets.warnings)};
 }
 
 PreparedRun prepare_run(const DraftExperiment& draft, const std::string& directory, bool quiet) {

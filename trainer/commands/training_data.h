@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "trainer/commands/run_report.h"
 #include "trainer/config/experiment.h"
@@ -18,6 +19,7 @@ struct RunData {
   ReportedLogs judged;  ///< of logs; a plant is tested on new trajectories
   LogReport clock;      ///< of logs
   TrainingLogs remembered = {};
+  std::vector<std::string> warnings = {};  ///< of simulated runs
 };
 
 /// Of an experiment with a [plant].

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "codegen/base/error.h"
+#include "trainer/plants/plant_channels.h"
+#include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
 namespace {
@@ -14,7 +16,9 @@ namespace {
 class Filter final : public LoopEstimator {
  public:
   Filter(const FilterRow& row, const Experiment& nominal, const NoiseConfig& noise)
-      : context_(filter_context(nominal, noise, {})), filter_(row.make(context_, {FilterTuning{}}, 1)) {
+      : context_(filter_context(nominal, noise, {})),
+        channels_(*nominal.plant, *make_plant(*nominal.plant)),
+        filter_(row.make(context_, {FilterTuning{}}, 1)) {
     samples_.sample_period_s = nominal.simulation.sample_period_s;
     samples_.held_inputs = nominal.observer.input_hold == Hold::kZeroOrder;
   }
@@ -22,11 +26,12 @@ class Filter final : public LoopEstimator {
   Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) override {
     samples_.outputs.emplace_back(y);
     samples_.inputs.emplace_back(u);
-    return filter_->step(samples_, samples_.samples() - 1);
+    return channels_.states(filter_->step(samples_, samples_.samples() - 1));
   }
 
  private:
   FilterContext context_;
+  PlantChannels channels_;
   std::unique_ptr<LaneFilter> filter_;
   LaneRuns samples_;
 };

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "codegen/model/model.h"
 #include "trainer/evaluation/evaluate.h"
@@ -16,8 +17,10 @@ namespace nlo::trainer {
 ///   INPUT...          as given
 ///   STATE_estimate... x_hat as it is: of an angle any turn
 ///   in_domain         1 where z lies in the training domain
-///   STATE_truth...    angles within half a turn of 0; nan where it is masked
+///   STATE_truth...    angles within half a turn of 0; nan where it is masked or not known
 /// `run` was estimated by `model`, `uniform_steps` as there (evaluate.h).
-std::string estimates_csv(const codegen::Model& model, const EvaluatedRun& run, bool uniform_steps);
+///   unscored  names of states that the run has no truth of: it then has all_estimates
+std::string estimates_csv(const codegen::Model& model, const EvaluatedRun& run, bool uniform_steps,
+                          const std::vector<std::string>& unscored = {});
 
 }  // namespace nlo::trainer

@@ -39,6 +39,8 @@ struct EvaluatedRun {
   Eigen::MatrixXd estimate;      ///< n_x x N
   std::string why = {};          ///< "first", "best", "worst": why it is among the examples; may be empty
   Eigen::VectorXd outside = {};  ///< N: 1 where z is outside of the training domain; size 0: not known
+  /// Of all the model's states, where the truth is of some; 0 x 0: `estimate` is of all.
+  Eigen::MatrixXd all_estimates = {};
 };
 
 /// How often z was where training has been. The first sample of each run is counted apart: there z is what the observer

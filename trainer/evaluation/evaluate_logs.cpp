@@ -71,6 +71,19 @@ void require_same_names(const std::vector<Channel>& model, const std::vector<Cha
               " (names, order and wraps must agree: use the columns that the model was trained with)");
 }
 
+/// Where the states that the logs have a truth of are among the model's.
+std::vector<Eigen::Index> scored_states(const codegen::Model& model, const Dataset& logs) {
+  std::vector<Eigen::Index> rows;
+  for (const Channel& truth : logs.states) {
+    const auto found = std::find_if(model.states.begin(), model.states.end(), [&](const Channel& state) {
+      return state.name == truth.name && state.wrap == truth.wrap;
+    });
+    if (found == model.states.end()) require_same_names(model.states, logs.states, "states");
+    rows.push_back(found - model.states.begin());
+  }
+  return rows;
+}
+
 std::vector<std::string> compared(const std::vector<LogEvaluation::Entry>& entries) {
   const LogMetrics& ours = entries.front().metrics;
   std::vector<ComparedState> states;
@@ -160,7 +173,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
                                const std::vector<std::string>& missing) {
   if (logs.trajectories.empty()) throw Error("evaluation: no log to evaluate on");
   require_same_names(model.outputs, logs.outputs, "outputs");
-  require_same_names(model.states, logs.states, "states");
+  const std::vector<Eigen::Index> scored = scored_states(model, logs);
   if (!model.inputs.empty()) require_same_names(model.inputs, logs.inputs, "inputs");
   const auto say = [&](double share, const std::string& what) {
     if (progress) progress(share, what);
@@ -170,6 +183,9 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   result.noise = noise;
   result.seed = seed;
   result.states = logs.states;
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(model.states.size()); ++i)
+    if (std::find(scored.begin(), scored.end(), i) == scored.end())
+      result.unscored_states.push_back(model.states[static_cast<std::size_t>(i)].name);
   result.outputs = logs.outputs;
   result.baselines_fitted_on = baseline_logs ? "the training logs" : "these logs";
   result.unscored = find_unscored(logs);
@@ -196,10 +212,14 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     const Trajectory& run = measured.trajectories[i];
     say(0.3 * static_cast<double>(i) / count, "observer on " + run.source);
     runs.push_back(observer(run.outputs, run.inputs, run.time_s));
-    estimates.push_back(runs.back().x_hat);
+    estimates.emplace_back(runs.back().x_hat(scored, Eigen::all));
     count_domain(model, runs.back(), result.domain);
     sum.add(logs.trajectories[i], estimates.back());
-    if (model.error) covered.add(logs.trajectories[i], intervals_of(model, runs.back()));
+    if (model.error) {
+      const IntervalEstimates all = intervals_of(model, runs.back());
+      covered.add(logs.trajectories[i],
+                  {all.x_hat(scored, Eigen::all), all.sigma(scored, Eigen::all), all.bound_95(scored, Eigen::all)});
+    }
     errors.push_back(relative_error(logs.trajectories[i], estimates.back(), logs.states, scale));
   }
   judge("observer", {}, estimates);
@@ -208,6 +228,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   for (const Chosen& chosen : spread_choice(errors)) {
     const std::size_t i = chosen.run;
     result.examples.push_back({logs.trajectories[i], measured.trajectories[i].outputs, estimates[i], chosen.why});
+    result.examples.back().all_estimates = runs[i].x_hat;
     result.examples.back().outside = outside_of_domain(model, result.examples.back(), has_uniform_steps(logs, model));
   }
   const std::vector<std::string> senseless = unscored_notes(logs, estimates);
@@ -236,7 +257,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   }
 
   say(0.8, "ridge");
-  LinearReadout readout(model);
+  LinearReadout readout(model, logs.states);
   const ObserverRun on_training = observer_run(model, has_uniform_steps(fitted_on, model));
   for (const Trajectory& run : fitted_on.trajectories)
     readout.add(on_training(run.outputs, run.inputs, run.time_s), run);

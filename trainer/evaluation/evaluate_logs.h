@@ -36,21 +36,23 @@ struct LogEvaluation {
   std::vector<std::string> notes;  ///< plain words on states that are no better than by a constant or a linear readout,
                                    ///< and on estimates that make no sense where nothing is scored
   Unscored unscored;
+  std::vector<std::string> unscored_states = {};  ///< of the model, that the logs have no truth of
   DomainShare domain;
   std::optional<Coverage> coverage = {};  ///< of a model that knows how wrong it is
   NoiseConfig noise;                      ///< added to the logged outputs
   std::vector<std::string> missing = {};  ///< outputs that were taken away
   std::uint64_t seed = 0;
-  std::string split;                ///< "test", "validation" or "training" of an experiment; empty: other logs
-  std::string baselines_fitted_on;  ///< "the training logs", "these logs"
-  std::vector<Channel> states, outputs;
-  std::vector<EvaluatedRun> examples;  ///< all logs, or kMostExamples of them (examples.h); the first is the first
+  std::string split;                     ///< "test", "validation" or "training" of an experiment; empty: other logs
+  std::string baselines_fitted_on;       ///< "the training logs", "these logs"
+  std::vector<Channel> states, outputs;  ///< states: those that are scored
+  std::vector<EvaluatedRun> examples;    ///< all logs, or kMostExamples of them (examples.h); the first is the first
 };
 
 /// What is being done, and which share of all is done before it.
 using LogProgress = std::function<void(double share, const std::string& what)>;
 
 /// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
+///   logs, schema   have all of the model's outputs and inputs, and the truth of one state at least: the others are unscored
 ///   baseline_logs  what the baselines may learn from: the training logs; or nullptr, then the very logs they are
 ///                  judged on, in hindsight, which only makes them harder to beat
 ///   missing        outputs that fail at the first sample of every log: the observer and the ridge regression are

@@ -204,6 +204,7 @@ std::string evaluation_json(const std::string& model, const LogEvaluation& evalu
   for (const LogMetrics::File& file : observer.files)
     json["files"].push_back({{"source", file.source}, {"per_state", states_json(file.states, observer.windows)}});
   json["unscored"] = {{"share", number(evaluation.unscored.share)}, {"where", evaluation.unscored.where}};
+  if (!evaluation.unscored_states.empty()) json["unscored"]["states"] = evaluation.unscored_states;
   json["in_domain"] = domain_json(evaluation.domain);
   if (evaluation.coverage) json["coverage"] = coverage_json(*evaluation.coverage);
   json["notes"] = evaluation.notes;

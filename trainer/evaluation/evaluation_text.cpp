@@ -181,6 +181,10 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
   if (evaluation.unscored.share > 0.0)
     text += fmt::format("\n  unscored: {} of the samples, {}\n", percent(evaluation.unscored.share),
                         evaluation.unscored.where);
+  if (!evaluation.unscored_states.empty())
+    text +=
+        fmt::format("\n  unscored: {}, of which these logs have no truth (--estimates FILE.csv has their estimates)\n",
+                    fmt::join(evaluation.unscored_states, ", "));
   return text + domain_line(evaluation.domain, "a log") + notes_text(evaluation.notes);
 }
 

@@ -2,6 +2,7 @@
 #include "trainer/evaluation/linear_readout.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "codegen/base/error.h"
 #include "trainer/data/angle.h"
@@ -17,7 +18,10 @@ constexpr double kRidge = 1e-6;  // collinear features of fast modes stay harmle
 
 }  // namespace
 
-LinearReadout::LinearReadout(const codegen::Model& model) : states_(model.states) {
+LinearReadout::LinearReadout(const codegen::Model& model) : LinearReadout(model, model.states) {}
+
+LinearReadout::LinearReadout(const codegen::Model& model, std::vector<codegen::Channel> states)
+    : states_(std::move(states)) {
   if (const codegen::Network* map = codegen::inverse_map(model)) {
     map_ = map->features;
     mean_ = map->feature_mean;

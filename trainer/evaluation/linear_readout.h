@@ -19,6 +19,9 @@ class LinearReadout {
   /// The features are those of the model's T*; of an observer that has none, z and y.
   explicit LinearReadout(const codegen::Model& model);
 
+  /// The same features, for the states that a truth is known of: the rows of Trajectory::states.
+  LinearReadout(const codegen::Model& model, std::vector<codegen::Channel> states);
+
   /// Adds a run of the model on training data: samples whose truth counts.
   void add(const codegen::Run& run, const Trajectory& truth);
 

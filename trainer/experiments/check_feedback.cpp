@@ -8,7 +8,6 @@
 #include "trainer/base/number_text.h"
 #include "trainer/config/key_error.h"
 #include "trainer/experiments/checks.h"
-#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/state_feedback.h"
 #include "trainer/structures/table.h"
@@ -47,12 +46,12 @@ void check_names(const Plant& plant) {
 }
 
 /// What the loop needs of the observer and of training.
-void check_loop(const Experiment& e, const Plant& plant) {
-  const PlantChannels channels(*e.plant, plant);
-  if (!channels.plain())
-    refuse("",
-           " reads each state as it is; leave estimated, state_encodings and output_encodings out of [plant], so that "
-           "the observer estimates all states");
+void check_loop(const Experiment& e) {
+  for (const auto* encodings : {&e.plant->state_encodings, &e.plant->output_encodings})
+    if (std::find(encodings->begin(), encodings->end(), Encoding::kSincos) != encodings->end())
+      refuse("",
+             " reads angles as they are, not as sine and cosine; leave state_encodings and output_encodings out of "
+             "[plant]");
   if (!structure_of(e.observer).reads_inputs())
     refuse("",
            fmt::format(" tells the observer u, and structure \"{}\" reads none; use \"kkl\"", e.observer.structure));
@@ -85,7 +84,7 @@ void check_feedback(const Experiment& e) {
     refuse("error", fmt::format(" has {} numbers, but the plant has {} states; give one for each",
                                 feedback.error.size(), plant->states().size()));
   try {
-    StateFeedback(feedback, *plant, e.plant->parameters);
+    StateFeedback(feedback, *plant, *e.plant);
   } catch (const codegen::Error& error) {
     throw KeyError("feedback.law", error.what());
   }
@@ -94,7 +93,7 @@ void check_feedback(const Experiment& e) {
   } catch (const codegen::Error& error) {
     throw KeyError("feedback.cost", error.what());
   }
-  check_loop(e, *plant);
+  check_loop(e);
 }
 
 }  // namespace nlo::trainer

@@ -17,6 +17,7 @@
 #include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
+#include "trainer/plants/run_range.h"
 #include "trainer/plants/simulate_runs.h"
 #include "trainer/structures/table.h"
 
@@ -61,20 +62,23 @@ void check_swinging(const Dataset& dataset) {
 TrainingSets simulate_training_sets(const Experiment& experiment, const LoopRound& round) {
   const auto plant = make_plant(*experiment.plant);
   const SimulationConfig& config = experiment.simulation;
+  std::vector<std::string> warnings;
   const auto set = [&](SeedStream stream, Eigen::Index count) {
     // Streams of rounds never meet: round 0 has that of an experiment without a loop.
     const std::uint64_t seed =
         initial_state_seed(experiment.seed, stream) ^ (static_cast<std::uint64_t>(round.round) * 0x9e3779b97f4a7c15ULL);
-    const LoopEstimators estimators =
-        round.observer == nullptr ? nullptr
-                                  : with_noise(observer_in_loop(*round.observer, *plant, config.sample_period_s),
-                                               without_shifts(experiment.training.noise), seed);
+    const LoopEstimators estimators = round.observer == nullptr
+                                          ? nullptr
+                                          : with_noise(observer_in_loop(*round.observer, experiment, *plant),
+                                                       without_shifts(experiment.training.noise), seed);
     Dataset dataset = simulate_runs(experiment, *plant, seed, count, 1.0, {}, estimators);
+    if (stream == SeedStream::kTraining) warnings = range_warnings(dataset, experiment);
     keep_out_transient(experiment, *plant, dataset);
     return dataset;
   };
   const Eigen::Index validation = std::clamp<Eigen::Index>(config.trajectories / 4, 8, 50);
   TrainingSets sets{set(SeedStream::kTraining, config.trajectories), set(SeedStream::kValidation, validation)};
+  sets.warnings = std::move(warnings);
   if (needs_equations(experiment.loss)) add_equations(sets.training, *plant, experiment);
   if (structure_of(experiment.observer).flies_inputs()) {
     const InitialBox box = initial_box(config);

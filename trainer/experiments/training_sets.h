@@ -2,6 +2,9 @@
 // What an experiment with a [plant] trains on and chooses its model by.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 
@@ -9,6 +12,7 @@ namespace nlo::trainer {
 
 struct TrainingSets {
   Dataset training, validation;
+  std::vector<std::string> warnings = {};  ///< range_warnings() of the training runs
 };
 
 /// Which round of [feedback] is simulated. Round 0 closes the loop by the true state and the drawn error, each further

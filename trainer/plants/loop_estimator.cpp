@@ -2,6 +2,7 @@
 #include "trainer/plants/loop_estimator.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/data/measurement_noise.h"
+#include "trainer/plants/plant_channels.h"
 
 namespace nlo::trainer {
 namespace {
@@ -51,14 +53,17 @@ class NoisyEstimator final : public LoopEstimator {
 
 }  // namespace
 
-LoopEstimators observer_in_loop(const codegen::Model& model, const Plant& plant, double sample_period_s) {
-  if (names(model.states) != names(plant.states()) || names(model.outputs) != names(plant.outputs()) ||
+LoopEstimators observer_in_loop(const codegen::Model& model, const Experiment& experiment, const Plant& plant) {
+  const PlantChannels channels(*experiment.plant, plant);
+  if (names(model.states) != names(channels.states()) || names(model.outputs) != names(plant.outputs()) ||
       names(codegen::inputs(model)) != names(plant.inputs()))
     throw codegen::Error(fmt::format(
-        "\"{}\" cannot close the loop: it must read the outputs and inputs of the plant {} and estimate its states; "
-        "train it with [feedback], or with [excitation] and all states",
-        model.name, plant.name()));
-  return [&model, sample_period_s](std::uint64_t) { return std::make_unique<Observer>(model, sample_period_s); };
+        "\"{}\" cannot close the loop: it must read the outputs and inputs of the plant {} and estimate {}; train it "
+        "with [feedback], or with [excitation] and these states",
+        model.name, plant.name(), fmt::join(names(channels.states()), ", ")));
+  return [&model, sample_period_s = experiment.simulation.sample_period_s](std::uint64_t) {
+    return std::make_unique<Observer>(model, sample_period_s);
+  };
 }
 
 LoopEstimators with_noise(LoopEstimators estimators, const NoiseConfig& noise, std::uint64_t seed) {

@@ -9,6 +9,7 @@
 
 #include "codegen/model/model.h"
 #include "trainer/base/noise.h"
+#include "trainer/config/experiment.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
@@ -18,7 +19,7 @@ class LoopEstimator {
  public:
   virtual ~LoopEstimator() = default;
 
-  /// x_hat, n_x, at the next sample.
+  /// x_hat at the next sample, one for each state that is estimated ([plant] `estimated`; all, where it names none).
   ///   y  n_y; NaN: did not arrive
   ///   u  n_u, what acted before it (input_hold = "zero_order")
   virtual Eigen::VectorXd step(const Eigen::VectorXd& y, const Eigen::VectorXd& u) = 0;
@@ -28,8 +29,8 @@ class LoopEstimator {
 using LoopEstimators = std::function<std::unique_ptr<LoopEstimator>(std::uint64_t run)>;
 
 /// An observer in the arithmetic of its exports, for samples a period apart. Throws codegen::Error unless it reads the
-/// outputs and inputs of the plant and estimates its states.
-LoopEstimators observer_in_loop(const codegen::Model& model, const Plant& plant, double sample_period_s);
+/// outputs and inputs of the plant and estimates the states that the experiment's [plant] says.
+LoopEstimators observer_in_loop(const codegen::Model& model, const Experiment& experiment, const Plant& plant);
 
 /// The same estimators behind sensors with this noise (measurement_noise.h): what they read in run i of a set is what
 /// evaluate() with the same noise and seed lays over run i.

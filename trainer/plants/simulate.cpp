@@ -17,13 +17,18 @@ constexpr double kEscape = 1e9;  // far outside of any plant's useful range, far
 
 }  // namespace
 
-void refuse_escape(const Plant& plant, const Eigen::MatrixXd& x, const Eigen::MatrixXd& initial, double time_s) {
+void refuse_escape(const Plant& plant, const std::vector<codegen::Channel>& channels, const Eigen::MatrixXd& x,
+                   const Eigen::MatrixXd& initial, double time_s) {
   const Eigen::Index column = first_escaped(x);
   if (column < 0) return;
-  throw codegen::Error(fmt::format(
-      "plant {}: the trajectory from x(0) = ({}) is not finite or beyond 1e9 at t = {:.6g} s; make the initial box "
-      "or the horizon smaller, or the sample period shorter",
-      plant.name(), fmt::join(initial.col(column), ", "), time_s));
+  Eigen::Index row = 0;
+  while (std::abs(x(row, column)) <= kEscape) ++row;
+  throw codegen::Error(
+      fmt::format("plant {}: {} of the trajectory from x(0) = ({}) is not finite or beyond 1e9 at t = {:.6g} s; make "
+                  "the initial box "
+                  "or the horizon smaller, or the sample period shorter{}",
+                  plant.name(), channels[static_cast<std::size_t>(row)].name, fmt::join(initial.col(column), ", "),
+                  time_s, plant.nu() > 0 ? ", or hold the plant by a [feedback]" : ""));
 }
 
 Eigen::Index first_escaped(const Eigen::MatrixXd& x) {
@@ -97,8 +102,8 @@ Dataset simulate_from(const Plant& plant, const SimulationConfig& config, const 
   for (Eigen::Index k = 0;; ++k) {
     const double t = static_cast<double>(k) * h;
     const Eigen::MatrixXd y = plant.output(x);
-    refuse_escape(plant, x, initial, t);
-    refuse_escape(plant, y, initial, t);
+    refuse_escape(plant, plant.states(), x, initial, t);
+    refuse_escape(plant, plant.outputs(), y, initial, t);
     const Eigen::VectorXd u = excitation ? excitation(t) : Eigen::VectorXd();
     for (Eigen::Index i = 0; i < count; ++i) {
       Trajectory& run = dataset.trajectories[static_cast<std::size_t>(i)];

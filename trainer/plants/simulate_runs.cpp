@@ -12,6 +12,7 @@
 #include "codegen/reference/rk4.h"
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/initial_states.h"
+#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/run_random.h"
 #include "trainer/plants/simulate.h"
@@ -52,7 +53,8 @@ class Loop {
  public:
   Loop(const Experiment& experiment, const Plant& plant, std::uint64_t engine_seed, const LoopEstimators& estimators)
       : feedback_(*experiment.feedback),
-        law_(feedback_, plant, experiment.plant->parameters),
+        channels_(*experiment.plant, plant),
+        law_(feedback_, plant, *experiment.plant),
         engine_seed_(engine_seed),
         make_(estimators) {}
 
@@ -78,7 +80,7 @@ class Loop {
     for (InLoop& own : runs_) {
       Trajectory& run = set.trajectories[static_cast<std::size_t>(own.run)];
       const Eigen::VectorXd x_hat = own.estimator ? own.estimator->step(run.outputs.col(k), run.inputs.col(k))
-                                                  : Eigen::VectorXd(run.states.col(k) + own.error);
+                                                  : Eigen::VectorXd(channels_.states(run.states.col(k) + own.error));
       run.inputs.col(k + 1) = law_(x_hat, run.inputs.col(k + 1));
     }
   }
@@ -91,6 +93,7 @@ class Loop {
   };
 
   const FeedbackConfig& feedback_;
+  PlantChannels channels_;
   StateFeedback law_;
   std::uint64_t engine_seed_;
   const LoopEstimators& make_;
@@ -114,8 +117,8 @@ void simulate_batch(const Plant& plant, const Experiment& experiment, const Eige
     loop->begin(i, set.trajectories[static_cast<std::size_t>(i)]);
   for (Eigen::Index k = 0; k < samples; ++k) {
     const Eigen::MatrixXd y = plant.output(x);
-    refuse_escape(plant, x, start, static_cast<double>(k) * h);
-    refuse_escape(plant, y, start, static_cast<double>(k) * h);
+    refuse_escape(plant, plant.states(), x, start, static_cast<double>(k) * h);
+    refuse_escape(plant, plant.outputs(), y, start, static_cast<double>(k) * h);
     for (Eigen::Index i = 0; i < batch.count; ++i) {
       Trajectory& run = set.trajectories[static_cast<std::size_t>(batch.first + i)];
       run.states.col(k) = x.col(i);

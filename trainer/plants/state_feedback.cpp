@@ -2,7 +2,9 @@
 #include "trainer/plants/state_feedback.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 
@@ -29,6 +31,9 @@ class LoopExpressions {
       compile_expression(parsers_.emplace_back(), texts_[j], fmt::format(fmt::runtime(where_), j), names,
                          values_.data());
   }
+
+  /// Whether text j reads a name.
+  bool reads(std::size_t j, const std::string& name) const { return parsers_[j].GetUsedVar().contains(name); }
 
   Eigen::VectorXd evaluate(const Eigen::VectorXd& x, const Eigen::VectorXd& of_inputs) {
     Eigen::VectorXd::Map(values_.data(), static_cast<Eigen::Index>(values_.size())) << x, of_inputs;
@@ -61,16 +66,36 @@ bool in_closed_loop(const FeedbackConfig& feedback, Eigen::Index run) {
   return std::floor((before + 1.0) * feedback.share) > std::floor(before * feedback.share);
 }
 
-StateFeedback::StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants)
-    : laws_(std::make_unique<LoopExpressions>(feedback.law, "[feedback] law[{}]", plant, constants, reference_name)),
+StateFeedback::StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantConfig& config)
+    : laws_(std::make_unique<LoopExpressions>(feedback.law, "[feedback] law[{}]", plant, config.parameters,
+                                              reference_name)),
+      x_hat_(Eigen::VectorXd::Zero(plant.nx())),
       low_(Eigen::VectorXd::Map(feedback.actuator_low.data(), static_cast<Eigen::Index>(feedback.actuator_low.size()))),
       high_(Eigen::VectorXd::Map(feedback.actuator_high.data(),
-                                 static_cast<Eigen::Index>(feedback.actuator_high.size()))) {}
+                                 static_cast<Eigen::Index>(feedback.actuator_high.size()))) {
+  const std::vector<codegen::Channel>& states = plant.states();
+  const auto row_of = [&](const std::string& name) {
+    return std::find_if(states.begin(), states.end(), [&](const auto& state) { return state.name == name; }) -
+           states.begin();
+  };
+  for (const std::string& name : config.estimated) rows_.push_back(row_of(name));
+  for (Eigen::Index i = 0; config.estimated.empty() && i < plant.nx(); ++i) rows_.push_back(i);
+  for (std::size_t j = 0; j < feedback.law.size(); ++j)
+    for (Eigen::Index i = 0; i < plant.nx(); ++i) {
+      const std::string& name = states[static_cast<std::size_t>(i)].name;
+      if (std::find(rows_.begin(), rows_.end(), i) == rows_.end() && laws_->reads(j, name))
+        throw codegen::Error(
+            fmt::format("[feedback] law[{}] \"{}\" reads {}, which the observer does not estimate: name it in [plant] "
+                        "estimated, or write the law over {}",
+                        j, feedback.law[j], name, fmt::join(config.estimated, ", ")));
+    }
+}
 
 StateFeedback::~StateFeedback() = default;
 
 Eigen::VectorXd StateFeedback::operator()(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference) {
-  return clipped(laws_->evaluate(x_hat, reference));
+  x_hat_(rows_) = x_hat;
+  return clipped(laws_->evaluate(x_hat_, reference));
 }
 
 Eigen::VectorXd StateFeedback::clipped(const Eigen::VectorXd& u) const {

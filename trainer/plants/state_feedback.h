@@ -22,13 +22,15 @@ class LoopExpressions;
 
 class StateFeedback {
  public:
-  /// Laws over the plant's states, the references and the nominal parameters. Throws codegen::Error naming the law and
-  /// the position in it.
-  StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantParameters& constants);
+  /// Laws over the states that [plant] `estimated` names (all of the plant's, where it names none), the references and the
+  /// nominal parameters. Throws codegen::Error naming the law and the position in it, or the state that it reads and the
+  /// observer does not estimate.
+  ///   config  what `plant` was made of
+  StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantConfig& config);
   ~StateFeedback();
 
   /// u, n_u, within the limits of the actuators. Throws codegen::Error where a law is no number.
-  ///   x_hat      n_x
+  ///   x_hat      one for each estimated state, in the order of `estimated`
   ///   reference  n_u, one for each input
   Eigen::VectorXd operator()(const Eigen::VectorXd& x_hat, const Eigen::VectorXd& reference);
 
@@ -37,6 +39,8 @@ class StateFeedback {
 
  private:
   std::unique_ptr<LoopExpressions> laws_;
+  std::vector<Eigen::Index> rows_;  ///< of the estimated states, among the plant's
+  Eigen::VectorXd x_hat_;           ///< n_x; 0 where nothing is estimated, and no law reads it
   Eigen::VectorXd low_, high_;
 };
 

@@ -149,7 +149,8 @@ class Deriver {
   /// Those that differ in what the draft leaves open, the usual one first.
   std::vector<Reading> readings(const ModeBank& bank) const {
     const NoiseMixture noise = base_.training.all_noise();
-    const bool quiet = std::all_of(noise.parts.begin(), noise.parts.end(), [](const NoiseConfig& n) { return n.none(); });
+    const bool quiet =
+        std::all_of(noise.parts.begin(), noise.parts.end(), [](const NoiseConfig& n) { return n.none(); });
     std::vector<Reading> all;
     for (const FeatureSet features :
          {FeatureSet::kLatentAndOutput, FeatureSet::kLatentMinusOutput, FeatureSet::kLatent})
