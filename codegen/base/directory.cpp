@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <stdio.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdint>
@@ -160,6 +161,8 @@ void check_directory(const std::string& path) {
       const Descriptor held = hold_replaceable(target);
       return;
     }
+    if (fs::is_symlink(fs::symlink_status(target)))
+      throw Error(target.string() + ": is a link to a folder that is not there; make that first");
     fs::path above = fs::absolute(target).parent_path();
     while (above.has_relative_path() && !fs::exists(fs::symlink_status(above))) above = above.parent_path();
     if (!fs::is_directory(above))

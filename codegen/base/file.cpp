@@ -103,6 +103,13 @@ void write_file_atomically(const std::string& path, std::string_view text) {
   sync_folder_of(target);
 }
 
+void rewrite_file_atomically(const std::string& path, std::string_view read, std::string_view text) {
+  if (read_file(path) != read)
+    throw Error(path +
+                ": is another file than the one that was read: it has changed since, and stays as it is; run again");
+  write_file_atomically(path, text);
+}
+
 void write_files_atomically(const std::vector<NamedText>& files) {
   struct Replacement {
     std::string target;

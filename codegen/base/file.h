@@ -16,6 +16,10 @@ std::string read_file(const std::string& path, std::size_t max_bytes = std::size
 /// that is not there yet; what is no regular file (/dev/stdout, a pipe) is written to directly. Throws Error, and then `path` is what it was before.
 void write_file_atomically(const std::string& path, std::string_view text);
 
+/// The same for a file that was read as `read` and is rewritten from that. Throws Error where it is another one by now:
+/// what somebody else has put there is not lost.
+void rewrite_file_atomically(const std::string& path, std::string_view read, std::string_view text);
+
 /// A file that is still to be written.
 struct NamedText {
   std::string path, text;

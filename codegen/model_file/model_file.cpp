@@ -102,13 +102,25 @@ std::string to_json(const Model& m) {
   return file.text() + "\n";
 }
 
-void write_model(const Model& model, const std::string& path) {
+namespace {
+
+std::string checked_json(const Model& model, const std::string& path) {
   try {
     validate(model);
   } catch (const Error& error) {
     throw Error(path + ": not written: " + error.what());
   }
-  write_file_atomically(path, to_json(model));
+  return to_json(model);
+}
+
+}  // namespace
+
+void write_model(const Model& model, const std::string& path) {
+  write_file_atomically(path, checked_json(model, path));
+}
+
+void rewrite_model(const Model& model, const std::string& path, std::string_view read) {
+  rewrite_file_atomically(path, read, checked_json(model, path));
 }
 
 Model read_model(const std::string& path) {

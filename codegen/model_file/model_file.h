@@ -23,4 +23,7 @@ std::string to_json(const Model& model);
 /// Validates, then replaces the file atomically: what stands on disk can always be read again.
 void write_model(const Model& model, const std::string& path);
 
+/// The same over the file that the model was made from, whose text was `read`. Throws Error where that has changed since.
+void rewrite_model(const Model& model, const std::string& path, std::string_view read);
+
 }  // namespace nlo::codegen

@@ -94,7 +94,9 @@ TEST_F(Directory, KeepsWhatSomebodyHasMadeOrChanged) {
   write_file_atomically(path("file"), "text");
   EXPECT_THAT(refusal("file"), HasSubstr("is not a folder"));
   EXPECT_THAT(refusal("file/below"), HasSubstr("file is not a folder"));
-  EXPECT_EQ(beside(), 4);
+  fs::create_directory_symlink("nowhere", path("link"));
+  EXPECT_THAT(refusal("link"), HasSubstr("is a link to a folder that is not there"));
+  EXPECT_EQ(beside(), 5);
 }
 
 /// Before, a reader in a loop saw no folder in 3 looks of 100.

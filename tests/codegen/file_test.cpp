@@ -97,6 +97,20 @@ TEST_F(File, WhatAKilledProgramHasLeftGoesWithTheNextWriting) {
   EXPECT_EQ(read_file(path("x")), "2");
 }
 
+TEST_F(File, IsRewrittenOnlyAsLongAsItIsWhatWasRead) {
+  write_file_atomically(path("x"), "read");
+  rewrite_file_atomically(path("x"), "read", "rewritten");
+  EXPECT_EQ(read_file(path("x")), "rewritten");
+  write_file_atomically(path("x"), "somebody else's");
+  EXPECT_THAT(message_of([&] { rewrite_file_atomically(path("x"), "rewritten", "lost"); }),
+              HasSubstr("has changed since"));
+  EXPECT_EQ(read_file(path("x")), "somebody else's");
+  fs::remove(path("x"));
+  EXPECT_THAT(message_of([&] { rewrite_file_atomically(path("x"), "rewritten", "lost"); }),
+              HasSubstr("x: cannot open"));
+  EXPECT_FALSE(fs::exists(path("x")));
+}
+
 TEST_F(File, LeavesDevicesInPlace) {
   write_file_atomically("/dev/null", "text");
   EXPECT_TRUE(fs::is_character_file("/dev/null"));

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -66,6 +67,18 @@ TEST_F(Crossvalidate, ALearningCurveTrainsOnAsManyLogsAsItIsTold) {
               HasSubstr("training logs"));
 }
 
+/// Before, 40 letters took longer than the age of the rig.
+TEST_F(Crossvalidate, NoPatternTakesForEver) {
+  for (const char* last : {"1.csv", "2.csv"}) scratch_.write("long/day" + std::string(100, 'a') + last, tiny_log());
+  for (const char* pattern : {"^day(a+)+$", "^day(a|a)*$", "^day(a|aa)+$", "(a*)*b", "(.*a){20}x"}) {
+    const auto begin = std::chrono::steady_clock::now();
+    const ProgramResult result = scratch_.run({"crossvalidate", "tiny.toml", "--data", "long", "--group", pattern});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("finds nothing in")) << pattern;
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20)) << pattern;
+  }
+}
+
 TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
   const auto error = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs"};
@@ -77,6 +90,9 @@ TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
   EXPECT_THAT(error({"--group", "^day"}), HasSubstr("needs two groups at least"));
   EXPECT_THAT(error({"--group", "night"}), HasSubstr("finds nothing in \"day1_a.csv\""));
   EXPECT_THAT(error({"--group", "("}), HasSubstr("is not a regular expression"));
+  EXPECT_THAT(error({"--group", "(d)\\1"}), HasSubstr("refers back"));
+  EXPECT_THAT(error({"--group", "(d{1,99}){1,99}"}), HasSubstr("too large a pattern"));
+  EXPECT_THAT(error({"--group", std::string(10000, '(')}), HasSubstr("too large a pattern"));
   EXPECT_THAT(error({"--logs", "4"}), HasSubstr("between 1 and 3 are left"));
   scratch_.write("plant.toml", kTinyExperiment);
   const ProgramResult plant = scratch_.run({"crossvalidate", "plant.toml"});

@@ -6,7 +6,10 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <string>
+#include <thread>
 
 #include "codegen/base/file.h"
 #include "tests/commands/program.h"
@@ -48,6 +51,41 @@ TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEndsAndChangesNo
   }
   EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "--force"}).exit_code, 0) << "the lock ended with its holder";
   for (const auto& [name, bytes] : before) EXPECT_TRUE(scratch.contents().count(name)) << name;
+}
+
+TEST(LastingRuns, AMonitorDoesNotReplaceATrainingThatEndedMeanwhile) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  const std::string file = scratch.path() + "/runs/tiny/model.json", model = codegen::read_file(file);
+  std::atomic<bool> at_work{true};
+  std::string last;
+  std::thread other([&] {  // another model every moment: that of a training, told apart by its blank lines
+    for (std::size_t lines = 1; at_work; ++lines) {
+      codegen::write_file_atomically(file, last = model + std::string(lines % 1000, '\n'));
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  const auto monitor = scratch.run({"monitor", "runs/tiny/model.json", "--hours", "0.05", "--runs", "0"});
+  at_work = false;
+  other.join();
+  EXPECT_EQ(monitor.exit_code, 1);
+  EXPECT_THAT(monitor.err,
+              AllOf(HasSubstr("runs/tiny/model.json"), HasSubstr("has changed since"), HasSubstr("run again")));
+  EXPECT_EQ(codegen::read_file(file), last);
+  EXPECT_EQ(scratch.run({"monitor", "runs/tiny/model.json", "--hours", "0.05", "--runs", "0"}).exit_code, 0);
+}
+
+TEST(LastingRuns, AMonitorIsNotWrittenWhereATrainingIsAtWork) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  const auto before = scratch.contents();
+  const AtWork other(scratch.path() + "/runs/tiny");
+  const auto monitor = scratch.run({"monitor", "runs/tiny/model.json", "--hours", "0.05", "--runs", "0"});
+  EXPECT_EQ(monitor.exit_code, 2);
+  EXPECT_THAT(monitor.err, HasSubstr("runs/tiny: another nlo is at work"));
+  EXPECT_EQ(scratch.contents(), before);
 }
 
 TEST(LastingRuns, ACheckpointOfAnotherExperimentIsWrongInputAndStaysAsItIs) {

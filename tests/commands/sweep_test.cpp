@@ -206,6 +206,18 @@ TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
   EXPECT_EQ(scratch.run({"sweep", "colect", "plans/p.toml"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"sweep", "collect", "plans/p.toml", "--run"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--shard", "2/2"}).exit_code, 2);
+  EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--shard", ""}).exit_code, 2) << "no part is not every part";
+}
+
+TEST_F(SweepCommand, JobsThatAreAllRefusedAreWrongInputAndOneThatFailsIsAFailure) {
+  scratch.write("plans/p.toml", "experiment = \"log.toml\"\ndata = \"nowhere\"\nseeds = [1, 2]\n");
+  scratch.write("plans/log.toml", kTinyLogExperiment);
+  const ProgramResult refused = scratch.run({"sweep", "plans/p.toml", "--run"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("2 of 2 jobs failed, each for its input"));
+  scratch.write("file", "");
+  EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--run", "-o", "file/x"}).exit_code, 2);
+  EXPECT_EQ(scratch.run({"sweep", "collect", "plans/p.toml", "-o", "file/x"}).exit_code, 2);
 }
 
 TEST_F(SweepCommand, RunsByGnuParallelTheSame) {

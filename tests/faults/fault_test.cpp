@@ -209,7 +209,8 @@ INSTANTIATE_TEST_SUITE_P(
              {"export", "again/model.json", "-q", "--target", "arduino", "-o", "lib"},
              10,
              3},
-        Case{"Report", {kTrain}, {"report", "run"}, 3, 2}),
+        Case{"Report", {kTrain}, {"report", "run"}, 3, 2},
+        Case{"Monitor", {kTrain}, {"monitor", "run/model.json", "--hours", "0.05", "--runs", "0"}, 3, 2}),
     [](const testing::TestParamInfo<Case>& row) { return row.param.name; });
 
 /// Where names cannot be exchanged a folder is replaced in two steps, and that works too.

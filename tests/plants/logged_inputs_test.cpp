@@ -108,6 +108,18 @@ TEST_F(LoggedInputsTest, ErrorsNameThePlaceAndTheMend) {
   EXPECT_NE(error().find("\"c\""), std::string::npos) << error();
 }
 
+TEST_F(LoggedInputsTest, AStepThatNoTimeIsDrawnBeyondIsRefused) {
+  const auto said = [&](const std::string& first, const std::string& last) {
+    codegen::write_file_atomically(path_, "t,a,b\n" + first + ",1,1\n" + last + ",2,2\n");
+    return error();
+  };
+  EXPECT_EQ(said("0", "99999"), "no error") << "a million periods of .1 s, less ten";
+  EXPECT_NE(said("0", "1e300").find("csv:3: t is 1e+300 s after the row before, and 100000 s, 1e+06 sample periods"),
+            std::string::npos)
+      << error();
+  EXPECT_NE(said("-1e308", "1e308").find("csv:3: t is inf s after"), std::string::npos) << error();
+}
+
 TEST_F(LoggedInputsTest, OtherKindsDrawWhatTheyDrewWithoutALog) {
   ExcitationConfig steps = excitation_;
   steps.kinds = {InputSignal::kSteps};

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "codegen/base/error.h"
@@ -42,6 +43,22 @@ TEST(Segments, BeginAtTheFirstSampleInTheirShare) {
   EXPECT_LT(at_zero(""), 10) << "control: one in 300 or 500 by chance";
   EXPECT_NEAR(at_zero("first_share = 0.4\n"), 160, 40);  // 4 standard deviations of 9.8
   EXPECT_EQ(at_zero("first_share = 1.0\n"), 400);
+}
+
+TEST(Segments, AreMirroredWithProbabilityOneHalfAndNoneWithoutTheKey) {
+  constexpr int kSteps = 50, kSegments = 400;
+  constexpr double kDraws = kSteps * kSegments, kDeviation = 0.5;  // of one draw of probability 1/2
+  int mirrored = 0, alike = 0;
+  bool before = false;
+  for (int step = 0; step < kSteps; ++step)
+    for (const Segment& segment : drawn("mirror = true\n", step)) {
+      mirrored += segment.mirrored;
+      alike += segment.mirrored == before;
+      before = segment.mirrored;
+    }
+  EXPECT_NEAR(mirrored, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws));
+  EXPECT_NEAR(alike, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws)) << "each by itself";
+  for (const Segment& segment : drawn("", 0)) ASSERT_FALSE(segment.mirrored);
 }
 
 TEST(Segments, ThatAreNotRandomHaveNeitherKey) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include "tests/training/objective_problem.h"
 
@@ -107,6 +109,54 @@ TEST(Objective, LossIsTheSquaredErrorInTheScaleItIsNamedIn) {
   Problem penalised(experiment, harmonics(kUnequal, false));
   const double penalty = penalised.objective.evaluate(penalised.parameters.data(), 0, nullptr).loss - scaled.loss;
   EXPECT_NEAR(penalty, 0.1 * (4.0 + 9.0 + 1.0 + 16.0), kTolerance * penalty) << "(20): gamma |lambda|^2";
+}
+
+/// A network that gives 0 whatever it reads, over runs whose truth is 0: what is not comes of what a test puts in.
+struct Blank : Problem {
+  explicit Blank(const Experiment& e) : Problem(e, harmonics(kUnequal, false)) {
+    std::fill(parameters.begin() + structure.latent.learned, parameters.end(), 0.0F);
+    std::fill(structure.state_mean.begin(), structure.state_mean.end(), 0.0F);
+    for (auto& run : data.runs) std::fill(run.states.begin(), run.states.end(), 0.0F);
+  }
+  /// Entries of the truth of a state of a run; from the first sample on.
+  std::span<float> truth(std::size_t run, std::size_t state) {
+    const auto samples = static_cast<std::size_t>(data.runs[run].samples);
+    return std::span(data.runs[run].states).subspan(state * samples, samples);
+  }
+};
+
+Experiment full_batch() {
+  Experiment experiment = small_experiment();
+  experiment.training.mode = TrainingMode::kFullBatch;
+  return experiment;
+}
+
+constexpr double kFloatSums = 1e-6;
+
+TEST(Objective, IntegralIsTheMeanTimesTheMeanLengthOfTheSegments) {
+  // |x - x_hat|^2 = 4 throughout. Runs of 40 + 25 + ... + 7 = 396 samples, 385 steps of .05 s, are 1.75 s long on average.
+  Experiment experiment = full_batch();
+  for (const auto& [reduction, expected] : {std::pair{Reduction::kMean, 4.0}, {Reduction::kIntegral, 4.0 * 1.75}}) {
+    experiment.loss.reduction = reduction;
+    Blank blank(experiment);
+    for (std::size_t run = 0; run < kUnequal.size(); ++run) std::ranges::fill(blank.truth(run, 0), 2.0F);
+    EXPECT_NEAR(blank.loss(blank.parameters, 0), expected, kFloatSums * expected);
+    EXPECT_NEAR(blank.objective.validate(blank.parameters.data()), 2.0, kFloatSums) << "an error, whatever the loss";
+  }
+}
+
+TEST(Objective, TerminalCostIsTheMeanOverTheEndsOfSegments) {
+  // |x - x_hat|^2 = 9 at ends alone: of `ends` of 11 runs, and of as many of 396 samples.
+  Experiment experiment = full_batch();
+  experiment.loss.weights["terminal"] = 0.8;
+  experiment.loss.weights["state_error"] = 0.5;
+  for (const std::size_t ends : {kUnequal.size(), std::size_t{1}}) {
+    Blank blank(experiment);
+    for (std::size_t run = 0; run < ends; ++run) blank.truth(run, 1).back() = 3.0F;
+    const auto count = static_cast<double>(ends);
+    const double expected = 0.8 * 9.0 * count / 11.0 + 0.5 * 9.0 * count / 396.0;
+    EXPECT_NEAR(blank.loss(blank.parameters, 0), expected, kFloatSums * expected) << ends;
+  }
 }
 
 /// The validation error at the same network, with position in units of `metres`.

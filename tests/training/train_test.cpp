@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 
@@ -11,6 +13,9 @@
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "tests/training/testing.h"
+#include "trainer/losses/registry.h"
+#include "trainer/structures/structure.h"
+#include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {
 namespace {
@@ -164,6 +169,49 @@ TEST(Train, ResumingAFinishedRunChangesNothing) {
   const TrainingResult again = train_here(experiment, options);
   EXPECT_EQ(again.outcome, TrainOutcome::kFinished);
   EXPECT_EQ(codegen::to_json(again.model), bytes);
+}
+
+/// What a training in `directory` has written so far.
+TrainingState state_in(const std::string& directory, const ObserverStructure& structure, const Experiment& experiment) {
+  const std::string path = directory + "/checkpoint.bin", bytes = codegen::read_file(path);
+  const auto parameters = static_cast<std::size_t>(structure.parameters());
+  CheckpointOwner owner{.parameters = parameters,
+                        .memory = 2 * parameters,  // Adam's
+                        .eigenvalues = structure.eigenvalues_at(std::vector<float>(parameters).data()).size(),
+                        .steps = experiment.training.steps};
+  std::memcpy(&owner.fingerprint, bytes.data() + bytes.find('\n') + 1, sizeof owner.fingerprint);
+  return read_checkpoint(path, owner);
+}
+
+TEST(Train, AveragesWeightsWithAMemoryThatGrowsToItsLength) {
+  // a <- a + (1 - k) (p - a), k = min(ema, (1 + t) / (10 + t)): .1, 2/11, then .25 and no longer.
+  constexpr double kKept[] = {0.1, 2.0 / 11.0, 0.25, 0.25};
+  constexpr double kFloat = 1e-6;
+  Experiment experiment = small_experiment();
+  experiment.training.ema = 0.25;
+  const Dataset data = training_set();
+  const ObserverStructure structure =
+      make_structure(experiment, needs_forward_map(experiment.loss), data.outputs, data.states);
+  const ScratchDirectory directory;
+  const std::atomic<bool> at_once = true;
+  TrainOptions options = writing_to(directory);
+  options.stop = &at_once;
+  (void)train_here(experiment, options);
+  TrainingState state = state_in(directory.path(), structure, experiment);
+  EXPECT_EQ(state.average, state.parameters) << "where it begins";
+  double moved = 0.0;
+  for (const double kept : kKept) {
+    const std::vector<float> before = state.average;
+    train_for(experiment, directory.path(), true, 1);
+    state = state_in(directory.path(), structure, experiment);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const double p = static_cast<double>(state.parameters[i]), a = static_cast<double>(before[i]);
+      ASSERT_NEAR(state.average[i], kept * a + (1.0 - kept) * p, kFloat * (1.0 + std::abs(p))) << state.step;
+      moved = std::max(moved, std::abs(p - a));
+    }
+  }
+  EXPECT_EQ(state.step, 4);
+  EXPECT_GT(moved, 1e3 * kFloat) << "control";
 }
 
 TEST(Train, StoppedBeforeItsFirstStepReturnsTheInitialModel) {

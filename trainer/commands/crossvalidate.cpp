@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -65,12 +66,32 @@ std::vector<std::string> all_files(const LogConfig& log, const std::string& dire
   return files;
 }
 
+/// For patterns whose matching takes no more than the product of theirs and the name's size: no references back, and not
+/// too many states, which counts multiply: of (a{9}){9} there are 81. Throws std::regex_error.
+std::regex bounded_regex(const std::string& pattern) {
+  constexpr std::size_t kLongest = 200;
+  constexpr double kMostCopies = 1000.0;
+  double copies = 1.0;
+  for (std::size_t at = pattern.find('{'); at != std::string::npos; at = pattern.find('{', at + 1)) {
+    double most = 1.0;
+    for (const char* c = pattern.c_str() + at + 1; *c != '\0' && *c != '}';) {
+      char* end = nullptr;
+      most = std::max(most, std::strtod(c, &end));
+      c = end == c ? c + 1 : end;
+    }
+    copies *= most;
+  }
+  if (pattern.size() > kLongest || !(copies <= kMostCopies)) throw std::regex_error(std::regex_constants::error_space);
+  // Of libstdc++: without it a search may go back and forth for longer than anybody waits, ^(a+)+$ for one.
+  return std::regex(pattern, std::regex::ECMAScript | std::regex_constants::__polynomial);
+}
+
 /// One fold for each text that `pattern` finds in the files' names (its first group, or all of the match); without a
 /// pattern one for each file.
 std::vector<Fold> folds_of(const std::vector<std::string>& files, const std::string& pattern) {
   std::map<std::string, std::vector<std::string>> groups;
   try {
-    const std::regex regex(pattern);
+    const std::regex regex = bounded_regex(pattern);
     for (const std::string& file : files) {
       const std::string name = file_name(file);
       std::smatch match;
@@ -83,7 +104,10 @@ std::vector<Fold> folds_of(const std::vector<std::string>& files, const std::str
             "--group {}: finds nothing in \"{}\"; write a pattern that every log's name has", pattern, name));
       }
     }
-  } catch (const std::regex_error&) {
+  } catch (const std::regex_error& error) {
+    if (error.code() == std::regex_constants::error_space || error.code() == std::regex_constants::error_complexity)
+      throw codegen::Error(fmt::format(
+          "--group {}: is too large a pattern, or refers back (\\1); write for example \"^[a-z]+\"", pattern));
     throw codegen::Error(
         fmt::format("--group {}: is not a regular expression; write for example \"^[a-z]+\"", pattern));
   }

@@ -2,6 +2,7 @@
 // One program at a time writes a run's folder: two would mix their checkpoints and models without a word.
 #pragma once
 
+#include <chrono>
 #include <string>
 
 namespace nlo::trainer {
@@ -14,9 +15,9 @@ class DirectoryLock {
   DirectoryLock& operator=(const DirectoryLock&) = delete;
   ~DirectoryLock() { release(); }
 
-  /// Throws codegen::InputError while another program holds it. Does nothing where it is held already, where there is
-  /// no such folder yet, and on a file system that knows no locks.
-  void take(const std::string& directory);
+  /// Throws codegen::InputError while another program holds it, for longer than `patience`. Does nothing where it is held
+  /// already, where there is no such folder yet, and on a file system that knows no locks.
+  void take(const std::string& directory, std::chrono::milliseconds patience = {});
 
   void release();
 

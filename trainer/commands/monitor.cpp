@@ -4,13 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <memory>
+#include <system_error>
 
+#include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/directory_lock.h"
 #include "trainer/commands/input_delays.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
@@ -53,6 +58,20 @@ double affordable_hours(double hours, double sample_period_s) {
   return std::min(hours, kMostSamples * sample_period_s / kHour);
 }
 
+/// No training is at work in the folder while the model is written, and one that has been since `read` was read is kept.
+void write(const codegen::Model& model, const std::string& output, const std::string& origin, const std::string& read) {
+  constexpr auto kPatience = std::chrono::seconds(2);  // another monitor is written in the meantime
+  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+  DirectoryLock lock;
+  lock.take(folder.empty() ? "." : folder.string(), kPatience);
+  std::error_code ignored;
+  if (output == origin || std::filesystem::equivalent(output, origin, ignored)) {
+    codegen::rewrite_model(model, output, read);
+  } else {
+    codegen::write_model(model, output);
+  }
+}
+
 codegen::Monitor monitor_of_plant(const codegen::Model& model, const Experiment& experiment,
                                   const std::vector<NoiseConfig>& noises, MonitorRequest& request, double hours,
                                   const MonitorProgress& progress) {
@@ -92,7 +111,8 @@ Condition trained_condition(const std::vector<NoiseConfig>& noises, const Experi
 }
 
 void run_monitor(MonitorArguments arguments) {
-  codegen::Model model = codegen::read_model(arguments.model);
+  const std::string read = codegen::read_file(arguments.model);
+  codegen::Model model = codegen::parse_model(read, arguments.model);
   Experiment experiment = experiment_of(model, arguments.model);
   experiment.threads = arguments.request.threads;
   if (experiment.log && arguments.data.empty())
@@ -137,7 +157,7 @@ void run_monitor(MonitorArguments arguments) {
           model, experiment, trained_condition(noises, experiment), set, arguments.request.time_constant_s,
           arguments.runs, hours / 4.0, arguments.seed, arguments.request.threads,
           [&](double share) { progress.update(kLimitsShare + (1.0 - kLimitsShare) * share, "conditions"); });
-    if (!arguments.dry_run) codegen::write_model(model, output);
+    if (!arguments.dry_run) write(model, output, arguments.model, read);
     progress.finish();
     if (arguments.json) return fmt::print("{}", monitor_json(*model.monitor, study));
     fmt::print("{}", printable(monitor_text(*model.monitor, study)));

@@ -26,7 +26,8 @@ namespace fs = std::filesystem;
 
 struct SweepArguments {
   std::vector<std::string> words;  ///< [collect] PLAN
-  std::string output, shard;
+  std::string output;
+  std::optional<std::string> shard;
   std::optional<int> threads;
   bool run = false, timed = false;
 };
@@ -87,7 +88,7 @@ std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& p
 
 /// One after the other; a job that fails does not keep others from running.
 void run_jobs(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, const Shard& shard) {
-  std::size_t ran = 0, failed = 0;
+  std::size_t ran = 0, failed = 0, refused = 0;  // refused: for wrong input
   for (std::size_t j = 0; j < jobs.size(); ++j) {
     if (!shard.has(j)) continue;
     ++ran;
@@ -103,9 +104,12 @@ void run_jobs(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, co
       if (stop_on_interrupt().load()) throw;
       fmt::print(stderr, "nlo: error: {}\n", printable(error.what()));
       ++failed;
+      refused += dynamic_cast<const RunFailure*>(&error) == nullptr;
     }
   }
-  if (failed > 0) throw RunFailure(fmt::format("{} of {} jobs failed", failed, ran));
+  const std::string what = fmt::format("{} of {} jobs failed", failed, ran);
+  if (refused > 0 && refused == failed) throw codegen::InputError(what + ", each for its input");
+  if (failed > 0) throw RunFailure(what);
 }
 
 void run_sweep(const SweepArguments& arguments) {
@@ -113,14 +117,15 @@ void run_sweep(const SweepArguments& arguments) {
   if (collect && arguments.words.front() != "collect")
     throw codegen::Error(fmt::format("{}: unknown action; write nlo sweep PLAN.toml, or nlo sweep collect PLAN.toml",
                                      arguments.words.front()));
-  if (collect && (arguments.run || !arguments.shard.empty()))
+  if (collect && (arguments.run || arguments.shard))
     throw codegen::Error("--shard and --run are for jobs; nlo sweep collect looks at all of them");
   if (!collect && arguments.timed) throw codegen::Error("--time is for nlo sweep collect, which judges the jobs");
   if (is_stdout(arguments.output))
     throw codegen::Error("-o -: every job has a folder below that of the sweep, and stdout is none; write -o DIR");
   const SweepPlan plan = read_sweep_plan(arguments.words.back());
-  const Shard shard = arguments.shard.empty() ? Shard{} : parse_shard(arguments.shard);
+  const Shard shard = arguments.shard ? parse_shard(*arguments.shard) : Shard{};
   const SweepPlaces places = places_of(plan, arguments);
+  if (collect || arguments.run) check_output_directory({places.folder, false, true}, "");
   const std::vector<CheckedJob> jobs = checked_jobs(plan, places);
   if (collect) {
     PatientProgress progress;

@@ -14,6 +14,8 @@
 namespace nlo::trainer {
 namespace {
 
+constexpr double kMostPeriods = 1e6;  // between two rows of a log, so that a drawn time falls among the others
+
 /// At `time_s` within the log, on the straight line between the rows around it.
 Eigen::VectorXd value_at(const LoggedInputs& log, double time_s) {
   const double* begin = log.time_s.data();
@@ -37,10 +39,18 @@ LoggedInputs read_logged_inputs(const ExcitationConfig& excitation, const Simula
   } else {
     log.time_s = table.column(excitation.log_time);
     log.time_s.array() -= double(log.time_s(0));
-    for (Eigen::Index row = 1; row < table.rows(); ++row)
-      if (!(log.time_s(row) > log.time_s(row - 1)))
+    const double longest_s = kMostPeriods * simulation.sample_period_s;
+    for (Eigen::Index row = 1; row < table.rows(); ++row) {
+      const double step_s = log.time_s(row) - log.time_s(row - 1);
+      if (!(step_s > 0.0))
         throw codegen::Error(fmt::format("{}:{}: {} does not increase; remove the row, or leave log_time out",
                                          excitation.log, table.line(row), excitation.log_time));
+      if (!(step_s <= longest_s))
+        throw codegen::Error(fmt::format(
+            "{}:{}: {} is {} s after the row before, and {} s, {:g} sample periods, are the most; remove the row",
+            excitation.log, table.line(row), excitation.log_time, shortest_text(step_s), shortest_text(longest_s),
+            kMostPeriods));
+    }
   }
   log.values.resize(static_cast<Eigen::Index>(excitation.log_columns.size()), table.rows());
   for (std::size_t j = 0; j < excitation.log_columns.size(); ++j) {
