@@ -5,12 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <utility>
 
 #include "codegen/base/error.h"
 #include "trainer/data/csv.h"
 #include "trainer/data/log_files.h"
+#include "trainer/data/units.h"
 #include "trainer/experiments/load_experiment.h"
 
 namespace nlo::trainer {
@@ -26,7 +28,7 @@ ColumnConfig column_of(const codegen::Channel& channel, ColumnRole role) {
 }
 
 /// The headings of a log; none where its beginning is not a table, of which the reader of logs will say more.
-std::vector<std::string> headings_of(const std::string& path) {
+std::vector<std::string> headings_of(const std::string& path, const LogConfig& log) {
   constexpr std::size_t kBeginning = 1 << 16;
   std::ifstream file(path, std::ios::binary);
   std::string text(kBeginning, '\0');
@@ -34,7 +36,7 @@ std::vector<std::string> headings_of(const std::string& path) {
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() == kBeginning) text.resize(text.rfind('\n') + 1);
   try {
-    return CsvTable::parse(std::move(text), path).headings();
+    return CsvTable::parse(std::move(text), path, format_of(log)).headings();
   } catch (const codegen::Error&) {
     return {};
   }
@@ -53,12 +55,73 @@ bool is_absent(const LogConfig& log, const ColumnConfig& column, const std::vect
   return !is_read_anyway && std::ranges::find(headings, source) == headings.end();
 }
 
+const codegen::Channel* channel_of(const codegen::Model& model, const ColumnConfig& column) {
+  const auto named = [&](const std::vector<codegen::Channel>& channels) -> const codegen::Channel* {
+    const auto found = std::find_if(channels.begin(), channels.end(),
+                                    [&](const codegen::Channel& channel) { return channel.name == column.name; });
+    return found == channels.end() ? nullptr : &*found;
+  };
+  switch (column.role) {
+    case ColumnRole::kOutput:
+      return named(model.outputs);
+    case ColumnRole::kState:
+      return named(model.states);
+    case ColumnRole::kInput:
+      return named(model.inputs);
+    default:
+      return nullptr;
+  }
+}
+
+/// Whether resolve_columns() can tell the unit of a velocity from that of what it is the derivative of.
+bool derives_from_known_unit(const ColumnConfig& column, const LogConfig& log) {
+  return std::any_of(log.columns.begin(), log.columns.end(), [&](const ColumnConfig& source) {
+    const bool is_source = source.name == column.derivative_of || source.column == column.derivative_of;
+    const Unit* unit = find_unit(source.unit);
+    return is_source && source.derivative_of.empty() && unit != nullptr && !kind_of_rate(unit->kind).empty();
+  });
+}
+
+/// Columns in the units that the model was trained with.
+void match_units(const codegen::Model& model, const std::string& file, LogConfig& log,
+                 std::vector<std::string>& notes) {
+  for (ColumnConfig& column : log.columns) {
+    const codegen::Channel* channel = channel_of(model, column);
+    if (channel == nullptr) continue;
+    Conversion units;
+    switch (compare_units(column.unit, channel->unit, units)) {
+      case UnitsAre::kTheSame:
+        break;
+      case UnitsAre::kConvertible:
+        // A velocity converts with the quantity that it is derived from, where the table has the unit of that.
+        if (column.file_unit.empty() && !derives_from_known_unit(column, log)) column.file_unit = column.unit;
+        column.unit = channel->unit;
+        column.wrap *= units.scale;
+        if (std::abs(column.wrap - channel->wrap) <= 1e-9 * channel->wrap) column.wrap = channel->wrap;
+        notes.push_back(fmt::format("\"{}\" is converted to the unit that the model was trained with, {}", column.name,
+                                    channel->unit));
+        break;
+      case UnitsAre::kOfDifferentKinds:
+        throw codegen::Error(fmt::format(
+            "{}: [[log.columns]] \"{}\": its unit is {}, and the model's is {}: they are of different kinds; "
+            "take the column that was meant, or correct its unit",
+            file, column.name, with_kind(column.unit), with_kind(channel->unit)));
+      case UnitsAre::kUnknown:
+        notes.push_back(
+            fmt::format("\"{}\" has unit {}, and the model has {}: the table of units has not both, and nothing "
+                        "converts; write scale and offset where they differ",
+                        column.name, with_kind(column.unit), with_kind(channel->unit)));
+        break;
+    }
+  }
+}
+
 }  // namespace
 
 void leave_out_absent_truth(LogConfig& log, const std::vector<std::string>& files) {
   std::vector<std::string> absent;
   for (const std::string& path : expand_files("", files)) {
-    const std::vector<std::string> headings = headings_of(path);
+    const std::vector<std::string> headings = headings_of(path, log);
     if (headings.empty()) continue;
     std::vector<std::string> here;
     for (const ColumnConfig& column : log.columns)
@@ -76,7 +139,8 @@ void leave_out_absent_truth(LogConfig& log, const std::vector<std::string>& file
   });
 }
 
-LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file) {
+LogConfig columns_for(const codegen::Model& model, const Experiment& experiment, const std::string& file,
+                      std::vector<std::string>& notes) {
   LogConfig log;
   if (!file.empty()) {
     log = read_log_columns(file);

@@ -197,6 +197,16 @@ CsvFormat format_of(const LogConfig& config) {
 
 }  // namespace
 
+CsvFormat format_of(const LogConfig& config) {
+  if (config.separator == "," && config.decimal == ",")
+    throw KeyError(
+        "log.decimal",
+        "[log] decimal = \",\": a comma separates the cells already; set separator, which is \";\" in most logs "
+        "with decimal commas");
+  const char separator = config.separator == "tab" ? '\t' : config.separator == "space" ? ' ' : config.separator[0];
+  return {separator, config.decimal[0]};
+}
+
 LogSchema resolve_columns(const LogConfig& config) {
   LogSchema schema;
   schema.format = format_of(config);

@@ -54,6 +54,9 @@ struct LogSchema {
   std::vector<AnglePair> angle_pairs;      ///< among the states
 };
 
+/// How the files of a [log] write their rows. Throws KeyError where separator and decimal are the same.
+CsvFormat format_of(const LogConfig& config);
+
 /// Throws KeyError of the column, with the fix: no output, no state, two time columns, a name that is taken,
 /// an encoding without a wrap, a derivative of what is not listed; of [log], where a comma separates cells and decimals.
 LogSchema resolve_columns(const LogConfig& config);
