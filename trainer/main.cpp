@@ -64,6 +64,7 @@ int run(int argc, char** argv) {
       "  nlo export runs/van_der_pol/model.json -o van_der_pol.h\n"
       "Exit codes: 0 done, 1 the run failed, 2 wrong usage, config or input.");
   nlo::trainer::Action action;
+  nlo::trainer::add_new(app, action);
   nlo::trainer::add_train(app, action);
   nlo::trainer::add_evaluate(app, action);
   nlo::trainer::add_compare(app, action);

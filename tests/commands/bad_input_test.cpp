@@ -215,7 +215,7 @@ const std::vector<BadInput>& bad_inputs() {
                  "[plant] derivative[1] \"-a +\""),
       experiment("PlantEscapes", "model = \"van_der_pol\"",
                  "states = [\"a\", \"b\"]\nderivative = [\"100*a\", \"b\"]\noutputs = [\"a\"]",
-                 "plant expressions: the trajectory from x(0) = (", 1),
+                 "plant expressions: a of the trajectory from x(0) = (", 1),
       usage("PastEscapes",
             {"train", "tiny.toml", "--set", "training.transient=\"backward\"", "--set",
              "simulation.initial_high=[6, 6]", "-o", "out"},

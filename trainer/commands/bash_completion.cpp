@@ -31,6 +31,7 @@ std::string rule_of(const OptionFacts& option) {
   if (option.positional == "EXPERIMENT" || option.positional == "IDENTIFICATION")
     return fmt::format("_nlo_files .toml '{}'", joined(words));
   if (option.positional == "MODEL") return "_nlo_files .json";
+  if (option.positional == "KIND") return fmt::format("_nlo_files .csv '{}'", joined(words));
   if (option.value == "DIR" || option.positional == "DIR") return "_nlo_directories";
   if (!words.empty()) return fmt::format("_nlo_words '{}'", joined(words));
   return option.value == "TEXT" ? "" : ":";  // of a number nothing is known

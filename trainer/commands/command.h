@@ -50,6 +50,7 @@ void add_export(CLI::App& app, Action& action);
 void add_report(CLI::App& app, Action& action);
 void add_reproduce(CLI::App& app, Action& action);
 void add_monitor(CLI::App& app, Action& action);
+void add_new(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action);
 

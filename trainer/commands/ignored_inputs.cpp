@@ -21,9 +21,9 @@ std::string ignored_inputs(const Experiment& experiment) {
   if (!experiment.plant) return "";
   // A built-in plant has an input whether the user wants one or not: that its experiment leaves it at zero is no mistake.
   if (!experiment.plant->model.empty() && !experiment.moves_inputs()) return "";
+  const auto plant = make_plant(*experiment.plant);
   std::string names;
-  for (const codegen::Channel& input : make_plant(*experiment.plant)->inputs())
-    names += (names.empty() ? "" : ", ") + input.name;
+  for (const codegen::Channel& input : plant->inputs()) names += (names.empty() ? "" : ", ") + input.name;
   return names;
 }
 

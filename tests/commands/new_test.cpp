@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+// nlo new: what it writes can be read, and says what it guessed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <regex>
+#include <sstream>
+
+#include "tests/commands/program.h"
+#include "trainer/base/number_text.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/experiments/load_experiment.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+/// A rig: stamps in ms, a wrapping angle, a command, the truth of its rate.
+std::string rig_log(double phase = 0.0) {
+  std::string text = "time_ms,arm_sensor [rad],motor_cmd,rate_true (rad/s)\n";
+  for (int k = 0; k < 400; ++k) {
+    const double t = 0.01 * k, angle = 4.0 * t + phase;
+    text += shortest_text(10.0 * k) + "," + shortest_text(std::remainder(angle, 2.0 * std::numbers::pi)) + "," +
+            shortest_text(std::sin(t)) + "," + shortest_text(4.0 + 0.1 * std::sin(t)) + "\n";
+  }
+  return text;
+}
+
+/// Lines that are a key or a section in a comment, as they are without it.
+std::string with_examples(const std::string& text) {
+  static const std::regex kExample(R"(^# (\[[a-z_]+\]|[a-z_]+ = .*)$)");
+  std::istringstream lines(text);
+  std::string result;
+  std::smatch match;
+  for (std::string line; std::getline(lines, line);)
+    result += (std::regex_match(line, match, kExample) ? match[1].str() : line) + "\n";
+  return result;
+}
+
+TEST(NewPlant, IsAnExperimentThatTrainsAsItIs) {
+  const Scratch scratch;
+  const ProgramResult result = scratch.run({"new", "plant", "-o", "swing.toml"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("nlo train swing.toml"));
+  const std::string text = scratch.read("swing.toml");
+  EXPECT_THAT(text, AllOf(HasSubstr("name = \"swing\""), HasSubstr("# inputs = "), HasSubstr("# [feedback]")));
+  const Experiment e = parse_draft(text, "swing.toml").experiment;
+  EXPECT_EQ(e.plant->states.size(), 2U);
+  const ProgramResult train = scratch.run(
+      {"train", "swing.toml", "--set", "training.steps=5", "--set", "simulation.trajectories=4", "-o", "run"});
+  EXPECT_EQ(train.exit_code, 0) << train.err;
+  EXPECT_THAT(train.err, Not(HasSubstr("warning:"))) << "its runs stay where they start";
+  EXPECT_EQ(scratch.run({"new", "plant", "-o", "-"}).out.substr(0, 20), text.substr(0, 20));
+}
+
+TEST(NewPlant, HasExamplesThatCanBeTaken) {
+  const Scratch scratch;
+  ASSERT_EQ(scratch.run({"new", "plant"}).exit_code, 0);
+  const std::string all =
+      with(with_examples(scratch.read("plant.toml")), "damping * rate\"]", "damping * rate + torque / (l * l)\"]");
+  const Experiment e = parse_draft(all, "plant.toml").experiment;
+  EXPECT_THAT(e.plant->estimated, ElementsAre("rate"));
+  EXPECT_THAT(e.plant->inputs, ElementsAre("torque"));
+  EXPECT_TRUE(e.excitation);
+  EXPECT_TRUE(e.feedback);
+  EXPECT_EQ(e.simulation.process_noise.size(), 2U);
+}
+
+TEST(NewLog, ReadsBackWithTheColumnsOfTheLogs) {
+  const Scratch scratch;
+  for (int i = 0; i < 3; ++i) scratch.write("logs/run" + std::to_string(i) + ".csv", rig_log(i));
+  const ProgramResult result = scratch.run({"new", "log", "logs", "-o", "rig.toml"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("time: \"time_ms\" in ms"), HasSubstr("a row each 0.0100 s, even"), HasSubstr("a sensor"),
+                    HasSubstr("1200 rows; 1 file train, 1 file validate, 1 file test"),
+                    HasSubstr("nlo train rig.toml --data logs\n")));
+  const Experiment e = parse_draft(scratch.read("rig.toml"), "rig.toml").experiment;
+  EXPECT_EQ(e.name, "rig");
+  const LogSplits splits = load_log_splits(*e.log, scratch.path() + "/logs", false);
+  EXPECT_NEAR(splits.train.sample_period_s, 0.01, 1e-9);
+  ASSERT_EQ(splits.train.outputs.size(), 2U) << "an angle that wraps is sine and cosine";
+  EXPECT_EQ(splits.train.outputs[0].name, "arm_sensor_sin");
+  ASSERT_EQ(splits.train.states.size(), 1U);
+  EXPECT_EQ(splits.train.states[0].name, "rate_true");
+  EXPECT_EQ(splits.train.states[0].unit, "rad/s");
+  ASSERT_EQ(splits.train.inputs.size(), 1U);
+  EXPECT_EQ(splits.train.inputs[0].name, "motor_cmd");
+  EXPECT_EQ(splits.test.trajectories.size(), 1U);
+}
+
+TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
+  const Scratch scratch;
+  std::string text = "t,position,velocity\n";
+  for (int k = 0; k < 100; ++k)
+    text += shortest_text(0.01 * k) + "," + shortest_text(std::sin(0.1 * k)) + "," + shortest_text(std::cos(0.1 * k)) +
+            "\n";
+  scratch.write("a.csv", text);
+  const ProgramResult open = scratch.run({"new", "log", "a.csv"});
+  ASSERT_EQ(open.exit_code, 0) << open.err;
+  EXPECT_THAT(open.out, HasSubstr("nlo new log a.csv --force --outputs A,B --inputs C --states D,E"));
+  EXPECT_THAT(scratch.read("log.toml"), HasSubstr("# CHOOSE its role"));
+  // Asked for: every key is known, and the roles are what is missing.
+  EXPECT_THAT(scratch.run({"train", "log.toml", "--data", "."}).err, HasSubstr("no column has role \"output\""));
+
+  EXPECT_EQ(scratch.run({"new", "log", "a.csv", "--outputs", "position", "--states", "velocity"}).exit_code, 2);
+  const ProgramResult told =
+      scratch.run({"new", "log", "a.csv", "--outputs", "position", "--states", "position,velocity", "--force"});
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_THAT(scratch.read("log.toml"), Not(HasSubstr("CHOOSE")));
+  const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
+  const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
+  EXPECT_EQ(splits.train.outputs[0].name, "position_measured");
+  ASSERT_EQ(splits.train.states.size(), 2U);
+}
+
+TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
+  const Scratch scratch;
+  std::string text = "t;\"2nd \"\"gyro\"\"\";\\true\\;while\n";
+  for (int k = 0; k < 50; ++k) {
+    std::string row = shortest_text(0.01 * k) + ";" + shortest_text(std::sin(0.3 * k)) + ";" +
+                      shortest_text(std::cos(0.3 * k)) + ";" + shortest_text(std::sin(0.7 * k)) + "\n";
+    std::replace(row.begin(), row.end(), '.', ',');
+    text += row;
+  }
+  scratch.write("a.csv", text);
+  const ProgramResult result = scratch.run({"new", "log", "a.csv", "-o", "a.toml"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Experiment e = parse_draft(scratch.read("a.toml"), "a.toml").experiment;
+  const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
+  EXPECT_EQ(splits.train.trajectories[0].samples(), 50);
+}
+
+TEST(NewFile, IsNeverWrittenOverAnotherUnlessForced) {
+  const Scratch scratch;
+  scratch.write("plant.toml", "mine");
+  const ProgramResult refused = scratch.run({"new", "plant"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("plant.toml: is there already; write another one with -o FILE, or replace it"));
+  EXPECT_EQ(scratch.read("plant.toml"), "mine");
+  EXPECT_EQ(scratch.run({"new", "plant", "--force"}).exit_code, 0);
+  EXPECT_THAT(scratch.read("plant.toml"), HasSubstr("[plant]"));
+  EXPECT_EQ(scratch.run({"new", "log"}).exit_code, 2);
+  EXPECT_EQ(scratch.run({"new", "rig"}).exit_code, 2);
+  EXPECT_EQ(scratch.run({"new", "log", "nowhere.csv"}).exit_code, 2);
+  EXPECT_THAT(scratch.run({"new", "plant", "--states", "x", "-o", "p.toml"}).err, HasSubstr("takes no logs"));
+  EXPECT_FALSE(scratch.has("log.toml"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/guess/log_guess.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+
+#include "codegen/base/error.h"
+#include "trainer/base/number_text.h"
+#include "trainer/guess/column_numbers.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+class LogGuess : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "nlo_guess_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// A log of `rows` rows; `cells` writes row k.
+  std::string write(const std::string& file, const std::string& header, const std::function<std::string(int)>& cells,
+                    int rows = 200) const {
+    const fs::path path = folder_ / file;
+    fs::create_directories(path.parent_path());
+    std::ofstream out(path);
+    out << header << "\n";
+    for (int k = 0; k < rows; ++k) out << cells(k) << "\n";
+    return path.string();
+  }
+
+  GuessedLog guess(const std::string& header, const std::function<std::string(int)>& cells,
+                   const LogHints& hints = {}) const {
+    return guess_log({write("log.csv", header, cells)}, hints);
+  }
+
+  fs::path folder_;
+};
+
+/// Cells, each f(k), with commas between.
+std::string row(std::initializer_list<double> cells) {
+  std::string text;
+  for (const double cell : cells) text += (text.empty() ? "" : ",") + shortest_text(cell);
+  return text;
+}
+
+/// A number with a decimal comma.
+std::string fmt_comma(double value) {
+  std::string text = shortest_text(value);
+  if (const auto point = text.find('.'); point != std::string::npos) text[point] = ',';
+  return text;
+}
+
+const GuessedColumn& column(const GuessedLog& log, const std::string& name) {
+  for (const GuessedColumn& each : log.columns)
+    if (each.name == name) return each;
+  throw codegen::Error("no column " + name);
+}
+
+TEST_F(LogGuess, ReadsRolesUnitsAndTheClockOfARig) {
+  const GuessedLog log = guess("timestamp_ms,baro_hpa,acc [g],thrust_pct,height_cm", [](int k) {
+    return row(
+        {20.0 * k, 1013.0 + 0.01 * std::sin(0.1 * k), std::cos(0.1 * k), 50.0 + k % 7, 100.0 * std::sin(0.1 * k)});
+  });
+  EXPECT_EQ(log.clock.heading, "timestamp_ms");
+  EXPECT_EQ(log.clock.unit, "ms");
+  EXPECT_NEAR(log.clock.period_s, 0.02, 1e-12);
+  EXPECT_EQ(column(log, "baro").role, ColumnRole::kOutput);
+  EXPECT_EQ(column(log, "baro").unit, "hPa");
+  EXPECT_EQ(column(log, "acc").role, ColumnRole::kOutput);
+  EXPECT_EQ(column(log, "acc").unit, "g");
+  EXPECT_EQ(column(log, "thrust").role, ColumnRole::kInput);
+  EXPECT_EQ(column(log, "height").role, ColumnRole::kState);
+  EXPECT_THAT(column(log, "height").why, HasSubstr("CHECK"));
+  EXPECT_THAT(log.undecided(), IsEmpty());
+}
+
+TEST_F(LogGuess, LeavesOpenWhatNumbersDoNotTell) {
+  const auto cells = [](int k) {
+    return row({0.01 * k, std::sin(0.1 * k), std::cos(0.1 * k), 0.5 * std::sin(0.3 * k)});
+  };
+  const GuessedLog open = guess("time,position,velocity,voltage", cells);
+  EXPECT_THAT(open.undecided(), ElementsAre("position", "velocity", "voltage"));
+  EXPECT_EQ(open.count(ColumnRole::kOutput) + open.count(ColumnRole::kState), 0U);
+  const GuessedLog told =
+      guess("time,position,velocity,voltage", cells, {{"velocity"}, {"position"}, {"voltage"}, 0.0});
+  EXPECT_THAT(told.undecided(), IsEmpty());
+  EXPECT_EQ(column(told, "velocity").role, ColumnRole::kState);
+  EXPECT_EQ(column(told, "position").role, ColumnRole::kOutput);
+  EXPECT_EQ(column(told, "voltage").role, ColumnRole::kInput);
+  // What is measured may be the truth, too: it is two columns.
+  const GuessedLog both =
+      guess("time,position,velocity,voltage", cells, {{"position", "velocity"}, {"position"}, {}, 0.0});
+  EXPECT_EQ(column(both, "position").role, ColumnRole::kState);
+  EXPECT_EQ(column(both, "position_measured").role, ColumnRole::kOutput);
+  EXPECT_EQ(column(both, "position_measured").heading, "position");
+  EXPECT_EQ(column(both, "voltage").why, "no option names it");
+}
+
+TEST_F(LogGuess, NamesTheNearestColumnOfAHintThatIsNone) {
+  try {
+    guess("time,position,velocity",
+          [](int k) {
+            return row({0.01 * k, 1.0 * (k % 5), 1.0 * (k % 3)});
+          },
+          {{"velocty"}, {}, {}, 0.0});
+    FAIL();
+  } catch (const codegen::Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--states velocty: there is no such column; did you mean \"velocity\"?"));
+  }
+}
+
+TEST_F(LogGuess, SeesWhichAnglesJumpByATurn) {
+  const auto wrapped = [](double angle, double turn) { return angle - turn * std::floor(angle / turn + 0.5); };
+  const GuessedLog log = guess("t,arm_sensor,heading_sensor,swing_sensor,square_sensor", [&](int k) {
+    return row({0.01 * k, wrapped(0.2 * k, kTurn), wrapped(7.0 * k, 360.0) + 180.0, 3.1 * std::sin(0.1 * k),
+                k % 10 < 5 ? 3.1 : -3.1});
+  });
+  EXPECT_NEAR(column(log, "arm_sensor").wrap, kTurn, 1e-12);
+  EXPECT_EQ(column(log, "arm_sensor").unit, "rad");
+  EXPECT_EQ(column(log, "heading_sensor").wrap, 360.0);
+  EXPECT_EQ(column(log, "heading_sensor").unit, "deg");
+  EXPECT_EQ(column(log, "swing_sensor").wrap, 0.0) << "as wide, but it turns back";
+  // No truth in the log: the rates of angles can be computed from it.
+  EXPECT_EQ(column(log, "arm_sensor_rate").derivative_of, "arm_sensor");
+  EXPECT_EQ(column(log, "arm_sensor_rate").unit, "rad/s");
+}
+
+TEST_F(LogGuess, FindsTheUnitOfStampsThatDoNotNameIt) {
+  const auto unit = [&](double step) {
+    return guess("time,y", [step](int k) { return row({step * k, std::sin(0.1 * k)}); }).clock.unit;
+  };
+  EXPECT_EQ(unit(0.01), "s");
+  EXPECT_EQ(unit(1.0), "s");
+  EXPECT_EQ(unit(10.0), "ms");
+  EXPECT_EQ(unit(2500.0), "us");
+  EXPECT_EQ(unit(1e7), "ns");
+  const GuessedLog log = guess("time,y", [](int k) { return row({10.0 * k, std::sin(0.1 * k)}); });
+  EXPECT_THAT(log.clock.why, HasSubstr("CHECK its unit: steps of 10 are 100 rows a second in ms"));
+}
+
+TEST_F(LogGuess, IgnoresWhatHoldsNothingAndSaysWhy) {
+  const GuessedLog log = guess("index,time,y_measured,y,dead,copy,note", [](int k) {
+    return row({1.0 * k, 0.01 * k, std::sin(0.1 * k) + 0.1 * (k % 3), std::sin(0.1 * k), 7.0,
+                std::sin(0.1 * k) + 0.1 * (k % 3)}) +
+           ",ok";
+  });
+  EXPECT_EQ(log.clock.heading, "time");
+  EXPECT_EQ(column(log, "y_measured").role, ColumnRole::kOutput);
+  for (const char* name : {"index", "y", "dead", "copy", "note"}) {
+    EXPECT_EQ(column(log, name).role, ColumnRole::kIgnored) << name;
+    EXPECT_FALSE(column(log, name).why.empty());
+  }
+  EXPECT_THAT(column(log, "dead").why, HasSubstr("one value"));
+  EXPECT_THAT(column(log, "copy").why, HasSubstr("a copy of \"y_measured\""));
+  EXPECT_THAT(column(log, "note").why, HasSubstr("no numbers: \"ok\""));
+}
+
+TEST_F(LogGuess, TakesTheRowsForTheClockOnlyWhenToldHowFarTheyAreApart) {
+  const auto cells = [](int k) { return row({std::sin(0.1 * k), std::cos(0.1 * k)}); };
+  EXPECT_EQ(guess("y,x1", cells).clock.period_s, 0.0);
+  EXPECT_EQ(guess("y,x1", cells, {{}, {}, {}, 0.005}).clock.period_s, 0.005);
+  const GuessedLog stuck = guess("time,y", [](int k) { return row({std::floor(0.1 * k), std::sin(0.1 * k)}); });
+  EXPECT_EQ(stuck.clock.heading, "");
+  EXPECT_THAT(stuck.notes, ElementsAre(HasSubstr("its stamps do not increase")));
+}
+
+TEST_F(LogGuess, SplitsByFilesAndLeavesCopiesOut) {
+  std::vector<std::string> files;
+  const auto cells = [](double phase) { return [phase](int k) { return row({0.01 * k, std::sin(0.1 * k + phase)}); }; };
+  const auto split = [&](int count) {
+    files.clear();
+    for (int i = 0; i < count; ++i)
+      files.push_back(write("set/run" + std::to_string(10 + i) + ".csv", "time,y", cells(0.1 * i), 20));
+    return guess_log(files, {});
+  };
+  EXPECT_THAT(split(1).train, ElementsAre("run10.csv"));
+  EXPECT_THAT(split(1).validation, IsEmpty());
+  EXPECT_THAT(split(2).validation, ElementsAre("run11.csv"));
+  const GuessedLog four = split(4);
+  EXPECT_THAT(four.train, ElementsAre("run10.csv", "run11.csv"));
+  EXPECT_THAT(four.validation, ElementsAre("run12.csv"));
+  EXPECT_THAT(four.test, ElementsAre("run13.csv"));
+  EXPECT_EQ(four.directory, (folder_ / "set").string());
+  const GuessedLog ten = split(10);
+  EXPECT_THAT(ten.validation, ElementsAre("run12.csv", "run17.csv"));
+  EXPECT_THAT(ten.test, ElementsAre("run14.csv", "run19.csv"));
+  EXPECT_EQ(ten.train.size(), 6U);
+  files = {files[0], write("set/zcopy.csv", "time,y", cells(0.0), 20)};
+  const GuessedLog copied = guess_log(files, {});
+  EXPECT_THAT(copied.validation, IsEmpty());
+  EXPECT_THAT(copied.notes, ElementsAre(HasSubstr("a copy of")));
+}
+
+TEST_F(LogGuess, ReadsOtherSeparatorsAndDecimals) {
+  const GuessedLog log =
+      guess("time;y", [](int k) { return fmt_comma(0.01 * k) + ";" + fmt_comma(std::sin(0.1 * k)); });
+  EXPECT_EQ(log.format.separator, ';');
+  EXPECT_EQ(log.format.decimal, ',');
+  EXPECT_NEAR(log.clock.period_s, 0.01, 1e-9);
+  EXPECT_NEAR(column(log, "y").high, 1.0, 1e-2);
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// The numbers of one column over all files of a log, and what they look like.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "trainer/data/csv.h"
+
+namespace nlo::trainer {
+
+class ColumnNumbers {
+ public:
+  /// Cells that are empty are left out.
+  static ColumnNumbers of(const std::vector<CsvTable>& tables, const std::string& heading);
+
+  bool is_numeric() const { return is_numeric_; }                ///< else everything below is false or 0
+  const std::string& first_cell() const { return first_cell_; }  ///< of what is no number
+  double low() const { return low_; }
+  double high() const { return high_; }
+
+  bool increases() const { return increases_; }  ///< strictly, in each file, without an empty cell
+  bool is_even() const;                          ///< increasing by steps that are within a tenth of the median
+  bool counts_rows() const;                      ///< whole numbers, one apart
+  bool is_constant() const { return is_numeric_ && low_ == high_; }
+  bool is_whole() const;
+  bool is_copy_of(const ColumnNumbers& other) const;
+
+  struct Steps {
+    double median = 0.0, deviation = 0.0, duration = 0.0;  ///< deviation: from an even grid, in medians
+  };
+  Steps steps() const;  ///< where it increases
+
+  const std::vector<Eigen::VectorXd>& files() const { return files_; }
+
+ private:
+  std::vector<Eigen::VectorXd> files_;
+  bool is_numeric_ = true, increases_ = true;
+  double low_ = 1.0, high_ = 0.0;
+  std::string first_cell_;
+};
+
+/// The full turn of an angle that jumps back: every step of more than half a turn, one at least, is near a whole one, and
+/// the range is one turn. 0: it does not wrap.
+struct FullTurn {
+  double wrap = 0.0;
+  std::string unit;  ///< "rad", "deg", where it wraps
+};
+FullTurn full_turn(const ColumnNumbers& numbers, const std::string& unit);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// What the columns of a log may be: roles, units, wraps and the clock, from headings and numbers. A guess says why; what the
+// numbers cannot tell (which columns are truth that a system in flight would not have) stays undecided.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/data/csv.h"
+
+namespace nlo::trainer {
+
+/// What the user says, by headings or by the names that are made of them.
+struct LogHints {
+  std::vector<std::string> states, outputs, inputs;
+  double period_s = 0.0;  ///< between rows, where no column is a time; 0: not said
+};
+
+struct GuessedColumn {
+  std::string heading, name, unit;
+  ColumnRole role = ColumnRole::kIgnored;
+  bool is_decided = true;        ///< false: ignored until the user says what it is
+  double wrap = 0.0;             ///< full turn, in its unit; 0: no angle that wraps
+  std::string derivative_of;     ///< a state that is the derivative of this output
+  std::string why;               ///< of the role
+  double low = 0.0, high = 0.0;  ///< of its numbers; low > high: it has none
+};
+
+struct GuessedClock {
+  std::string heading, unit;  ///< empty: no column is a time
+  double period_s = 0.0;      ///< median step; 0: not known
+  double deviation = 0.0;     ///< largest distance of a stamp from an even grid, in periods
+  double duration_s = 0.0;    ///< of all files
+  std::string why;
+};
+
+struct GuessedLog {
+  CsvFormat format;
+  GuessedClock clock;
+  std::vector<GuessedColumn> columns;  ///< one for each heading of the first file but the time, then derivatives
+  std::string directory;               ///< above all files; empty: the current one
+  std::vector<std::string> train, validation, test;  ///< below it
+  Eigen::Index rows = 0;
+  std::vector<std::string> notes;
+
+  std::size_t count(ColumnRole role) const;
+  std::vector<std::string> undecided() const;  ///< names
+};
+
+/// Throws codegen::Error where a file is no table of numbers, or a hint names no column.
+GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hints);
+
+}  // namespace nlo::trainer
