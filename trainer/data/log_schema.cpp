@@ -185,16 +185,6 @@ void check_names(const LogSchema& schema, const std::vector<ColumnConfig>& all) 
                                    channel.name));
 }
 
-CsvFormat format_of(const LogConfig& config) {
-  if (config.separator == "," && config.decimal == ",")
-    throw KeyError(
-        "log.decimal",
-        "[log] decimal = \",\": a comma separates the cells already; set separator, which is \";\" in most logs "
-        "with decimal commas");
-  const char separator = config.separator == "tab" ? '\t' : config.separator == "space" ? ' ' : config.separator[0];
-  return {separator, config.decimal[0]};
-}
-
 }  // namespace
 
 CsvFormat format_of(const LogConfig& config) {
