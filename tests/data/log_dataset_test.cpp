@@ -416,7 +416,9 @@ TEST_F(LogDataset, AVelocityIsUnscoredAroundALongHoleOfItsPosition) {
         load(config, holey_log([=](int k, char column) { return column == 'a' && k >= from && k < to; }));
     const Trajectory& run = data.trajectories[0];
     for (int k = 0; k < run.samples(); ++k) {
-      if (run.weight[k] > 0.0) EXPECT_NEAR(run.states(0, k), 5.0 * std::cos(0.05 * k), 0.07) << k;  // of 5
+      if (run.weight[k] > 0.0) {
+        EXPECT_NEAR(run.states(0, k), 5.0 * std::cos(0.05 * k), 0.07) << k;  // of 5
+      }
     }
     return run.weight;
   };

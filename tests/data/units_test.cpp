@@ -12,7 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr double kRounding = 4e-15;  // relative: a few roundings of double
+constexpr double kUnitRounding = 4e-15;  // relative: a few roundings of double
 
 double converted(double value, const char* from, const char* to) {
   Conversion conversion;
@@ -52,17 +52,17 @@ TEST(Units, EveryPairOfAKindConvertsThereAndBackAndByAThird) {
       if (a.kind != b.kind) continue;
       ++pairs;
       const double there = conversion(a, b)(kValue), back = conversion(b, a)(there);
-      EXPECT_NEAR(back, kValue, kRounding * std::abs(kValue) + kRounding * std::abs(conversion(b, a).offset))
+      EXPECT_NEAR(back, kValue, kUnitRounding * std::abs(kValue) + kUnitRounding * std::abs(conversion(b, a).offset))
           << a.name << " " << b.name;
       // The table's meaning, spelt out: both are the same amount of the base unit.
       const double amount = a.scale * kValue + a.offset;
-      EXPECT_NEAR(b.scale * there + b.offset, amount, kRounding * (std::abs(amount) + b.offset))
+      EXPECT_NEAR(b.scale * there + b.offset, amount, kUnitRounding * (std::abs(amount) + b.offset))
           << a.name << " " << b.name;
       for (const Unit& c : unit_table()) {
         if (c.kind != a.kind) continue;
         const double direct = conversion(a, c)(kValue), around = conversion(b, c)(there);
         const double size = std::abs(direct) + std::abs(conversion(b, c).offset) + std::abs(conversion(a, c).offset);
-        EXPECT_NEAR(around, direct, kRounding * size) << a.name << " " << b.name << " " << c.name;
+        EXPECT_NEAR(around, direct, kUnitRounding * size) << a.name << " " << b.name << " " << c.name;
       }
     }
   EXPECT_GT(pairs, 1000);  // control

@@ -1,8 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # C99 exports on an ATmega328P (Arduino Uno: 32 KB of flash, 2 KB of RAM), emulated by simavr: constants stay in flash, the
-# golden replay and the bits that this machine computes; and the table of docs/appendix/embedded_counts.md with cycles and bytes, within 5 %.
-#   usage: avr.sh EXPORT_MODEL SOURCE_DIR WORK_DIR [--write docs/appendix/embedded_counts.md]
+# golden replay and the bits that this machine computes; and the table of
+# bench/embedded/avr/README.md with cycles and bytes, within 5 %.
+#   usage: avr.sh EXPORT_MODEL SOURCE_DIR WORK_DIR [--write bench/embedded/avr/README.md]
 set -euo pipefail
 export_model=$1 source=$2 work=$3 target=${5:-}
 rm -rf "$work"
@@ -21,7 +22,7 @@ run() { timeout 250 simavr -m $mcu -f 16000000 "$1" 2>&1 </dev/null | tr -d '\r'
 
 # As strict as elsewhere, but for the conversions in <avr/pgmspace.h>.
 strict=(-Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes)
-lines=('| network | cycles of a step | cycles of an estimate | ms for both at 16 MHz | flash [B] | RAM [B] | stack, painted [B] |'
+lines=('| network | step | estimate | ms | flash [B] | RAM [B] | stack [B] |'
   '|---|---|---|---|---|---|---|')
 # Golden replays of some need the flash of an Arduino Mega.
 for entry in "shipped_int16|$shipped|int16|atmega328p|600|the example's, int16" "shipped|$shipped|float|atmega328p|200|the example's, float" \
@@ -63,6 +64,13 @@ for entry in "shipped_int16|$shipped|int16|atmega328p|600|the example's, int16" 
   lines+=("| $title | $step | $estimate | $(awk -v c=$((step + estimate)) 'BEGIN { printf "%.1f", c / 16000 }') | $flash | $ram | $stack |")
 done
 
+mcu=atmega328p
+# A sketch is C++: there, too, the replay stays in flash.
+printf '#include "shipped_int16_replay.h"\nint main() { shipped_int16_observer o; shipped_int16_init(&o); return shipped_int16_first_mismatch(&o); }\n' \
+  >"$work/sketch.cpp"
+avr-g++ -mmcu=$mcu "${flags[@]/gnu99/gnu++11}" "$work/sketch.cpp" "$work/shipped_int16.o" -lm -o "$work/sketch.elf"
+((($(avr-size "$work/sketch.elf" | awk 'NR == 2 { print $2 + $3 }') <= 64))) || fail 'the replay in C++ takes RAM'
+
 # Controls: a constant without its place is found in RAM, and one other weight gives other bits.
 sed 's/static const IN_FLASH int16_t kTanhTable/static const int16_t kTanhTable/; s/const IN_FLASH int16_t\* at/const int16_t* at/' \
   "$work/shipped_int16.c" >"$work/in_ram.c"
@@ -85,6 +93,6 @@ begin='<!-- avr -->' end='<!-- end of avr -->'
 if [[ $target ]]; then
   write_table "$begin" "$end" "$table" "$target"
 else
-  compare_table "$begin" "$end" "$table" "$source/docs/appendix/embedded_counts.md" || failed=1
+  compare_table "$begin" "$end" "$table" "$source/bench/embedded/avr/README.md" || failed=1
 fi
 exit "$failed"

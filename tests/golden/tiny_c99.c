@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x763dee3c
+#if tiny_c99_EXPORT != 0xed7e09bb
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -12,6 +12,17 @@
 #pragma GCC optimize("fp-contract=off", "no-tree-loop-distribute-patterns", "no-tree-vectorize")
 #else
 #pragma STDC FP_CONTRACT OFF
+#endif
+
+// An AVR has its flash in an address space of its own: there, what points to constants is another kind of pointer.
+#if !defined(__AVR__)
+#define IN_FLASH
+#define REGULAR_STEP (&kStep)
+#elif defined(__FLASH) && !defined(__STRICT_ANSI__)
+#define IN_FLASH __flash
+#define REGULAR_STEP ((const Step[]){kStep})  // a copy in RAM, where a step that is computed lies too
+#else
+#error "constants in the flash of an AVR: compile with -std=gnu99 or later, as the Arduino IDE does"
 #endif
 
 typedef float Scalar;
@@ -24,15 +35,15 @@ static const Scalar kSamplePeriod = 0.02f;  // s
 static const Scalar kLargest = 1.2676506e+30f;  // |z| that a step can still take
 static const Scalar kTiny = 7.888609e-31f;  // |z| that is as good as none
 
-static const Scalar kInitial[kNz] = {0.0f, 0.0f};  // z before the first measurement
-static const Scalar kNoOutput[kNy] = {0.0f};
+static const IN_FLASH Scalar kInitial[kNz] = {0.0f, 0.0f};  // z before the first measurement
+static const IN_FLASH Scalar kNoOutput[kNy] = {0.0f};
 
 // What a measurement may be; a full turn of an angle, or 0. The box that training has filled.
-static const Scalar kOutputMin[kNy] = {-3.0f};
-static const Scalar kOutputMax[kNy] = {3.0f};
-static const Scalar kWrap[kNy] = {0.0f};
-static const Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
-static const Scalar kLatentMax[kNz] = {4.0f, 1.0f};
+static const IN_FLASH Scalar kOutputMin[kNy] = {-3.0f};
+static const IN_FLASH Scalar kOutputMax[kNy] = {3.0f};
+static const IN_FLASH Scalar kWrap[kNy] = {0.0f};
+static const IN_FLASH Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
+static const IN_FLASH Scalar kLatentMax[kNz] = {4.0f, 1.0f};
 
 // Finite, told from the bits: no compiler flag can reason it away.
 static bool is_finite(Scalar value) {
@@ -46,6 +57,11 @@ static bool is_finite(Scalar value) {
 
 // Volatile, or compilers make a call of it.
 static void copy(Scalar* to, const Scalar* from, int n) {
+  volatile Scalar* target = to;
+  for (int i = 0; i < n; ++i) target[i] = from[i];
+}
+
+static void load(Scalar* to, const IN_FLASH Scalar* from, int n) {
   volatile Scalar* target = to;
   for (int i = 0; i < n; ++i) target[i] = from[i];
 }
@@ -149,10 +165,11 @@ static void drop_subnormals(Scalar* z) {
   }
 }
 
-// out = W in + b, weights one neuron after the other. `out` may be `bias`, not `in`.
-static void dense(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+// out = W in + b, weights one neuron after the other.
+static void dense(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias, const Scalar* in,
+                  Scalar* out) {
   for (int fours = outputs / 4; fours > 0; --fours) {  // four sums side by side: an input is loaded once for four weights
-    const Scalar *w0 = weights, *w1 = w0 + inputs, *w2 = w1 + inputs, *w3 = w2 + inputs;
+    const IN_FLASH Scalar *w0 = weights, *w1 = w0 + inputs, *w2 = w1 + inputs, *w3 = w2 + inputs;
     Scalar sum0 = bias[0], sum1 = bias[1], sum2 = bias[2], sum3 = bias[3];
     for (int i = 0; i < inputs; ++i) {
       const Scalar x = in[i];
@@ -196,16 +213,16 @@ typedef struct {
   Scalar a_minus_1[kNz], b0[kNz][kNy], b1[kNz][kNy];
 } Step;
 
-static const Step kStep = {  // over one sample period
+static const IN_FLASH Step kStep = {  // over one sample period
     {-0.019801326f, -0.07688365f},
     {{0.009867662f}, {0.009482331f}},
     {{0.009933665f}, {0.009738582f}}};
 
 // D [1/s], F, the steady state S y of a constant y, and whether T* and the domain take z less S y.
-static const Scalar kEigenvalues[kNz] = {-1.0f, -4.0f};
-static const Scalar kOutputInjection[kNz][kNy] = {{1.0f}, {1.0f}};
-static const Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
-static const bool kRelative[kNy] = {false};
+static const IN_FLASH Scalar kEigenvalues[kNz] = {-1.0f, -4.0f};
+static const IN_FLASH Scalar kOutputInjection[kNz][kNy] = {{1.0f}, {1.0f}};
+static const IN_FLASH Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
+static const IN_FLASH bool kRelative[kNy] = {false};
 
 static Complex difference(Complex a, Complex b) {
   const Complex c = {a.re - b.re, a.im - b.im};
@@ -337,8 +354,8 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
 }
 
 void tiny_c99_reset(tiny_c99_observer* observer) {
-  copy(observer->z, kInitial, kNz);
-  copy(observer->y, kNoOutput, kNy);
+  load(observer->z, kInitial, kNz);
+  load(observer->y, kNoOutput, kNy);
   observer->held = 0;
   observer->status = (uint8_t)tiny_c99_OK;
   observer->started = 0;
@@ -357,7 +374,7 @@ tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1
   return noted(observer, status);
 }
 
-tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) { return take(observer, y, &kStep); }
+tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) { return take(observer, y, REGULAR_STEP); }
 
 tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
   const bool possible = is_finite(dt_s) && dt_s > 0.0f && dt_s <= (Scalar)kLongestGap * kSamplePeriod;
@@ -375,7 +392,7 @@ tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
   not_finite.bits = 0x7f800000U;
   Scalar y[kNy];
   for (int j = 0; j < kNy; ++j) y[j] = not_finite.value;
-  return take(observer, y, &kStep);
+  return take(observer, y, REGULAR_STEP);
 }
 
 tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) {
@@ -411,21 +428,22 @@ bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* save
 }
 
 // T*: one neuron per line.
-static const Scalar kWeights1[4 * 2] = {
+static const IN_FLASH Scalar kWeights1[4 * 2] = {
     0.232917f, 3.440228f,
     1.6481663f, -0.7788087f,
     -0.19503292f, 3.679755f,
     1.3204453f, 0.32287326f,
 };
-static const Scalar kBias1[4] = {-0.5352224f, 0.5366941f, -0.48333663f, 0.20517758f};
-static const Scalar kWeights2[1 * 4] = {
+static const IN_FLASH Scalar kBias1[4] = {-0.5352224f, 0.5366941f, -0.48333663f, 0.20517758f};
+static const IN_FLASH Scalar kWeights2[1 * 4] = {
     -0.14829469f, 0.09898687f, -0.21073124f, -1.0957534f,
 };
-static const Scalar kBias2[1] = {0.5261358f};
+static const IN_FLASH Scalar kBias2[1] = {0.5261358f};
 
 static Scalar activated(Scalar v) { return tanh_rational(v); }
 
-static void hidden(int inputs, int outputs, const Scalar* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,
+                   const Scalar* in, Scalar* out) {
   dense(inputs, outputs, weights, bias, in, out);
   for (int o = 0; o < outputs; ++o) out[o] = activated(out[o]);
 }

@@ -49,7 +49,7 @@ TEST(ReadoutProbe, FindsALinearPlantInALinearReadout) {
 
 TEST(ReadoutProbe, SeesThatACurvedPlantWantsACurvedReadout) {
   const ReadoutError line = error_of(oscillator("eigenvalues = [-2.0, -4.0]"));
-  const ReadoutError curve = error_of(oscillator("eigenvalues = [-2.0, -4.0]", R"("exp(2*a)")"));
+  const ReadoutError curve = error_of(oscillator("eigenvalues = [-2.0, -4.0]", "\"exp(2*a)\""));
   EXPECT_LT(curve.curved[0], 0.6 * curve.linear[0]);
   EXPECT_LT(line.linear[0], curve.linear[0]);
 }

@@ -76,7 +76,7 @@ TEST(Recipe, KeepsWhatTheFileGives) {
 
 TEST(Recipe, IsSlowerForASlowerPlant) {
   // The same oscillator by another clock: all times are ten times as long.
-  const std::string plant = R"(name = "clocked"
+  const std::string plant = R"toml(name = "clocked"
 [plant]
 states = ["a", "b"]
 derivative = ["rate*b", "rate*(2*(1 - a^2)*b - a)"]
@@ -90,7 +90,7 @@ initial_low = [-1.0, -1.0]
 initial_high = [1.0, 1.0]
 [training]
 noise = "gaussian:0.1"
-)";
+)toml";
   const auto slowest = [](const Experiment& e) {
     double least = 1e9;
     for (const double lambda : e.observer.eigenvalues) least = std::min(least, -lambda);
