@@ -81,7 +81,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("UnknownNoise", {"evaluate", "model.json", "--noise", "gausian:1"},
             "noise \"gausian:1\" is of no known kind"),
       usage("NoiseWithoutScale", {"evaluate", "model.json", "--noise", "uniform"}, "has no scale"),
-      usage("NoiseIsNan", {"simulate", "tiny.toml", "-o", "x.csv", "--noise", "gaussian:nan"}, "no number"),
+      usage("NoiseIsNan", {"simulate", "tiny.toml", "-o", "x.csv", "--noise", "gaussian:nan"}, "not a number"),
       usage("DelayIsTheWrongWayRound", {"evaluate", "model.json", "--noise", "none+delay:3:1"},
             "has a delay whose least is above its most"),
       usage("InputNoiseForAnObserverWithoutInputs", {"evaluate", "model.json", "--input-noise", "gaussian:1"},
@@ -164,8 +164,8 @@ const std::vector<BadInput>& bad_inputs() {
             "not --target replay"),
       usage("LimitOfNoState", {"export", "model.json", "--max-error", "speed=1", "-o", "x.h"}, "there is no state"),
       usage("LimitIsNan", {"export", "model.json", "--max-error", "nan", "-o", "x.h"}, "give a positive number"),
-      usage("NameIsAKeyword", {"export", "model.json", "--name", "class", "-o", "x"}, "no identifier"),
-      usage("NameIsAPath", {"export", "model.json", "--name", "../x", "-o", "x"}, "no identifier"),
+      usage("NameIsAKeyword", {"export", "model.json", "--name", "class", "-o", "x"}, "not an identifier"),
+      usage("NameIsAPath", {"export", "model.json", "--name", "../x", "-o", "x"}, "not an identifier"),
       usage("SimulateLogs", {"simulate", "log.toml", "-o", "x.csv"}, "has no [plant] to simulate"),
 
       // Where to write
@@ -238,7 +238,7 @@ const std::vector<BadInput>& bad_inputs() {
                      "bad.toml:13: [[log.columns]] role is \"outputs\""),
       log_experiment("NoOutput", "role = \"output\"", "role = \"ignored\"", "no column has role \"output\""),
       log_experiment("DerivativeOfNothing", "derivative_of = \"y\"", "derivative_of = \"q\"", "is not a listed column"),
-      log_experiment("AngleThatCannotTurn", "unit = \"m\"\n", "unit = \"rad\"\nwrap = \"2pi\"\n",
+      log_experiment("AngleThatCannotTurn", "unit = \"m\"\n", "unit = \"m\"\nwrap = 6.283185307179586\n",
                      "[observer] features is \"latent_and_output\""),
       log_experiment("CutoffAboveNyquist", "[[log.columns]]",
                      "[log.velocity_filter]\ncutoff_hz = 80.0\n\n[[log.columns]]", "cutoff_hz"),

@@ -147,7 +147,7 @@ TEST_F(SweepCommand, RefusesAFolderOfAnotherExperiment) {
   scratch.write("plans/tiny.toml", with(kTinyExperiment, "gaussian:0.1", "gaussian:0.2"));
   const auto before = times();
   const ProgramResult result = scratch.run({"sweep", "plans/p.toml", "--run"});
-  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("the checkpoint belongs to another experiment"));
   EXPECT_THAT(result.err, HasSubstr("4 of 4 jobs failed"));
   EXPECT_EQ(times(), before);
@@ -180,7 +180,7 @@ TEST_F(SweepCommand, JudgesObserversOfLogsOnTheirTestLogs) {
   EXPECT_EQ(times(), before);
   scratch.write("plans/logs/a.csv", tiny_log(0.5));
   const ProgramResult changed = scratch.run({"sweep", "plans/p.toml", "--run"});
-  EXPECT_EQ(changed.exit_code, 1);
+  EXPECT_EQ(changed.exit_code, 2);
   EXPECT_THAT(changed.err, HasSubstr("another experiment, seed or data set")) << "other logs are not what is done";
 }
 

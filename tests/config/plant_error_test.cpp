@@ -60,7 +60,7 @@ TEST(PlantErrors, AnglesOfPlants) {
   const std::string mirrored = with(sincos, "[observer]", "[training]\nmirror = true\n[observer]");
   EXPECT_EQ(error_of(mirrored), "no error") << "the sine turns, the cosine stays";
   expect_rows(mirrored, {{"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"thet\"]", "e.toml:7",
-                          "no state, output or input; did you mean \"theta\"?"},
+                          "not a state, output or input; did you mean \"theta\"?"},
                          {"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"theta\"]", "e.toml:18",
                           "and at its mirror image it is"}});
   const std::string driven = with(sincos, "outputs = [\"theta\"]",

@@ -140,10 +140,10 @@ TEST(Csv, ReadsTheSeparatorAndTheDecimalsItIsTold) {
 
 TEST(Csv, NamesWhatDecimalsGoWrong) {
   EXPECT_THAT(error_in_column("a;b\n1,5;2\n", "a", {.separator = ';'}),
-              AllOf(HasSubstr("a.csv:2:a: \"1,5\" is no number"), HasSubstr("set decimal = \",\" in [log]")));
+              AllOf(HasSubstr("a.csv:2:a: \"1,5\" is not a number"), HasSubstr("set decimal = \",\" in [log]")));
   EXPECT_THAT(error_in_column("a;b\n1.234,5;2\n", "a", {.separator = ';', .decimal = ','}),
               HasSubstr("\"1.234,5\" has a point, and [log] decimal = \",\" says"));
-  EXPECT_THAT(error_in_column("a;b\n1,2,3;2\n", "a", {.separator = ';', .decimal = ','}), HasSubstr("is no number"));
+  EXPECT_THAT(error_in_column("a;b\n1,2,3;2\n", "a", {.separator = ';', .decimal = ','}), HasSubstr("is not a number"));
 }
 
 TEST(Csv, LetsCommentLinesPassAndCountsThem) {
@@ -153,7 +153,7 @@ TEST(Csv, LetsCommentLinesPassAndCountsThem) {
   EXPECT_EQ(table.line(1), 7);
   EXPECT_THAT(error_in_column("#\n#\na,b\n1,2\n", "c"), HasSubstr("a.csv:3: no column \"c\""));
   EXPECT_EQ(parse("a,b\n1,\"#2\"\n").column("a")[0], 1.0);  // control: within a row it is a mark like others
-  EXPECT_THAT(error_in_column("a,b\n1,#2\n", "b"), HasSubstr("\"#2\" is no number"));
+  EXPECT_THAT(error_in_column("a,b\n1,#2\n", "b"), HasSubstr("\"#2\" is not a number"));
 }
 
 TEST(Csv, NamesAHeaderThatIsMissingOrAComment) {

@@ -187,7 +187,7 @@ TEST(EvaluateLogs, AnEmptyCellIsAMissedMeasurement) {
   for (std::size_t i = 0; i < 2; ++i) {
     const Trajectory& run = given.trajectories[i];
     const Eigen::MatrixXd flown =
-        codegen::ReferenceObserver<double>(differentiator(1.0)).run(run.outputs, {}, run.time_s, true).x_hat;
+        codegen::ReferenceObserver<float>(differentiator(1.0)).run(run.outputs, {}, run.time_s, true).x_hat;
     ASSERT_EQ(result.examples[i].estimate, flown);
   }
   EXPECT_GT(result.entries[0].metrics.pooled[0].rmse[0], 1.5 * evaluated().entries[0].metrics.pooled[0].rmse[0]);

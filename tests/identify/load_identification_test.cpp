@@ -36,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"positive = [\"w2\"]", "positive = [\"w\"]",
                 "[identify] positive \"w\" is not a parameter of the plant; did you mean \"w2\"?"},
         Mistake{"noise = { angle", "noise = { angel",
-                "no output of the plant and no logged state; did you mean \"angle\"?"},
+                "neither an output of the plant nor a logged state; did you mean \"angle\"?"},
         Mistake{"noise = { angle = 0.01 }", "noise = { rate = 0.1 }", "says nothing of the output \"angle\""},
         Mistake{"noise = { angle = 0.01", "noise = { angle = 0.0", "[identify] noise.angle"},
         Mistake{"output_names = [\"angle\"]", "output_names = [\"angl\"]",

@@ -189,7 +189,7 @@ TEST(ExpressionPlant, RefusesCountsAndNamesThatDoNotFit) {
   EXPECT_THAT(broken([](auto& c) { c.output_names = {"a", "b"}; }), HasSubstr("1 outputs but 2 output_names"));
   EXPECT_THAT(broken([](auto& c) { c.states[1] = "x1"; }), HasSubstr("\"x1\" twice"));
   EXPECT_THAT(broken([](auto& c) { c.parameters[0].first = "x2"; }), HasSubstr("\"x2\" twice"));
-  EXPECT_THAT(broken([](auto& c) { c.states[1] = "2x"; }), HasSubstr("no identifier"));
+  EXPECT_THAT(broken([](auto& c) { c.states[1] = "2x"; }), HasSubstr("not an identifier"));
   EXPECT_THAT(broken([](auto& c) { c.states.clear(); }), HasSubstr("neither a model nor states"));
   EXPECT_THAT(broken([](auto& c) { c.state_units = {"m"}; }), HasSubstr("2 states but 1 units"));
 }

@@ -66,8 +66,10 @@ TEST(Readout, AnUntrainedNetworkGivesWayToTheLinearRow) {
     EXPECT_LT(state.shipped, 0.8 * state.trained) << state.state;
     EXPECT_LE(state.shipped, 1.02 * state.linear) << state.state;
     constexpr double kFloat = 1e-4;  // features and readout in float, in double here
-    EXPECT_NEAR(flown_rmse(selected.model, i), state.shipped, kFloat) << "what is told is what flies";
-    EXPECT_NEAR(flown_rmse(network.model, i), state.trained, kFloat);
+    // The larger error of training and validation is told: what flies over the validation runs is not worse.
+    EXPECT_LE(flown_rmse(selected.model, i), state.shipped + kFloat);
+    EXPECT_LE(flown_rmse(network.model, i), state.trained + kFloat);
+    EXPECT_LT(flown_rmse(selected.model, i), 0.9 * flown_rmse(network.model, i)) << "the choice is in the model";
   }
   EXPECT_EQ(selected.outcome, TrainOutcome::kFinished) << selected.message;
   EXPECT_NO_THROW(codegen::validate(selected.model));
