@@ -47,7 +47,7 @@ row() {
   gate "$core $variant: RAM of an observer" "$observer" $ram_limit
   case $variant in
     int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((21 * 1024)) ;; # 3 KB of soft floats there
-    float*) gate "$core $variant: flash" "$flash" $((37 * 1024)) ;;
+    float*) gate "$core $variant: flash" "$flash" $((38 * 1024)) ;;
     gated*) gate "$core $variant: flash" "$flash" $((25 * 1024)) ;;
   esac
   [[ $core == m0plus ]] && return
