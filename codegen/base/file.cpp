@@ -124,7 +124,8 @@ void write_files_atomically(const std::vector<NamedText>& files) {
     const std::string target = target_of(wanted.path);
     std::optional<std::string> old;
     if (exists) old = read_file(target);
-    const Replacement& next = replacements.emplace_back(target, std::move(old), TemporaryFile(target));
+    replacements.push_back({target, std::move(old), TemporaryFile(target)});
+    const Replacement& next = replacements.back();
     fill(next.file, wanted.text, exists ? found.st_mode & static_cast<mode_t>(07777) : mode_of_new_files(), target);
   }
   std::size_t done = 0;
