@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kMark[] = ".nlo-";
-constexpr std::size_t kMarkSize = sizeof kMark - 1, kRandomSize = 6;
+constexpr std::size_t kRandomSize = 6;
 
 /// Waits for it. Where there is none, all goes on without.
 void lock(int fd) {
