@@ -18,7 +18,7 @@ constexpr double kNone = 1e9;  // a limit that nothing passes
 
 /// An observer that holds what it cannot use, and knows nothing else.
 struct Fake {
-  static constexpr int kNx = 1, kNy = 1, kNz = 1, kNr = 1;
+  static constexpr int kNx = 1, kNz = 1, kNr = 1;
   struct Outputs {
     double wrap[1] = {0.0};
   };
