@@ -80,7 +80,7 @@ only_runtime='foreach(target IN ITEMS nlo::eigen nlo::nlo Eigen3::Eigen)
   endif()
 endforeach()'
 
-user runtime "find_package(nlo 0.1 REQUIRED COMPONENTS runtime)" nlo::runtime "$only_runtime"
+user runtime "find_package(nlo 0.2 REQUIRED COMPONENTS runtime)" nlo::runtime "$only_runtime"
 flies runtime
 user no_eigen "find_package(nlo REQUIRED)" nlo::runtime 'if(NOT TARGET nlo::nlo OR NOT COMMAND nlo_add_model)
   message(FATAL_ERROR "no program")

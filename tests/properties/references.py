@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""What comments and docs name exists: files, `nlo` commands, options and tests.
+"""What comments and docs name exists: files, `nlo` commands, options and tests; and all that names our version agrees.
 
 usage: tests/properties/references.py
 
-Prints each reference that leads nowhere as FILE:LINE: WHAT, and each exception below that nothing needs any more.
-Exit 1 when there is one, or when a made-up reference is not seen.
+Prints each reference that leads nowhere as FILE:LINE: WHAT, each file whose version is another than CMakeLists.txt's, and
+each exception below that nothing needs any more. Exit 1 when there is one, or when a made-up reference is not seen.
 """
 import pathlib
 import re
@@ -19,6 +19,16 @@ FILE = re.compile(r"(?<![\w./~<>{}$*-])((?:[\w.-]+/)*[\w-]+\.(?:h|cpp|inc|sh|py|
 COMMAND = re.compile(r"`(?:\./)?nlo ([a-z][a-z0-9-]*)")
 OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z0-9-]+)")
 TEST = re.compile(r"\b([A-Z][a-z]\w*)\.([A-Z][a-z]+[A-Z]\w*)\b")
+
+# File: where it names the version; of a requirement only major and minor count.
+VERSIONS = {
+    "CMakeLists.txt": r"^project\(nlo VERSION ([\d.]+)",
+    "CITATION.cff": r"^version: ([\d.]+)",
+    "CHANGELOG.md": r"^## \[(\d[\d.]*)\]",
+    "examples/minimal/CMakeLists.txt": r"find_package\(nlo ([\d.]+)",
+    "examples/control_loop/CMakeLists.txt": r"find_package\(nlo ([\d.]+)",
+    "tests/install/components_test.sh": r"find_package\(nlo ([\d.]+)",
+}
 
 # Reference: why it may lead nowhere.
 GENERATED = "what a user exports"
@@ -57,6 +67,14 @@ def prose(file, text):
             yield number, line
         elif match := re.search(rf"(?:^|\s){mark}+[!/<]*\s(.*)", line):
             yield number, match.group(1)
+
+
+def other_versions(texts):
+    """The files of VERSIONS that name another version than the project has, or none."""
+    found = {file: (re.search(pattern, texts[file], re.M) or [None, "none"])[1] for file, pattern in VERSIONS.items()}
+    version = found["CMakeLists.txt"]
+    return [f"{file}: names version {named}, CMakeLists.txt {version}" for file, named in found.items()
+            if named != version and not (VERSIONS[file].startswith("find_package") and version.startswith(named + "."))]
 
 
 class Known:
@@ -102,7 +120,15 @@ def main():
     if len(seen) != 4:
         print(f"the scan has lost its way: of a file, a command, an option and a test that do not exist it saw {seen}")
         return 1
+    texts = {file: (ROOT / file).read_text() for file in VERSIONS}
+    seen = other_versions({**texts, "CMakeLists.txt": "project(nlo VERSION 0.0.1"})
+    if len(seen) != len(VERSIONS) - 1 or not other_versions({**texts, "CITATION.cff": ""}):
+        print(f"of {len(VERSIONS) - 1} old versions only these are seen, or one that is missing is not: {seen}")
+        return 1
     failed, needed = False, set()
+    for fault in other_versions(texts):
+        print(fault)
+        failed = True
     for file in files():
         for number, line in prose(file, file.read_text()):
             for reference in known.objections(line):
