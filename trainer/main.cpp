@@ -9,6 +9,7 @@
 
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/printable.h"
+#include "trainer/base/version.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/help_formatter.h"
 #include "trainer/commands/out_of_memory.h"
@@ -54,7 +55,7 @@ std::string usage_message(CLI::App& app, const CLI::ParseError& error) {
 int run(int argc, char** argv) {
   CLI::App app("Neural Luenberger observers: train one from a plant or from logs, evaluate it, export it for firmware.",
                "nlo");
-  app.set_version_flag("-V,--version", "nlo " NLO_VERSION);
+  app.set_version_flag("-V,--version", std::string("nlo ") + nlo::trainer::kVersion);
   app.formatter(
       std::make_shared<nlo::trainer::HelpFormatter>(nlo::trainer::help_width()));  // of the commands below too
   app.require_subcommand(1);

@@ -24,7 +24,6 @@ Experiment window_experiment(int samples) {
       "trajectories_per_step = 8\nsamples_per_step = 200\n";
   Experiment experiment = parse_experiment(text, "window.toml");
   experiment.threads = 1;
-  experiment.inverse_map.readout = ReadoutChoice::kNetwork;  // its validation error is of the validation runs alone
   return experiment;
 }
 

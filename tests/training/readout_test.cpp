@@ -66,8 +66,8 @@ TEST(Readout, AnUntrainedNetworkGivesWayToTheLinearRow) {
     EXPECT_LT(state.shipped, 0.8 * state.trained) << state.state;
     EXPECT_LE(state.shipped, 1.02 * state.linear) << state.state;
     constexpr double kFloat = 1e-4;  // features and readout in float, in double here
-    // The larger error of training and validation is told: what flies over the validation runs is not worse.
-    EXPECT_LE(flown_rmse(selected.model, i), state.shipped + kFloat);
+    EXPECT_NEAR(flown_rmse(selected.model, i), state.validation, kFloat);
+    EXPECT_GE(state.shipped, state.validation) << "the larger of training and validation";
     EXPECT_LE(flown_rmse(network.model, i), state.trained + kFloat);
     EXPECT_LT(flown_rmse(selected.model, i), 0.9 * flown_rmse(network.model, i)) << "the choice is in the model";
   }
@@ -119,7 +119,8 @@ TEST(Readout, ATrainedNetworkThatIsBetterShipsAsItIs) {
   experiment.inverse_map.readout = ReadoutChoice::kSelected;
   const TrainingResult selected = train(experiment, training, validation, {});
   const StateReadout& velocity = selected.readout[1];
-  EXPECT_LT(velocity.trained, 0.8 * velocity.linear) << "else this tests nothing";
+  // .71 to .79 by g++ for four seeds, .87 by clang++ without optimisation: far from the 1 % that is taken for alike.
+  EXPECT_LT(velocity.trained, 0.95 * velocity.linear) << "else this tests nothing";
   EXPECT_LE(velocity.shipped, 1.02 * velocity.trained);
   EXPECT_LE(selected.validation_rmse, network.validation_rmse);
 }

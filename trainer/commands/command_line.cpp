@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "codegen/targets/registry.h"
+#include "trainer/base/version.h"
 #include "trainer/commands/command.h"
 #include "trainer/experiments/load_identification.h"
 #include "trainer/experiments/shipped.h"
@@ -90,7 +91,7 @@ void add_man(CLI::App& app, Action& action) {
   command->footer(
       "Example:\n"
       "  nlo man | man -l -");
-  command->callback([&app, &action] { action = [&app] { fmt::print("{}", man_page(app, NLO_VERSION)); }; });
+  command->callback([&app, &action] { action = [&app] { fmt::print("{}", man_page(app, kVersion)); }; });
 }
 
 void add_completion(CLI::App& app, Action& action) {

@@ -9,6 +9,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "trainer/base/version.h"
 #include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer::reproduction {
@@ -31,7 +32,7 @@ std::string seal_of(const std::string& model_file) {
 }  // namespace
 
 std::string ModelCache::hash(const Experiment& experiment) {
-  const std::string identity = std::string(NLO_VERSION) + '\n' + experiment.source_text;
+  const std::string identity = std::string(kVersion) + '\n' + experiment.source_text;
   return fmt::format("{:016x}", fingerprint(identity.data(), identity.size()));
 }
 

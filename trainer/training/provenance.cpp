@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "trainer/base/number_text.h"
+#include "trainer/base/version.h"
 
 namespace nlo::trainer {
 
@@ -54,7 +55,7 @@ void note_provenance(const Experiment& experiment, const Dataset& dataset, std::
   for (const Trajectory& trajectory : dataset.trajectories) {
     time_s += trajectory.time_s(trajectory.samples() - 1) - trajectory.time_s(0);
   }
-  model.provenance = {{"nlo", NLO_VERSION},
+  model.provenance = {{"nlo", kVersion},
                       {"seed", std::to_string(experiment.seed)},
                       {"data", std::to_string(dataset.trajectories.size()) + " trajectories, " +
                                    shortest_text(std::round(time_s)) + " s"},

@@ -165,8 +165,15 @@ void write(codegen::Network& map, const RowInputs& inputs, const VectorXd& share
   }
 }
 
-/// The data that judge an estimate: a candidate counts as what it is on the harder of both sets. Validation logs alone
-/// may be easier than what was trained on, and then a row wins there that loses wherever it is harder.
+/// Mean squared errors of an estimate.
+struct Squares {
+  double training = 0.0, validation = 0.0;
+  /// A candidate counts as what it is on the harder of both sets. Validation logs alone may be easier than what was
+  /// trained on, and then a row wins there that loses wherever it is harder.
+  double worse() const { return std::max(training, validation); }
+};
+
+/// The data that judge an estimate.
 class Judges {
  public:
   Judges(const codegen::Model& model, const RowInputs& inputs, const SampledTruth& training,
@@ -179,20 +186,20 @@ class Judges {
     }
   }
 
-  /// Mean squared error of w . [1; u; y] for a state.
-  double row(Index state, const Eigen::RowVectorXd& w) const {
-    return worse([&](std::size_t s) { return of_row(s, state, w); });
+  /// Of w . [1; u; y] for a state.
+  Squares row(Index state, const Eigen::RowVectorXd& w) const {
+    return squares([&](std::size_t s) { return of_row(s, state, w); });
   }
-  double map(Index state) const {
-    return worse([&](std::size_t s) -> Eigen::RowVectorXd { return trained_[s].row(state); });
+  Squares map(Index state) const {
+    return squares([&](std::size_t s) -> Eigen::RowVectorXd { return trained_[s].row(state); });
   }
-  double blend(Index state, const Eigen::RowVectorXd& w, double share) const {
-    return worse([&](std::size_t s) -> Eigen::RowVectorXd {
+  Squares blend(Index state, const Eigen::RowVectorXd& w, double share) const {
+    return squares([&](std::size_t s) -> Eigen::RowVectorXd {
       return share * trained_[s].row(state) + (1.0 - share) * of_row(s, state, w);
     });
   }
-  double reading(Index state, int reading) const {
-    return worse([&](std::size_t s) { return errors(s, state, samples_[s]->y.row(reading)); });
+  Squares reading(Index state, int reading) const {
+    return squares([&](std::size_t s) { return errors(s, state, samples_[s]->y.row(reading)); });
   }
   /// The share of T* in the blend that suits validation data best.
   double share(Index state, const Eigen::RowVectorXd& w) const {
@@ -206,8 +213,8 @@ class Judges {
 
  private:
   template <class Errors>
-  double worse(const Errors& errors) const {
-    return std::max(mean_square(errors(0), samples_[0]->weights), mean_square(errors(1), samples_[1]->weights));
+  Squares squares(const Errors& errors) const {
+    return {mean_square(errors(0), samples_[0]->weights), mean_square(errors(1), samples_[1]->weights)};
   }
   Eigen::RowVectorXd errors(std::size_t s, Index state, const Eigen::RowVectorXd& estimate) const {
     return errors_of(estimate, samples_[s]->x.row(state), {model_->states[static_cast<std::size_t>(state)]});
@@ -225,7 +232,7 @@ void find_sensor(const codegen::Model& model, const Judges& judges, Index state,
   for (int j = 0; j < model.ny(); ++j) {
     const codegen::Channel& output = model.outputs[static_cast<std::size_t>(j)];
     if (output.unit != model.states[static_cast<std::size_t>(state)].unit) continue;
-    const double error = std::sqrt(judges.reading(state, j));
+    const double error = std::sqrt(judges.reading(state, j).worse());
     // A sensor without any noise is a simulated one: it says nothing of the real one.
     if (error <= kExact * result.deviation || error >= result.sensor) continue;
     result.sensor = error;
@@ -235,8 +242,7 @@ void find_sensor(const codegen::Model& model, const Judges& judges, Index state,
 
 }  // namespace
 
-Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool select,
-                       bool keep_hidden) {
+Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool keep_hidden) {
   const SampledTruth training = sample_truth(model, flight, kSamples);
   const SampledTruth judged = sample_truth(model, validation, kSamples);
   if (training.weights.size() == 0 || judged.weights.size() == 0) return {};
@@ -252,7 +258,7 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
   for (Index i = 0; i < model.nx(); ++i) {
     // The simplest row that is as good as the best.
     std::vector<double> squares;
-    for (const Candidate& candidate : all) squares.push_back(judges.row(i, candidate.rows.row(i)));
+    for (const Candidate& candidate : all) squares.push_back(judges.row(i, candidate.rows.row(i)).worse());
     const double least = *std::min_element(squares.begin(), squares.end());
     const auto chosen = static_cast<std::size_t>(
         std::find_if(squares.begin(), squares.end(), [&](double s) { return s <= kAlike * least; }) - squares.begin());
@@ -260,9 +266,10 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
     const Eigen::RowVectorXd row = candidate.rows.row(i);
 
     const double share = judges.share(i, row);
-    const double of_row = judges.row(i, row), of_map = judges.map(i), of_blend = judges.blend(i, row, share);
-    const double best = std::min({of_row, of_map, of_blend});
-    if (select && map != nullptr) shares(i) = of_row <= kAlike * best ? 0.0 : of_map <= kAlike * best ? 1.0 : share;
+    const Squares of_row = judges.row(i, row), of_map = judges.map(i), of_blend = judges.blend(i, row, share);
+    const double good = kAlike * std::min({of_row.worse(), of_map.worse(), of_blend.worse()});
+    if (map != nullptr) shares(i) = of_row.worse() <= good ? 0.0 : of_map.worse() <= good ? 1.0 : share;
+    const Squares& shipped = shares(i) == 0.0 ? of_row : shares(i) == 1.0 ? of_map : of_blend;
     if (shares(i) < 1.0) {
       rows.row(i) = row;
       reads_more = reads_more || candidate.reads_more;
@@ -270,12 +277,11 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
 
     StateReadout state{.state = model.states[static_cast<std::size_t>(i)].name,
                        .share = shares(i),
-                       .trained = std::sqrt(of_map),
-                       .linear = map != nullptr ? std::sqrt(of_row) : std::numeric_limits<double>::infinity(),
-                       .shipped = std::sqrt(shares(i) == 0.0   ? of_row
-                                            : shares(i) == 1.0 ? of_map
-                                                               : of_blend),
-                       .constant = std::sqrt(judges.row(i, all[std::size(kRidges)].rows.row(i))),
+                       .trained = std::sqrt(of_map.worse()),
+                       .linear = map != nullptr ? std::sqrt(of_row.worse()) : std::numeric_limits<double>::infinity(),
+                       .shipped = std::sqrt(shipped.worse()),
+                       .validation = std::sqrt(shipped.validation),
+                       .constant = std::sqrt(judges.row(i, all[std::size(kRidges)].rows.row(i)).worse()),
                        .deviation = judges.deviation(i)};
     find_sensor(model, judges, i, state);
     result.push_back(std::move(state));

@@ -19,12 +19,13 @@ namespace nlo::trainer {
 /// the short way round. A row has few numbers: it hardly fits its training data better than others like them.
 struct StateReadout {
   std::string state;
-  double share = 1.0;      ///< of T* as trained; the rest is the linear row
-  double trained = 0.0;    ///< error of T* as trained
-  double linear = 0.0;     ///< of the best linear row; infinite where z is the estimate, which no row can replace
-  double shipped = 0.0;    ///< of what ships
-  double constant = 0.0;   ///< of the state's mean over the training data
-  double deviation = 0.0;  ///< the state's standard deviation
+  double share = 1.0;       ///< of T* as trained; the rest is the linear row
+  double trained = 0.0;     ///< error of T* as trained
+  double linear = 0.0;      ///< of the best linear row; infinite where z is the estimate, which no row can replace
+  double shipped = 0.0;     ///< of what ships
+  double validation = 0.0;  ///< of what ships, on validation data alone
+  double constant = 0.0;    ///< of the state's mean over the training data
+  double deviation = 0.0;   ///< the state's standard deviation
   double sensor = std::numeric_limits<double>::infinity();  ///< of the best noisy output in its unit, as it is
   std::string sensor_name = {};                             ///< of that output; empty: no output has the unit
 };
@@ -36,9 +37,8 @@ using Readout = std::vector<StateReadout>;
 ///   flight       training data as flown with the model's parameters: rows are fitted on it
 ///   validation   whole validation runs, with noise
 ///   keep_hidden  T* keeps its hidden layers though no state uses them (the error head reads the last one)
-/// Where z is the estimate, or `select` is false, the model stays as it is and the errors are told all the same.
-Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool select,
-                       bool keep_hidden);
+/// Where z is the estimate the model stays as it is, and the errors are told all the same.
+Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool keep_hidden);
 
 /// "network", "linear row", or the share of the network: "0.35 network".
 std::string share_text(double share);

@@ -251,14 +251,14 @@ class Training {
 
   bool selects() const { return experiment_.inverse_map.readout == ReadoutChoice::kSelected; }
 
-  /// Of the model as it ships, in the units of the loss.
+  /// Of the model as it ships, on validation data, in the units of the loss.
   double shipped_rmse(const Readout& readout) const {
     if (std::all_of(readout.begin(), readout.end(), [](const StateReadout& s) { return s.share == 1.0; }))
       return state_.best_rmse;
     double squares = 0.0;
     for (std::size_t i = 0; i < readout.size(); ++i) {
       const double scale = experiment_.loss.is_normalised() ? static_cast<double>(structure_.state_scale[i]) : 1.0;
-      squares += readout[i].shipped * readout[i].shipped / (scale * scale);
+      squares += readout[i].validation * readout[i].validation / (scale * scale);
     }
     return std::sqrt(squares);
   }
@@ -266,8 +266,9 @@ class Training {
   codegen::Model model(Readout& readout) {
     const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
     codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
-    readout = choose_readout(model, rollout, validator_.roll_out_runs(state_.best.data()), selects(),
-                             experiment_.inverse_map.error);
+    if (selects())
+      readout =
+          choose_readout(model, rollout, validator_.roll_out_runs(state_.best.data()), experiment_.inverse_map.error);
     note_provenance(experiment_, dataset_, data_hash_, state_, shipped_rmse(readout), model);
     if (selects() && structure_.module->has_inverse_map())
       model.provenance.insert(model.provenance.end() - 1, {"readout", readout_fact(readout)});
