@@ -6,7 +6,8 @@
 //   NLO_FAULT=exchange        renameat2() as on a file system that cannot exchange names
 //   NLO_FAULT_COUNT=FILE      "allocations calls" of a run that came to its end go there
 // Calls that change a file system: open for writing, write and fsync (of what is not stdin, stdout or stderr), rename,
-// mkdir, unlink, chmod. Counting begins with main(). In C, and with the allocator's own names: a library that is loaded
+// mkdir, unlink, chmod. One that fails is named on stderr: "fault: unlink". Counting begins with main(), and is of this
+// program alone: those that it starts (gnuplot) run as ever. In C, and with the allocator's own names: a library that is loaded
 // first cannot call anything that allocates on the way to malloc.
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -31,9 +32,12 @@ static atomic_long allocations, calls;
 static atomic_int armed;
 static long failing_allocation = -1, failing_call = -1;
 static int and_all_after, kills, reason, no_exchange;
+static const char* count_file;
 
 static void read_fault(void) {
   const char* fault = getenv("NLO_FAULT");
+  count_file = getenv("NLO_FAULT_COUNT");
+  unsetenv("LD_PRELOAD");
   if (fault == NULL) return;
   char* rest = NULL;
   if (strncmp(fault, "alloc:", 6) == 0) {
@@ -52,8 +56,7 @@ static void read_fault(void) {
 
 static void write_counts(void) {
   armed = 0;
-  const char* name = getenv("NLO_FAULT_COUNT");
-  FILE* file = name == NULL ? NULL : fopen(name, "w");
+  FILE* file = count_file == NULL ? NULL : fopen(count_file, "w");
   if (file == NULL) return;
   fprintf(file, "%ld %ld\n", (long)allocations, (long)calls);
   fclose(file);
@@ -86,9 +89,13 @@ static int allocation_fails(void) {
   return 1;
 }
 
-static int call_fails(void) {
+/// `call`: as stderr has it.
+static int call_fails(const char* call) {
   if (!armed || ++calls != failing_call) return 0;
   if (kills) kill(getpid(), SIGKILL);
+  armed = 0;
+  dprintf(2, "fault: %s\n", call);
+  armed = 1;
   errno = reason;
   return 1;
 }
@@ -123,7 +130,7 @@ int open(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const mode_t mode = mode_of(flags, arguments);
   va_end(arguments);
-  if ((flags & O_ACCMODE) != O_RDONLY && call_fails()) return -1;
+  if ((flags & O_ACCMODE) != O_RDONLY && call_fails("open")) return -1;
   return REAL(open)(path, flags, mode);
 }
 int open64(const char* path, int flags, ...) {
@@ -131,55 +138,55 @@ int open64(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const mode_t mode = mode_of(flags, arguments);
   va_end(arguments);
-  if ((flags & O_ACCMODE) != O_RDONLY && call_fails()) return -1;
+  if ((flags & O_ACCMODE) != O_RDONLY && call_fails("open64")) return -1;
   return REAL(open64)(path, flags, mode);
 }
 int mkostemp(char* name, int flags) {
-  return call_fails() ? -1 : REAL(mkostemp)(name, flags);
+  return call_fails("mkostemp") ? -1 : REAL(mkostemp)(name, flags);
 }
 int mkostemp64(char* name, int flags) {
-  return call_fails() ? -1 : REAL(mkostemp64)(name, flags);
+  return call_fails("mkostemp64") ? -1 : REAL(mkostemp64)(name, flags);
 }
 char* mkdtemp(char* name) {
-  return call_fails() ? NULL : REAL(mkdtemp)(name);
+  return call_fails("mkdtemp") ? NULL : REAL(mkdtemp)(name);
 }
 ssize_t write(int fd, const void* bytes, size_t size) {
-  return fd > 2 && call_fails() ? -1 : REAL(write)(fd, bytes, size);
+  return fd > 2 && call_fails("write") ? -1 : REAL(write)(fd, bytes, size);
 }
 ssize_t writev(int fd, const struct iovec* parts, int count) {
-  return fd > 2 && call_fails() ? -1 : REAL(writev)(fd, parts, count);
+  return fd > 2 && call_fails("writev") ? -1 : REAL(writev)(fd, parts, count);
 }
 int fsync(int fd) {
-  return call_fails() ? -1 : REAL(fsync)(fd);
+  return call_fails("fsync") ? -1 : REAL(fsync)(fd);
 }
 int fchmod(int fd, mode_t mode) {
-  return call_fails() ? -1 : REAL(fchmod)(fd, mode);
+  return call_fails("fchmod") ? -1 : REAL(fchmod)(fd, mode);
 }
 int fchmodat(int folder, const char* path, mode_t mode, int flags) {
-  return call_fails() ? -1 : REAL(fchmodat)(folder, path, mode, flags);
+  return call_fails("fchmodat") ? -1 : REAL(fchmodat)(folder, path, mode, flags);
 }
 int mkdir(const char* path, mode_t mode) {
-  return call_fails() ? -1 : REAL(mkdir)(path, mode);
+  return call_fails("mkdir") ? -1 : REAL(mkdir)(path, mode);
 }
 int rename(const char* from, const char* to) {
-  return call_fails() ? -1 : REAL(rename)(from, to);
+  return call_fails("rename") ? -1 : REAL(rename)(from, to);
 }
 int renameat2(int a, const char* from, int b, const char* to, unsigned flags) {
   if (no_exchange && flags != 0) {
     errno = EINVAL;
     return -1;
   }
-  return call_fails() ? -1 : REAL(renameat2)(a, from, b, to, flags);
+  return call_fails("renameat2") ? -1 : REAL(renameat2)(a, from, b, to, flags);
 }
 int unlink(const char* path) {
-  return call_fails() ? -1 : REAL(unlink)(path);
+  return call_fails("unlink") ? -1 : REAL(unlink)(path);
 }
 int unlinkat(int folder, const char* path, int flags) {
-  return call_fails() ? -1 : REAL(unlinkat)(folder, path, flags);
+  return call_fails("unlinkat") ? -1 : REAL(unlinkat)(folder, path, flags);
 }
 int rmdir(const char* path) {
-  return call_fails() ? -1 : REAL(rmdir)(path);
+  return call_fails("rmdir") ? -1 : REAL(rmdir)(path);
 }
 int remove(const char* path) {
-  return call_fails() ? -1 : REAL(remove)(path);
+  return call_fails("remove") ? -1 : REAL(remove)(path);
 }
