@@ -48,6 +48,7 @@ TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
     EXPECT_GT(value["l box"], 0.0);
     EXPECT_EQ(evidence["L_T"], "sampled");
     EXPECT_EQ(evidence["eps"], "sampled");
+    EXPECT_TRUE(value.contains("l_y upper")) << "for each k, whether its T* reads y or not";
     EXPECT_EQ(evidence["w_bar"], "assumed");
     EXPECT_EQ(evidence["v_bar"], "assumed");
     for (const char* kind : {"paper_19", "weights", "box", "slopes"})

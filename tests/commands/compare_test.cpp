@@ -86,7 +86,7 @@ TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
   EXPECT_THAT(result.out, HasSubstr("report   out/compare.html"));
   const std::string page = scratch.read("out/compare.html");
   EXPECT_THAT(page, StartsWith("<!DOCTYPE html>"));
-  EXPECT_THAT(page, HasSubstr("ekf_tuned"));
+  EXPECT_THAT(page, HasSubstr("EKF, tuned"));
   EXPECT_THAT(page, HasSubstr("N(0, 0.5) + 10 % outliers to 5, mu = 1.2"));
   for (const char* outside : {"src=", "<script", "<link", "@import", "url("})
     EXPECT_THAT(page, Not(HasSubstr(outside))) << "it is to be read without a network";

@@ -6,13 +6,20 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <map>
 #include <regex>
+#include <set>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "tests/report/sample_report.h"
+#include "trainer/report/compare_page.h"
+#include "trainer/report/figures.h"
 #include "trainer/report/gnuplot.h"
+#include "trainer/report/gnuplot_script.h"
 #include "trainer/report/html.h"
 
 namespace nlo::trainer {
@@ -109,7 +116,7 @@ TEST(Report, SaysSoWhenGnuplotIsMissingOrFails) {
     const std::string page = render_report(data, program);
     EXPECT_EQ(occurrences(page, "The plots are missing"), 1) << program;
     EXPECT_THAT(page, HasSubstr("gnuplot-nox"));
-    EXPECT_THAT(page, HasSubstr("<table>"));
+    EXPECT_THAT(page, HasSubstr("<table"));
     expect_balanced(page);
   }
 }
@@ -167,6 +174,146 @@ TEST(Report, SaysWhichLogsTheseAre) {
   EXPECT_THAT(page, HasSubstr("On 2 validation logs: "));
   EXPECT_THAT(page, Not(HasSubstr("not used for training")));
   EXPECT_THAT(page, Not(HasSubstr("unseen")));
+}
+
+TEST(Report, SaysOfLogsOnlyWhatTheyHave) {
+  ReportData data;
+  data.logs = test::sample_logs(2);
+  EXPECT_THAT(render_report(data, "false"), Not(HasSubstr("Truth of")));
+  EXPECT_THAT(render_report(data, "false"), Not(HasSubstr("Alternatives"))) << "there are none";
+  data.derived_states = {"rate"};
+  EXPECT_THAT(render_report(data, "false"), HasSubstr("Truth of rate: the slope of a logged column"));
+}
+
+TEST(Report, SpeaksOfAKalmanFilterOnlyWhereThereIsOne) {
+  ReportData data = test::sample_report(kFewTrajectories);
+  EXPECT_THAT(error_figure(data.evaluations).caption, HasSubstr("Dashed: the extended Kalman filter"));  // control
+  for (auto& group : data.evaluations) std::erase_if(group, [](const Evaluation& e) { return e.estimator == "ekf"; });
+  EXPECT_THAT(render_report(data), Not(HasSubstr("Kalman")));
+  EXPECT_THAT(error_figure(data.evaluations).caption, Not(HasSubstr("Dashed")));
+}
+
+/// Pictures without a role and a label, headings that do not say what they head, gnuplot's own titles.
+long nameless(const std::string& page) {
+  long count = occurrences(page, "gnuplot_plot");
+  static const std::regex kPicture(
+      R"re(<svg(?! role="img" aria-label="[^"]+")|<th(?=[ >])(?! scope="(col|row|rowgroup)"))re");
+  for (std::sregex_iterator found(page.begin(), page.end(), kPicture), end; found != end; ++found) ++count;
+  return count;
+}
+
+TEST(Report, NamesEveryPictureAndHeadsEveryCell) {
+  EXPECT_EQ(nameless(sample_page()), 0);
+  EXPECT_GT(occurrences(sample_page(), "<th scope=\"row\""), 9);
+  EXPECT_EQ(nameless("<thead><th>a</th><svg><svg role=\"img\" aria-label=\"\"><title>gnuplot_plot_1</title>"), 4)
+      << "control";
+}
+
+/// Contrast of two colours "#rrggbb" by WCAG 2: 1 to 21.
+double contrast(const std::string& a, const std::string& b) {
+  const auto luminance = [](const std::string& colour) {
+    double sum = 0.0;
+    for (const auto& [at, share] : {std::pair{1, 0.2126}, {3, 0.7152}, {5, 0.0722}}) {
+      const double c = std::stoi(colour.substr(static_cast<std::size_t>(at), 2), nullptr, 16) / 255.0;
+      sum += share * (c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
+    }
+    return sum;
+  };
+  const auto [low, high] = std::minmax({luminance(a), luminance(b)});
+  return (high + 0.05) / (low + 0.05);
+}
+
+/// The colours of the style sheet by name: of light pages, and of dark ones.
+std::array<std::map<std::string, std::string>, 2> page_colours() {
+  const std::string page = html_page("", "");
+  const auto dark_from = page.find("prefers-color-scheme: dark");
+  std::array<std::map<std::string, std::string>, 2> colours;
+  static const std::regex kColour(R"(--([a-z]+): (#[0-9a-f]{6});)");
+  for (std::sregex_iterator found(page.begin(), page.end(), kColour), end; found != end; ++found) {
+    const bool dark = static_cast<std::size_t>(found->position()) > dark_from;
+    for (std::size_t scheme = dark ? 1 : 0; scheme < 2; ++scheme) colours[scheme][(*found)[1]] = (*found)[2];
+  }
+  return colours;
+}
+
+TEST(Page, TextHasEnoughContrastInLightAndDark) {
+  constexpr double kReadable = 4.5;  // WCAG 2, level AA
+  EXPECT_NEAR(contrast("#000000", "#ffffff"), 21.0, 1e-9);
+  EXPECT_LT(contrast("#777777", "#ffffff"), kReadable) << "control";
+  for (const auto& colours : page_colours()) {
+    for (const char* text : {"text", "soft", "accent", "warn", "good"})
+      for (const char* ground : {"ground", "card"})
+        EXPECT_GE(contrast(colours.at(text), colours.at(ground)), kReadable) << text << " on " << ground;
+    for (const auto& [text, ground] : {std::pair{"warn", "outside"}, {"soft", "outside"}, {"text", "alarm"}})
+      EXPECT_GE(contrast(colours.at(text), colours.at(ground)), kReadable) << text << " on " << ground;
+  }
+}
+
+TEST(Figure, HasTenColoursThatAreSeenOnLightAndDark) {
+  constexpr double kVisible = 3.0;  // WCAG 2, of graphics
+  Figure figure{"", 400, 200, false, {Panel{}}};
+  for (int i = 0; i < 11; ++i)
+    figure.panels[0].series.push_back({"", Series::Style::kLine, i, Eigen::Vector2d(0, 1), Eigen::Vector2d(0, 1), {}});
+  const auto directory = std::filesystem::temp_directory_path() / ("nlo-colours-" + std::to_string(getpid()));
+  std::filesystem::create_directory(directory);
+  bool written = true;
+  const std::string script = figure_script(figure, 0, directory, written);
+  std::filesystem::remove_all(directory);
+  std::vector<std::string> drawn;
+  static const std::regex kLine(R"(lines lw 1.8 lc rgb '(#[0-9a-f]{6})')");
+  for (std::sregex_iterator found(script.begin(), script.end(), kLine), end; found != end; ++found)
+    drawn.push_back((*found)[1]);
+  ASSERT_EQ(drawn.size(), 11U);
+  EXPECT_EQ(std::set<std::string>(drawn.begin(), drawn.end()).size(), 10U);
+  for (const std::string& colour : drawn)
+    for (const auto& colours : page_colours()) EXPECT_GE(contrast(colour, colours.at("ground")), kVisible) << colour;
+}
+
+/// Two conditions and all columns of nlo compare; errors of 1, 2, 3 ... but for the tuned EKF.
+Comparison sample_comparison() {
+  Comparison comparison;
+  comparison.experiment = comparison.plant = "van_der_pol";
+  for (const char* name : {"gaussian_weak", "parameters_high"}) comparison.conditions.emplace_back().name = name;
+  for (const char* name : {"observer", "ekf", "ekf_tuned", "ukf", "ukf_tuned", "joint_ekf", "joint_ekf_tuned", "mhe",
+                           "mhe_tuned", "high_gain", "high_gain_tuned", "particle"}) {
+    comparison.columns.emplace_back().name = name;
+    comparison.columns.back().is_observer = comparison.columns.size() == 1;
+  }
+  for (int i = 0; i < 2; ++i) {
+    auto& cells = comparison.cells.emplace_back();
+    for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+      cells.emplace_back().norms = Eigen::Vector2d::Constant(static_cast<double>(c + 1) + 0.5 * i);
+      cells.back().tuning = "Q x 10, R x 1, P0 x 1, gate 3";
+    }
+  }
+  return comparison;
+}
+
+TEST(ComparePage, HasNamesInWordsAndHeadings) {
+  const std::string page = compare_page(sample_comparison(), "no-gnuplot-here");
+  for (const char* words : {"EKF, tuned", "joint EKF", "moving horizon, tuned", "particle filter", "parameters high"})
+    EXPECT_THAT(page, HasSubstr(words));
+  for (const char* identifier : {"ekf_tuned", "joint_ekf", "high_gain", "parameters_high", ">ekf<", ">mhe<"})
+    EXPECT_THAT(page, Not(HasSubstr(identifier)));
+  EXPECT_THAT(page, HasSubstr("The observer errs less in 2 of 2 conditions than the EKF as shipped"));
+  EXPECT_THAT(page, HasSubstr("<td>1.00 *<div class=\"paper\">± 0</div></td>"));
+  EXPECT_EQ(nameless(page), 0);
+  expect_balanced(page);
+}
+
+TEST(ComparePage, DrawsALineForEachConditionInSixColoursTheObserverInFront) {
+  if (!gnuplot_is_here()) GTEST_SKIP() << "gnuplot is not installed";
+  const std::string page = compare_page(sample_comparison());
+  for (const char* line : {">gaussian weak<", ">parameters high<"}) EXPECT_THAT(page, HasSubstr(line));
+  std::set<std::string> colours;
+  std::string last;
+  static const std::regex kMark(R"(<use [^>]* color='([^']*)')");
+  for (std::sregex_iterator found(page.begin(), page.end(), kMark), end; found != end; ++found)
+    colours.insert(last = (*found)[1]);
+  EXPECT_LE(colours.size(), 6U);
+  EXPECT_GE(colours.size(), 5U);
+  EXPECT_EQ(last, "rgb(217, 114,  26)") << "the observer's";
+  EXPECT_THAT(page, HasSubstr("error / error of the EKF, tuned"));
 }
 
 TEST(Report, AddsUpErrorsOfOneUnitOnly) {

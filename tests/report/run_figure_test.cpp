@@ -102,6 +102,29 @@ TEST(RunFigure, NamesOutputsThatAreNoStatesAndKeepsTheirPeaks) {
   EXPECT_GT(largest(figure.panels[4].series[0].y), 2.0);
 }
 
+TEST(RunFigure, DrawsInputsByNameWhereTheRunHasThem) {
+  LogEvaluation logs = test::sample_logs(1);
+  EvaluatedRun& run = logs.examples[0];
+  run.truth.inputs = run.truth.time_s.transpose().array().sin();
+  const auto figure = [&](const std::vector<Channel>& inputs) {
+    return run_figure(run, logs.states, logs.outputs, 0.0, 1e9, inputs);
+  };
+  const Figure drawn = figure({{"motor", "V", 0.0}});
+  ASSERT_EQ(drawn.panels.size(), 5U);
+  EXPECT_EQ(drawn.panels[4].series[0].title, "motor, input [V]");
+  EXPECT_GT(largest(drawn.panels[4].series[0].y), 0.99);
+  EXPECT_EQ(drawn.panels[4].x_label, "time [s]");
+  EXPECT_EQ(figure({}).panels.size(), 4U);
+}
+
+TEST(RunFigure, TruthIsBroaderThanTheEstimateThatIsDrawnOverIt) {
+  const Panel state = figure_of(test::sample_logs(1)).panels[0];
+  const std::size_t last = state.series.size() - 1;
+  EXPECT_EQ(state.series[last - 1].title, "truth");
+  EXPECT_EQ(state.series[last - 1].style, Series::Style::kBroadLine);
+  EXPECT_EQ(state.series[last].style, Series::Style::kLine);
+}
+
 TEST(RunFigure, SaysOnceWhatIsShaded) {
   std::vector<std::string> said;
   for (const Panel& panel : figure_of(test::sample_logs(1)).panels)

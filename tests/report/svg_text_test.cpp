@@ -39,6 +39,16 @@ TEST(InlineSvg, DropsGroupsThatHoldNothing) {
   EXPECT_EQ(inline_svg("no picture"), "");
 }
 
+TEST(InlineSvg, IsAnImageWithALabelInsteadOfGnuplotsNames) {
+  const std::string svg = inline_svg(
+      "<svg width=\"1\"><title>Gnuplot</title>\n<g id=\"gnuplot_plot_1a\"><title>gnuplot_plot_1a</title>\n<path/></g>"
+      "<g id=\"gnuplot_plot_2a\"><title>truth</title><path/></g></svg>",
+      "x1 [m] over \"time\"");
+  EXPECT_EQ(svg,
+            "<svg role=\"img\" aria-label=\"x1 [m] over &quot;time&quot;\" width=\"1\">\n<g>\n<path/></g>"
+            "<g><title>truth</title><path/></g></svg>");
+}
+
 TEST(StandaloneSvg, StandsOnWhite) {
   const std::string drawn = "<svg>\n<rect x=\"0\" y=\"0\" fill=\"none\"/>\n<g fill=\"none\"></g></svg>";
   EXPECT_THAT(standalone_svg(drawn), HasSubstr("<rect x=\"0\" y=\"0\" fill=\"white\"/>"));

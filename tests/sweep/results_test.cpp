@@ -97,9 +97,12 @@ TEST(ParetoFigure, StepsDownAtEachPointOfTheFront) {
   EXPECT_EQ(front.x, (Eigen::VectorXd(3) << 50, 100, 100).finished());
   EXPECT_EQ(front.y, (Eigen::VectorXd(3) << 2, 2, 1).finished());
   EXPECT_EQ(figure.panels[0].series[1].x.size(), 1) << "dominated";
+  EXPECT_EQ(figure.panels[0].series[3].labels, std::vector<std::string>{points[1].title}) << "cheap: to the right";
+  EXPECT_EQ(figure.panels[0].series[4].labels, std::vector<std::string>{points[0].title});
   const Drawing drawing = draw({figure});
   if (!drawing.failure.empty()) GTEST_SKIP() << drawing.failure;
-  EXPECT_THAT(drawing.svgs.front(), HasSubstr("Pareto front"));
+  EXPECT_THAT(drawing.svgs.front(), HasSubstr("aria-label=\"error norm over multiply-adds"));
+  EXPECT_THAT(drawing.svgs.front(), HasSubstr(">" + points[0].title + "<"));
 }
 
 }  // namespace

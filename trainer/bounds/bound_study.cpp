@@ -199,7 +199,7 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
     std::erase_if(result.constants, [](const BoundConstant& c) {
       return c.symbol == "l box" || c.symbol == "l found" || c.symbol == "l sampled";
     });
-  if (upper.output > 0.0) {
+  if (!exact() || upper.output > 0.0) {  // of every T*, though it may read no y: the table has a column for each k
     result.constants.push_back({"l_y upper", "as l upper, for the y that T* reads", Evidence::kProven, upper.output});
     result.constants.push_back({"l_y box", "the same over the domain's box", Evidence::kProven, box.output});
     result.constants.push_back({"l_y sampled", "largest slope in y at samples", Evidence::kSampled, lower.output});

@@ -33,9 +33,11 @@ RunReport report_on_logs(const codegen::Model& model, const Experiment& experime
                          const ReportedLogs& judged, const LogReport& clock) {
   RunReport report;
   report.log_clock = clock;
-  LogEvaluation& logs =
-      report.logs.emplace(evaluate_on_logs(model, judged.logs, resolve_columns(*experiment.log), &training,
-                                           NoiseConfig{}, experiment.seed, metrics_config(experiment, judged.logs)));
+  const LogSchema schema = resolve_columns(*experiment.log);
+  for (const LogColumn& state : schema.states)
+    if (state.derivative) report.derived_states.push_back(state.name);
+  LogEvaluation& logs = report.logs.emplace(evaluate_on_logs(model, judged.logs, schema, &training, NoiseConfig{},
+                                                             experiment.seed, metrics_config(experiment, judged.logs)));
   logs.split = judged.split;
   if (judged.split == "validation")
     logs.notes.insert(logs.notes.begin(),
@@ -73,6 +75,7 @@ std::string run_report_page(const codegen::Model& model, const RunReport& report
   data.evaluations = report.evaluations;
   data.logs = report.logs;
   data.log_clock = report.log_clock;
+  data.derived_states = report.derived_states;
   data.warning = report.warning;
   return render_report(data);
 }

@@ -20,8 +20,9 @@ struct RunReport {
   std::vector<std::vector<Evaluation>> evaluations;  ///< of a plant; per noise, the observer first
   std::optional<LogEvaluation> logs;                 ///< of the test logs
   std::optional<LogReport> log_clock;
-  Readout readout = {};      ///< what each state reads
-  std::string warning = {};  ///< why not to trust this model: its training diverged or got nowhere
+  Readout readout = {};                          ///< what each state reads
+  std::vector<std::string> derived_states = {};  ///< whose truth is the slope of another column
+  std::string warning = {};                      ///< why not to trust this model: its training diverged or got nowhere
 };
 
 /// A plant: `test`; without noises in it, none and the noise of the training.

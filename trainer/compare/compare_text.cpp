@@ -9,6 +9,8 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include "trainer/base/number_text.h"
 #include "trainer/evaluation/text.h"
@@ -18,7 +20,7 @@ namespace {
 
 std::vector<std::string> column_headings(const Comparison& comparison, const std::string& first) {
   std::vector<std::string> headings{first};
-  for (const CompareColumn& column : comparison.columns) headings.push_back(column.name);
+  for (const CompareColumn& column : comparison.columns) headings.push_back(column_title(column));
   return headings;
 }
 
@@ -27,7 +29,7 @@ using CellText = std::function<std::string(const CompareCell&)>;
 CompareTable by_condition(const Comparison& comparison, const CellText& text) {
   CompareTable table{column_headings(comparison, "condition"), {}};
   for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
-    std::vector<std::string> row{comparison.conditions[i].name};
+    std::vector<std::string> row{condition_name(comparison.conditions[i])};
     for (const CompareCell& cell : comparison.cells[i]) row.push_back(cell.missing.empty() ? text(cell) : "-");
     table.rows.push_back(std::move(row));
   }
@@ -62,24 +64,55 @@ std::optional<std::size_t> column_named(const Comparison& comparison, const std:
   return std::nullopt;
 }
 
-void add_contest(const Comparison& comparison, const std::string& rival, const std::string& title,
-                 std::vector<std::string>& findings) {
-  const auto column = column_named(comparison, rival);
-  if (!column) return;
+/// The first observer against an EKF: conditions with the ratio of the errors.
+struct Contest {
+  std::string rival;
   std::vector<std::string> ahead, behind;
-  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
-    const CompareCell &own = comparison.cell(i, 0), &other = comparison.cell(i, *column);
-    if (!other.missing.empty()) continue;
-    (own.mean() < other.mean() ? ahead : behind)
-        .push_back(fmt::format("{} ({})", comparison.conditions[i].name, significant(own.mean() / other.mean(), 3)));
+};
+
+std::vector<Contest> contests(const Comparison& comparison) {
+  std::vector<Contest> result;
+  for (const auto& [name, rival] :
+       {std::pair{"ekf", "EKF as shipped"}, {"ekf_tuned", "EKF tuned for the very condition"}}) {
+    const auto column = column_named(comparison, name);
+    if (!column) continue;
+    Contest contest{rival, {}, {}};
+    for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
+      const CompareCell &own = comparison.cell(i, 0), &other = comparison.cell(i, *column);
+      if (!other.missing.empty()) continue;
+      (own.mean() < other.mean() ? contest.ahead : contest.behind)
+          .push_back(fmt::format("{} ({})", condition_name(comparison.conditions[i]),
+                                 significant(own.mean() / other.mean(), 3)));
+    }
+    result.push_back(std::move(contest));
   }
-  findings.push_back(fmt::format("{} is ahead of the {} in {} of {} conditions{}{}; behind in {}{}{}.",
-                                 comparison.columns.front().name, title, ahead.size(), ahead.size() + behind.size(),
-                                 ahead.empty() ? "" : ": ", fmt::join(ahead, ", "), behind.size(),
-                                 behind.empty() ? "" : ": ", fmt::join(behind, ", ")));
+  return result;
+}
+
+std::string with_blanks(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
 }
 
 }  // namespace
+
+std::string column_title(const CompareColumn& column) {
+  if (column.is_observer) return column.name;
+  constexpr std::string_view kTuned = "_tuned";
+  const bool tuned = column.name.ends_with(kTuned);
+  std::string name = column.name.substr(0, column.name.size() - (tuned ? kTuned.size() : 0));
+  for (const auto& [known, words] : {std::pair{"ekf", "EKF"},
+                                     {"ukf", "UKF"},
+                                     {"joint_ekf", "joint EKF"},
+                                     {"mhe", "moving horizon"},
+                                     {"particle", "particle filter"}})
+    if (name == known) name = words;
+  return with_blanks(name) + (tuned ? ", tuned" : "");
+}
+
+std::string condition_name(const Condition& condition) {
+  return with_blanks(condition.name);
+}
 
 CompareTable error_table(const Comparison& comparison) {
   CompareTable table = by_condition(comparison, error_text);
@@ -96,9 +129,9 @@ CompareTable tuning_table(const Comparison& comparison) {
   std::vector<std::size_t> tuned;
   for (std::size_t c = 0; c < comparison.columns.size(); ++c)
     if (comparison.columns[c].name.ends_with("_tuned")) tuned.push_back(c);
-  for (const std::size_t c : tuned) table.headings.push_back(comparison.columns[c].name);
+  for (const std::size_t c : tuned) table.headings.push_back(column_title(comparison.columns[c]));
   for (std::size_t i = 0; i < comparison.conditions.size() && !tuned.empty(); ++i) {
-    std::vector<std::string> row{comparison.conditions[i].name};
+    std::vector<std::string> row{condition_name(comparison.conditions[i])};
     for (const std::size_t c : tuned)
       row.push_back(comparison.cell(i, c).missing.empty() ? comparison.cell(i, c).tuning : "-");
     table.rows.push_back(std::move(row));
@@ -108,12 +141,12 @@ CompareTable tuning_table(const Comparison& comparison) {
 
 CompareTable cost_table(const Comparison& comparison) {
   CompareTable table{
-      {"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / ekf"}, {}};
+      {"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / EKF"}, {}};
   const auto ekf = column_named(comparison, "ekf");
   for (const CompareColumn& column : comparison.columns) {
     if (column.name.ends_with("_tuned")) continue;  // the same filter
     const bool ratio = ekf && comparison.columns[*ekf].ns > 0.0 && column.ns > 0.0;
-    table.rows.push_back({column.name, fmt::format("{:.0f}", column.operations),
+    table.rows.push_back({column_title(column), fmt::format("{:.0f}", column.operations),
                           fmt::format("{:.0f}", column.functions), fmt::format("{:.0f}", column.state_bytes),
                           column.constant_bytes > 0.0 ? fmt::format("{:.0f}", column.constant_bytes) : "-",
                           column.ns > 0.0 ? significant(column.ns) : "-",
@@ -132,19 +165,33 @@ std::string comparison_conditions(const Comparison& comparison) {
       test.tune ? fmt::format("; tuned on {} other runs of each condition", test.tuning_trajectories) : "");
 }
 
+std::string comparison_summary(const Comparison& comparison) {
+  std::vector<std::string> parts;
+  for (const Contest& contest : contests(comparison))
+    parts.push_back(fmt::format("{} of {} conditions than the {}", contest.ahead.size(),
+                                contest.ahead.size() + contest.behind.size(), contest.rival));
+  if (parts.empty()) return "";
+  return fmt::format("{} errs less in {}.",
+                     comparison.columns.front().name == "observer" ? "The observer" : comparison.columns.front().name,
+                     fmt::join(parts, ", and in "));
+}
+
 std::vector<std::string> comparison_findings(const Comparison& comparison) {
   std::vector<std::string> findings;
-  add_contest(comparison, "ekf", "EKF as shipped", findings);
-  add_contest(comparison, "ekf_tuned", "EKF tuned for the very condition", findings);
+  for (const auto& [rival, ahead, behind] : contests(comparison))
+    findings.push_back(fmt::format("{} is ahead of the {} in {} of {} conditions{}{}; behind in {}{}{}.",
+                                   comparison.columns.front().name, rival, ahead.size(), ahead.size() + behind.size(),
+                                   ahead.empty() ? "" : ": ", fmt::join(ahead, ", "), behind.size(),
+                                   behind.empty() ? "" : ": ", fmt::join(behind, ", ")));
   for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
     std::map<std::string, std::vector<std::string>> reasons;
     int restarts = 0;
     for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
       const CompareCell& cell = comparison.cell(i, c);
       restarts += cell.restarts;
-      if (!cell.missing.empty()) reasons[cell.missing].push_back(comparison.conditions[i].name);
+      if (!cell.missing.empty()) reasons[cell.missing].push_back(condition_name(comparison.conditions[i]));
     }
-    const std::string& name = comparison.columns[c].name;
+    const std::string name = column_title(comparison.columns[c]);
     for (const auto& [reason, names] : reasons)
       findings.push_back(names.size() == comparison.conditions.size()
                              ? fmt::format("{}: {}.", name, reason)

@@ -26,6 +26,13 @@ CompareTable worst_table(const Comparison& comparison);
 CompareTable tuning_table(const Comparison& comparison);
 CompareTable cost_table(const Comparison& comparison);
 
+/// In words: "EKF, tuned", "parameters high". A model keeps its name.
+std::string column_title(const CompareColumn& column);
+std::string condition_name(const Condition& condition);
+
+/// In how many conditions the first observer errs less than the EKF: one sentence; empty without an EKF.
+std::string comparison_summary(const Comparison& comparison);
+
 /// What was compared on what: one sentence.
 std::string comparison_conditions(const Comparison& comparison);
 

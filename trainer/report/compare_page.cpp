@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "trainer/compare/compare_text.h"
@@ -15,16 +17,50 @@
 namespace nlo::trainer {
 namespace {
 
-/// Each column's error over that of the reference, condition by condition.
+using Style = Series::Style;
+
+/// "ekf" of "ekf_tuned": a filter as shipped and tuned share a colour.
+std::string family(const CompareColumn& column) {
+  return column.name.substr(0, column.name.rfind("_tuned"));
+}
+
+/// A colour for each observer and each kind of filter, at most kMost; those beyond share the last one, grey.
+std::vector<int> colours(const Comparison& comparison) {
+  constexpr int kOrder[] = {1, 0, 2, 3, 4, 5};  // observers come first
+  constexpr std::size_t kMost = std::size(kOrder);
+  std::vector<std::string> families;
+  std::vector<int> result;
+  for (const CompareColumn& column : comparison.columns) {
+    const std::string name = column.is_observer ? column.name : family(column);
+    const auto found = std::find(families.begin(), families.end(), name);
+    const auto number = static_cast<std::size_t>(found - families.begin());
+    if (found == families.end()) families.push_back(name);
+    result.push_back(column.name == "particle" ? kOrder[kMost - 1] : kOrder[std::min(number, kMost - 1)]);
+  }
+  return result;
+}
+
+/// A line for each condition, in the order of the table, with the error of each column over that of the reference.
 Figure ratios(const Comparison& comparison, std::size_t reference) {
-  Figure figure;
-  Panel panel;
-  panel.x_label = "condition, in the order of the table";
-  panel.y_label = "error / " + comparison.columns[reference].name;
-  panel.log_y = true;
   const auto count = static_cast<Eigen::Index>(comparison.conditions.size());
-  int colour = 0;
+  const std::string rival = column_title(comparison.columns[reference]);
+  Panel panel;
+  panel.x_label = fmt::format("error / error of the {}", rival);
+  panel.log_x = true;
+  panel.y_low = 0.4;
+  panel.y_high = static_cast<double>(count) + 0.6;
+  for (Eigen::Index i = count - 1; i >= 0; --i)  // from below
+    panel.y_names.push_back(condition_name(comparison.conditions[static_cast<std::size_t>(i)]));
+  panel.series.push_back({fmt::format("{} = 1", rival),
+                          Style::kThinLine,
+                          5,
+                          Eigen::Vector2d(1.0, 1.0),
+                          Eigen::Vector2d(panel.y_low, panel.y_high),
+                          {}});
+  const std::vector<int> colour = colours(comparison);
+  std::vector<Series> observers;
   for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+    if (c == reference) continue;
     Eigen::VectorXd ratio(count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const CompareCell &own = comparison.cell(static_cast<std::size_t>(i), c),
@@ -32,17 +68,27 @@ Figure ratios(const Comparison& comparison, std::size_t reference) {
       ratio[i] = own.missing.empty() && other.missing.empty() ? own.mean() / other.mean() : std::nan("");
     }
     if (!(ratio.array() == ratio.array()).any()) continue;
-    const bool marked = comparison.columns[c].is_observer;
-    panel.series.push_back({comparison.columns[c].name,
-                            marked ? Series::Style::kLine : Series::Style::kThinLine,
-                            colour++,
-                            Eigen::VectorXd::LinSpaced(count, 1.0, static_cast<double>(count)),
-                            ratio,
-                            {}});
+    const CompareColumn& column = comparison.columns[c];
+    const Style mark = column.is_observer                ? Style::kDiamonds
+                       : column.name == "particle"       ? Style::kCrosses
+                       : column.name.ends_with("_tuned") ? Style::kPoints
+                                                         : Style::kRings;
+    (column.is_observer ? observers : panel.series)
+        .push_back({column_title(column),
+                    mark,
+                    colour[c],
+                    ratio,
+                    Eigen::VectorXd::LinSpaced(count, static_cast<double>(count), 1.0),
+                    {}});
   }
+  panel.series.insert(panel.series.end(), observers.begin(), observers.end());  // in front
+  Figure figure;
+  figure.width = 960;
+  figure.panel_height = static_cast<int>(130 + 24 * count);
   figure.panels.push_back(std::move(panel));
-  figure.panel_height = 340;
-  figure.caption = fmt::format("Errors over that of {}: below 1 is better.", comparison.columns[reference].name);
+  figure.caption = fmt::format(
+      "A line for each condition, errors over that of the {}: left of 1 is better. The scale is logarithmic.{}", rival,
+      comparison.test.tune ? " Filled: a filter tuned for the condition; ring: as shipped." : "");
   return figure;
 }
 
@@ -57,6 +103,20 @@ void add_table(Page& page, const CompareTable& table) {
   page.text(html_table(table.headings, table.rows));
 }
 
+/// "0.117 ± 0.02 *" with what is after the number below it.
+CompareTable narrow(CompareTable table) {
+  constexpr std::string_view kBetween = " ± ", kStar = " *";
+  for (auto& row : table.rows)
+    for (std::string& cell : row) {
+      const auto at = cell.find(kBetween);
+      if (at == std::string::npos) continue;
+      const bool star = cell.ends_with(kStar);
+      if (star) cell.resize(cell.size() - kStar.size());
+      cell.replace(at, 1, star ? " *\n" : "\n");
+    }
+  return table;
+}
+
 }  // namespace
 
 std::string compare_page(const Comparison& comparison, const std::string& gnuplot) {
@@ -64,29 +124,32 @@ std::string compare_page(const Comparison& comparison, const std::string& gnuplo
   page.text(fmt::format("<h1>{}: observers and filters</h1>\n<p class=\"soft\">{}.</p>\n",
                         escaped(comparison.experiment), escaped(comparison_conditions(comparison))));
   const std::vector<std::string> findings = comparison_findings(comparison);
-  if (!findings.empty()) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(findings.front())));
+  if (const std::string summary = comparison_summary(comparison); !summary.empty())
+    page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(summary)));
   page.heading("Errors");
-  add_table(page, error_table(comparison));
-  page.text("<p class=\"soft\">A star marks the least error of a row, but for a floor that knows the condition.</p>\n");
   if (const std::size_t reference = reference_column(comparison); reference > 0)
     page.figure(ratios(comparison, reference));
+  add_table(page, narrow(error_table(comparison)));
+  const bool floor = std::ranges::any_of(comparison.columns, [](const auto& c) { return c.name == "particle"; });
+  page.text(fmt::format("<p class=\"soft\">A star marks the least error of a row{}.</p>\n",
+                        floor ? ", but for the particle filter, a floor that knows the condition" : ""));
   std::string list;
   for (const std::string& finding : findings) list += fmt::format("<li>{}</li>\n", escaped(finding));
   if (!list.empty()) page.text(fmt::format("<ul>\n{}</ul>\n", list));
   page.heading("Conditions");
   std::vector<std::vector<std::string>> conditions;
   for (const Condition& condition : comparison.conditions)
-    conditions.push_back({condition.name, condition_title(condition)});
+    conditions.push_back({condition_name(condition), condition_title(condition)});
   page.text(html_table({"condition", "what it is"}, conditions));
   page.heading("What was compared");
   std::vector<std::vector<std::string>> columns;
-  for (const CompareColumn& column : comparison.columns) columns.push_back({column.name, column.meaning});
+  for (const CompareColumn& column : comparison.columns) columns.push_back({column_title(column), column.meaning});
   page.text(html_table({"column", "what it is"}, columns));
   page.heading("The worst runs");
   add_table(page, worst_table(comparison));
   page.text(fmt::format("<p>The run on which {} is furthest off, under {}:</p>\n",
                         escaped(comparison.columns.front().name),
-                        escaped(comparison.conditions[comparison.worst_condition].name)));
+                        escaped(condition_name(comparison.conditions[comparison.worst_condition]))));
   for (const EvaluatedRun& run : comparison.worst) page.figure(run_picture(run, comparison.states, comparison.outputs));
   if (const CompareTable tuning = tuning_table(comparison); !tuning.rows.empty()) {
     page.heading("How the filters were tuned");

@@ -2,6 +2,7 @@
 #include "trainer/report/figures.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,21 +25,27 @@ bool any_finite(const Eigen::VectorXd& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
+/// Of those that know what an observer does not, what.
+std::string filter_in_words(const std::string& estimator) {
+  for (const auto& [name, words] : {std::pair{"ekf", "extended"}, {"ukf", "unscented"}})
+    if (estimator == name)
+      return fmt::format("the {} Kalman filter, which knows the plant and the noise exactly", words);
+  return estimator;
+}
+
 }  // namespace
 
 Figure training_figure(const TrainingCurves& curves) {
   Figure figure{
-      "Left: the training loss. Right: root mean square error of the estimate on training and on validation "
-      "data, with the training noise.",
-      960,
-      260,
-      true,
-      {}};
+      "Left: the training loss. Right: root mean square error of the estimate on validation data.", 960, 260, true, {}};
   Panel loss{"step", "training loss", false, true, false, false, 0, 0, 0, 0, {}};
   loss.series.push_back({"", Style::kLine, 0, thinned(curves.step), thinned(curves.loss), {}});
   Panel rmse{"step", "RMSE", false, true, false, false, 0, 0, 0, 0, {}};
-  if (any_finite(curves.train_rmse))
+  if (any_finite(curves.train_rmse)) {
+    figure.caption =
+        "Left: the training loss. Right: root mean square error of the estimate on training and on validation data.";
     rmse.series.push_back({"training", Style::kThinLine, 5, thinned(curves.step), thinned(curves.train_rmse), {}});
+  }
   rmse.series.push_back({"validation", Style::kLine, 1, thinned(curves.step), thinned(curves.validation_rmse), {}});
   figure.panels = {std::move(loss), std::move(rmse)};
   return figure;
@@ -46,12 +53,7 @@ Figure training_figure(const TrainingCurves& curves) {
 
 Figure eigenvalue_figure(const TrainingCurves& curves) {
   Figure figure{
-      "Eigenvalues of the latent system D over the training: how fast the observer forgets, and at which "
-      "frequency it listens. A complex pair is drawn once.",
-      960,
-      260,
-      true,
-      {}};
+      "Eigenvalues of the latent system D over the training: how fast the observer forgets.", 960, 260, true, {}};
   Panel re{"step", "real part [1/s]", false, false, false, false, 0, 0, 0, 0, {}};
   Panel im{"step", "imaginary part [rad/s]", false, false, false, false, 0, 0, 0, 0, {}};
   for (std::size_t i = 0; i < curves.eigenvalues.size(); ++i) {
@@ -63,7 +65,12 @@ Figure eigenvalue_figure(const TrainingCurves& curves) {
       im.series.push_back({name, Style::kLine, colour, thinned(curves.step), thinned(imaginary), {}});
   }
   figure.panels = {std::move(re)};
-  if (!im.series.empty()) figure.panels.push_back(std::move(im));
+  if (!im.series.empty()) {
+    figure.panels.push_back(std::move(im));
+    figure.caption =
+        "Eigenvalues of the latent system D over the training: how fast the observer forgets, and at which frequency "
+        "it listens. A complex pair is drawn once.";
+  }
   return figure;
 }
 
@@ -99,17 +106,12 @@ Figure eigenvalue_map(const TrainingCurves& curves) {
 }
 
 Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
-  Figure figure{
-      "Error over time, root mean square over the test set. Dashed: the extended Kalman filter, which knows "
-      "the plant and the noise exactly.",
-      960,
-      330,
-      false,
-      {}};
+  Figure figure{"Error over time, root mean square over the test set.", 960, 330, false, {}};
   for (const Channel& state : groups.front().front().states)
     if (state.unit != groups.front().front().states.front().unit) return figure;
   Panel panel{"time [s]", "error norm", false, true, false, false, 0, 0, 0, 0, {}};
   double low = 1e300, high = 0.0;
+  std::vector<std::string> dashed;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     for (const Evaluation& evaluation : groups[g]) {
       if (evaluation.estimator == "constant" || evaluation.estimator == "ridge") continue;  // lines far above
@@ -121,6 +123,9 @@ Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
                               thinned(m.curve_time_s),
                               thinned(m.curve),
                               {}});
+      if (const std::string name = filter_in_words(evaluation.estimator);
+          !ours && std::find(dashed.begin(), dashed.end(), name) == dashed.end())
+        dashed.push_back(name);
       high = std::max(high, m.curve.maxCoeff());
       low = std::min(low, m.curve.minCoeff());
     }
@@ -130,6 +135,7 @@ Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
     panel.y_low = 0.7 * std::max(low, 2e-3 * high);
     panel.y_high = 1.5 * high;
   }
+  if (!dashed.empty()) figure.caption += fmt::format(" Dashed: {}.", fmt::join(dashed, "; "));
   figure.panels = {std::move(panel)};
   return figure;
 }

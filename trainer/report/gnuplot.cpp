@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -79,6 +80,20 @@ Eigen::VectorXd thinned(const Eigen::VectorXd& values, Eigen::Index points) {
   return values(Eigen::seqN(0, (values.size() + step - 1) / step, step));
 }
 
+std::string figure_label(const Figure& figure) {
+  std::vector<std::string> heights, widths, names;
+  const auto note_once = [](std::vector<std::string>& known, const std::string& name) {
+    if (!name.empty() && std::find(known.begin(), known.end(), name) == known.end()) known.push_back(name);
+  };
+  for (const Panel& panel : figure.panels) {
+    note_once(heights, panel.heat_map ? panel.heat_map->label : panel.y_label);
+    note_once(widths, panel.x_label);
+    for (const Series& series : panel.series) note_once(names, series.title);
+  }
+  return fmt::format("{}{}{}{}{}", fmt::join(heights, ", "), heights.empty() || widths.empty() ? "" : " over ",
+                     fmt::join(widths, ", "), names.empty() ? "" : ": ", fmt::join(names, ", "));
+}
+
 Drawing draw(const std::vector<Figure>& figures, const std::string& program) {
   Drawing drawing;
   if (figures.empty()) return drawing;
@@ -97,7 +112,7 @@ Drawing draw(const std::vector<Figure>& figures, const std::string& program) {
   drawing.failure = written ? run(program, directory) : "the plots' data could not be written";
   if (!drawing.failure.empty()) return drawing;
   for (std::size_t i = 0; i < figures.size(); ++i) {
-    drawing.svgs.push_back(inline_svg(file_text(directory / fmt::format("{}.svg", i))));
+    drawing.svgs.push_back(inline_svg(file_text(directory / fmt::format("{}.svg", i)), figure_label(figures[i])));
     if (drawing.svgs.back().empty()) drawing.failure = fmt::format("{} drew nothing", program);
   }
   if (!drawing.failure.empty()) drawing.svgs.clear();

@@ -11,13 +11,28 @@
 namespace nlo::trainer {
 
 struct Series {
-  enum class Style { kLine, kThinLine, kDashes, kDots, kPoints, kCrosses, kBars, kErrorBars };
+  enum class Style {
+    kLine,
+    kThinLine,
+    kBroadLine,  ///< half transparent: what is drawn over it stays visible, and it beside that
+    kDashes,
+    kDots,
+    kPoints,
+    kRings,
+    kDiamonds,
+    kCrosses,
+    kBars,
+    kErrorBars,
+    kTextRight,  ///< labels to the lower right of their points
+    kTextLeft
+  };
   std::string title;  ///< in the legend; empty: not listed
   Style style = Style::kLine;
-  int colour = 0;              ///< index into the palette, see kColours in gnuplot.cpp
-  Eigen::VectorXd x, y;        ///< points that are not finite are left out, and break a line
-  Eigen::VectorXd bar_width;   ///< kBars: one per point
-  Eigen::VectorXd error = {};  ///< kErrorBars: points with bars from y - error to y + error
+  int colour = 0;                        ///< index into the palette of ten, see kColours in gnuplot_script.cpp
+  Eigen::VectorXd x, y;                  ///< points that are not finite are left out, and break a line
+  Eigen::VectorXd bar_width;             ///< kBars: one per point
+  Eigen::VectorXd error = {};            ///< kErrorBars: points with bars from y - error to y + error
+  std::vector<std::string> labels = {};  ///< kTextRight, kTextLeft: one per point
 };
 
 /// Values over a grid of points, as colours on one scale.
@@ -45,12 +60,13 @@ struct Panel {
   double x_low = 0.0, x_high = 0.0;  ///< both 0: by the data
   double y_low = 0.0, y_high = 0.0;
   std::vector<Series> series;
-  std::string title = {};                ///< above the panel
-  std::optional<HeatMap> heat_map = {};  ///< below the series
-  std::vector<Band> bands = {};          ///< behind the series
-  double height = 1.0;                   ///< in panel heights of the figure, for panels below each other
-  bool x_numbers = true;                 ///< at the tics; without, the panel below has them
-  double y_tics = 4.0;                   ///< about as many, where y_low and y_high are given
+  std::string title = {};                 ///< above the panel
+  std::optional<HeatMap> heat_map = {};   ///< below the series
+  std::vector<Band> bands = {};           ///< behind the series
+  double height = 1.0;                    ///< in panel heights of the figure, for panels below each other
+  bool x_numbers = true;                  ///< at the tics; without, the panel below has them
+  double y_tics = 4.0;                    ///< about as many, where y_low and y_high are given
+  std::vector<std::string> y_names = {};  ///< at y = 1, 2, ... in place of numbers
 };
 
 /// Panels below each other, or row by row on a grid.
@@ -67,6 +83,9 @@ struct Drawing {
   std::vector<std::string> svgs;  ///< one per figure, to be pasted into HTML; black follows the page's text colour
   std::string failure;            ///< why there are none; empty on success
 };
+
+/// What the figure shows, in a line: "x1, error over time [s]: truth, estimate".
+std::string figure_label(const Figure& figure);
 
 /// Draws all figures with one run of `program` in a temporary directory that is removed afterwards. Never throws for
 /// what gnuplot does: a missing program, a crash, 60 s without an end are a `failure`.

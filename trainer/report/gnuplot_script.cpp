@@ -8,14 +8,30 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "trainer/evaluation/text.h"
+
 namespace nlo::trainer {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Blue, orange, green, purple, red: told apart with common colour blindness, on light and on dark ground; then grey.
-constexpr const char* kColours[] = {"#2f7de1", "#e07b1f", "#1f9e77", "#9b59d0", "#d1495b", "#8f949b"};
+// Blue, orange, green, purple, red: told apart with common colour blindness; grey; cyan, pink, brown, olive. Each has a
+// contrast of 3 or more on light and on dark ground.
+constexpr const char* kColours[] = {"#2f7de1", "#d9721a", "#1f9e77", "#9b59d0", "#d1495b",
+                                    "#8a8f96", "#0e93a8", "#d55fae", "#9c6b3f", "#84901c"};
 constexpr int kColourCount = static_cast<int>(std::size(kColours));
+
+bool is_text(const Series& series) {
+  return series.style == Series::Style::kTextRight || series.style == Series::Style::kTextLeft;
+}
+
+/// A string of a data file: between double quotes, which it cannot hold, nor backslashes.
+std::string data_string(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f && c != '\\') quoted += c == '"' ? '\'' : c;
+  return quoted + '"';
+}
 
 std::string data_text(const Series& series) {
   std::string text;
@@ -28,23 +44,28 @@ std::string data_text(const Series& series) {
     text += fmt::format("{:.6g} {:.5g}", x, y);  // finer than a pixel; more digits would only swell the page
     if (series.style == Series::Style::kBars) text += fmt::format(" {:.6g}", series.bar_width[i]);
     if (series.style == Series::Style::kErrorBars) text += fmt::format(" {:.5g}", series.error[i]);
+    if (is_text(series)) text += " " + data_string(series.labels[static_cast<std::size_t>(i)]);
     text += '\n';
   }
   return text;
 }
 
 bool has_third_column(const Series& series) {
-  return series.style == Series::Style::kBars || series.style == Series::Style::kErrorBars;
+  return series.style == Series::Style::kBars || series.style == Series::Style::kErrorBars || is_text(series);
 }
 
 std::string style_text(const Series& series) {
-  const char* style = "";
+  const char *style = "", *opacity = "";  // gnuplot counts what shines through: 00 is opaque
   switch (series.style) {
     case Series::Style::kLine:
       style = "lines lw 1.8";
       break;
     case Series::Style::kThinLine:
       style = "lines lw 1";
+      break;
+    case Series::Style::kBroadLine:
+      style = "lines lw 5";
+      opacity = "66";
       break;
     case Series::Style::kDashes:
       style = "lines lw 1.8 dt (6,4)";
@@ -55,6 +76,12 @@ std::string style_text(const Series& series) {
     case Series::Style::kPoints:
       style = "points pt 7 ps 0.7";
       break;
+    case Series::Style::kRings:
+      style = "points pt 6 ps 0.7 lw 1.4";
+      break;
+    case Series::Style::kDiamonds:
+      style = "points pt 13 ps 1.4";
+      break;
     case Series::Style::kCrosses:
       style = "points pt 2 ps 1 lw 1.6";
       break;
@@ -64,8 +91,12 @@ std::string style_text(const Series& series) {
     case Series::Style::kErrorBars:
       style = "yerrorbars pt 7 ps 0.7 lw 1.2";
       break;
+    case Series::Style::kTextRight:
+      return "with labels left offset 0.6,-0.8 font ',11'";
+    case Series::Style::kTextLeft:
+      return "with labels right offset -0.6,-0.8 font ',11'";
   }
-  return fmt::format("with {} lc rgb '{}'", style, kColours[std::abs(series.colour) % kColourCount]);
+  return fmt::format("with {} lc rgb '#{}{}'", style, opacity, kColours[std::abs(series.colour) % kColourCount] + 1);
 }
 
 /// One line "x y value" per cell, a blank line after each row of cells: what `with image` reads.
@@ -111,6 +142,14 @@ std::string range_text(const char* axis, double low, double high) {
                      : fmt::format("set {}range [{:.6g}:{:.6g}]\n", axis, low, high);
 }
 
+/// "'first' 1, 'second' 2"
+std::string numbered(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += fmt::format("{}{} {}", i > 0 ? ", " : "", gnuplot_quoted(names[i]), i + 1);
+  return text;
+}
+
 /// The commands of one panel, `nothing` in place of a plot without data; its data go to files beside. `written` turns
 /// false when one of them cannot be written.
 std::string panel_script(const Panel& panel, std::size_t figure, std::size_t index, const fs::path& directory,
@@ -123,8 +162,11 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   script += range_text("x", panel.x_low, panel.x_high) + range_text("y", panel.y_low, panel.y_high);
   const bool scaled = panel.y_low < panel.y_high;
   const bool own_tics = scaled && !panel.log_y;  // gnuplot's would touch in a low panel
-  script += own_tics ? fmt::format("set ytics {:.6g}\n", tic_step(panel.y_high - panel.y_low, panel.y_tics))
-                     : "set ytics autofreq\n";
+  if (!panel.y_names.empty())
+    script += fmt::format("set ytics ({})\n", numbered(panel.y_names));
+  else
+    script += own_tics ? fmt::format("set ytics {:.6g}\n", tic_step(panel.y_high - panel.y_low, panel.y_tics))
+                       : "set ytics autofreq\n";
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
   const bool has_zero = !scaled || (panel.y_low < 0.0 && panel.y_high > 0.0);  // gnuplot draws arrows anywhere
   if (panel.zero_line && has_zero)
@@ -216,6 +258,9 @@ std::string figure_script(const Figure& figure, std::size_t number, const fs::pa
   const std::size_t rows = (count + columns - 1) / columns;
   const bool wide = std::any_of(figure.panels.begin(), figure.panels.end(),
                                 [](const Panel& panel) { return panel.log_y; });  // tics such as 1e+06
+  std::size_t names = 0;  // characters that the longest takes, with its tic
+  for (const Panel& panel : figure.panels)
+    for (const std::string& name : panel.y_names) names = std::max(names, display_width(name) + 3);
   const std::string grid = grid_text(figure, rows, columns);
   const bool stacked = columns == 1 && grid.empty();
   double height = 0.0;  // in panel heights
@@ -224,8 +269,8 @@ std::string figure_script(const Figure& figure, std::size_t number, const fs::pa
   std::string script = fmt::format(
       "reset\nset encoding utf8\nset terminal svg size {},{:.0f} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
       "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
-      "set key outside top right horizontal samplen 2 height 0.2\nset lmargin {}\nset rmargin 2\n",
-      figure.width, figure.panel_height * height, number, wide ? 12 : 9);
+      "set key outside top left horizontal Left reverse samplen 2 height 0.2\nset lmargin {}\nset rmargin 2\n",
+      figure.width, figure.panel_height * height, number, std::max<std::size_t>(wide ? 12 : 9, names));
   if (stacked) {
     script += stack_script(figure, number, directory, written);
   } else {

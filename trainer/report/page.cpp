@@ -29,7 +29,7 @@ std::string Page::html(const std::string& gnuplot) const {
       html += part.html;
     } else if (drawing.failure.empty()) {
       const auto index = static_cast<std::size_t>(part.figure);
-      html += fmt::format("<figure{}>\n{}<figcaption>{}</figcaption>\n</figure>\n",
+      html += fmt::format("<figure{}>\n<div class=\"plot\">{}</div>\n<figcaption>{}</figcaption>\n</figure>\n",
                           figures_[index].width < 800 ? " class=\"narrow\"" : "", drawing.svgs[index],
                           escaped(figures_[index].caption));
     } else if (!told) {

@@ -10,7 +10,7 @@
 namespace nlo::trainer {
 
 /// Panels: error against multiply-adds, against bytes of flash and, where it was measured, against ns; bars of one standard error, the front as a
-/// staircase. Without panels when no point has an error and a cost.
+/// staircase with the titles of its points. Without panels when no point has an error and a cost.
 Figure pareto_figure(const std::vector<PointResult>& points);
 
 }  // namespace nlo::trainer

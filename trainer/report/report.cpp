@@ -2,6 +2,7 @@
 #include "trainer/report/report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -140,6 +141,30 @@ std::string tiles(const ReportData& data) {
   return html.empty() ? "" : fmt::format("<div class=\"tiles\">\n{}</div>\n", html);
 }
 
+/// What the columns and the rows of the table mean: those that it has.
+std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups, bool normalised) {
+  const auto any = [&](const auto& holds) {
+    return std::ranges::any_of(groups, [&](const auto& group) { return std::ranges::any_of(group, holds); });
+  };
+  std::string text =
+      "norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm over the root mean "
+      "square of |x|.";
+  if (normalised) text += " The states' units differ: each counts over its standard deviation.";
+  if (any([](const Evaluation& e) { return e.metrics.settled.has_value(); }))
+    text +=
+        " settled: norm after the transient. Settling time: from when on the error, averaged over the runs and a short "
+        "window, stays within 1.5 times its settled value.";
+  text += " Initial states are new to the observer.";
+  if (any([](const Evaluation& e) { return !e.noise.none(); })) text += " One independent draw of noise per sample.";
+  for (const auto& [name, words] : {std::pair{"ekf", "extended Kalman filter that knows plant and noise exactly"},
+                                    {"ukf", "unscented Kalman filter that knows plant and noise exactly"},
+                                    {"constant", "the average state, always"},
+                                    {"ridge", "a linear map from what the observer's network reads"}})
+    if (any([name = name](const Evaluation& e) { return e.estimator == name; }))
+      text += fmt::format(" {}: {}.", name, words);
+  return text;
+}
+
 std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
   const bool normalised = main_group(groups)->front().metrics.normalised;
   std::vector<std::string> headings = {"", normalised ? "normalised norm" : "norm", "nrmse", "settled",
@@ -160,19 +185,10 @@ std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
       rows.push_back(std::move(row));
     }
   }
-  return html_table(headings, rows) +
-         "<p class=\"soft\">norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm "
-         "over "
-         "the root mean square of |x|. Where the states' units differ, each counts over its standard deviation. "
-         "settled: norm after the transient. Settling time: from when on the error, "
-         "averaged "
-         "over the runs and a short window, stays within 1.5 times its settled value. One independent draw of noise "
-         "per sample; "
-         "initial states are new to the observer. ekf: extended Kalman filter that knows plant and noise exactly. "
-         "constant: the average state, always. ridge: a linear map from what the observer's network reads.</p>\n";
+  return html_table(headings, rows) + fmt::format("<p class=\"soft\">{}</p>\n", plant_table_notes(groups, normalised));
 }
 
-std::string log_tables(const LogEvaluation& logs) {
+std::string log_tables(const LogEvaluation& logs, const std::vector<std::string>& derived_states) {
   const LogMetrics& own = logs.entries.front().metrics;
   Rows rows;
   for (std::size_t i = 0; i < own.pooled.size(); ++i) {
@@ -189,15 +205,19 @@ std::string log_tables(const LogEvaluation& logs) {
   std::vector<std::string> windows = {"RMSE"};
   for (const EvaluationWindow& window : own.windows) windows.push_back(window_text(window));
   std::string html = html_table(windows, rows);
-  html += fmt::format(
-      "<p class=\"soft\">Alternatives are fitted on {}. Truth for velocities: the logged angle, smoothed "
-      "forwards and backwards; its edges do not count. A rig at rest dilutes the whole, hence the windows.</p>\n",
-      escaped(logs.baselines_fitted_on));
+  if (logs.entries.size() > 1)
+    html += fmt::format("<p class=\"soft\">Alternatives are fitted on {}.</p>\n", escaped(logs.baselines_fitted_on));
+  if (!derived_states.empty())
+    html += fmt::format(
+        "<p class=\"soft\">Truth of {}: the slope of a logged column, smoothed forwards and backwards.</p>\n",
+        escaped(fmt::format("{}", fmt::join(derived_states, ", "))));
   if (logs.unscored.share > 0.0)
     html += fmt::format("<p class=\"soft\">Unscored: {} of the samples, {}.</p>\n", percent(logs.unscored.share),
                         escaped(logs.unscored.where));
-  html += fmt::format("<p class=\"soft\">In the training domain: {} of the samples; {} of {} first ones.</p>\n",
-                      percent(logs.domain.share()), logs.domain.first_inside, logs.domain.runs);
+  html += fmt::format(
+      "<p class=\"soft\">z is in the training domain at {} of the samples, and at the first one of {} of {} "
+      "runs.</p>\n",
+      percent(logs.domain.share()), logs.domain.first_inside, logs.domain.runs);
   for (const std::string& text : logs.notes) html += note(text);
   if (own.files.size() < 2) return html;
   std::vector<std::string> headings = {"observer, file by file"};
@@ -270,17 +290,18 @@ void add_plant_sections(Page& page, const ReportData& data) {
     for (const std::string& text : evaluations.front().notes) page.text(note(text));
   page.figure(error_figure(data.evaluations));
   page.heading("Runs of the test set");
-  add_runs(page, {main.examples, main.states, main.outputs, fmt::format("with {}", noise_title(main.noise)),
-                  static_cast<std::size_t>(main.trajectories)});
+  add_runs(page, {main.examples, main.states, main.outputs, data.inputs,
+                  fmt::format("with {}", noise_title(main.noise)), static_cast<std::size_t>(main.trajectories)});
 }
 
-void add_log_sections(Page& page, const LogEvaluation& logs) {
+void add_log_sections(Page& page, const ReportData& data) {
+  const LogEvaluation& logs = *data.logs;
   page.heading(logs.split == "training"     ? "Errors on the training logs"
                : logs.split == "validation" ? "Errors on the validation logs"
                                             : "Errors on logs that were not trained on");
-  page.text(log_tables(logs));
+  page.text(log_tables(logs, data.derived_states));
   page.heading(logs.split.empty() ? "The logs" : fmt::format("The {} logs", logs.split));
-  add_runs(page, {logs.examples, logs.states, logs.outputs,
+  add_runs(page, {logs.examples, logs.states, logs.outputs, data.inputs,
                   logs.noise.none() ? "" : fmt::format("with {} added", noise_title(logs.noise)),
                   logs.entries.front().metrics.runs});
 }
@@ -292,6 +313,7 @@ ReportData report_of(const codegen::Model& model, const std::string& directory) 
   ReportData data;
   data.title = model.name;
   data.facts = model.provenance;
+  data.inputs = codegen::inputs(model);
   const fs::path run = directory.empty() ? "." : directory;
   std::error_code ignored;
   if (fs::exists(run / "metrics.csv", ignored)) data.training = read_training_curves((run / "metrics.csv").string());
@@ -315,7 +337,7 @@ std::string render_report(const ReportData& data, const std::string& gnuplot) {
   if (data.logs) page.text(fmt::format("<p class=\"summary\">{}</p>\n", escaped(log_summary(*data.logs))));
   page.text(tiles(data));
   if (group != nullptr) add_plant_sections(page, data);
-  if (data.logs) add_log_sections(page, *data.logs);
+  if (data.logs) add_log_sections(page, data);
   if (data.control_loop) {
     page.heading("In a control loop");
     page.text(loop_table(*data.control_loop));

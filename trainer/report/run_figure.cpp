@@ -17,7 +17,7 @@ using Style = Series::Style;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr int kTruth = 0, kEstimate = 1, kError = 4, kMeasured = 5;
+constexpr int kTruth = 0, kEstimate = 1, kError = 4, kMeasured = 5, kInput = 6;
 constexpr int kMasked = 5, kOutside = 3;  // bands
 constexpr int kWidth = 960, kPanelHeight = 100;
 constexpr double kLines = 860, kAround = 60;  // pixels: the width of the axes, and what a panel is higher than they
@@ -133,7 +133,7 @@ Panel state_panel(const Channel& channel, const VectorXd& t, const VectorXd& tru
   } else {
     set_scale(panel, std::min(low, least), std::max(high, most));
   }
-  add_line(panel, "truth", Style::kLine, kTruth, t, truth);
+  add_line(panel, "truth", Style::kBroadLine, kTruth, t, truth);
   add_line(panel, name, Style::kLine, kEstimate, t, estimate);
   return panel;
 }
@@ -220,20 +220,27 @@ std::string caption_of(const EvaluatedRun& run, const ShownRuns& shown) {
 }  // namespace
 
 Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
-                  double t0, double t1) {
+                  double t0, double t1, const std::vector<Channel>& inputs) {
   const Window window(run.truth.time_s, t0, t1);
   if (window.count < 2) return {"", kWidth, kPanelHeight, false, {}};
   const VectorXd t = window.of(run.truth.time_s);
   Figure figure = states_figure(run, states, outputs, window, t);
+  const auto add_signal = [&](const std::string& name, int colour, const VectorXd& y) {
+    Panel panel = time_panel("", t, 1.2);  // too low for a name on its side
+    set_scale(panel, lowest(y), highest(y));
+    add_line(panel, name, Style::kThinLine, colour, t, y);
+    figure.panels.push_back(std::move(panel));
+  };
   for (std::size_t j = 0; j < outputs.size(); ++j) {
     bool drawn = false;
     for (Index i = 0; i < run.truth.states.rows(); ++i) drawn = drawn || shows(run, j, i);
     if (drawn) continue;
-    Panel panel = time_panel("", t, 1.2);  // too low for a name on its side
-    const VectorXd y = measured_output(run, window, j, outputs[j]);
-    set_scale(panel, lowest(y), highest(y));
-    add_line(panel, labelled(outputs[j].name + ", measured", outputs[j].unit), Style::kThinLine, kMeasured, t, y);
-    figure.panels.push_back(std::move(panel));
+    add_signal(labelled(outputs[j].name + ", measured", outputs[j].unit), kMeasured,
+               measured_output(run, window, j, outputs[j]));
+  }
+  for (Index i = 0; i < run.truth.inputs.rows() && run.truth.inputs.rows() == std::ssize(inputs); ++i) {
+    const Channel& input = inputs[static_cast<std::size_t>(i)];
+    add_signal(labelled(input.name + ", input", input.unit), kInput, window.of(run.truth.inputs.row(i)));
   }
   finish(figure, bands_of(run, window, t), "time [s]");
   return figure;
@@ -279,11 +286,11 @@ void add_runs(Page& page, const ShownRuns& shown) {
     const VectorXd& t = run.truth.time_s;
     if (t.size() < 2) continue;
     const double from = t[0], to = t[t.size() - 1];
-    Figure whole = run_figure(run, shown.states, shown.outputs, from, to);
+    Figure whole = run_figure(run, shown.states, shown.outputs, from, to, shown.inputs);
     whole.caption = caption_of(run, shown);
     page.figure(std::move(whole));
     if (first && t.size() >= kEnoughToMagnify) {
-      Figure start = run_figure(run, shown.states, shown.outputs, from, from + kStart * (to - from));
+      Figure start = run_figure(run, shown.states, shown.outputs, from, from + kStart * (to - from), shown.inputs);
       start.caption = fmt::format("The same, its start: the first {} s.", significant(kStart * (to - from), 2));
       page.figure(std::move(start));
     }

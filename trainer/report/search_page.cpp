@@ -23,6 +23,7 @@ Figure errors_and_costs(const SearchRecord& record) {
     PointResult& point = points.emplace_back();
     point.error = last->error;
     point.cost = record.candidates[c].cost;
+    point.title = title_of(record.candidates[c]);
   }
   mark_fronts(points);
   Figure figure = pareto_figure(points);
@@ -76,7 +77,13 @@ std::string search_page(const SearchStory& story, const std::string& gnuplot) {
   page.figure(errors_and_costs(story.record));
   page.figure(races(story.record));
   page.heading("What was tried");
-  const SearchTable table = search_table(story);
+  SearchTable table = search_table(story);
+  table.headings.front() = table.headings.back();  // what names a row comes first
+  table.headings.pop_back();
+  for (auto& row : table.rows) {
+    row.front() = row.back() + (row.front().empty() ? "" : " (chosen)");
+    row.pop_back();
+  }
   page.text(html_table(table.headings, table.rows));
   std::string list;
   for (std::size_t i = 1; i < findings.size(); ++i) list += fmt::format("<li>{}</li>\n", escaped(findings[i]));

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/report/svg_text.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdlib>
 #include <string_view>
+
+#include "trainer/report/html.h"
 
 namespace nlo::trainer {
 namespace {
@@ -85,7 +89,7 @@ std::string short_path(const std::string& d) {
   return result;
 }
 
-std::string inline_svg(std::string svg) {
+std::string inline_svg(std::string svg, const std::string& label) {
   const auto start = svg.find("<svg");
   if (start == std::string::npos) return "";
   svg.erase(0, start);
@@ -93,13 +97,18 @@ std::string inline_svg(std::string svg) {
     for (auto at = svg.find(from); at != std::string::npos; at = svg.find(from, at + to.size()))
       svg.replace(at, from.size(), to);
   };
-  const auto cut = [&svg](std::string_view from, std::string_view to) {
-    const auto first = svg.find(from);
-    const auto last = first == std::string::npos ? first : svg.find(to, first);
-    if (last != std::string::npos) svg.erase(first, last + to.size() - first);
+  const auto cut_all = [&svg](std::string_view from, std::string_view to) {
+    for (auto first = svg.find(from); first != std::string::npos; first = svg.find(from, first)) {
+      const auto last = svg.find(to, first + from.size());
+      if (last == std::string::npos) return;
+      svg.erase(first, last + to.size() - first);
+    }
   };
-  cut("<title>", "</title>");
-  cut("<desc>", "</desc>");
+  cut_all("<title>Gnuplot", "</title>");
+  cut_all("<title>gnuplot_plot_", "</title>");
+  cut_all(" id=\"gnuplot_", "\"");  // the same in each figure of a page
+  cut_all("<desc>", "</desc>");
+  if (!label.empty()) svg.insert(4, fmt::format(" role=\"img\" aria-label=\"{}\"", escaped(label)));
   replace_all("stroke='black'", "stroke='currentColor'");
   replace_all(" color=\"black\"", "");
   replace_all(" stroke-linecap=\"butt\" stroke-linejoin=\"miter\"", "");  // as it is where nothing is said

@@ -82,15 +82,16 @@ std::string paper_html(const Cell& cell, bool compare, bool bold) {
 /// The table in one reading.
 std::string table_html(const ComparisonTable& table, const std::string& title, std::vector<double> Cell::*values,
                        bool compare) {
-  std::string html = fmt::format("<h3>{}</h3>\n<div class=\"wide\"><table class=\"cells\">\n<thead><tr><th>{}</th>",
-                                 escaped(title), escaped(table.corner));
-  for (const std::string& column : table.columns) html += fmt::format("<th>{}</th>", escaped(column));
+  std::string html =
+      fmt::format("<h3>{}</h3>\n<div class=\"wide\"><table class=\"cells\">\n<thead><tr><th scope=\"col\">{}</th>",
+                  escaped(title), escaped(table.corner));
+  for (const std::string& column : table.columns) html += fmt::format("<th scope=\"col\">{}</th>", escaped(column));
   html += "</tr></thead>\n<tbody>\n";
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     const auto& row = table.cells[r];
     const auto best = smallest(row, [values](const Cell& cell) { return spread(cell.*values).mean; });
     const auto best_paper = smallest(row, [](const Cell& cell) { return cell.paper.value_or(kInfinity); });
-    html += fmt::format("<tr><td>{}</td>", escaped(table.rows[r]));
+    html += fmt::format("<tr><th scope=\"row\">{}</th>", escaped(table.rows[r]));
     for (std::size_t c = 0; c < row.size(); ++c)
       html += fmt::format("<td{}>{}{}</td>", compare && is_outside(row[c]) ? " class=\"outside\"" : "",
                           ours_html(row[c].*values, best[c]), paper_html(row[c], compare, best_paper[c]));
@@ -101,14 +102,14 @@ std::string table_html(const ComparisonTable& table, const std::string& title, s
 
 /// Both readings side by side: a table without a number of the paper.
 std::string plain_table_html(const ComparisonTable& table) {
-  std::string html =
-      fmt::format("<div class=\"wide\"><table class=\"cells\">\n<thead><tr><th>{}</th>", escaped(table.corner));
+  std::string html = fmt::format("<div class=\"wide\"><table class=\"cells\">\n<thead><tr><th scope=\"col\">{}</th>",
+                                 escaped(table.corner));
   for (const std::string& column : table.columns)
     for (const char* reading : {"strict", "paper-like"})
-      html += fmt::format("<th>{}<br><span class=\"paper\">{}</span></th>", escaped(column), reading);
+      html += fmt::format("<th scope=\"col\">{}<br><span class=\"paper\">{}</span></th>", escaped(column), reading);
   html += "</tr></thead>\n<tbody>\n";
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
-    html += fmt::format("<tr><td>{}</td>", escaped(table.rows[r]));
+    html += fmt::format("<tr><th scope=\"row\">{}</th>", escaped(table.rows[r]));
     for (const Cell& cell : table.cells[r])
       for (const auto* values : {&cell.strict, &cell.paper_like})
         html += values->empty() ? "<td></td>" : fmt::format("<td>{}</td>", ours_html(*values, false));
@@ -181,11 +182,12 @@ std::string orderings_html(const Section& section) {
     note_once(readings, ordering.reading);
   }
   std::string html =
-      "<h3>Claims, seed by seed</h3>\n<div class=\"wide\"><table class=\"claims\">\n<thead><tr><th>claim</th>";
-  for (const std::string& reading : readings) html += fmt::format("<th>{}</th>", escaped(reading));
+      "<h3>Claims, seed by seed</h3>\n<div class=\"wide\"><table class=\"claims\">\n<thead><tr><th "
+      "scope=\"col\">claim</th>";
+  for (const std::string& reading : readings) html += fmt::format("<th scope=\"col\">{}</th>", escaped(reading));
   html += "</tr></thead>\n<tbody>\n";
   for (const std::string& claim : claims) {
-    html += fmt::format("<tr><td>{}</td>", escaped(claim));
+    html += fmt::format("<tr><th scope=\"row\">{}</th>", escaped(claim));
     for (const std::string& reading : readings) {
       const auto found = std::find_if(
           section.orderings.begin(), section.orderings.end(),

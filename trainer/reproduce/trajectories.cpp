@@ -99,8 +99,12 @@ Figure runs_figure(const std::vector<Runs>& columns, double seconds, std::string
                                 time_s,
                                 shown(run.measured.row(0), samples),
                                 {}});
-      panel.series.push_back(
-          {legend ? "truth" : "", Style::kLine, kTruthColour, time_s, shown(run.truth.states.row(state), samples), {}});
+      panel.series.push_back({legend ? "truth" : "",
+                              Style::kBroadLine,
+                              kTruthColour,
+                              time_s,
+                              shown(run.truth.states.row(state), samples),
+                              {}});
       panel.series.push_back({legend ? "estimate" : "",
                               Style::kLine,
                               kEstimateColour,

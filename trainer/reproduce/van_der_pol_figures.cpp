@@ -113,7 +113,7 @@ Section van_der_pol_regularised_from_2_0(const Workbench& bench) {
   panel.x_label = "x1";
   panel.y_label = "x2";
   panel.zero_line = panel.zero_column = true;
-  panel.series.push_back({"truth", Series::Style::kLine, 5, run.truth.states.row(0), run.truth.states.row(1), {}});
+  panel.series.push_back({"truth", Series::Style::kBroadLine, 5, run.truth.states.row(0), run.truth.states.row(1), {}});
   panel.series.push_back({"estimate", Series::Style::kLine, 1, run.estimate.row(0), run.estimate.row(1), {}});
   plane.panels.push_back(std::move(panel));
   section.figures.push_back(std::move(plane));

@@ -22,11 +22,6 @@ std::size_t rungs_of(const SearchRecord& record, std::size_t candidate) {
   return count;
 }
 
-std::string title(const SearchRecord& record, std::size_t candidate) {
-  const Candidate& tried = record.candidates[candidate];
-  return tried.difference.empty() ? "as it stands" : tried.title.empty() ? tried.difference : tried.title;
-}
-
 std::vector<std::size_t> order_of(const SearchRecord& record) {
   std::vector<std::size_t> order(record.candidates.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -43,6 +38,11 @@ std::vector<std::size_t> order_of(const SearchRecord& record) {
 
 }  // namespace
 
+std::string title_of(const Candidate& candidate) {
+  if (candidate.difference.empty()) return "as it stands";
+  return candidate.title.empty() ? candidate.difference : candidate.title;
+}
+
 SearchTable search_table(const SearchStory& story) {
   const SearchRecord& record = story.record;
   SearchTable table{{"", "error", "steps", "rung", "multiply-adds", "flash [bytes]", "what is varied"}, {}};
@@ -57,7 +57,7 @@ SearchTable search_table(const SearchStory& story) {
                           last == nullptr ? "-" : std::to_string(last->steps),
                           fmt::format("{}/{}", rungs_of(record, candidate), record.rungs.size()),
                           std::to_string(tried.cost.multiply_adds), std::to_string(tried.cost.flash_bytes),
-                          title(record, candidate)});
+                          title_of(tried)});
   }
   return table;
 }
@@ -77,7 +77,7 @@ std::vector<std::string> search_findings(const SearchStory& story) {
     if (stands && by_hand != last.end() && by_hand->error)
       beside = fmt::format(" Beside it {} as it stands has {}.", story.experiment, significant(by_hand->error));
     findings.push_back(fmt::format("Found, out of {} candidates: {}. Its error is {}.{}", record.candidates.size(),
-                                   title(record, chosen.candidate), significant(chosen.error), beside));
+                                   title_of(record.candidates[chosen.candidate]), significant(chosen.error), beside));
   }
   if (!stands)
     findings.push_back(

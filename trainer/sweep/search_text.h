@@ -16,6 +16,9 @@ struct SearchStory {
 };
 
 /// Headings and rows: the farther a candidate came the higher, then by error; the one chosen has a star.
+/// What a candidate varies, for people.
+std::string title_of(const Candidate& candidate);
+
 struct SearchTable {
   std::vector<std::string> headings;
   std::vector<std::vector<std::string>> rows;
