@@ -20,6 +20,8 @@ if(NLO_NATIVE)
   # without this target keep looking.
   target_compile_options(nlo_native INTERFACE
     $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-maybe-uninitialized;-Wno-uninitialized;-Wno-stringop-overflow;-Wno-stringop-overread>)
+else()
+  target_compile_options(nlo_native INTERFACE -Wno-psabi) # tests, too, pass vectors only to what is compiled like them
 endif()
 
 # Most of the time of a compilation goes into reading Eigen and the standard library: a precompiled header halves it.

@@ -42,7 +42,7 @@ build() {
 
 # Programs are looked for by name, so that another source of them (a newer compiler, a gnuplot with windows) is welcome.
 declare -A package_of=([g++]=g++ [cmake]=cmake [ninja]=ninja-build [gnuplot]=gnuplot-nox [python3]=python3
-  [clang++]=clang [clang-format]=clang-format [clang-tidy]=clang-tidy)
+  [clang++]=clang [pkg-config]=pkgconf [clang-format]=clang-format [clang-tidy]=clang-tidy)
 
 # need PROGRAM|PACKAGE...: install what is missing, as root or through sudo; otherwise name it and stop with exit 2.
 need() {
@@ -83,4 +83,5 @@ build_packages=(g++ cmake ninja libeigen3-dev libtoml11-dev libcli11-dev libfmt-
   gnuplot)
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev clang++ libclang-rt-dev clang-format clang-tidy
   gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm g++-aarch64-linux-gnu g++-riscv64-linux-gnu qemu-user
-  gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr valgrind python3 parallel zsh)
+  gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr valgrind python3 parallel zsh dpkg-dev file
+  pkg-config)

@@ -15,7 +15,7 @@ fail() {
 }
 
 cmake --install "$build" --prefix "$work/prefix" >"$work/install.log"
-if grep -rlF "$source" "$work/prefix/lib" --include='*.cmake'; then fail "the installed package names the source tree"; fi
+if grep -rlF "$source" "$work/prefix/share" --include='*.cmake'; then fail "the installed package names the source tree"; fi
 
 configure() { cmake -G Ninja -S "$work/examples/minimal" -B "$work/$1" "$2" -DCMAKE_BUILD_TYPE=Release >"$work/$1.log" 2>&1; }
 if configure control -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF; then

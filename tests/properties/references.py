@@ -23,6 +23,8 @@ TEST = re.compile(r"\b([A-Z][a-z]\w*)\.([A-Z][a-z]+[A-Z]\w*)\b")
 # File: where it names the version; of a requirement only major and minor count.
 VERSIONS = {
     "CMakeLists.txt": r"^project\(nlo VERSION ([\d.]+)",
+    "conanfile.py": r"^    version = \"([\d.]+)",
+    "library.json": r"^  \"version\": \"([\d.]+)",
     "CITATION.cff": r"^version: ([\d.]+)",
     "CHANGELOG.md": r"^## \[(\d[\d.]*)\]",
     "examples/minimal/CMakeLists.txt": r"find_package\(nlo ([\d.]+)",

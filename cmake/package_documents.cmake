@@ -1,0 +1,21 @@
+# Run by CPack before it packs what is installed in a folder for each component: the documents that Debian asks for.
+file(STRINGS ${CPACK_NLO_SOURCE}/CHANGELOG.md release REGEX "^## \\[${CPACK_PACKAGE_VERSION}\\]")
+string(REGEX REPLACE ".* - " "" day "${release}")
+execute_process(COMMAND env LC_ALL=C date -u -R -d "${day}" OUTPUT_VARIABLE date COMMAND_ERROR_IS_FATAL ANY)
+foreach(component IN LISTS CPACK_COMPONENTS_ALL)
+  string(TOUPPER ${component} upper)
+  set(share ${CPACK_TEMPORARY_DIRECTORY}/${component}/usr/share)
+  set(documents ${share}/doc/${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
+  file(MAKE_DIRECTORY ${documents})
+  configure_file(${CPACK_NLO_SOURCE}/LICENSE ${documents}/copyright COPYONLY)
+  configure_file(${CPACK_NLO_SOURCE}/CHANGELOG.md ${documents}/CHANGELOG.md COPYONLY)
+  file(WRITE ${documents}/changelog "nlo (${CPACK_PACKAGE_VERSION}) unstable; urgency=medium
+
+  * See CHANGELOG.md.gz in this folder.
+
+ -- ${CPACK_PACKAGE_CONTACT}  ${date}")
+  file(GLOB pages ${share}/man/man*/*)
+  execute_process(COMMAND gzip -9nf ${documents}/changelog ${documents}/CHANGELOG.md ${pages} COMMAND_ERROR_IS_FATAL ANY)
+  file(CHMOD_RECURSE ${share}/doc FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ
+    DIRECTORY_PERMISSIONS ${CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS}) # whatever the umask was
+endforeach()

@@ -1,0 +1,97 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# The Debian packages: what they say, what is in them, and that they install into an empty root, work there and go again.
+#   usage: package_test.sh SOURCE_DIR BUILD_DIR WORK_DIR [--portable]
+#   without --portable  packs the program of BUILD_DIR, which may run on this machine only
+#   --portable          the target `package`, which builds the program apart, for any processor
+set -eu
+source=$1 build=$2 work=$3 portable=${4:-}
+for program in dpkg dpkg-deb dpkg-shlibdeps file pkg-config; do
+  command -v $program >/dev/null || { echo "skipped: there is no $program"; exit 77; }
+done
+rm -rf "$work"
+mkdir -p "$work/root/var/lib/dpkg/info" "$work/root/var/lib/dpkg/updates" "$work/root/var/lib/dpkg/triggers"
+
+fail() {
+  echo "FAILED: $*"
+  exit 1
+}
+logged() { "$@" >"$work/log" 2>&1 || { cat "$work/log"; fail "$*"; }; }
+# same WHAT EXPECTED FOUND
+same() { if [ "$2" = "$3" ]; then echo "ok       $1: $2"; else fail "$1: expected \"$2\", found \"$3\""; fi; }
+# wide_vectors PROGRAM: how many of its instructions use AVX registers
+wide_vectors() { objdump -d --no-show-raw-insn "$1" | grep -cE '%[yz]mm' || true; }
+
+if [ "$portable" ]; then
+  logged cmake --build "$build" --target package
+  mv "$build"/*.deb "$work"
+else
+  logged cpack --config "$build/CPackConfig.cmake" -B "$work" -D "CPACK_INSTALL_CMAKE_PROJECTS=$build;nlo;ALL;/" -D CPACK_INSTALL_SCRIPTS=
+  rm -r "$work/_CPack_Packages"
+fi
+version=$(sed -n 's/^project(nlo VERSION \([0-9.]*\).*/\1/p' "$source/CMakeLists.txt")
+machine=$(dpkg --print-architecture)
+program=$work/nlo_${version}_$machine.deb headers=$work/libnlo-dev_${version}_all.deb
+same packages "$headers $program" "$(echo "$work"/*.deb)"
+
+# What they say.
+same 'the program is for' "$machine" "$(dpkg-deb -f "$program" Architecture)"
+same 'the headers are for' all "$(dpkg-deb -f "$headers" Architecture)"
+same 'the headers need' '' "$(dpkg-deb -f "$headers" Depends)"
+needs=$(dpkg-deb -f "$program" Depends)
+for library in libc6 'libfmt[0-9]+' 'libmuparser[0-9v]+' libstdc[+]+6; do
+  echo "$needs" | grep -qE "(^|, )$library( |,|$)" || fail "the program needs $library, and says only: $needs"
+done
+echo "ok       the program needs $needs"
+for package in "$program" "$headers"; do
+  dpkg-deb -f "$package" Maintainer | grep -q '^..* <.*@.*>$' || fail "$package: nobody maintains it"
+  # The summary is a line of at most 80 characters; the rest is indented, so that it stays one field.
+  dpkg-deb -f "$package" Description | awk 'NR == 1 ? length > 80 : !/^ [A-Za-z.]/ || length > 80 { bad = 1 } END { exit bad || NR < 3 }' ||
+    fail "$package: $(dpkg-deb -f "$package" Description)"
+  if dpkg-deb -c "$package" | grep -vE '^(d|-)rwxr-xr-x root/root|^-rw-r--r-- root/root'; then fail "$package: owner or mode of these"; fi
+done
+
+# Into an empty root, which has the database of a system without packages.
+root=$work/root
+: >"$root/var/lib/dpkg/status"
+in_root() { logged dpkg --root="$root" --log="$work/dpkg.log" --force-not-root,depends,bad-path "$@"; }
+in_root --install "$program" "$headers" # dpkg refuses a file that both have
+same 'files that are not as packed' '' "$(dpkg --root="$root" --verify 2>&1)"
+for package in nlo libnlo-dev; do
+  cmp "$source/LICENSE" "$root/usr/share/doc/$package/copyright"
+  gzip -dc "$root/usr/share/doc/$package/CHANGELOG.md.gz" | cmp - "$source/CHANGELOG.md"
+  same "the changelog of $package" "nlo $version" "$(gzip -dc "$root/usr/share/doc/$package/changelog.gz" | dpkg-parsechangelog -l- | awk '/^(Source|Version):/ { printf "%s%s", n++ ? " " : "", $2 }')"
+done
+gzip -dc "$root/usr/share/man/man1/nlo.1.gz" | grep -q '^\.TH NLO 1' || fail 'nlo.1 is not a manual page'
+for file in share/bash-completion/completions/nlo share/zsh/site-functions/_nlo share/nlo/experiments/van_der_pol.toml; do
+  [ -s "$root/usr/$file" ] || fail "$file is not installed"
+done
+same 'names of the source tree' '' "$(grep -rlF "$source" "$root/usr" || true)"
+same 'symbols of the program' 'no symbols' "$(nm "$root/usr/bin/nlo" 2>&1 | grep -o 'no symbols')"
+if [ "$portable" ] && [ "$machine" = amd64 ]; then
+  same 'instructions that not every processor has' 0 "$(wide_vectors "$root/usr/bin/nlo")"
+  if grep -q '^NLO_NATIVE:BOOL=ON' "$build/CMakeCache.txt" && grep -qm1 '\bavx\b' /proc/cpuinfo && [ -x "$build/trainer/nlo" ]; then
+    [ "$(wide_vectors "$build/trainer/nlo")" -gt 1000 ] || fail 'the native program has none either: this test sees nothing'
+  fi
+fi
+
+# Used: by its program, by CMake and by pkg-config.
+same 'nlo --version' "nlo $version" "$("$root/usr/bin/nlo" --version)"
+cp -r "$source/examples" "$work/examples"
+logged cmake -G Ninja -S "$work/examples/control_loop" -B "$work/control_loop" -DCMAKE_BUILD_TYPE=Release \
+  "-DCMAKE_PREFIX_PATH=$root/usr" -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF
+logged cmake --build "$work/control_loop"
+"$work/control_loop/control_loop" --seconds 0.2 | grep 'estimation error' || fail 'the control loop does not report'
+
+mkdir "$work/user"
+"$root/usr/bin/nlo" export "$work/examples/models/van_der_pol.json" --quiet -o "$work/user/van_der_pol.h"
+cp "$(dirname "$0")/flies.cpp" "$work/user"
+if g++ -std=c++20 -o "$work/user/flies" "$work/user/flies.cpp" 2>/dev/null; then fail 'it compiles without pkg-config too: this test shows nothing'; fi
+export PKG_CONFIG_PATH="$root/usr/share/pkgconfig"
+same 'pkg-config --modversion' "$version" "$(pkg-config --modversion nlo)"
+# shellcheck disable=SC2046
+g++ $(pkg-config --cflags nlo) -o "$work/user/flies" "$work/user/flies.cpp"
+echo "ok       estimates $("$work/user/flies")"
+
+in_root --purge nlo libnlo-dev
+same 'files left behind' '' "$(find "$root" -path "$root/var/lib/dpkg" -prune -o -type f -print)"
