@@ -12,6 +12,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <tuple>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
@@ -193,6 +194,17 @@ TEST(Report, SpeaksOfAKalmanFilterOnlyWhereThereIsOne) {
   EXPECT_THAT(error_figure(data.evaluations).caption, Not(HasSubstr("Dashed")));
 }
 
+TEST(Report, TellsAlternativesOfOneNoiseApart) {
+  ReportData data = test::sample_report(kFewTrajectories);
+  data.evaluations.resize(1);
+  data.evaluations[0].push_back(data.evaluations[0][1]);
+  data.evaluations[0].back().estimator = "ukf";
+  const std::vector<Series> lines = error_figure(data.evaluations).panels[0].series;
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_NE(lines[1].colour, lines[2].colour);
+  EXPECT_EQ(lines[0].colour, lines[1].colour) << "dashed";
+}
+
 /// Pictures without a role and a label, headings that do not say what they head, gnuplot's own titles.
 long nameless(const std::string& page) {
   long count = occurrences(page, "gnuplot_plot");
@@ -249,16 +261,23 @@ TEST(Page, TextHasEnoughContrastInLightAndDark) {
   }
 }
 
-TEST(Figure, HasTenColoursThatAreSeenOnLightAndDark) {
-  constexpr double kVisible = 3.0;  // WCAG 2, of graphics
-  Figure figure{"", 400, 200, false, {Panel{}}};
-  for (int i = 0; i < 11; ++i)
-    figure.panels[0].series.push_back({"", Series::Style::kLine, i, Eigen::Vector2d(0, 1), Eigen::Vector2d(0, 1), {}});
-  const auto directory = std::filesystem::temp_directory_path() / ("nlo-colours-" + std::to_string(getpid()));
+/// The commands that draw one panel.
+std::string script_of(Panel panel) {
+  const auto directory = std::filesystem::temp_directory_path() / ("nlo-script-" + std::to_string(getpid()));
   std::filesystem::create_directory(directory);
   bool written = true;
-  const std::string script = figure_script(figure, 0, directory, written);
+  std::string script = figure_script({"", 400, 200, false, {std::move(panel)}}, 0, directory, written);
   std::filesystem::remove_all(directory);
+  EXPECT_TRUE(written);
+  return script;
+}
+
+TEST(Figure, HasTenColoursThatAreSeenOnLightAndDark) {
+  constexpr double kVisible = 3.0;  // WCAG 2, of graphics
+  Panel panel;
+  for (int i = 0; i < 11; ++i)
+    panel.series.push_back({"", Series::Style::kLine, i, Eigen::Vector2d(0, 1), Eigen::Vector2d(0, 1), {}});
+  const std::string script = script_of(panel);
   std::vector<std::string> drawn;
   static const std::regex kLine(R"(lines lw 1.8 lc rgb '(#[0-9a-f]{6})')");
   for (std::sregex_iterator found(script.begin(), script.end(), kLine), end; found != end; ++found)
@@ -267,6 +286,29 @@ TEST(Figure, HasTenColoursThatAreSeenOnLightAndDark) {
   EXPECT_EQ(std::set<std::string>(drawn.begin(), drawn.end()).size(), 10U);
   for (const std::string& colour : drawn)
     for (const auto& colours : page_colours()) EXPECT_GE(contrast(colour, colours.at("ground")), kVisible) << colour;
+}
+
+TEST(Figure, HasNumbersOnALogarithmicAxisWithoutAPowerOfTen) {
+  Panel panel;
+  panel.log_x = true;
+  for (const auto& [low, high, tics] : {std::tuple{1700.0, 6800.0, "(2000, 5000)"},
+                                        {300.0, 480.0, "(300, 400)"},
+                                        {0.02, 0.3, "(0.02, 0.05, 0.1, 0.2)"},
+                                        {0.01, 1000.0, "autofreq"},
+                                        {0.0, 0.0, "autofreq"}}) {
+    panel.x_low = low;
+    panel.x_high = high;
+    EXPECT_THAT(script_of(panel), HasSubstr(std::string("set xtics ") + tics + "\n")) << low;
+  }
+}
+
+TEST(Figure, MakesRoomForLongNumbersLeftOfItsAxis) {
+  Panel panel;
+  panel.y_high = 1.0;
+  EXPECT_THAT(script_of(panel), HasSubstr("set lmargin 9\n"));
+  panel.y_low = 0.1219;
+  panel.y_high = 0.1224;
+  EXPECT_THAT(script_of(panel), HasSubstr("set lmargin 11\n"));
 }
 
 /// Two conditions and all columns of nlo compare; errors of 1, 2, 3 ... but for the tuned EKF.

@@ -149,8 +149,8 @@ std::vector<std::string> bound_findings(const BoundReport& report) {
 }
 
 std::string bound_conditions(const BoundReport& report) {
-  return fmt::format("noise |v_j| <= {} per sample, disturbance |w| <= {}, {} runs of {} s, seed {}",
-                     shortest_text(report.test.noise), shortest_text(report.test.disturbance), report.test.trajectories,
+  return fmt::format("noise |v_j| <= {:.4g} per sample, disturbance |w| <= {}, {} runs of {} s, seed {}",
+                     report.test.noise, shortest_text(report.test.disturbance), report.test.trajectories,
                      significant(report.horizon_s, 2), report.test.seed);
 }
 

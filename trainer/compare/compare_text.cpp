@@ -64,6 +64,11 @@ std::optional<std::size_t> column_named(const Comparison& comparison, const std:
   return std::nullopt;
 }
 
+std::string first_observer(const Comparison& comparison) {
+  const std::string& name = comparison.columns.front().name;
+  return name == "observer" ? "The observer" : name;
+}
+
 /// The first observer against an EKF: conditions with the ratio of the errors.
 struct Contest {
   std::string rival;
@@ -171,16 +176,14 @@ std::string comparison_summary(const Comparison& comparison) {
     parts.push_back(fmt::format("{} of {} conditions than the {}", contest.ahead.size(),
                                 contest.ahead.size() + contest.behind.size(), contest.rival));
   if (parts.empty()) return "";
-  return fmt::format("{} errs less in {}.",
-                     comparison.columns.front().name == "observer" ? "The observer" : comparison.columns.front().name,
-                     fmt::join(parts, ", and in "));
+  return fmt::format("{} errs less in {}.", first_observer(comparison), fmt::join(parts, ", and in "));
 }
 
 std::vector<std::string> comparison_findings(const Comparison& comparison) {
   std::vector<std::string> findings;
   for (const auto& [rival, ahead, behind] : contests(comparison))
     findings.push_back(fmt::format("{} is ahead of the {} in {} of {} conditions{}{}; behind in {}{}{}.",
-                                   comparison.columns.front().name, rival, ahead.size(), ahead.size() + behind.size(),
+                                   first_observer(comparison), rival, ahead.size(), ahead.size() + behind.size(),
                                    ahead.empty() ? "" : ": ", fmt::join(ahead, ", "), behind.size(),
                                    behind.empty() ? "" : ": ", fmt::join(behind, ", ")));
   for (std::size_t c = 0; c < comparison.columns.size(); ++c) {

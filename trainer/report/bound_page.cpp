@@ -60,7 +60,7 @@ Figure over_k(const BoundReport& report) {
   Panel noise = logarithmic("factor k on the eigenvalues", "steady error");
   Panel speed = logarithmic("factor k on the eigenvalues", "transient [s]");
   add(noise, report, "measured", kMeasured, Style::kLine, k_of, measured_error);
-  add(noise, report, "measured, all noise at +-V", kOffset, Style::kThinLine, k_of,
+  add(noise, report, "measured, all noise at ±V", kOffset, Style::kThinLine, k_of,
       [](const BoundResult& r) { return r.measured.offset_max; });
   add(speed, report, "measured", kMeasured, Style::kLine, k_of, measured_s);
   if (!report.exact) {

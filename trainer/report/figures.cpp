@@ -113,16 +113,18 @@ Figure error_figure(const std::vector<std::vector<Evaluation>>& groups) {
   double low = 1e300, high = 0.0;
   std::vector<std::string> dashed;
   for (std::size_t g = 0; g < groups.size(); ++g) {
+    std::size_t colour = g;  // of the observer and its first alternative
     for (const Evaluation& evaluation : groups[g]) {
       if (evaluation.estimator == "constant" || evaluation.estimator == "ridge") continue;  // lines far above
       const bool ours = &evaluation == &groups[g].front();
       const ErrorMetrics& m = evaluation.metrics;
       panel.series.push_back({fmt::format("{}, {}", evaluation.estimator, noise_title(evaluation.noise)),
                               ours ? Style::kLine : Style::kDashes,
-                              static_cast<int>(g),
+                              static_cast<int>(colour),
                               thinned(m.curve_time_s),
                               thinned(m.curve),
                               {}});
+      if (!ours) colour += groups.size();
       if (const std::string name = filter_in_words(evaluation.estimator);
           !ours && std::find(dashed.begin(), dashed.end(), name) == dashed.end())
         dashed.push_back(name);

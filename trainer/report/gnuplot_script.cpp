@@ -2,11 +2,13 @@
 #include "trainer/report/gnuplot_script.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <vector>
 
 #include "trainer/evaluation/text.h"
 
@@ -137,6 +139,36 @@ double tic_step(double range, double tics) {
   return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
 }
 
+/// Where a linear axis with given ends has its tics: y_tics of them, about.
+double tic_step(const Panel& panel) {
+  return tic_step(panel.y_high - panel.y_low, panel.y_tics);
+}
+
+/// Round numbers between the ends of a logarithmic axis: gnuplot labels powers of ten, and there may be none. Empty over
+/// three decades, where they are enough, and where there are no ends.
+std::string log_tics(double low, double high) {
+  if (!(low > 0.0) || !(high > low) || high / low > 1e3) return "";
+  const std::vector<int> few = {1, 2, 5}, all = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  for (const std::vector<int>& leads : {few, all}) {
+    std::vector<std::string> tics;
+    for (double power = std::pow(10.0, std::floor(std::log10(low))); power <= high; power *= 10.0)
+      for (const int lead : leads)
+        if (lead * power >= low && lead * power <= high) tics.push_back(fmt::format("{:.6g}", lead * power));
+    if (tics.size() > 1) return fmt::format("({})", fmt::join(tics, ", "));
+  }
+  return "";
+}
+
+/// Characters of the longest number on the y axis of a panel with given ends, 0 else.
+std::size_t tic_width(const Panel& panel) {
+  if (!(panel.y_low < panel.y_high) || panel.log_y || !panel.y_names.empty()) return 0;
+  const double step = tic_step(panel);
+  std::size_t longest = 0;
+  for (double tic = std::ceil(panel.y_low / step); tic * step <= panel.y_high; tic += 1.0)
+    longest = std::max(longest, fmt::format("{:.6g}", tic * step).size());
+  return longest;
+}
+
 std::string range_text(const char* axis, double low, double high) {
   return low == high ? fmt::format("set {}range [*:*]\n", axis)
                      : fmt::format("set {}range [{:.6g}:{:.6g}]\n", axis, low, high);
@@ -161,12 +193,17 @@ std::string panel_script(const Panel& panel, std::size_t figure, std::size_t ind
   if (panel.log_y) script += "set logscale y\n";
   script += range_text("x", panel.x_low, panel.x_high) + range_text("y", panel.y_low, panel.y_high);
   const bool scaled = panel.y_low < panel.y_high;
-  const bool own_tics = scaled && !panel.log_y;  // gnuplot's would touch in a low panel
+  std::string y_tics;
   if (!panel.y_names.empty())
-    script += fmt::format("set ytics ({})\n", numbered(panel.y_names));
-  else
-    script += own_tics ? fmt::format("set ytics {:.6g}\n", tic_step(panel.y_high - panel.y_low, panel.y_tics))
-                       : "set ytics autofreq\n";
+    y_tics = fmt::format("({})", numbered(panel.y_names));
+  else if (panel.log_y)
+    y_tics = log_tics(panel.y_low, panel.y_high);
+  else if (scaled)
+    y_tics = fmt::format("{:.6g}", tic_step(panel));  // gnuplot's would touch in a low panel
+  const std::string x_tics = panel.log_x ? log_tics(panel.x_low, panel.x_high) : "";
+  script += fmt::format("set grid lt 1 lw {} lc rgb '#c3c7cd' back\nset xtics {}\nset ytics {}\n",
+                        panel.y_names.empty() ? 0.4 : 1.0, x_tics.empty() ? "autofreq" : x_tics,
+                        y_tics.empty() ? "autofreq" : y_tics);
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_quoted(panel.x_label), gnuplot_quoted(panel.y_label));
   const bool has_zero = !scaled || (panel.y_low < 0.0 && panel.y_high > 0.0);  // gnuplot draws arrows anywhere
   if (panel.zero_line && has_zero)
@@ -211,7 +248,8 @@ std::string grid_text(const Figure& figure, std::size_t rows, std::size_t column
   if (!figure.common_legend && !maps) return "";
   const double width = figure.width, height = static_cast<double>(figure.panel_height) * static_cast<double>(rows);
   const double top = figure.common_legend ? kTop : 0.5 * kTop;
-  const std::string key = figure.common_legend ? "set key at screen 0.985, screen 0.995 right top maxrows 1\n" : "";
+  const std::string key =
+      figure.common_legend ? "set key vertical maxrows 1 at screen 0.985, screen 0.995 right top\n" : "";
   return fmt::format(" margins {:.4f},{:.4f},{:.4f},{:.4f} spacing {:.4f},{:.4f}\n{}", kLeft / width,
                      1.0 - (maps ? kScale : kRight) / width, kBottom / height, 1.0 - top / height,
                      columns > 1 ? kColumnGap / width : 0.0, rows > 1 ? kRowGap / height : 0.0, key);
@@ -258,9 +296,11 @@ std::string figure_script(const Figure& figure, std::size_t number, const fs::pa
   const std::size_t rows = (count + columns - 1) / columns;
   const bool wide = std::any_of(figure.panels.begin(), figure.panels.end(),
                                 [](const Panel& panel) { return panel.log_y; });  // tics such as 1e+06
-  std::size_t names = 0;  // characters that the longest takes, with its tic
-  for (const Panel& panel : figure.panels)
-    for (const std::string& name : panel.y_names) names = std::max(names, display_width(name) + 3);
+  std::size_t margin = wide ? 12 : 9;                                             // characters
+  for (const Panel& panel : figure.panels) {
+    margin = std::max(margin, tic_width(panel) + 5);  // tics and the axis' name
+    for (const std::string& name : panel.y_names) margin = std::max(margin, display_width(name) + 3);
+  }
   const std::string grid = grid_text(figure, rows, columns);
   const bool stacked = columns == 1 && grid.empty();
   double height = 0.0;  // in panel heights
@@ -268,9 +308,9 @@ std::string figure_script(const Figure& figure, std::size_t number, const fs::pa
   if (!stacked) height = static_cast<double>(rows);
   std::string script = fmt::format(
       "reset\nset encoding utf8\nset terminal svg size {},{:.0f} font 'sans-serif,13' noenhanced\nset output '{}.svg'\n"
-      "set border 3 lw 0.8\nset tics nomirror out scale 0.6\nset grid lw 0.4 dt solid lc rgb '#c3c7cd' back\n"
+      "set border 3 lw 0.8\nset tics nomirror out scale 0.6\n"
       "set key outside top left horizontal Left reverse samplen 2 height 0.2\nset lmargin {}\nset rmargin 2\n",
-      figure.width, figure.panel_height * height, number, std::max<std::size_t>(wide ? 12 : 9, names));
+      figure.width, figure.panel_height * height, number, margin);
   if (stacked) {
     script += stack_script(figure, number, directory, written);
   } else {

@@ -16,7 +16,7 @@ constexpr std::string_view kStyle = R"css(
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 72rem; padding: 2.5rem 1.5rem 4rem; background: var(--ground); color: var(--text);
        font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
-h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .3rem; }
+h1 { font-size: 1.9rem; line-height: 1.2; overflow-wrap: anywhere; margin: 0 0 .3rem; }
 h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; padding-top: .8rem; border-top: 1px solid var(--line); }
 h3 { font-size: 1rem; margin: 1.6rem 0 .3rem; }
 a { color: var(--accent); text-decoration: none; } a:hover { text-decoration: underline; }
@@ -55,7 +55,7 @@ td.outside { background: var(--outside); }
 table.claims td:not(:first-child), table.claims th:not(:first-child) { white-space: nowrap; text-align: left; }
 pre { background: var(--card); padding: .8rem 1rem; border-radius: .5rem; overflow-x: auto; font-size: .82rem; line-height: 1.45; }
 @media (max-width: 40rem) { body { padding: 1.2rem 1rem 3rem; } dl { grid-template-columns: 1fr; gap: 0; } dd { margin-bottom: .5rem; }
-                            tbody th { max-width: 9rem; white-space: normal; overflow-wrap: break-word; } tr.group th { max-width: none; } }
+                            tbody th { min-width: 6.5rem; max-width: 9rem; white-space: normal; overflow-wrap: break-word; } tr.group th { max-width: none; } }
 @media print { svg { min-width: 0 !important; } body { max-width: none; padding: 0; font-size: 11pt; } h2 { break-after: avoid; } figure, .tiles, tr, .note, .alarm { break-inside: avoid; }
                .tile, pre, tr.ours td, tr.ours th { background: none; border: 1px solid #d9dde2; } }
 )css";

@@ -215,7 +215,7 @@ std::string log_tables(const LogEvaluation& logs, const std::vector<std::string>
     html += fmt::format("<p class=\"soft\">Unscored: {} of the samples, {}.</p>\n", percent(logs.unscored.share),
                         escaped(logs.unscored.where));
   html += fmt::format(
-      "<p class=\"soft\">z is in the training domain at {} of the samples, and at the first one of {} of {} "
+      "<p class=\"soft\">z is in the training domain at {} of the samples, and at the first sample of {} of {} "
       "runs.</p>\n",
       percent(logs.domain.share()), logs.domain.first_inside, logs.domain.runs);
   for (const std::string& text : logs.notes) html += note(text);
