@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 usage() {
   cat <<'USAGE'
-usage: ./test.sh [--quick | --full | --claims]
+usage: ./test.sh [--quick | --full | --claims | --fuzz MINUTES]
 
   (none)    release build and all tests; the quick part of the ledger of results (shipped observers trained, exported,
             compiled and flown, their figures compared with the published ones); formatting; clang++ build with sanitizers
@@ -14,6 +14,7 @@ usage: ./test.sh [--quick | --full | --claims]
   --full    also the exhaustive tests (every float, many seeds), more cores, compilers and instruction sets,
             all of the program under sanitizers, and clang-tidy
   --claims  release build, then every figure of README and docs made again (some 40 minutes on 2 cores)
+  --fuzz    clang++ build with sanitizers, then libFuzzer on each target of tests/fuzz for its share of MINUTES
 
 What is as when it passed, program and files, is not run again (tests/unchanged.py); rm -r build forgets that.
 Installs missing Debian packages as root or through sudo; elsewhere names them and stops with exit 2.
@@ -26,10 +27,16 @@ case "${1:-}" in
   --quick) mode=quick ;;
   --full) mode=full ;;
   --claims) mode=claims ;;
+  --fuzz) mode=fuzz ;;
   -h | --help) usage && exit 0 ;;
   *) usage >&2 && exit 2 ;;
 esac
-(($# <= 1)) || { usage >&2 && exit 2; }
+if [[ $mode == fuzz ]]; then
+  (($# == 2)) && [[ $2 =~ ^[0-9]+([.][0-9]+)?$ ]] || { usage >&2 && exit 2; }
+else
+  (($# <= 1)) || { usage >&2 && exit 2; }
+fi
+minutes=${2:-}
 
 source cmake/setup.sh
 jobs=$(nproc)
@@ -69,16 +76,16 @@ release() {
 # watches all of it, and does without precompiled headers and joined sources, which takes several times as long and shows
 # whether every source includes what it uses. Four checks of every pointer are for --full: they take as long to compile as
 # all the others together, and what they would find the address sanitizer sees too, or an emulated Cortex-M0+ that traps.
-sanitizers() {
+configure_sanitizers() {
   local quick=ON full=OFF unchecked='-fno-sanitize=null,alignment,object-size,pointer-overflow'
   if [[ $mode == full ]]; then quick=OFF full=ON unchecked=; fi
   quietly configure-asan cmake --preset asan -DCMAKE_CXX_COMPILER=clang++ -DNLO_WARNINGS_AS_ERRORS=ON \
     "-DCMAKE_CXX_FLAGS_DEBUG=-O0 -g1 $unchecked" \
     "-DNLO_CORE_ONLY=$quick" "-DNLO_JOIN_SOURCES=$quick" "-DNLO_EXAMPLES=$full" \
-    "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=$full" &&
-    build build/asan &&
-    run_ctest asan -L quick -LE 'audit|install'
+    "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=$full" -DNLO_FUZZ=ON
 }
+sanitizers() { configure_sanitizers && build build/asan && run_ctest asan -L quick -LE 'audit|install'; }
+fuzzing() { configure_sanitizers && build build/asan nlo_fuzz && tests/fuzz/run.sh build/asan "$minutes"; }
 
 # sources FOLDER...: not by git, which refuses to look into a checkout that belongs to someone else.
 # Goldens are left as the generator writes them.
@@ -104,6 +111,8 @@ if [[ $mode == claims ]]; then
   quietly configure-release cmake --preset release -DNLO_TESTS=ON
   phase 'Release build of the program and the ledger' build build/release nlo claims
   phase 'The ledger of results, all of it' claims
+elif [[ $mode == fuzz ]]; then
+  phase "Fuzzing, $minutes minutes" fuzzing
 else
   phase 'Release build by g++, all tests' release
   [[ $mode == quick ]] || phase 'The ledger of results, its quick part' quick_claims
@@ -117,5 +126,5 @@ if [[ $mode == full ]]; then phase 'clang-tidy' tidy; fi
 step "Summary ($SECONDS s)"
 printf '   %s\n' "${summary[@]}"
 # Last, so that whoever reads only the end sees what the tests said.
-[[ $mode == claims ]] || grep -hE 'tests passed|as when they passed' "$logs/ctest-release.log" || true
+[[ $mode == claims || $mode == fuzz ]] || grep -hE 'tests passed|as when they passed' "$logs/ctest-release.log" || true
 ((${#failed[@]} == 0))

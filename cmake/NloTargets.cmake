@@ -49,6 +49,11 @@ function(nlo_add_library name)
   endforeach()
   nlo_optimise(${name})
   target_compile_options(${name}_hot PRIVATE "$<$<CONFIG:Release>:-O3>" "$<$<CONFIG:Debug>:-O1>")
+  if(NLO_FUZZ) # edges are counted: what libFuzzer steers by. Comparisons are not: that would slow all tests
+    foreach(part IN ITEMS ${name} ${name}_hot)
+      target_compile_options(${part} PRIVATE -fsanitize-coverage=inline-8bit-counters,pc-table)
+    endforeach()
+  endif()
 endfunction()
 
 # nlo_hot_sources(TARGET SOURCES...): sources of this folder that belong to TARGET_hot.

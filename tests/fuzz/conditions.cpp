@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Conditions to compare under, in the units of a plant with two states and one output.
+#include "trainer/compare/conditions.h"
+
+#include "tests/fuzz/fuzz.h"
+
+using namespace nlo;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  fuzzing::takes([&] {
+    const trainer::ConditionSet set = trainer::parse_conditions(fuzzing::text_of(bytes, size), "c.toml");
+    const std::vector<std::pair<std::string, double>> nominal = {{"mu", 1.0}, {"length", 0.5}};
+    std::vector<std::string> left_out;
+    for (const trainer::Condition& condition :
+         trainer::conditions_of(set, nominal, Eigen::VectorXd::Constant(1, 0.5), Eigen::Vector2d(0.5, 2.0), left_out)) {
+      (void)trainer::condition_title(condition);
+      fuzzing::require(trainer::changed_parameters(condition, nominal, 3).size() == nominal.size(),
+                       "a condition keeps the plant's parameters");
+    }
+  });
+  return 0;
+}

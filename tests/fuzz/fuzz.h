@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// What fuzzing targets share: input is either taken or refused by an Error that says why. Anything else that is thrown
+// ends the program, as what a sanitizer finds does.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+#include "codegen/base/error.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size);
+
+namespace nlo::fuzzing {
+
+inline std::string_view text_of(const std::uint8_t* bytes, std::size_t size) {
+  return {reinterpret_cast<const char*>(bytes), size};
+}
+
+/// True where `work` came to its end, false where it refused its input.
+template <class Work>
+bool takes(const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const codegen::Error& error) {
+    if (std::strlen(error.what()) == 0) std::abort();
+    return false;
+  }
+}
+
+/// Ends the program with a word, unless `holds`.
+inline void require(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "not so: %s\n", what);
+  std::abort();
+}
+
+/// Before the line `mark` and after it; all of it and nothing where there is no such line.
+struct Parts {
+  std::string_view before, after;
+};
+inline Parts split_at(std::string_view text, std::string_view mark) {
+  const auto at = text.find(mark);
+  if (at == std::string_view::npos) return {text, {}};
+  return {text.substr(0, at), text.substr(at + mark.size())};
+}
+
+}  // namespace nlo::fuzzing

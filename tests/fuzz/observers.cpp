@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// Observers and monitors, driven by bytes: the first chooses the craft, all others are what befalls it.
+#include "tests/fuzz/craft.h"
+#include "tests/fuzz/fuzz.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  using namespace nlo::hostile;
+  if (size == 0) return 0;
+  Bits bits(bytes + 1, size - 1);
+  kFleet[bytes[0] % kFleetSize].fly(bits, 1000);
+  return 0;
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// A sweep's plan, to its jobs and the experiment that the first of them trains.
+#include "trainer/sweep/plan.h"
+
+#include <algorithm>
+
+#include "tests/fuzz/fuzz.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/shipped.h"
+#include "trainer/sweep/jobs.h"
+
+using namespace nlo;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  fuzzing::takes([&] {
+    const trainer::SweepPlan plan = trainer::parse_sweep_plan(fuzzing::text_of(bytes, size), "plan.toml");
+    const std::vector<trainer::SweepJob> jobs = trainer::jobs_of(plan);
+    fuzzing::require(!jobs.empty() && jobs.size() <= trainer::kMostSweepJobs, "a plan has jobs, and not too many");
+    (void)trainer::job_line(jobs.back(), {plan.experiment, plan.data, "sweep", {}});
+    const auto shipped = trainer::shipped_experiments();
+    const auto named = std::find_if(shipped.begin(), shipped.end(), [&](const trainer::ShippedExperiment& experiment) {
+      return experiment.name == plan.experiment;
+    });
+    if (named != shipped.end()) (void)trainer::parse_draft(named->text, "e.toml", jobs.front().assignments());
+  });
+  return 0;
+}

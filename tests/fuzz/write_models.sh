@@ -1,0 +1,13 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# The example models as files, and libFuzzer's list of them.
+#   write_models.sh EXPORT_MODEL FOLDER LIST [MORE_FILES...]
+set -eu
+export_model=$1 folder=$2 list=$3
+shift 3
+mkdir -p "$folder"
+for example in $("$export_model"); do
+  "$export_model" "$example" model float "$example" "$folder/$example.json"
+  set -- "$folder/$example.json" "$@"
+done
+(IFS=, && printf %s "$*") >"$list"
