@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The program under inject.c: killed, refused or out of memory at one call after the other. Whatever the call, each file
 // is the old one or the new one, what went wrong is said, and the same command ends well the next time and leaves
-// nothing behind. By default a part of the calls is tried, with NLO_SLOW_TESTS (./test.sh --full) every one.
+// nothing behind. By default some of the calls are tried, with NLO_SLOW_TESTS (./test.sh --full) every one, and of allocations
+// fifty times as many.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -70,11 +71,17 @@ Counts counts_of(const Scratch& scratch, const Words& command) {
   return counts;
 }
 
-/// 1 ... count: all of them, or some and of the first and the last as many, three at most.
-std::vector<long> tried(long count, long some) {
 #ifdef NLO_EVERY_FAULT
-  some = count;
+constexpr bool kEveryCall = true;
+constexpr long kTimesAsManyAllocations = 50;  // of a million: all of them would take days
+#else
+constexpr bool kEveryCall = false;
+constexpr long kTimesAsManyAllocations = 1;
 #endif
+
+/// Of 1 ... count some, and of the first and the last as many, three at most.
+std::vector<long> tried(long count, long some) {
+  some = std::min(some, count);
   const long ends = std::min(some, 3L);
   std::vector<long> result;
   for (long n = 1; n <= count; ++n)
@@ -125,6 +132,11 @@ void PrintTo(const Case& row, std::ostream* out) {
 
 class Fault : public testing::TestWithParam<Case> {
  protected:
+  std::vector<long> calls() const { return tried(counts_.calls, kEveryCall ? counts_.calls : GetParam().calls_tried); }
+  std::vector<long> allocations() const {
+    return tried(counts_.allocations, kTimesAsManyAllocations * GetParam().allocations_tried);
+  }
+
   Fault() {
     scratch_.write("tiny.toml", kTinyExperiment);
     scratch_.write("tiny_log.toml", kTinyLogExperiment);
@@ -189,7 +201,7 @@ class Fault : public testing::TestWithParam<Case> {
 };
 
 TEST_P(Fault, AKillBeforeAnyCallLeavesOldOrNewAndTheNextRunDoesTheRest) {
-  for (const long n : tried(counts_.calls, GetParam().calls_tried)) {
+  for (const long n : calls()) {
     const std::string fault = "kill:" + std::to_string(n);
     EXPECT_EQ(run_with(scratch_, GetParam().command, fault).exit_code, -1) << fault << ": was not killed";
     expect_old_or_new(fault);
@@ -199,7 +211,7 @@ TEST_P(Fault, AKillBeforeAnyCallLeavesOldOrNewAndTheNextRunDoesTheRest) {
 
 TEST_P(Fault, ACallThatFailsIsSaidAndLeavesOldOrNew) {
   const int reasons[] = {EIO, ENOSPC, EACCES};
-  for (const long n : tried(counts_.calls, GetParam().calls_tried)) {
+  for (const long n : calls()) {
     const std::string fault = "call:" + std::to_string(n) + ":" + std::to_string(reasons[n % 3]);
     const ProgramResult result = run_with(scratch_, GetParam().command, fault);
     ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 1) << fault << ": " << result.exit_code << result.err;
@@ -218,7 +230,7 @@ TEST_P(Fault, ACallThatFailsIsSaidAndLeavesOldOrNew) {
 
 TEST_P(Fault, AnAllocationThatFailsEndsTheProgramWithAWordAndLeavesOldOrNew) {
   for (const bool and_all_after : {false, true})
-    for (const long n : tried(counts_.allocations, GetParam().allocations_tried)) {
+    for (const long n : allocations()) {
       const std::string fault = "alloc:" + std::to_string(n) + (and_all_after ? "+" : "");
       const ProgramResult result = run_with(scratch_, GetParam().command, fault);
       ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 1) << fault << ": " << result.exit_code << result.err;
@@ -304,7 +316,7 @@ TEST(FaultyFileSystem, TheInjectionReachesTheCallsAndTheAllocations) {
   EXPECT_THAT(run_with(scratch, kTrain, "alloc:1").err, StartsWith("nlo: error: not enough memory"));
 }
 
-#ifdef NLO_EVERY_FAULT  // minutes: all of their calls where they are many, some where a run takes seconds
+#ifdef NLO_EVERY_FAULT  // a run takes seconds
 INSTANTIATE_TEST_SUITE_P(
     Slow, Fault,
     testing::Values(
