@@ -194,6 +194,16 @@ TEST(Report, SpeaksOfAKalmanFilterOnlyWhereThereIsOne) {
   EXPECT_THAT(error_figure(data.evaluations).caption, Not(HasSubstr("Dashed")));
 }
 
+TEST(Report, HasAColumnForSettledErrorsOnlyWhereThereAreSome) {
+  ReportData data = test::sample_report(kFewTrajectories);
+  for (const char* heading : {">settled<", ">settling time [s]<"}) {
+    data.evaluations[0][0].metrics.settled.reset();
+    EXPECT_THAT(render_report(data, "false"), Not(HasSubstr(heading)));
+    data.evaluations[0][0].metrics.settled = 0.1;
+    EXPECT_THAT(render_report(data, "false"), HasSubstr(heading));
+  }
+}
+
 TEST(Report, TellsAlternativesOfOneNoiseApart) {
   ReportData data = test::sample_report(kFewTrajectories);
   data.evaluations.resize(1);

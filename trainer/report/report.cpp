@@ -141,34 +141,43 @@ std::string tiles(const ReportData& data) {
   return html.empty() ? "" : fmt::format("<div class=\"tiles\">\n{}</div>\n", html);
 }
 
+/// Does any evaluation of the test?
+template <class Holds>
+bool any(const std::vector<std::vector<Evaluation>>& groups, const Holds& holds) {
+  return std::ranges::any_of(groups, [&](const auto& group) { return std::ranges::any_of(group, holds); });
+}
+
+bool settles(const Evaluation& evaluation) {
+  return evaluation.metrics.settled.has_value();
+}
+
 /// What the columns and the rows of the table mean: those that it has.
 std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups, bool normalised) {
-  const auto any = [&](const auto& holds) {
-    return std::ranges::any_of(groups, [&](const auto& group) { return std::ranges::any_of(group, holds); });
-  };
   std::string text =
       "norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm over the root mean "
       "square of |x|.";
   if (normalised) text += " The states' units differ: each counts over its standard deviation.";
-  if (any([](const Evaluation& e) { return e.metrics.settled.has_value(); }))
+  if (any(groups, settles))
     text +=
         " settled: norm after the transient. Settling time: from when on the error, averaged over the runs and a short "
         "window, stays within 1.5 times its settled value.";
   text += " Initial states are new to the observer.";
-  if (any([](const Evaluation& e) { return !e.noise.none(); })) text += " One independent draw of noise per sample.";
+  if (any(groups, [](const Evaluation& e) { return !e.noise.none(); }))
+    text += " One independent draw of noise per sample.";
   for (const auto& [name, words] : {std::pair{"ekf", "extended Kalman filter that knows plant and noise exactly"},
                                     {"ukf", "unscented Kalman filter that knows plant and noise exactly"},
                                     {"constant", "the average state, always"},
                                     {"ridge", "a linear map from what the observer's network reads"}})
-    if (any([name = name](const Evaluation& e) { return e.estimator == name; }))
+    if (any(groups, [name = name](const Evaluation& e) { return e.estimator == name; }))
       text += fmt::format(" {}: {}.", name, words);
   return text;
 }
 
 std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
   const bool normalised = main_group(groups)->front().metrics.normalised;
-  std::vector<std::string> headings = {"", normalised ? "normalised norm" : "norm", "nrmse", "settled",
-                                       "settling time [s]"};
+  const bool with_settled = any(groups, settles);
+  std::vector<std::string> headings = {"", normalised ? "normalised norm" : "norm", "nrmse"};
+  if (with_settled) headings.insert(headings.end(), {"settled", "settling time [s]"});
   for (const Channel& state : groups.front().front().states)
     headings.push_back(fmt::format("RMSE {}", with_unit(state.name, state.unit)));
   Rows rows;
@@ -178,9 +187,11 @@ std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
                      significant(group.front().horizon_s, 2), group.front().seed)});
     for (const Evaluation& evaluation : group) {
       const ErrorMetrics& m = evaluation.metrics;
-      std::vector<std::string> row = {evaluation.estimator, significant(m.norm), significant(m.nrmse),
-                                      significant(m.settled),
-                                      m.settling_time_s ? fixed(*m.settling_time_s, 1) : (m.settled ? "never" : "-")};
+      std::vector<std::string> row = {evaluation.estimator, significant(m.norm), significant(m.nrmse)};
+      if (with_settled) {
+        row.push_back(significant(m.settled));
+        row.push_back(m.settling_time_s ? fixed(*m.settling_time_s, 1) : (m.settled ? "never" : "-"));
+      }
       for (const double component : m.per_component) row.push_back(significant(component));
       rows.push_back(std::move(row));
     }
