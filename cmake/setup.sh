@@ -42,7 +42,7 @@ build() {
 
 # Programs are looked for by name, so that another source of them (a newer compiler, a gnuplot with windows) is welcome.
 declare -A package_of=([g++]=g++ [cmake]=cmake [ninja]=ninja-build [gnuplot]=gnuplot-nox [python3]=python3
-  [clang++]=clang [pkg-config]=pkgconf [clang-format]=clang-format [clang-tidy]=clang-tidy)
+  [clang++]=clang [pkg-config]=pkgconf [clang-format]=clang-format [clang-tidy]=clang-tidy [llvm-cov]=llvm)
 
 # need PROGRAM|PACKAGE...: install what is missing, as root or through sudo; otherwise name it and stop with exit 2.
 need() {

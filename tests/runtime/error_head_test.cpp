@@ -121,6 +121,23 @@ TEST(ErrorHead, IsItsFormulaInEveryArithmetic) {
   EXPECT_GT(held, 0) << "no sigma has reached an end of its range: the ends are not tested";
 }
 
+TEST(ErrorHead, OfAnOddWidthReadsNothingBehindItsSquares) {
+  ErrorHead<float, 3, 1> head{};
+  head.layer = pack(testing::mixed_dense<float, 6, 1>(0.7, 5));
+  const auto weights = testing::mixed_dense<float, 6, 1>(0.7, 5);
+  alignas(64) float h[32];
+  for (float& value : h) value = std::numeric_limits<float>::quiet_NaN();
+  double want = static_cast<double>(weights.bias[0]);
+  for (int i = 0; i < 3; ++i) {
+    h[i] = 0.25F * static_cast<float>(i + 1);
+    want += static_cast<double>(weights.weights[0][i] * h[i]) +
+            static_cast<double>(weights.weights[0][3 + i] * h[i] * h[i]);
+  }
+  float log2_sigma = 0.0F;
+  head.evaluate(h, &log2_sigma);
+  EXPECT_NEAR(log2_sigma, want, 1e-6) << "six terms of order 1 in float";
+}
+
 TEST(ErrorHead, LeavesTheEstimateAsItIsWithoutOne) {
   KklObserver<SureModel<float>> sure(kSure);
   KklObserver<testing::UndrivenTestModel<float>> plain(kPlain);

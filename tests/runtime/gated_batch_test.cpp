@@ -82,20 +82,13 @@ TEST(GatedBatch, ControlAnotherBiasOfOneGateIsSeen) {
   EXPECT_GT((off<32, Arithmetic::kFast>(kModel, other)), 1e-4F);
 }
 
-/// A batch whose memory a test can spoil.
-template <class Batch>
-struct UpsetBatch : Batch {
-  using Batch::Batch;
-  void spoil(int plant, float value) { this->z_[2][plant] = value; }
-};
-
 TEST(GatedBatch, BeginsAPlantAnewWhoseZIsSpoilt) {
-  UpsetBatch<GatedBatch<std::remove_cvref_t<decltype(kModel)>, 32>> batch{kModel};
+  testing::UpsetBatch<GatedBatch<std::remove_cvref_t<decltype(kModel)>, 32>> batch{kModel};
   float y[1][32];
   for (float& value : y[0]) value = 0.2F;
   for (int k = 0; k < 4; ++k) ASSERT_EQ(batch.step(y), StepStatus::kOk);
-  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -3e38F}) {
-    batch.spoil(7, bad);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -3e38}) {
+    batch.spoil_z(2, 7, bad);
     EXPECT_EQ(batch.step(y), StepStatus::kReset);
     for (int plant = 0; plant < 32; ++plant)
       EXPECT_EQ(batch.status(plant), plant == 7 ? StepStatus::kReset : StepStatus::kOk) << plant;

@@ -244,6 +244,8 @@ TEST(Weight, RoundsToNearestEven) {
   static_assert(static_cast<float>(Float16(1.0F + 0x1.2p-11F)) == 1.0F + 0x1p-10F);     // just above
   static_assert(Float16(65519.0F).bits == 0x7bff && Float16(65520.0F).bits == 0x7c00);  // the largest; too large
   static_assert(static_cast<float>(Float16(0x1.8p-25F)) == 0x1p-24F && Float16(-0x1p-25F).bits == 0x8000);
+  for (const float large : {65520.0F, 1e6F, std::numeric_limits<float>::infinity()})
+    EXPECT_EQ(Float16(large).bits, 0x7c00) << large;
   static_assert(static_cast<float>(Bfloat16(1.0F + 0x1p-8F)) == 1.0F);
   static_assert(static_cast<float>(Bfloat16(1.0F + 0x3p-8F)) == 1.0F + 0x1p-6F);
   for (std::uint32_t bits = 0; bits < 0x7f800000U; bits += 4099) {

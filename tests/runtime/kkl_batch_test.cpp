@@ -100,6 +100,57 @@ TEST(KklBatch, TakesAPlantInAndLetsItOut) {
   EXPECT_EQ(batch.save(1).started, 0);
 }
 
+/// 32 plants that have been given y = 0.2 for four samples.
+template <class Model>
+auto resting_batch(const Model& model) {
+  testing::UpsetBatch<KklBatch<Model, 32>> batch{model};
+  float y[1][32];
+  for (float& value : y[0]) value = 0.2F;
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(batch.step(y), StepStatus::kOk);
+  return batch;
+}
+
+TEST(KklBatch, APlantWhoseZOrYIsSpoiltIsOutOfItsDomainAndBeginsAgainAlone) {
+  static constexpr auto kModel = model<Activation::kTanh>();
+  float y[1][32];
+  for (float& value : y[0]) value = 0.2F;
+  for (const bool of_z : {true, false}) {
+    auto batch = resting_batch(kModel);
+    EXPECT_TRUE(batch.in_domain(7));
+    of_z ? batch.spoil_z(1, 7, std::numeric_limits<double>::quiet_NaN()) : batch.spoil_y(0, 7, 3e38);
+    EXPECT_FALSE(batch.in_domain(7));
+    EXPECT_EQ(batch.step(y), StepStatus::kReset);
+    for (int plant = 0; plant < 32; ++plant)
+      EXPECT_EQ(batch.status(plant), plant == 7 ? StepStatus::kReset : StepStatus::kOk) << plant;
+  }
+}
+
+TEST(KklBatch, APlantFarFromTrainingIsOutOfItsDomain) {
+  static constexpr auto kModel = model<Activation::kTanh>();
+  auto batch = resting_batch(kModel);
+  batch.spoil_z(0, 3, 1e6);
+  EXPECT_FALSE(batch.in_domain(3));
+  EXPECT_TRUE(batch.in_domain(4));
+}
+
+TEST(KklBatch, NoZStaysSubnormal) {
+  static constexpr auto kModel = model<Activation::kTanh>();
+  auto batch = resting_batch(kModel);
+  for (int r = 0; r < 3; ++r) {
+    batch.spoil_z(r, 3, 1e-36);
+    batch.spoil_z(r, 4, -1e-36);
+  }
+  for (const int plant : {3, 4}) batch.spoil_y(0, plant, 0.0);
+  float y[1][32];
+  for (int plant = 0; plant < 32; ++plant) y[0][plant] = plant == 3 || plant == 4 ? 0.0F : 0.2F;
+  ASSERT_EQ(batch.step(y), StepStatus::kOk);
+  for (int r = 0; r < 3; ++r) {
+    EXPECT_EQ(batch.latent(3)[r], 0.0F);
+    EXPECT_EQ(batch.latent(4)[r], 0.0F);
+    EXPECT_NE(batch.latent(5)[r], 0.0F) << "control";
+  }
+}
+
 TEST(KklBatch, StepsAnglesThroughTheirWrap) {
   auto turning = model<Activation::kTanh>();
   turning.outputs.wrap[0] = 1.5F;

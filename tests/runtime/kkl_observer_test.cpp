@@ -154,6 +154,16 @@ TEST(KklObserver, StepsOverTheSamplePeriodAsOverThatTimeStep) {
   }
 }
 
+TEST(KklObserver, TheDomainOfARelativeOutputIsOfZLessItsSteadyState) {
+  for (const bool relative : {true, false}) {
+    auto model = testing::pair_model<double>(Hold::kFirstOrder, true);
+    model.latent.relative[0] = relative;
+    KklObserver observer{model};
+    ASSERT_EQ(observer.step(9.0), StepStatus::kOk);  // S y = (2.2, 8.1, 4.5); the box is +-5
+    EXPECT_EQ(observer.in_domain(), relative);
+  }
+}
+
 TEST(KklObserver, GoesTwoHalfStepsAsOneWholeOnARamp) {
   DoubleObserver whole(kDoubleModel), halves(kDoubleModel);
   ASSERT_EQ(whole.step(-1.0), StepStatus::kOk);

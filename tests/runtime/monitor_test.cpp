@@ -99,6 +99,37 @@ TEST(Monitor, CorrelationSeesInnovationsThatAlternate) {
   EXPECT_EQ(first_alarm(m, Alarm::kInnovationCorrelation, [](int k) { return k % 2 == 0 ? 2.0 : -2.0; }), 36);
 }
 
+TEST(Monitor, PredictionIsItsRowOfLatentStateReadingsAndEstimate) {
+  Model m = quiet_model();
+  m.offset[0] = 0.125;
+  m.prediction[0][0] = 0.5;
+  m.prediction[0][1] = -0.25;
+  m.prediction[0][2] = 2.0;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  observer.z = 3.0;
+  observer.y = monitor.screened(-1.0, observer);
+  (void)monitor.watch(observer, Vector<double, 1>{{0.75}});
+  EXPECT_EQ(monitor.save().outputs[0].predicted, 0.125 + 0.5 * 3.0 - 0.25 * -1.0 + 2.0 * 0.75);
+}
+
+TEST(Monitor, InnovationOfAnAngleGoesTheShortWayRound) {
+  Model m = quiet_model();
+  m.prediction[0][1] = 0.0;
+  Fake observer;
+  observer.own.outputs.wrap[0] = 6.25;
+  const auto first_innovation = [&] {
+    Monitor<Model> monitor(m);
+    observer.y = 0.0;
+    (void)seen(monitor, observer, 3.0);
+    (void)seen(monitor, observer, -3.0);  // 0.25 further on, or 6 back
+    return monitor.save().outputs[0].last;
+  };
+  EXPECT_EQ(first_innovation(), 0.125) << "deviation 2";
+  observer.own.outputs.wrap[0] = 0.0;
+  EXPECT_EQ(first_innovation(), -3.0) << "control";
+}
+
 TEST(Monitor, PlaceOfTheLatentStateIsWeighed) {
   Model m = quiet_model();
   m.latent_limit[0] = 2.0;

@@ -44,6 +44,20 @@ Scalar any_bits(std::mt19937& random) {
   }
 }
 
+/// A batch whose memory a test can spoil.
+template <class Batch>
+struct UpsetBatch : Batch {
+  using Batch::Batch;
+  void spoil_z(int r, int plant, double value) { set(this->z_[r][plant], value); }
+  void spoil_y(int j, int plant, double value) { set(this->y_[j][plant], value); }
+
+ private:
+  template <class Scalar>
+  static void set(Scalar& place, double value) {
+    place = static_cast<Scalar>(value);
+  }
+};
+
 /// Fills in what follows from D, F and the sample period: step and S = -D^-1 F.
 template <class Model>
 constexpr void complete(Model& model) {
