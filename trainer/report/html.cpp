@@ -48,7 +48,6 @@ dl.reports { font-size: 1rem; max-width: 54rem; margin: .8rem 0; }
 code { font-size: .88em; background: var(--card); border-radius: .25rem; padding: .05rem .3rem; overflow-wrap: anywhere; }
 ol.contents { columns: 2 18rem; column-gap: 2.5rem; padding-left: 1.4rem; font-size: .95rem; } li { margin: .15rem 0; }
 details { margin: .4rem 0; } summary { cursor: pointer; }
-table.cells th { white-space: nowrap; }
 .paper { font-size: .82rem; color: var(--soft); } .paper b { font-weight: 600; }
 td.outside { background: var(--outside); }
 .far { color: var(--warn); font-weight: 600; } .held { color: var(--good); }

@@ -82,9 +82,8 @@ std::string paper_html(const Cell& cell, bool compare, bool bold) {
 /// The table in one reading.
 std::string table_html(const ComparisonTable& table, const std::string& title, std::vector<double> Cell::*values,
                        bool compare) {
-  std::string html =
-      fmt::format("<h3>{}</h3>\n<div class=\"wide\"><table class=\"cells\">\n<thead><tr><th scope=\"col\">{}</th>",
-                  escaped(title), escaped(table.corner));
+  std::string html = fmt::format("<h3>{}</h3>\n<div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">{}</th>",
+                                 escaped(title), escaped(table.corner));
   for (const std::string& column : table.columns) html += fmt::format("<th scope=\"col\">{}</th>", escaped(column));
   html += "</tr></thead>\n<tbody>\n";
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
@@ -102,8 +101,8 @@ std::string table_html(const ComparisonTable& table, const std::string& title, s
 
 /// Both readings side by side: a table without a number of the paper.
 std::string plain_table_html(const ComparisonTable& table) {
-  std::string html = fmt::format("<div class=\"wide\"><table class=\"cells\">\n<thead><tr><th scope=\"col\">{}</th>",
-                                 escaped(table.corner));
+  std::string html =
+      fmt::format("<div class=\"wide\"><table>\n<thead><tr><th scope=\"col\">{}</th>", escaped(table.corner));
   for (const std::string& column : table.columns)
     for (const char* reading : {"strict", "paper-like"})
       html += fmt::format("<th scope=\"col\">{}<br><span class=\"paper\">{}</span></th>", escaped(column), reading);
