@@ -38,6 +38,11 @@ TEST_LIMIT_S = 120  # of processor time, as the machine may be busy: an endless 
 # The programs that cover a folder, quickest first. The longest match decides.
 COVERED_BY = {
     "runtime/include/nlo": ["observer_structures_test", "latent_test", "kkl_observer_test", "kernels_default_test"],
+    "runtime/include/nlo/monitor": ["kkl_observer_test"],
+    "runtime/include/nlo/delay_line": ["kkl_observer_test"],
+    "runtime/include/nlo/error_head": ["observer_structures_test"],
+    "runtime/include/nlo/saturation": ["observer_structures_test"],
+    "runtime/include/nlo/sensor_failures": ["observer_structures_test"],
     "runtime/include/nlo/kernels/int16": ["codegen_test"],
     "runtime/include/nlo/quantised_map": ["codegen_test"],
     "codegen": ["codegen_test"],
