@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -167,9 +168,9 @@ std::string objection(const std::string& file, const Include& include) {
       std::ranges::find(kRuntimeStandardHeaders, include.target) == kRuntimeStandardHeaders.end()) {
     return "is not a header that every target of the runtime has";
   }
-  // An example includes the header that was generated for it, which stands in no source folder; a golden C file its
-  // own.
-  if (include.quoted && !file.starts_with("examples/") && !file.starts_with("tests/golden/") &&
+  // An example and a user's program include the header that was generated for them, which stands in no source folder; a
+  // golden C file its own.
+  if (include.quoted && !starts_with_any(file, std::array{"examples/", "tests/install/", "tests/golden/"}) &&
       !fs::exists(kRoot / include.target) && !fs::exists(kRoot / "runtime/include" / include.target)) {
     return "is quoted but is not a file of this project seen from its root";
   }
