@@ -2,7 +2,7 @@
 // A user's program: flies the exported observer, and says whether Eigen was in reach.
 #include <cstdio>
 
-#include <van_der_pol.h>
+#include "van_der_pol.h"
 #if WITH_EIGEN
 #include <nlo/eigen.h>
 #elif __has_include(<Eigen/Core>) || __has_include("Eigen/Core")
