@@ -119,7 +119,7 @@ class Study {
       column.state_bytes = 4.0 * static_cast<double>(row.state(context));
       add_column(column, {nullptr, &row, false});
       if (!test_.tune) continue;
-      column.name += "_tuned";
+      column.name += CompareColumn::kTuned;
       column.meaning += ", tuned for each condition";
       add_column(column, {nullptr, &row, true});
     }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "codegen/model/model.h"
@@ -45,6 +46,11 @@ struct CompareColumn {
   double constant_bytes = 0.0;               ///< of a model
   /// Measured in this program, the least over conditions: filters on lanes side by side, observers by whole runs. [ns]
   double ns = 0.0;
+
+  static constexpr std::string_view kTuned = "_tuned";  ///< ends the name of a filter that is tuned
+  bool is_tuned() const { return !is_observer && name.ends_with(kTuned); }
+  /// "ekf" of "ekf_tuned"; of all others the name.
+  std::string untuned_name() const { return name.substr(0, name.size() - (is_tuned() ? kTuned.size() : 0)); }
 };
 
 struct CompareCell {

@@ -9,7 +9,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "trainer/base/number_text.h"
@@ -103,16 +102,14 @@ std::string with_blanks(std::string name) {
 
 std::string column_title(const CompareColumn& column) {
   if (column.is_observer) return column.name;
-  constexpr std::string_view kTuned = "_tuned";
-  const bool tuned = column.name.ends_with(kTuned);
-  std::string name = column.name.substr(0, column.name.size() - (tuned ? kTuned.size() : 0));
+  std::string name = column.untuned_name();
   for (const auto& [known, words] : {std::pair{"ekf", "EKF"},
                                      {"ukf", "UKF"},
                                      {"joint_ekf", "joint EKF"},
                                      {"mhe", "moving horizon"},
                                      {"particle", "particle filter"}})
     if (name == known) name = words;
-  return with_blanks(name) + (tuned ? ", tuned" : "");
+  return with_blanks(name) + (column.is_tuned() ? ", tuned" : "");
 }
 
 std::string condition_name(const Condition& condition) {
@@ -133,7 +130,7 @@ CompareTable tuning_table(const Comparison& comparison) {
   CompareTable table{{"condition"}, {}};
   std::vector<std::size_t> tuned;
   for (std::size_t c = 0; c < comparison.columns.size(); ++c)
-    if (comparison.columns[c].name.ends_with("_tuned")) tuned.push_back(c);
+    if (comparison.columns[c].is_tuned()) tuned.push_back(c);
   for (const std::size_t c : tuned) table.headings.push_back(column_title(comparison.columns[c]));
   for (std::size_t i = 0; i < comparison.conditions.size() && !tuned.empty(); ++i) {
     std::vector<std::string> row{condition_name(comparison.conditions[i])};
@@ -149,7 +146,7 @@ CompareTable cost_table(const Comparison& comparison) {
       {"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / EKF"}, {}};
   const auto ekf = column_named(comparison, "ekf");
   for (const CompareColumn& column : comparison.columns) {
-    if (column.name.ends_with("_tuned")) continue;  // the same filter
+    if (column.is_tuned()) continue;  // the same filter
     const bool ratio = ekf && comparison.columns[*ekf].ns > 0.0 && column.ns > 0.0;
     table.rows.push_back({column_title(column), fmt::format("{:.0f}", column.operations),
                           fmt::format("{:.0f}", column.functions), fmt::format("{:.0f}", column.state_bytes),

@@ -19,19 +19,15 @@ namespace {
 
 using Style = Series::Style;
 
-/// "ekf" of "ekf_tuned": a filter as shipped and tuned share a colour.
-std::string family(const CompareColumn& column) {
-  return column.name.substr(0, column.name.rfind("_tuned"));
-}
-
-/// A colour for each observer and each kind of filter, at most kMost; those beyond share the last one, grey.
+/// A colour for each observer and each kind of filter, as shipped or tuned, at most kMost; those beyond share the last
+/// one, grey.
 std::vector<int> colours(const Comparison& comparison) {
   constexpr int kOrder[] = {1, 0, 2, 3, 4, 5};  // observers come first
   constexpr std::size_t kMost = std::size(kOrder);
   std::vector<std::string> families;
   std::vector<int> result;
   for (const CompareColumn& column : comparison.columns) {
-    const std::string name = column.is_observer ? column.name : family(column);
+    const std::string name = column.untuned_name();
     const auto found = std::find(families.begin(), families.end(), name);
     const auto number = static_cast<std::size_t>(found - families.begin());
     if (found == families.end()) families.push_back(name);
@@ -69,10 +65,10 @@ Figure ratios(const Comparison& comparison, std::size_t reference) {
     }
     if (!(ratio.array() == ratio.array()).any()) continue;
     const CompareColumn& column = comparison.columns[c];
-    const Style mark = column.is_observer                ? Style::kDiamonds
-                       : column.name == "particle"       ? Style::kCrosses
-                       : column.name.ends_with("_tuned") ? Style::kPoints
-                                                         : Style::kRings;
+    const Style mark = column.is_observer          ? Style::kDiamonds
+                       : column.name == "particle" ? Style::kCrosses
+                       : column.is_tuned()         ? Style::kPoints
+                                                   : Style::kRings;
     (column.is_observer ? observers : panel.series)
         .push_back({column_title(column),
                     mark,
