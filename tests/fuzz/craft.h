@@ -293,8 +293,7 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
     const int said = craft.status();  // kReset, too, where a step was rejected and a bit has flipped
     check(said == status || said == kReset, "the observer says what its step said");
     check(said == kReset || craft.latent_is_finite(), "z is finite");
-    check(said > kHeld || craft.estimate_is_finite() || (said == kHeld && healing > 0),
-          "an estimate with a good status is finite");
+    check(said > kHeld || craft.estimate_is_finite(), "an estimate with a good status is finite");
     const char* fault = craft.monitor_fault();
     if (fault != nullptr) crash(name, fault);
   };

@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0xed7e09bb
+#if tiny_c99_EXPORT != 0x93dd5e91
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -328,6 +328,11 @@ static tiny_c99_status whole(tiny_c99_observer* o) {
   return is_reachable(o->z) ? (tiny_c99_status)o->status : spoilt(o);
 }
 
+// The same where the filter has not moved: what z would have shown is looked for in the readings that it holds.
+static tiny_c99_status unmoved(tiny_c99_observer* o) {
+  return tiny_c99_restore(o, o) ? (tiny_c99_status)o->status : spoilt(o);
+}
+
 // One step: that of the sample period, or another.
 static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* step) {
   Scalar next[kNy];
@@ -336,7 +341,7 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   if (o->started > 1) return spoilt(o);
   if (status == tiny_c99_HELD) {
     one_more_held(o);
-    if (o->started == 0) return (tiny_c99_status)o->status;  // nothing to hold yet
+    if (o->started == 0) return unmoved(o);  // nothing to hold yet
   } else {
     o->held = 0;
     noted(o, status);
@@ -367,7 +372,10 @@ tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1
   Scalar accepted[kNy];
   copy(accepted, observer->y, kNy);
   const tiny_c99_status status = screened(y, accepted);
-  if (status == tiny_c99_HELD) return one_more_held(observer);
+  if (status == tiny_c99_HELD) {
+    one_more_held(observer);
+    return unmoved(observer);
+  }
   tiny_c99_reset(observer);
   start(observer, accepted);
   settle(observer);

@@ -11,7 +11,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <limits>
 #include <random>
 #include <string>
 
@@ -169,6 +171,28 @@ TEST(Upset, NoneOfTwentyThousandFlippedBitsIsSilentAndNoneStays) {
   RecordProperty("told", counts.told);
   std::printf("told %d, harmless %d, silent %d, resets %d\n", counts.told, counts.harmless, counts.silent,
               counts.resets);
+}
+
+/// Where z does not move it shows nothing: T* of angles reads y, too, and a y that is no number would be estimated from.
+TEST(Upset, AReadingThatIsNoNumberIsSeenWhereNothingGoodIsMeasured) {
+  static const auto model = testing::undriven_model<float>(Hold::kFirstOrder);
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  using Observer = KklObserver<testing::UndrivenTestModel<float>>;
+  const auto spoil = [&](Observer& observer) {  // bits of its exponent flip
+    auto* bytes = reinterpret_cast<unsigned char*>(&observer) + sizeof(void*) + offsetof(Observer::State, y);
+    std::memcpy(bytes, &kNan, sizeof kNan);
+  };
+  for (const bool warm : {false, true}) {
+    Observer observer(model);
+    if (warm) {
+      ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
+    }
+    const auto next = [&] { return warm ? observer.warm_start(kNan) : observer.step(kNan); };
+    EXPECT_EQ(next(), StepStatus::kHeld) << "control: without a flip";
+    spoil(observer);
+    EXPECT_EQ(next(), StepStatus::kReset) << (warm ? "warm start" : "first step");
+    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk) << "the next measurement is the first";
+  }
 }
 
 }  // namespace

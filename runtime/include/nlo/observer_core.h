@@ -138,7 +138,7 @@ class ObserverCore {
     state_.status = noted<kArithmetic>(missing, count_held<kArithmetic>(screened, state_.held, model_->stale_after));
     if (state_.started != 1) {
       if (state_.started != 0) return spoilt();
-      if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
+      if (screened == StepStatus::kHeld) return unmoved();  // nothing to hold yet
       start(y_next, starts_steady(*model_));
     } else {
       advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);
@@ -156,7 +156,8 @@ class ObserverCore {
     for (int j = 0; j < kNr; ++j) accepted[j] = state_.y[j];
     const StepStatus screened = model_->outputs.template screen<kArithmetic>(y, accepted);
     if (screened == StepStatus::kHeld) {
-      return state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
+      state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
+      return unmoved();
     }
     reset();
     start(accepted, true);
@@ -172,6 +173,9 @@ class ObserverCore {
     reset();
     return state_.status = StepStatus::kReset;
   }
+
+  /// The status, where the filter has not moved: what z would have shown is looked for in the readings that it holds.
+  constexpr StepStatus unmoved() { return is_reachable(state_, model_->outputs) ? state_.status : spoilt(); }
 
   constexpr void start(const Scalar (&y)[kNr], bool steady) {
     for (int j = 0; j < kNr; ++j) {
