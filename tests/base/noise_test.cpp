@@ -12,7 +12,7 @@ TEST(Noise, ReadsWhatElseASensorDoes) {
   const SensorNoise noise = parse_noise("student:0.5:3+outliers:0.05:10+bias:0.2+quantised:0.25").of(0);
   EXPECT_EQ(noise.kind, NoiseKind::kStudent);
   EXPECT_EQ(noise.scale, 0.5);
-  EXPECT_EQ(noise.freedom, 3);
+  EXPECT_EQ(noise.shape, 3);
   EXPECT_EQ(noise.outlier_share, 0.05);
   EXPECT_EQ(noise.outlier_amplitude, 10.0);
   EXPECT_EQ(noise.bias, 0.2);

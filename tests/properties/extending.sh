@@ -17,8 +17,8 @@ mapfile -t diffs < <(sed -n 's/^git apply \(docs\/extending\/[a-z]*\.diff\)$/\1/
 for diff in "${diffs[@]}"; do git apply "$diff" || fail "$diff does not apply"; done
 
 # Programs that hold a diff's own tests, or tests by instantiation of what it adds.
-programs=(codegen_test commands_test kernels_blocked_test losses_test nn_test observer_structures_test plants_test
-  structures_test training_test)
+programs=(base_test codegen_test commands_test compare_test kernels_blocked_test losses_test nn_test
+  observer_structures_test optim_test plants_test structures_test training_test)
 step() { echo "-- $1 ($SECONDS s)"; }
 step "configure"
 "$cmake" -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DNLO_BENCH=OFF -DNLO_EXAMPLES=OFF >"$work/configure.log" 2>&1 ||
@@ -28,7 +28,7 @@ step "build"
   { grep -E "error|warning" "$work/build.log" | head -20; fail "it does not build: $work/build.log"; }
 step "tests"
 chosen='^(codegen_test\.(Activations|EachActivation|EachTrainedActivation|Export|Facts|ModelFile.*|ReferenceObserver)'
-chosen+='|commands_test\.(InfoCommand|CommandLine)|kernels_blocked_test\..*|losses_test\..*|nn_test\..*'
+chosen+='|base_test\.Table/EveryNoise|compare_test\.FilterSearch|optim_test\..*|commands_test\.(InfoCommand|CommandLine)|kernels_blocked_test\..*|losses_test\..*|nn_test\..*'
 chosen+='|observer_structures_test\..*|plants_test\.(EveryPlant|Pendulum)|structures_test\.StaticMap|training_test\.Objective)$'
 "$ctest" --test-dir build -R "$chosen" --no-tests=error --output-on-failure >"$work/tests.log" 2>&1 ||
   { tail -60 "$work/tests.log"; fail "its tests fail"; }
@@ -73,6 +73,10 @@ TOML
 "$nlo" train new.toml -q -o static_map || fail "the new structure, loss and activation cannot be trained"
 "$nlo" train new.toml -q -o kkl --set 'observer.structure="kkl"' --set 'observer.eigenvalues=[-1.0, -2.0, -3.0]' ||
   fail "the new loss and activation cannot be trained in a KKL observer"
+"$nlo" train new.toml -q -o lion --set 'training.optimiser="lion"' --set 'training.noise="laplace:0.1"' ||
+  fail "the new optimiser and noise cannot train"
+"$nlo" compare lion/model.json --against open_loop --trajectories 2 -q -o compared >/dev/null ||
+  fail "the new filter cannot be compared with"
 "$nlo" info static_map/model.json | grep "^structure  static_map$" >/dev/null || fail "the new command does not name the structure"
 "$nlo" info kkl/model.json | grep "^map        inverse_map lisht 4-8-2$" >/dev/null || fail "the new command does not show the map"
 for name in static_map kkl; do

@@ -5,19 +5,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "codegen/base/error.h"
+#include "trainer/base/noise_table.h"
 #include "trainer/base/number_text.h"
 
 namespace nlo::trainer {
 namespace {
 
-constexpr const char* kForms =
-    "write none, gaussian:STANDARD_DEVIATION, uniform:HALF_WIDTH or student:SCALE:FREEDOM, and behind it what else "
-    "there is: "
-    "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, +delay:SAMPLES or +delay:LEAST:MOST, "
-    "+jitter:SHARE_OF_PERIOD, +missing:SHARE or +missing:SHARE:SAMPLES_IN_A_ROW";
+std::string forms() {
+  std::string text = "write ";
+  for (const NoiseRow& row : noise_table())
+    text += fmt::format("{}{}{}",
+                        &row == &noise_table().front()  ? ""
+                        : &row == &noise_table().back() ? " or "
+                                                        : ", ",
+                        row.name, row.numbers);
+  return text +
+         ", and behind it what else there is: +outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, "
+         "+delay:SAMPLES or +delay:LEAST:MOST, +jitter:SHARE_OF_PERIOD, +missing:SHARE or "
+         "+missing:SHARE:SAMPLES_IN_A_ROW";
+}
 
 constexpr int kLongestDelay = 10000;  // samples: more than a run has is a mistake
 
@@ -39,7 +47,7 @@ class Part {
   std::string_view word() const { return words_.front(); }
 
   [[noreturn]] void fail(std::string_view what) const {
-    throw codegen::Error(fmt::format("noise \"{}\" {}; {}", all_, what, kForms));
+    throw codegen::Error(fmt::format("noise \"{}\" {}; {}", all_, what, forms()));
   }
 
   /// Number `index`, not negative.
@@ -102,27 +110,28 @@ void add_fault(const Part& part, SensorNoise& noise) {
 SensorNoise parse_sensor(std::string_view text) {
   const std::vector<std::string_view> parts = split(text, '+');
   const Part base(parts.front(), text);
-  const std::optional<NoiseKind> kind = from_name<NoiseKind>(base.word());
-  if (!kind) base.fail("is of no known kind");
+  const auto row = std::ranges::find(noise_table(), base.word(), &NoiseRow::name);
+  if (row == noise_table().end()) base.fail("is of no known kind");
   SensorNoise noise;
-  noise.kind = *kind;
-  if (*kind == NoiseKind::kNone) {
-    if (parts.front() != "none") base.fail("is of no known kind");
-  } else {
-    noise.scale = base.number(1);
-    if (*kind == NoiseKind::kStudent) {
-      const double freedom = base.number(2);
-      if (!(freedom >= 1.0 && freedom <= 30.0) || freedom != std::floor(freedom))
-        base.fail("has degrees of freedom that are no whole number from 1 to 30");
-      noise.freedom = static_cast<int>(freedom);
-    }
-    base.expect(*kind == NoiseKind::kStudent ? 2 : 1);
+  noise.kind = row->kind;
+  if (row->has_scale()) noise.scale = base.number(1);
+  if (row->has_shape()) {
+    const double shape = base.number(2);
+    if (!(shape >= row->least_shape && shape <= row->most_shape) || shape != std::floor(shape))
+      base.fail(
+          fmt::format("needs a whole number from {} to {} behind its scale", row->least_shape, row->most_shape));
+    noise.shape = static_cast<int>(shape);
   }
+  base.expect((row->has_scale() ? 1U : 0U) + (row->has_shape() ? 1U : 0U));
   for (std::size_t i = 1; i < parts.size(); ++i) add_fault(Part(parts[i], text), noise);
   return noise;
 }
 
 }  // namespace
+
+bool SensorNoise::has_tails() const {
+  return noise_row(kind).tails || outlier_share > 0.0;
+}
 
 bool NoiseConfig::none() const {
   return std::all_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.none(); });
@@ -150,9 +159,10 @@ NoiseConfig parse_noise(std::string_view text) {
 }
 
 std::string format_noise(const SensorNoise& noise) {
-  std::string text(to_name(noise.kind));
-  if (noise.kind != NoiseKind::kNone) text += ":" + shortest_text(noise.scale);
-  if (noise.kind == NoiseKind::kStudent) text += fmt::format(":{}", noise.freedom);
+  const NoiseRow& row = noise_row(noise.kind);
+  std::string text(row.name);
+  if (row.has_scale()) text += ":" + shortest_text(noise.scale);
+  if (row.has_shape()) text += fmt::format(":{}", noise.shape);
   if (noise.outlier_share > 0.0)
     text += "+outliers:" + shortest_text(noise.outlier_share) + ":" + shortest_text(noise.outlier_amplitude);
   if (noise.bias > 0.0) text += "+bias:" + shortest_text(noise.bias);

@@ -12,23 +12,17 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/base/names.h"
-
 namespace nlo::trainer {
 
+/// Its row in noise_table.h says all about it.
 enum class NoiseKind { kNone, kGaussian, kUniform, kStudent };
-template <>
-inline constexpr NameTable<NoiseKind, 4> kNames<NoiseKind>{{{NoiseKind::kNone, "none"},
-                                                            {NoiseKind::kGaussian, "gaussian"},
-                                                            {NoiseKind::kUniform, "uniform"},
-                                                            {NoiseKind::kStudent, "student"}}};
 
 /// Of one sensor.
 struct SensorNoise {
   NoiseKind kind = NoiseKind::kNone;
   double scale =
-      0.0;          ///< Gaussian: standard deviation; uniform: half width; Student's t: its unit. In the output's unit.
-  int freedom = 0;  ///< degrees of freedom of Student's t, 1 to 30: few are heavy tails
+      0.0;        ///< Gaussian: standard deviation; uniform: half width; Student's t: its unit. In the output's unit.
+  int shape = 0;  ///< Student's t: degrees of freedom, 1 to 30; few are heavy tails
   double outlier_share = 0.0,
          outlier_amplitude = 0.0;  ///< this share of the samples is off by U(-amplitude, amplitude) more
   double bias = 0.0;               ///< U(-bias, bias), drawn once for each run
@@ -44,7 +38,7 @@ struct SensorNoise {
   /// It measures at other times than the observer is told.
   bool shifted() const { return delayed() || jitter > 0.0; }
   /// Now and then what is measured is far off, however far.
-  bool has_tails() const { return kind == NoiseKind::kStudent || outlier_share > 0.0; }
+  bool has_tails() const;
   /// What is measured is changed.
   bool disturbed() const { return kind != NoiseKind::kNone || outlier_share > 0.0 || bias > 0.0 || quantum > 0.0; }
   /// Nothing at all is done to it.

@@ -10,6 +10,7 @@
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "trainer/base/noise_table.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
 #include "trainer/bounds/bound_study.h"
@@ -56,26 +57,28 @@ std::vector<double> parse_factors(const std::string& text) {
 /// V of |v_j| <= V. Without --noise: of the uniform noise that is as strong as the training's.
 double noise_limit(const std::string& text, const NoiseConfig& training) {
   constexpr double kDefault = 0.1;
-  const double root3 = std::sqrt(3.0);  // half width over deviation of a uniform distribution
+  const auto as_uniform = [](const SensorNoise& own) {
+    return own.scale * (noise_row(own.kind).bounded() ? noise_row(own.kind).largest
+                                                      : std::sqrt(3.0 * noise_row(own.kind).variance));
+  };
   if (text.empty()) {
     double largest = 0.0;  // one V for all outputs: that of the strongest
-    for (const SensorNoise& own : training.sensors)
-      largest = std::max(largest, own.kind == NoiseKind::kGaussian ? root3 * own.scale : own.scale);
+    for (const SensorNoise& own : training.sensors) largest = std::max(largest, as_uniform(own));
     return largest == 0.0 ? kDefault : largest;
   }
   const NoiseConfig noise = parse_noise(text);
   if (noise.sensors.size() > 1)
     throw codegen::Error(fmt::format("--noise {}: the bound has one V for all outputs; give one noise", text));
   const SensorNoise& own = noise.sensors.front();
-  if (own != SensorNoise{own.kind, own.scale} || own.kind == NoiseKind::kStudent)
+  if (own != SensorNoise{own.kind, own.scale, own.shape})
     throw codegen::Error(fmt::format(
         "--noise {}: Proposition 2 speaks of bounded noise about zero; write uniform:HALF_WIDTH alone", text));
-  if (own.kind == NoiseKind::kGaussian)
+  if (!noise_row(own.kind).bounded())
     throw codegen::Error(
-        fmt::format("--noise {}: Gaussian noise has no bound, and Proposition 2 speaks of bounded noise; write "
+        fmt::format("--noise {}: this noise has no bound, and Proposition 2 speaks of bounded noise; write "
                     "uniform:{:.4g}, which is as strong",
-                    text, root3 * own.scale));
-  return own.scale;
+                    text, as_uniform(own)));
+  return as_uniform(own);
 }
 
 double disturbance_limit(const std::string& text) {

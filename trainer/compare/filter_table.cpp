@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 
 #include "codegen/base/error.h"
@@ -138,7 +137,7 @@ StepCost cost_of_high_gain(const FilterContext& c, const StepCost& f, const Step
   return cost;
 }
 
-Index high_gain_state(const FilterContext& c) {
+Index one_number_each(const FilterContext& c) {
   return c.plant.nx;
 }
 
@@ -147,7 +146,7 @@ Index high_gain_state(const FilterContext& c) {
 std::span<const FilterRow> filter_table() {
   using T = FilterTuning;
   const auto &process = &T::process, &output = &T::output, &initial = &T::initial;
-  static const std::array<FilterRow, 5> kRows = {{
+  static const FilterRow kRows[] = {
       {"ekf",
        "extended Kalman filter",
        {process, output, initial},
@@ -192,8 +191,8 @@ std::span<const FilterRow> filter_table() {
        high_gain_unfit,
        high_gain,
        cost_of_high_gain,
-       high_gain_state},
-  }};
+       one_number_each},
+  };
   return kRows;
 }
 

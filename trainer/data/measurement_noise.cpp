@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "trainer/base/interpolate.h"
+#include "trainer/base/noise_table.h"
 #include "trainer/base/number_text.h"
 
 namespace nlo::trainer {
@@ -20,7 +21,7 @@ constexpr std::uint64_t split_mix(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-double uniform(std::mt19937_64& engine) {
+double uniform01_of(std::mt19937_64& engine) {
   return static_cast<double>(engine() >> 11) * 0x1p-53;
 }
 
@@ -46,11 +47,19 @@ MeasurementNoise::MeasurementNoise(const NoiseConfig& config, std::uint64_t seed
       engine_(split_mix(split_mix(seed) + run)),
       timing_(split_mix(split_mix(seed ^ 0x74696d65ULL) + run)) {
   for (const SensorNoise& sensor : config_.sensors)
-    biases_.push_back(sensor.bias > 0.0 ? sensor.bias * (2.0 * uniform01() - 1.0) : 0.0);
+    biases_.push_back(sensor.bias > 0.0 ? sensor.bias * uniform() : 0.0);
 }
 
 double MeasurementNoise::uniform01() {
-  return uniform(engine_);
+  return uniform01_of(engine_);
+}
+
+double MeasurementNoise::uniform() {
+  return 2.0 * uniform01() - 1.0;
+}
+
+void MeasurementNoise::normals(std::span<double> all) {
+  for (double& each : all) each = normal();
 }
 
 double MeasurementNoise::normal() {
@@ -70,32 +79,10 @@ double MeasurementNoise::normal() {
   return v1 * factor;
 }
 
-double MeasurementNoise::base(const SensorNoise& own) {
-  switch (own.kind) {
-    case NoiseKind::kNone:
-      return 0.0;
-    case NoiseKind::kGaussian:
-      return own.scale * normal();
-    case NoiseKind::kUniform:
-      return own.scale * (2.0 * uniform01() - 1.0);
-    case NoiseKind::kStudent: {
-      const double above = normal();
-      double squares = 0.0;
-      for (int i = 0; i < own.freedom; ++i) {
-        const double below = normal();
-        squares += below * below;
-      }
-      return own.scale * above / std::sqrt(squares / own.freedom);
-    }
-  }
-  return 0.0;
-}
-
 double MeasurementNoise::draw(std::size_t sensor) {
   const SensorNoise& own = config_.of(sensor);
-  double v = base(own) + biases_[config_.sensors.size() == 1 ? 0 : sensor];
-  if (own.outlier_share > 0.0 && uniform01() < own.outlier_share)
-    v += own.outlier_amplitude * (2.0 * uniform01() - 1.0);
+  double v = own.scale * noise_row(own.kind).draw(*this, own.shape) + biases_[config_.sensors.size() == 1 ? 0 : sensor];
+  if (own.outlier_share > 0.0 && uniform01() < own.outlier_share) v += own.outlier_amplitude * uniform();
   return v;
 }
 
@@ -130,13 +117,13 @@ Eigen::MatrixXd MeasurementNoise::when_measured(const Eigen::MatrixXd& outputs,
   for (std::size_t sensor = 0; !sensors.empty() && sensor <= sensors.back(); ++sensor) {
     const SensorNoise& own = config_.of(sensor);
     const bool drawn = own.delay_low < own.delay_high;
-    delays.push_back(own.delay_low + (drawn ? (own.delay_high - own.delay_low) * uniform(timing_) : 0.0));
+    delays.push_back(own.delay_low + (drawn ? (own.delay_high - own.delay_low) * uniform01_of(timing_) : 0.0));
   }
   const bool jitters = std::any_of(config_.sensors.begin(), config_.sensors.end(),
                                    [](const SensorNoise& own) { return own.jitter > 0.0; });
   Eigen::MatrixXd shifted = outputs;
   for (Eigen::Index k = 0; k < outputs.cols(); ++k) {
-    const double off = jitters ? 2.0 * uniform(timing_) - 1.0 : 0.0;
+    const double off = jitters ? 2.0 * uniform01_of(timing_) - 1.0 : 0.0;
     for (Eigen::Index row = 0; row < outputs.rows(); ++row) {
       const std::size_t sensor = sensors[static_cast<std::size_t>(row)];
       const SensorNoise& own = config_.of(sensor);
@@ -156,7 +143,7 @@ void MeasurementNoise::lose_samples(Eigen::MatrixXd& noisy, const std::vector<En
       const SensorNoise& own = config_.of(sensor);
       if (own.missing_share == 0.0) continue;
       const LossRates rates = loss_rates(own);
-      missing[sensor] = uniform(timing_) < (missing[sensor] != 0 ? rates.goes_on : rates.begins) ? 1 : 0;
+      missing[sensor] = uniform01_of(timing_) < (missing[sensor] != 0 ? rates.goes_on : rates.begins) ? 1 : 0;
     }
     for (Eigen::Index row = 0; row < noisy.rows(); ++row)
       if (missing[sensors[static_cast<std::size_t>(row)]] != 0)
@@ -177,16 +164,7 @@ NoiseConfig without_shifts(NoiseConfig noise) {
 }
 
 double noise_variance(const SensorNoise& noise) {
-  switch (noise.kind) {
-    case NoiseKind::kNone:
-      return 0.0;
-    case NoiseKind::kGaussian:
-    case NoiseKind::kStudent:
-      return noise.scale * noise.scale;
-    case NoiseKind::kUniform:
-      return noise.scale * noise.scale / 3.0;
-  }
-  return 0.0;
+  return noise.scale * noise.scale * noise_row(noise.kind).variance;
 }
 
 Eigen::VectorXd noise_variances(const NoiseConfig& noise) {
@@ -196,26 +174,8 @@ Eigen::VectorXd noise_variances(const NoiseConfig& noise) {
   return variances;
 }
 
-namespace {
-
-std::string base_title(const SensorNoise& noise) {
-  switch (noise.kind) {
-    case NoiseKind::kNone:
-      return "no noise";
-    case NoiseKind::kGaussian:
-      return "N(0, " + shortest_text(noise.scale) + ")";
-    case NoiseKind::kUniform:
-      return "U(-" + shortest_text(noise.scale) + ", " + shortest_text(noise.scale) + ")";
-    case NoiseKind::kStudent:
-      return shortest_text(noise.scale) + " t(" + std::to_string(noise.freedom) + ")";
-  }
-  return "no noise";
-}
-
-}  // namespace
-
 std::string sensor_title(const SensorNoise& noise) {
-  std::string title = base_title(noise);
+  std::string title = noise_row(noise.kind).title(noise);
   if (noise.outlier_share > 0.0)
     title +=
         " + " + shortest_text(100.0 * noise.outlier_share) + " % outliers to " + shortest_text(noise.outlier_amplitude);

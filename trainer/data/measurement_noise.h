@@ -20,15 +20,16 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "trainer/base/noise.h"
+#include "trainer/base/noise_table.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {
 
-class MeasurementNoise {
+class MeasurementNoise final : private NoiseNumbers<double> {
  public:
   MeasurementNoise(const NoiseConfig& config, std::uint64_t seed, std::uint64_t run);
 
@@ -45,8 +46,9 @@ class MeasurementNoise {
   Eigen::MatrixXd when_measured(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles);
   void lose_samples(Eigen::MatrixXd& noisy, const std::vector<EncodedAngle>& angles);
   double uniform01();
-  double normal();
-  double base(const SensorNoise& own);
+  double uniform() override;
+  double normal() override;
+  void normals(std::span<double> all) override;
 
   NoiseConfig config_;
   std::mt19937_64 engine_, timing_;

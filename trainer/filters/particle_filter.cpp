@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "trainer/base/noise_table.h"
 #include "trainer/data/angle.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/run_random.h"
@@ -18,33 +19,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kSoftEdge = 0.02;
 constexpr Index kForABias = 3;    // times as many particles: a state more to search
 constexpr double kKernel = 0.15;  // sqrt(1 - a^2)
 
-/// 1 within |v| <= width, 0 outside, with an edge of kSoftEdge times the width.
-ArrayXd soft_box(const ArrayXd& v, double width) {
-  return 1.0 / (1.0 + ((v.abs() - width) / (kSoftEdge * width)).min(500.0).exp());
-}
-
 /// p(v) of the noise without outliers and steps.
 ArrayXd base_density(const SensorNoise& noise, const ArrayXd& v) {
-  const double s = noise.scale;
-  switch (noise.kind) {
-    case NoiseKind::kGaussian:
-      return (-0.5 * (v / s).square()).exp() / s * 0.3989422804014327;
-    case NoiseKind::kUniform:
-      return soft_box(v, s) / (2.0 * s);
-    case NoiseKind::kStudent: {
-      const double f = noise.freedom;
-      const double norm =
-          std::exp(std::lgamma(0.5 * (f + 1.0)) - std::lgamma(0.5 * f)) / std::sqrt(f * 3.141592653589793);
-      return norm / s * (1.0 + (v / s).square() / f).pow(-0.5 * (f + 1.0));
-    }
-    case NoiseKind::kNone:
-      break;
-  }
-  return ArrayXd::Zero(v.size());
+  return noise_row(noise.kind).density(v / noise.scale, noise.shape) / noise.scale;
 }
 
 /// The particles of one run; rows: the plant's states, then a bias for each output that has one.
@@ -170,7 +150,8 @@ class Cloud {
 std::string no_likelihood(const NoiseConfig& noise) {
   for (const SensorNoise& sensor : noise.sensors) {
     if (sensor.shifted()) return "a delay has no likelihood of the present state";
-    if (sensor.kind == NoiseKind::kNone && sensor.quantum == 0.0) return "an output without noise: the floor is 0";
+    if (noise_row(sensor.kind).density == nullptr && sensor.quantum == 0.0)
+      return "an output without noise: the floor is 0";
   }
   return "";
 }
@@ -178,7 +159,7 @@ std::string no_likelihood(const NoiseConfig& noise) {
 ArrayXd log_likelihood(const SensorNoise& noise, const ArrayXd& v) {
   constexpr double kLeast = 1e-30;  // a particle that has no chance is as good as gone, but stays finite
   ArrayXd density = ArrayXd::Zero(v.size());
-  if (noise.quantum > 0.0 && noise.kind == NoiseKind::kNone) {
+  if (noise.quantum > 0.0 && noise_row(noise.kind).density == nullptr) {
     density = soft_box(v, 0.5 * noise.quantum) / noise.quantum;
   } else if (noise.quantum > 0.0) {
     constexpr int kPoints = 5;  // of the step, by the midpoint rule

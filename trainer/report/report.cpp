@@ -45,12 +45,16 @@ std::string tile(const std::string& value, const std::string& meaning) {
 
 /// The group that speaks for the whole: the first with Gaussian noise, else with any, else the first.
 const std::vector<Evaluation>* main_group(const std::vector<std::vector<Evaluation>>& groups) {
-  for (const NoiseKind kind : {NoiseKind::kGaussian, NoiseKind::kUniform, NoiseKind::kStudent, NoiseKind::kNone})
+  const auto first_with = [&](auto&& is_meant) -> const std::vector<Evaluation>* {
     for (const auto& group : groups)
-      if (!group.empty() && std::ranges::any_of(group.front().noise.sensors,
-                                                [kind](const SensorNoise& noise) { return noise.kind == kind; }))
-        return &group;
-  return nullptr;
+      if (!group.empty() && std::ranges::any_of(group.front().noise.sensors, is_meant)) return &group;
+    return nullptr;
+  };
+  if (const auto* gaussian = first_with([](const SensorNoise& noise) { return noise.kind == NoiseKind::kGaussian; }))
+    return gaussian;
+  if (const auto* noisy = first_with([](const SensorNoise& noise) { return noise.kind != NoiseKind::kNone; }))
+    return noisy;
+  return first_with([](const SensorNoise&) { return true; });
 }
 
 const Evaluation* named(const std::vector<Evaluation>& group, std::string_view name) {

@@ -6,24 +6,35 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "trainer/base/noise_table.h"
+
 namespace nlo::trainer {
 namespace {
 
-/// Numbers of one kind for eight lanes: normal ones come in pairs.
-class LaneNoise {
+/// Numbers for eight lanes. Both kinds come in pairs; of a pair nothing is left over for the other kind.
+class LaneNumbers final : public NoiseNumbers<LaneValue> {
  public:
-  explicit LaneNoise(std::uint64_t stream) : random_(stream) {}
+  explicit LaneNumbers(std::uint64_t stream) : random_(stream) {}
 
-  /// A sensor begins: of a pair nothing is left over for another kind.
-  void begin(NoiseKind kind) {
-    if (kind != kind_) left_ = 0;
-    kind_ = kind;
+  LaneValue uniform() override { return next(Pair::kUniform); }
+  LaneValue normal() override { return next(Pair::kNormal); }
+  /// The first one last: what the figures of trained models rest on.
+  void normals(std::span<LaneValue> all) override {
+    for (LaneValue& each : all.subspan(1)) each = normal();
+    all[0] = normal();
+  }
+  /// In [0, 1).
+  const float* uniform01() {
+    random_.uniform(uniform_);
+    return uniform_;
   }
 
-  /// Of scale 1. Valid until the next call.
-  const float* next(const SensorNoise& noise) {
-    if (noise.kind == NoiseKind::kStudent) return student(noise.freedom);
-    begin(noise.kind);
+ private:
+  enum class Pair { kUniform, kNormal };
+
+  LaneValue next(Pair kind) {
+    if (kind != pair_) left_ = 0;
+    pair_ = kind;
     if (left_ == 0) {
       draw_pair();
       left_ = 2;
@@ -31,48 +42,29 @@ class LaneNoise {
     return draw_[2 - left_--];
   }
 
-  /// In [0, 1).
-  const float* uniform() {
-    random_.uniform(uniform_);
-    return uniform_;
-  }
-
- private:
-  /// Two numbers per lane: normal, or uniform in [-1, 1).
   void draw_pair() {
-    if (kind_ != NoiseKind::kUniform) return random_.normal_pair(draw_[0], draw_[1]);
-    for (auto& lane : draw_) {
-      random_.uniform(lane);
-      for (float& u : lane) u = 2.0F * u - 1.0F;
+    if (pair_ == Pair::kNormal) return random_.normal_pair(draw_[0].data(), draw_[1].data());
+    for (LaneValue& lanes : draw_) {
+      random_.uniform(lanes.data());
+      lanes = 2.0F * lanes - 1.0F;
     }
-  }
-
-  const float* student(int freedom) {
-    const SensorNoise normal{NoiseKind::kGaussian, 1.0};
-    float squares[kGroup] = {};
-    for (int i = 0; i < freedom; ++i) {
-      const float* n = next(normal);
-      for (int l = 0; l < kGroup; ++l) squares[l] += n[l] * n[l];
-    }
-    const float* n = next(normal);
-    for (int l = 0; l < kGroup; ++l)
-      student_[l] = n[l] / std::sqrt(std::max(squares[l] / static_cast<float>(freedom), 1e-12F));
-    return student_;
   }
 
   RandomLanes random_;
-  float draw_[2][kGroup] = {}, uniform_[kGroup] = {}, student_[kGroup] = {};
-  NoiseKind kind_ = NoiseKind::kNone;
+  LaneValue draw_[2];
+  float uniform_[kGroup] = {};
+  Pair pair_ = Pair::kNormal;
   int left_ = 0;  ///< of draw_
 };
+static_assert(kGroup == kNoiseLanes);
 
 /// v = bias, and an outlier in its share of the lanes.
-void add_faults(const SensorNoise& own, const float* bias, const float* outlier, LaneNoise& random, float* v) {
+void add_faults(const SensorNoise& own, const float* bias, const float* outlier, LaneNumbers& random, float* v) {
   std::copy_n(bias, kGroup, v);
   if (own.outlier_share == 0.0) return;
   float draw[kGroup];
-  std::copy_n(random.uniform(), kGroup, draw);
-  const float* u = random.uniform();
+  std::copy_n(random.uniform01(), kGroup, draw);
+  const float* u = random.uniform01();
   for (int l = 0; l < kGroup; ++l)
     if (draw[l] < static_cast<float>(own.outlier_share)) v[l] += outlier[l] * (2.0F * u[l] - 1.0F);
 }
@@ -187,13 +179,13 @@ void Rollout::add_outages(int index) {
 /// `level`: of each lane, times the configured noise.
 void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise,
                         const float* level, std::uint64_t stream) const {
-  LaneNoise random(stream);
+  LaneNumbers random(stream);
   auto angle = data_->output_angles.begin();
   std::size_t sensor = 0;
   for (int row = 0; row < data_->given(); ++sensor) {
     const bool encoded = angle != data_->output_angles.end() && angle->sine == row;
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
-    random.begin(own.kind);
+    const NoiseRow& kind = noise_row(own.kind);
     const float unit = encoded ? static_cast<float>(2.0 * std::numbers::pi / angle->wrap) : 1.0F;
     float scale[kGroup], outlier[kGroup], bias[kGroup] = {};
     for (int l = 0; l < kGroup; ++l) {
@@ -202,15 +194,15 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
       outlier[l] = level[l] * static_cast<float>(own.outlier_amplitude) * unit;
     }
     if (own.bias > 0.0) {
-      const float* u = random.uniform();
+      const float* u = random.uniform01();
       for (int l = 0; l < kGroup; ++l) bias[l] = level[l] * static_cast<float>(own.bias) * unit * (2.0F * u[l] - 1.0F);
     }
     const auto quantum = static_cast<float>(own.quantum);
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
     for (int t = 0; own.disturbed() && t < group.length; ++t, y += kGroup) {
-      if (own.kind != NoiseKind::kNone) {
-        const float* v = random.next(own);
+      if (kind.has_scale()) {
+        const LaneValue v = kind.draw_lanes(random, own.shape);
         if (encoded) {
           for (int l = 0; l < kGroup; ++l) turn(y[l], cosine[l], scale[l] * v[l]);
         } else {
