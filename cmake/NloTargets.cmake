@@ -36,16 +36,22 @@ function(nlo_optimise target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# nlo_add_library(NAME USES target...): a static library and, beside it, the object library NAME_hot of the sources where
-# a run spends its time: -O3 where the others have -O1, and -O1 in Debug builds (sanitizers), where the others have none.
+# nlo_add_library(NAME [HEADERS_OF LIBRARY] USES target...): a static library and beside it the object library NAME_hot
+# of the sources where a run spends its time: -O3 where the others have -O1, and -O1 in Debug builds (sanitizers), where
+# the others have none. HEADERS_OF: with the precompiled headers of a library of the same settings.
 function(nlo_add_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "USES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "HEADERS_OF" "USES")
   add_library(${name}_hot OBJECT)
   add_library(${name} STATIC $<TARGET_OBJECTS:${name}_hot>)
   foreach(part IN ITEMS ${name} ${name}_hot)
     target_link_libraries(${part} PRIVATE ${arg_USES})
     target_include_directories(${part} PUBLIC ${PROJECT_SOURCE_DIR})
-    nlo_precompile_common_headers(${part})
+    if(arg_HEADERS_OF)
+      string(REPLACE ${name} ${arg_HEADERS_OF} other ${part})
+      target_precompile_headers(${part} REUSE_FROM ${other})
+    else()
+      nlo_precompile_common_headers(${part})
+    endif()
   endforeach()
   nlo_optimise(${name})
   target_compile_options(${name}_hot PRIVATE "$<$<CONFIG:Release>:-O3>" "$<$<CONFIG:Debug>:-O1>")

@@ -60,7 +60,6 @@ TEST(BashCompletion, OffersCommandsOptionsAndTheirValues) {
   EXPECT_THAT(offered({"evaluate", "--b"}), testing::ElementsAre("--box-scale"));
   EXPECT_THAT(offered({"evaluate", "model.json", "--against", ""}), IsSupersetOf({"ekf", "constant"}));
   EXPECT_THAT(offered({"export", "--target", "a"}), testing::ElementsAre("arduino"));
-  EXPECT_THAT(offered({"reproduce", "table1"}), Contains("table1"));
   EXPECT_THAT(offered({"completion", ""}), testing::ElementsAre("bash", "zsh"));
 }
 

@@ -141,8 +141,13 @@ std::map<std::string, std::string> Scratch::contents() const {
 }
 
 ProgramResult Scratch::run(const std::vector<std::string>& arguments, const std::string& interrupt_at) const {
+  return run_program(NLO_PROGRAM, arguments, interrupt_at);
+}
+
+ProgramResult Scratch::run_program(const std::string& program, const std::vector<std::string>& arguments,
+                                   const std::string& interrupt_at) const {
   const std::string out = path_ + ".out", err = path_ + ".err";  // beside it: they are none of the program's files
-  std::vector<char*> argv = {const_cast<char*>(NLO_PROGRAM)};
+  std::vector<char*> argv = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   const pid_t child = ::fork();
@@ -152,7 +157,7 @@ ProgramResult Scratch::run(const std::vector<std::string>& arguments, const std:
     const bool ready = ::chdir(path_.c_str()) == 0 && std::freopen("/dev/null", "r", stdin) != nullptr &&
                        std::freopen(out.c_str(), "w", stdout) != nullptr &&
                        std::freopen(err.c_str(), "w", stderr) != nullptr;
-    if (ready) ::execv(NLO_PROGRAM, argv.data());
+    if (ready) ::execv(program.c_str(), argv.data());
     ::_exit(127);
   }
   int status = 0;

@@ -31,6 +31,9 @@ class Scratch {
 
   /// Runs the program here. It is killed after a minute. `interrupt_at`: Ctrl-C once its stderr has these words.
   ProgramResult run(const std::vector<std::string>& arguments, const std::string& interrupt_at = "") const;
+  /// The same of another program.
+  ProgramResult run_program(const std::string& program, const std::vector<std::string>& arguments,
+                            const std::string& interrupt_at = "") const;
 
  private:
   std::string path_;

@@ -21,7 +21,9 @@ for experiment in "${experiments[@]}"; do
   name=${experiment##*/} name=${name%.toml} folder=$work/${experiment//\//_}
   brief=(--set training.steps=3 --set training.validate_every=3 --threads 1 -q)
   if [[ $experiment == *.toml ]]; then brief+=(--data "$(dirname "$experiment")"); else brief+=(--set simulation.trajectories=6); fi
-  (cd "$work" && "$nlo" train "$experiment" "${brief[@]}" -o "$folder" >"$folder.txt" 2>&1) || [[ -f $folder/model.json ]] ||
+  file=$experiment
+  [[ $experiment == *.toml ]] || file=$source/trainer/experiments/$experiment.toml
+  (cd "$work" && "$nlo" train "$file" "${brief[@]}" -o "$folder" >"$folder.txt" 2>&1) || [[ -f $folder/model.json ]] ||
     { echo "FAILED  $experiment was not trained" && tail -n 5 "$folder.txt" && exit 1; }
   "$nlo" monitor "$folder/model.json" --hours 0.02 --runs 0 >"$folder.txt" 2>&1 || true # not every plant can be watched so briefly
   mv "$folder/model.json" "$work/${experiment//[^a-zA-Z0-9]/_}.json"

@@ -67,9 +67,13 @@ for file in share/bash-completion/completions/nlo share/zsh/site-functions/_nlo 
   [ -s "$root/usr/$file" ] || fail "$file is not installed"
 done
 same 'names of the source tree' '' "$(grep -rlF "$source" "$root/usr" || true)"
-same 'symbols of the program' 'no symbols' "$(nm "$root/usr/bin/nlo" 2>&1 | grep -o 'no symbols')"
+for name in nlo nlo-reproduce; do
+  same "symbols of $name" 'no symbols' "$(nm "$root/usr/bin/$name" 2>&1 | grep -o 'no symbols')"
+  if [ "$portable" ] && [ "$machine" = amd64 ]; then
+    same "instructions of $name that not every processor has" 0 "$(wide_vectors "$root/usr/bin/$name")"
+  fi
+done
 if [ "$portable" ] && [ "$machine" = amd64 ]; then
-  same 'instructions that not every processor has' 0 "$(wide_vectors "$root/usr/bin/nlo")"
   if grep -q '^NLO_NATIVE:BOOL=ON' "$build/CMakeCache.txt" && grep -qm1 '\bavx\b' /proc/cpuinfo && [ -x "$build/trainer/nlo" ]; then
     [ "$(wide_vectors "$build/trainer/nlo")" -gt 1000 ] || fail 'the native program has none either: this test sees nothing'
   fi
@@ -77,6 +81,7 @@ fi
 
 # Used: by its program, by CMake and by pkg-config.
 same 'nlo --version' "nlo $version" "$("$root/usr/bin/nlo" --version)"
+same 'nlo reproduce' 'Usage: nlo reproduce' "$("$root/usr/bin/nlo" reproduce --help | grep -o '^Usage: nlo reproduce')"
 cp -r "$source/examples" "$work/examples"
 logged cmake -G Ninja -S "$work/examples/control_loop" -B "$work/control_loop" -DCMAKE_BUILD_TYPE=Release \
   "-DCMAKE_PREFIX_PATH=$root/usr" -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF

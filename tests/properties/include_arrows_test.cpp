@@ -77,6 +77,8 @@ const std::vector<Wall> kWalls = {
     {"trainer/nn/", "trainer/plants/"},
     {"trainer/optim/", "trainer/plants/"},
     {"trainer/training/", "trainer/plants/"},
+    // nlo-reproduce is a program of its own: whoever builds nlo does not compile the paper.
+    {"trainer/", "trainer/reproduce/"},
     // A model and what is made of it do not know the languages it is written in.
     {"codegen/", "codegen/targets/"},
 };
@@ -305,6 +307,12 @@ TEST(IncludeArrows, SeeALossThatKnowsAStructureOrAPlant) {
   EXPECT_THAT(violations("trainer/sensitivity/x.h", "#include <trainer/plants/plant.h>"),
               ElementsAre(HasSubstr("wall")));
   EXPECT_THAT(violations("trainer/losses/x.h", "#include \"trainer/structures/observer_structure.h\""), IsEmpty());
+}
+
+TEST(IncludeArrows, SeeACommandThatNeedsThePaper) {
+  EXPECT_THAT(violations("trainer/commands/x.cpp", "#include \"trainer/reproduce/run.h\""),
+              ElementsAre(HasSubstr("wall")));
+  EXPECT_THAT(violations("trainer/reproduce/x.cpp", "#include \"trainer/commands/command.h\""), IsEmpty());
 }
 
 TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {

@@ -10,6 +10,11 @@
 #include <utility>
 
 #include "codegen/base/error.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/plants/initial_states.h"
+#include "trainer/plants/registry.h"
+#include "trainer/plants/run_range.h"
+#include "trainer/plants/simulate_runs.h"
 #include "trainer/reproduce/jobs.h"
 
 namespace nlo::trainer::reproduction {
@@ -46,6 +51,29 @@ TEST(Registry, EveryItemIsComplete) {
     EXPECT_FALSE(item.experiments.empty()) << item.name;
     for (const auto name : item.experiments)
       EXPECT_EQ(paper_experiment(name, kFullSize, 2).seed, 2U) << item.name << " needs " << name;
+  }
+}
+
+TEST(Registry, TrainsEveryExperimentThatTheProgramCarries) {
+  std::set<std::string> trained;
+  for (const Item& item : items())
+    for (const auto name : item.experiments) trained.emplace(name.substr(0, name.find(' ')));
+  for (const ShippedExperiment& shipped : experiment_texts()) {
+    std::string name(shipped.name);
+    if (name.starts_with("paper/")) name.erase(0, 6);
+    EXPECT_TRUE(trained.contains(name)) << shipped.name;
+  }
+}
+
+TEST(ExperimentsOfThePaper, AreCompleteAndStayInTheRangeOfTheirStarts) {
+  for (const ShippedExperiment& shipped : experiment_texts()) {
+    const std::string file = std::string(shipped.name) + ".toml";
+    EXPECT_TRUE(parse_draft(shipped.text, file).complete) << file;
+    const Experiment e = parse_experiment(shipped.text, file);
+    const auto plant = make_plant(*e.plant);
+    EXPECT_THAT(range_warnings(simulate_runs(e, *plant, initial_state_seed(e.seed, SeedStream::kTraining), 8), e),
+                testing::IsEmpty())
+        << file;
   }
 }
 

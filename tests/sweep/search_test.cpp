@@ -114,8 +114,10 @@ TEST(Search, TriesOtherStructuresWhereOneIsAsGoodAsAnother) {
 
 // Matrices of a plant, or an input field, are what only a user can say.
 TEST(Search, KeepsAStructureThatWasChosenForItsPlant) {
-  EXPECT_THAT(structures_of(shipped("paper/example1"), 60), testing::ElementsAre("luenberger"));
-  EXPECT_THAT(structures_of(shipped("paper/reverse_duffing_driven"), 60), testing::ElementsAre("driven_kkl"));
+  const std::string paper = NLO_SOURCE_DIR "/trainer/experiments/paper/";
+  EXPECT_THAT(structures_of(read_experiment(paper + "example1.toml"), 60), testing::ElementsAre("luenberger"));
+  EXPECT_THAT(structures_of(read_experiment(paper + "reverse_duffing_driven.toml"), 60),
+              testing::ElementsAre("driven_kkl"));
 }
 
 TEST(Search, VariesTimeScalesWidthsAndRates) {

@@ -48,10 +48,12 @@ void add_identify(CLI::App& app, Action& action);
 void add_evaluate(CLI::App& app, Action& action);
 void add_export(CLI::App& app, Action& action);
 void add_report(CLI::App& app, Action& action);
-void add_reproduce(CLI::App& app, Action& action);
 void add_monitor(CLI::App& app, Action& action);
 void add_new(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action);
+
+/// The subcommand that becomes another program, with main's arguments.
+void add_reproduce(CLI::App& app, int argc, char** argv);
 
 }  // namespace nlo::trainer

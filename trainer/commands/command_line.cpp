@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/commands/command_line.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
-
-#include "codegen/targets/registry.h"
-#include "trainer/base/version.h"
-#include "trainer/commands/command.h"
-#include "trainer/experiments/load_identification.h"
-#include "trainer/experiments/shipped.h"
-#include "trainer/reproduce/registry.h"
 
 namespace nlo::trainer {
 namespace {
@@ -55,24 +47,6 @@ OptionFacts facts_of(const CLI::Option& option) {
   return facts;
 }
 
-std::vector<std::string> values_of(const OptionFacts& option) {
-  std::vector<std::string> words = option.members;
-  const auto is = [&](const char* name) {
-    return option.positional == name || std::find(option.names.begin(), option.names.end(), name) != option.names.end();
-  };
-  if (is("EXPERIMENT"))
-    for (const ShippedExperiment& experiment : shipped_experiments()) words.emplace_back(experiment.name);
-  if (is("IDENTIFICATION"))
-    for (const ShippedExperiment& identification : shipped_identifications()) words.emplace_back(identification.name);
-  if (is("--target"))
-    for (const codegen::ExportTarget& target : codegen::export_targets()) words.emplace_back(target.name);
-  if (is("WHAT")) {
-    words = {"all", "example1", "example2", "example3"};
-    for (const reproduction::Item& item : reproduction::items()) words.emplace_back(item.name);
-  }
-  return words;
-}
-
 CommandFacts facts_of(const CLI::App& app) {
   CommandFacts facts{app.get_name(), app.get_description(), app.get_footer(), {}};
   for (const CLI::Option* option : app.get_options()) facts.options.push_back(facts_of(*option));
@@ -84,27 +58,6 @@ std::vector<CommandFacts> commands_of(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     commands.push_back(facts_of(*command));
   return commands;
-}
-
-void add_man(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("man", "Print the manual page, nlo(1)");
-  command->footer(
-      "Example:\n"
-      "  nlo man | man -l -");
-  command->callback([&app, &action] { action = [&app] { fmt::print("{}", man_page(app, kVersion)); }; });
-}
-
-void add_completion(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("completion", "Print a script that completes commands in a shell");
-  auto shell = std::make_shared<std::string>();
-  command->add_option("SHELL", *shell, "which shell")->required()->check(CLI::IsMember({"bash", "zsh"}));
-  command->footer(
-      "Examples (an installed nlo is completed without):\n"
-      "  source <(nlo completion bash)        in ~/.bashrc\n"
-      "  source <(nlo completion zsh)         in ~/.zshrc, after compinit");
-  command->callback([&app, &action, shell] {
-    action = [&app, shell] { fmt::print("{}", *shell == "zsh" ? zsh_completion(app) : bash_completion(app)); };
-  });
 }
 
 }  // namespace nlo::trainer

@@ -30,7 +30,7 @@ OptionFacts facts_of(const CLI::Option& option);
 CommandFacts facts_of(const CLI::App& app);
 
 /// The values that an option or argument takes, where tables list them: its members, or names of shipped experiments,
-/// identifications, targets and items of the paper.
+/// identifications, targets and examples of the paper.
 std::vector<std::string> values_of(const OptionFacts& option);
 
 /// The subcommands in the order of --help.

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // nlo man: the manual page from the same tables as --help.
+#include <fmt/core.h>
 #include <fmt/format.h>
 
+#include "trainer/base/version.h"
+#include "trainer/commands/command.h"
 #include "trainer/commands/command_line.h"
 
 namespace nlo::trainer {
@@ -74,6 +77,14 @@ std::string man_page(const CLI::App& app, const std::string& version) {
     text += fmt::format(".SS {}\n{}.\n{}{}", synopsis_of(command), roff(command.description), options_text(command),
                         verbatim(command.footer));
   return text + ".SH NOTES\n" + verbatim(program.footer);
+}
+
+void add_man(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("man", "Print the manual page, nlo(1)");
+  command->footer(
+      "Example:\n"
+      "  nlo man | man -l -");
+  command->callback([&app, &action] { action = [&app] { fmt::print("{}", man_page(app, kVersion)); }; });
 }
 
 }  // namespace nlo::trainer

@@ -13,7 +13,7 @@ namespace nlo::trainer::reproduction {
 struct Contender {
   std::string model, condition;
   std::optional<double> published;        ///< the best of theirs; none: ours beside it, nothing to compare with
-  std::vector<double> components, norms;  ///< the two readings (evaluation/smape.h)
+  std::vector<double> components, norms;  ///< the two readings (smape.h)
 };
 
 /// The worst seed is below the published number.

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstddef>
 
-#include "trainer/evaluation/rmse_map.h"
 #include "trainer/reproduce/analyses.h"
 #include "trainer/reproduce/csv.h"
+#include "trainer/reproduce/rmse_map.h"
 #include "trainer/reproduce/trajectories.h"
 
 namespace nlo::trainer::reproduction {

@@ -16,13 +16,13 @@
 #include "trainer/base/parallel.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/evaluate.h"
-#include "trainer/evaluation/smape.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/reproduce/analyses.h"
 #include "trainer/reproduce/contest.h"
 #include "trainer/reproduce/hyperkkl_cells.h"
+#include "trainer/reproduce/smape.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

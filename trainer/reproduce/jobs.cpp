@@ -14,7 +14,6 @@
 #include "trainer/base/parallel.h"
 #include "trainer/experiments/forward_map.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/simulate.h"
@@ -71,7 +70,7 @@ Experiment paper_experiment(std::string_view name, const Size& size, int seed) {
     overrides.emplace_back(name.substr(at + 1, next == std::string_view::npos ? next : next - at - 1));
     at = next;
   }
-  for (const ShippedExperiment& shipped : shipped_experiments()) {
+  for (const ShippedExperiment& shipped : experiment_texts()) {
     if (shipped.name != shipped_name) continue;
     const std::string file = shipped_name + ".toml";
     const Experiment full = parse_experiment(shipped.text, file, overrides);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "trainer/config/experiment.h"
+#include "trainer/experiments/shipped.h"
 #include "trainer/reproduce/cache.h"
 #include "trainer/reproduce/registry.h"
 #include "trainer/reproduce/run_progress.h"
@@ -22,6 +23,9 @@ struct Job {
   Experiment config;       ///< with its seed and its share of the steps
   double cost_s = 1.0;     ///< roughly, on one core
 };
+
+/// Those that the items train: "paper/..." and "hyperkkl/...".
+std::span<const ShippedExperiment> experiment_texts();
 
 /// An experiment of the paper (or "hyperkkl/...") at this size, trained with `seed` (1, 2, ...). Throws codegen::Error for an unknown name.
 Experiment paper_experiment(std::string_view name, const Size& size, int seed);

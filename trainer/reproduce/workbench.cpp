@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "trainer/evaluation/evaluate.h"
-#include "trainer/evaluation/paper_noise.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
+#include "trainer/reproduce/paper_noise.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/smape.h"
+#include "trainer/reproduce/smape.h"
 
 #include <cmath>
 

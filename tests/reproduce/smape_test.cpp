@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // SMAPE in its two readings, against closed forms.
-#include "trainer/evaluation/smape.h"
+#include "trainer/reproduce/smape.h"
 
 #include <gtest/gtest.h>
 

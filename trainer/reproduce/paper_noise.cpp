@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/paper_noise.h"
+#include "trainer/reproduce/paper_noise.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/rmse_map.h"
+#include "trainer/reproduce/rmse_map.h"
 
 #include <cmath>
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The paper-like reading: plant and latent system by one RK4 with a noise draw per stage.
-#include "trainer/evaluation/paper_noise.h"
+#include "trainer/reproduce/paper_noise.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// `nlo reproduce` is the program nlo-reproduce, which lies beside nlo.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/commands/program.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const std::string kOther = NLO_PROGRAM "-reproduce";
+
+void expect_same(const ProgramResult& result, const ProgramResult& expected) {
+  EXPECT_EQ(result.exit_code, expected.exit_code);
+  EXPECT_EQ(result.out, expected.out);
+  EXPECT_EQ(result.err, expected.err);
+}
+
+TEST(ReproduceCommand, SaysWhatItsProgramSaysToTheSameArguments) {
+  const Scratch scratch;
+  const std::vector<std::string> all[] = {{"--help"},
+                                          {},
+                                          {"tabel1"},
+                                          {"table1", "--quik"},
+                                          {"table1", "--seeds", "0"},
+                                          {"table1", "--quick", "-o", "-"},
+                                          {"table1", "with space", ""}};
+  std::string said;
+  for (std::vector<std::string> arguments : all) {
+    const ProgramResult expected = scratch.run_program(kOther, arguments);
+    said += expected.out + expected.err;
+    arguments.insert(arguments.begin(), "reproduce");
+    expect_same(scratch.run(arguments), expected);
+  }
+  for (const char* words :
+       {"Usage: nlo reproduce [OPTIONS] WHAT", "\n  table1-control", "nlo: error: tabel1: ", "did you mean \"table1\"?",
+        "did you mean \"--quick\"?; see nlo reproduce --help", "-o -: ", "with space"})
+    EXPECT_THAT(said, HasSubstr(words)) << "the programs agree, but not on what was asked";
+  const ProgramResult help = scratch.run({"--help", "reproduce"});
+  expect_same(help, scratch.run_program(kOther, {"--help"}));
+}
+
+TEST(ReproduceCommand, NamesTheProgramThatIsMissingAndHowToBuildIt) {
+  const Scratch scratch;
+  const std::string here = scratch.path();
+  fs::copy_file(NLO_PROGRAM, here + "/nlo");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"reproduce", "table1", "--quick"}, {"reproduce", "--help"}}) {
+    const ProgramResult missing = scratch.run_program(here + "/nlo", arguments);
+    EXPECT_EQ(missing.exit_code, 2) << missing.out;
+    EXPECT_THAT(missing.err, HasSubstr("nlo: error: " + fs::canonical(here).string() + "/nlo-reproduce: No such file"));
+    EXPECT_THAT(missing.err, HasSubstr("cmake --build build/release --target nlo-reproduce"));
+  }
+  EXPECT_EQ(scratch.run_program(here + "/nlo", {"--help"}).exit_code, 0);
+  EXPECT_FALSE(scratch.has("reproduction"));
+
+  // Controls: with the other program it works, by a link to nlo too, and a file that cannot be started is named.
+  fs::copy_file(kOther, here + "/nlo-reproduce");
+  fs::create_directory(here + "/elsewhere");
+  fs::create_symlink(here + "/nlo", here + "/elsewhere/link");
+  const ProgramResult help = scratch.run({"reproduce", "--help"});
+  expect_same(scratch.run_program(here + "/nlo", {"reproduce", "--help"}), help);
+  expect_same(scratch.run_program(here + "/elsewhere/link", {"reproduce", "--help"}), help);
+  fs::permissions(here + "/nlo-reproduce", fs::perms::owner_read);
+  EXPECT_THAT(scratch.run_program(here + "/nlo", {"reproduce", "table1"}).err, HasSubstr("Permission denied"));
+}
+
+TEST(ReproduceCommand, CompletesOnlyWhatTheHelpOfItsProgramHas) {
+  const Scratch scratch;
+  const std::string script = scratch.run({"completion", "bash"}).out, help = scratch.run({"reproduce", "--help"}).out;
+  const std::string words = "'all example1 example2 example3'";
+  EXPECT_THAT(script, HasSubstr("'reproduce') _nlo_words " + words));
+  EXPECT_THAT(help, HasSubstr("WHAT is one of:\n  all, example1, example2, example3,"));
+}
+
+TEST(ExperimentsOfThePaper, TrainByTheirPath) {
+  const Scratch scratch;
+  const std::string paper = NLO_SOURCE_DIR "/trainer/experiments/paper/example1.toml";
+  const ProgramResult by_path = scratch.run(
+      {"train", paper, "-q", "-o", "run", "--set", "training.steps=1", "--set", "simulation.trajectories=2"});
+  EXPECT_THAT(by_path.err, testing::Not(HasSubstr("no such file")));
+  EXPECT_TRUE(scratch.has("run/model.json")) << by_path.err;
+  const ProgramResult by_name = scratch.run({"train", "paper/example1"});
+  EXPECT_EQ(by_name.exit_code, 2);
+  EXPECT_THAT(by_name.err, HasSubstr("no experiment of that name"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// What `nlo` and `nlo-reproduce` have in common: help, errors and exit codes (command.h).
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "trainer/commands/command.h"
+
+namespace nlo::trainer {
+
+/// Reads the command line of the program `name` and does what it asks for. `add` gives the program its options and
+/// commands, and chooses the action, at once or when a command is parsed. Returns the exit code; results are on stdout,
+/// an error is one line on stderr.
+int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<void(CLI::App& app, Action& action)>& add);
+
+}  // namespace nlo::trainer

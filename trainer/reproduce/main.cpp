@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// The program `nlo-reproduce`, which `nlo reproduce` becomes: the paper's tables and figures beside ours.
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "trainer/commands/directory_lock.h"
+#include "trainer/commands/interrupt.h"
+#include "trainer/commands/output_directory.h"
+#include "trainer/commands/program.h"
+#include "trainer/commands/reproduce_options.h"
+#include "trainer/reproduce/page.h"
+#include "trainer/reproduce/run.h"
+#include "trainer/terminal/status_line.h"
+
+namespace nlo::trainer {
+namespace {
+
+void run_reproduce(const ReproduceArguments& arguments) {
+  reproduction::Request request;
+  request.what = arguments.what;
+  request.directory = arguments.directory;
+  request.threads = arguments.threads;
+  request.quick = arguments.quick;
+  if (request.quick) request.size = reproduction::kQuickSize;
+  request.seeds = arguments.seeds > 0 ? arguments.seeds : (request.quick ? 1 : 3);
+  request.stop = &stop_on_interrupt();
+  check_output_directory({request.directory, false, true}, "");
+  (void)reproduction::select_items(request.what);  // an unknown name is wrong usage, not a failed run
+  DirectoryLock lock;
+  run_phase([&] {
+    make_output_directory(request.directory);
+    lock.take(request.directory);
+    StatusLine line(stderr);
+    reproduction::RunProgress progress(line);
+    const reproduction::Result result = reproduction::reproduce(request, progress);
+    line.finish();
+    if (result.interrupted)
+      throw RunFailure(fmt::format(
+          "interrupted; finished models are kept in {0}/cache, and this goes on: nlo reproduce {1}{2}{3} -o {0}",
+          request.directory, request.what, request.quick ? " --quick" : "",
+          arguments.seeds > 0 ? fmt::format(" --seeds {}", arguments.seeds) : ""));
+    fmt::print("{}", reproduction::summary_text(result));
+    fmt::print(
+        "{} models trained, {} from the cache; \"!\" is more than {:.0f} % from the paper\npage     "
+        "{}/reproduction.html\n",
+        result.trained, result.cached, 100.0 * reproduction::kTolerance, request.directory);
+  });
+}
+
+std::string names_of_items() {
+  std::string names = "all, example1, example2, example3";
+  for (const reproduction::Item& item : reproduction::items()) names += fmt::format(",\n  {}", item.name);
+  return names;
+}
+
+}  // namespace
+}  // namespace nlo::trainer
+
+int main(int argc, char** argv) {
+  using namespace nlo::trainer;  // NOLINT(google-build-using-namespace): a program
+  return run_program(argc, argv, "nlo reproduce", kReproduceDescription, [](CLI::App& app, Action& action) {
+    auto arguments = std::make_shared<ReproduceArguments>();
+    add_reproduce_options(app, *arguments, fmt::format("WHAT is one of:\n  {}\n", names_of_items()));
+    action = [arguments] { run_reproduce(*arguments); };
+  });
+}
