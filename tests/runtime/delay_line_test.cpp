@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 namespace nlo {
@@ -80,6 +81,20 @@ TEST(DelayLine, IsAConstant) {
     return own.push({{2.0F}})[0];
   }();
   static_assert(kActing == 1.0F);
+}
+
+template <int kDelay>
+concept IsAConstant = requires {
+  typename std::bool_constant<(DelayLine<1, 2>({static_cast<float>(kDelay)}), true)>;
+};
+static_assert(IsAConstant<0> && IsAConstant<2> && !IsAConstant<3> && !IsAConstant<-1>, "outside does not compile");
+
+TEST(DelayLine, HasRoomForBothEndsOfItsRange) {
+  static constinit DelayLine<2, 2> line({0.0F, 2.0F});
+  for (int k = 0; k < 5; ++k) (void)line.push({{1.0F * static_cast<float>(k), 1.0F * static_cast<float>(k)}});
+  const auto acting = line.push({{5.0F, 5.0F}});
+  EXPECT_EQ(acting[0], 5.0F);
+  EXPECT_EQ(acting[1], 3.0F);
 }
 
 }  // namespace

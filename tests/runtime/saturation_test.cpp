@@ -109,6 +109,47 @@ TEST(Saturation, IsOfZLessTheSteadyStateOfAnglesAndExactWithinReach) {
   expect_relative_closed_form<double, Arithmetic::kDeterministic>();
 }
 
+/// What saturate() reads of a model.
+template <class Scalar, int kNz>
+struct Reach {
+  static constexpr Saturation kSaturation = Saturation::kRelativeLatent;
+  LatentReach<Scalar, kNz, 2, kSaturation> reach;
+};
+
+template <class Scalar, int kNz, Arithmetic kArithmetic>
+void expect_relative_box() {
+  Reach<Scalar, kNz> model{};
+  for (int r = 0; r < kNz; ++r) {
+    model.reach.min[r] = static_cast<Scalar>(-0.5 - r);
+    model.reach.max[r] = static_cast<Scalar>(0.25 * (r + 1));
+    model.reach.steady_gain[0][r] = static_cast<Scalar>(r - 1.5);
+    model.reach.steady_gain[1][r] = static_cast<Scalar>(2.0 - 0.5 * r);
+  }
+  const double rounding = std::is_same_v<Scalar, float> ? 2e-6 : 4e-15;  // some units in the last place of 10
+  std::mt19937 random(7);
+  for (int k = 0; k < 200; ++k) {
+    const Scalar y[2] = {testing::uniform<Scalar>(random, -2, 2), testing::uniform<Scalar>(random, -2, 2)};
+    Scalar z[kNz], saturated[kNz];
+    for (Scalar& value : z) value = testing::uniform<Scalar>(random, -8, 8);
+    saturate<kArithmetic>(model, y, z, saturated);
+    for (int r = 0; r < kNz; ++r) {
+      const Scalar rest = model.reach.steady_gain[0][r] * y[0] + model.reach.steady_gain[1][r] * y[1];
+      const Scalar want = rest + std::clamp(z[r] - rest, model.reach.min[r], model.reach.max[r]);
+      ASSERT_NEAR(saturated[r], want, rounding) << "coordinate " << r << " of " << kNz;
+    }
+  }
+}
+
+TEST(Saturation, IsTheRelativeBoxForAnyNumberOfCoordinates) {  // fewer than a vector, vectors, and some that are left
+  expect_relative_box<float, 1, Arithmetic::kFast>();
+  expect_relative_box<float, 3, Arithmetic::kFast>();
+  expect_relative_box<float, 3, Arithmetic::kDeterministic>();
+  expect_relative_box<float, 4, Arithmetic::kFast>();
+  expect_relative_box<float, 7, Arithmetic::kDeterministic>();
+  expect_relative_box<double, 1, Arithmetic::kFast>();
+  expect_relative_box<double, 5, Arithmetic::kDeterministic>();
+}
+
 TEST(Saturation, TheEstimateIsContinuousAndStaysWhereTheEdgeHasIt) {
   const auto model = saturating<Saturation::kLatent>(testing::pair_model<double>(Hold::kFirstOrder), 2.0);
   constexpr double kStep = 1e-3;

@@ -67,6 +67,42 @@ TEST(SensorFailures, AMissingOutputFadesToItsRestAndGrowsStaleByTheClosedForm) {
   EXPECT_NEAR(observer.staleness(1), stale * std::exp(-kFlightStep_s / kStaleness_s), 1e-15);
 }
 
+TEST(SensorFailures, EachFailsByItself) {
+  // The outputs 2 and 0 of three may fail, in this order; rests 3 and -1. Each is missing at times of its own.
+  const SensorFailures<double, 2> failures{{2, 0}, {kRest, -1.0}, 1.0 / kStaleness_s, 0.75};
+  double last[5] = {1.0, 5.0, -2.0, 0.25, 0.5};  // outputs, stalenesses of 2 and of 0
+  for (int k = 0; k < 8; ++k) {
+    const double keep = k % 3 == 0 ? 0.75 : 0.5;
+    Vector<double, 5> readings{{0.5 * k, 7.0, -1.5 * k, 9.0, 9.0}};
+    double want[5] = {readings[0], 7.0, readings[2], 0.0, 0.0};
+    bool any = false;
+    for (int i = 0; i < 2; ++i) {
+      const int output = i == 0 ? 2 : 0;
+      const bool missing = k >> i & 1;
+      if (missing) {
+        readings[output] = i == 0 ? kGone : std::numeric_limits<double>::infinity();
+        want[output] = (1.0 - keep) * (i == 0 ? kRest : -1.0) + keep * last[output];
+      }
+      want[3 + i] = missing ? 1.0 - keep + keep * last[3 + i] : keep * last[3 + i];
+      any = any || missing;
+    }
+    EXPECT_EQ((failures.fill<Arithmetic::kFast>(readings, last, keep)), any) << k;
+    for (int r = 0; r < 5; ++r) {
+      EXPECT_NEAR(readings[r], want[r], 1e-14) << "reading " << r << " of sample " << k;
+      last[r] = readings[r];
+    }
+  }
+}
+
+/// A model that knows nothing of failures.
+struct Plain {};
+static_assert(kMayBeMissing<Plain> == 0 && kMayBeMissing<Failing<float>> == 1);
+static_assert([] {
+  Vector<float, 1> readings{{2.0F}};
+  const float last[1] = {1.0F};
+  return !fill_missing<Arithmetic::kFast, true>(Plain{}, readings, last, true, 0.1F) && readings[0] == 2.0F;
+}());
+
 TEST(SensorFailures, ARateThatOverflowsOverAGapHasFadedAllAndTheStepEnds) {
   auto model = failing_model<float>();
   model.failures.rate = 3.3e38F;  // of a staleness of 3e-39 s, which validation refuses
