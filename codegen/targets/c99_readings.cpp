@@ -65,7 +65,7 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["FILL"] =
       fmt::format("  const bool missing = fill_missing(o, y, o->started == 1 ? step->keep : 0.0{});\n", suffix);
   values["FILL_START"] = fmt::format("  const bool missing = fill_missing(observer, r, 0.0{});\n", suffix);
-  values["STATUS"] = fmt::format("missing && status < {0}_HELD ? {0}_HELD : status", name);
+  values["STATUS"] = fmt::format("missing ? {0}_HELD : status", name);
   values["STALENESS"] = fmt::format(
       "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
       "{2} {0}_staleness(const {0}_observer* observer, int output);\n\n",

@@ -255,6 +255,7 @@ class C99Craft {
     Calls::estimate(&observer, x_hat);
     bool finite = true;
     for (const Scalar x : x_hat) finite = finite && is_finite(x);
+    for (int j = 0; j < kNy; ++j) finite = finite && is_finite(Calls::staleness(&observer, j));
     (void)Calls::in_domain(&observer);
     return finite;
   }
@@ -297,7 +298,7 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
     const char* fault = craft.monitor_fault();
     if (fault != nullptr) crash(name, fault);
   };
-  const auto fly_with_a_dead_sensor = [&] {
+  const auto fly_with_a_dead_sensor = [&](long samples) {
     for (Scalar& input : u) input = 0;
     for (int j = 0; j < Craft::kNy; ++j) y[j] = craft.low(j) / 2 + craft.high(j) / 2;
     // A flip may have left z at 2^100: until it has decayed, a monitor keeps kMostRejected in a row away.
@@ -308,7 +309,7 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
     long missed = 0;
     while (status != kStale && missed++ < kMostHeld) check_step(status = craft.step_missed(u));
     check(status == kStale, "a dead sensor makes the observer stale");
-    for (; missed < craft.patience(); ++missed) check_step(craft.step_missed(u));
+    for (; missed < samples; ++missed) check_step(craft.step_missed(u));
     check(craft.alarms(), "a dead sensor is an alarm");
   };
   for (long k = 0; k < steps && !bits.ended(); ++k) {
@@ -338,7 +339,8 @@ void fly(Craft craft, const char* name, Bits& bits, long steps) {
     }
     if (status == 0 && healing > 0) --healing;
     check_step(status);
-    if (k % kDeadEvery == kDeadEvery - 1) fly_with_a_dead_sensor();
+    // Once for so long that what counts in 16 bits is full.
+    if (k % kDeadEvery == kDeadEvery - 1) fly_with_a_dead_sensor(k < kDeadEvery ? kMostHeld : craft.patience());
   }
 }
 
@@ -398,6 +400,12 @@ extern const int kFleetSize;
     static constexpr auto estimate = [](auto* o, auto* x_hat) { NAME##_estimate(o, x_hat); };      \
     static constexpr auto status = [](auto* o) -> int { return NAME##_last_status(o); };           \
     static constexpr auto in_domain = [](auto* o) { return NAME##_in_domain(o); };                 \
+    static constexpr auto staleness = [](auto* o, int output) -> Scalar {                          \
+      if constexpr (requires { NAME##_staleness(o, output); })                                     \
+        return NAME##_staleness(o, output);                                                        \
+      else                                                                                         \
+        return 0;                                                                                  \
+    };                                                                                             \
     static constexpr auto restore = [](auto* o, auto* saved) { return NAME##_restore(o, saved); }; \
   };                                                                                               \
   void fly_##NAME(nlo::hostile::Bits& bits, long steps) {                                          \

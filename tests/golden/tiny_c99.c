@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x93dd5e91
+#if tiny_c99_EXPORT != 0x63ec7afa
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -324,13 +324,11 @@ static tiny_c99_status spoilt(tiny_c99_observer* o) {
   return noted(o, tiny_c99_RESET);
 }
 
-static tiny_c99_status whole(tiny_c99_observer* o) {
-  return is_reachable(o->z) ? (tiny_c99_status)o->status : spoilt(o);
-}
-
-// The same where the filter has not moved: what z would have shown is looked for in the readings that it holds.
-static tiny_c99_status unmoved(tiny_c99_observer* o) {
-  return tiny_c99_restore(o, o) ? (tiny_c99_status)o->status : spoilt(o);
+// What a step leaves is what steps can lead to. z shows a reading that a bit has flipped only in time: one that is held
+// is looked at.
+static tiny_c99_status whole(tiny_c99_observer* o, bool held) {
+  const bool good = held ? tiny_c99_restore(o, o) : is_reachable(o->z);
+  return good ? (tiny_c99_status)o->status : spoilt(o);
 }
 
 // One step: that of the sample period, or another.
@@ -338,24 +336,24 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   Scalar next[kNy];
   copy(next, o->y, kNy);
   const tiny_c99_status status = screened(y, next);
-  if (o->started > 1) return spoilt(o);
   if (status == tiny_c99_HELD) {
     one_more_held(o);
-    if (o->started == 0) return unmoved(o);  // nothing to hold yet
   } else {
     o->held = 0;
     noted(o, status);
-    if (o->started == 0) {
-      start(o, next);
-      settle_first(o);
-      return whole(o);
-    }
+  }
+  if (o->started != 1) {
+    if (!tiny_c99_restore(o, o)) return spoilt(o);
+    if (status == tiny_c99_HELD) return (tiny_c99_status)o->status;  // nothing to hold yet
+    start(o, next);
+    settle_first(o);
+    return whole(o, false);
   }
   advance(step, o->z, o->y, next);
   drop_subnormals(o->z);
   copy(o->y, next, kNy);
   turn_back(o);
-  return whole(o);
+  return whole(o, status == tiny_c99_HELD);
 }
 
 void tiny_c99_reset(tiny_c99_observer* observer) {
@@ -370,11 +368,11 @@ void tiny_c99_init(tiny_c99_observer* observer) { tiny_c99_reset(observer); }
 
 tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]) {
   Scalar accepted[kNy];
-  copy(accepted, observer->y, kNy);
+  load(accepted, kNoOutput, kNy);
   const tiny_c99_status status = screened(y, accepted);
   if (status == tiny_c99_HELD) {
     one_more_held(observer);
-    return unmoved(observer);
+    return whole(observer, true);
   }
   tiny_c99_reset(observer);
   start(observer, accepted);

@@ -195,5 +195,29 @@ TEST(Upset, AReadingThatIsNoNumberIsSeenWhereNothingGoodIsMeasured) {
   }
 }
 
+/// An angle comes out next to the last one, which is none where an observer starts.
+TEST(Upset, AnAngleThatABitHasFlippedIsNotWhatAnObserverStartsNextTo) {
+  static const auto model = testing::angle_model<float>();
+  using Observer = KklObserver<std::remove_const_t<decltype(model)>>;
+  for (const float flipped : {std::numeric_limits<float>::quiet_NaN(), 1e38F}) {
+    const auto spoil = [&](Observer& observer) {
+      auto* bytes = reinterpret_cast<unsigned char*>(&observer) + sizeof(void*) + offsetof(Observer::State, y);
+      std::memcpy(bytes, &flipped, sizeof flipped);
+    };
+    Observer cold(model), warm(model), twin(model);
+    spoil(cold);
+    EXPECT_EQ(cold.step({{1.0F, 0.5F}}), StepStatus::kReset) << flipped;
+    EXPECT_EQ(cold.step({{1.0F, 0.5F}}), StepStatus::kOk) << "the next measurement is the first";
+    ASSERT_EQ(warm.step({{3.0F, 0.5F}}), StepStatus::kOk);
+    spoil(warm);
+    ASSERT_EQ(twin.warm_start({{1.0F, 0.5F}}), StepStatus::kOk);
+    EXPECT_EQ(warm.warm_start({{1.0F, 0.5F}}), StepStatus::kOk);
+    EXPECT_TRUE(testing::same_bits(warm.save(), twin.save())) << "what came before plays no part: " << flipped;
+    ASSERT_EQ(warm.step({{4.0F, 0.5F}}), StepStatus::kHeld) << "out of its range";
+    spoil(warm);
+    EXPECT_EQ(warm.step({{4.0F, 0.5F}}), StepStatus::kReset) << "what is held is what was measured: " << flipped;
+  }
+}
+
 }  // namespace
 }  // namespace nlo

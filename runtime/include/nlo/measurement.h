@@ -49,9 +49,9 @@ struct OutputRange {
   constexpr bool may_hold(const Scalar (&y)[kNy]) const {
     bool good = true;
     for (int j = 0; j < kNy; ++j) {
-      const bool in_range = y[j] >= min[j] && y[j] <= max[j];
-      const bool in_turn = y[j] >= -wrap[j] && y[j] <= wrap[j];  // kept near zero, whatever range it is measured in
-      good = good && is_finite(y[j]) && (in_range || (wrap[j] > Scalar(0) && in_turn));
+      const bool in_range = (y[j] >= min[j]) & (y[j] <= max[j]);
+      const bool in_turn = (y[j] >= -wrap[j]) & (y[j] <= wrap[j]);  // kept near zero, whatever range it is measured in
+      good = good & is_finite(y[j]) & (in_range | ((wrap[j] > Scalar(0)) & in_turn));
     }
     return good;
   }

@@ -137,8 +137,8 @@ class ObserverCore {
     if (!u_next.take(u)) screened = StepStatus::kHeld;
     state_.status = noted<kArithmetic>(missing, count_held<kArithmetic>(screened, state_.held, model_->stale_after));
     if (state_.started != 1) {
-      if (state_.started != 0) return spoilt();
-      if (screened == StepStatus::kHeld) return unmoved();  // nothing to hold yet
+      if (!is_reachable(state_, model_->outputs)) return spoilt();
+      if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
       start(y_next, starts_steady(*model_));
     } else {
       advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);
@@ -146,18 +146,21 @@ class ObserverCore {
       turn_back<kArithmetic>(*model_, state_.y, state_.z);
     }
     state_.input = u_next;
-    return is_reachable(state_.z) ? state_.status : spoilt();
+    bool sound = is_reachable(state_.z);
+    // z shows a reading that a bit has flipped only in time: one that is held is looked at.
+    if (kArithmetic == Arithmetic::kDeterministic || screened == StepStatus::kHeld)
+      sound = sound & ((screened != StepStatus::kHeld) | model_->outputs.may_hold(state_.y));
+    return sound ? state_.status : spoilt();
   }
 
   /// Starts from the steady state of y, z = z(0) + S y.
   constexpr StepStatus start_steady(Readings y) {
     const bool missing = fill_missing<kArithmetic, true>(*model_, y, state_.y, false, Scalar(0));
     Scalar accepted[kNr]{};
-    for (int j = 0; j < kNr; ++j) accepted[j] = state_.y[j];
     const StepStatus screened = model_->outputs.template screen<kArithmetic>(y, accepted);
     if (screened == StepStatus::kHeld) {
       state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
-      return unmoved();
+      return is_reachable(state_, model_->outputs) ? state_.status : spoilt();
     }
     reset();
     start(accepted, true);
@@ -173,9 +176,6 @@ class ObserverCore {
     reset();
     return state_.status = StepStatus::kReset;
   }
-
-  /// The status, where the filter has not moved: what z would have shown is looked for in the readings that it holds.
-  constexpr StepStatus unmoved() { return is_reachable(state_, model_->outputs) ? state_.status : spoilt(); }
 
   constexpr void start(const Scalar (&y)[kNr], bool steady) {
     for (int j = 0; j < kNr; ++j) {
