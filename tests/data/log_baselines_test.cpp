@@ -93,14 +93,33 @@ TEST(LogBaseline, ConstantOfAnAngleIsItsMeanDirection) {
   EXPECT_NEAR(std::abs(mean), 180.0, kFitRounding);
 }
 
-TEST(LogBaseline, AppliesToHiddenStatesOnlyAsAConstant) {
+TEST(LogBaseline, NothingToDifferenceOrToPolishAppliesToAHiddenState) {
   const Dataset data = swinging(0.01, 1);
   for (const std::string& name : LogBaseline::names()) {
     const LogBaseline baseline = LogBaseline::fit(name, data, kSources);
-    EXPECT_TRUE(baseline.applies(0));
-    EXPECT_EQ(baseline.applies(1), name == "constant");
-    EXPECT_EQ(std::isnan(baseline.estimate(data.trajectories[0])(1, 5)), name != "constant");
+    const bool anywhere = name == "constant" || name == "static_ridge";
+    EXPECT_EQ(baseline.applies(0), name != "sensor") << name << ": y is in rad, the state in rad/s";
+    EXPECT_EQ(baseline.applies(1), anywhere) << name;
+    EXPECT_EQ(std::isnan(baseline.estimate(data.trajectories[0])(1, 5)), !anywhere) << name;
   }
+}
+
+TEST(LogBaseline, SensorIsTheNearestOutputInTheUnitOfAState) {
+  Dataset data = swinging(0.0, 1);
+  data.outputs = {{"wheel", "rad/s", 0.0}, {"coarse", "rad/s", 0.0}, {"y", "rad", 0.0}};
+  Trajectory& run = data.trajectories[0];
+  run.outputs.resize(3, 800);
+  run.outputs.row(0) = run.states.row(0).array() + 0.1;
+  run.outputs.row(1) = run.states.row(0).array() + 0.5;
+  run.outputs.row(2) = run.states.row(0);  // nearer, but an angle
+  const LogBaseline sensor = LogBaseline::fit("sensor", data, kSources);
+  EXPECT_EQ(sensor.describe(0), "output wheel as it is");
+  EXPECT_EQ(sensor.estimate(run)(0, 100), run.outputs(0, 100));
+  EXPECT_FALSE(sensor.applies(1));
+  run.outputs.row(0) = run.states.row(0);
+  EXPECT_FALSE(LogBaseline::fit("sensor", data, kSources).applies(0)) << "the truth itself is no sensor";
+  run.outputs.topRows(2).setConstant(100.0);
+  EXPECT_FALSE(LogBaseline::fit("sensor", data, kSources).applies(0)) << "its mean is nearer";
 }
 
 TEST(LogBaseline, PolynomialChoosesLongerWindowsForNoisierLogs) {
@@ -139,7 +158,7 @@ TEST(LogBaseline, SeesThroughWrapsAndSinesAndCosines) {
 
 TEST(LogBaseline, RefusesUnknownNames) {
   EXPECT_THAT(error_of([] { LogBaseline::fit("kalman", swinging(0.0, 1), kSources); }),
-              HasSubstr("no baseline \"kalman\": expected one of constant, difference, polynomial"));
+              HasSubstr("no baseline \"kalman\": expected one of constant, sensor, difference, polynomial"));
 }
 
 }  // namespace

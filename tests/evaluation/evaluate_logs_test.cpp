@@ -99,6 +99,16 @@ TEST(EvaluateLogs, StateThatIsNotSeenIsCalledOutPlainly) {
   EXPECT_THAT(evaluation_text("differentiator", result), HasSubstr("no better than that of a constant"));
 }
 
+TEST(EvaluateLogs, AnAngleOfTwoStatesIsComparedAsWell) {
+  LogSchema schema = swing_schema();
+  schema.angle_pairs = {{"turn", "rad", 6.283185307179586, 0}};  // of dq and hidden: any two will do
+  const LogEvaluation result = evaluate_on_logs(differentiator(1.0), swing_logs(), schema, nullptr, {}, 1, after_2_s());
+  ASSERT_EQ(result.entries[0].metrics.pooled.size(), 3U);
+  for (const LogEvaluation::Entry& entry : result.entries)
+    EXPECT_LE(entry.describe.size(), 2U) << "control: " << entry.estimator << " does not describe the angle";
+  EXPECT_THAT(result.notes, ::testing::Contains(HasSubstr("turn ")));
+}
+
 TEST(EvaluateLogs, AddedNoiseCostsAndItsSeedDecides) {
   const NoiseConfig noise{NoiseKind::kGaussian, 0.02};
   EXPECT_GT(evaluated(noise).entries[0].metrics.pooled[0].rmse[1],

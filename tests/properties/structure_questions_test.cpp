@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -22,19 +22,58 @@ using testing::IsEmpty;
 
 const fs::path kRoot = NLO_SOURCE_DIR;
 
+std::string text_of(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+/// The types of codegen::Structure, from where they are listed: a new one is watched from its first line on.
+std::vector<std::string> structure_types() {
+  const std::string text = text_of(kRoot / "codegen/model/structures.h");
+  std::smatch list;
+  std::vector<std::string> types;
+  if (!std::regex_search(text, list, std::regex(R"re(Structure = std::variant<([^>]*)>)re"))) return types;
+  const std::string all = list[1];
+  const std::regex word(R"re(\w+)re");
+  for (std::sregex_iterator at(all.begin(), all.end(), word), end; at != end; ++at) types.push_back(at->str());
+  return types;
+}
+
+/// DrivenKkl -> driven_kkl
+std::string name_of(const std::string& type) {
+  std::string name;
+  for (const char c : type) {
+    if (c >= 'A' && c <= 'Z' && !name.empty()) name += '_';
+    name += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  }
+  return name;
+}
+
+/// "(a|b|c)" of what `as` makes of each structure's type.
+std::string any_structure(const std::function<std::string(const std::string&)>& as) {
+  std::string text;
+  for (const std::string& type : structure_types()) text += (text.empty() ? "(" : "|") + as(type);
+  return text + ")";
+}
+
 /// Code that asks, with the structures that there are.
-const std::vector<std::string> kQuestions = {
-    R"re([!=]=\s*"(kkl|driven_kkl|luenberger|general)")re",                  // structure == "kkl"
-    R"re("(kkl|driven_kkl|luenberger|general)"\s*[!=]=)re",                  // and turned round
-    R"re(\bget(_if)?<\s*(\w+::)*(Kkl|DrivenKkl|Luenberger|General)\s*>)re",  // std::get_if<codegen::Kkl>
-    R"re(\bholds_alternative<\s*(\w+::)*(Kkl|DrivenKkl|Luenberger|General)\s*>)re",
-    R"re(\bstructure\w*\s*(\.|->)\s*(index\(\)|kind\b))re",       // model.structure.index(), structure.kind
-    R"re(\bvisit\(.*\bstructure\b)re",                            // std::visit(..., model.structure)
-    R"re(\b(is_kkl|is_driven|is_luenberger|is_general)\s*\()re",  // a question with a name of its own
-    R"re(\bStructureKind::)re",
-    R"re(\b(dynamic_cast|typeid)\b[^;]*\b(Kkl\w*|DrivenKkl|Luenberger|General|StructureModule|TrainableStructure|module)\b)re",
-    R"re(\b(kkl|driven_kkl|luenberger|general)_structure\(\))re",  // the module of one, by its name
-};
+std::vector<std::string> question_patterns() {
+  const std::string name = any_structure(name_of), type = any_structure([](const std::string&t) { return t; });
+  return {
+      R"re([!=]=\s*")re" + name + "\"",                                 // structure == "kkl"
+      "\"" + name + R"re("\s*[!=]=)re",                                 // and turned round
+      R"re(\bget(_if)?<\s*(\w+::)*)re" + type + R"re(\s*>)re",          // std::get_if<codegen::Kkl>
+      R"re(\bholds_alternative<\s*(\w+::)*)re" + type + R"re(\s*>)re",  //
+      R"re(\bstructure\w*\s*(\.|->)\s*(index\(\)|kind\b))re",           // model.structure.index(), structure.kind
+      R"re(\bvisit\(.*\bstructure\b)re",                                // std::visit(..., model.structure)
+      R"re(\bis_(driven|)re" + name.substr(1) + R"re(\s*\()re",         // a question with a name of its own
+      R"re(\bStructureKind::)re",
+      R"re(\b(dynamic_cast|typeid)\b[^;]*\b(StructureModule|TrainableStructure|module|)re" + type.substr(1) +
+          R"re(\w*\b)re",
+      R"re(\b)re" + name + R"re(_structure\(\))re",  // the module of one, by its name
+  };
+}
 
 /// Without comments, which may speak of structures. Text in quotes stays.
 std::string code_of(const std::string& text) {
@@ -50,16 +89,23 @@ std::string code_of(const std::string& text) {
   return code;
 }
 
-/// Cheap to look for, and part of every question: a line without any is not searched.
-bool may_ask(const std::string& line) {
-  constexpr std::array kWords = {"kkl",     "Kkl",     "luenberger", "Luenberger",
-                                 "general", "General", "structure",  "Structure"};
-  return std::ranges::any_of(kWords, [&](const char* word) { return line.find(word) != std::string::npos; });
-}
-
 /// "LINE: the question", for each that a source text asks.
 std::vector<std::string> questions(const std::string& text) {
-  static const std::vector<std::regex> kPatterns(kQuestions.begin(), kQuestions.end());
+  static const std::vector<std::regex> kPatterns = [] {
+    std::vector<std::regex> patterns;
+    for (const std::string& pattern : question_patterns()) patterns.emplace_back(pattern);
+    return patterns;
+  }();
+  // Cheap to look for, and part of every question: a line without any is not searched.
+  static const std::vector<std::string> kWords = [] {
+    std::vector<std::string> words = {"structure", "Structure", "is_driven"};
+    for (const std::string& type : structure_types()) words.insert(words.end(), {type, name_of(type)});
+    return words;
+  }();
+  const auto may_ask = [](const std::string& text_line) {
+    return std::ranges::any_of(kWords,
+                               [&](const std::string& word) { return text_line.find(word) != std::string::npos; });
+  };
   std::vector<std::string> found;
   std::istringstream lines(code_of(text));
   std::string line;
@@ -78,12 +124,6 @@ bool is_structures_own(const std::string& file, const std::string& text) {
   if (file.starts_with("codegen/structures/") || file == "trainer/structures/table.cpp") return true;
   static const std::regex kModule(R"re(const TrainableStructure& \w+_structure\(\) \{)re");
   return file.starts_with("trainer/structures/") && std::regex_search(text, kModule);
-}
-
-std::string text_of(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
 }
 
 TEST(StructureQuestions, AreAskedOfModulesAlone) {
@@ -115,7 +155,9 @@ TEST(StructureQuestions, AreSeenInEachOfTheirForms) {
         "auto* l = std::get_if<Luenberger>(&model.structure);", "std::get<codegen::DrivenKkl>(m.structure).inputs",
         "std::holds_alternative<General>(m.structure)", "switch (structure.kind) {", "switch (model.structure.index())",
         "std::visit([](auto& s) { f(s); }, m.structure);", "structure_->is_kkl() && r < 3", "case StructureKind::kKkl:",
-        "dynamic_cast<const KklFamily*>(structure.module)", "return &luenberger_structure();"}) {
+        "dynamic_cast<const KklFamily*>(structure.module)", "return &luenberger_structure();",
+        "if (e.observer.structure == \"gated\") f();", "std::get_if<codegen::Window>(&m.structure)",
+        "auto& g = std::get<Gated>(model.structure);", "return is_window(model);"}) {
     SCOPED_TRACE(code);
     EXPECT_THAT(questions(std::string("\n") + code), ElementsAre(HasSubstr("2: ")));
   }

@@ -6,11 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
@@ -19,6 +17,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/data/log_files.h"
+#include "trainer/data/log_groups.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/transient.h"
 #include "trainer/evaluation/evaluate_logs.h"
@@ -26,7 +25,7 @@
 #include "trainer/evaluation/text.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/recipe/recipe.h"
-#include "trainer/training/train.h"
+#include "trainer/training/left_out.h"
 
 namespace nlo::trainer {
 namespace {
@@ -39,23 +38,19 @@ struct CrossvalidateArguments {
   bool json = false;
 };
 
-/// Files that are left out together.
-struct Fold {
-  std::string name;
-  std::vector<std::string> left_out;
-};
-
 /// What one training on `logs` logs gave on a fold.
 struct Outcome {
   std::string fold;
   int logs = 0;
   unsigned long long seed = 0;
-  std::vector<StateError> observer, ridge, constant;  ///< over all samples of the fold
+  std::map<std::string, std::vector<StateError>> errors;  ///< by estimator, over all samples of the fold
 };
 
-std::string file_name(const std::string& path) {
-  return path.substr(path.rfind('/') + 1);
-}
+struct Alternative {
+  const char *estimator, *heading;
+};
+constexpr Alternative kAlternatives[] = {
+    {"sensor", "sensor"}, {"ridge", "ridge"}, {"static_ridge", "products"}, {"constant", "constant"}};
 
 std::vector<std::string> all_files(const LogConfig& log, const std::string& directory) {
   const SplitFiles splits = expand_splits(log, directory);
@@ -64,59 +59,6 @@ std::vector<std::string> all_files(const LogConfig& log, const std::string& dire
   files.insert(files.end(), splits.test.begin(), splits.test.end());
   std::sort(files.begin(), files.end());
   return files;
-}
-
-/// For patterns whose matching takes no more than the product of theirs and the name's size: no references back, and not
-/// too many states, which counts multiply: of (a{9}){9} there are 81. Throws std::regex_error.
-std::regex bounded_regex(const std::string& pattern) {
-  constexpr std::size_t kLongest = 200;
-  constexpr double kMostCopies = 1000.0;
-  double copies = 1.0;
-  for (std::size_t at = pattern.find('{'); at != std::string::npos; at = pattern.find('{', at + 1)) {
-    double most = 1.0;
-    for (const char* c = pattern.c_str() + at + 1; *c != '\0' && *c != '}';) {
-      char* end = nullptr;
-      most = std::max(most, std::strtod(c, &end));
-      c = end == c ? c + 1 : end;
-    }
-    copies *= most;
-  }
-  if (pattern.size() > kLongest || !(copies <= kMostCopies)) throw std::regex_error(std::regex_constants::error_space);
-  // Of libstdc++: without it a search may go back and forth for longer than anybody waits, ^(a+)+$ for one.
-  return std::regex(pattern, std::regex::ECMAScript | std::regex_constants::__polynomial);
-}
-
-/// One fold for each text that `pattern` finds in the files' names (its first group, or all of the match); without a
-/// pattern one for each file.
-std::vector<Fold> folds_of(const std::vector<std::string>& files, const std::string& pattern) {
-  std::map<std::string, std::vector<std::string>> groups;
-  try {
-    const std::regex regex = bounded_regex(pattern);
-    for (const std::string& file : files) {
-      const std::string name = file_name(file);
-      std::smatch match;
-      if (pattern.empty()) {
-        groups[name].push_back(file);
-      } else if (std::regex_search(name, match, regex)) {
-        groups[match[match.size() > 1 ? 1 : 0].str()].push_back(file);
-      } else {
-        throw codegen::Error(fmt::format(
-            "--group {}: finds nothing in \"{}\"; write a pattern that every log's name has", pattern, name));
-      }
-    }
-  } catch (const std::regex_error& error) {
-    if (error.code() == std::regex_constants::error_space || error.code() == std::regex_constants::error_complexity)
-      throw codegen::Error(fmt::format(
-          "--group {}: is too large a pattern, or refers back (\\1); write for example \"^[a-z]+\"", pattern));
-    throw codegen::Error(
-        fmt::format("--group {}: is not a regular expression; write for example \"^[a-z]+\"", pattern));
-  }
-  if (groups.size() < 2)
-    throw codegen::Error(fmt::format("{} log{} in {} group; crossvalidation needs two groups at least", files.size(),
-                                     files.size() == 1 ? "" : "s", groups.size()));
-  std::vector<Fold> folds;
-  for (auto& [name, members] : groups) folds.push_back({name, std::move(members)});
-  return folds;
 }
 
 /// `count` of the others, the same for a seed; all of them where count is 0.
@@ -132,28 +74,24 @@ std::vector<std::string> chosen(std::vector<std::string> others, int count, unsi
   return others;
 }
 
-Outcome outcome_of(DraftExperiment draft, const Fold& fold, std::vector<std::string> training) {
+Outcome outcome_of(DraftExperiment draft, const LogGroup& fold, std::vector<std::string> training) {
   Experiment& experiment = draft.experiment;
   experiment.log->train_files = training;
   experiment.log->validation_files.clear();
-  experiment.log->test_files = fold.left_out;
+  experiment.log->test_files = fold.files;
   find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // of these logs alone
   experiment.source_text = format_experiment(experiment);
   LogSplits splits = load_log_splits(*experiment.log, "", experiment.training.mirror);
   if (!draft.complete) experiment = derive_recipe(draft, splits.train, splits.train).experiment;
   if (experiment.training.transient == Transient::kDrop)
     drop_transient(splits.train, transient_time_s(experiment.observer, experiment.training.transient_factor));
-  const TrainingResult result = train(experiment, splits.train, splits.train, {});
+  const TrainingResult result = train_by_groups(experiment, splits.train, splits.train, {});
   if (result.outcome == TrainOutcome::kDiverged) throw codegen::Error(result.message);
   const LogEvaluation evaluation =
       evaluate_on_logs(result.model, splits.test, resolve_columns(*experiment.log), &splits.train, NoiseConfig{},
                        experiment.seed, metrics_config(experiment, splits.test));
-  Outcome outcome{fold.name, static_cast<int>(training.size()), experiment.seed, {}, {}, {}};
-  for (const LogEvaluation::Entry& entry : evaluation.entries) {
-    if (entry.estimator == "observer") outcome.observer = entry.metrics.pooled;
-    if (entry.estimator == "ridge") outcome.ridge = entry.metrics.pooled;
-    if (entry.estimator == "constant") outcome.constant = entry.metrics.pooled;
-  }
+  Outcome outcome{fold.name, static_cast<int>(training.size()), experiment.seed, {}};
+  for (const LogEvaluation::Entry& entry : evaluation.entries) outcome.errors[entry.estimator] = entry.metrics.pooled;
   return outcome;
 }
 
@@ -165,15 +103,21 @@ Spread spread_of(const std::vector<double>& values) {
   Spread spread;
   for (const double value : values) {
     spread.mean += value / static_cast<double>(values.size());
-    spread.worst = std::max(spread.worst, value);
+    spread.worst = std::max(value, spread.worst);
   }
   for (const double value : values) spread.deviation += (value - spread.mean) * (value - spread.mean);
   spread.deviation = values.size() < 2 ? 0.0 : std::sqrt(spread.deviation / static_cast<double>(values.size() - 1));
   return spread;
 }
 
-double rmse(const std::vector<StateError>& errors, std::size_t state) {
-  return state < errors.size() ? errors[state].rmse.front() : std::nan("");
+/// NaN where the estimator does not apply.
+double rmse(const Outcome& outcome, const char* estimator, std::size_t state) {
+  const auto found = outcome.errors.find(estimator);
+  return found == outcome.errors.end() ? std::nan("") : found->second[state].rmse.front();
+}
+
+std::string cell(double error) {
+  return std::isfinite(error) ? significant(error) : "-";
 }
 
 std::string with_unit(const StateError& state) {
@@ -181,33 +125,40 @@ std::string with_unit(const StateError& state) {
 }
 
 /// A row for each fold, the mean over seeds; below it all folds together. `logs`: of the outcomes to show.
-std::string fold_table(const std::vector<Outcome>& outcomes, const std::vector<Fold>& folds, int seeds) {
+std::string fold_table(const std::vector<Outcome>& outcomes, const std::vector<LogGroup>& folds, int seeds) {
   std::string text;
-  const std::vector<StateError>& states = outcomes.front().observer;
+  const std::vector<StateError>& states = outcomes.front().errors.at("observer");
   for (std::size_t i = 0; i < states.size(); ++i) {
-    TextTable table(
-        {"RMSE of " + with_unit(states[i]) + ", left out", "logs", "observer", "over seeds", "ridge", "constant"});
-    std::vector<double> all, ridge, constant;
-    for (const Fold& fold : folds) {
+    std::vector<std::string> headings = {"RMSE of " + with_unit(states[i]) + ", left out", "logs", "observer"};
+    if (seeds > 1) headings.emplace_back("over seeds");
+    for (const Alternative& other : kAlternatives) headings.emplace_back(other.heading);
+    TextTable table(std::move(headings));
+    std::vector<double> all;
+    std::vector<std::vector<double>> others(std::size(kAlternatives));
+    for (const LogGroup& fold : folds) {
       std::vector<double> own;
       const Outcome* last = nullptr;
       for (const Outcome& outcome : outcomes)
         if (outcome.fold == fold.name) {
-          own.push_back(rmse(outcome.observer, i));
+          own.push_back(rmse(outcome, "observer", i));
           last = &outcome;
         }
       const Spread spread = spread_of(own);
       all.push_back(spread.mean);
-      ridge.push_back(rmse(last->ridge, i));
-      constant.push_back(rmse(last->constant, i));
-      table.add_row({fold.name, std::to_string(fold.left_out.size()), significant(spread.mean),
-                     seeds > 1 ? "+-" + significant(spread.deviation, 2) : "-", significant(ridge.back()),
-                     significant(constant.back())});
+      std::vector<std::string> row = {fold.name, std::to_string(fold.files.size()), significant(spread.mean)};
+      if (seeds > 1) row.push_back("+-" + significant(spread.deviation, 2));
+      for (std::size_t a = 0; a < others.size(); ++a) {
+        others[a].push_back(rmse(*last, kAlternatives[a].estimator, i));
+        row.push_back(cell(others[a].back()));
+      }
+      table.add_row(std::move(row));
     }
     table.add_rule();
     const auto row = [&](const std::string& name, double Spread::*what) {
-      table.add_row({name, "", significant(spread_of(all).*what), "", significant(spread_of(ridge).*what),
-                     significant(spread_of(constant).*what)});
+      std::vector<std::string> cells = {name, "", significant(spread_of(all).*what)};
+      if (seeds > 1) cells.emplace_back();
+      for (const std::vector<double>& each : others) cells.push_back(cell(spread_of(each).*what));
+      table.add_row(std::move(cells));
     };
     row("mean", &Spread::mean);
     row("deviation over folds", &Spread::deviation);
@@ -220,19 +171,20 @@ std::string fold_table(const std::vector<Outcome>& outcomes, const std::vector<F
 /// A row for each number of training logs: mean over folds and seeds.
 std::string curve_table(const std::vector<Outcome>& outcomes, const std::vector<int>& sizes) {
   std::vector<std::string> headings = {"training logs"};
-  for (const StateError& state : outcomes.front().observer) {
+  const std::vector<StateError>& states = outcomes.front().errors.at("observer");
+  for (const StateError& state : states) {
     headings.push_back(with_unit(state));
     headings.push_back("ridge");
   }
   TextTable table(std::move(headings));
   for (const int size : sizes) {
     std::vector<std::string> row = {std::to_string(size)};
-    for (std::size_t i = 0; i < outcomes.front().observer.size(); ++i) {
+    for (std::size_t i = 0; i < states.size(); ++i) {
       std::vector<double> own, ridge;
       for (const Outcome& outcome : outcomes)
         if (outcome.logs == size) {
-          own.push_back(rmse(outcome.observer, i));
-          ridge.push_back(rmse(outcome.ridge, i));
+          own.push_back(rmse(outcome, "observer", i));
+          ridge.push_back(rmse(outcome, "ridge", i));
         }
       row.push_back(significant(spread_of(own).mean));
       row.push_back(significant(spread_of(ridge).mean));
@@ -247,10 +199,14 @@ std::string json_of(const std::vector<Outcome>& outcomes) {
   for (const Outcome& outcome : outcomes) {
     nlohmann::ordered_json entry = {
         {"left_out", outcome.fold}, {"training_logs", outcome.logs}, {"seed", outcome.seed}};
-    for (std::size_t i = 0; i < outcome.observer.size(); ++i)
-      entry["rmse"][outcome.observer[i].name] = {{"observer", rmse(outcome.observer, i)},
-                                                 {"ridge", rmse(outcome.ridge, i)},
-                                                 {"constant", rmse(outcome.constant, i)}};
+    const std::vector<StateError>& states = outcome.errors.at("observer");
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      nlohmann::ordered_json& of_state = entry["rmse"][states[i].name];
+      of_state["observer"] = rmse(outcome, "observer", i);
+      for (const Alternative& other : kAlternatives)
+        if (const double error = rmse(outcome, other.estimator, i); std::isfinite(error))
+          of_state[other.estimator] = error;
+    }
     array.push_back(std::move(entry));
   }
   return array.dump(2) + "\n";
@@ -262,9 +218,14 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   if (!experiment.log)
     throw codegen::Error("crossvalidate is about logs, and this experiment simulates its [plant]; use nlo evaluate");
   const std::vector<std::string> files = all_files(*experiment.log, arguments.data);
-  const std::vector<Fold> folds = folds_of(files, arguments.group);
+  const std::string pattern = arguments.group.empty() ? experiment.validation.groups : arguments.group;
+  const std::vector<LogGroup> folds =
+      log_groups(files, pattern, arguments.group.empty() ? "[validation] groups" : "--group");
+  if (folds.size() < 2)
+    throw codegen::Error(fmt::format("{} log{} in {} group; crossvalidation needs two groups at least", files.size(),
+                                     files.size() == 1 ? "" : "s", folds.size()));
   std::size_t fewest = files.size();
-  for (const Fold& fold : folds) fewest = std::min(fewest, files.size() - fold.left_out.size());
+  for (const LogGroup& fold : folds) fewest = std::min(fewest, files.size() - fold.files.size());
   for (const int size : arguments.sizes)
     if (size < 1 || static_cast<std::size_t>(size) > fewest)
       throw codegen::Error(fmt::format("--logs {}: between 1 and {} are left to train on", size, fewest));
@@ -275,22 +236,24 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   std::vector<Outcome> outcomes;
   run_phase([&] {
     for (const int size : sizes)
-      for (const Fold& fold : folds)
+      for (const LogGroup& fold : folds)
         for (int s = 0; s < arguments.seeds; ++s) {
           progress.update(static_cast<double>(outcomes.size()) / static_cast<double>(total), "without " + fold.name);
           DraftExperiment seeded = draft;
           seeded.experiment.seed += static_cast<unsigned long long>(s);
           std::vector<std::string> others;
-          std::set_difference(files.begin(), files.end(), fold.left_out.begin(), fold.left_out.end(),
+          std::set_difference(files.begin(), files.end(), fold.files.begin(), fold.files.end(),
                               std::back_inserter(others));
           outcomes.push_back(outcome_of(seeded, fold, chosen(others, size, seeded.experiment.seed)));
         }
   });
   progress.finish();
   if (arguments.json) return fmt::print("{}", json_of(outcomes));
-  fmt::print("{}: {} {} left out one by one, {} training{} each; alternatives fitted on the same training logs\n\n",
-             experiment.name, folds.size(), arguments.group.empty() ? "logs" : "groups of logs", arguments.seeds,
-             arguments.seeds == 1 ? "" : "s of other seeds");
+  fmt::print(
+      "{}: {} {} left out one by one, {} training{} each; alternatives fitted on the same training logs\n"
+      "(products: a ridge regression on the last three samples and their products)\n\n",
+      experiment.name, folds.size(), pattern.empty() ? "logs" : "groups of logs", arguments.seeds,
+      arguments.seeds == 1 ? "" : "s of other seeds");
   fmt::print("{}", printable(arguments.sizes.empty() ? fold_table(outcomes, folds, arguments.seeds)
                                                      : curve_table(outcomes, arguments.sizes)));
 }
@@ -306,8 +269,10 @@ void add_crossvalidate(CLI::App& app, Action& action) {
   command->add_option("--data", arguments->data, "directory of the logs that [log] names: all splits together")
       ->type_name("DIR");
   command
-      ->add_option("--group", arguments->group,
-                   "leave out together the logs in whose names this regular expression finds the same text")
+      ->add_option(
+          "--group", arguments->group,
+          "leave out together the logs in whose names this regular expression finds the same text (else [validation] "
+          "groups)")
       ->type_name("REGEX");
   command
       ->add_option("--logs", arguments->sizes,

@@ -138,6 +138,8 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
   Dataset logs = load_logs(columns, "", arguments.data, &report);
   report.notes.insert(report.notes.begin(), unit_notes.begin(), unit_notes.end());
   if (!arguments.from_s.empty()) logs = started_at(logs, arguments.from_s);
+  const std::optional<Dataset> training =
+      training_logs_beside(models.front().model, experiment, columns, arguments.data);
   const MetricsConfig config = metrics_config(experiment, logs);
   std::vector<std::string> results;
   const auto all = static_cast<double>(models.size() * arguments.test.noises.size());
@@ -148,7 +150,7 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
       const auto done = static_cast<double>(results.size());
       LogEvaluation evaluation = run_phase([&] {
         return evaluate_on_logs(
-            model.model, logs, schema, nullptr, noise, arguments.test.seed, config,
+            model.model, logs, schema, training ? &*training : nullptr, noise, arguments.test.seed, config,
             [&](double share, const std::string& what) { progress.update((done + share) / all, what); },
             arguments.missing);
       });
@@ -289,7 +291,9 @@ void add_evaluate(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON array instead of tables: an object for each noise");
   command->footer(
-      "Beside the observer stand a constant and a ridge regression on the observer's own features.\n"
+      "Beside the observer stand a constant and a ridge regression on the observer's own features; on logs the sensor\n"
+      "itself, polynomials and a ridge regression on products of readings, too. These are fitted on the training logs\n"
+      "where they lie in the same folder, else on the very logs of the test, in hindsight.\n"
       "Examples:\n"
       "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
       "  nlo evaluate runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n"

@@ -6,12 +6,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <utility>
 
 #include "codegen/base/error.h"
 #include "trainer/data/csv.h"
+#include "trainer/data/log_dataset.h"
 #include "trainer/data/log_files.h"
+#include "trainer/data/training_logs.h"
 #include "trainer/data/units.h"
 #include "trainer/experiments/load_experiment.h"
 
@@ -157,6 +160,27 @@ LogConfig columns_for(const codegen::Model& model, const Experiment& experiment,
                                  [](const ColumnConfig& column) { return column.role == ColumnRole::kTime; });
   if (!timed && log.sample_period_s == 0.0) log.sample_period_s = model.sample_period_s;
   return log;
+}
+
+std::optional<Dataset> training_logs_beside(const codegen::Model& model, const Experiment& experiment,
+                                            const LogConfig& columns, const std::vector<std::string>& files) {
+  const auto fact = std::ranges::find(model.provenance, kTrainingLogsFact, [](const auto& f) { return f.first; });
+  if (!experiment.log || fact == model.provenance.end()) return std::nullopt;
+  Dataset training;
+  LogReport report;
+  try {
+    const std::string folder = std::filesystem::path(files.front()).parent_path().string();
+    training = load_logs(columns, folder, experiment.log->train_files, &report);
+  } catch (const codegen::Error&) {  // not there, or not what it was
+    return std::nullopt;
+  }
+  const TrainingLogs remembered = parse_training_logs(fact->second);
+  for (const LogContent& content : report.contents) {
+    std::vector<std::string> found;
+    note_rows_of_training(remembered, {content}, found);
+    if (found.empty()) return std::nullopt;
+  }
+  return training;
 }
 
 }  // namespace nlo::trainer

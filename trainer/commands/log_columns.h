@@ -3,11 +3,13 @@
 // headings are the names of its channels.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
 
@@ -22,5 +24,10 @@ LogConfig columns_for(const codegen::Model& model, const Experiment& experiment,
 /// Takes the states out of `log` whose column one of the files (names or globs) does not have: they are estimated, and not
 /// scored. Throws codegen::Error where none is left, or a pattern matches no file.
 void leave_out_absent_truth(LogConfig& log, const std::vector<std::string>& files);
+
+/// The logs that `model` was trained on, read by `columns`, where they lie in the folder of the first of `files`; nothing
+/// where one is missing or has other rows: then alternatives can only be fitted in hindsight.
+std::optional<Dataset> training_logs_beside(const codegen::Model& model, const Experiment& experiment,
+                                            const LogConfig& columns, const std::vector<std::string>& files);
 
 }  // namespace nlo::trainer

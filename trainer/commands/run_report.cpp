@@ -52,9 +52,10 @@ RunReport report_on_logs(const codegen::Model& model, const Experiment& experime
 
 namespace {
 
-std::string readout_table(const Readout& readout) {
+std::string readout_table(const Readout& readout, bool left_out) {
   if (readout.empty()) return "";
-  TextTable table({"RMSE, training or validation", "network", "linear row", "sensor", "shipped", "what ships"});
+  TextTable table({left_out ? "RMSE, logs left out of a training" : "RMSE, training or validation", "network",
+                   "linear row", "sensor", "shipped", "what ships"});
   for (const StateReadout& s : readout)
     table.add_row({s.state, significant(s.trained), significant(s.linear),
                    std::isfinite(s.sensor) ? significant(s.sensor) : "-", significant(s.shipped), share_text(s.share)});
@@ -67,7 +68,7 @@ std::string run_report_text(const codegen::Model& model, const RunReport& report
   std::string text;
   for (const auto& evaluations : report.evaluations) text += evaluation_text(model.name, evaluations);
   if (report.logs) text += evaluation_text(model.name, *report.logs);
-  return text + readout_table(report.readout);
+  return text + readout_table(report.readout, report.groups > 0);
 }
 
 std::string run_report_page(const codegen::Model& model, const RunReport& report, const std::string& directory) {

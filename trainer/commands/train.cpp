@@ -9,6 +9,7 @@
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/directory_lock.h"
@@ -27,6 +28,7 @@
 #include "trainer/experiments/training_sets.h"
 #include "trainer/sweep/jobs.h"
 #include "trainer/terminal/progress.h"
+#include "trainer/training/left_out.h"
 #include "trainer/training/provenance.h"
 #include "trainer/training/train.h"
 
@@ -55,7 +57,13 @@ TrainingResult train_with_progress(const Experiment& experiment, const RunData& 
   options.resume = resume;
   options.stop = &stop_on_interrupt();
   if (display) options.progress = [&](const TrainProgress& progress) { display->update(progress); };
-  TrainingResult result = train(experiment, data.training, data.validation, options);
+  const TrainingBegins begins = [&](const std::string& what) {
+    if (!display) return;
+    display->finish();
+    fmt::print(stderr, "{}\n", printable(what));
+    display.emplace(stderr);
+  };
+  TrainingResult result = train_by_groups(experiment, data.training, data.validation, options, begins);
   if (display) display->finish();
   if (result.returns > 0 && !arguments.quiet)
     fmt::print(
@@ -137,10 +145,9 @@ void run_train(TrainArguments arguments) {
   lock.take(arguments.output);
   FinishedRun run{run_identity(experiment)};
   if (arguments.resume && experiment.plant && already_done(arguments, run)) return;
-  const bool checkpoint_of_a_round = RoundDirectories(arguments.output, experiment).begun(0);
-  check_output_directory({arguments.output, arguments.resume && !checkpoint_of_a_round, arguments.force},
-                         experiment.name);
-  if (arguments.resume && !checkpoint_of_a_round && !has_checkpoint(arguments.output)) {
+  const bool has_begun = RoundDirectories(arguments.output, experiment).begun(0) || begun_by_groups(arguments.output);
+  check_output_directory({arguments.output, arguments.resume && !has_begun, arguments.force}, experiment.name);
+  if (arguments.resume && !has_begun && !has_checkpoint(arguments.output)) {
     arguments.resume = false;
     if (!arguments.quiet) fmt::print(stderr, "{}: there is nothing to resume; it begins\n", arguments.output);
   }
@@ -163,6 +170,9 @@ void run_train(TrainArguments arguments) {
           "# What the experiment left out was derived from its data: nlo train derived.toml trains the same.\n" +
               experiment.source_text);
     TrainingResult result = train_rounds(experiment, data, arguments);
+    if (result.outcome == TrainOutcome::kInterrupted && result.model.states.empty())
+      throw RunFailure(fmt::format("interrupted in {}; this goes on to the same bytes: {}", result.message,
+                                   resume_command(arguments)));
     if (experiment.log) result.model.provenance.emplace_back(kTrainingLogsFact, to_text(data.remembered));
     record_ignored_inputs(experiment, result.model);
     record_input_delays(experiment, result.model);
@@ -174,6 +184,7 @@ void run_train(TrainArguments arguments) {
           result.steps_done, experiment.training.steps, arguments.output, resume_command(arguments)));
     RunReport report = judge(experiment, data, result.model);
     if (experiment.inverse_map.readout == ReadoutChoice::kSelected) report.readout = result.readout;
+    report.groups = result.groups;
     if (result.outcome != TrainOutcome::kFinished) report.warning = result.message;
     fmt::print("{}", printable(run_report_text(result.model, report)));
     write_run_report(result.model, report, arguments.output);

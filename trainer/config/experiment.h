@@ -199,6 +199,14 @@ struct TrainingConfig {
   double checkpoint_every_s = 10.0;
 };
 
+/// [validation]: trainings without some of the training logs say what of a state's estimate holds on logs that it has not
+/// seen, and choose what ships (training/left_out.h).
+struct ValidationConfig {
+  std::string groups;  ///< regular expression: logs in whose names it finds the same text are left out together; empty:
+                       ///< each log by itself
+  int folds = 4;       ///< trainings, of half the steps each; groups are dealt to them. 0: the logs that train choose
+};
+
 /// A stretch of time since the start of a run, from_s <= t < to_s, that errors are told for.
 struct EvaluationWindow {
   std::string name;  ///< an identifier; "all" is the whole run and always there
@@ -228,6 +236,7 @@ struct Experiment {
   ForwardMapConfig forward_map;
   LossConfig loss;
   TrainingConfig training;
+  ValidationConfig validation;
   EvaluationConfig evaluation;
 
   /// Whether the inputs of its plant move.

@@ -82,6 +82,32 @@ EndPointPolynomial best_polynomial(const Dataset& training, int state, const Sta
   return best;
 }
 
+/// The output in the unit of a state that is nearest to it; -1: there is none, it is the truth, or its mean is nearer.
+int sensor_of(const Dataset& training, int state) {
+  constexpr double kExact = 1e-5;  // of a deviation: a sensor this good has no noise, and says nothing of a real one
+  const Channel& wanted = training.states[static_cast<std::size_t>(state)];
+  const double mean = mean_states(training)[state];
+  int best = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (int j = 0; j < static_cast<int>(training.outputs.size()); ++j) {
+    if (training.outputs[static_cast<std::size_t>(j)].unit != wanted.unit || wanted.unit.empty()) continue;
+    double squares = 0.0, spread = 0.0;
+    for (const Trajectory& run : training.trajectories)
+      for (Index k = 0; k < run.samples(); ++k) {
+        if (run.weight[k] <= 0.0) continue;
+        const auto distance = [&](double from) {
+          const double d = run.states(state, k) - from;
+          return wanted.wrap > 0.0 ? wrap_difference(d, wanted.wrap) : d;
+        };
+        squares += run.weight[k] * std::pow(distance(run.outputs(j, k)), 2);
+        spread += run.weight[k] * std::pow(distance(mean), 2);
+      }
+    if (squares <= kExact * kExact * spread) return -1;
+    if (squares < least && squares < spread) least = squares, best = j;  // worse than the mean: of something else
+  }
+  return best;
+}
+
 }  // namespace
 
 VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int derivative, const VectorXd& time_s,
@@ -135,7 +161,7 @@ VectorXd mean_states(const Dataset& dataset) {
 }
 
 const std::vector<std::string>& LogBaseline::names() {
-  static const std::vector<std::string> names = {"constant", "difference", "polynomial"};
+  static const std::vector<std::string> names = {"constant", "sensor", "difference", "polynomial", "static_ridge"};
   return names;
 }
 
@@ -147,6 +173,19 @@ LogBaseline LogBaseline::fit(std::string_view name, const Dataset& training, con
   baseline.sources_ = sources;
   baseline.mean_ = mean_states(training);
   if (name == "constant") return baseline;
+  if (name == "static_ridge") {
+    baseline.ridge_ = StaticRidge::fit(training);
+    return baseline;
+  }
+  if (name == "sensor") {
+    for (int i = 0; i < static_cast<int>(training.states.size()); ++i) {
+      baseline.sensors_.push_back(sensor_of(training, i));
+      baseline.sensor_names_.push_back(baseline.sensors_.back() < 0
+                                           ? ""
+                                           : training.outputs[static_cast<std::size_t>(baseline.sensors_.back())].name);
+    }
+    return baseline;
+  }
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const bool choose = name == "polynomial" && sources[i].kind != StateKind::kHidden;
     const int state = static_cast<int>(i);
@@ -156,17 +195,34 @@ LogBaseline LogBaseline::fit(std::string_view name, const Dataset& training, con
 }
 
 bool LogBaseline::applies(int state) const {
+  if (!sensors_.empty()) return sensors_[static_cast<std::size_t>(state)] >= 0;
   return polynomials_.empty() || sources_[static_cast<std::size_t>(state)].kind != StateKind::kHidden;
 }
 
+Index LogBaseline::multiply_adds() const {
+  return ridge_ ? ridge_->features() * (1 + 2 * static_cast<Index>(sources_.size())) : 0;
+}
+
 std::string LogBaseline::describe(int state) const {
+  if (ridge_)
+    return fmt::format("static ridge ({} features: the last 3 samples and their products)", ridge_->features());
+  if (!sensors_.empty() && applies(state))
+    return "output " + sensor_names_[static_cast<std::size_t>(state)] + " as it is";
   if (name_ != "polynomial" || !applies(state)) return name_;
   const EndPointPolynomial& chosen = polynomials_[static_cast<std::size_t>(state)];
   return fmt::format("polynomial (degree {}, {} samples)", chosen.degree, chosen.samples);
 }
 
 MatrixXd LogBaseline::estimate(const Trajectory& run) const {
+  if (ridge_) return ridge_->estimate(run);
   MatrixXd estimates = mean_.replicate(1, run.samples());
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    if (sensors_[i] >= 0)
+      estimates.row(row) = run.outputs.row(sensors_[i]);
+    else
+      estimates.row(row).setConstant(kNotApplicable);
+  }
   if (polynomials_.empty()) return estimates;
   for (std::size_t i = 0; i < sources_.size(); ++i) {
     const auto row = static_cast<Index>(i);

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
-// What a user would do without an observer, all of it causal: predict the training mean, difference the last two
-// measurements, or fit a polynomial to the last few and read its end. An observer that does not beat these is not
-// needed.
+// What a user would do without an observer, all of it causal: predict the training mean, take the sensor of a state as it
+// is, difference the last two measurements, fit a polynomial to the last few and read its end, or regress on the last few
+// samples of all channels and their products. An observer that does not beat these is not needed.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "trainer/data/dataset.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/data/static_ridge.h"
 
 namespace nlo::trainer {
 
@@ -32,19 +34,23 @@ Eigen::VectorXd mean_states(const Dataset& dataset);
 
 class LogBaseline {
  public:
-  static const std::vector<std::string>& names();  ///< constant, difference, polynomial
+  static const std::vector<std::string>& names();  ///< constant, sensor, difference, polynomial, static_ridge
 
-  /// Learns what the baseline called `name` needs from the training logs: the states' means, or for each state the
-  /// polynomial of the smallest RMSE (degree 1 to 3, up to 48 samples; judged at some 20,000 of their samples). Give it
-  /// the outputs as the observer will see them, noise included. `sources` is LogSchema::state_sources. Throws
-  /// codegen::Error for an unknown name.
+  /// Learns what the baseline called `name` needs from the training logs: the states' means; for each state the output
+  /// in its unit, or the polynomial (degree 1 to 3, up to 48 samples; judged at some 20,000 of their samples), of the
+  /// smallest RMSE; the weights of static_ridge.h. Give it the outputs as the observer will see them, noise included.
+  /// `sources` is LogSchema::state_sources. Throws codegen::Error for an unknown name.
   static LogBaseline fit(std::string_view name, const Dataset& training, const std::vector<StateSource>& sources);
 
   /// n_x x N; the rows of states to which it does not apply are NaN.
   Eigen::MatrixXd estimate(const Trajectory& run) const;
 
-  /// A hidden state has no measurement to difference: only "constant" applies to it.
+  /// A hidden state has no measurement to difference; "sensor" is of states with an output in their unit that is not the
+  /// truth itself.
   bool applies(int state) const;
+
+  /// Of one sample and all states.
+  Eigen::Index multiply_adds() const;
 
   /// "constant", or for instance "polynomial (degree 2, 7 samples)".
   std::string describe(int state) const;
@@ -53,7 +59,10 @@ class LogBaseline {
   std::string name_;
   std::vector<StateSource> sources_;
   Eigen::VectorXd mean_;
-  std::vector<EndPointPolynomial> polynomials_;  ///< one per state; empty for "constant"
+  std::vector<EndPointPolynomial> polynomials_;  ///< one per state, of "difference" and "polynomial"; else empty
+  std::vector<int> sensors_;                     ///< likewise of "sensor": the output, or -1
+  std::vector<std::string> sensor_names_;        ///< likewise
+  std::optional<StaticRidge> ridge_;             ///< of "static_ridge"
 };
 
 }  // namespace nlo::trainer

@@ -22,11 +22,10 @@ std::vector<std::string> comparison_notes(const std::vector<ComparedState>& stat
           fmt::format("{} is not seen: its error, {}: {}, is no better than that of a constant, {}. These "
                       "outputs may not determine it.",
                       state.name, state.window, shown(state.observer), shown(state.constant)));
-    else if (is_no_better_than(state.linear))
-      notes.push_back(
-          fmt::format("{} needs no network: its error, {}: {}, is no better than that of a ridge regression "
-                      "on the same features, {}.",
-                      state.name, state.window, shown(state.observer), shown(state.linear)));
+    else if (is_no_better_than(state.simple))
+      notes.push_back(fmt::format("{} needs no network: its error, {}: {}, is no better than that of {}, {}.",
+                                  state.name, state.window, shown(state.observer), state.simple_name,
+                                  shown(state.simple)));
   }
   return notes;
 }

@@ -84,20 +84,32 @@ std::vector<Eigen::Index> scored_states(const codegen::Model& model, const Datas
   return rows;
 }
 
+/// `entries`: the observer first.
 std::vector<std::string> compared(const std::vector<LogEvaluation::Entry>& entries) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const LogMetrics& ours = entries.front().metrics;
   std::vector<ComparedState> states;
   for (std::size_t i = 0; i < ours.pooled.size(); ++i) {
     // Logs that end before the settled window are judged as a whole.
     const std::size_t settled = settled_window(ours.windows);
     const std::size_t window = std::isfinite(ours.pooled[i].rmse[settled]) ? settled : 0;
-    const auto error_of = [&](const char* name) {
-      for (const LogEvaluation::Entry& entry : entries)
-        if (entry.estimator == name) return entry.metrics.pooled[i].rmse[window];
-      return std::numeric_limits<double>::quiet_NaN();
-    };
-    states.push_back({ours.pooled[i].name, ours.pooled[i].unit, window_text(ours.windows[window]), error_of("observer"),
-                      error_of("constant"), error_of("ridge")});
+    ComparedState state{ours.pooled[i].name,
+                        ours.pooled[i].unit,
+                        window_text(ours.windows[window]),
+                        ours.pooled[i].rmse[window],
+                        kNone,
+                        kNone};
+    for (const LogEvaluation::Entry& entry : entries) {
+      const double error = entry.metrics.pooled[i].rmse[window];
+      if (entry.estimator == "constant") {
+        state.constant = error;
+      } else if (&entry != &entries.front() && std::isfinite(error) && !(error >= state.simple)) {
+        state.simple = error;
+        // Angles that states make by sine and cosine come behind the states, and are not described.
+        state.simple_name = i < entry.describe.size() ? entry.describe[i] : entry.estimator;
+      }
+    }
+    states.push_back(std::move(state));
   }
   return comparison_notes(states);
 }
@@ -187,7 +199,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     if (std::find(scored.begin(), scored.end(), i) == scored.end())
       result.unscored_states.push_back(model.states[static_cast<std::size_t>(i)].name);
   result.outputs = logs.outputs;
-  result.baselines_fitted_on = baseline_logs ? "the training logs" : "these logs";
+  result.baselines_fitted_on = baseline_logs ? "the training logs" : "these logs, in hindsight";
   result.unscored = find_unscored(logs);
   if (!share_a_unit(logs.states)) config.state_scale = state_deviation(logs);
 

@@ -43,7 +43,7 @@ struct LogEvaluation {
   std::vector<std::string> missing = {};  ///< outputs that were taken away
   std::uint64_t seed = 0;
   std::string split;                     ///< "test", "validation" or "training" of an experiment; empty: other logs
-  std::string baselines_fitted_on;       ///< "the training logs", "these logs"
+  std::string baselines_fitted_on;       ///< "the training logs", "these logs, in hindsight"
   std::vector<Channel> states, outputs;  ///< states: those that are scored
   std::vector<EvaluatedRun> examples;    ///< all logs, or kMostExamples of them (examples.h); the first is the first
 };

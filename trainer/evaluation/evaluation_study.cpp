@@ -55,7 +55,7 @@ std::vector<std::string> study_notes(const EvaluationStudy& study) {
                         std::numeric_limits<double>::quiet_NaN()};
     for (std::size_t e = 1; e < first.size(); ++e) {
       if (first[e].estimator == "constant") state.constant = error_of(e);
-      if (first[e].estimator == "ridge") state.linear = error_of(e);
+      if (first[e].estimator == "ridge") state.simple = error_of(e);
     }
     compared.push_back(std::move(state));
   }

@@ -61,6 +61,9 @@ std::string format_experiment(const Experiment& experiment) {
   if (uses_forward_map(experiment)) text += format_keys(experiment.forward_map, "[forward_map]");
   text += format_keys(experiment.loss, "[loss]");
   text += format_keys(experiment.training, "[training]");
+  if (const ValidationConfig& validation = experiment.validation;
+      experiment.log && (!validation.groups.empty() || validation.folds != ValidationConfig{}.folds))
+    text += format_keys(validation, "[validation]");
   if (const EvaluationConfig& evaluation = experiment.evaluation;
       !evaluation.windows.empty() || evaluation.settling_window_s > 0.0)
     text += format_keys(evaluation, "[evaluation]");

@@ -326,6 +326,20 @@ const std::vector<Key<EvaluationConfig>>& keys() {
   return kKeys;
 }
 
+template <>
+const std::vector<Key<ValidationConfig>>& keys() {
+  using V = ValidationConfig;
+  static const std::vector<Key<V>> kKeys = {
+      key("groups", &V::groups, any(),
+          "logs in whose names this regular expression finds the same text are left out together; empty: each by "
+          "itself"),
+      key("folds", &V::folds, between(0, 50),
+          "trainings without some of the training logs, of half the steps, whose errors on what was left out choose "
+          "what ships of each state; 0: none"),
+  };
+  return kKeys;
+}
+
 // clang-format off
 template <> std::string_view section_title<Experiment>() { return "the experiment"; }
 template <> std::string_view section_title<PlantConfig>() { return "[plant]"; }
@@ -339,6 +353,7 @@ template <> std::string_view section_title<InverseMapConfig>() { return "[invers
 template <> std::string_view section_title<ForwardMapConfig>() { return "[forward_map]"; }
 template <> std::string_view section_title<LossConfig>() { return "[loss]"; }
 template <> std::string_view section_title<TrainingConfig>() { return "[training]"; }
+template <> std::string_view section_title<ValidationConfig>() { return "[validation]"; }
 template <> std::string_view section_title<EvaluationConfig>() { return "[evaluation]"; }
 // clang-format on
 

@@ -36,6 +36,7 @@ void for_each_section(const Visit& visit) {
   visit(ForwardMapConfig());
   visit(LossConfig());
   visit(TrainingConfig());
+  visit(ValidationConfig());
   visit(EvaluationConfig());
 }
 

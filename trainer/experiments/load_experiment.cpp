@@ -61,7 +61,7 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
   Experiment experiment;
   reader.read(root, "", experiment,
               {"plant", "simulation", "excitation", "feedback", "log", "observer", "dynamics", "inverse_map",
-               "forward_map", "loss", "training", "evaluation"});
+               "forward_map", "loss", "training", "validation", "evaluation"});
   if (const Toml* table = reader.section(root, "plant", "plant"))
     reader.read(*table, "plant", experiment.plant.emplace());
   reader.read_if_there(root, "simulation", experiment.simulation);
@@ -76,6 +76,7 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
   reader.read_if_there(root, "forward_map", experiment.forward_map);
   reader.read_if_there(root, "loss", experiment.loss);
   reader.read_if_there(root, "training", experiment.training);
+  reader.read_if_there(root, "validation", experiment.validation);
   reader.read_if_there(root, "evaluation", experiment.evaluation);
   const bool draft = is_draft(experiment, places);
   if (draft) stand_in(experiment, places);

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "trainer/baselines/constant_acceleration.h"
-#include "trainer/baselines/static_ridge.h"
 #include "trainer/data/evaluation_windows.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/log_starts.h"
@@ -142,12 +141,6 @@ class Study {
   }
 
   void without_a_plant() {
-    say(0.9, "static ridge");
-    const StaticRidge ridge = StaticRidge::fit(logs_.training);
-    const auto features = static_cast<double>(ridge.features());
-    judge("static_ridge", fmt::format("{} features: the last 3 samples and their products", ridge.features()),
-          {features * (1.0 + 2.0 * static_cast<double>(logs_.judged.states.size())), 0.0},
-          [&](const Trajectory& run) { return ridge.estimate(run); });
     for (const std::string& name : LogBaseline::names()) {
       say(0.95, name);
       const LogBaseline baseline = LogBaseline::fit(name, logs_.training, schema_.state_sources);
@@ -155,7 +148,9 @@ class Study {
       for (int i = 0; i < static_cast<int>(logs_.judged.states.size()); ++i)
         if (baseline.applies(i) && setup.find(baseline.describe(i)) == std::string::npos)
           setup += (setup.empty() ? "" : ", ") + baseline.describe(i);
-      if (!setup.empty()) judge(name, setup, {}, [&](const Trajectory& run) { return baseline.estimate(run); });
+      if (!setup.empty())
+        judge(name, setup, {static_cast<double>(baseline.multiply_adds()), 0.0},
+              [&](const Trajectory& run) { return baseline.estimate(run); });
     }
   }
 

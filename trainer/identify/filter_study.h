@@ -20,7 +20,7 @@ namespace nlo::trainer {
 
 struct FilterStudy {
   struct Entry {
-    std::string estimator;  ///< "ekf", "ukf", "constant_acceleration", "static_ridge", then LogBaseline::names()
+    std::string estimator;  ///< "ekf", "ukf", "constant_acceleration", then LogBaseline::names()
     std::string setup;      ///< in words: what was tuned, or fitted
     StepCost cost;          ///< {0, 0}: not counted
     LogMetrics metrics;     ///< over the test logs; NaN for a state to which it does not apply

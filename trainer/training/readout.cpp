@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <functional>
+#include <limits>
 
+#include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/ridge.h"
 #include "trainer/rollout/sampled_truth.h"
@@ -131,19 +133,6 @@ std::vector<Candidate> candidates(const codegen::Model& model, const RowInputs& 
   return result;
 }
 
-double mean_square(const Eigen::RowVectorXd& errors, const VectorXd& weights) {
-  return errors.cwiseAbs2().dot(weights.transpose()) / weights.sum();
-}
-
-/// The share of a that makes |share a + (1 - share) b|^2 least, in twentieths.
-double best_share(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b, const VectorXd& weights) {
-  const Eigen::RowVectorXd d = a - b;
-  const double norm = mean_square(d, weights);
-  if (!(norm > 0.0)) return 1.0;
-  const double share = -(b.cwiseProduct(d)).dot(weights.transpose()) / weights.sum() / norm;
-  return std::round(20.0 * std::clamp(share, 0.0, 1.0)) / 20.0;
-}
-
 /// T* as chosen: shares of its last layer, and the rows beside it.
 void write(codegen::Network& map, const RowInputs& inputs, const VectorXd& shares, const MatrixXd& rows,
            bool reads_more, bool keep_hidden) {
@@ -165,90 +154,105 @@ void write(codegen::Network& map, const RowInputs& inputs, const VectorXd& share
   }
 }
 
-/// Mean squared errors of an estimate.
-struct Squares {
-  double training = 0.0, validation = 0.0;
-  /// A candidate counts as what it is on the harder of both sets. Validation logs alone may be easier than what was
-  /// trained on, and then a row wins there that loses wherever it is harder.
-  double worse() const { return std::max(training, validation); }
-};
-
-/// The data that judge an estimate.
-class Judges {
- public:
-  Judges(const codegen::Model& model, const RowInputs& inputs, const SampledTruth& training,
-         const SampledTruth& validation)
-      : model_(&model), samples_{&training, &validation} {
-    const codegen::ReferenceObserver<float> observer(model);
-    for (std::size_t s = 0; s < 2; ++s) {
-      trained_[s] = errors_of(observer.estimates(samples_[s]->z, samples_[s]->y), samples_[s]->x, model.states);
-      u_[s] = with_one(inputs.values(*samples_[s]));
+/// Of T* and of every candidate, on the samples of one set.
+SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<Candidate>& all,
+                      const SampledTruth& samples) {
+  const codegen::ReferenceObserver<float> observer(model);
+  const MatrixXd of_map = errors_of(observer.estimates(samples.z, samples.y), samples.x, model.states);
+  const MatrixXd u = with_one(inputs.values(samples));
+  const VectorXd& w = samples.weights;
+  const auto mean = [&](const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b) {
+    return a.cwiseProduct(b).dot(w.transpose()) / w.sum();
+  };
+  SetSquares result;
+  for (Index i = 0; i < model.nx(); ++i) {
+    const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
+    const Eigen::RowVectorXd truth = samples.x.row(i);
+    const auto errors = [&](const Eigen::RowVectorXd& estimate) -> Eigen::RowVectorXd {
+      return errors_of(estimate, truth, {state});
+    };
+    StateSquares& squares = result.emplace_back();
+    squares.map = mean(of_map.row(i), of_map.row(i));
+    for (const Candidate& candidate : all) {
+      const Eigen::RowVectorXd of_row = errors(candidate.rows.row(i) * u);
+      squares.row.push_back(mean(of_row, of_row));
+      squares.both.push_back(mean(of_row, of_map.row(i)));
     }
+    for (int j = 0; j < model.ny(); ++j) {
+      const bool measures = model.outputs[static_cast<std::size_t>(j)].unit == state.unit;
+      const Eigen::RowVectorXd of_sensor = measures ? errors(samples.y.row(j)) : truth;
+      squares.reading.push_back(measures ? mean(of_sensor, of_sensor) : std::numeric_limits<double>::infinity());
+    }
+    const Eigen::RowVectorXd off = truth.array() - truth.dot(w.transpose()) / w.sum();
+    squares.deviation = mean(off, off);
   }
+  return result;
+}
 
-  /// Of w . [1; u; y] for a state.
-  Squares row(Index state, const Eigen::RowVectorXd& w) const {
-    return squares([&](std::size_t s) { return of_row(s, state, w); });
-  }
-  Squares map(Index state) const {
-    return squares([&](std::size_t s) -> Eigen::RowVectorXd { return trained_[s].row(state); });
-  }
-  Squares blend(Index state, const Eigen::RowVectorXd& w, double share) const {
-    return squares([&](std::size_t s) -> Eigen::RowVectorXd {
-      return share * trained_[s].row(state) + (1.0 - share) * of_row(s, state, w);
-    });
-  }
-  Squares reading(Index state, int reading) const {
-    return squares([&](std::size_t s) { return errors(s, state, samples_[s]->y.row(reading)); });
-  }
-  /// The share of T* in the blend that suits validation data best.
-  double share(Index state, const Eigen::RowVectorXd& w) const {
-    return best_share(trained_[1].row(state), of_row(1, state, w), samples_[1]->weights);
-  }
-  double deviation(Index state) const {
-    const Eigen::RowVectorXd truth = samples_[1]->x.row(state);
-    const double mean = truth.dot(samples_[1]->weights.transpose()) / samples_[1]->weights.sum();
-    return std::sqrt(mean_square(truth.array() - mean, samples_[1]->weights));
-  }
+/// What a value of each set counts as, together.
+using Together = std::function<double(const std::function<double(const StateSquares&)>&)>;
 
- private:
-  template <class Errors>
-  Squares squares(const Errors& errors) const {
-    return {mean_square(errors(0), samples_[0]->weights), mean_square(errors(1), samples_[1]->weights)};
-  }
-  Eigen::RowVectorXd errors(std::size_t s, Index state, const Eigen::RowVectorXd& estimate) const {
-    return errors_of(estimate, samples_[s]->x.row(state), {model_->states[static_cast<std::size_t>(state)]});
-  }
-  Eigen::RowVectorXd of_row(std::size_t s, Index state, const Eigen::RowVectorXd& w) const {
-    return errors(s, state, w * u_[s]);
-  }
+/// The worse of training and validation data.
+Together worst_of(const std::vector<const StateSquares*>& sets) {
+  return [sets](const auto& value) {
+    double worst = 0.0;
+    for (const StateSquares* set : sets) worst = std::max(worst, value(*set));
+    return worst;
+  };
+}
 
-  const codegen::Model* model_;
-  const SampledTruth* samples_[2];
-  MatrixXd trained_[2], u_[2];
-};
+/// Of groups that were left out the geometric mean: one log that is unlike all others counts as one. What is less than
+/// .1 % of the state's deviation is as good as nothing.
+Together typical_of(const std::vector<const StateSquares*>& sets) {
+  return [sets](const auto& value) {
+    double sum = 0.0;
+    for (const StateSquares* set : sets) sum += std::log(std::max(value(*set), 1e-6 * set->deviation + 1e-300));
+    return std::exp(sum / static_cast<double>(sets.size()));
+  };
+}
 
-void find_sensor(const codegen::Model& model, const Judges& judges, Index state, StateReadout& result) {
-  for (int j = 0; j < model.ny(); ++j) {
-    const codegen::Channel& output = model.outputs[static_cast<std::size_t>(j)];
-    if (output.unit != model.states[static_cast<std::size_t>(state)].unit) continue;
-    const double error = std::sqrt(judges.reading(state, j).worse());
+void find_sensor(const codegen::Model& model, const Together& together, StateReadout& result) {
+  for (std::size_t j = 0; j < model.outputs.size(); ++j) {
+    const double error = std::sqrt(together([j](const StateSquares& s) { return s.reading[j]; }));
     // A sensor without any noise is a simulated one: it says nothing of the real one.
-    if (error <= kExact * result.deviation || error >= result.sensor) continue;
+    if (error <= kExact * result.deviation || !(error < result.sensor)) continue;
     result.sensor = error;
-    result.sensor_name = output.name;
+    result.sensor_name = model.outputs[j].name;
   }
 }
 
 }  // namespace
 
-Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool keep_hidden) {
+double StateSquares::blend(std::size_t c, double share) const {
+  return share * share * map + 2.0 * share * (1.0 - share) * both[c] + (1.0 - share) * (1.0 - share) * row[c];
+}
+
+double StateSquares::best_share(std::size_t c) const {
+  const double apart = map + row[c] - 2.0 * both[c];  // mean square of the difference of the two estimates
+  if (!(apart > 0.0)) return 1.0;
+  return std::round(20.0 * std::clamp((row[c] - both[c]) / apart, 0.0, 1.0)) / 20.0;
+}
+
+SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out) {
+  const SampledTruth fitted = sample_truth(model, training, kSamples), judged = sample_truth(model, left_out, kSamples);
+  if (fitted.weights.size() == 0 || judged.weights.size() == 0) return {};
+  const RowInputs inputs(model, fitted);
+  return squares_of(model, inputs, candidates(model, inputs, fitted), judged);
+}
+
+Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool keep_hidden,
+                       const std::vector<SetSquares>& left_out) {
   const SampledTruth training = sample_truth(model, flight, kSamples);
   const SampledTruth judged = sample_truth(model, validation, kSamples);
   if (training.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, training);
   const std::vector<Candidate> all = candidates(model, inputs, training);
-  const Judges judges(model, inputs, training, judged);
+  const SetSquares on_validation = squares_of(model, inputs, all, judged);
+  const std::vector<SetSquares> sets =
+      left_out.empty() ? std::vector<SetSquares>{squares_of(model, inputs, all, training), on_validation} : left_out;
+  for (const SetSquares& set : sets)
+    if (set.front().row.size() != all.size())
+      throw codegen::Error("left-out logs: trainings without them have other features");
 
   codegen::Network* map = codegen::inverse_map(model);
   VectorXd shares = VectorXd::Ones(model.nx());
@@ -256,35 +260,43 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
   bool reads_more = false;
   Readout result;
   for (Index i = 0; i < model.nx(); ++i) {
+    const auto state = static_cast<std::size_t>(i);
+    std::vector<const StateSquares*> own;
+    for (const SetSquares& set : sets) own.push_back(&set[state]);
+    const Together together = left_out.empty() ? worst_of(own) : typical_of(own);
+    const auto of_row = [&](std::size_t c) { return together([c](const StateSquares& s) { return s.row[c]; }); };
     // The simplest row that is as good as the best.
-    std::vector<double> squares;
-    for (const Candidate& candidate : all) squares.push_back(judges.row(i, candidate.rows.row(i)).worse());
-    const double least = *std::min_element(squares.begin(), squares.end());
-    const auto chosen = static_cast<std::size_t>(
-        std::find_if(squares.begin(), squares.end(), [&](double s) { return s <= kAlike * least; }) - squares.begin());
-    const Candidate& candidate = all[std::min(chosen, all.size() - 1)];
-    const Eigen::RowVectorXd row = candidate.rows.row(i);
+    double least = of_row(0);
+    for (std::size_t c = 1; c < all.size(); ++c) least = std::min(least, of_row(c));
+    std::size_t chosen = 0;
+    while (chosen + 1 < all.size() && !(of_row(chosen) <= kAlike * least)) ++chosen;
 
-    const double share = judges.share(i, row);
-    const Squares of_row = judges.row(i, row), of_map = judges.map(i), of_blend = judges.blend(i, row, share);
-    const double good = kAlike * std::min({of_row.worse(), of_map.worse(), of_blend.worse()});
-    if (map != nullptr) shares(i) = of_row.worse() <= good ? 0.0 : of_map.worse() <= good ? 1.0 : share;
-    const Squares& shipped = shares(i) == 0.0 ? of_row : shares(i) == 1.0 ? of_map : of_blend;
+    const auto of_blend = [&](double share) {
+      return together([&](const StateSquares& s) { return s.blend(chosen, share); });
+    };
+    double share = own.back()->best_share(chosen);  // on validation data
+    for (int twentieth = 0; !left_out.empty() && twentieth <= 20; ++twentieth)
+      if (const double other = twentieth / 20.0; of_blend(other) < of_blend(share)) share = other;
+    const double as_row = of_row(chosen), as_map = of_blend(1.0), as_blend = of_blend(share);
+    const double good = kAlike * std::min({as_row, as_map, as_blend});
+    if (map != nullptr) shares(i) = as_row <= good ? 0.0 : as_map <= good ? 1.0 : share;
     if (shares(i) < 1.0) {
-      rows.row(i) = row;
-      reads_more = reads_more || candidate.reads_more;
+      rows.row(i) = all[chosen].rows.row(i);
+      reads_more = reads_more || all[chosen].reads_more;
     }
 
-    StateReadout state{.state = model.states[static_cast<std::size_t>(i)].name,
-                       .share = shares(i),
-                       .trained = std::sqrt(of_map.worse()),
-                       .linear = map != nullptr ? std::sqrt(of_row.worse()) : std::numeric_limits<double>::infinity(),
-                       .shipped = std::sqrt(shipped.worse()),
-                       .validation = std::sqrt(shipped.validation),
-                       .constant = std::sqrt(judges.row(i, all[std::size(kRidges)].rows.row(i)).worse()),
-                       .deviation = judges.deviation(i)};
-    find_sensor(model, judges, i, state);
-    result.push_back(std::move(state));
+    StateReadout& told = result.emplace_back(
+        StateReadout{.state = model.states[state].name,
+                     .share = shares(i),
+                     .trained = std::sqrt(as_map),
+                     .linear = map != nullptr ? std::sqrt(as_row) : std::numeric_limits<double>::infinity(),
+                     .shipped = std::sqrt(shares(i) == 0.0   ? as_row
+                                          : shares(i) == 1.0 ? as_map
+                                                             : as_blend),
+                     .validation = std::sqrt(on_validation[state].blend(chosen, shares(i))),
+                     .constant = std::sqrt(of_row(std::size(kRidges))),
+                     .deviation = std::sqrt(on_validation[state].deviation)});
+    find_sensor(model, together, told);
   }
   if (map != nullptr && (shares.array() < 1.0).any()) write(*map, inputs, shares, rows, reads_more, keep_hidden);
   return result;
@@ -294,7 +306,7 @@ std::string share_text(double share) {
   return share == 1.0 ? "network" : share == 0.0 ? "linear row" : fmt::format("{:.2f} network", share);
 }
 
-std::string readout_fact(const Readout& readout) {
+std::string readout_fact(const Readout& readout, std::size_t left_out) {
   std::vector<std::pair<std::string, std::string>> groups;  // what is read, states
   for (const StateReadout& state : readout) {
     const std::string text = share_text(state.share);
@@ -304,10 +316,11 @@ std::string readout_fact(const Readout& readout) {
     else
       found->second += ", " + state.state;
   }
-  if (groups.size() == 1) return groups.front().first;
+  const std::string by = left_out == 0 ? "" : fmt::format(" (by {} groups of logs that were left out)", left_out);
+  if (groups.size() == 1) return groups.front().first + by;
   std::string text;
   for (const auto& [what, states] : groups) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", what, states);
-  return text;
+  return text + by;
 }
 
 std::string below_floor(const Readout& readout) {

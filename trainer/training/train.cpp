@@ -124,6 +124,8 @@ class Training {
     result.steps_done = state_.step;
     result.elapsed_s = state_.elapsed_s;
     result.validation_rmse = shipped_rmse(result.readout);
+    result.groups = options_.evidence.size();
+    result.left_out = std::move(left_out_);
     return result;
   }
 
@@ -266,12 +268,18 @@ class Training {
   codegen::Model model(Readout& readout) {
     const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
     codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
+    for (const Dataset& group : options_.left_out) {
+      const TrainingData data(group, failures_, experiment_.training.mirror);
+      Objective judge(experiment_, structure_, data, pool_);
+      SetSquares squares = left_out_squares(model, rollout, judge.roll_out_runs(state_.best.data()));
+      if (!squares.empty()) left_out_.push_back(std::move(squares));
+    }
     if (selects())
-      readout =
-          choose_readout(model, rollout, validator_.roll_out_runs(state_.best.data()), experiment_.inverse_map.error);
+      readout = choose_readout(model, rollout, validator_.roll_out_runs(state_.best.data()),
+                               experiment_.inverse_map.error, options_.evidence);
     note_provenance(experiment_, dataset_, data_hash_, state_, shipped_rmse(readout), model);
     if (selects() && structure_.module->has_inverse_map())
-      model.provenance.insert(model.provenance.end() - 1, {"readout", readout_fact(readout)});
+      model.provenance.insert(model.provenance.end() - 1, {"readout", readout_fact(readout, options_.evidence.size())});
     if (experiment_.inverse_map.error) model.error = error_head(model, rollout);
     return model;
   }
@@ -301,6 +309,7 @@ class Training {
   Optimiser optimiser_;
   std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
+  std::vector<SetSquares> left_out_;
   int unusable_ = 0;  ///< gradients in a row that are not finite
   static constexpr int kMostReturns = 20;
 };

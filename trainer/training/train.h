@@ -29,6 +29,10 @@ struct TrainOptions {
   bool resume = false;    ///< go on from the directory's checkpoint
   std::function<void(const TrainProgress&)> progress;  ///< called after each step; may be empty
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
+  /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
+  std::vector<Dataset> left_out = {};
+  /// What such trainings have told: it chooses what ships (choose_readout()).
+  std::vector<SetSquares> evidence = {};
 };
 
 enum class TrainOutcome {
@@ -41,8 +45,10 @@ enum class TrainOutcome {
 
 struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
-  codegen::Model model;  ///< of the lowest validation error so far
-  Readout readout;       ///< what its states read, and what else they might
+  codegen::Model model;              ///< of the lowest validation error so far
+  Readout readout;                   ///< what its states read, and what else they might
+  std::size_t groups = 0;            ///< that were left out of other trainings and chose `readout`; 0: its own data did
+  std::vector<SetSquares> left_out;  ///< of TrainOptions::left_out, without those that have no truth; T* as trained
   std::vector<MetricsRow> metrics;
   long steps_done = 0;
   double elapsed_s = 0.0;

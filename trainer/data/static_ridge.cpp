@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/baselines/static_ridge.h"
+#include "trainer/data/static_ridge.h"
 
 #include <algorithm>
 
@@ -13,6 +13,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+constexpr Index kBlock = 4096;  // samples at a time: their products take memory
 
 /// Rows of `values`; those of an angle as sine and cosine.
 MatrixXd encoded(const MatrixXd& values, const std::vector<Channel>& channels) {
@@ -41,19 +43,22 @@ MatrixXd StaticRidge::channels_of(const Trajectory& run) const {
   return both;
 }
 
-MatrixXd StaticRidge::features_of(const Trajectory& run) const {
-  const MatrixXd now = (channels_of(run).colwise() - mean_).array().colwise() / scale_.array();
-  const Index n = now.rows() * samples_;
-  MatrixXd phi(n + n * (n + 1) / 2, run.samples());
+MatrixXd StaticRidge::normalised(const Trajectory& run) const {
+  return (channels_of(run).colwise() - mean_).array().colwise() / scale_.array();
+}
+
+MatrixXd StaticRidge::features_of(const MatrixXd& channels, Index from, Index stride, Index count) const {
+  const Index n = channels.rows() * samples_;
+  MatrixXd phi(n + n * (n + 1) / 2, count);
   VectorXd c(n);
-  for (Index k = 0; k < run.samples(); ++k) {
+  for (Index at = 0; at < count; ++at) {
     for (Index back = 0; back < samples_; ++back)
-      c.segment(back * now.rows(), now.rows()) = now.col(std::max<Index>(0, k - back));
-    phi.col(k).head(n) = c;
-    Index at = n;
+      c.segment(back * channels.rows(), channels.rows()) = channels.col(std::max<Index>(0, from + at * stride - back));
+    phi.col(at).head(n) = c;
+    Index row = n;
     for (Index i = 0; i < n; ++i) {
-      phi.col(k).segment(at, n - i) = c[i] * c.tail(n - i);
-      at += n - i;
+      phi.col(at).segment(row, n - i) = c[i] * c.tail(n - i);
+      row += n - i;
     }
   }
   return phi;
@@ -76,16 +81,31 @@ StaticRidge StaticRidge::fit(const Dataset& training, int samples, double ridge)
     result.mean_ /= count;
     result.scale_ = (result.scale_ / count - result.mean_.cwiseAbs2()).cwiseMax(1e-24).cwiseSqrt();
   }
+  // The products of many channels are many, and no better known by a million samples than by some.
+  constexpr double kWork = 1e10;  // multiply-adds of the normal equations
+  const double rows = static_cast<double>(result.mean_.size() * samples), phi = rows + rows * (rows + 1.0) / 2.0;
+  const auto stride = std::max<Index>(1, static_cast<Index>(count * phi * phi / kWork));
   Ridge fitted;
-  for (const Trajectory& run : training.trajectories)
-    fitted.add(result.features_of(run), encoded(run.states, training.states), run.weight);
+  for (const Trajectory& run : training.trajectories) {
+    const MatrixXd c = result.normalised(run), x = encoded(run.states, training.states);
+    for (Index from = 0; from < run.samples(); from += kBlock * stride) {
+      const Index block = std::min(kBlock, (run.samples() - from + stride - 1) / stride);
+      const auto some = Eigen::seqN(from, block, stride);
+      fitted.add(result.features_of(c, from, stride, block), x(Eigen::all, some), run.weight(some));
+    }
+  }
   if (!(fitted.weight() > 0.0)) throw codegen::Error("static ridge: no sample to fit it on, or all truth is masked");
   result.weights_ = fitted.fit(ridge);
   return result;
 }
 
 MatrixXd StaticRidge::estimate(const Trajectory& run) const {
-  const MatrixXd rows = weights_ * with_one(features_of(run));
+  const MatrixXd c = normalised(run);
+  MatrixXd rows(weights_.rows(), run.samples());
+  for (Index from = 0; from < run.samples(); from += kBlock) {
+    const Index block = std::min(kBlock, run.samples() - from);
+    rows.middleCols(from, block) = weights_ * with_one(features_of(c, from, 1, block));
+  }
   MatrixXd x_hat(static_cast<Index>(states_.size()), run.samples());
   Index next = 0;
   for (std::size_t i = 0; i < states_.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/baselines/static_ridge.h"
+#include "trainer/data/static_ridge.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

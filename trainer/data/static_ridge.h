@@ -12,7 +12,7 @@ namespace nlo::trainer {
 /// x_hat_k = W phi_k,  phi_k = [1; c; c_i c_j (i <= j)],  c = channels at samples k, k - 1, ... k - `samples` + 1
 /// with outputs and inputs as channels of unit deviation, an angle as its sine and cosine; the first sample stands for
 /// those before it. W minimises the squared error on the training logs + `ridge` |W|^2 relative to the features' power.
-/// An angle among the states is regressed as sine and cosine.
+/// An angle among the states is regressed as sine and cosine. Long logs are fitted at every so many samples.
 class StaticRidge {
  public:
   /// Throws codegen::Error when no truth counts in `training`.
@@ -26,7 +26,10 @@ class StaticRidge {
 
  private:
   Eigen::MatrixXd channels_of(const Trajectory& run) const;
-  Eigen::MatrixXd features_of(const Trajectory& run) const;
+  /// Of samples from, from + stride, ... as many as `count`; features x count. `channels`: of all samples, normalised.
+  Eigen::MatrixXd features_of(const Eigen::MatrixXd& channels, Eigen::Index from, Eigen::Index stride,
+                              Eigen::Index count) const;
+  Eigen::MatrixXd normalised(const Trajectory& run) const;
 
   std::vector<Channel> states_, outputs_;
   int samples_ = 3;

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/training/left_out.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <set>
+
+#include "codegen/base/error.h"
+#include "codegen/model_file/model_file.h"
+#include "tests/training/testing.h"
+#include "trainer/experiments/load_experiment.h"
+
+namespace nlo::trainer {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::ScratchDirectory;
+
+/// y moves a little about a level of its log's own, and "grip" is 1 or -1 from log to log in turn: the level tells it on
+/// these logs, and nothing tells it on another.
+Dataset logs_with_a_level_each(int logs, unsigned seed) {
+  Dataset data = testing::harmonics(std::vector<int>(static_cast<std::size_t>(logs), 80), false, seed);
+  data.states = {{"position", "m", 0.0}, {"grip", "", 0.0}};
+  for (int i = 0; i < logs; ++i) {
+    Trajectory& run = data.trajectories[static_cast<std::size_t>(i)];
+    run.log = "logs/day_" + std::to_string(i) + ".csv";
+    run.source = run.log;
+    run.outputs = 0.2 * run.outputs.array() + 3.0 * i;
+    run.states.row(0) = run.outputs.row(0);
+    run.states.row(1).setConstant(i % 2 == 0 ? 1.0 : -1.0);
+  }
+  return data;
+}
+
+Experiment experiment_of_logs(int folds) {
+  Experiment experiment = testing::small_experiment();
+  experiment.plant.reset();
+  experiment.log.emplace().train_files = {"day_*.csv"};
+  experiment.observer.eigenvalues = {-1.0, -4.0};
+  experiment.observer.start = LatentStart::kSteady;
+  experiment.inverse_map.hidden = {24, 24};
+  experiment.inverse_map.readout = ReadoutChoice::kSelected;
+  experiment.loss.scale = ErrorScale::kNormalised;
+  experiment.training.steps = 4000;
+  experiment.training.learning_rate = 1e-2;
+  experiment.training.samples_per_step = 512;
+  experiment.validation.folds = folds;
+  experiment.source_text = format_experiment(experiment);
+  return experiment;
+}
+
+TEST(StateSquares, ABlendOfTwoIndependentErrorsHasHalfTheirVariance) {
+  StateSquares squares;
+  squares.map = 1.0;
+  squares.row = {1.0, 1.0, 4.0};
+  squares.both = {0.0, -1.0, 2.0};  // independent; opposite; the row's is twice that of T*
+  EXPECT_DOUBLE_EQ(squares.best_share(0), 0.5);
+  EXPECT_DOUBLE_EQ(squares.blend(0, 0.5), 0.5);
+  EXPECT_DOUBLE_EQ(squares.best_share(1), 0.5);
+  EXPECT_DOUBLE_EQ(squares.blend(1, 0.5), 0.0);
+  EXPECT_DOUBLE_EQ(squares.best_share(2), 1.0);
+  EXPECT_DOUBLE_EQ(squares.blend(2, 1.0), squares.map);
+  EXPECT_DOUBLE_EQ(squares.blend(2, 0.0), squares.row[2]);
+}
+
+TEST(Folds, EachLogIsLeftOutOnceAndNeighboursPart) {
+  const Dataset training = logs_with_a_level_each(5, 1);
+  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment_of_logs(2), training);
+  ASSERT_EQ(folds.size(), 2U);
+  EXPECT_THAT(folds[0].names, ElementsAre("day_0.csv", "day_2.csv", "day_4.csv"));
+  EXPECT_THAT(folds[1].names, ElementsAre("day_1.csv", "day_3.csv"));
+  for (const FoldOfLogs& fold : folds) {
+    std::set<std::string> kept, out;
+    for (const Trajectory& run : fold.kept.trajectories) kept.insert(run.log);
+    for (const Dataset& group : fold.left_out)
+      for (const Trajectory& run : group.trajectories) out.insert(run.log);
+    EXPECT_EQ(kept.size() + out.size(), 5U);
+    for (const std::string& log : out) EXPECT_EQ(kept.count(log), 0U) << log;
+  }
+  EXPECT_EQ(folds_of_logs(experiment_of_logs(50), training).size(), 5U) << "as many as there are logs at most";
+}
+
+TEST(Folds, LogsOfOneGroupAreLeftOutTogether) {
+  Experiment experiment = experiment_of_logs(4);
+  experiment.validation.groups = "^day_([0-3])?";
+  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, logs_with_a_level_each(6, 1));
+  ASSERT_EQ(folds.size(), 4U);  // 0, 1, 2, 3 and the rest: five groups
+  EXPECT_EQ(folds[0].left_out.front().trajectories.size(), 2U) << "day_4 and day_5 have the same text, none";
+  experiment.validation.groups = "^night";
+  EXPECT_THAT([&] { folds_of_logs(experiment, logs_with_a_level_each(3, 1)); },
+              ::testing::ThrowsMessage<codegen::Error>(HasSubstr("[validation] groups ^night: finds nothing in")));
+}
+
+TEST(Folds, NothingIsLeftOutWhereNothingIsChosen) {
+  const Dataset training = logs_with_a_level_each(4, 1);
+  EXPECT_TRUE(folds_of_logs(experiment_of_logs(0), training).empty());
+  Experiment network = experiment_of_logs(4);
+  network.inverse_map.readout = ReadoutChoice::kNetwork;
+  EXPECT_TRUE(folds_of_logs(network, training).empty());
+  EXPECT_TRUE(folds_of_logs(experiment_of_logs(4), logs_with_a_level_each(2, 1)).empty());
+}
+
+TEST(LeftOut, ANetworkThatKnowsItsLogsByHeartDoesNotShip) {
+  const Dataset training = logs_with_a_level_each(6, 1);
+  const TrainingResult by_its_own = train_by_groups(experiment_of_logs(0), training, training, {});
+  const TrainingResult by_groups = train_by_groups(experiment_of_logs(3), training, training, {});
+  ASSERT_EQ(by_groups.readout.size(), 2U);
+  EXPECT_GT(by_its_own.readout[1].share, 0.8) << "control: on its own logs the network is right";
+  EXPECT_LT(by_its_own.readout[1].shipped, 0.5);
+  EXPECT_LT(by_groups.readout[1].share, 0.2);
+  EXPECT_GT(by_groups.readout[1].trained, 1.0) << "it is told how wrong the network is on others";
+  EXPECT_LE(by_groups.readout[1].shipped, 1.02 * by_groups.readout[1].constant);
+  EXPECT_EQ(by_groups.groups, 6U);
+  EXPECT_LT(by_groups.readout[0].shipped, 0.1) << "control: a state that is known anywhere keeps what reads it";
+}
+
+TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {
+  const Dataset training = logs_with_a_level_each(4, 1);
+  Experiment experiment = experiment_of_logs(2);
+  experiment.training.steps = 40;
+  experiment.training.validate_every = 10;
+  const ScratchDirectory whole, pieces;
+  TrainOptions options;
+  options.directory = whole.path();
+  const TrainingResult expected = train_by_groups(experiment, training, training, options);
+  for (const int after : {5, 18, 25}) {  // steps of this piece: in the first fold, the second, the training on all
+    std::atomic<bool> stop = false;
+    int done = 0;
+    options.directory = pieces.path();
+    options.resume = after != 5;
+    options.stop = &stop;
+    options.progress = [&](const TrainProgress&) { stop = ++done >= after; };
+    const TrainingResult piece = train_by_groups(experiment, training, training, options);
+    ASSERT_EQ(piece.outcome, TrainOutcome::kInterrupted) << after;
+    EXPECT_TRUE(begun_by_groups(pieces.path()));
+  }
+  options.resume = true;
+  options.stop = nullptr;
+  options.progress = {};
+  const TrainingResult resumed = train_by_groups(experiment, training, training, options);
+  EXPECT_EQ(codegen::to_json(resumed.model), codegen::to_json(expected.model));
+  EXPECT_FALSE(begun_by_groups(pieces.path()));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/training/left_out.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <set>
+
+#include "trainer/data/log_groups.h"
+#include "trainer/experiments/load_experiment.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr std::size_t kFewestGroups = 3;  // without one of two, a training has seen a single log
+constexpr int kShorter = 2;  // times fewer steps: enough to tell a network that generalises from one that does not
+
+std::string folder_of(const std::string& directory, std::size_t fold) {
+  return directory.empty() ? "" : fmt::format("{}/without_{}", directory, fold + 1);
+}
+
+bool has_checkpoint_in(const std::string& directory) {
+  return !directory.empty() && std::filesystem::exists(directory + "/checkpoint.bin");
+}
+
+}  // namespace
+
+std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training) {
+  const ValidationConfig& validation = experiment.validation;
+  if (!experiment.log || validation.folds == 0 || experiment.inverse_map.readout != ReadoutChoice::kSelected) return {};
+  std::set<std::string> files;
+  for (const Trajectory& run : training.trajectories) files.insert(run.log);
+  const std::vector<LogGroup> groups =
+      log_groups({files.begin(), files.end()}, validation.groups, "[validation] groups");
+  if (groups.size() < kFewestGroups) return {};
+  const std::size_t count = std::min(groups.size(), static_cast<std::size_t>(std::max(validation.folds, 2)));
+  std::vector<FoldOfLogs> folds(count);
+  for (std::size_t f = 0; f < count; ++f) {
+    FoldOfLogs& fold = folds[f];
+    fold.kept = training;
+    for (std::size_t g = f; g < groups.size(); g += count) {
+      const auto is_of_group = [&](const Trajectory& run) {
+        return std::ranges::find(groups[g].files, run.log) != groups[g].files.end();
+      };
+      fold.names.push_back(groups[g].name);
+      Dataset& own = fold.left_out.emplace_back(training);
+      std::erase_if(own.trajectories, [&](const Trajectory& run) { return !is_of_group(run); });
+      std::erase_if(fold.kept.trajectories, is_of_group);
+    }
+  }
+  return folds;
+}
+
+TrainingResult train_by_groups(const Experiment& experiment, const Dataset& training, const Dataset& validation,
+                               const TrainOptions& options, const TrainingBegins& begins) {
+  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, training);
+  if (folds.empty()) return train(experiment, training, validation, options);
+  Experiment shorter = experiment;
+  shorter.training.steps = std::max(1, experiment.training.steps / kShorter);
+  shorter.inverse_map.error = false;
+  shorter.source_text = format_experiment(shorter);
+  TrainOptions all = options;
+  for (std::size_t f = 0; f < folds.size(); ++f) {
+    const FoldOfLogs& fold = folds[f];
+    if (begins) begins(fmt::format("without {} ({} of {})", fmt::join(fold.names, ", "), f + 1, folds.size()));
+    TrainOptions own = options;
+    own.directory = folder_of(options.directory, f);
+    own.resume = options.resume && has_checkpoint_in(own.directory);
+    own.left_out = fold.left_out;
+    // Without validation logs the training logs are both.
+    const bool has_validation = !experiment.log->validation_files.empty();
+    TrainingResult result = train(shorter, fold.kept, has_validation ? validation : fold.kept, own);
+    if (result.outcome == TrainOutcome::kInterrupted) {
+      result.model = {};
+      result.message = fmt::format("training {} of {} without some of the logs", f + 1, folds.size());
+      return result;
+    }
+    std::ranges::move(result.left_out, std::back_inserter(all.evidence));
+  }
+  if (begins) begins("on all logs");
+  all.resume = options.resume && has_checkpoint_in(options.directory);
+  TrainingResult result = train(experiment, training, validation, all);
+  if (result.outcome != TrainOutcome::kInterrupted && !options.directory.empty())
+    for (std::size_t f = 0; f < folds.size(); ++f) std::filesystem::remove_all(folder_of(options.directory, f));
+  return result;
+}
+
+bool begun_by_groups(const std::string& directory) {
+  return has_checkpoint_in(folder_of(directory, 0));
+}
+
+}  // namespace nlo::trainer
