@@ -57,21 +57,28 @@ std::string any_structure(const std::function<std::string(const std::string&)>& 
   return text + ")";
 }
 
+/// One text of several; operator+ of a literal and a string makes GCC 12 warn of lengths that cannot be.
+std::string joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text.append(part);
+  return text;
+}
+
 /// Code that asks, with the structures that there are.
 std::vector<std::string> question_patterns() {
   const std::string name = any_structure(name_of), type = any_structure([](const std::string&t) { return t; });
   return {
-      R"re([!=]=\s*")re" + name + "\"",                                 // structure == "kkl"
-      "\"" + name + R"re("\s*[!=]=)re",                                 // and turned round
-      R"re(\bget(_if)?<\s*(\w+::)*)re" + type + R"re(\s*>)re",          // std::get_if<codegen::Kkl>
-      R"re(\bholds_alternative<\s*(\w+::)*)re" + type + R"re(\s*>)re",  //
-      R"re(\bstructure\w*\s*(\.|->)\s*(index\(\)|kind\b))re",           // model.structure.index(), structure.kind
-      R"re(\bvisit\(.*\bstructure\b)re",                                // std::visit(..., model.structure)
-      R"re(\bis_(driven|)re" + name.substr(1) + R"re(\s*\()re",         // a question with a name of its own
+      joined({R"re([!=]=\s*")re", name, R"re(")re"}),                           // structure == "kkl"
+      joined({R"re(")re", name, R"re("\s*[!=]=)re"}),                           // and turned round
+      joined({R"re(\bget(_if)?<\s*(\w+::)*)re", type, R"re(\s*>)re"}),          // std::get_if<codegen::Kkl>
+      joined({R"re(\bholds_alternative<\s*(\w+::)*)re", type, R"re(\s*>)re"}),  //
+      R"re(\bstructure\w*\s*(\.|->)\s*(index\(\)|kind\b))re",                   // model.structure.index()
+      R"re(\bvisit\(.*\bstructure\b)re",                                        // std::visit(..., model.structure)
+      joined({R"re(\bis_(driven|)re", name.substr(1), R"re(\s*\()re"}),         // a question with a name of its own
       R"re(\bStructureKind::)re",
-      R"re(\b(dynamic_cast|typeid)\b[^;]*\b(StructureModule|TrainableStructure|module|)re" + type.substr(1) +
-          R"re(\w*\b)re",
-      R"re(\b)re" + name + R"re(_structure\(\))re",  // the module of one, by its name
+      joined({R"re(\b(dynamic_cast|typeid)\b[^;]*\b(StructureModule|TrainableStructure|module|)re", type.substr(1),
+              R"re(\w*\b)re"}),
+      joined({R"re(\b)re", name, R"re(_structure\(\))re"}),  // the module of one, by its name
   };
 }
 
