@@ -50,18 +50,22 @@ std::string name_of(const std::string& type) {
   return name;
 }
 
-/// "(a|b|c)" of what `as` makes of each structure's type.
-std::string any_structure(const std::function<std::string(const std::string&)>& as) {
-  std::string text;
-  for (const std::string& type : structure_types()) text += (text.empty() ? "(" : "|") + as(type);
-  return text + ")";
-}
-
 /// One text of several; operator+ of a literal and a string makes GCC 12 warn of lengths that cannot be.
 std::string joined(const std::vector<std::string>& parts) {
   std::string text;
   for (const std::string& part : parts) text.append(part);
   return text;
+}
+
+/// "(a|b|c)" of what `as` makes of each structure's type.
+std::string any_structure(const std::function<std::string(const std::string&)>& as) {
+  std::vector<std::string> parts;
+  for (const std::string& type : structure_types()) {
+    parts.emplace_back(parts.empty() ? "(" : "|");
+    parts.push_back(as(type));
+  }
+  parts.emplace_back(")");
+  return joined(parts);
 }
 
 /// Code that asks, with the structures that there are.
