@@ -138,7 +138,7 @@ const std::vector<BadInput>& bad_inputs() {
       usage("NoModelToBound", {"bound"}, "MODEL is required"),
       usage("BoundOfALogModel", {"bound", "log_model.json"}, "was trained on logs; the bound needs a plant"),
       usage("BoundWithGaussianNoise", {"bound", "model.json", "--noise", "gaussian:0.5"},
-            "Gaussian noise has no bound, and Proposition 2 speaks of bounded noise; write uniform:0.866"),
+            "this noise has no bound, and Proposition 2 speaks of bounded noise; write uniform:0.866"),
       usage("NegativeDisturbance", {"bound", "model.json", "--disturbance=-1"}, "--disturbance -1: must be"),
       usage("ZeroStepsToBound", {"bound", "model.json", "--steps", "0"}, "--steps"),
       usage("BoundOntoAFile", {"bound", "model.json", "-o", "tiny.toml"}, "tiny.toml is a file"),

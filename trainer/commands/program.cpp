@@ -67,7 +67,7 @@ int parse_and_act(CLI::App& app, const Action& action, int argc, char** argv) {
 
 }  // namespace
 
-int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+int run_program(int argc, char** argv, const char* name, const char* description,
                 const std::function<void(CLI::App& app, Action& action)>& add) {
   end_where_memory_ends();
   try {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <string>
 
 #include "trainer/commands/command.h"
 
@@ -11,8 +10,8 @@ namespace nlo::trainer {
 
 /// Reads the command line of the program `name` and does what it asks for. `add` gives the program its options and
 /// commands, and chooses the action, at once or when a command is parsed. Returns the exit code; results are on stdout,
-/// an error is one line on stderr.
-int run_program(int argc, char** argv, const std::string& name, const std::string& description,
+/// an error is one line on stderr. No strings: an allocation that fails before it is called is not told.
+int run_program(int argc, char** argv, const char* name, const char* description,
                 const std::function<void(CLI::App& app, Action& action)>& add);
 
 }  // namespace nlo::trainer

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <iterator>
 #include <set>
+#include <system_error>
 
 #include "trainer/data/log_groups.h"
 #include "trainer/experiments/load_experiment.h"
@@ -23,7 +24,8 @@ std::string folder_of(const std::string& directory, std::size_t fold) {
 }
 
 bool has_checkpoint_in(const std::string& directory) {
-  return !directory.empty() && std::filesystem::exists(directory + "/checkpoint.bin");
+  std::error_code none;  // a name that is too long is said where the folder is made
+  return !directory.empty() && std::filesystem::exists(directory + "/checkpoint.bin", none);
 }
 
 }  // namespace
