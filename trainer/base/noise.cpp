@@ -118,8 +118,7 @@ SensorNoise parse_sensor(std::string_view text) {
   if (row->has_shape()) {
     const double shape = base.number(2);
     if (!(shape >= row->least_shape && shape <= row->most_shape) || shape != std::floor(shape))
-      base.fail(
-          fmt::format("needs a whole number from {} to {} behind its scale", row->least_shape, row->most_shape));
+      base.fail(fmt::format("needs a whole number from {} to {} behind its scale", row->least_shape, row->most_shape));
     noise.shape = static_cast<int>(shape);
   }
   base.expect((row->has_scale() ? 1U : 0U) + (row->has_shape() ? 1U : 0U));
