@@ -12,7 +12,7 @@ usage: ./test.sh [--quick | --full | --claims | --fuzz MINUTES]
             compiled and flown, their figures compared with the published ones); formatting; clang++ build with sanitizers
   --quick   release build and all tests only
   --full    also the exhaustive tests (every float, many seeds), more cores, compilers and instruction sets,
-            all of the program under sanitizers, coverage of the runtime, and clang-tidy
+            all of the program under sanitizers, coverage of what flies, and clang-tidy
   --claims  release build, then every figure of README and docs made again (some 40 minutes on 2 cores)
   --fuzz    clang++ build with sanitizers, then libFuzzer on each target of tests/fuzz for its share of MINUTES
 
@@ -123,7 +123,7 @@ if [[ $mode == default || $mode == full ]]; then
 fi
 if [[ $mode == full ]]; then
   need llvm-cov
-  phase 'Coverage of the runtime' tests/coverage/coverage.py
+  phase 'Coverage of the runtime and of exported C99' tests/coverage/coverage.py
   phase 'clang-tidy' tidy
 fi
 

@@ -69,26 +69,27 @@ std::map<std::string, std::string> ranges(const Model& m, const Initialiser& ini
 
 }  // namespace
 
-void check_c99(const Model& m) {
+void check_c99(const Model& m, const std::string& target) {
   if (module_of(m).abilities().c99) return;
-  throw Error(fmt::format("\"{}\" is a {} observer; target c99 writes {} observers: export it with --target cpp",
-                          m.name, structure_name(m),
+  throw Error(fmt::format("\"{}\" is a {} observer; target {} writes {} observers: export it with --target cpp", m.name,
+                          structure_name(m), target,
                           names_of_structures([](const StructureModule& s) { return s.abilities().c99; })));
 }
 
-std::vector<NamedText> c99(const PreparedExport& prepared) {
+PreparedExport for_c99(const PreparedExport& prepared, const std::string& target) {
+  check_c99(prepared.model(), target);
+  check_weights(prepared.options(), target);
+  check_rounding(prepared.model(), prepared.options().scalar);
+  return prepared.options().tanh == Activation::kTanh ? prepared : prepared.with(best_tanh(prepared.options()));
+}
+
+std::map<std::string, std::string> c99_values(const PreparedExport& prepared, const std::string& name) {
   const Model& m = prepared.model();
-  const ExportOptions& options = prepared.options();
-  const std::string& name = prepared.name();
-  if (options.tanh != Activation::kTanh) return c99(prepared.with(best_tanh(options)));
-  check_c99(m);
-  check_weights(options, "c99");
-  check_rounding(m, options.scalar);
   const FoldedModel& folded = prepared.folded();
   const Initialiser& init = prepared.initialiser();
   const QuantisedNetwork* quantised = prepared.quantised();
   const std::unique_ptr<CppStructure> parts = module_of(m).cpp(prepared.source());
-  const bool single = options.scalar != ScalarType::kDouble;
+  const bool single = init.scalar_bytes() == 4;
   const std::string suffix = single ? "f" : "";
 
   const std::string map =
@@ -121,40 +122,63 @@ std::vector<NamedText> c99(const PreparedExport& prepared) {
       {"WARM_START_BODY", ""},
       {"TURN_BACK", ""},
       {"RELATIVE", "observer->z[r]"},
+      {"FOURS", std::string(embedded_text("c99/dense_fours.c.in"))},
+      {"INTEGER_FOURS", std::string(embedded_text("c99/int16_fours.c.in"))},
+      {"REST", " % 4"},
+      {"TOP", ""},
   };
   values.merge(c99_readings(m, name, init));
   values.merge(ranges(m, init));
   for (const auto& [key, value] : module_of(m).c99(prepared.source())) values[key] = value;
   for (const char* part : {"LATENT", "WARM_START", "WARM_START_BODY"})
     if (!values[part].empty()) values[part] = filled(embedded_text(values[part]), values);
-  values["TOP"] = "";
+  return values;
+}
+
+std::string c99_top(const PreparedExport& prepared, const char* language, const char* target,
+                    const std::string& example) {
+  const Model& m = prepared.model();
+  const ExportOptions& options = prepared.options();
+  const std::string& name = prepared.name();
+  const std::unique_ptr<CppStructure> parts = module_of(m).cpp(prepared.source());
+  std::string flags;
+  if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
+  if (name != m.name) flags += " --name " + name;
+  const std::size_t bytes = prepared.initialiser().scalar_bytes(),
+                    state = bytes * static_cast<std::size_t>(m.nz() + m.nr()) + 4;
+  return fmt::format(
+             "// {0}: {1} in {6}, generated. Do not edit; make it again by\n"
+             "//   nlo export model.json --target {7}{2} -o {0}.h\n"
+             "//\n"
+             "// Estimates {3} from {4}, sampled every {5} s.\n",
+             name, parts->title(), flags, channel_list(m.states, true),
+             channel_list(m.outputs, true) +
+                 (m.inputs.empty() ? "" : " and the inputs " + channel_list(m.inputs, true)),
+             literal(m.sample_period_s), language, target) +
+         parts->description() +
+         "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "
+         "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n" +
+         (prepared.quantised() ? arithmetic_note(prepared) : "") +
+         (m.error ? "// The standard deviations of its errors are left out: the cpp header has them.\n" : "") + "//\n" +
+         facts(m) +
+         fmt::format("// An observer takes {} bytes of RAM; the tables are constants. No heap, no library.\n//\n",
+                     (state + bytes - 1) / bytes * bytes) +
+         example;
+}
+
+std::vector<NamedText> c99(const PreparedExport& given) {
+  const PreparedExport prepared = for_c99(given, "c99");
+  const std::string& name = prepared.name();
+  std::map<std::string, std::string> values = c99_values(prepared, name);
   std::uint32_t hash = 0x811c9dc5U;  // FNV-1a of all that the two must agree on
   for (const auto& [key, value] : values)
     for (const char c : value) hash = (hash ^ static_cast<unsigned char>(c)) * 0x01000193U;
   values["EXPORT"] = fmt::format("0x{:08x}", hash);
-
-  std::string flags;
-  if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
-  if (name != m.name) flags += " --name " + name;
-  const std::size_t bytes = init.scalar_bytes(), state = bytes * static_cast<std::size_t>(m.nz() + m.nr()) + 4;
+  for (const char* part : {"ARITHMETIC", "MAP"}) values[part] = filled(values[part], values);
+  values["TYPES"] = filled(embedded_text("c99/types.h.in"), values);
+  values["BODY"] = filled(embedded_text("c99/body.c.in"), values);
   values["TOP"] =
-      fmt::format(
-          "// {0}: {1} in C99, generated. Do not edit; make it again by\n"
-          "//   nlo export model.json --target c99{2} -o {0}.h\n"
-          "//\n"
-          "// Estimates {3} from {4}, sampled every {5} s.\n",
-          name, parts->title(), flags, channel_list(m.states, true),
-          channel_list(m.outputs, true) + (m.inputs.empty() ? "" : " and the inputs " + channel_list(m.inputs, true)),
-          literal(m.sample_period_s)) +
-      parts->description() +
-      "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "
-      "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n" +
-      (quantised ? arithmetic_note(prepared) : "") +
-      (m.error ? "// The standard deviations of its errors are left out: the cpp header has them.\n" : "") + "//\n" +
-      facts(m) +
-      fmt::format("// {0}_observer takes {1} bytes of RAM; the tables are constants. No heap, no library.\n//\n", name,
-                  (state + bytes - 1) / bytes * bytes) +
-      example(m, name, init.scalar_name());
+      c99_top(prepared, "C99", "c99", example(prepared.model(), name, prepared.initialiser().scalar_name()));
   return {{name + ".h", filled(embedded_text("c99/observer.h.in"), values)},
           {name + ".c", filled(embedded_text("c99/observer.c.in"), values)}};
 }

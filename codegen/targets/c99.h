@@ -3,6 +3,7 @@
 // bits of the C++ runtime's deterministic policy. KKL observers (16) and gated ones.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,11 +12,19 @@
 
 namespace nlo::codegen {
 
-/// Throws Error, naming the mend, unless the model is of a structure that this target writes.
-void check_c99(const Model& model);
+/// Throws Error, naming the fix, unless the model is of a structure that C99 has; `target` is whose message it is.
+void check_c99(const Model& model, const std::string& target = "c99");
 
 /// NAME.h and NAME.c: the same bytes for the same model. Throws Error when check_c99() does, or when a
 /// number does not fit the scalar.
 std::vector<NamedText> c99(const PreparedExport& prepared);
+
+/// What a target of other files over the same templates needs (single_header.cpp): the export with the most accurate
+/// tanh, after the checks of c99(); what the templates' keys stand for, functions being called NAME_step and so on; and
+/// the comment at the top of a file.
+PreparedExport for_c99(const PreparedExport& prepared, const std::string& target);
+std::map<std::string, std::string> c99_values(const PreparedExport& prepared, const std::string& name);
+std::string c99_top(const PreparedExport& prepared, const char* language, const char* target,
+                    const std::string& example);
 
 }  // namespace nlo::codegen

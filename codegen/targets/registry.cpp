@@ -6,6 +6,7 @@
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/replay.h"
+#include "codegen/targets/single_header.h"
 
 namespace nlo::codegen {
 namespace {
@@ -25,6 +26,8 @@ const std::vector<ExportTarget>& export_targets() {
       one_file("cpp", "C++20 header with the observer as a constant", ".h", cpp_header),
       one_file("replay", "C++20 header with inputs and the answers that the cpp header must give", "_replay.h", replay),
       {"c99", "C99 header and source with the observer, no C++ and no library", ExportForm::kFiles, c99},
+      one_file("single", "C++20 header that includes nothing of ours, plain loops, to audit; the bits of c99", ".h",
+               single_header),
       one_file("replay-c99", "C99 header with inputs and the answers that the c99 pair must give", "_replay.h",
                replay_c99),
       {"arduino", "folder with an Arduino and PlatformIO library: header, runtime, C99 pair, sketch",

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # C99 exports of all examples that it writes: strict C without a warning, no undefined symbol, the golden replay, and bit for bit what
-# the C++ runtime's deterministic policy gives, at any optimisation level. Three controls show that each would be seen.
+# the C++ runtime's deterministic policy gives, at any optimisation level. Controls show that each would be seen. The same
+# of the single C++ header, which stands alone, in two translation units, and is short.
 #   compile_c99.sh EXPORT_MODEL SOURCE_DIR C_COMPILER C++_COMPILER
 set -euo pipefail
 export_model=$1 source=$2 cc=$3 cxx=$4
@@ -9,7 +10,7 @@ command -v "$cc" >/dev/null && command -v "$cxx" >/dev/null || { echo "SKIPPED: 
 tests=$source/tests/codegen/c99
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-mkdir "$work/cpp"
+mkdir "$work/cpp" "$work/single"
 warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror)
 strict=(-std=c99 "${warnings[@]}" -Wstrict-prototypes -Wmissing-prototypes)
 
@@ -41,6 +42,7 @@ for entry in rig:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 
   "$export_model" "$example" c99 "$scalar" "$name" "$work/$name.h"
   "$export_model" "$example" replay-c99 "$scalar" "$name" "$work/${name}_replay.h"
   "$export_model" "$example" cpp "$scalar" "$name" "$work/cpp/$name.h"
+  "$export_model" "$example" single "$scalar" "$name" "$work/single/$name.h"
 done
 sources=() objects=()
 for entry in "${names[@]}"; do sources+=("$work/${entry%:*}.c") && objects+=("$work/${entry%:*}.o"); done
@@ -56,25 +58,27 @@ for entry in "${names[@]}"; do sources+=("$work/${entry%:*}.c") && objects+=("$w
     if [[ $inputs ]]; then echo "#define NLO_INPUTS $inputs"; fi
     if grep -q "${name}_warm_start" "$work/$name.h"; then echo '#define NLO_SETTLES'; fi
     echo "#include \"$tests/drive.h\""
-    bytes=$(sed -n 's|.*_observer takes \([0-9]*\) bytes of RAM.*|\1|p' "$work/$name.h")
+    bytes=$(sed -n 's|.*n observer takes \([0-9]*\) bytes of RAM.*|\1|p' "$work/$name.h")
     echo "typedef char ${name}_takes_its_bytes[sizeof(${name}_observer) == $bytes ? 1 : -1];"
   done
   echo "int main(void) { return 0"
   for entry in "${names[@]}"; do echo "  + ${entry%:*}_drive()"; done
   echo "  ; }"
 } >"$work/main.c"
-{
-  for entry in "${names[@]}"; do
-    name=${entry%:*}
-    echo "#include \"$work/$name.h\""
-    echo "#include \"$work/cpp/$name.h\""
-  done
-  echo "#include \"$tests/shim.h\""
-  for entry in "${names[@]}"; do shim "${entry%:*}" "${entry#*:}"; done
-} >"$work/shim.cpp"
+for form in cpp single; do
+  {
+    for entry in "${names[@]}"; do
+      name=${entry%:*}
+      echo "#include \"$work/$name.h\""
+      echo "#include \"$work/$form/$name.h\""
+    done
+    echo "#include \"$tests/shim.h\""
+    for entry in "${names[@]}"; do shim "${entry%:*}" "${entry#*:}"; done
+  } >"$work/shim_$form.cpp"
+done
 
 "$cc" "${strict[@]}" -O1 -c "$work/main.c" -o "$work/main.o"
-"$cxx" -std=c++20 "${warnings[@]}" -O1 -I "$source/runtime/include" -c "$work/shim.cpp" -o "$work/shim.o"
+"$cxx" -std=c++20 "${warnings[@]}" -O1 -I "$source/runtime/include" -c "$work/shim_cpp.cpp" -o "$work/shim.o"
 "$cxx" "$work/main.o" "$work/shim.o" -o "$work/want" && "$work/want" >"$work/want.txt"
 
 contracted=-ffp-contract=fast
@@ -91,6 +95,32 @@ for flags in '-std=c99 -O0' '-std=c99 -Os' '-std=c99 -O2' "-std=gnu11 -O3 -march
   if "$work/got" | diff "$work/want.txt" -; then echo "ok      $flags"; else echo "FAILED  $flags" && failed=1; fi
 done
 cat "$work/want.txt"
+
+# The single header: alone in an empty folder, in two translation units; the same bits; short; half a percent on one weight.
+plain=(-std=c++20 "${warnings[@]}" -fno-exceptions -fno-rtti)
+single() { # FLAGS: of the bits
+  # shellcheck disable=SC2086
+  "$cxx" "${plain[@]}" $1 -DNLO_C99_SINGLE -c "$work/shim_single.cpp" -o "$work/single.o"
+  undefined=$(nm -u "$work/single.o" | grep -vE ' (mem(cpy|move|set)|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_)$' || true)
+  [ -z "$undefined" ] || { echo "FAILED  single $1 references $undefined" && failed=1; }
+  "$cxx" "$work/main.o" "$work/single.o" "$work/other_unit.o" -o "$work/got" && "$work/got" >"$work/got.txt"
+}
+for entry in "${names[@]}"; do echo "#include \"${entry%:*}.h\""; done >"$work/single/other_unit.cpp"
+for entry in "${names[@]}"; do echo "static nlo::single::${entry%:*}::Observer used_${entry%:*};"; done >>"$work/single/other_unit.cpp"
+echo "const void* other_unit() { return &used_rig; }" | sed '1i const void* other_unit();' >>"$work/single/other_unit.cpp"
+(cd "$work/single" && "$cxx" "${plain[@]}" -O1 -Wno-unused-variable -c other_unit.cpp -o "$work/other_unit.o")
+for flags in -O0 "-O3 -march=native $contracted"; do
+  if single "$flags" && diff "$work/want.txt" "$work/got.txt"; then echo "ok      single $flags"; else echo "FAILED  single $flags" && failed=1; fi
+done
+! grep -n '^ *#include "' "$work"/single/*.h || { echo 'FAILED  a single header includes another' && failed=1; }
+for name in tiny van_der_pol rig; do # lines but those of tables of numbers
+  lines=$(awk '/^inline constexpr .*= \{/ {table = 1} !table {++n} /;/ {table = 0} END {print n}' "$work/single/$name.h")
+  echo "$lines lines beside the tables of single $name"
+  [ "$lines" -le 520 ] || { echo "FAILED  single $name is longer than 520" && failed=1; }
+done
+"$export_model" rig single float rig "$work/single/rig.h" 1.005
+! single -O0 || { echo 'FAILED  a wrong weight of the single header went unseen' && failed=1; }
+grep -q '^rig answers' "$work/got.txt" || { echo 'FAILED  it was not the replay that saw it' && failed=1; }
 
 # Controls: half a percent on one weight; a gate and a rate that are a little off; fused arithmetic; a header with the source of another export; a call of libm.
 "$export_model" rig c99 float rig "$work/rig.h" 1.005

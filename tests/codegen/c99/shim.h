@@ -1,19 +1,48 @@
 // SPDX-License-Identifier: MIT
 // The C++ runtime's deterministic policy behind the header of a C99 export: linked in the place of NAME.c, it gives the
-// bits that NAME.c must give.
+// bits that NAME.c must give. With NLO_C99_SINGLE it is the single header instead, whose class has the same members.
 //   NLO_C99_SHIM(rig, float)           // after including both headers of the name
 //   NLO_C99_DRIVEN_SHIM(motor, float)  // where it reads inputs
 //   NLO_C99_WARM_SHIM(rig, float)      // and where it has a steady state; or NLO_C99_DRIVEN_WARM_SHIM
 #pragma once
 
+#include <bit>
 #include <cstring>
 
+#ifndef NLO_C99_SINGLE
 #include "nlo/kkl_observer.h"
 #include "nlo/sampled_observer.h"
+#endif
 
 namespace nlo::shim {
 
+#ifdef NLO_C99_SINGLE
 /// The C++ observer that continues from a C one, and writes itself back.
+template <class State, class Single>
+class Resumed {
+ public:
+  using Observer = Single;
+
+  explicit Resumed(State& state) : observer(std::bit_cast<Observer>(state)), state_(state) {
+    Observer fresh;
+    good = fresh.restore(observer.save());
+    if (good) observer = fresh;
+  }
+  void write() { state_ = std::bit_cast<State>(observer.save()); }
+  template <class Status, class Given>
+  Status written(Given status) {
+    write();
+    return static_cast<Status>(status);
+  }
+
+  Observer observer;
+  bool good;
+
+ private:
+  State& state_;
+};
+#else
+/// The same of the runtime.
 template <class State, class Model>
 class Resumed {
  public:
@@ -42,8 +71,8 @@ class Resumed {
     state_.status = static_cast<std::uint8_t>(now.status);
     state_.started = now.started;
   }
-  template <class Status>
-  Status written(StepStatus status) {
+  template <class Status, class Given>
+  Status written(Given status) {
     write();
     return static_cast<Status>(status);
   }
@@ -54,25 +83,33 @@ class Resumed {
  private:
   State& state_;
 };
+#endif
 
 template <class Output, class Scalar>
 Output output(const Scalar* y) {
   Output values{};
-  for (int j = 0; j < Output::size(); ++j) values[j] = y[j];
+  for (decltype(values.size()) j = 0; j < values.size(); ++j) values[j] = y[j];
   return values;
 }
 
 }  // namespace nlo::shim
 
+#ifdef NLO_C99_SINGLE
+#define NLO_C99_BEHIND(name) nlo::single::name::Observer
+#define NLO_C99_MODEL(name)
+#else
+#define NLO_C99_BEHIND(name) nlo::name::Model
+#define NLO_C99_MODEL(name) , nlo::name::kModel
+#endif
+
 #define NLO_C99_SHIM_OF(name, Scalar, U, AND_U, ONLY_U)                                                            \
   namespace {                                                                                                      \
-  using name##_resumed = nlo::shim::Resumed<name##_observer, nlo::name::Model>;                                    \
+  using name##_resumed = nlo::shim::Resumed<name##_observer, NLO_C99_BEHIND(name)>;                                \
   using name##_output = name##_resumed::Observer::Output;                                                          \
-  const auto& name##_model = nlo::name::kModel;                                                                    \
   }                                                                                                                \
   void name##_reset(name##_observer* o) {                                                                          \
     *o = {};                                                                                                       \
-    name##_resumed resumed(*o, name##_model);                                                                      \
+    name##_resumed resumed(*o NLO_C99_MODEL(name));                                                                \
     resumed.observer.reset();                                                                                      \
     resumed.write();                                                                                               \
   }                                                                                                                \
@@ -80,41 +117,41 @@ Output output(const Scalar* y) {
     name##_reset(o);                                                                                               \
   }                                                                                                                \
   name##_status name##_step(name##_observer* o, const Scalar* y U(Scalar)) {                                       \
-    name##_resumed resumed(*o, name##_model);                                                                      \
+    name##_resumed resumed(*o NLO_C99_MODEL(name));                                                                \
     return resumed.written<name##_status>(resumed.observer.step(nlo::shim::output<name##_output>(y) AND_U(name))); \
   }                                                                                                                \
   name##_status name##_step_dt(name##_observer* o, const Scalar* y U(Scalar), Scalar dt_s) {                       \
-    name##_resumed resumed(*o, name##_model);                                                                      \
+    name##_resumed resumed(*o NLO_C99_MODEL(name));                                                                \
     return resumed.written<name##_status>(                                                                         \
         resumed.observer.step(nlo::shim::output<name##_output>(y) AND_U(name), dt_s));                             \
   }                                                                                                                \
   name##_status name##_step_missed(name##_observer* o U(Scalar)) {                                                 \
-    name##_resumed resumed(*o, name##_model);                                                                      \
+    name##_resumed resumed(*o NLO_C99_MODEL(name));                                                                \
     return resumed.written<name##_status>(resumed.observer.step_missed(ONLY_U(name)));                             \
   }                                                                                                                \
   void name##_estimate(const name##_observer* o, Scalar* x_hat) {                                                  \
     name##_observer copy = *o;                                                                                     \
-    const auto estimate = name##_resumed(copy, name##_model).observer.estimate();                                  \
-    for (int i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];                                              \
+    const auto estimate = name##_resumed(copy NLO_C99_MODEL(name)).observer.estimate();                            \
+    for (decltype(estimate.size()) i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];                        \
   }                                                                                                                \
   name##_status name##_last_status(const name##_observer* o) {                                                     \
     name##_observer copy = *o;                                                                                     \
-    return static_cast<name##_status>(name##_resumed(copy, name##_model).observer.status());                       \
+    return static_cast<name##_status>(name##_resumed(copy NLO_C99_MODEL(name)).observer.status());                 \
   }                                                                                                                \
   bool name##_in_domain(const name##_observer* o) {                                                                \
     name##_observer copy = *o;                                                                                     \
-    return name##_resumed(copy, name##_model).observer.in_domain();                                                \
+    return name##_resumed(copy NLO_C99_MODEL(name)).observer.in_domain();                                          \
   }                                                                                                                \
   bool name##_restore(name##_observer* o, const name##_observer* saved) {                                          \
     name##_observer copy = *saved;                                                                                 \
-    const bool good = name##_resumed(copy, name##_model).good;                                                     \
+    const bool good = name##_resumed(copy NLO_C99_MODEL(name)).good;                                               \
     if (good) *o = copy;                                                                                           \
     return good;                                                                                                   \
   }
 
 #define NLO_C99_WARM_SHIM_OF(name, Scalar, U, AND_U)                                   \
   name##_status name##_warm_start(name##_observer* o, const Scalar* y U(Scalar)) {     \
-    name##_resumed resumed(*o, name##_model);                                          \
+    name##_resumed resumed(*o NLO_C99_MODEL(name));                                    \
     return resumed.written<name##_status>(                                             \
         resumed.observer.warm_start(nlo::shim::output<name##_output>(y) AND_U(name))); \
   }

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// The C99 export as one C++20 header that includes nothing of ours: for those who must read all that flies. The same
+// templates in C++, dense layers as plain loops; the bits of the deterministic policy.
+#pragma once
+
+#include <string>
+
+#include "codegen/export/prepared_export.h"
+
+namespace nlo::codegen {
+
+/// The same bytes for the same model. Throws Error when c99() does.
+std::string single_header(const PreparedExport& prepared);
+
+}  // namespace nlo::codegen
