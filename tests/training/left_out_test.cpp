@@ -145,5 +145,28 @@ TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {
   EXPECT_FALSE(begun_by_groups(pieces.path()));
 }
 
+TEST(LeftOut, CheckpointsOfAnotherRunAreNotTakenForItsOwn) {
+  const Dataset training = logs_with_a_level_each(4, 1);
+  const ScratchDirectory directory, clean;
+  const auto run = [&](const ScratchDirectory& in, int steps, int after, bool resume) {
+    Experiment experiment = experiment_of_logs(2);
+    experiment.training.steps = steps;
+    experiment.source_text = format_experiment(experiment);
+    std::atomic<bool> stop = false;
+    int done = 0;
+    TrainOptions options;
+    options.directory = in.path();
+    options.resume = resume;
+    options.stop = &stop;
+    options.progress = [&](const TrainProgress&) { stop = ++done >= after; };
+    return train_by_groups(experiment, training, training, options);
+  };
+  constexpr int kNever = 1000;
+  ASSERT_EQ(run(directory, 40, 45, false).outcome, TrainOutcome::kInterrupted) << "on all logs, behind both folds";
+  ASSERT_EQ(run(directory, 60, 5, false).outcome, TrainOutcome::kInterrupted) << "more steps, in the first fold";
+  const TrainingResult resumed = run(directory, 60, kNever, true);
+  EXPECT_EQ(codegen::to_json(resumed.model), codegen::to_json(run(clean, 60, kNever, false).model));
+}
+
 }  // namespace
 }  // namespace nlo::trainer

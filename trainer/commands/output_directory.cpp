@@ -10,6 +10,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {
 namespace {
@@ -69,11 +70,6 @@ void check_output_directory(const OutputDirectory& directory, const std::string&
                       "-o DIR, or replace it with --force",
                       model, owner));
   }
-}
-
-bool has_checkpoint(const std::string& directory) {
-  std::error_code ignored;
-  return fs::exists(directory + "/checkpoint.bin", ignored);
 }
 
 void make_output_directory(const std::string& path) {

@@ -16,9 +16,6 @@ struct OutputDirectory {
 /// not `force`), when a model is to be resumed that has no checkpoint, or when it is "-": stdout is no folder.
 void check_output_directory(const OutputDirectory& directory, const std::string& experiment_name);
 
-/// Whether a training can be resumed there.
-bool has_checkpoint(const std::string& directory);
-
 /// Makes it, with what is above it. Throws codegen::Error.
 void make_output_directory(const std::string& path);
 

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "trainer/config/experiment.h"
+#include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {
 
@@ -21,10 +22,7 @@ class RoundDirectories {
   std::string of(int round) const { return round == last_ ? output_ : output_ + "/round_" + std::to_string(round); }
 
   /// Whether a round has a checkpoint.
-  bool begun(int round) const {
-    std::error_code ignored;
-    return std::filesystem::exists(of(round) + "/checkpoint.bin", ignored);
-  }
+  bool begun(int round) const { return has_checkpoint(of(round)); }
 
   /// Removes checkpoints of another run, which a resumed one would take for its own.
   void forget() const {

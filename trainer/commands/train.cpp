@@ -28,6 +28,7 @@
 #include "trainer/experiments/training_sets.h"
 #include "trainer/sweep/jobs.h"
 #include "trainer/terminal/progress.h"
+#include "trainer/training/checkpoint.h"
 #include "trainer/training/left_out.h"
 #include "trainer/training/provenance.h"
 #include "trainer/training/train.h"

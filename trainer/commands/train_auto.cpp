@@ -14,6 +14,7 @@
 #include "trainer/report/search_page.h"
 #include "trainer/sweep/jobs.h"
 #include "trainer/sweep/search_text.h"
+#include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {
 namespace {

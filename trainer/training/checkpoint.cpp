@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
@@ -179,6 +181,11 @@ std::string metrics_csv(const std::vector<MetricsRow>& rows, int pairs) {
     text += '\n';
   }
   return text;
+}
+
+bool has_checkpoint(const std::string& directory) {
+  std::error_code ignored;  // a name that is too long is said where the folder is made
+  return std::filesystem::exists(directory + "/checkpoint.bin", ignored);
 }
 
 }  // namespace nlo::trainer

@@ -46,6 +46,9 @@ void write_checkpoint(const TrainingState& state, std::uint64_t fingerprint, con
 /// the order of their steps, and a finite best; parameters may hold anything, for a training that diverged is kept too.
 TrainingState read_checkpoint(const std::string& path, const CheckpointOwner& owner);
 
+/// Whether a training can be resumed there: a folder's checkpoint.bin.
+bool has_checkpoint(const std::string& directory);
+
 /// metrics.csv: step,elapsed_s,loss,train_rmse,validation_rmse,learning_rate,lambda_1_re,lambda_1_im,...
 std::string metrics_csv(const std::vector<MetricsRow>& rows, int pairs);
 

@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <iterator>
 #include <set>
-#include <system_error>
 
 #include "trainer/data/log_groups.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {
 namespace {
@@ -23,9 +23,11 @@ std::string folder_of(const std::string& directory, std::size_t fold) {
   return directory.empty() ? "" : fmt::format("{}/without_{}", directory, fold + 1);
 }
 
-bool has_checkpoint_in(const std::string& directory) {
-  std::error_code none;  // a name that is too long is said where the folder is made
-  return !directory.empty() && std::filesystem::exists(directory + "/checkpoint.bin", none);
+/// Removes checkpoints of another run, which a resumed one would take for its own.
+void forget(const std::string& directory) {
+  std::filesystem::remove(directory + "/checkpoint.bin");
+  for (std::size_t f = 0; has_checkpoint(folder_of(directory, f)); ++f)
+    std::filesystem::remove_all(folder_of(directory, f));
 }
 
 }  // namespace
@@ -64,13 +66,14 @@ TrainingResult train_by_groups(const Experiment& experiment, const Dataset& trai
   shorter.training.steps = std::max(1, experiment.training.steps / kShorter);
   shorter.inverse_map.error = false;
   shorter.source_text = format_experiment(shorter);
+  if (!options.resume && !options.directory.empty()) forget(options.directory);
   TrainOptions all = options;
   for (std::size_t f = 0; f < folds.size(); ++f) {
     const FoldOfLogs& fold = folds[f];
     if (begins) begins(fmt::format("without {} ({} of {})", fmt::join(fold.names, ", "), f + 1, folds.size()));
     TrainOptions own = options;
     own.directory = folder_of(options.directory, f);
-    own.resume = options.resume && has_checkpoint_in(own.directory);
+    own.resume = options.resume && has_checkpoint(own.directory);
     own.left_out = fold.left_out;
     // Without validation logs the training logs are both.
     const bool has_validation = !experiment.log->validation_files.empty();
@@ -83,7 +86,7 @@ TrainingResult train_by_groups(const Experiment& experiment, const Dataset& trai
     std::ranges::move(result.left_out, std::back_inserter(all.evidence));
   }
   if (begins) begins("on all logs");
-  all.resume = options.resume && has_checkpoint_in(options.directory);
+  all.resume = options.resume && has_checkpoint(options.directory);
   TrainingResult result = train(experiment, training, validation, all);
   if (result.outcome != TrainOutcome::kInterrupted && !options.directory.empty())
     for (std::size_t f = 0; f < folds.size(); ++f) std::filesystem::remove_all(folder_of(options.directory, f));
@@ -91,7 +94,7 @@ TrainingResult train_by_groups(const Experiment& experiment, const Dataset& trai
 }
 
 bool begun_by_groups(const std::string& directory) {
-  return has_checkpoint_in(folder_of(directory, 0));
+  return has_checkpoint(folder_of(directory, 0));
 }
 
 }  // namespace nlo::trainer
