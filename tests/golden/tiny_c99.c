@@ -19,6 +19,8 @@
 #define IN_FLASH
 #define REGULAR_STEP (&kStep)
 #elif defined(__FLASH) && !defined(__STRICT_ANSI__)
+// Of two tables with the same values, avr-gcc 5 would keep one and warn that the other has none.
+#pragma GCC optimize("no-ipa-icf")
 #define IN_FLASH __flash
 #define REGULAR_STEP ((const Step[]){kStep})  // a copy in RAM, where a step that is computed lies too
 #else
