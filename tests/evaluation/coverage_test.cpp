@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "trainer/baselines/ekf.h"
+#include "tests/filters/lanes.h"
 
 namespace nlo::trainer {
 namespace {
@@ -93,22 +93,24 @@ TEST(Coverage, OfAKalmanFilterOnItsOwnPlantIsWhatItSays) {
     run.weight = VectorXd::Ones(500);
     runs.trajectories.push_back(run);
   }
-  const auto make_plant = [] {
-    FilterPlant plant;
-    plant.f = [](const MatrixXd& x) { return MatrixXd(MatrixXd::Zero(x.rows(), x.cols())); };
-    plant.h = [](const MatrixXd& x) { return x; };
-    return plant;
+  const auto kalman = [](double output) -> IntervalEstimatorFactory {
+    return [output]() -> IntervalEstimator {
+      return [output](const MatrixXd& y, const MatrixXd& u, const VectorXd& time_s) {
+        SigmaPointFilter filter(test::decay(0.0), PointSet::kExtended, test::scalar_knowledge(1.0, kStep, output), {{}},
+                                1);
+        const FilteredRun run = filtered(filter, one_run(y, u, time_s, false));
+        return normal_intervals(run.x_hat, run.deviations);
+      };
+    };
   };
-  FilterConfig config{VectorXd::Zero(1), MatrixXd::Identity(1, 1), kStep * kStep,
-                      VectorXd::Constant(1, kNoise * kNoise)};
   const NoiseConfig noise{NoiseKind::kGaussian, kNoise};
-  const auto found = coverage_on(ekf_intervals(make_plant, config), runs, noise, 3, 1);
+  const auto found = coverage_on(kalman(kNoise), runs, noise, 3, 1);
   ASSERT_TRUE(found);
   // Errors are forgotten in some 5 samples: 20,000 / 10 draws, four binomial deviations.
   EXPECT_NEAR(found->share_68(0), 0.68, 4.0 * std::sqrt(0.68 * 0.32 / 2000.0));
   EXPECT_NEAR(found->share_95(0), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / 2000.0));
-  config.output_variance *= 9.0;  // the control: a filter that takes the noise for three times what it is
-  const auto cautious = coverage_on(ekf_intervals(make_plant, config), runs, noise, 3, 1);
+  // The control: a filter that takes the noise for three times what it is.
+  const auto cautious = coverage_on(kalman(3.0 * kNoise), runs, noise, 3, 1);
   EXPECT_GT(cautious->share_68(0), 0.68 + 4.0 * std::sqrt(0.68 * 0.32 / 2000.0));
 }
 

@@ -2,10 +2,10 @@
 // A Van der Pol test set of the protocol, made here from first principles so that these tests lean on no other part.
 #pragma once
 
+#include <cmath>
 #include <random>
 #include <string>
 
-#include "trainer/baselines/ekf.h"
 #include "trainer/data/dataset.h"
 
 namespace nlo::trainer::test {
@@ -15,10 +15,6 @@ inline Eigen::MatrixXd van_der_pol(const Eigen::MatrixXd& x) {
   dx.row(0) = x.row(1);
   dx.row(1) = (1.0 - x.row(0).array().square()) * x.row(1).array() - x.row(0).array();
   return dx;
-}
-
-inline FilterPlant van_der_pol_for_ekf() {
-  return {van_der_pol, [](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(x.topRows<1>()); }};
 }
 
 /// Initial states uniform over [-1, 1]^2, RK4 at 0.02 s.

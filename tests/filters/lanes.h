@@ -15,14 +15,14 @@ inline LanePlant decay(double rate) {
   LanePlant plant;
   plant.nx = plant.ny = 1;
   plant.f = [rate](const Eigen::MatrixXd& x, const Eigen::MatrixXd&) { return Eigen::MatrixXd(-rate * x); };
-  plant.h = [](const Eigen::MatrixXd& x) { return x; };
+  plant.h = [](const Eigen::MatrixXd& x, const Eigen::MatrixXd&) { return x; };
   plant.output_wraps = Eigen::VectorXd::Zero(1);
   return plant;
 }
 
 inline FilterKnowledge scalar_knowledge(double initial, double process, double output) {
-  return {Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, initial), Eigen::VectorXd::Constant(1, process),
-          Eigen::VectorXd::Constant(1, output)};
+  return {Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Constant(1, 1, initial * initial),
+          Eigen::VectorXd::Constant(1, process), Eigen::VectorXd::Constant(1, output)};
 }
 
 /// What RK4 makes of exp(-rate h).
@@ -32,21 +32,13 @@ inline double rk4_decay(double rate, double h) {
 }
 
 inline LaneRuns runs_of(const Eigen::MatrixXd& outputs, double h) {
-  LaneRuns runs;
-  runs.sample_period_s = h;
-  for (Eigen::Index k = 0; k < outputs.cols(); ++k) runs.outputs.emplace_back(outputs.col(k));
-  return runs;
+  const double last_s = h * static_cast<double>(outputs.cols() - 1);
+  return one_run(outputs, {}, Eigen::VectorXd::LinSpaced(outputs.cols(), 0.0, last_s), false);
 }
 
 /// n_x x N of one lane.
 inline Eigen::MatrixXd estimates_of(LaneFilter& filter, const LaneRuns& runs) {
-  Eigen::MatrixXd all;
-  for (Eigen::Index k = 0; k < runs.samples(); ++k) {
-    const Eigen::MatrixXd x = filter.step(runs, k);
-    if (k == 0) all.resize(x.rows(), runs.samples());
-    all.col(k) = x.col(0);
-  }
-  return all;
+  return filtered(filter, runs).x_hat;
 }
 
 /// Standard normal numbers, the same in each run of the test.

@@ -8,6 +8,7 @@
 #include "tests/identify/identified_pendulum.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/identify/filter_tuning.h"
+#include "trainer/identify/identified_filter.h"
 
 namespace nlo::trainer {
 namespace {
@@ -79,12 +80,16 @@ TEST(StepCost, CountsOperatorsAndCalls) {
 }
 
 TEST(StepCost, GrowsWithTheStepsOfASample) {
-  const StepCost one = cost_of_ekf(pendulum_identification(), 0.02);
-  const StepCost two = cost_of_ekf(pendulum_identification({"identify.longest_step_s=0.01"}), 0.02);
+  const auto cost = [](PointSet kind, const std::vector<std::string>& overrides) {
+    const Identification identification = pendulum_identification(overrides);
+    return IdentifiedFilter(identification, {}, pendulum_logs(1)).step_cost(kind, 0.02);
+  };
+  const StepCost one = cost(PointSet::kExtended, {});
+  const StepCost two = cost(PointSet::kExtended, {"identify.longest_step_s=0.01"});
   // 2 n_x + 1 = 5 points, 4 stages of 4 operations and a sine, 26 to combine them
   EXPECT_NEAR(two.operations - one.operations, 5.0 * (4.0 * 4.0 + 26.0), 1e-9);
-  EXPECT_EQ(one.functions, 5.0 * 4.0);
-  EXPECT_GT(cost_of_ukf(pendulum_identification(), 0.02).functions, one.functions) << "the square roots of Cholesky";
+  EXPECT_EQ(one.functions, 5.0 * 4.0 + 3.0) << "and the roots of two pivots and of one output's update";
+  EXPECT_GT(cost(PointSet::kUnscented, {}).operations, one.operations) << "more columns to triangularise";
 }
 
 }  // namespace

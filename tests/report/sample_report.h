@@ -6,7 +6,9 @@
 #include <numbers>
 #include <random>
 
+#include "tests/compare/plants.h"
 #include "tests/evaluation/van_der_pol_set.h"
+#include "trainer/compare/table_filter.h"
 #include "trainer/evaluation/examples.h"
 #include "trainer/report/report.h"
 
@@ -106,9 +108,8 @@ inline ReportData sample_report(int trajectories = 40) {
   data.training = sample_curves();
   const Dataset set = van_der_pol_set(trajectories, 50.0, 4);
   for (const NoiseConfig& noise : {NoiseConfig{}, {NoiseKind::kGaussian, 0.5}, {NoiseKind::kUniform, 3.0}}) {
-    const FilterConfig config = ekf_config(Eigen::Vector2d(-1.0, -1.0), Eigen::Vector2d(1.0, 1.0), noise);
     data.evaluations.push_back({evaluate("observer", pretended_observer(0.05), set, noise, 1, 1),
-                                evaluate("ekf", ekf_estimator(van_der_pol_for_ekf, config), set, noise, 1, 1),
+                                evaluate("ekf", table_filter("ekf", van_der_pol(), noise, false), set, noise, 1, 1),
                                 evaluate("constant", constant_estimator(set), set, noise, 1, 1)});
   }
   data.control_loop = sample_loop();

@@ -93,7 +93,7 @@ void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>&
   check_input_noise(arguments, models, *plant);
   parse_excitation(*plant, arguments.test.inputs);  // wrong usage is said before anything runs
   const auto& against = arguments.test.against;
-  if (arguments.test.changes.empty() && std::find(against.begin(), against.end(), "ekf_true") != against.end())
+  if (arguments.test.changes.empty() && std::ranges::find(against, kTrueEkf) != against.end())
     throw codegen::Error("--against ekf_true is for a plant that --set changes; here ekf knows the true plant");
   const double scale = arguments.test.box_scale;
   const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
@@ -216,6 +216,8 @@ void add_evaluate(CLI::App& app, Action& action) {
   command->add_option("--seed", arguments->test.seed, "seed of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();
+  std::vector<std::string> against = alternative_names();
+  against.emplace_back(kTrueEkf);
   std::vector<CLI::Option*> for_plants;
   for_plants.push_back(command
                            ->add_option("--seeds", arguments->test.test_sets,
@@ -254,11 +256,11 @@ void add_evaluate(CLI::App& app, Action& action) {
   for_plants.push_back(
       command
           ->add_option("--against", arguments->test.against,
-                       "ekf, ukf (know the plant trained for), ekf_true (knows the changed plant); constant and "
-                       "ridge are always shown")
+                       "ekf, ukf, mhe, high_gain (know the plant trained for), ekf_true (knows the changed plant); "
+                       "constant and ridge are always shown")
           ->delimiter(',')
           ->allow_extra_args(false)
-          ->check(CLI::IsMember({"ekf", "ukf", "ekf_true", "constant", "ridge"})));
+          ->check(CLI::IsMember(against)));
   command->add_option("--data", arguments->data, "CSV logs (or globs) to evaluate on, instead of the plant");
   command
       ->add_option("--columns", arguments->columns,

@@ -53,10 +53,12 @@ void add_report(CLI::App& app, Action& action) {
       ->add_option("--noise", arguments->noises,
                    "noise, as for nlo evaluate; may be repeated (default: none, and that of the training)")
       ->allow_extra_args(false);
-  command->add_option("--against", arguments->test.against, "alternatives: ekf, ukf (know the plant exactly)")
+  command
+      ->add_option("--against", arguments->test.against,
+                   "alternatives: ekf, ukf, mhe, high_gain (know the plant exactly)")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"ekf", "ukf", "constant", "ridge"}));
+      ->check(CLI::IsMember(alternative_names()));
   command->add_option("--seed", arguments->test.seed, "seed of the initial states and the noise")
       ->check(check_seed)
       ->capture_default_str();

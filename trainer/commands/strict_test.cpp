@@ -9,9 +9,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
-#include "trainer/baselines/ekf.h"
-#include "trainer/baselines/ukf.h"
-#include "trainer/compare/filter_in_loop.h"
+#include "trainer/compare/table_filter.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/closed_loop.h"
 #include "trainer/experiments/load_experiment.h"
@@ -25,53 +23,9 @@
 namespace nlo::trainer {
 namespace {
 
-Eigen::VectorXd wraps_of(const std::vector<Channel>& outputs) {
-  Eigen::VectorXd wraps(static_cast<Eigen::Index>(outputs.size()));
-  for (std::size_t j = 0; j < outputs.size(); ++j) wraps(static_cast<Eigen::Index>(j)) = outputs[j].wrap;
-  return wraps;
-}
-
 /// Whether inputs stay as they are between samples: a u(t) of the command line is smooth, what is drawn may be held.
 bool held_inputs(const Experiment& experiment, const StrictTest& test) {
   return experiment.moves_inputs() && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
-}
-
-FilterConfig filter_config(const Experiment& knows, const NoiseConfig& noise, const Eigen::VectorXd& farthest,
-                           bool held_inputs) {
-  const InitialMoments start = initial_moments(knows.simulation);
-  const auto& intensity = knows.simulation.process_noise;
-  return {start.mean,
-          start.covariance,
-          1e-6,
-          noise_variances(noise),
-          Eigen::VectorXd::Map(intensity.data(), static_cast<Eigen::Index>(intensity.size())),
-          held_inputs,
-          farthest};
-}
-
-std::function<FilterPlant()> filter_plant(const Experiment& knows) {
-  return [plant_config = *knows.plant] {
-    const std::shared_ptr<const Plant> plant = make_plant(plant_config);
-    return FilterPlant{
-        [plant](const Eigen::MatrixXd& x) { return plant->derivative(x); },
-        [plant](const Eigen::MatrixXd& x) { return plant->output(x); },
-        [plant](const Eigen::MatrixXd& x, const Eigen::VectorXd& u) { return driven_derivative(*plant, x, u); },
-        wraps_of(plant->outputs())};
-  };
-}
-
-/// `make`: ekf_estimator or ukf_estimator.
-EstimatorFactory kalman_filter(decltype(ekf_estimator)& make, const Experiment& knows, const FilterConfig& config,
-                               const NoiseConfig& noise) {
-  EstimatorFactory filter = make(filter_plant(knows), config);
-  const PlantChannels channels(*knows.plant, *make_plant(*knows.plant));
-  if (channels.plain() && !noise.loses()) return filter;
-  return [filter, channels]() -> Estimator {
-    return [estimate = filter(), channels](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                           const Eigen::VectorXd& time_s) {
-      return channels.states(estimate(channels.plant_outputs(held(outputs)), inputs, time_s));
-    };
-  };
 }
 
 /// The inputs as estimators are told them. What does not arrive is held, as in flight.
@@ -104,8 +58,7 @@ class Study {
         test_(test),
         plant_(make_plant(*tested_.plant)),
         config_(metrics_config(tested_, tested_.simulation.horizon_s)),
-        training_(fresh_training_runs(experiment)),
-        farthest_(farthest_states(experiment)) {
+        training_(fresh_training_runs(experiment)) {
     if (tested_.feedback)
       tested_.feedback->error.clear();  // the loop of the true state is what others are held against
     disturb_inputs(test.input_noise, initial_state_seed(experiment.seed, SeedStream::kTraining), training_);
@@ -193,29 +146,26 @@ class Study {
     add("observer", observer_in_loop(model, tested_, *plant_),
         [&](const Dataset& set) { return evaluate_on_plant(model, set, in_loop, seed, test_.threads, config_); });
     for (const std::string& name : test_.against)
-      if (name == "ekf" || name == "ukf")
+      if (find_filter(name) != nullptr)
         add(name, filter_in_loop(name, nominal_, in_loop),
             [&](const Dataset& set) { return judged(name, filter(name, in_loop), set, in_loop, seed); });
   }
 
+  /// ekf_true is the EKF that knows what --set changed.
+  const Experiment& known_to(const std::string& name) const { return name == kTrueEkf ? tested_ : nominal_; }
+  static std::string_view row_of(const std::string& name) { return name == kTrueEkf ? "ekf" : std::string_view(name); }
+
   EstimatorFactory filter(const std::string& name, const NoiseConfig& noise) const {
-    const Experiment& knows = name == "ekf_true" ? tested_ : nominal_;
-    return kalman_filter(name == "ukf" ? ukf_estimator : ekf_estimator, knows,
-                         filter_config(knows, noise, farthest_, held_inputs(tested_, test_)), noise);
+    return table_filter(row_of(name), known_to(name), noise, held_inputs(tested_, test_));
   }
 
-  /// What an EKF's covariance says of its errors, beside a model that knows its own. Empty for other filters, and where
-  /// the model's channels are not the plant's.
+  /// What a filter's covariance says of its errors, beside a model that knows its own; empty: neither does.
   std::optional<Coverage> coverage(const std::string& name, const Dataset& set, const NoiseConfig& noise,
                                    std::uint64_t seed) const {
-    const auto knows_none = [](const NamedModel& m) { return !m.model.error; };
-    const Experiment& knows = name == "ekf_true" ? tested_ : nominal_;
-    if (std::all_of(models_.begin(), models_.end(), knows_none) || name == "ukf" || noise.loses() ||
-        !PlantChannels(*knows.plant, *plant_).plain())
+    if (std::all_of(models_.begin(), models_.end(), [](const NamedModel& m) { return !m.model.error; }))
       return std::nullopt;
-    return coverage_on(
-        ekf_intervals(filter_plant(knows), filter_config(knows, noise, farthest_, held_inputs(tested_, test_))), set,
-        noise, seed, test_.threads);
+    const auto intervals = table_filter_intervals(row_of(name), known_to(name), noise, held_inputs(tested_, test_));
+    return intervals ? coverage_on(intervals, set, noise, seed, test_.threads) : std::nullopt;
   }
 
   Evaluation judged(const std::string& name, const EstimatorFactory& estimator, const Dataset& set,
@@ -229,13 +179,10 @@ class Study {
     std::vector<Evaluation> result;
     for (const std::string& name : test_.against) {
       if (name == "constant" || name == "ridge") continue;  // always there
-      if (name != "ekf" && name != "ekf_true" && name != "ukf")
-        throw codegen::Error(fmt::format("no alternative \"{}\"; there are ekf, ukf, ekf_true, constant, ridge", name));
       result.push_back(judged(name, filter(name, noise), set, noise, seed));
       result.back().coverage = coverage(name, set, noise, seed);
       if (changed)
-        result.back().label =
-            fmt::format("{}, {} parameters", name.substr(0, 3), name == "ekf_true" ? "true" : "nominal");
+        result.back().label = fmt::format("{}, {} parameters", row_of(name), name == kTrueEkf ? "true" : "nominal");
     }
     result.push_back(judged("constant", constant_estimator(training_), set, noise, seed));
     return result;
@@ -248,7 +195,6 @@ class Study {
   std::unique_ptr<Plant> plant_;
   MetricsConfig config_;
   Dataset training_;
-  Eigen::VectorXd farthest_;  ///< what filters are lost beyond
 };
 
 }  // namespace
@@ -287,6 +233,12 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
   std::vector<std::string> all = changes;
   all.insert(all.end(), {"training.mirror=false", "training.transient=keep"});
   return parse_experiment(experiment.source_text, "the model's experiment", all);
+}
+
+std::vector<std::string> alternative_names() {
+  std::vector<std::string> names = filter_names();
+  names.insert(names.end(), {"constant", "ridge"});
+  return names;
 }
 
 std::vector<EvaluationStudy> run_strict_study(const std::vector<NamedModel>& models, const Experiment& experiment,

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "codegen/model/model.h"
@@ -20,7 +21,7 @@ Experiment experiment_of(const codegen::Model& model, const std::string& origin)
 
 struct StrictTest {
   std::vector<NoiseConfig> noises;
-  std::vector<std::string> against;  ///< ekf, ekf_true; constant and ridge are always there
+  std::vector<std::string> against;  ///< of alternative_names(), or kTrueEkf; constant and ridge are always there
   unsigned long long seed = 1;       ///< of the initial states and the noise
   int trajectories = 200;
   double box_scale = 1.0;                 ///< initial states from the training box times this
@@ -42,8 +43,14 @@ struct NamedModel {
 
 using StudyProgress = std::function<void(double share)>;
 
+/// The EKF that knows what `changes` have made of the plant.
+inline constexpr std::string_view kTrueEkf = "ekf_true";
+
+/// What --against takes beside it: the filters of filter_table(), constant, ridge.
+std::vector<std::string> alternative_names();
+
 /// Per noise the observers and then their alternatives. Models must come from `experiment`, whatever their seeds.
-///   ekf       knows the plant that the models were trained for: with `changes`, wrong parameters
+///   ekf, ...  filters know the plant that the models were trained for: with `changes`, wrong parameters
 ///   ekf_true  knows the plant that it is tested on
 ///   constant  the mean state of new runs of the plant that the models were trained for
 ///   ridge     the linear readout of each model's features, fitted on those runs under the noise of the row

@@ -113,7 +113,7 @@ class Study {
     for (const FilterRow& row : filter_table()) {
       if (std::find(test_.against.begin(), test_.against.end(), row.name) == test_.against.end()) continue;
       CompareColumn column{std::string(row.name), std::string(row.meaning)};
-      const StepCost cost = row.cost(context, plant.f, plant.h);
+      const StepCost cost = row.cost(context, plant);
       column.operations = cost.operations;
       column.functions = cost.functions;
       column.state_bytes = 4.0 * static_cast<double>(row.state(context));

@@ -36,24 +36,9 @@ Filter sigma_points(const FilterContext& c, const Tunings& tunings, Index lanes)
   return std::make_unique<SigmaPointFilter>(c.plant, kPoints, c.knowledge, tunings, lanes);
 }
 
-StepCost rk4_cost(double n, const StepCost& f) {
-  return f * 4.0 + StepCost{13.0 * n, 0.0};  // z + c h k three times, and the weighted sum of four slopes, per state
-}
-
-StepCost sigma_point_cost(double n, double ny, bool extended, const StepCost& f, const StepCost& h) {
-  const double points = 2.0 * n + 1.0, columns = extended ? 2.0 * n : 3.0 * n + 1.0;
-  StepCost cost = rk4_cost(n, f) * points + h * (points * ny);
-  cost.operations += 2.0 * (1.0 + ny) * 2.0 * n * n;                                   // points about x, twice
-  cost.operations += extended ? 2.0 * n * n : 4.0 * points * n;                        // columns of W
-  cost.operations += columns * n * (2.0 * n + 1.0);                                    // Gram and Schmidt
-  cost.operations += ny * (4.0 * n * n + 8.0 * n + (extended ? 0.0 : 6.0 * n) + 8.0);  // Potter's updates
-  cost.functions += n + ny;                                                            // square roots
-  return cost;
-}
-
 template <PointSet kPoints>
-StepCost cost_of_sigma_points(const FilterContext& c, const StepCost& f, const StepCost& h) {
-  return sigma_point_cost(size(c.plant.nx), size(c.plant.ny), kPoints == PointSet::kExtended, f, h);
+StepCost cost_of_sigma_points(const FilterContext& c, const PlantCost& plant) {
+  return sigma_point_cost(size(c.plant.nx), size(c.plant.ny), kPoints == PointSet::kExtended, plant);
 }
 
 Index root_state(const FilterContext& c) {
@@ -74,9 +59,10 @@ Filter joint_ekf(const FilterContext& c, const Tunings& tunings, Index lanes) {
   const auto np = static_cast<Index>(c.joint_parameters.size());
   const LanePlant joint = joint_plant(c.config, c.joint_parameters, c.initial);
   FilterKnowledge known = c.knowledge;
-  for (Eigen::VectorXd* values :
-       {&known.initial_state, &known.initial_deviation, &known.process_deviation, &known.farthest})
+  for (Eigen::VectorXd* values : {&known.initial_state, &known.process_deviation, &known.farthest})
     values->conservativeResize(c.plant.nx + np);
+  known.initial_covariance = Eigen::MatrixXd::Zero(c.plant.nx + np, c.plant.nx + np);
+  known.initial_covariance.topLeftCorner(c.plant.nx, c.plant.nx) = c.knowledge.initial_covariance;
   const PlantParameters nominal = equations_of(c.config).parameters;
   for (Index i = 0; i < np; ++i) {
     double value = 0.0;
@@ -84,16 +70,16 @@ Filter joint_ekf(const FilterContext& c, const Tunings& tunings, Index lanes) {
       if (name == c.joint_parameters[static_cast<std::size_t>(i)]) value = given;
     const double unit = value != 0.0 ? std::abs(value) : 1.0;
     known.initial_state[c.plant.nx + i] = value;
-    known.initial_deviation[c.plant.nx + i] = kParameterDeviation * unit;
+    known.initial_covariance(c.plant.nx + i, c.plant.nx + i) = std::pow(kParameterDeviation * unit, 2);
     known.process_deviation[c.plant.nx + i] = kParameterDrift * unit;
     known.farthest[c.plant.nx + i] = kFarParameter * unit;
   }
   return std::make_unique<SigmaPointFilter>(joint, PointSet::kExtended, known, tunings, lanes);
 }
 
-StepCost cost_of_joint(const FilterContext& c, const StepCost& f, const StepCost& h) {
-  return sigma_point_cost(size(c.plant.nx) + static_cast<double>(c.joint_parameters.size()), size(c.plant.ny), true, f,
-                          h);
+StepCost cost_of_joint(const FilterContext& c, const PlantCost& plant) {
+  return sigma_point_cost(size(c.plant.nx) + static_cast<double>(c.joint_parameters.size()), size(c.plant.ny), true,
+                          plant);
 }
 
 Index joint_state(const FilterContext& c) {
@@ -107,10 +93,10 @@ Filter moving_horizon(const FilterContext& c, const Tunings& tunings, Index lane
   return std::make_unique<MovingHorizonFilter>(c.plant, c.knowledge, tunings, lanes, kHorizonSamples);
 }
 
-StepCost cost_of_horizon(const FilterContext& c, const StepCost& f, const StepCost& h) {
+StepCost cost_of_horizon(const FilterContext& c, const PlantCost& plant) {
   const double n = size(c.plant.nx), ny = size(c.plant.ny), window = size(kHorizonSamples);
-  StepCost cost = sigma_point_cost(n, ny, true, f, h);  // the arrival cost's filter
-  cost = cost + (rk4_cost(n, f) + h) * (window * (n + 1.0)) + rk4_cost(n, f);
+  StepCost cost = sigma_point_cost(n, ny, true, plant);  // the arrival cost's filter
+  cost = cost + (rk4_cost(n, plant.f) + plant.h) * (window * (n + 1.0)) + rk4_cost(n, plant.f);
   cost.operations += window * ny * (8.0 + 4.0 * n + 1.5 * n * (n + 1.0)) + n * n * n / 3.0 + 8.0 * n * n;
   cost.functions += n;
   return cost;
@@ -130,9 +116,10 @@ Filter high_gain(const FilterContext& c, const Tunings& tunings, Index lanes) {
   return std::make_unique<HighGainObserver>(c.plant, c.knowledge, tunings, lanes, c.sample_period_s);
 }
 
-StepCost cost_of_high_gain(const FilterContext& c, const StepCost& f, const StepCost& h) {
+StepCost cost_of_high_gain(const FilterContext& c, const PlantCost& plant) {
   const double n = size(c.plant.nx), points = 2.0 * n + 1.0;
-  StepCost cost = rk4_cost(n, f) * (1.0 + (n > 1.0 ? 2.0 * points : 0.0)) + h * (points * (n > 1.0 ? 3.0 : 1.0));
+  StepCost cost =
+      rk4_cost(n, plant.f) * (1.0 + (n > 1.0 ? 2.0 * points : 0.0)) + plant.h * (points * (n > 1.0 ? 3.0 : 1.0));
   cost.operations += points * 5.0 + 2.0 * n * n + 2.0 * n * n * n / 3.0 + 3.0 * n * n + n;
   return cost;
 }
@@ -196,6 +183,12 @@ std::span<const FilterRow> filter_table() {
   return kRows;
 }
 
+const FilterRow* find_filter(std::string_view name) {
+  for (const FilterRow& row : filter_table())
+    if (row.name == name) return &row;
+  return nullptr;
+}
+
 std::vector<std::string> filter_names() {
   std::vector<std::string> names;
   for (const FilterRow& row : filter_table()) names.emplace_back(row.name);
@@ -204,35 +197,29 @@ std::vector<std::string> filter_names() {
 
 FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise,
                              const std::vector<std::string>& joint_parameters) {
-  constexpr double kProcess = 1e-3, kLeastOutput = 1e-2;  // as the EKF of nlo evaluate: Q = 1e-6 I, R >= 1e-4
+  constexpr double kProcess = 1e-3;      // Q = 1e-6 I
+  constexpr double kLeastOutput = 1e-2;  // R >= 1e-4: a noise-free output is no reason to trust a linearisation
   FilterContext context;
   context.config = *nominal.plant;
   context.plant = lane_plant(make_plant(*nominal.plant));
   const InitialMoments start = initial_moments(nominal.simulation);
   const Eigen::VectorXd variances = noise_variances(noise);
+  const auto& intensity = nominal.simulation.process_noise;
   const Index ny = context.plant.ny;
-  context.knowledge = {
-      start.mean, start.covariance.diagonal().cwiseSqrt(), Eigen::VectorXd::Constant(start.mean.size(), kProcess),
-      variances.size() == ny ? Eigen::VectorXd(variances.cwiseSqrt().cwiseMax(kLeastOutput))
-                             : Eigen::VectorXd::Constant(ny, std::max(std::sqrt(variances[0]), kLeastOutput)),
-      farthest_states(nominal)};
+  context.knowledge = {start.mean,
+                       start.covariance,
+                       Eigen::VectorXd::Constant(start.mean.size(), kProcess),
+                       variances.size() == ny
+                           ? Eigen::VectorXd(variances.cwiseSqrt().cwiseMax(kLeastOutput))
+                           : Eigen::VectorXd::Constant(ny, std::max(std::sqrt(variances[0]), kLeastOutput)),
+                       farthest_states(nominal),
+                       Eigen::VectorXd::Map(intensity.data(), static_cast<Index>(intensity.size()))};
   context.joint_parameters = joint_parameters;
   context.initial =
       draw_initial_states(nominal.simulation, initial_state_seed(nominal.seed, SeedStream::kValidation), 8);
   context.sample_period_s = nominal.simulation.sample_period_s;
   context.inputs = nominal.excitation ? make_plant(*nominal.plant)->nu() : 0;
   return context;
-}
-
-PlantCost plant_cost(const PlantConfig& plant) {
-  const PlantConfig equations = equations_of(plant);
-  PlantCost cost;
-  for (const std::string& expression : equations.derivative) cost.f = cost.f + cost_of_expression(expression);
-  for (const auto& row : equations.input_field)
-    for (const std::string& expression : row)
-      if (expression != "0") cost.f = cost.f + cost_of_expression(expression) + StepCost{2.0, 0.0};
-  for (const std::string& expression : equations.outputs) cost.h = cost.h + cost_of_expression(expression);
-  return cost;
 }
 
 }  // namespace nlo::trainer

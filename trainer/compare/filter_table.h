@@ -11,12 +11,12 @@
 #include "trainer/config/experiment.h"
 #include "trainer/filters/lane_plant.h"
 #include "trainer/filters/sigma_point_filter.h"
-#include "trainer/identify/step_cost.h"
+#include "trainer/filters/step_cost.h"
 
 namespace nlo::trainer {
 
-/// What all filters know of a plant under one condition: its nominal parameters, where runs start in training, and the
-/// nominal variance of the noise. Not for two threads at once.
+/// What all filters know of a plant under one condition: its nominal parameters and its own noise, where runs start in
+/// training, and the nominal variance of the sensors' noise. Not for two threads at once.
 struct FilterContext {
   PlantConfig config;  ///< nominal
   LanePlant plant;
@@ -39,8 +39,8 @@ struct FilterRow {
   std::string (*unfit)(const FilterContext& context);
   std::unique_ptr<LaneFilter> (*make)(const FilterContext& context, const std::vector<FilterTuning>& tunings,
                                       Eigen::Index lanes);
-  /// Per sample of one run; `f`, `h`: of one evaluation.
-  StepCost (*cost)(const FilterContext& context, const StepCost& f, const StepCost& h);
+  /// Per sample of one run.
+  StepCost (*cost)(const FilterContext& context, const PlantCost& plant);
   /// What it keeps from sample to sample, in numbers.
   Eigen::Index (*state)(const FilterContext& context);
 };
@@ -48,16 +48,13 @@ struct FilterRow {
 /// In the order that tables show them.
 std::span<const FilterRow> filter_table();
 
+/// Null: there is none of this name.
+const FilterRow* find_filter(std::string_view name);
+
 /// The names for --against.
 std::vector<std::string> filter_names();
 
 FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise,
                              const std::vector<std::string>& joint_parameters);
-
-/// f and h of the plant, counted from its equations.
-struct PlantCost {
-  StepCost f, h;
-};
-PlantCost plant_cost(const PlantConfig& plant);
 
 }  // namespace nlo::trainer

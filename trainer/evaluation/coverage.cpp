@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trainer/base/parallel.h"
 #include "trainer/data/measurement_noise.h"
@@ -17,6 +18,11 @@ using Eigen::VectorXd;
 constexpr std::size_t kChunk = 4;  // runs whose sums are joined first, whatever the number of threads
 
 }  // namespace
+
+IntervalEstimates normal_intervals(Eigen::MatrixXd x_hat, const Eigen::MatrixXd& deviations) {
+  constexpr double kNormal68 = 0.994457883209753, kNormal95 = 1.959963984540054;
+  return {std::move(x_hat), kNormal68 * deviations, kNormal95 * deviations};
+}
 
 CoverageSum::CoverageSum(const std::vector<Channel>& states) {
   for (const Channel& state : states) wraps_.push_back(state.wrap);

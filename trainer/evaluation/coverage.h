@@ -26,6 +26,9 @@ using IntervalEstimator = std::function<IntervalEstimates(const Eigen::MatrixXd&
                                                           const Eigen::VectorXd& time_s)>;
 using IntervalEstimatorFactory = std::function<IntervalEstimator()>;
 
+/// Of estimates whose errors are normal with these standard deviations, n_x x N.
+IntervalEstimates normal_intervals(Eigen::MatrixXd x_hat, const Eigen::MatrixXd& deviations);
+
 struct Coverage {
   Eigen::VectorXd share_68, share_95;  ///< n_x, of the samples whose truth counts
   Eigen::VectorXd sigma;               ///< n_x, mean, in the state's unit

@@ -26,7 +26,7 @@ HighGainObserver::HighGainObserver(const LanePlant& plant, const FilterKnowledge
       initial_state_(x_),
       gains_(plant.nx, lanes),
       limits_(knowledge.limits()),
-      step_(1e-4 * knowledge.initial_deviation.cwiseMax(1e-3)) {
+      step_(1e-4 * knowledge.initial_covariance.diagonal().cwiseSqrt().cwiseMax(1e-3)) {
   const double h = sample_period_s;
   const Index each = lanes / static_cast<Index>(tunings.size());
   for (Index lane = 0; lane < lanes; ++lane) {
@@ -41,7 +41,7 @@ HighGainObserver::HighGainObserver(const LanePlant& plant, const FilterKnowledge
 
 MatrixXd HighGainObserver::step(const LaneRuns& runs, Index k) {
   const Index nx = plant_.nx, lanes = x_.cols();
-  const double h = runs.sample_period_s;
+  const double h = k > 0 ? runs.step_s(k) : runs.sample_period_s;
   if (k > 0) x_ = advance(plant_, x_, h, {});
   MatrixXd points = x_.replicate(1, 2 * nx + 1);
   for (Index j = 0; j < nx; ++j) {
@@ -49,9 +49,10 @@ MatrixXd HighGainObserver::step(const LaneRuns& runs, Index k) {
     points.row(j).segment((2 + 2 * j) * lanes, lanes).array() -= step_[j];
   }
   MatrixXd derivatives(nx, points.cols());  // y, y', y'' at the points
-  derivatives.row(0) = plant_.h(points);
+  derivatives.row(0) = plant_.h(points, {});
   if (nx > 1) {
-    const MatrixXd later = plant_.h(advance(plant_, points, h, {})), before = plant_.h(advance(plant_, points, -h, {}));
+    const MatrixXd later = plant_.h(advance(plant_, points, h, {}), {});
+    const MatrixXd before = plant_.h(advance(plant_, points, -h, {}), {});
     derivatives.row(1) = (later - before) / (2.0 * h);
     if (nx > 2) derivatives.row(2) = (later + before - 2.0 * derivatives.row(0)) / (h * h);
   }

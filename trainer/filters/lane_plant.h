@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -12,15 +13,15 @@
 
 namespace nlo::trainer {
 
-/// dx/dt = f(x, u), y = h(x). A batch of points is blocks of L columns, one column per lane, behind each other.
+/// dx/dt = f(x, u), y = h(x, u). A batch of points is blocks of L columns, one column per lane, behind each other.
 struct LanePlant {
-  using Map = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x)>;
-  using DrivenMap = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u)>;
+  using Map = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u)>;
 
   Eigen::Index nx = 0, ny = 0;
-  DrivenMap f;                   ///< n_x x B for n_x x B and n_u x B; 0 x 0: u = 0
-  Map h;                         ///< n_y x B
+  Map f, h;                      ///< n_x x B and n_y x B for n_x x B and n_u x B; 0 x 0: u = 0
   Eigen::VectorXd output_wraps;  ///< full turns of outputs that are angles, else 0; n_y
+  double longest_step_s =
+      std::numeric_limits<double>::infinity();  ///< of RK4: a longer sample period is divided evenly
 };
 
 /// `plant` as it is; kept alive. Not for two threads at once.
@@ -31,11 +32,20 @@ struct LaneRuns {
   double sample_period_s = 0.0;
   std::vector<Eigen::MatrixXd> outputs;  ///< N of n_y x L; NaN: did not arrive
   std::vector<Eigen::MatrixXd> inputs;   ///< N of n_u x L, or empty
-  bool held_inputs = false;  ///< the u of a sample has acted since the sample before; else a ramp from there
+  bool held_inputs = false;     ///< the u of a sample has acted since the sample before; else a ramp from there
+  Eigen::VectorXd time_s = {};  ///< N; empty: a sample period apart
 
+  /// From sample k - 1 to k.
+  double step_s(Eigen::Index k) const { return time_s.size() > 0 ? time_s[k] - time_s[k - 1] : sample_period_s; }
+  /// n_u x L; 0 x 0 where there are none.
+  Eigen::MatrixXd inputs_at(Eigen::Index k) const;
   Eigen::Index samples() const { return static_cast<Eigen::Index>(outputs.size()); }
   Eigen::Index lanes() const { return outputs.empty() ? 0 : outputs.front().cols(); }
 };
+
+/// One run, on one lane: n_y x N, n_u x N or 0 x 0, N.
+LaneRuns one_run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s,
+                 bool held_inputs);
 
 /// The same runs `times` times, lane by lane behind each other: for as many tunings of one filter.
 LaneRuns repeated(const LaneRuns& runs, Eigen::Index times);
@@ -49,8 +59,14 @@ struct LaneInputs {
 };
 LaneInputs inputs_before(const LaneRuns& runs, Eigen::Index k);
 
-/// x (n_x x (blocks L)) one sample period later, by one step of RK4.
+/// How many steps of RK4 go over `h` seconds.
+double rk4_steps(double h, double longest_step_s);
+
+/// x (n_x x (blocks L)) after `h` seconds, by RK4.
 Eigen::MatrixXd advance(const LanePlant& plant, const Eigen::MatrixXd& x, double h, const LaneInputs& u);
+
+/// y at x with `u` (n_u x L) in each of its blocks.
+Eigen::MatrixXd output_at(const LanePlant& plant, const Eigen::MatrixXd& x, const Eigen::MatrixXd& u);
 
 /// A filter on lanes. step() is called for the samples k = 0, 1, ... in order and gives its estimates, n_x x L.
 class LaneFilter {
@@ -60,6 +76,15 @@ class LaneFilter {
 
   /// How often a lane left the finite numbers and began anew.
   virtual int restarts() const { return 0; }
+
+  /// sqrt(P_ii) of its last estimates, n_x x L; 0 x 0: it does not know how wrong it is.
+  virtual Eigen::MatrixXd deviations() const { return {}; }
 };
+
+/// n_x x N over runs of one lane.
+struct FilteredRun {
+  Eigen::MatrixXd x_hat, deviations;  ///< the latter 0 x 0: not known
+};
+FilteredRun filtered(LaneFilter& filter, const LaneRuns& run);
 
 }  // namespace nlo::trainer

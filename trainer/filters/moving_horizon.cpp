@@ -62,10 +62,10 @@ MovingHorizonFilter::MovingHorizonFilter(const LanePlant& plant, const FilterKno
 MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
   const auto y_of = [&](Index i) -> const MatrixXd& { return runs.outputs[static_cast<std::size_t>(i)]; };
   if (k - start_ >= window_) {
-    arrival_.correct(y_of(start_));
+    arrival_.correct(runs, start_);
     ++start_;
     arrival_.predict(runs, start_);
-    x_ = advance(plant_, x_, runs.sample_period_s, inputs_before(runs, start_));
+    x_ = advance(plant_, x_, runs.step_s(start_), inputs_before(runs, start_));
   }
   const LaneMatrix& root = arrival_.root();
 
@@ -85,7 +85,7 @@ MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
       points.row(i).segment((1 + j) * lanes_, lanes_).array() += kSpread * root(i, j).transpose();
   std::vector<ArrayXd> phi(static_cast<std::size_t>(nx_));
   for (Index i = start_;; ++i) {
-    const MatrixXd seen = plant_.h(points);
+    const MatrixXd seen = output_at(plant_, points, runs.inputs_at(i));
     for (Index output = 0; output < plant_.ny; ++output) {
       const ArrayXd centre = seen.row(output).head(lanes_).transpose().array();
       const double wrap = plant_.output_wraps[output];
@@ -108,7 +108,7 @@ MatrixXd MovingHorizonFilter::step(const LaneRuns& runs, Index k) {
       }
     }
     if (i == k) break;
-    points = advance(plant_, points, runs.sample_period_s, inputs_before(runs, i + 1));
+    points = advance(plant_, points, runs.step_s(i + 1), inputs_before(runs, i + 1));
   }
   solve_lanes(normal, right);
 

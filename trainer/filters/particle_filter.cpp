@@ -52,9 +52,9 @@ class Cloud {
     LaneInputs u = inputs_before(run, k);
     u.from = u.from.replicate(1, x_.cols()).eval();
     u.to = u.to.replicate(1, x_.cols()).eval();
-    x_.topRows(nx_) = advance(plant, x_.topRows(nx_), run.sample_period_s, u);
+    x_.topRows(nx_) = advance(plant, x_.topRows(nx_), run.step_s(k), u);
     for (std::size_t i = 0; i < process_noise.size(); ++i) {
-      const double deviation = process_noise[i] * std::sqrt(run.sample_period_s);
+      const double deviation = process_noise[i] * std::sqrt(run.step_s(k));
       if (deviation == 0.0) continue;
       for (double& value : x_.row(static_cast<Index>(i))) value += deviation * random_.normal();
     }
@@ -63,11 +63,11 @@ class Cloud {
 
   /// Bayes' rule, in pieces of the likelihood that leave half of the particles or more (Musso, Oudjane, Le Gland in:
   /// Doucet et al., chapter 12): between them the particles are drawn anew, where the likelihood now points to.
-  void weigh(const LanePlant& plant, const NoiseConfig& noise, const VectorXd& y) {
+  void weigh(const LanePlant& plant, const NoiseConfig& noise, const VectorXd& y, const MatrixXd& u) {
     constexpr int kMostPieces = 50;
     double rest = 1.0;
     for (int piece = 0; piece < kMostPieces && rest > 0.0; ++piece) {
-      const ArrayXd log_p = log_likelihood_of_all(plant, noise, y);
+      const ArrayXd log_p = log_likelihood_of_all(plant, noise, y, u);
       double share = rest;
       const auto weights = [&] {
         const ArrayXd log_w = log_weight_ + share * log_p;
@@ -88,8 +88,9 @@ class Cloud {
   VectorXd mean() const { return x_ * weight_.matrix(); }
 
  private:
-  ArrayXd log_likelihood_of_all(const LanePlant& plant, const NoiseConfig& noise, const VectorXd& y) const {
-    const MatrixXd seen = plant.h(x_.topRows(nx_));
+  ArrayXd log_likelihood_of_all(const LanePlant& plant, const NoiseConfig& noise, const VectorXd& y,
+                                const MatrixXd& u) const {
+    const MatrixXd seen = output_at(plant, x_.topRows(nx_), u);
     ArrayXd sum = ArrayXd::Zero(x_.cols());
     for (Index j = 0; j < plant.ny; ++j) {
       if (std::isnan(y[j])) continue;
@@ -181,7 +182,7 @@ MatrixXd particle_estimates(const LanePlant& plant, const SimulationConfig& simu
   MatrixXd estimates(plant.nx, run.samples());
   for (Index k = 0; k < run.samples(); ++k) {
     if (k > 0) cloud.move(plant, run, k, simulation.process_noise);
-    cloud.weigh(plant, noise, run.outputs[static_cast<std::size_t>(k)].col(0));
+    cloud.weigh(plant, noise, run.outputs[static_cast<std::size_t>(k)].col(0), run.inputs_at(k));
     estimates.col(k) = cloud.mean().head(plant.nx);
   }
   return estimates;

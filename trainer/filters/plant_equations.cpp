@@ -136,7 +136,7 @@ LanePlant joint_plant(const PlantConfig& plant, const std::vector<std::string>& 
       return with_still_parameters(
           affine->value(points, [&](const Plant& p, const MatrixXd& x) { return driven(p, x, u); }), np);
     };
-    joint.h = [affine](const MatrixXd& points) {
+    joint.h = [affine](const MatrixXd& points, const MatrixXd&) {
       return affine->value(points, [](const Plant& p, const MatrixXd& x) { return p.output(x); });
     };
     joint.ny = affine->plant().ny();

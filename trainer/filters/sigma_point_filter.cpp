@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "codegen/base/linear_algebra.h"
 #include "trainer/data/angle.h"
 
 namespace nlo::trainer {
@@ -42,20 +43,24 @@ SigmaPointFilter::SigmaPointFilter(LanePlant plant, PointSet points, const Filte
       x_(knowledge.initial_state.replicate(1, lanes)),
       initial_state_(x_),
       limits_(knowledge.limits()),
+      process_deviation_(knowledge.process_deviation),
+      process_noise_(ArrayXd::Zero(nx_)),
+      process_factor_(by_lane(tunings, lanes, [](const FilterTuning& t) { return std::sqrt(t.process); })),
       root_(nx_, nx_, lanes),
-      initial_root_(nx_, 1, lanes),
-      process_root_(nx_, 1, lanes) {
+      initial_root_(root_) {
   const auto n = static_cast<double>(nx_);
   spread_ = kind_ == PointSet::kExtended ? kDifferenceSpread : std::sqrt(n + kappa(nx_));
   centre_weight_ = kappa(nx_) / (n + kappa(nx_));
   weight_ = 0.5 / (n + kappa(nx_));
   const ArrayXd initial = by_lane(tunings, lanes, [](const FilterTuning& t) { return std::sqrt(t.initial); });
-  const ArrayXd process = by_lane(tunings, lanes, [](const FilterTuning& t) { return std::sqrt(t.process); });
   const ArrayXd output = by_lane(tunings, lanes, [](const FilterTuning& t) { return t.output; });
-  for (Index i = 0; i < nx_; ++i) {
-    root_(i, i) = initial_root_(i, 0) = initial * knowledge.initial_deviation[i];
-    process_root_(i, 0) = process * knowledge.process_deviation[i];
-  }
+  if (knowledge.process_noise.size() > 0) process_noise_ = knowledge.process_noise;
+  const MatrixXd root = codegen::square_root(knowledge.initial_covariance);
+  LaneMatrix w(nx_, nx_, lanes);
+  for (Index i = 0; i < nx_; ++i)
+    for (Index j = 0; j < nx_; ++j) w(i, j) = initial * root(i, j);
+  triangularise(w);  // the root of a P0 that is only semidefinite is full
+  initial_root_ = root_;
   for (const double deviation : knowledge.output_deviation)
     output_variance_.emplace_back(output * deviation * deviation);
   squared_gate_ = by_lane(tunings, lanes, [](const FilterTuning& t) { return t.gate * t.gate; });
@@ -96,7 +101,8 @@ void SigmaPointFilter::triangularise(LaneMatrix& w) {
 
 void SigmaPointFilter::predict(const LaneRuns& runs, Index k) {
   if (k == 0) return;
-  const MatrixXd next = advance(plant_, points(), runs.sample_period_s, inputs_before(runs, k));
+  const double h = runs.step_s(k);
+  const MatrixXd next = advance(plant_, points(), h, inputs_before(runs, k));
   const auto block = [&](Index i, Index b) { return next.row(i).segment(b * lanes_, lanes_).transpose().array(); };
   const bool extended = kind_ == PointSet::kExtended;
   LaneMatrix w(nx_, (extended ? nx_ : 2 * nx_ + 1) + nx_, lanes_);
@@ -112,14 +118,15 @@ void SigmaPointFilter::predict(const LaneRuns& runs, Index k) {
       for (Index b = 1; b <= 2 * nx_; ++b) w(i, column++) = std::sqrt(weight_) * (block(i, b) - mean);
       x_.row(i) = mean.transpose();
     }
-    w(i, column + i) = process_root_(i, 0);
+    w(i, column + i) =
+        process_factor_ * std::sqrt(std::pow(process_deviation_[i], 2) + h * std::pow(process_noise_[i], 2));
   }
   triangularise(w);
 }
 
-void SigmaPointFilter::correct_one(Index output, const MatrixXd& y) {
+void SigmaPointFilter::correct_one(Index output, const MatrixXd& y, const MatrixXd& u) {
   const auto at = static_cast<std::size_t>(output);
-  const MatrixXd seen = plant_.h(points());
+  const MatrixXd seen = output_at(plant_, points(), u);
   const double wrap = plant_.output_wraps[output];
   const ArrayXd centre = seen.row(output).head(lanes_).transpose().array();
   const auto short_way = [wrap](ArrayXd d) -> ArrayXd {
@@ -161,9 +168,7 @@ void SigmaPointFilter::correct_one(Index output, const MatrixXd& y) {
   }
   if (!(rejected >= kMostRejected).any()) return;
   for (Index i = 0; i < nx_; ++i)
-    for (Index j = 0; j < nx_; ++j)
-      root_(i, j) =
-          (rejected >= kMostRejected).select(i == j ? initial_root_(i, 0) : ArrayXd::Zero(lanes_), root_(i, j));
+    for (Index j = 0; j < nx_; ++j) root_(i, j) = (rejected >= kMostRejected).select(initial_root_(i, j), root_(i, j));
   rejected = (rejected >= kMostRejected).select(0, rejected);
 }
 
@@ -173,19 +178,30 @@ void SigmaPointFilter::restart_lost() {
     ++restarts_;
     x_.col(lane) = initial_state_.col(lane);
     for (Index i = 0; i < nx_; ++i)
-      for (Index j = 0; j < nx_; ++j) root_(i, j)[lane] = i == j ? initial_root_(i, 0)[lane] : 0.0;
+      for (Index j = 0; j < nx_; ++j) root_(i, j)[lane] = initial_root_(i, j)[lane];
   }
 }
 
-void SigmaPointFilter::correct(const MatrixXd& y) {
-  for (Index j = 0; j < plant_.ny; ++j) correct_one(j, y);
+void SigmaPointFilter::correct(const LaneRuns& runs, Index k) {
+  const MatrixXd u = runs.inputs_at(k);
+  for (Index j = 0; j < plant_.ny; ++j) correct_one(j, runs.outputs[static_cast<std::size_t>(k)], u);
   restart_lost();
+}
+
+MatrixXd SigmaPointFilter::deviations() const {
+  MatrixXd result(nx_, lanes_);
+  for (Index i = 0; i < nx_; ++i) {
+    ArrayXd squares = ArrayXd::Zero(lanes_);
+    for (Index j = 0; j < nx_; ++j) squares += root_(i, j).square();
+    result.row(i) = squares.sqrt().matrix().transpose();
+  }
+  return result;
 }
 
 MatrixXd SigmaPointFilter::step(const LaneRuns& runs, Index k) {
   predict(runs, k);
   restart_lost();
-  correct(runs.outputs[static_cast<std::size_t>(k)]);
+  correct(runs, k);
   return x_;
 }
 

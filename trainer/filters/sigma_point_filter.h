@@ -9,8 +9,10 @@
 // S- is the triangular factor of [W sqrt(Q)], by modified Gram and Schmidt. The outputs correct one after the other, each
 // by Potter's update with phi = S' H' (UKF: S^-1 cov(x, y)) and the innovation's variance s = phi' phi + r (UKF: of h(X)):
 //   x+ = x- + S phi (y - y_hat) / s,   S+ = S - S phi phi' / (s + sqrt(s (s - phi' phi)))
-// kappa = max(0, 3 - n_x), as in baselines/ukf.h. Potter's update: Bierman, Factorization methods for discrete sequential
-// estimation, 1977, chapter II; the UKF in square-root form: van der Merwe, Wan, ICASSP 2001.
+// kappa = max(0, 3 - n_x): no weight is negative, so no covariance is; from three states on the UKF is the cubature
+// filter. The innovation of an angle is the short way round. The UKF: Julier, Uhlmann: Unscented filtering and nonlinear
+// estimation, Proc. IEEE 92(3), 2004; in square-root form: van der Merwe, Wan, ICASSP 2001. Potter's update: Bierman,
+// Factorization methods for discrete sequential estimation, 1977, chapter II.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,11 +46,12 @@ enum class PointSet { kExtended, kUnscented };
 
 /// What a filter is told of the noise and of where runs start: the same for all lanes.
 struct FilterKnowledge {
-  Eigen::VectorXd initial_state;      ///< n_x
-  Eigen::VectorXd initial_deviation;  ///< n_x, square roots of P0's diagonal
-  Eigen::VectorXd process_deviation;  ///< n_x, square roots of Q's diagonal, per step
-  Eigen::VectorXd output_deviation;   ///< n_y, square roots of R's diagonal
+  Eigen::VectorXd initial_state;       ///< n_x
+  Eigen::MatrixXd initial_covariance;  ///< P0, n_x x n_x
+  Eigen::VectorXd process_deviation;   ///< n_x, square roots of Q's diagonal, per step
+  Eigen::VectorXd output_deviation;    ///< n_y, square roots of R's diagonal
   Eigen::VectorXd farthest = {};  ///< n_x, an estimate with |x_i| beyond it is lost; empty: 1e9, as simulations escape
+  Eigen::VectorXd process_noise = {};  ///< n_x, per sqrt(s): its square times the step is added to Q; empty: none
 
   Eigen::ArrayXd limits() const {
     if (farthest.size() > 0) return farthest.array();
@@ -77,17 +80,18 @@ class SigmaPointFilter final : public LaneFilter {
 
   Eigen::MatrixXd step(const LaneRuns& runs, Eigen::Index k) override;
   int restarts() const override { return restarts_; }
+  Eigen::MatrixXd deviations() const override;
 
   /// The two halves of a step, for a filter that needs what is between: x and S predicted for sample k, then corrected.
   void predict(const LaneRuns& runs, Eigen::Index k);
-  void correct(const Eigen::MatrixXd& y);
+  void correct(const LaneRuns& runs, Eigen::Index k);
   const Eigen::MatrixXd& state() const { return x_; }  ///< n_x x L
   const LaneMatrix& root() const { return root_; }
 
  private:
   Eigen::MatrixXd points() const;
   void triangularise(LaneMatrix& w);
-  void correct_one(Eigen::Index output, const Eigen::MatrixXd& y);
+  void correct_one(Eigen::Index output, const Eigen::MatrixXd& y, const Eigen::MatrixXd& u);
   void restart_lost();
 
   LanePlant plant_;
@@ -95,11 +99,13 @@ class SigmaPointFilter final : public LaneFilter {
   double spread_, centre_weight_, weight_;
   Eigen::Index nx_, lanes_;
   Eigen::MatrixXd x_, initial_state_;
-  Eigen::ArrayXd limits_;                          ///< n_x
-  LaneMatrix root_, initial_root_, process_root_;  ///< the latter two diagonal: n_x x 1
-  std::vector<Eigen::ArrayXd> output_variance_;    ///< n_y
-  Eigen::ArrayXd squared_gate_;                    ///< L
-  std::vector<Eigen::ArrayXi> rejected_;           ///< n_y of L: in a row
+  Eigen::ArrayXd limits_;                             ///< n_x
+  Eigen::ArrayXd process_deviation_, process_noise_;  ///< n_x
+  Eigen::ArrayXd process_factor_;                     ///< L, square roots of what tunings put on Q
+  LaneMatrix root_, initial_root_;
+  std::vector<Eigen::ArrayXd> output_variance_;  ///< n_y
+  Eigen::ArrayXd squared_gate_;                  ///< L
+  std::vector<Eigen::ArrayXi> rejected_;         ///< n_y of L: in a row
   int restarts_ = 0;
 };
 

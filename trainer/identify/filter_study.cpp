@@ -7,11 +7,11 @@
 #include <cmath>
 #include <limits>
 
-#include "trainer/baselines/constant_acceleration.h"
 #include "trainer/data/evaluation_windows.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/log_starts.h"
 #include "trainer/evaluation/text.h"
+#include "trainer/filters/constant_acceleration.h"
 #include "trainer/identify/filter_tuning.h"
 #include "trainer/identify/identified_filter.h"
 
@@ -79,8 +79,8 @@ class Study {
     const IdentifiedFilter filter(identification_, p, logs_.tuning);
     VectorXd tuning = filter.tuning();
     const double period_s = logs_.judged.sample_period_s;
-    for (const FilterKind kind : {FilterKind::kExtended, FilterKind::kUnscented}) {
-      const bool extended = kind == FilterKind::kExtended;
+    for (const PointSet kind : {PointSet::kExtended, PointSet::kUnscented}) {
+      const bool extended = kind == PointSet::kExtended;
       const std::string name = extended ? "ekf" : "ukf";
       const CostsOf costs = [&](const std::vector<VectorXd>& points) {
         const auto estimates =
@@ -98,8 +98,7 @@ class Study {
       evaluations_ = 0;
       const Tuned tuned = coordinate_search(tuning, costs, !extended, stop_);
       tuning = tuned.x;
-      judge(name, filter.describe(tuning),
-            extended ? cost_of_ekf(identification_, period_s) : cost_of_ukf(identification_, period_s),
+      judge(name, filter.describe(tuning), filter.step_cost(kind, period_s),
             [&](const Trajectory& run) { return filter.estimate(kind, tuning, run); });
     }
   }

@@ -14,7 +14,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_metrics.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/identify/step_cost.h"
+#include "trainer/filters/step_cost.h"
 
 namespace nlo::trainer {
 

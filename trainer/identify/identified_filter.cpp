@@ -7,8 +7,6 @@
 #include <cmath>
 #include <memory>
 
-#include "trainer/baselines/ekf.h"
-#include "trainer/baselines/ukf.h"
 #include "trainer/evaluation/text.h"
 #include "trainer/plants/parametric_plant.h"
 
@@ -56,21 +54,23 @@ IdentifiedFilter::IdentifiedFilter(const Identification& identification, VectorX
     state_rows_.push_back(std::find(plant.states.begin(), plant.states.end(), state.name) - plant.states.begin());
 }
 
-FilterPlant IdentifiedFilter::make_plant() const {
+LanePlant IdentifiedFilter::make_plant() const {
   const auto plant = std::make_shared<ParametricPlant>(identification_.plant);
   plant->set_parameters(p_);
-  const FilterPlant::DrivenMap driven = [plant](const MatrixXd& x, const VectorXd& u) {
-    MatrixXd result(plant->nx(), x.cols());
-    for (Index i = 0; i < x.cols(); ++i) result.col(i) = plant->derivative(x.col(i), u);
-    return result;
+  const auto by_point = [plant](Index rows, auto&& value) -> LanePlant::Map {
+    return [plant, rows, value](const MatrixXd& x, const MatrixXd& u) {
+      MatrixXd result(rows, x.cols());
+      for (Index i = 0; i < x.cols(); ++i)
+        result.col(i) = value(*plant, x.col(i), u.size() == 0 ? VectorXd() : VectorXd(u.col(i)));
+      return result;
+    };
   };
-  const FilterPlant::DrivenMap output = [plant](const MatrixXd& x, const VectorXd& u) {
-    MatrixXd result(plant->ny(), x.cols());
-    for (Index i = 0; i < x.cols(); ++i) result.col(i) = plant->output(x.col(i), u);
-    return result;
-  };
-  FilterPlant known{[driven](const MatrixXd& x) { return driven(x, VectorXd()); },
-                    [output](const MatrixXd& x) { return output(x, VectorXd()); }, driven, output_wraps_, output};
+  LanePlant known;
+  known.nx = plant->nx();
+  known.ny = plant->ny();
+  known.f = by_point(known.nx, [](auto& p, const VectorXd& x, const VectorXd& u) { return p.derivative(x, u); });
+  known.h = by_point(known.ny, [](auto& p, const VectorXd& x, const VectorXd& u) { return p.output(x, u); });
+  known.output_wraps = output_wraps_;
   if (identification_.identify.longest_step_s > 0.0) known.longest_step_s = identification_.identify.longest_step_s;
   return known;
 }
@@ -85,49 +85,55 @@ VectorXd IdentifiedFilter::tuning() const {
   return as_vector(values);
 }
 
-FilterConfig IdentifiedFilter::config(const VectorXd& tuning) const {
+FilterKnowledge IdentifiedFilter::knowledge(const VectorXd& tuning) const {
   const IdentifyConfig& identify = identification_.identify;
-  FilterConfig config;
-  config.initial_state = as_vector(identify.initial_state);
-  config.process_noise = as_vector(identify.process_noise);
+  FilterKnowledge known;
+  known.initial_state = as_vector(identify.initial_state);
+  known.process_deviation = VectorXd::Zero(known.initial_state.size());
+  known.process_noise = as_vector(identify.process_noise);
   Index next = 0;
-  for (double& noise : config.process_noise)
+  for (double& noise : known.process_noise)
     if (noise > 0.0) noise = std::pow(10.0, tuning[next++]);
   const auto ny = static_cast<Index>(identification_.plant.output_names.size());
-  config.output_variance.resize(ny);
-  for (Index j = 0; j < ny; ++j) config.output_variance[j] = std::pow(10.0, 2.0 * tuning[next++]);
+  known.output_deviation.resize(ny);
+  for (double& deviation : known.output_deviation) deviation = std::pow(10.0, tuning[next++]);
   const VectorXd deviation = std::pow(10.0, tuning[next]) * as_vector(identify.initial_deviation);
-  config.initial_covariance = deviation.cwiseAbs2().asDiagonal();
-  config.process_variance = 0.0;
-  config.least_output_variance = 0.0;
-  config.held_inputs = identify.input_hold == Hold::kZeroOrder;
-  return config;
+  known.initial_covariance = deviation.cwiseAbs2().asDiagonal();
+  return known;
 }
 
 std::string IdentifiedFilter::describe(const VectorXd& tuning) const {
-  const FilterConfig tuned = config(tuning);
+  const FilterKnowledge tuned = knowledge(tuning);
   std::string text = "process noise";
   for (const double noise : tuned.process_noise) text += " " + significant(noise, 2);
   text += " per sqrt(s), output noise";
-  for (const double variance : tuned.output_variance) text += " " + significant(std::sqrt(variance), 2);
+  for (const double deviation : tuned.output_deviation) text += " " + significant(deviation, 2);
   return text + fmt::format(", initial deviation x {}", significant(std::pow(10.0, tuning[tuning.size() - 1]), 2));
 }
 
-MatrixXd IdentifiedFilter::estimate(FilterKind kind, const VectorXd& tuning, const Trajectory& run) const {
-  const auto plant = [this] { return make_plant(); };
-  FilterConfig start = config(tuning);
+MatrixXd IdentifiedFilter::estimate(PointSet kind, const VectorXd& tuning, const Trajectory& run) const {
+  FilterKnowledge known = knowledge(tuning);
   const PlantConfig& named = identification_.plant;
   for (std::size_t i = 0; i < named.states.size(); ++i)
     for (std::size_t j = 0; j < named.output_names.size(); ++j)
       if (named.states[i] == named.output_names[j]) {  // a state that is measured begins where it is measured
         const auto row = static_cast<Index>(i);
-        start.initial_state[row] = run.outputs(output_rows_[j], 0);
-        start.initial_covariance(row, row) = start.output_variance[static_cast<Index>(j)];
+        known.initial_state[row] = run.outputs(output_rows_[j], 0);
+        known.initial_covariance(row, row) = std::pow(known.output_deviation[static_cast<Index>(j)], 2);
       }
-  const EstimatorFactory factory =
-      kind == FilterKind::kExtended ? ekf_estimator(plant, start) : ukf_estimator(plant, start);
+  SigmaPointFilter filter(make_plant(), kind, known, {FilterTuning{}}, 1);
   const MatrixXd inputs = input_rows_.empty() ? MatrixXd() : rows_of(run.inputs, input_rows_);
-  return rows_of(factory()(rows_of(run.outputs, output_rows_), inputs, run.time_s), state_rows_);
+  const bool held = identification_.identify.input_hold == Hold::kZeroOrder;
+  return rows_of(filtered(filter, one_run(rows_of(run.outputs, output_rows_), inputs, run.time_s, held)).x_hat,
+                 state_rows_);
+}
+
+StepCost IdentifiedFilter::step_cost(PointSet kind, double period_s) const {
+  const PlantConfig& plant = identification_.plant;
+  const double longest_s = identification_.identify.longest_step_s;
+  return sigma_point_cost(static_cast<double>(plant.states.size()), static_cast<double>(plant.outputs.size()),
+                          kind == PointSet::kExtended, plant_cost(plant),
+                          longest_s > 0.0 ? rk4_steps(period_s, longest_s) : 1.0);
 }
 
 }  // namespace nlo::trainer

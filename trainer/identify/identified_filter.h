@@ -5,14 +5,12 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "trainer/baselines/filter.h"
 #include "trainer/config/identification.h"
 #include "trainer/data/dataset.h"
-#include "trainer/evaluation/evaluate.h"
+#include "trainer/filters/sigma_point_filter.h"
+#include "trainer/filters/step_cost.h"
 
 namespace nlo::trainer {
-
-enum class FilterKind { kExtended, kUnscented };
 
 class IdentifiedFilter {
  public:
@@ -22,15 +20,18 @@ class IdentifiedFilter {
   /// What is tuned, as log10: the process noise of each state whose start is above 0, R's deviation of each output, and
   /// the scale of P0's deviation.
   Eigen::VectorXd tuning() const;
-  FilterConfig config(const Eigen::VectorXd& tuning) const;
+  FilterKnowledge knowledge(const Eigen::VectorXd& tuning) const;
   std::string describe(const Eigen::VectorXd& tuning) const;
 
   /// Of the logged states, n_x of the logs x N. A state with the name of an output starts where that is measured first,
   /// with R's variance. Makes a plant of its own: for any thread.
-  Eigen::MatrixXd estimate(FilterKind kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
+  Eigen::MatrixXd estimate(PointSet kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
+
+  /// Of a sample `period_s` after the one before.
+  StepCost step_cost(PointSet kind, double period_s) const;
 
  private:
-  FilterPlant make_plant() const;
+  LanePlant make_plant() const;
 
   const Identification& identification_;
   Eigen::VectorXd p_, output_wraps_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/baselines/constant_acceleration.h"
+#include "trainer/filters/constant_acceleration.h"
 
 #include <gtest/gtest.h>
 

@@ -2,10 +2,9 @@
 // What one step of a filter costs, counted: the same on every machine.
 #pragma once
 
-#include <Eigen/Core>
 #include <string_view>
 
-#include "trainer/config/identification.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 
@@ -24,11 +23,17 @@ struct StepCost {
 /// function.
 StepCost cost_of_expression(std::string_view expression);
 
-/// Of ekf_estimator: f and h at 2 n_x + 1 points, by RK4, and the Joseph form. `period_s`: the nominal one.
-StepCost cost_of_ekf(const Identification& identification, double period_s);
+/// f and h of the plant, counted from its equations.
+struct PlantCost {
+  StepCost f, h;
+};
+PlantCost plant_cost(const PlantConfig& plant);
 
-/// Of ukf_estimator: the same points, two Cholesky factors, and the means.
-StepCost cost_of_ukf(const Identification& identification, double period_s);
+/// Of a step of RK4 of n states.
+StepCost rk4_cost(double n, const StepCost& f);
+
+/// Of SigmaPointFilter with n states and ny outputs, EKF or UKF, by `steps` of RK4 in a sample period.
+StepCost sigma_point_cost(double n, double ny, bool extended, const PlantCost& plant, double steps = 1.0);
 
 /// Of the Kalman filter with constant acceleration, for one quantity.
 StepCost cost_of_constant_acceleration();
