@@ -21,8 +21,9 @@ std::span<const EmbeddedText> embedded_texts();
 /// The text of that name. Throws std::logic_error when there is none.
 std::string_view embedded_text(std::string_view name);
 
-/// A template filled: each @KEY@ (capitals, digits, underscores) becomes its value. Throws std::logic_error for a key
-/// without a value.
+/// A template filled: each @KEY@ (capitals, digits, underscores) becomes its value, and of lines between `@if KEY@`,
+/// `@else@` and `@end@`, each alone on its line, those stay that the value, empty or not, asks for. Throws
+/// std::logic_error for a key without a value, and for sections that do not nest.
 std::string filled(std::string_view text, const std::map<std::string, std::string>& values);
 
 }  // namespace nlo::codegen

@@ -196,7 +196,10 @@ class GatedModule final : public StructureModule {
   }
   Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
   std::map<std::string, std::string> c99(const ExportSource&) const override {
-    return {{"LATENT", "c99/gated.c.in"}, {"STEP_DT_COST", "Some 200 operations a unit more than a sample period"}};
+    return {{"LATENT", "c99/gated.c.in"},
+            {"DECAYS", "true"},
+            {"FIRST", "    advance(REGULAR_STEP, o->z, o->y, o->y);\n"},
+            {"STEP_DT_COST", "Some 200 operations a unit more than a sample period"}};
   }
 };
 

@@ -37,13 +37,10 @@ std::string c99_tables(const Model& m, const FoldedModel& folded, const Initiali
   const auto matrix = [&](const char* name, const Eigen::MatrixXd& values, const char* field) {
     return fmt::format("static const IN_FLASH Scalar {}[kNz][{}] = {};\n", name, r, init.matrix(values, field));
   };
-  std::string relative;
-  for (int j = 0; j < m.nr(); ++j) relative += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
-  return "// D [1/s], F, the steady state S y of a constant y, and whether T* and the domain take z less S y.\n" +
+  return "// D [1/s], F and the steady state S y of a constant y.\n" +
          vector("kEigenvalues", "kNz", latent.eigenvalues, "eigenvalues") +
          matrix("kOutputInjection", latent.output_injection, "output_injection") +
          matrix("kSteadyGain", folded.steady_gain, "steady_gain") +
-         fmt::format("static const IN_FLASH bool kRelative[{}] = {{{}}};\n", r, relative) +
          (!m.saturates()
               ? ""
               : "// As far as T* follows z.\n" + vector("kReachMin", "kNz", LatentReach(m).min, "saturation") +
@@ -102,12 +99,11 @@ class KklModule final : public StructureModule {
     return {{"LATENT", "c99/kkl.c.in"},
             {"WARM_START", "c99/warm_start.h.in"},
             {"WARM_START_BODY", "c99/warm_start.c.in"},
-            {"TURN_BACK", "  turn_back(o);\n"},
-            {"RELATIVE", "observer->z[r] - resting(observer, r)"},
             {"STEP_DT_COST", "Some 60 operations per latent state"},
+            {"COMPLEX", latent.pairs > 0 ? "true" : ""},
             {"PAIRS", std::to_string(latent.pairs)},
-            {"FIRST_ORDER", source.model.hold == Hold::kZeroOrder ? "0" : "1"},
-            {"STARTS_STEADY", latent.starts_steady ? "1" : "0"},
+            {"FIRST_ORDER", source.model.hold == Hold::kZeroOrder ? "" : "true"},
+            {"FIRST", latent.starts_steady ? "    settle(o);\n" : ""},
             {"A_MINUS_1", source.init.vector(step.a_minus_1, "A")},
             {"B0", source.init.matrix(step.b0, "B0")},
             {"B1", source.init.matrix(step.b1, "B1")},

@@ -57,12 +57,22 @@ constexpr const char* kDoubleCheck =
 std::map<std::string, std::string> ranges(const Model& m, const Initialiser& init) {
   Eigen::VectorXd wrap(m.nr());
   const std::vector<Channel> channels = readings(m);
-  for (int j = 0; j < m.nr(); ++j) wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
+  std::string relatives;
+  for (int j = 0; j < m.nr(); ++j) {
+    wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
+    relatives += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
+  }
+  const bool relative = relatives.find("true") != std::string::npos;
   return {{"INITIAL", init.vector(m.initial_latent, "initial_latent")},
           {"NO_OUTPUT", init.vector(Eigen::VectorXd::Zero(m.nr()), "")},
           {"OUTPUT_MIN", init.vector(reading_min(m), "output_min")},
           {"OUTPUT_MAX", init.vector(reading_max(m), "output_max")},
           {"WRAP", init.vector(wrap, "wrap")},
+          {"ANGLES", (wrap.array() > 0.0).any() ? "true" : ""},
+          {"RELATIVE_OUTPUTS", relative ? "true" : ""},
+          {"OTHER_OUTPUTS", relatives.find("false") != std::string::npos ? "true" : ""},
+          {"RELATIVES", relatives},
+          {"RELATIVE", relative ? "observer->z[r] - resting(observer, r)" : "observer->z[r]"},
           {"LATENT_MIN", init.vector(m.latent_min, "latent_min")},
           {"LATENT_MAX", init.vector(m.latent_max, "latent_max")}};
 }
@@ -120,8 +130,9 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"MAP", map},
       {"WARM_START", ""},
       {"WARM_START_BODY", ""},
-      {"TURN_BACK", ""},
-      {"RELATIVE", "observer->z[r]"},
+      {"C99", "true"},  // empty in the single header
+      {"COMPLEX", ""},
+      {"DECAYS", m.failures.none() ? "" : "true"},
       {"FOURS", std::string(embedded_text("c99/dense_fours.c.in"))},
       {"INTEGER_FOURS", std::string(embedded_text("c99/int16_fours.c.in"))},
       {"REST", " % 4"},

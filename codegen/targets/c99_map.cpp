@@ -37,7 +37,7 @@ std::string tanh_text(const Initialiser& init, const std::string& suffix) {
 std::string activation(Activation kind, const std::string& suffix) {
   switch (kind) {
     case Activation::kTanh:
-      return "static Scalar activated(Scalar v) { return tanh_rational(v); }\n\n";
+      return "";
     case Activation::kRelu:
       return fmt::format("static Scalar activated(Scalar v) {{ return v > 0.0{0} ? v : 0.0{0}; }}\n\n", suffix);
     case Activation::kSilu:
@@ -55,12 +55,15 @@ std::string activation(Activation kind, const std::string& suffix) {
   fail("C99 has no {}; export with --target cpp", activation_row(kind).name);
 }
 
-constexpr const char* kHidden =
-    "static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,\n"
-    "                   const Scalar* in, Scalar* out) {\n"
-    "  dense(inputs, outputs, weights, bias, in, out);\n"
-    "  for (int o = 0; o < outputs; ++o) out[o] = activated(out[o]);\n"
-    "}\n\n";
+std::string hidden(Activation kind) {
+  return fmt::format(
+      "static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,\n"
+      "                   const Scalar* in, Scalar* out) {{\n"
+      "  dense(inputs, outputs, weights, bias, in, out);\n"
+      "  for (int o = 0; o < outputs; ++o) out[o] = {}(out[o]);\n"
+      "}}\n\n",
+      kind == Activation::kTanh ? "tanh_rational" : "activated");
+}
 
 /// Adds the linear path's share of output `o` to `total`.
 std::string add_linear_path(Eigen::Index inputs) {
@@ -85,16 +88,11 @@ std::string integer_activation(Activation kind) {
   return filled(embedded_text("c99/int16_tanh.c.in"), {{"TABLE", integers(kernels::int16::kTanhTable, 16)}});
 }
 
-/// `static void saturated(...)`: z as T* reads it, of a model that saturates; as nlo/saturation.h has it.
-std::string saturated(const Model& m, const std::string& name, const std::string& suffix) {
-  return filled(embedded_text("c99/saturated.c.in"), {{"NAME", name}, {"R", c99_readings_size(m)}, {"F", suffix}});
-}
-
 /// The head of NAME_estimate, up to where `in` is what T* reads.
 std::string estimate_head(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const bool reads_output = folded.inverse_map()->inputs() > m.nz();
   const std::string readings = c99_readings_size(m);
-  std::string head = m.saturates() ? saturated(m, name, init.scalar_bytes() == 4 ? "f" : "") : "";
+  std::string head(m.saturates() ? embedded_text("c99/saturated.c.in") : "");
   head += fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name, init.scalar_name(),
                       m.nx());
   if (!reads_output && !m.saturates()) return head + "  const Scalar* in = observer->z;\n";
@@ -119,8 +117,7 @@ std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, const 
   const FoldedNetwork& map = *folded.inverse_map();
   const bool learned_step = folded.networks.size() > 1;
   if (has_int16_map && !learned_step) return "";
-  const bool map_reads_tanh = !has_int16_map && map.layers.size() > 1 &&
-                              activation(map.activation, suffix).find("tanh_rational") != std::string::npos;
+  const bool map_reads_tanh = !has_int16_map && map.layers.size() > 1 && map.activation != Activation::kRelu;
   return std::string(embedded_text("c99/dense.c.in")) + "\n" +
          (learned_step || map_reads_tanh ? tanh_text(init, suffix) + "\n" : "");
 }
@@ -165,7 +162,7 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
         map.linear_path.rows(), add_linear_path(map.linear_path.cols()));
   }
   text += "\n";
-  if (map.layers.size() > 1) text += activation(map.activation, suffix) + kHidden;
+  if (map.layers.size() > 1) text += activation(map.activation, suffix) + hidden(map.activation);
 
   text += estimate_head(name, m, folded, init);
   // Ping-pong buffers: one for each layer would be a kilobyte of stack.

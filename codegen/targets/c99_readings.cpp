@@ -20,11 +20,12 @@ void set_inputs(const Model& m, const std::string& name, const std::string& scal
   values["INPUT_POSITIONS"] = fmt::format("enum {{ {} }};\n", c99_positions(name + "_input_", m.inputs));
   values["AND_MORE"] += " and input";
   values["U_PARAMETER"] = fmt::format(", const {} u[{}]", scalar, size);
+  values["U_TAKEN"] = ", const Scalar* u";
+  values["U_PASSED"] = ", u";
   values["INPUT_NOTE"] = fmt::format("// u: {}. One that is not finite holds the last good one.\n",
                                      command ? "what has acted since the last sample" : "measured with y");
   if (command) values["HOLD_INPUTS"] = "  copy(o->y + kNy, next + kNy, kNu);  // u has acted since the last sample\n";
-  values["READ"] += "  copy(r + kNy, u, kNu);\n";
-  values["COPY_INPUTS"] = "  copy(y + kNy, u, kNu);\n";
+  values["READ"] += "  copy(given + kNy, u, kNu);\n";
 }
 
 /// As nlo/sensor_failures.h.
@@ -35,13 +36,8 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["AND_MORE"] += ", and how stale those are that may be missing";
   values["KEEP_FIELD"] = "  Scalar keep;  // what is left of a missing output over the step\n";
   values["KEEP_VALUE"] = ",\n    " + init(std::exp(-m.sample_period_s / f.staleness_s), "may_fail.staleness_s");
-  values["KEEP_OVER"] = fmt::format(
-      "  Complex fade, phi1, phi2;\n"
-      "  const Scalar all = {0} * h, far = 64.0{1};  // 1 / staleness_s; e^-64 is below any rounding of 1\n"
-      "  const Complex w = {{all < far ? -all : -far, 0.0{1}}};\n"
-      "  phi(w, &fade, &phi1, &phi2);\n"
-      "  step->keep = fade.re + 1.0{1};\n",
-      init(1.0 / f.staleness_s, "may_fail.staleness_s"), suffix);
+  values["KEEP_OVER"] = fmt::format("  step->keep = decay_minus_1({0} * h) + 1.0{1};  // exp(-h / staleness_s)\n",
+                                    init(1.0 / f.staleness_s, "may_fail.staleness_s"), suffix);
   values["FILL_MISSING"] = fmt::format(
       "// An output that may be missing fades to where it rested in training; how stale it is ends the readings.\n"
       "static bool fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep) {{\n"
@@ -50,21 +46,20 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
       "  bool any = false;\n"
       "  for (int i = 0; i < kNf; ++i) {{\n"
       "    const int j = kMayFail[i], s = kNr - kNf + i;\n"
-      "    if (is_finite(readings[j])) {{\n"
-      "      readings[s] = keep * o->y[s];\n"
-      "    }} else {{\n"
+      "    const bool missing = !is_finite(readings[j]);\n"
+      "    readings[s] = missing ? 1.0{3} - keep * (1.0{3} - o->y[s]) : keep * o->y[s];\n"
+      "    if (missing) {{\n"
       "      readings[j] = kRest[i] + keep * (o->y[j] - kRest[i]);\n"
-      "      readings[s] = 1.0{3} - keep * (1.0{3} - o->y[s]);\n"
       "      any = true;\n"
       "    }}\n"
       "  }}\n"
       "  return any;\n"
       "}}\n\n",
       name, fmt::join(f.outputs.begin(), f.outputs.end(), ", "), init.vector(f.rest, "may_fail.rest"), suffix);
-  values["TAKEN"] = "Scalar*";
   values["FILL"] =
-      fmt::format("  const bool missing = fill_missing(o, y, o->started == 1 ? step->keep : 0.0{});\n", suffix);
-  values["FILL_START"] = fmt::format("  const bool missing = fill_missing(observer, r, 0.0{});\n", suffix);
+      fmt::format("  const bool missing = fill_missing(o, given, o->started == 1 ? step->keep : 0.0{});\n", suffix);
+  values["NOTE_MISSING"] = fmt::format("  if (missing && status != {0}_HELD) (void)noted(o, {0}_HELD);\n", name);
+  values["FILL_START"] = fmt::format("  const bool missing = fill_missing(observer, given, 0.0{});\n", suffix);
   values["STATUS"] = fmt::format("missing ? {0}_HELD : status", name);
   values["STALENESS"] = fmt::format(
       "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
@@ -80,9 +75,9 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
       init.scalar_name());
   std::string cases;
   for (std::size_t i = 0; i < f.outputs.size(); ++i)
-    cases += fmt::format("  if (output == {}) return observer->y[kNr - kNf + {}];\n", f.outputs[i], i);
+    cases += fmt::format("output == {} ? observer->y[kNr - kNf + {}] : ", f.outputs[i], i);
   values["STALENESS_BODY"] =
-      fmt::format("Scalar {0}_staleness(const {0}_observer* observer, int output) {{\n{1}  return 0.0{2};\n}}\n\n",
+      fmt::format("Scalar {0}_staleness(const {0}_observer* observer, int output) {{\n  return {1}0.0{2};\n}}\n\n",
                   name, cases, suffix);
 }
 
@@ -100,21 +95,19 @@ std::string c99_readings_size(const Model& m) {
 
 std::map<std::string, std::string> c99_readings(const Model& m, const std::string& name, const Initialiser& init) {
   Values values;
-  for (const char* key : {"MORE_SIZES", "PUBLIC_SIZES", "SIZES_MORE", "INPUT_POSITIONS", "AND_MORE", "U_PARAMETER",
-                          "INPUT_NOTE", "HOLD_INPUTS", "READ", "COPY_INPUTS", "KEEP_FIELD", "KEEP_VALUE", "KEEP_OVER",
-                          "FILL_MISSING", "FILL", "FILL_START", "STALENESS", "STALENESS_BODY"})
+  for (const char* key : {"MORE_SIZES",   "PUBLIC_SIZES", "SIZES_MORE", "INPUT_POSITIONS", "AND_MORE",
+                          "U_PARAMETER",  "U_TAKEN",      "U_PASSED",   "INPUT_NOTE",      "HOLD_INPUTS",
+                          "READ",         "NOTE_MISSING", "KEEP_FIELD", "KEEP_VALUE",      "KEEP_OVER",
+                          "FILL_MISSING", "FILL",         "FILL_START", "STALENESS",       "STALENESS_BODY"})
     values[key] = "";
   values["READINGS"] = "y";
-  values["TAKEN"] = "const Scalar*";
   values["STATUS"] = "status";
-  values["STEP_BODY"] = " return take(observer, y, REGULAR_STEP); ";
   if (m.nr() == m.ny()) return values;
   values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
-  values["READ"] = "  Scalar r[kNr];\n  copy(r, y, kNy);\n";
-  values["READINGS"] = "r";
+  values["READ"] = "  Scalar given[kNr];\n  copy(given, y, kNy);\n";
+  values["READINGS"] = "given";
   if (!m.inputs.empty()) set_inputs(m, name, init.scalar_name(), values);
   if (!m.failures.none()) set_failures(m, name, init, values);
-  values["STEP_BODY"] = "\n" + values["READ"] + "  return take(observer, r, REGULAR_STEP);\n";
   return values;
 }
 

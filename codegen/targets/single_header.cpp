@@ -21,6 +21,7 @@ std::string word_in_cpp20(const std::string& word) {
   static const std::map<std::string, std::string> words = {
       {"IN_FLASH", ""},
       {"REGULAR_STEP", "&kStep"},
+      {"load", "copy"},  // flash is ordinary memory
       {"SELF_observer", "State"},
       {"SELF_status", "Status"},
       {"SELF_OK", "Status::kOk"},
@@ -59,7 +60,8 @@ std::string words_in_cpp20(std::string_view line) {
 ///   NAME_step, NAME_OK, uint8_t              step, Status::kOk, std::uint8_t
 std::string in_cpp20(std::string_view c) {
   constexpr std::string_view kStruct = "typedef struct {", kEnum = "typedef enum {", kSize = "enum { k";
-  std::string text, type;
+  constexpr std::size_t kWidth = 120;
+  std::string text, type, before;
   const auto replace = [](std::string& line, std::string_view from, std::string_view to) {
     const std::size_t at = line.find_first_not_of(' ');
     const bool found = at != std::string::npos && std::string_view(line).substr(at).starts_with(from);
@@ -88,7 +90,13 @@ std::string in_cpp20(std::string_view c) {
     }
     line = words_in_cpp20(line);
     if (!type.empty()) replace(line, "Status::", "");  // an enumerator where it is declared
+    const std::size_t indent = line.find_first_not_of(' ');
+    if (before.starts_with("inline ") && before.ends_with(',') && before.size() + 1 + line.size() - indent <= kWidth) {
+      text.back() = ' ';  // a signature that is short without IN_FLASH
+      line.erase(0, indent);
+    }
     text += line + "\n";
+    before = line;
   }
   return text;
 }
@@ -121,7 +129,7 @@ std::string single_header(const PreparedExport& given) {
   const PreparedExport prepared = for_c99(given, "single");
   const Model& m = prepared.model();
   std::map<std::string, std::string> values = c99_values(prepared, std::string(kSelf));
-  values["FOURS"] = values["INTEGER_FOURS"] = values["REST"] = "";
+  values["FOURS"] = values["INTEGER_FOURS"] = values["REST"] = values["C99"] = "";
   const auto part = [&values](std::string_view text) { return in_cpp20(filled(filled(text, values), values)); };
   values["SIZES"] = part("enum { kNx = @NX@, kNy = @NY@, kNz = @NZ@@MORE_SIZES@ };\n");
   const std::string types = part(embedded_text("c99/types.h.in")), body = part(embedded_text("c99/body.c.in"));

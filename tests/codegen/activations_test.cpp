@@ -218,7 +218,9 @@ TEST_P(EachTrainedActivation, C99HasItsFunctionOrRefusesItByName) {
   const Model model = activation_model(std::string(row().name));
   for (const ScalarType scalar : {ScalarType::kFloat, ScalarType::kDouble}) {
     if (row().has_c99) {
-      EXPECT_THAT(exported(model, "c99", scalar), HasSubstr("static Scalar activated(Scalar v)"));
+      const bool tanh = row().name == "tanh";  // needs no other name
+      EXPECT_THAT(exported(model, "c99", scalar),
+                  HasSubstr(tanh ? "out[o] = tanh_rational(out[o]);" : "static Scalar activated(Scalar v)"));
     } else {
       EXPECT_THROW(exported(model, "c99", scalar), Error);
     }

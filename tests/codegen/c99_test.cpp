@@ -89,6 +89,15 @@ TEST(C99, BothFilesOfAnExportNameTheSameOneAndNoOther) {
   EXPECT_NE(key(c99(PreparedExport(other, {}))[0].text), key(files[0].text));
 }
 
+TEST(EmbeddedText, KeepsTheLinesOfSectionsThatAValueAsksFor) {
+  const std::string text = "a\n@if X@\nx\n@if Y@\nxy\n@end@\n@else@\nno x\n@if Y@\ny\n@end@\n@end@\nb";
+  EXPECT_EQ(filled(text, {{"X", "1"}, {"Y", ""}}), "a\nx\nb");
+  EXPECT_EQ(filled(text, {{"X", ""}, {"Y", "1"}}), "a\nno x\ny\nb");
+  EXPECT_THROW(filled(text, {{"X", ""}}), std::logic_error);
+  EXPECT_THROW(filled("@if X@\n", {{"X", ""}}), std::logic_error);
+  EXPECT_THROW(filled("@end@\n", {}), std::logic_error);
+}
+
 TEST(EmbeddedText, FillsKeysAndLeavesOtherAtSigns) {
   EXPECT_EQ(filled("a @KEY@ b@c @ @@ @key@", {{"KEY", "x@Y@"}}), "a x@Y@ b@c @ @@ @key@");
   EXPECT_THROW(filled("@OTHER@", {}), std::logic_error);

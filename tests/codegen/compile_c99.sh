@@ -113,10 +113,12 @@ for flags in -O0 "-O3 -march=native $contracted"; do
   if single "$flags" && diff "$work/want.txt" "$work/got.txt"; then echo "ok      single $flags"; else echo "FAILED  single $flags" && failed=1; fi
 done
 ! grep -n '^ *#include "' "$work"/single/*.h || { echo 'FAILED  a single header includes another' && failed=1; }
-for name in tiny van_der_pol rig; do # lines but those of tables of numbers
+for entry in "${names[@]}"; do # lines but those of tables of numbers
+  name=${entry%:*} limit=450
+  if [[ $name == failing* || $name == saturating* || $name == *_int16 ]]; then limit=490; fi # they read more, or compute otherwise
   lines=$(awk '/^inline constexpr .*= \{/ {table = 1} !table {++n} /;/ {table = 0} END {print n}' "$work/single/$name.h")
   echo "$lines lines beside the tables of single $name"
-  [ "$lines" -le 520 ] || { echo "FAILED  single $name is longer than 520" && failed=1; }
+  [ "$lines" -le "$limit" ] || { echo "FAILED  single $name is longer than $limit" && failed=1; }
 done
 "$export_model" rig single float rig "$work/single/rig.h" 1.005
 ! single -O0 || { echo 'FAILED  a wrong weight of the single header went unseen' && failed=1; }

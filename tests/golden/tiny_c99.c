@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x21eb1c5b
+#if tiny_c99_EXPORT != 0x063aa3d4
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -47,9 +47,7 @@ static Scalar of_bits(uint32_t bits) {
   return both.value;
 }
 
-enum { kStaleAfter = 13 };
-enum { kLongestGap = 1000 };  // sample periods
-
+enum { kStaleAfter = 13, kLongestGap = 1000 };  // sample periods
 static const Scalar kSamplePeriod = 0.02f;  // s
 static const Scalar kLargest = 1.2676506e+30f;  // |z| that a step can still take
 static const Scalar kTiny = 7.888609e-31f;  // |z| that is as good as none
@@ -57,10 +55,9 @@ static const Scalar kTiny = 7.888609e-31f;  // |z| that is as good as none
 static const IN_FLASH Scalar kInitial[kNz] = {0.0f, 0.0f};  // z before the first measurement
 static const IN_FLASH Scalar kNoOutput[kNy] = {0.0f};
 
-// What a measurement may be; a full turn of an angle, or 0. The box that training has filled.
+// What a measurement may be. The box that training has filled.
 static const IN_FLASH Scalar kOutputMin[kNy] = {-3.0f};
 static const IN_FLASH Scalar kOutputMax[kNy] = {3.0f};
-static const IN_FLASH Scalar kWrap[kNy] = {0.0f};
 static const IN_FLASH Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
 static const IN_FLASH Scalar kLatentMax[kNz] = {4.0f, 1.0f};
 
@@ -78,28 +75,13 @@ static void load(Scalar* to, const IN_FLASH Scalar* from, int n) {
   for (int i = 0; i < n; ++i) target[i] = from[i];
 }
 
-static Scalar whole_turns(Scalar angle, Scalar turn) {
-  const Scalar turns = angle / turn;
-  // Within the declared range there are 2e5 at most. More, which no int32 may hold, come of a bit that has flipped.
-  if (!(turns > -0x1p30f && turns < 0x1p30f)) return 0.0f;
-  // Half a turn stays where it is: an angle resting on the wrap must not change sides, and z with it, at each step.
-  if (turns >= -0.5f && turns <= 0.5f) return 0.0f;
-  return (Scalar)(int32_t)(turns + (turns < 0.0f ? -0.5f : 0.5f));
-}
-
-// The angle less its whole turns, in [-turn/2, turn/2].
-static Scalar wrapped(Scalar angle, Scalar turn) { return angle - turn * whole_turns(angle, turn); }
-
-// Writes the outputs to use into `accepted`, which holds the last good ones. Angles come out next to those.
+// Writes the outputs to use into `accepted`, which holds the last good ones.
 static tiny_c99_status screened(const Scalar* y, Scalar* accepted) {
   tiny_c99_status status = tiny_c99_OK;
   for (int j = 0; j < kNy; ++j) {
-    const bool angle = kWrap[j] > 0.0f;
     const bool outside = y[j] < kOutputMin[j] || y[j] > kOutputMax[j];
-    if (!is_finite(y[j]) || (angle && outside)) {
+    if (!is_finite(y[j])) {
       status = tiny_c99_HELD;
-    } else if (angle) {
-      accepted[j] += wrapped(y[j] - accepted[j], kWrap[j]);
     } else if (outside) {
       accepted[j] = y[j] < kOutputMin[j] ? kOutputMin[j] : kOutputMax[j];
       if (status == tiny_c99_OK) status = tiny_c99_CLAMPED;
@@ -122,59 +104,31 @@ static tiny_c99_status noted(tiny_c99_observer* o, tiny_c99_status status) {
   return status;
 }
 
-static tiny_c99_status one_more_held(tiny_c99_observer* o) {
-  if (o->held < 0xffffU) ++o->held;
-  return noted(o, o->held >= kStaleAfter ? tiny_c99_STALE : tiny_c99_HELD);
+// Counts what is held in a row.
+static tiny_c99_status counted(tiny_c99_observer* o, tiny_c99_status status) {
+  if (status != tiny_c99_HELD) o->held = 0;
+  if (status == tiny_c99_HELD && o->held < 0xffffU) ++o->held;
+  return noted(o, o->held >= kStaleAfter ? tiny_c99_STALE : status);
 }
-
-// A complex number with plain arithmetic: C's own may call a library.
-typedef struct {
-  Scalar re, im;
-} Complex;
-
-static Complex sum(Complex a, Complex b) {
-  const Complex c = {a.re + b.re, a.im + b.im};
-  return c;
-}
-static Complex product(Complex a, Complex b) {
-  const Complex c = {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
-  return c;
-}
-static Complex scaled(Complex a, Scalar s) {
-  const Complex c = {a.re * s, a.im * s};
-  return c;
-}
-static Complex shifted(Complex a, Scalar s) {
-  const Complex c = {a.re + s, a.im};
-  return c;
-}
-static Scalar magnitude(Complex c) { return (c.re < 0.0f ? -c.re : c.re) + (c.im < 0.0f ? -c.im : c.im); }
 
 // exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w: Taylor series at w / 2^s, then s doublings
-// (Higham, Functions of Matrices, section 10.7.4).
-static void phi(Complex w, Complex* exp_minus_1, Complex* phi1, Complex* phi2) {
-  Complex p2 = {1.0f, 0.0f};
-  int doublings = 0;  // no number takes more, and for NaN the result is NaN
-  for (; doublings < 130 && magnitude(w) > 0.5f; ++doublings) w = scaled(w, 0.5f);
-  for (int k = 15; k >= 1; --k) p2 = shifted(scaled(product(w, p2), 1.0f / (Scalar)(k + 2)), 1.0f);
-  p2 = scaled(p2, 0.5f);
-  Complex p1 = shifted(product(w, p2), 1.0f);
-  Complex e = product(w, p1);
+// (Higham, Functions of Matrices, section 10.7.4). No number takes more doublings, and for NaN the result is NaN.
+// w <= 0.
+static void phi(Scalar w, Scalar* exp_minus_1, Scalar* phi1, Scalar* phi2) {
+  int doublings = 0;
+  for (; doublings < 130 && w < -0.5f; ++doublings) w *= 0.5f;
+  Scalar p2 = 1.0f;
+  for (int k = 15; k >= 1; --k) p2 = w * p2 * (1.0f / (Scalar)(k + 2)) + 1.0f;
+  p2 *= 0.5f;
+  Scalar p1 = w * p2 + 1.0f, e = w * p1;
   for (; doublings > 0; --doublings) {
-    p2 = scaled(sum(product(p1, p1), scaled(p2, 2.0f)), 0.25f);
-    p1 = scaled(product(p1, shifted(e, 2.0f)), 0.5f);
-    e = product(e, shifted(e, 2.0f));
+    p2 = (p1 * p1 + p2 * 2.0f) * 0.25f;
+    p1 = p1 * (e + 2.0f) * 0.5f;
+    e = e * (e + 2.0f);
   }
   *exp_minus_1 = e;
   *phi1 = p1;
   *phi2 = p2;
-}
-
-// With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
-static void drop_subnormals(Scalar* z) {
-  for (int r = 0; r < kNz; ++r) {
-    if (z[r] < kTiny && z[r] > -kTiny) z[r] = 0.0f;
-  }
 }
 
 // out = W in + b, weights one neuron after the other.
@@ -216,11 +170,7 @@ static Scalar tanh_rational(Scalar x) {
   return x * p / q;
 }
 
-enum { kPairs = 0 };  // rows of z: (re, im) of each complex pair, then real modes
-enum { kFirstOrder = 1 };  // between samples y is 1: a ramp, 0: constant
-enum { kStartsSteady = 0 };  // the first measurement sets z to its steady state
-
-// z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}
+// z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}: between samples y is a ramp
 typedef struct {
   Scalar a_minus_1[kNz], b0[kNz][kNy], b1[kNz][kNy];
 } Step;
@@ -230,59 +180,28 @@ static const IN_FLASH Step kStep = {  // over one sample period
     {{0.009867662f}, {0.009482331f}},
     {{0.009933665f}, {0.009738582f}}};
 
-// D [1/s], F, the steady state S y of a constant y, and whether T* and the domain take z less S y.
+// D [1/s], F and the steady state S y of a constant y.
 static const IN_FLASH Scalar kEigenvalues[kNz] = {-1.0f, -4.0f};
 static const IN_FLASH Scalar kOutputInjection[kNz][kNy] = {{1.0f}, {1.0f}};
 static const IN_FLASH Scalar kSteadyGain[kNz][kNy] = {{1.0f}, {0.25f}};
-static const IN_FLASH bool kRelative[kNy] = {false};
-
-static Complex difference(Complex a, Complex b) {
-  const Complex c = {a.re - b.re, a.im - b.im};
-  return c;
-}
 
 // D and F over a step of h seconds, by phi at w = lambda h.
 static void make_step(Scalar h, Step* step) {
   for (int r = 0; r < kNz; ++r) {
-    const bool paired = r < 2 * kPairs;
-    const Complex lambda = {kEigenvalues[r], paired ? kEigenvalues[paired ? r + 1 : r] : 0.0f};
-    Complex exp_minus_1, phi1, phi2;
-    phi(scaled(lambda, h), &exp_minus_1, &phi1, &phi2);
-    const Complex b0 = scaled(kFirstOrder ? difference(phi1, phi2) : phi1, h);
-    Complex b1;  // no initialiser: clang makes a call of one that is all zeros
-    b1.re = kFirstOrder ? phi2.re * h : 0.0f;
-    b1.im = kFirstOrder ? phi2.im * h : 0.0f;
-    step->a_minus_1[r] = exp_minus_1.re;
-    if (!paired) {
-      for (int j = 0; j < kNy; ++j) {
-        step->b0[r][j] = b0.re * kOutputInjection[r][j];
-        step->b1[r][j] = b1.re * kOutputInjection[r][j];
-      }
-      continue;
-    }
-    const int next = paired ? r + 1 : r;
-    step->a_minus_1[next] = exp_minus_1.im;
+    Scalar phi1, phi2;
+    phi(kEigenvalues[r] * h, &step->a_minus_1[r], &phi1, &phi2);
     for (int j = 0; j < kNy; ++j) {
-      const Complex f = {kOutputInjection[r][j], kOutputInjection[next][j]};
-      const Complex c0 = product(b0, f), c1 = product(b1, f);
-      step->b0[r][j] = c0.re;
-      step->b0[next][j] = c0.im;
-      step->b1[r][j] = c1.re;
-      step->b1[next][j] = c1.im;
+      step->b0[r][j] = (phi1 - phi2) * h * kOutputInjection[r][j];
+      step->b1[r][j] = phi2 * h * kOutputInjection[r][j];
     }
-    r = next;
   }
 }
 
-// z <- A z + B0 y_k + B1 y_{k+1}
+// z one step on.
 static void advance(const Step* step, Scalar* z, const Scalar* y, const Scalar* y_next) {
   const Scalar* a = step->a_minus_1;
   Scalar change[kNz];
-  for (int r = 0; r < 2 * kPairs; r += 2) {
-    change[r] = a[r] * z[r] - a[r + 1] * z[r + 1];
-    change[r + 1] = a[r] * z[r + 1] + a[r + 1] * z[r];
-  }
-  for (int r = 2 * kPairs; r < kNz; ++r) change[r] = a[r] * z[r];
+  for (int r = 0; r < kNz; ++r) change[r] = a[r] * z[r];
   for (int r = 0; r < kNz; ++r) {
     for (int j = 0; j < kNy; ++j) change[r] += step->b0[r][j] * y[j] + step->b1[r][j] * y_next[j];
     z[r] += change[r];
@@ -296,37 +215,8 @@ static void settle(tiny_c99_observer* o) {
   }
 }
 
-static void settle_first(tiny_c99_observer* o) {
-  if (kStartsSteady) settle(o);
-}
-
-// S y of relative outputs.
-static Scalar resting(const tiny_c99_observer* o, int r) {
-  Scalar rest = 0.0f;
-  for (int j = 0; j < kNy; ++j) {
-    if (kRelative[j]) rest += kSteadyGain[r][j] * o->y[j];
-  }
-  return rest;
-}
-
-// An angle that has left its first turn goes back by whole turns, and z with it: S is the response to a constant, so the
-// latent system does not notice.
-static void turn_back(tiny_c99_observer* o) {
-  for (int j = 0; j < kNy; ++j) {
-    const Scalar turn = kWrap[j];
-    if (!(turn > 0.0f)) continue;
-    const Scalar back = turn * whole_turns(o->y[j], turn);
-    if (!(back < 0.0f || back > 0.0f)) continue;
-    o->y[j] -= back;
-    for (int r = 0; r < kNz; ++r) o->z[r] -= kSteadyGain[r][j] * back;
-  }
-}
-
 static void start(tiny_c99_observer* o, const Scalar* y) {
-  for (int j = 0; j < kNy; ++j) {
-    const Scalar turn = kWrap[j];
-    o->y[j] = turn > 0.0f ? wrapped(y[j], turn) : y[j];
-  }
+  copy(o->y, y, kNy);
   o->started = 1;
 }
 
@@ -348,23 +238,17 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   Scalar next[kNy];
   copy(next, o->y, kNy);
   const tiny_c99_status status = screened(y, next);
-  if (status == tiny_c99_HELD) {
-    one_more_held(o);
-  } else {
-    o->held = 0;
-    noted(o, status);
-  }
+  (void)counted(o, status);
   if (o->started != 1) {
     if (!tiny_c99_restore(o, o)) return spoilt(o);
     if (status == tiny_c99_HELD) return (tiny_c99_status)o->status;  // nothing to hold yet
     start(o, next);
-    settle_first(o);
     return whole(o, false);
   }
   advance(step, o->z, o->y, next);
-  drop_subnormals(o->z);
+  // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
+  for (int r = 0; r < kNz; ++r) o->z[r] = o->z[r] < kTiny && o->z[r] > -kTiny ? 0.0f : o->z[r];
   copy(o->y, next, kNy);
-  turn_back(o);
   return whole(o, status == tiny_c99_HELD);
 }
 
@@ -383,7 +267,7 @@ tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1
   load(accepted, kNoOutput, kNy);
   const tiny_c99_status status = screened(y, accepted);
   if (status == tiny_c99_HELD) {
-    one_more_held(observer);
+    (void)counted(observer, status);
     return whole(observer, true);
   }
   tiny_c99_reset(observer);
@@ -392,7 +276,9 @@ tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1
   return noted(observer, status);
 }
 
-tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) { return take(observer, y, REGULAR_STEP); }
+tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) {
+  return take(observer, y, REGULAR_STEP);
+}
 
 tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
   const bool possible = is_finite(dt_s) && dt_s > 0.0f && dt_s <= (Scalar)kLongestGap * kSamplePeriod;
@@ -415,7 +301,7 @@ tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) {
 bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
   bool inside = true;
   for (int r = 0; r < kNz; ++r) {
-    const Scalar relative = observer->z[r] - resting(observer, r);
+    const Scalar relative = observer->z[r];
     inside = inside && relative >= kLatentMin[r] && relative <= kLatentMax[r];
   }
   return inside;
@@ -426,10 +312,9 @@ bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* save
               (saved->status <= (uint8_t)tiny_c99_REJECTED || saved->status == (uint8_t)tiny_c99_RESET);
   for (int j = 0; j < kNy; ++j) {
     const Scalar y = saved->y[j];
-    const bool in_range = y >= kOutputMin[j] && y <= kOutputMax[j];
-    const bool in_turn = kWrap[j] > 0.0f && y >= -kWrap[j] && y <= kWrap[j];
     const bool none = y <= 0.0f && y >= 0.0f;
-    good = good && is_finite(y) && (saved->started == 1 ? in_range || in_turn : none);
+    const bool possible = y >= kOutputMin[j] && y <= kOutputMax[j];
+    good = good && is_finite(y) && (saved->started == 1 ? possible : none);
   }
   if (!good) return false;
   copy(observer->z, saved->z, kNz);
@@ -453,12 +338,10 @@ static const IN_FLASH Scalar kWeights2[1 * 4] = {
 };
 static const IN_FLASH Scalar kBias2[1] = {0.5261358f};
 
-static Scalar activated(Scalar v) { return tanh_rational(v); }
-
 static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,
                    const Scalar* in, Scalar* out) {
   dense(inputs, outputs, weights, bias, in, out);
-  for (int o = 0; o < outputs; ++o) out[o] = activated(out[o]);
+  for (int o = 0; o < outputs; ++o) out[o] = tanh_rational(out[o]);
 }
 
 void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]) {
@@ -467,4 +350,3 @@ void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]) {
   hidden(2, 4, kWeights1, kBias1, in, ping);
   dense(4, 1, kWeights2, kBias2, ping, x_hat);
 }
-
