@@ -12,6 +12,7 @@
 #include <toml.hpp>
 
 #include "trainer/base/number_text.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::claims {
 
@@ -174,11 +175,7 @@ std::string write_ledger(const Ledger& ledger) {
 
 std::string figure_text(const Claim& claim) {
   if (!claim.measured) return "not measured";
-  if (claim.value == 0.0) return "0";
-  const int places = std::max(0, 2 - static_cast<int>(std::floor(std::log10(std::abs(claim.value)))));
-  const std::string text = fmt::format("{:.{}f}", claim.value, places);
-  return claim.spread >= 0.5 * std::pow(10.0, -places - 1) ? fmt::format("{} ± {:.{}f}", text, claim.spread, places + 1)
-                                                           : text;
+  return trainer::to_text(trainer::Spread{claim.value, claim.spread});
 }
 
 std::string with_tables(const Ledger& ledger, const std::string& file, std::string page) {

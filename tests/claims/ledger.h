@@ -62,7 +62,7 @@ Ledger read_ledger(const std::string& text, const std::string& file);
 /// The same entries with their latest figures; reads back to the same ledger.
 std::string write_ledger(const Ledger& ledger);
 
-/// "0.0881 ± 0.0004": three digits, and the spread to one place more unless it rounds to zero there.
+/// Value and spread as nlo itself prints them: "0.0881 ± 0.00040".
 std::string figure_text(const Claim& claim);
 
 /// `page` with the tables of `file` as the ledger has them now. Throws std::runtime_error when the markers of one are

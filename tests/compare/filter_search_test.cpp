@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/compare/plants.h"
+#include "trainer/evaluation/estimator_words.h"
 #include "trainer/filters/plant_equations.h"
 
 namespace nlo::trainer {
@@ -95,6 +96,7 @@ TEST(FilterTable, CountsWhatAStepCosts) {
     if (ekf == 0.0) ekf = own;
     EXPECT_GE(own, ekf) << row.name << ": the EKF is the cheapest";
     EXPECT_GT(row.state(context), 0) << row.name;
+    EXPECT_NE(estimator_words(row.name), nullptr) << row.name;
   }
   EXPECT_GT(ekf, 5 * 4 * 6) << "five points, four stages";
 }

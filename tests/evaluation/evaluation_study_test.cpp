@@ -63,7 +63,7 @@ TEST(EvaluationStudy, TextAndJsonShowBothErrors) {
   const std::string text = evaluation_text(two_by_two());
   EXPECT_THAT(text, HasSubstr("2 models of one experiment on 2 test sets of 200 trajectories of 50 s"));
   EXPECT_THAT(text, HasSubstr("seeds 7 to 8"));
-  EXPECT_THAT(text, HasSubstr("3.000 ± 1.5 ± 1.0"));
+  EXPECT_THAT(text, HasSubstr("3.00 ± 1.500 ± 1.000"));
   const auto json = nlohmann::json::parse(evaluation_json(two_by_two(), 1.0));
   EXPECT_EQ(json.at("norm"), 3.0);
   EXPECT_EQ(json.at("standard_error").at("over_test_sets").at("norm"), 1.5);

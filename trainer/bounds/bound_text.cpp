@@ -14,10 +14,6 @@ namespace {
 
 using Value = std::function<double(const BoundResult&)>;
 
-std::string cell(double value) {
-  return std::isinf(value) ? "inf" : significant(value);
-}
-
 /// "k = 2, 4", of the results for which `holds`; empty for none.
 std::string those(const BoundReport& report, const std::function<bool(const BoundResult&)>& holds) {
   std::string text;
@@ -35,59 +31,59 @@ std::string claim(const BoundReport& report, const char* step, bool BoundResult:
 
 }  // namespace
 
-BoundTable bound_table(const BoundReport& report) {
-  BoundTable table{{"", "evidence"}, {}};
+Table bound_table(const BoundReport& report) {
+  Table table{{"", "evidence"}, {}};
   for (const BoundResult& result : report.results) table.headings.push_back("k = " + shortest_text(result.k));
   const auto row = [&](const std::string& what, const std::string& evidence, const Value& value) {
     auto& cells = table.rows.emplace_back(std::vector<std::string>{what, evidence});
-    for (const BoundResult& result : report.results) cells.push_back(cell(value(result)));
+    for (const BoundResult& result : report.results) cells.push_back(significant(value(result)));
   };
   const std::string bound = report.exact ? "proven" : "estimated";
   table.rows.push_back({"Constants"});
   for (std::size_t i = 0; i < report.results.front().constants.size(); ++i) {
     const BoundConstant& constant = report.results.front().constants[i];
-    row(fmt::format("  {}: {}", constant.symbol, constant.meaning), evidence_name(constant.evidence),
+    row(fmt::format("{}: {}", constant.symbol, constant.meaning), evidence_name(constant.evidence),
         [i](const BoundResult& r) { return r.constants[i].value; });
   }
   table.rows.push_back({"Steady error |x - x_hat|, second half of the horizon"});
-  row("  measured, rms", "measured", [](const BoundResult& r) { return r.measured.steady_rms; });
-  row("  measured, largest", "measured", [](const BoundResult& r) { return r.measured.steady_max; });
-  row("  measured, largest with all noise at +V or -V", "measured",
+  row("measured, rms", "measured", [](const BoundResult& r) { return r.measured.steady_rms; });
+  row("measured, largest", "measured", [](const BoundResult& r) { return r.measured.steady_max; });
+  row("measured, largest with all noise at +V or -V", "measured",
       [](const BoundResult& r) { return r.measured.offset_max; });
   if (report.exact) {
-    row("  bound: L of this T*, each mode at its rate", bound,
+    row("bound: L of this T*, each mode at its rate", bound,
         [](const BoundResult& r) { return r.bounds.weights.steady; });
   } else {
-    row("  bound: slope of T* at samples", bound, [](const BoundResult& r) { return r.bounds.slopes.steady; });
-    row("  bound: Lipschitz constant of T* over the domain's box", bound,
+    row("bound: slope of T* at samples", bound, [](const BoundResult& r) { return r.bounds.slopes.steady; });
+    row("bound: Lipschitz constant of T* over the domain's box", bound,
         [](const BoundResult& r) { return r.bounds.box.steady; });
-    row("  bound: Lipschitz constant of T* from weights", bound,
+    row("bound: Lipschitz constant of T* from weights", bound,
         [](const BoundResult& r) { return r.bounds.weights.steady; });
   }
-  row("  bound (19), as printed", "claimed", [](const BoundResult& r) { return r.bounds.paper.steady; });
+  row("bound (19), as printed", "claimed", [](const BoundResult& r) { return r.bounds.paper.steady; });
   table.rows.push_back({"Transient [s]: |x - x_hat| is last above a tenth of its start + eps, without noise"});
-  row("  that level: rms over the runs", "measured", [](const BoundResult& r) { return r.measured.transient_level; });
-  row("  measured, rms over the runs", "measured",
+  row("that level: rms over the runs", "measured", [](const BoundResult& r) { return r.measured.transient_level; });
+  row("measured, rms over the runs", "measured",
       [](const BoundResult& r) { return r.measured.transient_s.value_or(std::nan("")); });
   if (!report.exact) {
-    row("  bound: slope of T* at samples", bound, [](const BoundResult& r) { return r.transient_slopes_s; });
-    row("  bound: Lipschitz constant of T* over the domain's box", bound,
+    row("bound: slope of T* at samples", bound, [](const BoundResult& r) { return r.transient_slopes_s; });
+    row("bound: Lipschitz constant of T* over the domain's box", bound,
         [](const BoundResult& r) { return r.transient_box_s; });
   }
-  row(report.exact ? "  bound: L of this T*" : "  bound: Lipschitz constant of T* from weights", bound,
+  row(report.exact ? "bound: L of this T*" : "bound: Lipschitz constant of T* from weights", bound,
       [](const BoundResult& r) { return r.transient_weights_s; });
-  row("  bound (19), as printed", "claimed", [](const BoundResult& r) { return r.transient_paper_s; });
-  row("  measured, with its own settled rms for eps", "measured",
+  row("bound (19), as printed", "claimed", [](const BoundResult& r) { return r.transient_paper_s; });
+  row("measured, with its own settled rms for eps", "measured",
       [](const BoundResult& r) { return r.measured.settling_s.value_or(std::nan("")); });
   table.rows.push_back({"Largest error / bound, over all runs and times"});
   if (!report.exact) {
-    row("  slope of T* at samples", "measured", [](const BoundResult& r) { return r.measured.ratio_slopes; });
-    row("  Lipschitz constant of T* over the domain's box", "measured",
+    row("slope of T* at samples", "measured", [](const BoundResult& r) { return r.measured.ratio_slopes; });
+    row("Lipschitz constant of T* over the domain's box", "measured",
         [](const BoundResult& r) { return r.measured.ratio_box; });
   }
-  row(report.exact ? "  L of this T*" : "  Lipschitz constant of T* from weights", "measured",
+  row(report.exact ? "L of this T*" : "Lipschitz constant of T* from weights", "measured",
       [](const BoundResult& r) { return r.measured.ratio_weights; });
-  row("  (19)", "measured", [](const BoundResult& r) { return r.measured.ratio_paper; });
+  row("(19)", "measured", [](const BoundResult& r) { return r.measured.ratio_paper; });
   return table;
 }
 
@@ -156,16 +152,8 @@ std::string bound_conditions(const BoundReport& report) {
 
 std::string bound_text(const BoundReport& report) {
   constexpr std::size_t kOneTable = 400;  // columns: values of k are compared line by line, however many there are
-  const BoundTable table = bound_table(report);
-  TextTable text(table.headings);
-  bool first = true;
-  for (const auto& row : table.rows) {
-    if (row.size() == 1 && !first) text.add_rule();
-    text.add_row(row);
-    first = false;
-  }
   std::string result = fmt::format("{} on {}: Proposition 2 with D_k = k D\n{}\n\n{}\n", report.model, report.plant,
-                                   bound_conditions(report), text.to_string(2, kOneTable));
+                                   bound_conditions(report), bound_table(report).to_text(2, kOneTable));
   for (const std::string& finding : bound_findings(report)) result += finding + "\n";
   return result;
 }

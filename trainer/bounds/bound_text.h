@@ -6,16 +6,13 @@
 #include <vector>
 
 #include "trainer/bounds/bound_study.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 
 /// A table with a column per k: the quantities and, in the second column, their evidence (proven, sampled, assumed,
 /// measured, claimed; estimated: a bound made of sampled constants). A row of one cell is the heading of a group.
-struct BoundTable {
-  std::vector<std::string> headings;
-  std::vector<std::vector<std::string>> rows;
-};
-BoundTable bound_table(const BoundReport& report);
+Table bound_table(const BoundReport& report);
 
 /// What the table comes to, a sentence each: does the measurement keep to the bound, do the steps of the paper's proof
 /// hold, is anything infinite and why.

@@ -95,19 +95,18 @@ Outcome outcome_of(DraftExperiment draft, const LogGroup& fold, std::vector<std:
   return outcome;
 }
 
-struct Spread {
+struct OverLogs {
   double mean = 0.0, deviation = 0.0, worst = 0.0;
 };
 
-Spread spread_of(const std::vector<double>& values) {
-  Spread spread;
+OverLogs over_logs(const std::vector<double>& values) {
+  OverLogs all;
   for (const double value : values) {
-    spread.mean += value / static_cast<double>(values.size());
-    spread.worst = std::max(value, spread.worst);
+    all.mean += value / static_cast<double>(values.size());
+    all.worst = std::max(value, all.worst);
   }
-  for (const double value : values) spread.deviation += (value - spread.mean) * (value - spread.mean);
-  spread.deviation = values.size() < 2 ? 0.0 : std::sqrt(spread.deviation / static_cast<double>(values.size() - 1));
-  return spread;
+  all.deviation = deviation_of(values).value_or(0.0);
+  return all;
 }
 
 /// NaN where the estimator does not apply.
@@ -116,23 +115,15 @@ double rmse(const Outcome& outcome, const char* estimator, std::size_t state) {
   return found == outcome.errors.end() ? std::nan("") : found->second[state].rmse.front();
 }
 
-std::string cell(double error) {
-  return std::isfinite(error) ? significant(error) : "-";
-}
-
-std::string with_unit(const StateError& state) {
-  return state.unit.empty() ? state.name : fmt::format("{} [{}]", state.name, state.unit);
-}
-
 /// A row for each fold, the mean over seeds; below it all folds together. `logs`: of the outcomes to show.
 std::string fold_table(const std::vector<Outcome>& outcomes, const std::vector<LogGroup>& folds, int seeds) {
   std::string text;
   const std::vector<StateError>& states = outcomes.front().errors.at("observer");
   for (std::size_t i = 0; i < states.size(); ++i) {
-    std::vector<std::string> headings = {"RMSE of " + with_unit(states[i]) + ", left out", "logs", "observer"};
-    if (seeds > 1) headings.emplace_back("over seeds");
+    std::vector<std::string> headings = {"RMSE of " + with_unit(states[i].name, states[i].unit) + ", left out", "logs",
+                                         seeds > 1 ? "observer ± over seeds" : "observer"};
     for (const Alternative& other : kAlternatives) headings.emplace_back(other.heading);
-    TextTable table(std::move(headings));
+    Table table{std::move(headings)};
     std::vector<double> all;
     std::vector<std::vector<double>> others(std::size(kAlternatives));
     for (const LogGroup& fold : folds) {
@@ -143,27 +134,25 @@ std::string fold_table(const std::vector<Outcome>& outcomes, const std::vector<L
           own.push_back(rmse(outcome, "observer", i));
           last = &outcome;
         }
-      const Spread spread = spread_of(own);
-      all.push_back(spread.mean);
-      std::vector<std::string> row = {fold.name, std::to_string(fold.files.size()), significant(spread.mean)};
-      if (seeds > 1) row.push_back("+-" + significant(spread.deviation, 2));
+      all.push_back(over_logs(own).mean);
+      std::vector<std::string> row = {fold.name, std::to_string(fold.files.size()),
+                                      to_text(Spread{all.back(), deviation_of(own)})};
       for (std::size_t a = 0; a < others.size(); ++a) {
         others[a].push_back(rmse(*last, kAlternatives[a].estimator, i));
-        row.push_back(cell(others[a].back()));
+        row.push_back(significant(others[a].back()));
       }
       table.add_row(std::move(row));
     }
     table.add_rule();
-    const auto row = [&](const std::string& name, double Spread::*what) {
-      std::vector<std::string> cells = {name, "", significant(spread_of(all).*what)};
-      if (seeds > 1) cells.emplace_back();
-      for (const std::vector<double>& each : others) cells.push_back(cell(spread_of(each).*what));
+    const auto row = [&](const std::string& name, double OverLogs::*what) {
+      std::vector<std::string> cells = {name, "", significant(over_logs(all).*what)};
+      for (const std::vector<double>& each : others) cells.push_back(significant(over_logs(each).*what));
       table.add_row(std::move(cells));
     };
-    row("mean", &Spread::mean);
-    row("deviation over folds", &Spread::deviation);
-    row("worst", &Spread::worst);
-    text += (i == 0 ? "" : "\n") + table.to_string(2);
+    row("mean", &OverLogs::mean);
+    row("deviation over folds", &OverLogs::deviation);
+    row("worst", &OverLogs::worst);
+    text += (i == 0 ? "" : "\n") + table.to_text(2);
   }
   return text;
 }
@@ -173,10 +162,10 @@ std::string curve_table(const std::vector<Outcome>& outcomes, const std::vector<
   std::vector<std::string> headings = {"training logs"};
   const std::vector<StateError>& states = outcomes.front().errors.at("observer");
   for (const StateError& state : states) {
-    headings.push_back(with_unit(state));
+    headings.push_back(with_unit(state.name, state.unit));
     headings.push_back("ridge");
   }
-  TextTable table(std::move(headings));
+  Table table{std::move(headings)};
   for (const int size : sizes) {
     std::vector<std::string> row = {std::to_string(size)};
     for (std::size_t i = 0; i < states.size(); ++i) {
@@ -186,12 +175,12 @@ std::string curve_table(const std::vector<Outcome>& outcomes, const std::vector<
           own.push_back(rmse(outcome, "observer", i));
           ridge.push_back(rmse(outcome, "ridge", i));
         }
-      row.push_back(significant(spread_of(own).mean));
-      row.push_back(significant(spread_of(ridge).mean));
+      row.push_back(significant(over_logs(own).mean));
+      row.push_back(significant(over_logs(ridge).mean));
     }
     table.add_row(std::move(row));
   }
-  return table.to_string(2);
+  return table.to_text(2);
 }
 
 std::string json_of(const std::vector<Outcome>& outcomes) {

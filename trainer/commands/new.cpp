@@ -59,7 +59,7 @@ std::string log_command(const NewArguments& arguments) {
 
 /// What was guessed, column by column.
 std::string table_of(const GuessedLog& log) {
-  TextTable table({"column", "role", "unit", "from", "to"});
+  Table table{{"column", "role", "unit", "from", "to"}};
   std::vector<std::string> why;
   for (const GuessedColumn& column : log.columns) {
     const bool has_numbers = column.low <= column.high;
@@ -68,7 +68,7 @@ std::string table_of(const GuessedLog& log) {
                    has_numbers ? significant(column.low) : "-", has_numbers ? significant(column.high) : "-"});
     why.push_back(column.why);
   }
-  std::string text = table.to_string(2);
+  std::string text = table.to_text(2);
   // The reasons stand behind their rows: a heading, a rule, then a line for each column.
   constexpr std::size_t kAboveRows = 2;
   std::string result;

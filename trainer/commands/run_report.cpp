@@ -54,12 +54,12 @@ namespace {
 
 std::string readout_table(const Readout& readout, bool left_out) {
   if (readout.empty()) return "";
-  TextTable table({left_out ? "RMSE, logs left out of a training" : "RMSE, training or validation", "network",
-                   "linear row", "sensor", "shipped", "what ships"});
+  Table table{{left_out ? "RMSE, logs left out of a training" : "RMSE, training or validation", "network", "linear row",
+               "sensor", "shipped", "what ships"}};
   for (const StateReadout& s : readout)
-    table.add_row({s.state, significant(s.trained), significant(s.linear),
-                   std::isfinite(s.sensor) ? significant(s.sensor) : "-", significant(s.shipped), share_text(s.share)});
-  return table.to_string(2) + "\n";
+    table.add_row({s.state, significant(s.trained), significant(s.linear), significant(s.sensor),
+                   significant(s.shipped), share_text(s.share)});
+  return table.to_text(2) + "\n";
 }
 
 }  // namespace

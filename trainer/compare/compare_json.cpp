@@ -1,29 +1,19 @@
 // SPDX-License-Identifier: MIT
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "trainer/compare/compare_text.h"
+#include "trainer/evaluation/json_numbers.h"
 
 namespace nlo::trainer {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json cell_json(const Comparison& comparison, const CompareCell& cell) {
   if (!cell.missing.empty()) return {{"norm", nullptr}, {"missing", cell.missing}};
-  Json json = {{"norm", number(cell.mean())}};
-  const auto error = cell.standard_error();
-  json["standard_error"] = error ? number(*error) : Json(nullptr);
+  Json json = {{"norm", json_number(cell.mean())}};
+  json["standard_error"] = json_number(cell.spread().test_set_error);
   const auto each = static_cast<std::size_t>(comparison.test.trajectories);
-  json["worst"] = {{"norm", number(cell.worst)},
+  json["worst"] = {{"norm", json_number(cell.worst)},
                    {"seed", comparison.test.seed + cell.worst_run / each},
                    {"run", cell.worst_run % each}};
-  json["by_seed"] = Json::array();
-  for (const double norm : cell.norms) json["by_seed"].push_back(number(norm));
+  json["by_seed"] = json_numbers(cell.norms);
   if (!cell.tuning.empty()) json["tuning"] = cell.tuning;
   if (cell.restarts > 0) json["restarts"] = cell.restarts;
   return json;
@@ -47,7 +37,7 @@ std::string comparison_json(const Comparison& comparison) {
                {"seed", test.seed},
                {"seeds", test.seeds},
                {"trajectories", test.trajectories},
-               {"horizon_s", number(comparison.horizon_s)},
+               {"horizon_s", json_number(comparison.horizon_s)},
                {"tuning_trajectories", test.tune ? Json(test.tuning_trajectories) : Json(nullptr)},
                {"norm_of", comparison.normalised ? "states over their standard deviation" : "states"}};
   Json& conditions = json["conditions"] = Json::object();
@@ -59,14 +49,14 @@ std::string comparison_json(const Comparison& comparison) {
   Json& cost = json["cost"] = Json::object();
   for (const CompareColumn& column : comparison.columns)
     cost[column.name] = {{"meaning", column.meaning},
-                         {"operations", number(column.operations)},
-                         {"functions", number(column.functions)},
-                         {"state_bytes", number(column.state_bytes)},
-                         {"constant_bytes", number(column.constant_bytes)},
-                         {"ns", number(column.ns)}};
+                         {"operations", json_number(column.operations)},
+                         {"functions", json_number(column.functions)},
+                         {"state_bytes", json_number(column.state_bytes)},
+                         {"constant_bytes", json_number(column.constant_bytes)},
+                         {"ns", json_number(column.ns)}};
   json["left_out"] = comparison.left_out;
   json["findings"] = comparison_findings(comparison);
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json) + "\n";
 }
 
 }  // namespace nlo::trainer

@@ -17,6 +17,7 @@
 #include "trainer/compare/compared_runs.h"
 #include "trainer/compare/filter_search.h"
 #include "trainer/compare/filter_table.h"
+#include "trainer/evaluation/estimator_words.h"
 #include "trainer/filters/particle_filter.h"
 #include "trainer/plants/registry.h"
 
@@ -112,7 +113,7 @@ class Study {
     const PlantCost plant = plant_cost(*nominal_.plant);
     for (const FilterRow& row : filter_table()) {
       if (std::find(test_.against.begin(), test_.against.end(), row.name) == test_.against.end()) continue;
-      CompareColumn column{std::string(row.name), std::string(row.meaning)};
+      CompareColumn column{std::string(row.name), std::string(estimator_words(row.name)->meaning)};
       const StepCost cost = row.cost(context, plant);
       column.operations = cost.operations;
       column.functions = cost.functions;
@@ -124,9 +125,8 @@ class Study {
       add_column(column, {nullptr, &row, true});
     }
     if (std::find(test_.against.begin(), test_.against.end(), kParticle) == test_.against.end()) return;
-    CompareColumn column{
-        std::string(kParticle),
-        fmt::format("particle filter that knows each condition, {} particles: the floor", test_.particles)};
+    CompareColumn column{std::string(kParticle), fmt::format("{}, {} particles: the floor",
+                                                             estimator_words(kParticle)->meaning, test_.particles)};
     const double count = test_.particles, nx = static_cast<double>(context.plant.nx);
     const StepCost each = plant.f * 4.0 + plant.h + StepCost{13.0 * nx + 2.0 * nx + 12.0, 1.0};
     column.operations = count * each.operations;
@@ -259,12 +259,6 @@ class Study {
 };
 
 }  // namespace
-
-std::optional<double> CompareCell::standard_error() const {
-  const auto n = static_cast<double>(norms.size());
-  if (norms.size() < 2) return std::nullopt;
-  return std::sqrt((norms.array() - norms.mean()).square().sum() / (n - 1.0) / n);
-}
 
 std::vector<Condition> compared_conditions(const Experiment& experiment, const ConditionSet& set,
                                            std::vector<std::string>& left_out) {

@@ -15,6 +15,7 @@
 #include "trainer/compare/conditions.h"
 #include "trainer/config/experiment.h"
 #include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/text.h"
 #include "trainer/filters/sigma_point_filter.h"
 
 namespace nlo::trainer {
@@ -63,7 +64,9 @@ struct CompareCell {
   double ns = 0.0;
 
   double mean() const { return norms.mean(); }
-  std::optional<double> standard_error() const;  ///< over the test seeds; empty for one
+  Spread spread() const {
+    return {mean(), standard_error(std::span(norms.data(), norms.size()))};
+  }  ///< over the test seeds
 };
 
 struct Comparison {

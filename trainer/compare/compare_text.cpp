@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "trainer/base/number_text.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/evaluation/estimator_words.h"
 
 namespace nlo::trainer {
 namespace {
@@ -25,19 +25,14 @@ std::vector<std::string> column_headings(const Comparison& comparison, const std
 
 using CellText = std::function<std::string(const CompareCell&)>;
 
-CompareTable by_condition(const Comparison& comparison, const CellText& text) {
-  CompareTable table{column_headings(comparison, "condition"), {}};
+Table by_condition(const Comparison& comparison, const CellText& text) {
+  Table table{column_headings(comparison, "condition"), {}};
   for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
     std::vector<std::string> row{condition_name(comparison.conditions[i])};
     for (const CompareCell& cell : comparison.cells[i]) row.push_back(cell.missing.empty() ? text(cell) : "-");
     table.rows.push_back(std::move(row));
   }
   return table;
-}
-
-std::string error_text(const CompareCell& cell) {
-  const auto error = cell.standard_error();
-  return significant(cell.mean()) + (error ? " ± " + significant(*error, 1) : "");
 }
 
 /// The column with the least error in a row, but for the floor.
@@ -49,12 +44,6 @@ std::size_t best_column(const Comparison& comparison, std::size_t condition) {
     if (cell.mean() < comparison.cell(condition, best).mean()) best = c;
   }
   return best;
-}
-
-std::string printed(const CompareTable& table) {
-  TextTable text(table.headings);
-  for (const auto& row : table.rows) text.add_row(row);
-  return text.to_string(2);
 }
 
 std::optional<std::size_t> column_named(const Comparison& comparison, const std::string& name) {
@@ -102,32 +91,27 @@ std::string with_blanks(std::string name) {
 
 std::string column_title(const CompareColumn& column) {
   if (column.is_observer) return column.name;
-  std::string name = column.untuned_name();
-  for (const auto& [known, words] : {std::pair{"ekf", "EKF"},
-                                     {"ukf", "UKF"},
-                                     {"joint_ekf", "joint EKF"},
-                                     {"mhe", "moving horizon"},
-                                     {"particle", "particle filter"}})
-    if (name == known) name = words;
-  return with_blanks(name) + (column.is_tuned() ? ", tuned" : "");
+  const EstimatorWords* words = estimator_words(column.untuned_name());
+  return (words == nullptr ? with_blanks(column.untuned_name()) : std::string(words->title)) +
+         (column.is_tuned() ? ", tuned" : "");
 }
 
 std::string condition_name(const Condition& condition) {
   return with_blanks(condition.name);
 }
 
-CompareTable error_table(const Comparison& comparison) {
-  CompareTable table = by_condition(comparison, error_text);
+Table error_table(const Comparison& comparison) {
+  Table table = by_condition(comparison, [](const CompareCell& cell) { return to_text(cell.spread()); });
   for (std::size_t i = 0; i < comparison.conditions.size(); ++i) table.rows[i][1 + best_column(comparison, i)] += " *";
   return table;
 }
 
-CompareTable worst_table(const Comparison& comparison) {
+Table worst_table(const Comparison& comparison) {
   return by_condition(comparison, [](const CompareCell& cell) { return significant(cell.worst); });
 }
 
-CompareTable tuning_table(const Comparison& comparison) {
-  CompareTable table{{"condition"}, {}};
+Table tuning_table(const Comparison& comparison) {
+  Table table{{"condition"}, {}};
   std::vector<std::size_t> tuned;
   for (std::size_t c = 0; c < comparison.columns.size(); ++c)
     if (comparison.columns[c].is_tuned()) tuned.push_back(c);
@@ -141,9 +125,9 @@ CompareTable tuning_table(const Comparison& comparison) {
   return table;
 }
 
-CompareTable cost_table(const Comparison& comparison) {
-  CompareTable table{
-      {"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / EKF"}, {}};
+Table cost_table(const Comparison& comparison) {
+  Table table{{"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / EKF"},
+              {}};
   const auto ekf = column_named(comparison, "ekf");
   for (const CompareColumn& column : comparison.columns) {
     if (column.is_tuned()) continue;  // the same filter
@@ -206,14 +190,14 @@ std::vector<std::string> comparison_findings(const Comparison& comparison) {
 
 std::string comparison_text(const Comparison& comparison) {
   std::string text = fmt::format("{}: {}\n\n{}", comparison.experiment, comparison_conditions(comparison),
-                                 printed(error_table(comparison)));
+                                 error_table(comparison).to_text(2));
   text += "  * the least of its row\n\n";
   for (const std::string& finding : comparison_findings(comparison)) text += fmt::format("  {}\n", finding);
-  text += fmt::format("\nThe worst run of each\n{}", printed(worst_table(comparison)));
-  if (const CompareTable tuning = tuning_table(comparison); !tuning.rows.empty())
-    text += fmt::format("\nTuned\n{}", printed(tuning));
+  text += fmt::format("\nThe worst run of each\n{}", worst_table(comparison).to_text(2));
+  if (const Table tuning = tuning_table(comparison); !tuning.rows.empty())
+    text += fmt::format("\nTuned\n{}", tuning.to_text(2));
   text += fmt::format("\nWhat a step costs: counted (a multiply-add is two operations), and measured in this run\n{}",
-                      printed(cost_table(comparison)));
+                      cost_table(comparison).to_text(2));
   return text;
 }
 

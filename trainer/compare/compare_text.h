@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "trainer/compare/compare_study.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 
@@ -16,15 +17,10 @@ std::string comparison_text(const Comparison& comparison);
 /// One object: "conditions" by name, in each "columns" by name with norm, standard_error, worst; "cost" by column.
 std::string comparison_json(const Comparison& comparison);
 
-/// Rows of text for both the terminal and the page.
-struct CompareTable {
-  std::vector<std::string> headings;
-  std::vector<std::vector<std::string>> rows;
-};
-CompareTable error_table(const Comparison& comparison);
-CompareTable worst_table(const Comparison& comparison);
-CompareTable tuning_table(const Comparison& comparison);
-CompareTable cost_table(const Comparison& comparison);
+Table error_table(const Comparison& comparison);
+Table worst_table(const Comparison& comparison);
+Table tuning_table(const Comparison& comparison);
+Table cost_table(const Comparison& comparison);
 
 /// In words: "EKF, tuned", "parameters high". A model keeps its name.
 std::string column_title(const CompareColumn& column);

@@ -31,7 +31,7 @@ struct FilterContext {
 inline constexpr Eigen::Index kHorizonSamples = 25;
 
 struct FilterRow {
-  std::string_view name, meaning;
+  std::string_view name;                            ///< of estimator_words.h
   std::vector<double FilterTuning::*> coordinates;  ///< what is tuned, gate apart
   bool has_gate;
   int most_evaluations;  ///< of the tuning, after the grid it starts from: less where a step takes long

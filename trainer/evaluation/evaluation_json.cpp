@@ -1,34 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "trainer/evaluation/evaluation_text.h"
+#include "trainer/evaluation/json_numbers.h"
 
 namespace nlo::trainer {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-Json number(const std::optional<double>& value) {
-  return value ? number(*value) : Json(nullptr);
-}
-
 /// The end of a window that lasts to the end of a run is null.
 Json window_json(const EvaluationWindow& window) {
-  return {{"name", window.name}, {"from_s", number(window.from_s)}, {"to_s", number(window.to_s)}};
+  return {{"name", window.name}, {"from_s", json_number(window.from_s)}, {"to_s", json_number(window.to_s)}};
 }
 
 const char* norm_of(bool normalised) {
   return normalised ? "states over their standard deviation" : "states";
-}
-
-Json numbers(const Eigen::VectorXd& values) {
-  Json list = Json::array();
-  for (const double value : values) list.push_back(number(value));
-  return list;
 }
 
 /// The numbers of one estimator, each by `number_of` its quantity.
@@ -65,38 +48,38 @@ Json metrics_json(const EvaluationStudy& study, std::size_t estimator) {
   const auto spread = [&](const Quantity& quantity) { return spread_of(study, estimator, quantity); };
   Json json = quantities_json(shape, [&](const Quantity& quantity) {
     const auto found = spread(quantity);
-    return found ? number(found->mean) : Json(nullptr);
+    return found ? json_number(found->mean) : Json(nullptr);
   });
   if (study.is_single()) return json;
   Json& errors = json["standard_error"];
   errors["over_test_sets"] = study.test_sets() == 1 ? Json(nullptr) : quantities_json(shape, [&](const Quantity& q) {
     const auto found = spread(q);
-    return found ? number(found->test_set_error) : Json(nullptr);
+    return found ? json_number(found->test_set_error) : Json(nullptr);
   });
   errors["over_training_seeds"] =
       study.models.size() == 1 ? Json(nullptr) : quantities_json(shape, [&](const Quantity& q) {
         const auto found = spread(q);
-        return found ? number(found->training_seed_error) : Json(nullptr);
+        return found ? json_number(found->training_seed_error) : Json(nullptr);
       });
   return json;
 }
 
 Json loop_json(const ClosedLoopCost& loop) {
-  Json json = {{"deviation", numbers(loop.deviation)}, {"runs", loop.runs}, {"left", loop.left}};
-  if (loop.cost) json["cost"] = number(loop.cost);
-  if (loop.of_true_state) json["cost_of_true_state"] = number(loop.of_true_state);
+  Json json = {{"deviation", json_numbers(loop.deviation)}, {"runs", loop.runs}, {"left", loop.left}};
+  if (loop.cost) json["cost"] = json_number(loop.cost);
+  if (loop.of_true_state) json["cost_of_true_state"] = json_number(loop.of_true_state);
   return json;
 }
 
 /// One entry per state.
 Json coverage_json(const Coverage& coverage) {
-  return {{"share_68", numbers(coverage.share_68)},
-          {"share_95", numbers(coverage.share_95)},
-          {"sigma", numbers(coverage.sigma)}};
+  return {{"share_68", json_numbers(coverage.share_68)},
+          {"share_95", json_numbers(coverage.share_95)},
+          {"sigma", json_numbers(coverage.sigma)}};
 }
 
 Json domain_json(const DomainShare& domain) {
-  return {{"share", number(domain.share())},
+  return {{"share", json_number(domain.share())},
           {"samples", domain.samples},
           {"first_samples", domain.runs},
           {"first_samples_inside", domain.first_inside}};
@@ -111,7 +94,7 @@ Json names_json(const std::vector<Channel>& channels) {
 /// RMSE by window name.
 Json windows_json(const StateError& error, const EvaluationWindows& windows) {
   Json json = Json::object();
-  for (std::size_t w = 0; w < windows.size(); ++w) json[windows[w].name] = number(error.rmse[w]);
+  for (std::size_t w = 0; w < windows.size(); ++w) json[windows[w].name] = json_number(error.rmse[w]);
   return json;
 }
 
@@ -123,11 +106,6 @@ Json states_json(const std::vector<StateError>& states, const EvaluationWindows&
     list.push_back(std::move(entry));
   }
   return list;
-}
-
-/// Replaces what is not UTF-8 (a file name may hold any bytes) rather than failing on it.
-std::string dump(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -143,13 +121,13 @@ std::string evaluation_json(const EvaluationStudy& study, double box_scale) {
   json["models"] = study.models;
   json["test_sets"] = study.test_sets();
   json["trajectories"] = first.trajectories;
-  json["horizon_s"] = number(first.horizon_s);
-  json["box_scale"] = number(box_scale);
+  json["horizon_s"] = json_number(first.horizon_s);
+  json["box_scale"] = json_number(box_scale);
   Json& excitation = json["excitation"] = Json::object();
   for (const auto& [input, expression] : first.excitation) excitation[input] = expression;
   json["changed"] = first.changed;
   json["samples"] = first.metrics.samples;
-  json["settled_per_component"] = numbers(first.metrics.settled_per_component);
+  json["settled_per_component"] = json_numbers(first.metrics.settled_per_component);
   json["states"] = names_json(first.states);
   json["in_domain"] = domain_json(study_domain(study));
   if (const auto coverage = study_coverage(study, 0)) json["coverage"] = coverage_json(*coverage);
@@ -163,7 +141,7 @@ std::string evaluation_json(const EvaluationStudy& study, double box_scale) {
     }
   }
   json["notes"] = study_notes(study);
-  return dump(json);
+  return json_text(json);
 }
 
 std::string evaluation_json(const std::string& model, const std::vector<Evaluation>& evaluations, double box_scale) {
@@ -173,16 +151,16 @@ std::string evaluation_json(const std::string& model, const std::vector<Evaluati
 std::string evaluation_json(const std::string& model, const LogEvaluation& evaluation) {
   Json json = {{"model", model}};
   const ErrorMetrics& metrics = evaluation.metrics;
-  json["norm"] = number(metrics.norm);
-  json["nrmse"] = number(metrics.nrmse);
-  json["settled"] = number(metrics.settled);
-  json["per_component"] = numbers(metrics.per_component);
-  json["settling_time_s"] = number(metrics.settling_time_s);
+  json["norm"] = json_number(metrics.norm);
+  json["nrmse"] = json_number(metrics.nrmse);
+  json["settled"] = json_number(metrics.settled);
+  json["per_component"] = json_numbers(metrics.per_component);
+  json["settling_time_s"] = json_number(metrics.settling_time_s);
   json["windows"] = Json::array();
   for (const ErrorMetrics::Window& window : metrics.windows) {
     Json& entry = json["windows"].emplace_back(window_json(window.window));
-    entry["norm"] = number(window.norm);
-    entry["per_component"] = numbers(window.per_component);
+    entry["norm"] = json_number(window.norm);
+    entry["per_component"] = json_numbers(window.per_component);
   }
   json["seed"] = evaluation.seed;
   json["noise"] = format_noise(evaluation.noise);
@@ -203,12 +181,12 @@ std::string evaluation_json(const std::string& model, const LogEvaluation& evalu
   json["files"] = Json::array();
   for (const LogMetrics::File& file : observer.files)
     json["files"].push_back({{"source", file.source}, {"per_state", states_json(file.states, observer.windows)}});
-  json["unscored"] = {{"share", number(evaluation.unscored.share)}, {"where", evaluation.unscored.where}};
+  json["unscored"] = {{"share", json_number(evaluation.unscored.share)}, {"where", evaluation.unscored.where}};
   if (!evaluation.unscored_states.empty()) json["unscored"]["states"] = evaluation.unscored_states;
   json["in_domain"] = domain_json(evaluation.domain);
   if (evaluation.coverage) json["coverage"] = coverage_json(*evaluation.coverage);
   json["notes"] = evaluation.notes;
-  return dump(json);
+  return json_text(json);
 }
 
 std::string json_array(const std::vector<std::string>& objects) {

@@ -7,17 +7,6 @@
 #include "trainer/evaluation/comparison.h"
 
 namespace nlo::trainer {
-namespace {
-
-/// Of the mean of `values` as independent draws; empty for fewer than two.
-std::optional<double> standard_error(const Eigen::VectorXd& values) {
-  const auto n = static_cast<double>(values.size());
-  if (values.size() < 2) return std::nullopt;
-  return std::sqrt((values.array() - values.mean()).square().sum() / (n - 1.0) / n);
-}
-
-}  // namespace
-
 std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity) {
   Eigen::MatrixXd values(static_cast<Eigen::Index>(study.models.size()), static_cast<Eigen::Index>(study.test_sets()));
   for (Eigen::Index m = 0; m < values.rows(); ++m)
@@ -27,8 +16,9 @@ std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estima
       if (!value) return std::nullopt;
       values(m, s) = *value;
     }
-  return Spread{values.mean(), standard_error(values.colwise().mean().transpose()),
-                standard_error(values.rowwise().mean())};
+  const Eigen::VectorXd by_test_set = values.colwise().mean(), by_model = values.rowwise().mean();
+  return Spread{values.mean(), standard_error(std::span(by_test_set.data(), by_test_set.size())),
+                standard_error(std::span(by_model.data(), by_model.size()))};
 }
 
 std::vector<std::string> study_notes(const EvaluationStudy& study) {

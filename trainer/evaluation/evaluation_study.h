@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 
@@ -26,16 +27,7 @@ struct EvaluationStudy {
 /// A number of an evaluation; empty where it is not defined.
 using Quantity = std::function<std::optional<double>(const ErrorMetrics&)>;
 
-/// Mean over models and test sets.
-struct Spread {
-  double mean = 0.0;
-  /// Standard error of the mean over test sets (of what the models average to on each); empty for one test set.
-  std::optional<double> test_set_error;
-  /// Standard error of the mean over models (of what each averages to over the test sets); empty for one model.
-  std::optional<double> training_seed_error;
-};
-
-/// Of the estimator at place `estimator` of each list. Empty when one of the evaluations does not define the quantity:
+/// Mean over models and test sets of the estimator at place `estimator` of each list. Empty when one of the evaluations does not define the quantity:
 /// the mean of those that do would flatter.
 std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity);
 

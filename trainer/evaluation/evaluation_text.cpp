@@ -7,33 +7,11 @@
 #include <cmath>
 
 #include "trainer/base/number_text.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {
-
-std::string with_unit(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
-}
-
-std::string rmse(double value) {
-  return std::isfinite(value) ? significant(value) : "-";
-}
-
-/// As many digits as the mean is shown with.
-std::string cell(const std::optional<Spread>& spread, const char* missing = "-") {
-  if (!spread) return missing;
-  if (!spread->test_set_error && !spread->training_seed_error) return significant(spread->mean);
-  std::string text = significant(spread->mean, 4);
-  if (spread->test_set_error) text += " ± " + significant(*spread->test_set_error, 2);
-  if (spread->training_seed_error) text += " ± " + significant(*spread->training_seed_error, 2);
-  return text;
-}
-
-/// "one of 2,501": whole shares without a point.
-std::string percent(double share) {
-  return fmt::format("{} %", share == 1.0 ? "100" : significant(100.0 * share, share > 0.99 ? 4 : 3));
-}
 
 std::string domain_line(const DomainShare& domain, const char* runs) {
   if (domain.runs == 0) return "";
@@ -46,7 +24,7 @@ class CoverageTable {
  public:
   void add(const std::string& estimator, const std::vector<Channel>& states, const std::optional<Coverage>& coverage) {
     if (!coverage) return;
-    if (!table_.empty()) table_.add_rule();
+    if (!table_.rows.empty()) table_.add_rule();
     for (std::size_t i = 0; i < states.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       table_.add_row({fmt::format("{}, {}", with_unit(states[i].name, states[i].unit), estimator),
@@ -54,10 +32,10 @@ class CoverageTable {
                       fmt::format("{:.1f} %", 100.0 * coverage->share_95(row)), significant(coverage->sigma(row))});
     }
   }
-  std::string text() const { return table_.empty() ? "" : "\n" + table_.to_string(2); }
+  std::string text() const { return table_.rows.empty() ? "" : "\n" + table_.to_text(2); }
 
  private:
-  TextTable table_{{"truth within the interval of", "68 %", "95 %", "mean half width of 68 %"}};
+  Table table_{{"truth within the interval of", "68 %", "95 %", "mean half width of 68 %"}};
 };
 
 std::string what_was_tested(const EvaluationStudy& study, const std::string& note) {
@@ -91,44 +69,97 @@ std::string notes_text(const std::vector<std::string>& notes) {
 
 }  // namespace
 
+Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed) {
+  const Evaluation& first = studies.front().first().front();
+  std::vector<std::pair<std::string, Quantity>> columns = {
+      {first.metrics.normalised ? "normalised norm" : "norm",
+       [](const ErrorMetrics& m) { return std::optional(m.norm); }},
+      {"nrmse", [](const ErrorMetrics& m) { return m.nrmse; }}};
+  const auto add_where_defined = [&](const std::string& heading, const Quantity& value, const Quantity& shown) {
+    for (const EvaluationStudy& study : studies)
+      for (const Evaluation& evaluation : study.first())
+        if (shown(evaluation.metrics)) return columns.emplace_back(heading, value), void();
+  };
+  for (std::size_t w = 1; w < first.metrics.windows.size(); ++w) {
+    const Quantity norm = [w](const ErrorMetrics& m) { return m.windows[w].norm; };
+    add_where_defined(window_text(first.metrics.windows[w].window), norm, norm);
+  }
+  const std::size_t settling = columns.size();
+  add_where_defined(
+      "settling time [s]", [](const ErrorMetrics& m) { return m.settling_time_s; },
+      [](const ErrorMetrics& m) { return m.settling_time_s ? m.settling_time_s : m.settled; });
+  for (std::size_t i = 0; i < first.states.size(); ++i)
+    columns.emplace_back("RMSE " + with_unit(first.states[i].name, first.states[i].unit), [i](const ErrorMetrics& m) {
+      return std::optional(m.per_component[static_cast<Eigen::Index>(i)]);
+    });
+  Table table{{""}};
+  for (const auto& column : columns) table.headings.push_back(column.first);
+  for (const EvaluationStudy& study : studies) {
+    const Evaluation& own = study.first().front();
+    if (is_headed)
+      table.add_row({fmt::format("{}: {} runs of {} s, seed {}", noise_title(own.noise), own.trajectories,
+                                 significant(own.horizon_s, 2), own.seed)});
+    for (std::size_t e = 0; e < study.first().size(); ++e) {
+      const Evaluation& row = study.first()[e];
+      table.add_row({row.label.empty() ? row.estimator : row.label});
+      for (std::size_t c = 0; c < columns.size(); ++c) {
+        const auto spread = spread_of(study, e, columns[c].second);
+        const bool never = c == settling && row.metrics.settled;
+        table.rows.back().push_back(spread ? to_text(*spread) : never ? "never" : "-");
+      }
+    }
+  }
+  return table;
+}
+
 std::string evaluation_text(const EvaluationStudy& study, const std::string& note) {
   const std::vector<Evaluation>& evaluations = study.first();
-  const Evaluation& first = evaluations.front();
-  const char* norm = first.metrics.normalised ? "normalised norm" : "norm";
-  std::vector<std::string> headings = {"", norm, "nrmse"};
-  std::vector<Quantity> quantities = {[](const ErrorMetrics& m) { return std::optional(m.norm); },
-                                      [](const ErrorMetrics& m) { return m.nrmse; }};
-  for (std::size_t w = 1; w < first.metrics.windows.size(); ++w) {
-    headings.push_back(window_text(first.metrics.windows[w].window));
-    quantities.emplace_back([w](const ErrorMetrics& m) { return m.windows[w].norm; });
-  }
-  headings.emplace_back("settling time [s]");
-  quantities.emplace_back([](const ErrorMetrics& m) { return m.settling_time_s; });
-  const std::size_t settling = quantities.size() - 1;
-  for (std::size_t i = 0; i < first.states.size(); ++i) {
-    headings.push_back(fmt::format("RMSE {}", with_unit(first.states[i].name, first.states[i].unit)));
-    quantities.emplace_back(
-        [i](const ErrorMetrics& m) { return std::optional(m.per_component[static_cast<Eigen::Index>(i)]); });
-  }
-  TextTable table(std::move(headings));
-  for (std::size_t e = 0; e < evaluations.size(); ++e) {
-    const Evaluation& row = evaluations[e];
-    std::vector<std::string> cells = {row.label.empty() ? row.estimator : row.label};
-    for (std::size_t q = 0; q < quantities.size(); ++q)
-      cells.push_back(cell(spread_of(study, e, quantities[q]), q == settling && row.metrics.settled ? "never" : "-"));
-    table.add_row(std::move(cells));
-  }
   CoverageTable coverage;
   for (std::size_t e = 0; e < evaluations.size(); ++e)
-    coverage.add(evaluations[e].label.empty() ? evaluations[e].estimator : evaluations[e].label, first.states,
+    coverage.add(evaluations[e].label.empty() ? evaluations[e].estimator : evaluations[e].label, evaluations[e].states,
                  study_coverage(study, e));
-  return what_was_tested(study, note) + table.to_string(2) + coverage.text() +
+  return what_was_tested(study, note) + evaluation_table(std::span(&study, 1)).to_text(2) + coverage.text() +
          domain_line(study_domain(study), "a trajectory") + notes_text(study_notes(study));
 }
 
 std::string evaluation_text(const std::string& model, const std::vector<Evaluation>& evaluations,
                             const std::string& note) {
   return evaluations.empty() ? "" : evaluation_text(EvaluationStudy{{model}, {{evaluations}}}, note);
+}
+
+Table log_table(const LogEvaluation& evaluation) {
+  const LogMetrics& observer = evaluation.entries.front().metrics;
+  Table table{{"RMSE"}};
+  for (const EvaluationWindow& window : observer.windows) table.headings.push_back(window_text(window));
+  for (std::size_t i = 0; i < observer.pooled.size(); ++i) {
+    table.add_row({with_unit(observer.pooled[i].name, observer.pooled[i].unit)});
+    for (const auto& entry : evaluation.entries) {
+      const StateError& state = entry.metrics.pooled[i];
+      const bool ours = &entry == &evaluation.entries.front();
+      if (!ours && !std::isfinite(state.rmse[0])) continue;  // this baseline does not apply to a hidden state
+      const bool described = i < entry.describe.size() && !entry.describe[i].empty();
+      table.add_row({described ? entry.describe[i] : entry.estimator});
+      for (const double error : state.rmse) table.rows.back().push_back(significant(error));
+    }
+  }
+  return table;
+}
+
+Table file_table(const LogEvaluation& evaluation) {
+  const LogMetrics& observer = evaluation.entries.front().metrics;
+  Table table{{"observer, file by file"}};
+  if (observer.files.size() < 2) return table;
+  std::vector<std::size_t> shown = {0};
+  if (const std::size_t settled = settled_window(observer.windows); settled > 0) shown.push_back(settled);
+  for (const StateError& state : observer.pooled)
+    for (const std::size_t window : shown)
+      table.headings.push_back(with_unit(state.name, state.unit) + ", " + observer.windows[window].name);
+  for (const LogMetrics::File& file : observer.files) {
+    table.add_row({file.source});
+    for (const StateError& state : file.states)
+      for (const std::size_t window : shown) table.rows.back().push_back(significant(state.rmse[window]));
+  }
+  return table;
 }
 
 std::string evaluation_text(const std::string& model, const LogEvaluation& evaluation) {
@@ -139,45 +170,10 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
       evaluation.missing.empty() ? "" : fmt::format("without {}, ", fmt::join(evaluation.missing, ", ")),
       format_noise(evaluation.noise), evaluation.noise.none() ? "" : fmt::format(", seed {}", evaluation.seed),
       evaluation.baselines_fitted_on);
-
-  std::vector<std::string> headings = {"RMSE"};
-  for (const EvaluationWindow& window : observer.windows) headings.push_back(window_text(window));
-  TextTable table(std::move(headings));
-  for (std::size_t i = 0; i < observer.pooled.size(); ++i) {
-    if (i > 0) table.add_rule();
-    for (const auto& entry : evaluation.entries) {
-      const StateError& state = entry.metrics.pooled[i];
-      const bool ours = &entry == &evaluation.entries.front();
-      const bool described = !ours && i < entry.describe.size() && !entry.describe[i].empty();
-      if (!ours && !std::isfinite(state.rmse[0])) continue;  // this baseline does not apply to a hidden state
-      const std::string& name = described ? entry.describe[i] : entry.estimator;
-      std::vector<std::string> row = {ours ? fmt::format("{}, {}", with_unit(state.name, state.unit), name)
-                                           : fmt::format("  {}", name)};
-      for (const double error : state.rmse) row.push_back(rmse(error));
-      table.add_row(std::move(row));
-    }
-  }
   CoverageTable coverage;
   coverage.add("observer", evaluation.states, evaluation.coverage);
-  text += table.to_string(2) + coverage.text();
-
-  if (observer.files.size() > 1) {
-    const std::size_t settled = settled_window(observer.windows);
-    std::vector<std::size_t> shown = {0};
-    if (settled > 0) shown.push_back(settled);
-    std::vector<std::string> names = {"observer, file by file"};
-    for (const StateError& state : observer.pooled)
-      for (const std::size_t window : shown)
-        names.push_back(fmt::format("{} {}", with_unit(state.name, state.unit), observer.windows[window].name));
-    TextTable files(std::move(names));
-    for (const LogMetrics::File& file : observer.files) {
-      std::vector<std::string> row = {file.source};
-      for (const StateError& state : file.states)
-        for (const std::size_t window : shown) row.push_back(rmse(state.rmse[window]));
-      files.add_row(std::move(row));
-    }
-    text += fmt::format("\n{}", files.to_string(2));
-  }
+  text += log_table(evaluation).to_text(2) + coverage.text();
+  if (const Table files = file_table(evaluation); !files.rows.empty()) text += "\n" + files.to_text(2);
   if (evaluation.unscored.share > 0.0)
     text += fmt::format("\n  unscored: {} of the samples, {}\n", percent(evaluation.unscored.share),
                         evaluation.unscored.where);

@@ -2,6 +2,7 @@
 // Evaluations as people and programs read them: tables of at most 100 columns for the terminal, JSON for --json.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,16 +13,23 @@
 namespace nlo::trainer {
 
 /// One row per estimator: norm, nrmse, the norm in each window, settling time and the states' RMSE, with units in the
-/// headings; several test sets or models: means with their standard errors. A line above says what was tested, `note`
-/// (e.g. "initial states from twice the training box") comes from the caller; below stand the domain and the notes.
+/// headings; several test sets or models: means with their standard errors. Columns in which no estimator has a value are
+/// left out. `is_headed`: above the rows of a study its noise and runs. For the terminal and the page, as those below.
+Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed = false);
+
+/// Per state the observer and its alternatives over the windows; the observer per file (no rows where there is one).
+Table log_table(const LogEvaluation& evaluation);
+Table file_table(const LogEvaluation& evaluation);
+
+/// The table under a line that says what was tested, `note` (e.g. "initial states from twice the training box") comes from
+/// the caller; below stand the domain and the notes.
 std::string evaluation_text(const EvaluationStudy& study, const std::string& note = "");
 
 /// The same of one model on one test set.
 std::string evaluation_text(const std::string& model, const std::vector<Evaluation>& evaluations,
                             const std::string& note = "");
 
-/// Per state: the observer and its alternatives over the windows; then the observer per file; then what is not scored,
-/// the domain and the notes.
+/// Both tables, then what is not scored, the domain and the notes.
 std::string evaluation_text(const std::string& model, const LogEvaluation& evaluation);
 
 /// One object: norm, nrmse, settled, per_component, settling_time_s, seed, noise of the observer, then facts of the

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "trainer/evaluation/json_numbers.h"
 #include "trainer/identify/identification_text.h"
 
 namespace nlo::trainer {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json fitted_json(const std::vector<FittedError>& errors) {
   Json json = Json::object();
   for (const FittedError& error : errors)
     json[error.name] = {
-        {"rmse", number_or_null(error.rmse)}, {"unit", error.unit}, {"correlation", number_or_null(error.correlation)}};
+        {"rmse", json_number(error.rmse)}, {"unit", error.unit}, {"correlation", json_number(error.correlation)}};
   return json;
 }
 
@@ -29,7 +23,7 @@ Json entry_json(const FilterStudy::Entry& entry) {
   }
   for (const StateError& state : entry.metrics.pooled)
     for (std::size_t w = 0; w < entry.metrics.windows.size(); ++w)
-      json["rmse"][state.name][entry.metrics.windows[w].name] = number_or_null(state.rmse[w]);
+      json["rmse"][state.name][entry.metrics.windows[w].name] = json_number(state.rmse[w]);
   return json;
 }
 
@@ -39,9 +33,9 @@ std::string identification_json(const std::string& name, const IdentificationRes
   Json json = {{"identification", name}, {"outcome", result.outcome}, {"iterations", result.iterations}};
   Json& parameters = json["parameters"] = Json::object();
   for (const ParameterEstimate& p : result.parameters)
-    parameters[p.name] = {{"value", number_or_null(p.value)},
-                          {"standard_error", number_or_null(p.standard_error)},
-                          {"standard_error_by_segments", number_or_null(p.clustered_error)},
+    parameters[p.name] = {{"value", json_number(p.value)},
+                          {"standard_error", json_number(p.standard_error)},
+                          {"standard_error_by_segments", json_number(p.clustered_error)},
                           {"fixed", p.fixed},
                           {"identified", !p.unidentified},
                           {"at_bound", p.at_bound}};
@@ -49,8 +43,8 @@ std::string identification_json(const std::string& name, const IdentificationRes
   json["samples"] = result.samples;
   json["residuals"] = result.residuals;
   json["degrees_of_freedom"] = result.degrees_of_freedom;
-  json["residual_deviation"] = number_or_null(result.residual_deviation);
-  json["condition"] = number_or_null(result.condition);
+  json["residual_deviation"] = json_number(result.residual_deviation);
+  json["condition"] = json_number(result.condition);
   json["training"] = fitted_json(result.training);
   json["test"] = fitted_json(result.test);
   if (study != nullptr) {
@@ -59,7 +53,7 @@ std::string identification_json(const std::string& name, const IdentificationRes
     Json& estimators = json["estimators"] = Json::object();
     for (const FilterStudy::Entry& entry : study->entries) estimators[entry.estimator] = entry_json(entry);
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json) + "\n";
 }
 
 }  // namespace nlo::trainer

@@ -12,10 +12,6 @@
 namespace nlo::trainer {
 namespace {
 
-std::string with_unit_of(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
-}
-
 std::string remark(const ParameterEstimate& p) {
   if (p.fixed) return "fixed";
   if (p.at_bound) return "at its bound";
@@ -60,30 +56,29 @@ std::string to_text(const IdentificationResult& result) {
                   std::count_if(result.parameters.begin(), result.parameters.end(),
                                 [](const ParameterEstimate& p) { return !p.fixed; }),
                   significant(result.residual_deviation));
-  TextTable parameters({"parameter", "start", "estimate", "standard error", "by segments", "remark"});
+  Table parameters{{"parameter", "start", "estimate", "standard error", "by segments", "remark"}};
   for (const ParameterEstimate& p : result.parameters) {
     const bool none = p.fixed || p.unidentified;
     parameters.add_row({p.name, significant(p.start, 4), significant(p.value, 5),
                         none ? "-" : significant(p.standard_error, 2), none ? "-" : significant(p.clustered_error, 2),
                         remark(p)});
   }
-  text += parameters.to_string(2) + "\n";
-  TextTable errors({"RMSE over segments", "training", "test"});
+  text += parameters.to_text(2) + "\n";
+  Table errors{{"RMSE over segments", "training", "test"}};
   for (std::size_t i = 0; i < result.training.size(); ++i)
-    errors.add_row({with_unit_of(result.training[i].name, result.training[i].unit),
-                    significant(result.training[i].rmse),
+    errors.add_row({with_unit(result.training[i].name, result.training[i].unit), significant(result.training[i].rmse),
                     result.test.empty() ? "-" : significant(result.test[i].rmse)});
-  return text + errors.to_string(2) + notes_of(result);
+  return text + errors.to_text(2) + notes_of(result);
 }
 
 std::string to_text(const FilterStudy& study) {
   std::string text = fmt::format("Estimates on {}; filters tuned on {}\n", study.judged_on, study.tuned_on);
   const LogMetrics& first = study.entries.front().metrics;
   for (std::size_t i = 0; i < first.pooled.size(); ++i) {
-    std::vector<std::string> headings = {"RMSE of " + with_unit_of(first.pooled[i].name, first.pooled[i].unit)};
+    std::vector<std::string> headings = {"RMSE of " + with_unit(first.pooled[i].name, first.pooled[i].unit)};
     for (const EvaluationWindow& window : first.windows) headings.push_back(window_text(window));
     headings.insert(headings.end(), {"operations", "functions"});
-    TextTable table(std::move(headings));
+    Table table{std::move(headings)};
     for (const FilterStudy::Entry& entry : study.entries) {
       if (!std::isfinite(entry.metrics.pooled[i].rmse.front()) && entry.estimator != "ekf" && entry.estimator != "ukf")
         continue;
@@ -94,7 +89,7 @@ std::string to_text(const FilterStudy& study) {
       row.push_back(counted ? fmt::format("{:.0f}", entry.cost.functions) : "");
       table.add_row(std::move(row));
     }
-    text += "\n" + table.to_string(2);
+    text += "\n" + table.to_text(2);
   }
   text += "\n";
   for (const FilterStudy::Entry& entry : study.entries)

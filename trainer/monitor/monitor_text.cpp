@@ -31,14 +31,13 @@ std::string monitor_text(const codegen::Monitor& monitor, const MonitorStudy& st
       "that of\n"
       "the first row; seen: runs with an alarm within five time constants; gated: error behind the gate\n\n",
       study.runs, significant(study.horizon_s), significant(study.time_constant_s));
-  TextTable table(
-      {"condition", "error", "ratio", "seen", "median [s]", "alarms/h", "gated", "rejected", "first alarm"});
+  Table table{{"condition", "error", "ratio", "seen", "median [s]", "alarms/h", "gated", "rejected", "first alarm"}};
   for (const MonitorRow& row : study.rows)
     table.add_row({row.condition, significant(row.error), significant(row.ratio),
                    fixed(100.0 * row.alarms.seen, 1) + " %", significant(row.alarms.median_delay_s),
                    significant(row.alarms.per_hour), significant(row.gated), fixed(100.0 * row.rejected, 2) + " %",
                    alarm_name(row.alarms.most)});
-  text += table.to_string(2, 110);
+  text += table.to_text(2, 110);
   if (!study.left_out.empty())
     text += fmt::format("\nleft out, for the plant has no parameters: {}\n", fmt::join(study.left_out, ", "));
   return text;

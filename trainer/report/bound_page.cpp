@@ -122,8 +122,7 @@ std::string bound_page(const BoundReport& report, const std::string& gnuplot) {
   page.figure(over_k(report));
   page.figure(trade_off(report));
   page.heading("Every constant and its evidence");
-  const BoundTable table = bound_table(report);
-  page.text(html_table(table.headings, table.rows));
+  page.text(html_table(bound_table(report)));
   page.text(
       "<p class=\"soft\">Proven: exact, or nothing can exceed it. Sampled: the largest found at finitely many points. "
       "Estimated: a bound made of sampled constants, which the true one may exceed. Assumed: given on the command "

@@ -95,12 +95,8 @@ std::size_t reference_column(const Comparison& comparison) {
   return found;
 }
 
-void add_table(Page& page, const CompareTable& table) {
-  page.text(html_table(table.headings, table.rows));
-}
-
 /// "0.117 ± 0.02 *" with what is after the number below it.
-CompareTable narrow(CompareTable table) {
+Table narrow(Table table) {
   constexpr std::string_view kBetween = " ± ", kStar = " *";
   for (auto& row : table.rows)
     for (std::string& cell : row) {
@@ -125,7 +121,7 @@ std::string compare_page(const Comparison& comparison, const std::string& gnuplo
   page.heading("Errors");
   if (const std::size_t reference = reference_column(comparison); reference > 0)
     page.figure(ratios(comparison, reference));
-  add_table(page, narrow(error_table(comparison)));
+  page.text(html_table(narrow(error_table(comparison))));
   const bool floor = std::ranges::any_of(comparison.columns, [](const auto& c) { return c.name == "particle"; });
   page.text(fmt::format("<p class=\"soft\">A star marks the least error of a row{}.</p>\n",
                         floor ? ", but for the particle filter, a floor that knows the condition" : ""));
@@ -133,26 +129,26 @@ std::string compare_page(const Comparison& comparison, const std::string& gnuplo
   for (const std::string& finding : findings) list += fmt::format("<li>{}</li>\n", escaped(finding));
   if (!list.empty()) page.text(fmt::format("<ul>\n{}</ul>\n", list));
   page.heading("Conditions");
-  std::vector<std::vector<std::string>> conditions;
+  Table conditions{{"condition", "what it is"}};
   for (const Condition& condition : comparison.conditions)
-    conditions.push_back({condition_name(condition), condition_title(condition)});
-  page.text(html_table({"condition", "what it is"}, conditions));
+    conditions.add_row({condition_name(condition), condition_title(condition)});
+  page.text(html_table(conditions));
   page.heading("What was compared");
-  std::vector<std::vector<std::string>> columns;
-  for (const CompareColumn& column : comparison.columns) columns.push_back({column_title(column), column.meaning});
-  page.text(html_table({"column", "what it is"}, columns));
+  Table columns{{"column", "what it is"}};
+  for (const CompareColumn& column : comparison.columns) columns.add_row({column_title(column), column.meaning});
+  page.text(html_table(columns));
   page.heading("The worst runs");
-  add_table(page, worst_table(comparison));
+  page.text(html_table(worst_table(comparison)));
   page.text(fmt::format("<p>The run on which {} is furthest off, under {}:</p>\n",
                         escaped(comparison.columns.front().name),
                         escaped(condition_name(comparison.conditions[comparison.worst_condition]))));
   for (const EvaluatedRun& run : comparison.worst) page.figure(run_picture(run, comparison.states, comparison.outputs));
-  if (const CompareTable tuning = tuning_table(comparison); !tuning.rows.empty()) {
+  if (const Table tuning = tuning_table(comparison); !tuning.rows.empty()) {
     page.heading("How the filters were tuned");
-    add_table(page, tuning);
+    page.text(html_table(tuning));
   }
   page.heading("What a step costs");
-  add_table(page, cost_table(comparison));
+  page.text(html_table(cost_table(comparison)));
   page.text(
       "<p class=\"soft\">Operations are counted: additions, multiplications, divisions; a multiply-add is two. "
       "Functions "

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "trainer/data/measurement_noise.h"
+#include "trainer/evaluation/estimator_words.h"
 
 namespace nlo::trainer {
 namespace {
@@ -27,10 +28,10 @@ bool any_finite(const Eigen::VectorXd& values) {
 
 /// Of those that know what an observer does not, what.
 std::string filter_in_words(const std::string& estimator) {
-  for (const auto& [name, words] : {std::pair{"ekf", "extended"}, {"ukf", "unscented"}})
-    if (estimator == name)
-      return fmt::format("the {} Kalman filter, which knows the plant and the noise exactly", words);
-  return estimator;
+  const EstimatorWords* words = estimator_words(estimator);
+  return words == nullptr || !words->knows_plant
+             ? estimator
+             : fmt::format("the {}, which knows the plant and the noise exactly", words->meaning);
 }
 
 }  // namespace

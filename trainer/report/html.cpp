@@ -94,7 +94,9 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string html_table(const std::vector<std::string>& headings, const std::vector<std::vector<std::string>>& rows) {
+std::string html_table(const Table& table) {
+  const auto& headings = table.headings;
+  const auto& rows = table.rows;
   constexpr std::size_t kLongest = 24, kDense = 8;  // characters of a number with its unit; columns
   std::vector<bool> is_text(headings.size(), false);
   for (const auto& row : rows)
@@ -108,12 +110,13 @@ std::string html_table(const std::vector<std::string>& headings, const std::vect
                                 : fmt::format("<th scope=\"col\"{}>{}</th>", text_class(c), escaped(headings[c]));
   html += "</tr></thead>\n<tbody>\n";
   for (const auto& row : rows) {
+    if (row.empty()) continue;
     if (row.size() == 1) {
       html += fmt::format("<tr class=\"group\"><th scope=\"rowgroup\" colspan=\"{}\">{}</th></tr>\n", headings.size(),
                           escaped(row[0]));
       continue;
     }
-    html += !row.empty() && row[0] == "observer" ? "<tr class=\"ours\">" : "<tr>";
+    html += row[0] == "observer" ? "<tr class=\"ours\">" : "<tr>";
     for (std::size_t c = 0; c < row.size(); ++c)
       html += c == 0 ? fmt::format("<th scope=\"row\">{}</th>", escaped(row[c]))
                      : fmt::format("<td{}>{}</td>", c < is_text.size() ? text_class(c) : "", two_lines(row[c]));

@@ -4,16 +4,17 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 
 /// Text that stands for itself in HTML, in an element or an attribute.
 std::string escaped(std::string_view text);
 
-/// Headings and rows of plain text. The first cell names its row; a row of one cell is a group heading. Columns of
-/// numbers do not wrap; what follows a line break in a cell stands below, small.
-std::string html_table(const std::vector<std::string>& headings, const std::vector<std::vector<std::string>>& rows);
+/// A table of plain text. The first cell names its row, lines between rows are left out. Columns of numbers do not wrap;
+/// what follows a line break in a cell stands below, small.
+std::string html_table(const Table& table);
 
 /// A paragraph that stands out: something is missing or needs attention.
 std::string note(const std::string& text);

@@ -11,7 +11,8 @@
 #include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/evaluation/estimator_words.h"
+#include "trainer/evaluation/evaluation_text.h"
 #include "trainer/report/figures.h"
 #include "trainer/report/html.h"
 #include "trainer/report/page.h"
@@ -19,20 +20,6 @@
 
 namespace nlo::trainer {
 namespace {
-
-using Rows = std::vector<std::vector<std::string>>;
-
-std::string with_unit(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
-}
-
-std::string rmse(double value) {
-  return std::isfinite(value) ? significant(value) : "-";
-}
-
-std::string percent(double share) {
-  return fmt::format("{} %", significant(100.0 * share, 2));
-}
 
 std::string nanoseconds(double ns) {
   if (ns < 1e3) return fmt::format("{} ns", fixed(ns, 0));
@@ -105,10 +92,11 @@ std::string log_summary(const LogEvaluation& logs) {
       if (std::isfinite(error) && (best == nullptr || error < best->metrics.pooled[i].rmse[settled]))
         best = &logs.entries[e];
     }
-    text += fmt::format("{}{}: error {}{}{}, {}", i > 0 ? "; " : "", state.name, rmse(state.rmse[settled]),
+    text += fmt::format("{}{}: error {}{}{}, {}", i > 0 ? "; " : "", state.name, significant(state.rmse[settled]),
                         state.unit.empty() ? "" : " ", state.unit, window_text(own.windows[settled]));
     if (best != nullptr)
-      text += fmt::format(" (best alternative: {}, {})", best->estimator, rmse(best->metrics.pooled[i].rmse[settled]));
+      text += fmt::format(" (best alternative: {}, {})", best->estimator,
+                          significant(best->metrics.pooled[i].rmse[settled]));
   }
   return text + ".";
 }
@@ -133,7 +121,7 @@ std::string tiles(const ReportData& data) {
     const LogMetrics& own = data.logs->entries.front().metrics;
     const std::size_t settled = settled_window(own.windows);
     for (const StateError& state : own.pooled)
-      html += tile(fmt::format("{} {}", rmse(state.rmse[settled]), state.unit),
+      html += tile(fmt::format("{} {}", significant(state.rmse[settled]), state.unit),
                    fmt::format("{}, {}, {} logs", state.name, window_text(own.windows[settled]),
                                data.logs->split.empty() || data.logs->split == "test" ? "unseen" : data.logs->split));
   }
@@ -151,75 +139,41 @@ bool any(const std::vector<std::vector<Evaluation>>& groups, const Holds& holds)
   return std::ranges::any_of(groups, [&](const auto& group) { return std::ranges::any_of(group, holds); });
 }
 
-bool settles(const Evaluation& evaluation) {
-  return evaluation.metrics.settled.has_value();
-}
-
 /// What the columns and the rows of the table mean: those that it has.
-std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups, bool normalised) {
+std::string plant_table_notes(const std::vector<std::vector<Evaluation>>& groups) {
   std::string text =
       "norm: root mean square of |x − x̂| over runs and samples, transient included. nrmse: norm over the root mean "
       "square of |x|.";
-  if (normalised) text += " The states' units differ: each counts over its standard deviation.";
-  if (any(groups, settles))
+  if (groups.front().front().metrics.normalised)
+    text += " The states' units differ: each counts over its standard deviation.";
+  if (any(groups, [](const Evaluation& e) { return e.metrics.settled.has_value(); }))
     text +=
         " settled: norm after the transient. Settling time: from when on the error, averaged over the runs and a short "
         "window, stays within 1.5 times its settled value.";
   text += " Initial states are new to the observer.";
   if (any(groups, [](const Evaluation& e) { return !e.noise.none(); }))
     text += " One independent draw of noise per sample.";
-  for (const auto& [name, words] : {std::pair{"ekf", "extended Kalman filter that knows plant and noise exactly"},
-                                    {"ukf", "unscented Kalman filter that knows plant and noise exactly"},
-                                    {"constant", "the average state, always"},
-                                    {"ridge", "a linear map from what the observer's network reads"}})
-    if (any(groups, [name = name](const Evaluation& e) { return e.estimator == name; }))
-      text += fmt::format(" {}: {}.", name, words);
+  std::vector<const EstimatorWords*> said;
+  for (const auto& group : groups)
+    for (const Evaluation& evaluation : group)
+      if (const EstimatorWords* words = estimator_words(evaluation.estimator);
+          words != nullptr && std::ranges::find(said, words) == said.end()) {
+        said.push_back(words);
+        text += fmt::format(" {}: {}{}.", words->name, words->meaning,
+                            words->knows_plant ? " that knows plant and noise exactly" : "");
+      }
   return text;
 }
 
 std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
-  const bool normalised = main_group(groups)->front().metrics.normalised;
-  const bool with_settled = any(groups, settles);
-  std::vector<std::string> headings = {"", normalised ? "normalised norm" : "norm", "nrmse"};
-  if (with_settled) headings.insert(headings.end(), {"settled", "settling time [s]"});
-  for (const Channel& state : groups.front().front().states)
-    headings.push_back(fmt::format("RMSE {}", with_unit(state.name, state.unit)));
-  Rows rows;
-  for (const auto& group : groups) {
-    rows.push_back(
-        {fmt::format("{}: {} runs of {} s, seed {}", noise_title(group.front().noise), group.front().trajectories,
-                     significant(group.front().horizon_s, 2), group.front().seed)});
-    for (const Evaluation& evaluation : group) {
-      const ErrorMetrics& m = evaluation.metrics;
-      std::vector<std::string> row = {evaluation.estimator, significant(m.norm), significant(m.nrmse)};
-      if (with_settled) {
-        row.push_back(significant(m.settled));
-        row.push_back(m.settling_time_s ? fixed(*m.settling_time_s, 1) : (m.settled ? "never" : "-"));
-      }
-      for (const double component : m.per_component) row.push_back(significant(component));
-      rows.push_back(std::move(row));
-    }
-  }
-  return html_table(headings, rows) + fmt::format("<p class=\"soft\">{}</p>\n", plant_table_notes(groups, normalised));
+  std::vector<EvaluationStudy> studies;
+  for (const auto& group : groups) studies.push_back({{""}, {{group}}});
+  return html_table(evaluation_table(studies, true)) +
+         fmt::format("<p class=\"soft\">{}</p>\n", plant_table_notes(groups));
 }
 
 std::string log_tables(const LogEvaluation& logs, const std::vector<std::string>& derived_states) {
-  const LogMetrics& own = logs.entries.front().metrics;
-  Rows rows;
-  for (std::size_t i = 0; i < own.pooled.size(); ++i) {
-    rows.push_back({with_unit(own.pooled[i].name, own.pooled[i].unit)});
-    for (std::size_t e = 0; e < logs.entries.size(); ++e) {
-      const LogEvaluation::Entry& entry = logs.entries[e];
-      const StateError& state = entry.metrics.pooled[i];
-      if (e > 0 && !std::isfinite(state.rmse[0])) continue;
-      const bool described = i < entry.describe.size() && !entry.describe[i].empty();
-      rows.push_back({described ? entry.describe[i] : entry.estimator});
-      for (const double error : state.rmse) rows.back().push_back(rmse(error));
-    }
-  }
-  std::vector<std::string> windows = {"RMSE"};
-  for (const EvaluationWindow& window : own.windows) windows.push_back(window_text(window));
-  std::string html = html_table(windows, rows);
+  std::string html = html_table(log_table(logs));
   if (logs.entries.size() > 1)
     html += fmt::format("<p class=\"soft\">Alternatives are fitted on {}.</p>\n", escaped(logs.baselines_fitted_on));
   if (!derived_states.empty())
@@ -234,46 +188,26 @@ std::string log_tables(const LogEvaluation& logs, const std::vector<std::string>
       "runs.</p>\n",
       percent(logs.domain.share()), logs.domain.first_inside, logs.domain.runs);
   for (const std::string& text : logs.notes) html += note(text);
-  if (own.files.size() < 2) return html;
-  std::vector<std::string> headings = {"observer, file by file"};
-  std::vector<std::size_t> shown = {0};
-  if (const std::size_t settled = settled_window(own.windows); settled > 0) shown.push_back(settled);
-  for (const StateError& state : own.pooled)
-    for (const std::size_t window : shown)
-      headings.push_back(fmt::format("{}, {}", with_unit(state.name, state.unit), own.windows[window].name));
-  rows.clear();
-  for (const LogMetrics::File& file : own.files) {
-    rows.push_back({file.source});
-    rows.back().reserve(headings.size());
-    for (const StateError& state : file.states)
-      for (const std::size_t window : shown) rows.back().push_back(rmse(state.rmse[window]));
-  }
-  return html + html_table(headings, rows);
+  const Table files = file_table(logs);
+  return files.rows.empty() ? html : html + html_table(files);
 }
 
 std::string clock_table(const LogReport& report) {
-  Rows rows;
+  Table table{{"log", "samples", "duration [s]", "step, median [ms]", "1 % [ms]", "99 % [ms]", "longest [ms]", "gaps"}};
   for (const TimeStampReport& file : report.files)
-    rows.push_back({named(file), std::to_string(file.samples), fixed(file.duration_s, 1),
-                    significant(1e3 * file.median_s, 4), significant(1e3 * file.p01_s, 4),
-                    significant(1e3 * file.p99_s, 4), significant(1e3 * file.max_s, 4), std::to_string(file.gaps)});
-  std::string html = html_table(
-      {"log", "samples", "duration [s]", "step, median [ms]", "1 % [ms]", "99 % [ms]", "longest [ms]", "gaps"}, rows);
+    table.add_row({named(file), std::to_string(file.samples), fixed(file.duration_s, 1),
+                   significant(1e3 * file.median_s, 4), significant(1e3 * file.p01_s, 4),
+                   significant(1e3 * file.p99_s, 4), significant(1e3 * file.max_s, 4), std::to_string(file.gaps)});
+  std::string html = html_table(table);
   for (const std::string& text : report.notes) html += note(text);
   return html;
 }
 
 std::string loop_table(const ControlLoopResult& r) {
-  const auto quantiles = [](const ControlLoopResult::Quantiles& q) {
-    return std::vector<std::string>{nanoseconds(q.p50), nanoseconds(q.p99), nanoseconds(q.p99_9), nanoseconds(q.max)};
-  };
-  Rows rows;
-  for (const auto& [name, values] :
-       {std::pair{"step + estimate", r.step_and_estimate}, {"woken after its deadline", r.wake_up_lateness}}) {
-    std::vector<std::string> row = quantiles(values);
-    row.insert(row.begin(), name);
-    rows.push_back(std::move(row));
-  }
+  Table table{{"", "p50", "p99", "p99.9", "max"}};
+  for (const auto& [name, q] :
+       {std::pair{"step + estimate", r.step_and_estimate}, {"woken after its deadline", r.wake_up_lateness}})
+    table.add_row({name, nanoseconds(q.p50), nanoseconds(q.p99), nanoseconds(q.p99_9), nanoseconds(q.max)});
   return fmt::format(
              "<p>The exported header in a periodic thread at {} Hz, with measurement noise N(0, {}): {} ticks, {} "
              "missed "
@@ -283,7 +217,7 @@ std::string loop_table(const ControlLoopResult& r) {
              significant(r.rms_error), significant(r.settled_rms_error), r.faults, r.outside_domain,
              r.real_time_priority ? "Real-time priority" : "Ordinary scheduling (real-time priority was not permitted)",
              r.memory_locked ? "memory locked" : "memory not locked") +
-         html_table({"", "p50", "p99", "p99.9", "max"}, rows);
+         html_table(table);
 }
 
 std::string facts_list(const std::vector<std::pair<std::string, std::string>>& facts) {

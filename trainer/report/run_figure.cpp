@@ -22,10 +22,6 @@ constexpr int kMasked = 5, kOutside = 3;  // bands
 constexpr int kWidth = 960, kPanelHeight = 100;
 constexpr double kLines = 860, kAround = 60;  // pixels: the width of the axes, and what a panel is higher than they
 
-std::string labelled(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
-}
-
 /// An angle as the sensor shows it; jumps become gaps in the line.
 VectorXd wrapped(VectorXd values, double wrap) {
   if (wrap <= 0.0) return values;
@@ -118,7 +114,7 @@ double highest(const VectorXd& values) {
 /// Truth and estimate, what was measured of it, on a scale that the estimate does not set when it is far out.
 Panel state_panel(const Channel& channel, const VectorXd& t, const VectorXd& truth, const VectorXd& estimate,
                   std::vector<Series> measured) {
-  Panel panel = time_panel(labelled(channel.name, channel.unit), t, 1.8);
+  Panel panel = time_panel(with_unit(channel.name, channel.unit), t, 1.8);
   panel.series = std::move(measured);
   double low = lowest(truth), high = highest(truth);
   for (const Series& series : panel.series) {
@@ -139,7 +135,7 @@ Panel state_panel(const Channel& channel, const VectorXd& t, const VectorXd& tru
 }
 
 Panel error_panel(const Channel& channel, const VectorXd& t, const VectorXd& error) {
-  Panel panel = time_panel(labelled("error", channel.unit), t, 1.2);
+  Panel panel = time_panel(with_unit("error", channel.unit), t, 1.2);
   std::vector<double> sizes;
   for (const double value : error)
     if (std::isfinite(value)) sizes.push_back(std::abs(value));
@@ -210,7 +206,7 @@ std::string caption_of(const EvaluatedRun& run, const ShownRuns& shown) {
   text += ": RMSE " + run_errors(run, shown.states) + ".";
   const auto share = [&](const VectorXd& flags, double flagged, const char* meaning) {
     const double part = (flags.array() == flagged).cast<double>().mean();
-    return part > 0.0 ? fmt::format(" {}, {} % of the samples.", meaning, significant(100.0 * part, 2)) : "";
+    return part > 0.0 ? fmt::format(" {}, {} of the samples.", meaning, percent(part)) : "";
   };
   text += share(run.truth.weight, 0.0, "Grey: not scored, the truth is masked there");
   if (run.outside.size() > 0) text += share(run.outside, 1.0, "Purple: z is outside of the training domain");
@@ -235,12 +231,12 @@ Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, c
     bool drawn = false;
     for (Index i = 0; i < run.truth.states.rows(); ++i) drawn = drawn || shows(run, j, i);
     if (drawn) continue;
-    add_signal(labelled(outputs[j].name + ", measured", outputs[j].unit), kMeasured,
+    add_signal(with_unit(outputs[j].name + ", measured", outputs[j].unit), kMeasured,
                measured_output(run, window, j, outputs[j]));
   }
   for (Index i = 0; i < run.truth.inputs.rows() && run.truth.inputs.rows() == std::ssize(inputs); ++i) {
     const Channel& input = inputs[static_cast<std::size_t>(i)];
-    add_signal(labelled(input.name + ", input", input.unit), kInput, window.of(run.truth.inputs.row(i)));
+    add_signal(with_unit(input.name + ", input", input.unit), kInput, window.of(run.truth.inputs.row(i)));
   }
   finish(figure, bands_of(run, window, t), "time [s]");
   return figure;

@@ -77,14 +77,14 @@ std::string search_page(const SearchStory& story, const std::string& gnuplot) {
   page.figure(errors_and_costs(story.record));
   page.figure(races(story.record));
   page.heading("What was tried");
-  SearchTable table = search_table(story);
+  Table table = search_table(story);
   table.headings.front() = table.headings.back();  // what names a row comes first
   table.headings.pop_back();
   for (auto& row : table.rows) {
     row.front() = row.back() + (row.front().empty() ? "" : " (chosen)");
     row.pop_back();
   }
-  page.text(html_table(table.headings, table.rows));
+  page.text(html_table(table));
   std::string list;
   for (std::size_t i = 1; i < findings.size(); ++i) list += fmt::format("<li>{}</li>\n", escaped(findings[i]));
   page.text(fmt::format("<ul>\n{}</ul>\n", list));

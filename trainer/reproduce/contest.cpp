@@ -31,21 +31,18 @@ const char* verdict(const Contender& cell, const std::vector<double>& values) {
 }
 
 /// A row for each cell: model, condition, published, then mean, worst seed and verdict in both readings.
-std::vector<std::vector<std::string>> contest_rows(const Contest& contest) {
-  std::vector<std::vector<std::string>> rows;
+Table contest_table(const Contest& contest) {
+  Table table{{"SMAPE in %", "published", "components", "worst", "", "norms", "worst", ""}};
   for (const Contender& cell : contest.cells) {
-    auto& row = rows.emplace_back();
-    row = {cell.model + ", " + cell.condition, cell.published ? significant(*cell.published) : "-"};
+    auto& row = table.rows.emplace_back();
+    row = {cell.model + ", " + cell.condition, significant(cell.published)};
     for (const ContestReading& reading : kContestReadings) {
       const auto& values = cell.*reading.values;
       row.insert(row.end(), {significant(spread(values).mean), significant(worst_of(values)), verdict(cell, values)});
     }
   }
-  return rows;
+  return table;
 }
-
-const std::vector<std::string> kContestHeadings = {"SMAPE in %", "published", "components", "worst",
-                                                   "",           "norms",     "worst",      ""};
 
 }  // namespace
 
@@ -64,13 +61,11 @@ std::string contest_score(const Contest& contest) {
 }
 
 std::string contest_text(const Contest& contest) {
-  TextTable table(kContestHeadings);
-  for (auto& row : contest_rows(contest)) table.add_row(std::move(row));
-  return contest.title + "\n" + table.to_string(2);
+  return contest.title + "\n" + contest_table(contest).to_text(2);
 }
 
 std::string contest_html(const Contest& contest) {
-  return fmt::format("<h3>{}</h3>\n{}", escaped(contest.title), html_table(kContestHeadings, contest_rows(contest)));
+  return fmt::format("<h3>{}</h3>\n{}", escaped(contest.title), html_table(contest_table(contest)));
 }
 
 std::string contests_csv(const std::vector<Contest>& contests) {

@@ -281,14 +281,14 @@ std::string summary_text(const Result& result) {
   for (const auto& [item, section] : result.sections) {
     text += fmt::format("{} ({})\n", item->title, item->name);
     for (const ComparisonTable& table : section.tables) {
-      TextTable lines({"", "paper", "paper-like", "strict"});
+      Table lines{{"", "paper", "paper-like", "strict"}};
       for (std::size_t r = 0; r < table.rows.size(); ++r)
         for (std::size_t c = 0; c < table.columns.size(); ++c) {
           const Cell& cell = table.cells[r][c];
           lines.add_row({table.rows[r] + ", " + table.columns[c], cell.paper ? significant(*cell.paper) : "-",
                          spread_text(cell.paper_like) + (is_outside(cell) ? " !" : "  "), spread_text(cell.strict)});
         }
-      text += "\n" + lines.to_string(2);
+      text += "\n" + lines.to_text(2);
     }
     for (const Contest& contest : section.contests) text += "\n" + contest_text(contest);
     const Counts counts = count(section);

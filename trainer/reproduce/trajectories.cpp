@@ -134,8 +134,7 @@ std::string runs_csv(const std::vector<Runs>& columns) {
 
 std::string spread_text(const std::vector<double>& values) {
   const Spread s = spread(values);
-  return values.size() < 2 ? significant(s.mean)
-                           : fmt::format("{} ± {}", significant(s.mean), significant(s.deviation, 2));
+  return to_text(trainer::Spread{s.mean, values.size() < 2 ? std::nullopt : std::optional(s.deviation)});
 }
 
 }  // namespace nlo::trainer::reproduction

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "trainer/base/number_text.h"
@@ -43,11 +44,11 @@ std::string title_of(const SweepPoint& point) {
 PointResult point_result(const std::vector<const JobResult*>& of_seeds) {
   PointResult point;
   point.jobs = of_seeds.size();
-  double sum = 0.0, squares = 0.0;
+  std::vector<double> errors;
   for (const JobResult* result : of_seeds) {
     if (result->status != JobStatus::kDone || !result->error) continue;
     ++point.done;
-    sum += *result->error;
+    errors.push_back(*result->error);
     if (!result->cost) continue;
     if (!point.cost) point.cost = result->cost;
     point.cost->multiply_adds = std::max(point.cost->multiply_adds, result->cost->multiply_adds);
@@ -55,11 +56,8 @@ PointResult point_result(const std::vector<const JobResult*>& of_seeds) {
     if (point.cost->ns && result->cost->ns) point.cost->ns = std::max(*point.cost->ns, *result->cost->ns);
   }
   if (point.done < point.jobs) return point;
-  const auto n = static_cast<double>(point.jobs);
-  const double mean = sum / n;
-  point.error = mean;
-  for (const JobResult* result : of_seeds) squares += (*result->error - mean) * (*result->error - mean);
-  if (point.jobs > 1) point.standard_error = std::sqrt(squares / (n - 1.0) / n);
+  point.error = std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
+  point.standard_error = standard_error(errors);
   return point;
 }
 

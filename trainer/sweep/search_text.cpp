@@ -43,9 +43,9 @@ std::string title_of(const Candidate& candidate) {
   return candidate.title.empty() ? candidate.difference : candidate.title;
 }
 
-SearchTable search_table(const SearchStory& story) {
+Table search_table(const SearchStory& story) {
   const SearchRecord& record = story.record;
-  SearchTable table{{"", "error", "steps", "rung", "multiply-adds", "flash [bytes]", "what is varied"}, {}};
+  Table table{{"", "error", "steps", "rung", "multiply-adds", "flash [bytes]", "what is varied"}, {}};
   const std::size_t chosen = record.chosen().candidate;
   for (const std::size_t candidate : order_of(record)) {
     const Candidate& tried = record.candidates[candidate];
@@ -102,7 +102,7 @@ std::vector<std::string> search_findings(const SearchStory& story) {
 
 std::string search_text(const SearchStory& story) {
   constexpr std::size_t kShown = 8;
-  const SearchTable table = search_table(story);
+  const Table table = search_table(story);
   const auto line = [](const std::vector<std::string>& cells) {  // what is varied may be long: last
     return fmt::format("  {:1} {:>8} {:>7} {:>5} {:>14} {:>14}  {}\n", cells[0], cells[1], cells[2], cells[3], cells[4],
                        cells[5], cells[6]);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "trainer/evaluation/text.h"
 #include "trainer/sweep/search_record.h"
 
 namespace nlo::trainer {
@@ -15,15 +16,11 @@ struct SearchStory {
   SearchRecord record;
 };
 
-/// Headings and rows: the farther a candidate came the higher, then by error; the one chosen has a star.
 /// What a candidate varies, for people.
 std::string title_of(const Candidate& candidate);
 
-struct SearchTable {
-  std::vector<std::string> headings;
-  std::vector<std::vector<std::string>> rows;
-};
-SearchTable search_table(const SearchStory& story);
+/// The farther a candidate came the higher, then by error; the one chosen has a star.
+Table search_table(const SearchStory& story);
 
 /// What was chosen and what it is beside the experiment as it stands; then what to know of the search. Sentences.
 std::vector<std::string> search_findings(const SearchStory& story);
