@@ -87,8 +87,9 @@ TEST(FilterInLoop, IsTheFilterOverTheRunThatItMade) {
   double control = 0.0;
   for (std::size_t i = 0; i < set.trajectories.size(); ++i) {
     const Trajectory& run = set.trajectories[i];
-    const MatrixXd x_hat = estimate(MeasurementNoise(noise, kSeed, i).on(run.outputs), run.inputs, run.time_s);
-    const MatrixXd other = estimate(MeasurementNoise(noise, kSeed + 1, i).on(run.outputs), run.inputs, run.time_s);
+    const MatrixXd x_hat = estimate(MeasurementNoise(noise, kSeed, i).on(run.outputs), run.inputs, run.time_s).x_hat;
+    const MatrixXd other =
+        estimate(MeasurementNoise(noise, kSeed + 1, i).on(run.outputs), run.inputs, run.time_s).x_hat;
     for (Index k = 0; k + 1 < run.samples(); ++k) {
       // Steps are differences of time stamps here: rounding.
       ASSERT_NEAR(run.inputs(0, k + 1), -(12.0 * x_hat(0, k) + 5.0 * x_hat(1, k)), 1e-9);

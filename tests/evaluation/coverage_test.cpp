@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/filters/lanes.h"
+#include "trainer/evaluation/evaluate.h"
 
 namespace nlo::trainer {
 namespace {
@@ -25,7 +26,7 @@ Trajectory stairs() {
   return run;
 }
 
-IntervalEstimates of_width(double sigma, double bound_95) {
+Estimates of_width(double sigma, double bound_95) {
   return {MatrixXd::Zero(2, 10), MatrixXd::Constant(2, 10, sigma), MatrixXd::Constant(2, 10, bound_95)};
 }
 
@@ -93,8 +94,8 @@ TEST(Coverage, OfAKalmanFilterOnItsOwnPlantIsWhatItSays) {
     run.weight = VectorXd::Ones(500);
     runs.trajectories.push_back(run);
   }
-  const auto kalman = [](double output) -> IntervalEstimatorFactory {
-    return [output]() -> IntervalEstimator {
+  const auto kalman = [](double output) -> EstimatorFactory {
+    return [output]() -> Estimator {
       return [output](const MatrixXd& y, const MatrixXd& u, const VectorXd& time_s) {
         SigmaPointFilter filter(test::decay(0.0), PointSet::kExtended, test::scalar_knowledge(1.0, kStep, output), {{}},
                                 1);
@@ -104,13 +105,13 @@ TEST(Coverage, OfAKalmanFilterOnItsOwnPlantIsWhatItSays) {
     };
   };
   const NoiseConfig noise{NoiseKind::kGaussian, kNoise};
-  const auto found = coverage_on(kalman(kNoise), runs, noise, 3, 1);
+  const auto found = evaluate("", kalman(kNoise), runs, noise, 3, 1).coverage;
   ASSERT_TRUE(found);
   // Errors are forgotten in some 5 samples: 20,000 / 10 draws, four binomial deviations.
   EXPECT_NEAR(found->share_68(0), 0.68, 4.0 * std::sqrt(0.68 * 0.32 / 2000.0));
   EXPECT_NEAR(found->share_95(0), 0.95, 4.0 * std::sqrt(0.95 * 0.05 / 2000.0));
   // The control: a filter that takes the noise for three times what it is.
-  const auto cautious = coverage_on(kalman(3.0 * kNoise), runs, noise, 3, 1);
+  const auto cautious = evaluate("", kalman(3.0 * kNoise), runs, noise, 3, 1).coverage;
   EXPECT_GT(cautious->share_68(0), 0.68 + 4.0 * std::sqrt(0.68 * 0.32 / 2000.0));
 }
 
@@ -123,13 +124,14 @@ TEST(Coverage, HasTheSameBytesForAnyNumberOfThreads) {
     runs.trajectories.push_back(stairs());
     runs.trajectories.back().outputs = MatrixXd::Constant(1, 10, 0.1 * r);
   }
-  const IntervalEstimatorFactory factory = [] {
+  const EstimatorFactory factory = [] {
     return [](const MatrixXd& y, const MatrixXd&, const VectorXd&) {
-      return IntervalEstimates{MatrixXd::Zero(2, 10), y.replicate(2, 1).cwiseAbs(), 2.0 * y.replicate(2, 1).cwiseAbs()};
+      return Estimates{MatrixXd::Zero(2, 10), y.replicate(2, 1).cwiseAbs(), 2.0 * y.replicate(2, 1).cwiseAbs()};
     };
   };
   const NoiseConfig noise{NoiseKind::kGaussian, 0.3};
-  const auto one = coverage_on(factory, runs, noise, 1, 1), three = coverage_on(factory, runs, noise, 1, 3);
+  const auto one = evaluate("", factory, runs, noise, 1, 1).coverage,
+             three = evaluate("", factory, runs, noise, 1, 3).coverage;
   EXPECT_EQ(one->share_68, three->share_68);
   EXPECT_EQ(one->sigma, three->sigma);
 }

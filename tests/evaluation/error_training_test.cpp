@@ -6,7 +6,7 @@
 
 #include "codegen/model_file/model_file.h"
 #include "tests/training/testing.h"
-#include "trainer/evaluation/coverage.h"
+#include "trainer/evaluation/evaluate.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
@@ -47,7 +47,7 @@ TEST(ErrorTraining, CoversWhatItSaysOnRunsThatItHasNotSeen) {
   const codegen::Model model = trained(oscillator_experiment(), true);
   const Dataset fresh = testing::van_der_pol(100, 20.0, 3);
   const NoiseConfig noise{NoiseKind::kGaussian, 0.2};
-  const auto found = coverage_on(observer_intervals(model, true), fresh, noise, 7, 1);
+  const auto found = evaluate("", observer_estimator(model, true), fresh, noise, 7, 1).coverage;
   ASSERT_TRUE(found);
   // Errors of a run are correlated over its 2 s or so: 100 runs of 20 s are 1,000 draws, 40 of the calibration 400.
   // Four deviations of their difference: 4 sqrt(p (1 - p) (1 / 1000 + 1 / 400)).
@@ -59,7 +59,7 @@ TEST(ErrorTraining, CoversWhatItSaysOnRunsThatItHasNotSeen) {
 
   codegen::Model wrong = model;  // the control: a sigma that is wrong by a third is seen
   wrong.error->factor_68 *= 1.4;
-  const auto seen = coverage_on(observer_intervals(wrong, true), fresh, noise, 7, 1);
+  const auto seen = evaluate("", observer_estimator(wrong, true), fresh, noise, 7, 1).coverage;
   for (Eigen::Index i = 0; i < 2; ++i) EXPECT_GT(std::abs(seen->share_68(i) - 0.68), tolerance(0.68)) << i;
 }
 

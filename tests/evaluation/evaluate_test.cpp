@@ -116,7 +116,7 @@ TEST(Evaluate, EstimatorSeesTheInputsWithoutNoise) {
 TEST(Evaluate, ObserverRunsInFloatAsItFlies) {
   const Dataset set = test::van_der_pol_set(1, 5.0, 3);
   const Trajectory& run = set.trajectories[0];
-  const Eigen::MatrixXd estimate = observer_estimator(low_pass_model(), true)()(run.outputs, {}, run.time_s);
+  const Eigen::MatrixXd estimate = observer_estimator(low_pass_model(), true)()(run.outputs, {}, run.time_s).x_hat;
   EXPECT_EQ(estimate, estimate.cast<float>().cast<double>());
   // z follows dz/dt = -2 z + 2 y: first-order hold in double, by its closed form.
   const double h = 0.02, a = std::exp(-2.0 * h), b1 = 1.0 - (1.0 - a) / (2.0 * h), b0 = 1.0 - a - b1;

@@ -156,16 +156,10 @@ class Study {
   static std::string_view row_of(const std::string& name) { return name == kTrueEkf ? "ekf" : std::string_view(name); }
 
   EstimatorFactory filter(const std::string& name, const NoiseConfig& noise) const {
-    return table_filter(row_of(name), known_to(name), noise, held_inputs(tested_, test_));
-  }
-
-  /// What a filter's covariance says of its errors, beside a model that knows its own; empty: neither does.
-  std::optional<Coverage> coverage(const std::string& name, const Dataset& set, const NoiseConfig& noise,
-                                   std::uint64_t seed) const {
-    if (std::all_of(models_.begin(), models_.end(), [](const NamedModel& m) { return !m.model.error; }))
-      return std::nullopt;
-    const auto intervals = table_filter_intervals(row_of(name), known_to(name), noise, held_inputs(tested_, test_));
-    return intervals ? coverage_on(intervals, set, noise, seed, test_.threads) : std::nullopt;
+    const bool beside_one_that_knows_its_errors =
+        std::ranges::any_of(models_, [](const NamedModel& m) { return m.model.error.has_value(); });
+    return table_filter(row_of(name), known_to(name), noise, held_inputs(tested_, test_),
+                        beside_one_that_knows_its_errors);
   }
 
   Evaluation judged(const std::string& name, const EstimatorFactory& estimator, const Dataset& set,
@@ -180,7 +174,6 @@ class Study {
     for (const std::string& name : test_.against) {
       if (name == "constant" || name == "ridge") continue;  // always there
       result.push_back(judged(name, filter(name, noise), set, noise, seed));
-      result.back().coverage = coverage(name, set, noise, seed);
       if (changed)
         result.back().label = fmt::format("{}, {} parameters", row_of(name), name == kTrueEkf ? "true" : "nominal");
     }

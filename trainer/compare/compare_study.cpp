@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <mutex>
 #include <set>
 
@@ -36,7 +37,7 @@ double nanoseconds_since(Clock::time_point start) {
 }
 
 /// What one column is made of.
-struct Estimates {
+struct MadeOf {
   const ComparedModel* model = nullptr;
   const FilterRow* filter = nullptr;
   bool tuned = false;
@@ -135,7 +136,7 @@ class Study {
     add_column(column, {});
   }
 
-  void add_column(const CompareColumn& column, const Estimates& made_of) {
+  void add_column(const CompareColumn& column, const MadeOf& made_of) {
     result_.columns.push_back(column);
     made_of_.push_back(made_of);
   }
@@ -156,7 +157,7 @@ class Study {
     for (std::size_t c = 0; c < result_.columns.size(); ++c) {
       if (stop_ != nullptr && stop_->load()) throw codegen::Error("interrupted; nothing was written");
       CompareCell& cell = result_.cells[index][c];
-      const Estimates& made_of = made_of_[c];
+      const MadeOf& made_of = made_of_[c];
       if (made_of.model != nullptr)
         observe(*made_of.model, runs, cell);
       else if (made_of.filter != nullptr)
@@ -167,20 +168,28 @@ class Study {
     }
   }
 
-  void observe(const ComparedModel& model, const ComparedRuns& runs, CompareCell& cell) const {
-    const ObserverRun observer = observer_run(model.model, has_uniform_steps(runs.set, model.model));
+  /// Run by run. `estimator_of`: a run by its number.
+  void estimate(const std::function<Estimator(std::size_t run)>& estimator_of, const ComparedRuns& runs,
+                CompareCell& cell) const {
     Eigen::ArrayXd squares(static_cast<Index>(runs.outputs.size()));
     double spent = 0.0, samples = 0.0;
     for (std::size_t i = 0; i < runs.outputs.size(); ++i) {
+      if (stop_ != nullptr && stop_->load()) return;
       const Trajectory& truth = runs.set.trajectories[i];
+      const Estimator estimator = estimator_of(i);
       const auto start = Clock::now();
-      const MatrixXd estimates = observer(runs.outputs[i], truth.inputs, truth.time_s).x_hat;
+      const MatrixXd x_hat = estimator(runs.outputs[i], truth.inputs, truth.time_s).x_hat;
       spent += nanoseconds_since(start);
       samples += static_cast<double>(truth.samples());
-      squares[static_cast<Index>(i)] = squared_error(runs, i, estimates);
+      squares[static_cast<Index>(i)] = squared_error(runs, i, x_hat);
     }
     cell.ns = spent / samples;
     set_norms(cell, squares, test_.seeds);
+  }
+
+  void observe(const ComparedModel& model, const ComparedRuns& runs, CompareCell& cell) const {
+    const Estimator observer = observer_estimator(model.model, has_uniform_steps(runs.set, model.model))();
+    estimate([&](std::size_t) { return observer; }, runs, cell);
   }
 
   void filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
@@ -205,22 +214,20 @@ class Study {
     cell.missing = no_likelihood(condition.noise);
     if (cell.missing.empty() && runs.plant_states > 3) cell.missing = "too many states for so few particles";
     if (!cell.missing.empty()) return;
-    Eigen::ArrayXd squares(runs.measured.lanes());
-    double spent = 0.0;
-    for (Index lane = 0; lane < squares.size(); ++lane) {
-      if (stop_ != nullptr && stop_->load()) return;
-      const LaneRuns one = lane_of(runs.measured, lane);
-      const Experiment known = experiment_under(nominal_, condition, static_cast<std::size_t>(lane));
-      const auto plant = std::shared_ptr<const Plant>(make_plant(*known.plant));
-      const auto start = Clock::now();
-      const MatrixXd x =
-          particle_estimates(lane_plant(plant), known.simulation, condition.box_scale, condition.noise, one,
-                             {test_.particles, test_.seed ^ kTuningSeed}, static_cast<std::uint64_t>(lane));
-      spent += nanoseconds_since(start);
-      squares[lane] = squared_error(runs, static_cast<std::size_t>(lane), runs.channels.states(x));
-    }
-    cell.ns = spent / (static_cast<double>(runs.measured.samples()) * static_cast<double>(squares.size()));
-    set_norms(cell, squares, test_.seeds);
+    const bool held = runs.measured.held_inputs;
+    estimate(
+        [&](std::size_t run) -> Estimator {
+          const Experiment known = experiment_under(nominal_, condition, run);
+          const LanePlant plant = lane_plant(make_plant(*known.plant));
+          return [&, known, plant, run, held](const MatrixXd& outputs, const MatrixXd& inputs,
+                                              const Eigen::VectorXd& time_s) -> Estimates {
+            const LaneRuns one = one_run(runs.channels.plant_outputs(outputs), inputs, time_s, held);
+            return runs.channels.states(particle_estimates(plant, known.simulation, condition.box_scale,
+                                                           condition.noise, one,
+                                                           {test_.particles, test_.seed ^ kTuningSeed}, run));
+          };
+        },
+        runs, cell);
   }
 
   void report(const std::string& condition) {
@@ -239,8 +246,8 @@ class Study {
                                             test_.seeds, test_.trajectories);
     const std::size_t run = result_.cells[worst].front().worst_run;
     const Trajectory& truth = runs.set.trajectories[run];
-    const ObserverRun observer =
-        observer_run(models_.front().model, has_uniform_steps(runs.set, models_.front().model));
+    const Estimator observer =
+        observer_estimator(models_.front().model, has_uniform_steps(runs.set, models_.front().model))();
     EvaluatedRun kept{truth, runs.outputs[run], observer(runs.outputs[run], truth.inputs, truth.time_s).x_hat, "worst"};
     result_.worst_condition = worst;
     result_.worst.push_back(std::move(kept));
@@ -252,7 +259,7 @@ class Study {
   const CompareProgress& progress_;
   const std::atomic<bool>* stop_;
   std::vector<std::string> joint_parameters_;
-  std::vector<Estimates> made_of_;
+  std::vector<MadeOf> made_of_;
   Comparison result_;
   std::mutex mutex_;
   double done_ = 0.0, all_ = 1.0;

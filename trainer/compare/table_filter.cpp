@@ -37,10 +37,6 @@ class Maker {
   const FilterContext& context() const { return context_; }
   const PlantChannels& channels() const { return channels_; }
 
-  FilteredRun over(const MatrixXd& outputs, const MatrixXd& inputs, const VectorXd& time_s, bool held_inputs) const {
-    return filtered(*make(), one_run(channels_.plant_outputs(outputs), inputs, time_s, held_inputs));
-  }
-
  private:
   const FilterRow* row_;
   FilterContext context_;
@@ -69,22 +65,15 @@ class InLoop final : public LoopEstimator {
 }  // namespace
 
 EstimatorFactory table_filter(std::string_view name, const Experiment& nominal, const NoiseConfig& noise,
-                              bool held_inputs) {
-  return [maker = Maker(name, nominal, noise), held_inputs]() -> Estimator {
-    return [own = maker, held_inputs](const MatrixXd& outputs, const MatrixXd& inputs, const VectorXd& time_s) {
-      return own.channels().states(own.over(outputs, inputs, time_s, held_inputs).x_hat);
-    };
-  };
-}
-
-IntervalEstimatorFactory table_filter_intervals(std::string_view name, const Experiment& nominal,
-                                                const NoiseConfig& noise, bool held_inputs) {
-  const Maker maker(name, nominal, noise);
-  if (!maker.channels().plain() || maker.make()->deviations().size() == 0) return nullptr;
-  return [maker, held_inputs]() -> IntervalEstimator {
-    return [own = maker, held_inputs](const MatrixXd& outputs, const MatrixXd& inputs, const VectorXd& time_s) {
-      FilteredRun run = own.over(outputs, inputs, time_s, held_inputs);
-      return normal_intervals(std::move(run.x_hat), run.deviations);
+                              bool held_inputs, bool with_intervals) {
+  return [maker = Maker(name, nominal, noise), held_inputs, with_intervals]() -> Estimator {
+    return [own = maker, held_inputs, with_intervals](const MatrixXd& outputs, const MatrixXd& inputs,
+                                                      const VectorXd& time_s) -> Estimates {
+      const PlantChannels& channels = own.channels();
+      FilteredRun run = filtered(*own.make(), one_run(channels.plant_outputs(outputs), inputs, time_s, held_inputs));
+      if (with_intervals && channels.plain() && run.deviations.size() > 0)
+        return normal_intervals(std::move(run.x_hat), run.deviations);
+      return channels.states(run.x_hat);
     };
   };
 }

@@ -38,6 +38,7 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
   if (!share_a_unit(clean.states)) metrics.state_scale = state_deviation(clean);
   const std::size_t chunks = (runs.size() + kChunk - 1) / kChunk;
   std::vector<ErrorAccumulator> sums(chunks, ErrorAccumulator(clean.states, clean.sample_period_s, metrics));
+  std::vector<CoverageSum> covered(chunks, CoverageSum(clean.states));
   ThreadPool pool(threads);
   std::vector<Estimator> estimators(static_cast<std::size_t>(pool.threads()));
   FirstAndWorst examples(clean);
@@ -47,15 +48,18 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
     if (!estimate) estimate = factory();
     for (std::size_t i = chunk * kChunk; i < std::min(runs.size(), (chunk + 1) * kChunk); ++i) {
       Eigen::MatrixXd measured = MeasurementNoise(noise, seed, i).on(runs[i].outputs, clean.output_angles);
-      Eigen::MatrixXd estimates = estimate(measured, runs[i].inputs, runs[i].time_s);
-      sums[chunk].add(runs[i], estimates);
-      examples.offer(i, std::move(measured), std::move(estimates));
+      Estimates estimates = estimate(measured, runs[i].inputs, runs[i].time_s);
+      sums[chunk].add(runs[i], estimates.x_hat);
+      if (estimates.sigma.size() > 0) covered[chunk].add(runs[i], estimates);
+      examples.offer(i, std::move(measured), std::move(estimates.x_hat));
     }
   });
 
   ErrorAccumulator total(clean.states, clean.sample_period_s, metrics);
   for (const auto& sum : sums) total.merge(sum);
   result.metrics = total.metrics();
+  for (std::size_t c = 1; c < chunks; ++c) covered.front().merge(covered[c]);
+  result.coverage = covered.front().coverage();
   result.examples = examples.take();
   return result;
 }
@@ -87,9 +91,9 @@ void count_domain(const codegen::Model& model, const codegen::Run& run, DomainSh
 
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps) {
   return [model, uniform_steps]() -> Estimator {
-    return [run = observer_run(model, uniform_steps)](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                                      const Eigen::VectorXd& time_s) {
-      return run(outputs, inputs, time_s).x_hat;
+    return [model, run = observer_run(model, uniform_steps)](
+               const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s) {
+      return estimates_of(model, run(outputs, inputs, time_s));
     };
   };
 }
@@ -133,20 +137,19 @@ Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, 
   const EstimatorFactory factory = [&]() -> Estimator {
     return [&, run = observer_run(model, uniform)](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                                    const Eigen::VectorXd& time_s) {
-      codegen::Run answer = run(outputs, inputs, time_s);
+      const codegen::Run answer = run(outputs, inputs, time_s);
       DomainShare share;
       count_domain(model, answer, share);
       samples += share.samples;
       inside += share.inside;
       firsts += share.runs;
       first_inside += share.first_inside;
-      return std::move(answer.x_hat);
+      return estimates_of(model, answer);
     };
   };
   Evaluation result = evaluate("observer", factory, clean, noise, seed, threads, config);
   result.domain = DomainShare{samples, inside, firsts, first_inside};
   for (EvaluatedRun& run : result.examples) run.outside = outside_of_domain(model, run, uniform);
-  if (model.error) result.coverage = coverage_on(observer_intervals(model, uniform), clean, noise, seed, threads);
   return result;
 }
 

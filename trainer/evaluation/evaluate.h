@@ -25,9 +25,8 @@ namespace nlo::trainer {
 ///   outputs  n_y x N  as measured
 ///   inputs   n_u x N  what excited the plant, without noise; 0 x 0 when nothing did
 ///   time_s   N
-/// gives x_hat, n_x x N.
-using Estimator = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                                const Eigen::VectorXd& time_s)>;
+using Estimator = std::function<Estimates(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                          const Eigen::VectorXd& time_s)>;
 
 /// Makes an estimator; each thread asks for its own, so that it may keep work memory.
 using EstimatorFactory = std::function<Estimator()>;
@@ -71,7 +70,7 @@ struct Evaluation {
   std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...
 };
 
-/// Strict noise (measurement_noise.h) on `clean`, then the estimator. `threads` 0: all cores. The result has the same
+/// Strict noise (measurement_noise.h) on `clean`, then the estimator; coverage where it gives intervals. `threads` 0: all cores. The result has the same
 /// bytes for any number of threads. Norms over states whose units differ are of states over their deviation in `clean`.
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
                     const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config = {});
@@ -88,7 +87,7 @@ bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);
 /// Adds what a run says of the model's domain.
 void count_domain(const codegen::Model& model, const codegen::Run& run, DomainShare& share);
 
-/// x_hat of observer_run().
+/// What observer_run() says.
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);
 
 /// The linear readout of the model's features, fitted on `training` with strict noise on its outputs.
@@ -98,7 +97,7 @@ EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& t
 /// Always the mean state of `dataset`: what knowing nothing but the set's average is worth.
 EstimatorFactory constant_estimator(const Dataset& dataset);
 
-/// evaluate() of a model, with its domain and, where it knows how wrong it is, its coverage; its examples also say where z leaves it.
+/// evaluate() of a model, with its domain; its examples also say where z leaves it.
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
                              std::uint64_t seed, int threads, const MetricsConfig& config = {});
 

@@ -228,7 +228,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     count_domain(model, runs.back(), result.domain);
     sum.add(logs.trajectories[i], estimates.back());
     if (model.error) {
-      const IntervalEstimates all = intervals_of(model, runs.back());
+      const Estimates all = estimates_of(model, runs.back());
       covered.add(logs.trajectories[i],
                   {all.x_hat(scored, Eigen::all), all.sigma(scored, Eigen::all), all.bound_95(scored, Eigen::all)});
     }

@@ -45,13 +45,6 @@ LaneRuns repeated(const LaneRuns& runs, Index times) {
   return result;
 }
 
-LaneRuns lane_of(const LaneRuns& runs, Index lane) {
-  LaneRuns result = runs;
-  for (MatrixXd& y : result.outputs) y = y.col(lane).eval();
-  for (MatrixXd& u : result.inputs) u = u.col(lane).eval();
-  return result;
-}
-
 LaneInputs inputs_before(const LaneRuns& runs, Index k) {
   return {runs.inputs_at(runs.held_inputs || k == 0 ? k : k - 1), runs.inputs_at(k)};
 }

@@ -50,9 +50,6 @@ LaneRuns one_run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, 
 /// The same runs `times` times, lane by lane behind each other: for as many tunings of one filter.
 LaneRuns repeated(const LaneRuns& runs, Eigen::Index times);
 
-/// One of them.
-LaneRuns lane_of(const LaneRuns& runs, Eigen::Index lane);
-
 /// Inputs at both ends of the period that ends with sample k, n_u x L each; 0 x 0 where there are none.
 struct LaneInputs {
   Eigen::MatrixXd from, to;
