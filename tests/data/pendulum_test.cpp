@@ -69,7 +69,7 @@ TEST(Pendulum, ObserverBeatsWhatNeedsNoTraining) {
                                                     &splits.train, NoiseConfig{}, experiment.seed);
   constexpr std::size_t kAll = 0;
   double observer = 0.0;
-  for (const LogEvaluation::Entry& entry : evaluation.entries) {
+  for (const LogEntry& entry : evaluation.entries) {
     const double rmse = entry.metrics.pooled[0].rmse[kAll];
     RecordProperty(entry.estimator, std::to_string(rmse));
     // Measured: observer .12, ridge .17, polynomial .20, difference .43, constant 4.4 rad/s.

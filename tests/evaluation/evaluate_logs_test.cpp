@@ -104,7 +104,7 @@ TEST(EvaluateLogs, AnAngleOfTwoStatesIsComparedAsWell) {
   schema.angle_pairs = {{"turn", "rad", 6.283185307179586, 0}};  // of dq and hidden: any two will do
   const LogEvaluation result = evaluate_on_logs(differentiator(1.0), swing_logs(), schema, nullptr, {}, 1, after_2_s());
   ASSERT_EQ(result.entries[0].metrics.pooled.size(), 3U);
-  for (const LogEvaluation::Entry& entry : result.entries)
+  for (const LogEntry& entry : result.entries)
     EXPECT_LE(entry.describe.size(), 2U) << "control: " << entry.estimator << " does not describe the angle";
   EXPECT_THAT(result.notes, ::testing::Contains(HasSubstr("turn ")));
 }

@@ -28,7 +28,7 @@ FilterStudy study_of(const Identification& identification, double w2) {
 }
 
 double rmse(const FilterStudy& study, const std::string& estimator) {
-  for (const FilterStudy::Entry& entry : study.entries)
+  for (const LogEntry& entry : study.entries)
     if (entry.estimator == estimator) return entry.metrics.pooled.front().rmse.front();
   return std::nan("");
 }

@@ -91,7 +91,7 @@ Outcome outcome_of(DraftExperiment draft, const LogGroup& fold, std::vector<std:
       evaluate_on_logs(result.model, splits.test, resolve_columns(*experiment.log), &splits.train, NoiseConfig{},
                        experiment.seed, metrics_config(experiment, splits.test));
   Outcome outcome{fold.name, static_cast<int>(training.size()), experiment.seed, {}};
-  for (const LogEvaluation::Entry& entry : evaluation.entries) outcome.errors[entry.estimator] = entry.metrics.pooled;
+  for (const LogEntry& entry : evaluation.entries) outcome.errors[entry.estimator] = entry.metrics.pooled;
   return outcome;
 }
 

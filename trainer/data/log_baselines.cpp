@@ -82,30 +82,27 @@ EndPointPolynomial best_polynomial(const Dataset& training, int state, const Sta
   return best;
 }
 
-/// The output in the unit of a state that is nearest to it; -1: there is none, it is the truth, or its mean is nearer.
+/// best_sensor() of a state on the logs.
 int sensor_of(const Dataset& training, int state) {
-  constexpr double kExact = 1e-5;  // of a deviation: a sensor this good has no noise, and says nothing of a real one
   const Channel& wanted = training.states[static_cast<std::size_t>(state)];
-  const double mean = mean_states(training)[state];
-  int best = -1;
-  double least = std::numeric_limits<double>::infinity();
-  for (int j = 0; j < static_cast<int>(training.outputs.size()); ++j) {
-    if (training.outputs[static_cast<std::size_t>(j)].unit != wanted.unit || wanted.unit.empty()) continue;
-    double squares = 0.0, spread = 0.0;
+  const auto error_of = [&](const auto& estimate) {
+    double squares = 0.0;
     for (const Trajectory& run : training.trajectories)
       for (Index k = 0; k < run.samples(); ++k) {
         if (run.weight[k] <= 0.0) continue;
-        const auto distance = [&](double from) {
-          const double d = run.states(state, k) - from;
-          return wanted.wrap > 0.0 ? wrap_difference(d, wanted.wrap) : d;
-        };
-        squares += run.weight[k] * std::pow(distance(run.outputs(j, k)), 2);
-        spread += run.weight[k] * std::pow(distance(mean), 2);
+        const double error = run.states(state, k) - estimate(run, k);
+        squares += run.weight[k] * std::pow(wanted.wrap > 0.0 ? wrap_difference(error, wanted.wrap) : error, 2);
       }
-    if (squares <= kExact * kExact * spread) return -1;
-    if (squares < least && squares < spread) least = squares, best = j;  // worse than the mean: of something else
+    return std::sqrt(squares);
+  };
+  std::vector<double> errors;
+  for (Index j = 0; j < static_cast<Index>(training.outputs.size()); ++j) {
+    const bool measures = !wanted.unit.empty() && training.outputs[static_cast<std::size_t>(j)].unit == wanted.unit;
+    errors.push_back(measures ? error_of([j](const Trajectory& run, Index k) { return run.outputs(j, k); })
+                              : std::numeric_limits<double>::infinity());
   }
-  return best;
+  const double mean = mean_states(training)[state];
+  return best_sensor(errors, error_of([mean](const Trajectory&, Index) { return mean; }));
 }
 
 }  // namespace
@@ -158,6 +155,13 @@ VectorXd mean_states(const Dataset& dataset) {
     if (wrap > 0.0) mean[i] = angle_of(VectorXd::Constant(1, sine), VectorXd::Constant(1, cosine), wrap)[0];
   }
   return mean;
+}
+
+int best_sensor(const std::vector<double>& errors, double deviation) {
+  constexpr double kExact = 1e-5;
+  const auto least = std::min_element(errors.begin(), errors.end());
+  const bool none = least == errors.end() || !(*least < deviation) || *least <= kExact * deviation;
+  return none ? -1 : static_cast<int>(least - errors.begin());
 }
 
 const std::vector<std::string>& LogBaseline::names() {

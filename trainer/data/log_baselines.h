@@ -32,6 +32,11 @@ Eigen::VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int der
 /// and pi average to pi, not to 0.
 Eigen::VectorXd mean_states(const Dataset& dataset);
 
+/// The best sensor of a state among outputs in its unit, by their RMSE as they are (infinite: in another unit) and the state's
+/// deviation; -1: there is none, one is the truth itself, or the mean is nearer. A sensor without any noise is a simulated
+/// one: it says nothing of a real one.
+int best_sensor(const std::vector<double>& errors, double deviation);
+
 class LogBaseline {
  public:
   static const std::vector<std::string>& names();  ///< constant, sensor, difference, polynomial, static_ridge

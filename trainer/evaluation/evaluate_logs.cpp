@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -85,7 +86,7 @@ std::vector<Eigen::Index> scored_states(const codegen::Model& model, const Datas
 }
 
 /// `entries`: the observer first.
-std::vector<std::string> compared(const std::vector<LogEvaluation::Entry>& entries) {
+std::vector<std::string> compared(const std::vector<LogEntry>& entries) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const LogMetrics& ours = entries.front().metrics;
   std::vector<ComparedState> states;
@@ -99,7 +100,7 @@ std::vector<std::string> compared(const std::vector<LogEvaluation::Entry>& entri
                         ours.pooled[i].rmse[window],
                         kNone,
                         kNone};
-    for (const LogEvaluation::Entry& entry : entries) {
+    for (const LogEntry& entry : entries) {
       const double error = entry.metrics.pooled[i].rmse[window];
       if (entry.estimator == "constant") {
         state.constant = error;
@@ -179,6 +180,25 @@ std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<E
   return notes;
 }
 
+void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, const Dataset& judged,
+                     const LogSchema& schema, const std::vector<AnglePair>& angles, const EvaluationWindows& windows,
+                     const std::function<bool(const std::string& name)>& wanted) {
+  for (const std::string& name : LogBaseline::names()) {
+    if (!wanted(name)) continue;
+    const LogBaseline baseline = LogBaseline::fit(name, training, schema.state_sources);
+    std::vector<std::string> describe;
+    for (int i = 0; i < static_cast<int>(judged.states.size()); ++i)
+      describe.push_back(baseline.applies(i) ? baseline.describe(i) : "");
+    if (std::ranges::all_of(describe, &std::string::empty)) continue;
+    std::vector<Eigen::MatrixXd> estimates;
+    for (const Trajectory& run : judged.trajectories) estimates.push_back(baseline.estimate(run));
+    entries.push_back({name,
+                       std::move(describe),
+                       log_metrics(judged, estimates, angles, windows),
+                       {static_cast<double>(baseline.multiply_adds()), 0.0}});
+  }
+}
+
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
                                MetricsConfig config, const LogProgress& progress,
@@ -251,22 +271,12 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   const auto has_holes = [&](const Dataset& data) { return noise.loses() || has_empty_cells(data); };
   const Dataset read_by_baselines = has_holes(fitted_on) ? held_outputs(fitted_on) : fitted_on;
   const Dataset judged = has_holes(measured) ? held_outputs(measured) : measured;
-  const std::vector<std::string>& names = LogBaseline::names();
-  for (std::size_t n = 0; n < names.size(); ++n) {
-    if (!missing.empty() && names[n] != "constant") continue;
-    say(0.3 + 0.5 * static_cast<double>(n) / static_cast<double>(names.size()), names[n]);
-    const LogBaseline baseline = LogBaseline::fit(names[n], read_by_baselines, schema.state_sources);
-    std::vector<std::string> describe;
-    bool applies = false;
-    for (int i = 0; i < static_cast<int>(logs.states.size()); ++i) {
-      applies = applies || baseline.applies(i);
-      describe.push_back(baseline.applies(i) ? baseline.describe(i) : "");
-    }
-    if (!applies) continue;
-    estimates.clear();
-    for (const Trajectory& run : judged.trajectories) estimates.push_back(baseline.estimate(run));
-    judge(names[n], std::move(describe), estimates);
-  }
+  double share = 0.3;
+  judge_baselines(result.entries, read_by_baselines, judged, schema, schema.angle_pairs, config.windows,
+                  [&](const std::string& name) {
+                    say(std::exchange(share, share + 0.1), name);
+                    return missing.empty() || name == "constant";
+                  });
 
   say(0.8, "ridge");
   LinearReadout readout(model, logs.states);

@@ -16,6 +16,7 @@
 #include "trainer/evaluation/comparison.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/metrics.h"
+#include "trainer/filters/step_cost.h"
 
 namespace nlo::trainer {
 
@@ -25,13 +26,24 @@ struct Unscored {
   std::string where;  ///< "the first 0.2 s and the last 0.2 s of each log"; empty when all are scored
 };
 
+/// An estimator on logs.
+struct LogEntry {
+  std::string estimator;              ///< "observer", "ekf", one of LogBaseline::names(), "ridge" ...
+  std::vector<std::string> describe;  ///< per state, how a baseline was set up: empty where it does not apply; none: no
+                                      ///< baseline
+  LogMetrics metrics;                 ///< NaN for a state to which it does not apply
+  StepCost cost = {};                 ///< {0, 0}: not counted
+  std::string setup = {};             ///< in words: how a filter was tuned
+};
+
+/// Adds each of LogBaseline::names() that applies to a state, fitted on `training`, on `judged`.
+///   wanted  called before each name; false: it is left out
+void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, const Dataset& judged,
+                     const LogSchema& schema, const std::vector<AnglePair>& angles, const EvaluationWindows& windows,
+                     const std::function<bool(const std::string& name)>& wanted);
+
 struct LogEvaluation {
-  struct Entry {
-    std::string estimator;              ///< "observer", then LogBaseline::names() and "ridge"
-    std::vector<std::string> describe;  ///< per state, how this estimator was set up; empty for the observer
-    LogMetrics metrics;
-  };
-  std::vector<Entry> entries;      ///< the observer first
+  std::vector<LogEntry> entries;   ///< the observer first, then baselines and "ridge"
   ErrorMetrics metrics;            ///< of the observer over all files
   std::vector<std::string> notes;  ///< plain words on states that are no better than by a constant or a linear readout,
                                    ///< and on estimates that make no sense where nothing is scored

@@ -127,19 +127,22 @@ std::string evaluation_text(const std::string& model, const std::vector<Evaluati
   return evaluations.empty() ? "" : evaluation_text(EvaluationStudy{{model}, {{evaluations}}}, note);
 }
 
-Table log_table(const LogEvaluation& evaluation) {
-  const LogMetrics& observer = evaluation.entries.front().metrics;
+Table log_table(const std::vector<LogEntry>& entries, bool with_cost) {
+  const LogMetrics& first = entries.front().metrics;
   Table table{{"RMSE"}};
-  for (const EvaluationWindow& window : observer.windows) table.headings.push_back(window_text(window));
-  for (std::size_t i = 0; i < observer.pooled.size(); ++i) {
-    table.add_row({with_unit(observer.pooled[i].name, observer.pooled[i].unit)});
-    for (const auto& entry : evaluation.entries) {
+  for (const EvaluationWindow& window : first.windows) table.headings.push_back(window_text(window));
+  if (with_cost) table.headings.insert(table.headings.end(), {"operations", "functions"});
+  for (std::size_t i = 0; i < first.pooled.size(); ++i) {
+    table.add_row({with_unit(first.pooled[i].name, first.pooled[i].unit)});
+    for (const LogEntry& entry : entries) {
       const StateError& state = entry.metrics.pooled[i];
-      const bool ours = &entry == &evaluation.entries.front();
-      if (!ours && !std::isfinite(state.rmse[0])) continue;  // this baseline does not apply to a hidden state
+      if (!entry.describe.empty() && !std::isfinite(state.rmse[0])) continue;  // a baseline that has none of this state
       const bool described = i < entry.describe.size() && !entry.describe[i].empty();
       table.add_row({described ? entry.describe[i] : entry.estimator});
-      for (const double error : state.rmse) table.rows.back().push_back(significant(error));
+      auto& row = table.rows.back();
+      for (const double error : state.rmse) row.push_back(significant(error));
+      if (with_cost && entry.cost.operations > 0.0)
+        row.insert(row.end(), {fixed(entry.cost.operations, 0), fixed(entry.cost.functions, 0)});
     }
   }
   return table;
@@ -172,7 +175,7 @@ std::string evaluation_text(const std::string& model, const LogEvaluation& evalu
       evaluation.baselines_fitted_on);
   CoverageTable coverage;
   coverage.add("observer", evaluation.states, evaluation.coverage);
-  text += log_table(evaluation).to_text(2) + coverage.text();
+  text += log_table(evaluation.entries).to_text(2) + coverage.text();
   if (const Table files = file_table(evaluation); !files.rows.empty()) text += "\n" + files.to_text(2);
   if (evaluation.unscored.share > 0.0)
     text += fmt::format("\n  unscored: {} of the samples, {}\n", percent(evaluation.unscored.share),

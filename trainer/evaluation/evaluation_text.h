@@ -17,8 +17,9 @@ namespace nlo::trainer {
 /// left out. `is_headed`: above the rows of a study its noise and runs. For the terminal and the page, as those below.
 Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed = false);
 
-/// Per state the observer and its alternatives over the windows; the observer per file (no rows where there is one).
-Table log_table(const LogEvaluation& evaluation);
+/// Per state the estimators over the windows, and what a step of them costs; the observer per file (no rows where there is
+/// one).
+Table log_table(const std::vector<LogEntry>& entries, bool with_cost = false);
 Table file_table(const LogEvaluation& evaluation);
 
 /// The table under a line that says what was tested, `note` (e.g. "initial states from twice the training box") comes from

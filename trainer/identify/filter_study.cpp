@@ -105,6 +105,7 @@ class Study {
 
   void constant_acceleration() {
     std::vector<ConstantAcceleration> filters(schema_.state_sources.size());
+    std::vector<std::string> describe(filters.size());
     std::string setup;
     double count = 0.0;
     for (std::size_t i = 0; i < filters.size(); ++i) {
@@ -128,6 +129,7 @@ class Study {
       filters[i] = with(log_q, source);
       setup += fmt::format("{}(q/r)^(1/5) of {}: {} 1/s", setup.empty() ? "" : ", ", logs_.judged.states[i].name,
                            significant(std::pow(10.0, log_q / 5.0), 2));
+      describe[i] = "constant_acceleration";
       count += 1.0;
     }
     if (count == 0.0) return;
@@ -137,20 +139,14 @@ class Study {
         if (applies(i)) x.row(static_cast<Index>(i)) = filters[i].estimate(run.time_s, measured(i, run)).row(row(i));
       return x;
     });
+    study.entries.back().describe = describe;
   }
 
   void without_a_plant() {
-    for (const std::string& name : LogBaseline::names()) {
+    judge_baselines(study.entries, logs_.training, logs_.judged, schema_, {}, windows_, [&](const std::string& name) {
       say(0.95, name);
-      const LogBaseline baseline = LogBaseline::fit(name, logs_.training, schema_.state_sources);
-      std::string setup;
-      for (int i = 0; i < static_cast<int>(logs_.judged.states.size()); ++i)
-        if (baseline.applies(i) && setup.find(baseline.describe(i)) == std::string::npos)
-          setup += (setup.empty() ? "" : ", ") + baseline.describe(i);
-      if (!setup.empty())
-        judge(name, setup, {static_cast<double>(baseline.multiply_adds()), 0.0},
-              [&](const Trajectory& run) { return baseline.estimate(run); });
-    }
+      return true;
+    });
   }
 
   FilterStudy study;
@@ -160,7 +156,7 @@ class Study {
   void judge(const std::string& name, const std::string& setup, const StepCost& cost, const Estimate& estimate) {
     const auto estimates = estimates_of(1, logs_.judged, pool_,
                                         [&](std::size_t, const Trajectory& run) { return MatrixXd(estimate(run)); });
-    study.entries.push_back({name, setup, cost, log_metrics(logs_.judged, estimates.front(), {}, windows_)});
+    study.entries.push_back({name, {}, log_metrics(logs_.judged, estimates.front(), {}, windows_), cost, setup});
   }
 
   double relative(const std::vector<double>& rmse) const {

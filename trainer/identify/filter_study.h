@@ -12,22 +12,15 @@
 #include "trainer/base/parallel.h"
 #include "trainer/config/identification.h"
 #include "trainer/data/log_dataset.h"
-#include "trainer/data/log_metrics.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/filters/step_cost.h"
+#include "trainer/evaluation/evaluate_logs.h"
 
 namespace nlo::trainer {
 
 struct FilterStudy {
-  struct Entry {
-    std::string estimator;  ///< "ekf", "ukf", "constant_acceleration", then LogBaseline::names()
-    std::string setup;      ///< in words: what was tuned, or fitted
-    StepCost cost;          ///< {0, 0}: not counted
-    LogMetrics metrics;     ///< over the test logs; NaN for a state to which it does not apply
-  };
-  std::vector<Entry> entries;
-  std::string tuned_on;   ///< "the validation logs", "the training logs"
-  std::string judged_on;  ///< "the test logs", or where there are none what they were tuned on
+  std::vector<LogEntry> entries;  ///< "ekf", "ukf", "constant_acceleration", LogBaseline::names(): over the test logs
+  std::string tuned_on;           ///< "the validation logs", "the training logs"
+  std::string judged_on;          ///< "the test logs", or where there are none what they were tuned on
   double sample_period_s = 0.0;
 };
 

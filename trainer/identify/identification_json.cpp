@@ -15,8 +15,11 @@ Json fitted_json(const std::vector<FittedError>& errors) {
   return json;
 }
 
-Json entry_json(const FilterStudy::Entry& entry) {
-  Json json = {{"setup", entry.setup}};
+Json entry_json(const LogEntry& entry) {
+  std::string setup = entry.setup;
+  for (const std::string& each : entry.describe)
+    if (entry.setup.empty() && setup.find(each) == std::string::npos) setup += (setup.empty() ? "" : ", ") + each;
+  Json json = {{"setup", setup}};
   if (entry.cost.operations > 0.0) {
     json["operations"] = std::round(entry.cost.operations);
     json["functions"] = std::round(entry.cost.functions);
@@ -51,7 +54,7 @@ std::string identification_json(const std::string& name, const IdentificationRes
     json["tuned_on"] = study->tuned_on;
     json["judged_on"] = study->judged_on;
     Json& estimators = json["estimators"] = Json::object();
-    for (const FilterStudy::Entry& entry : study->entries) estimators[entry.estimator] = entry_json(entry);
+    for (const LogEntry& entry : study->entries) estimators[entry.estimator] = entry_json(entry);
   }
   return json_text(json) + "\n";
 }

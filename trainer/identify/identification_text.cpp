@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trainer/data/evaluation_windows.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/evaluation/evaluation_text.h"
 
 namespace nlo::trainer {
 namespace {
@@ -73,28 +72,9 @@ std::string to_text(const IdentificationResult& result) {
 
 std::string to_text(const FilterStudy& study) {
   std::string text = fmt::format("Estimates on {}; filters tuned on {}\n", study.judged_on, study.tuned_on);
-  const LogMetrics& first = study.entries.front().metrics;
-  for (std::size_t i = 0; i < first.pooled.size(); ++i) {
-    std::vector<std::string> headings = {"RMSE of " + with_unit(first.pooled[i].name, first.pooled[i].unit)};
-    for (const EvaluationWindow& window : first.windows) headings.push_back(window_text(window));
-    headings.insert(headings.end(), {"operations", "functions"});
-    Table table{std::move(headings)};
-    for (const FilterStudy::Entry& entry : study.entries) {
-      if (!std::isfinite(entry.metrics.pooled[i].rmse.front()) && entry.estimator != "ekf" && entry.estimator != "ukf")
-        continue;
-      std::vector<std::string> row = {entry.estimator};
-      for (const double rmse : entry.metrics.pooled[i].rmse) row.push_back(significant(rmse));
-      const bool counted = entry.cost.operations > 0.0;
-      row.push_back(counted ? fmt::format("{:.0f}", entry.cost.operations) : "");
-      row.push_back(counted ? fmt::format("{:.0f}", entry.cost.functions) : "");
-      table.add_row(std::move(row));
-    }
-    text += "\n" + table.to_text(2);
-  }
-  text += "\n";
-  for (const FilterStudy::Entry& entry : study.entries)
-    if (!entry.setup.empty() && entry.setup != entry.estimator)
-      text += fmt::format("{}: {}\n", entry.estimator, entry.setup);
+  text += "\n" + log_table(study.entries, true).to_text(2) + "\n";
+  for (const LogEntry& entry : study.entries)
+    if (!entry.setup.empty()) text += fmt::format("{}: {}\n", entry.estimator, entry.setup);
   return text + "operations and functions: per step, counted (see nlo identify --help)\n";
 }
 

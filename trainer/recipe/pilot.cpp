@@ -10,21 +10,16 @@
 
 namespace nlo::trainer {
 
-std::string log_of(const Trajectory& run) {
-  const auto end = run.source.find(".csv");
-  return end == std::string::npos ? run.source : run.source.substr(0, end);
-}
-
 PilotData::PilotData(const Experiment& experiment, const Dataset& training, const Dataset& validation)
     : training_(training), validation_(validation) {
   if (!experiment.log || !experiment.log->validation_files.empty()) return;
   constexpr std::size_t kPart = 4;
   std::map<std::string, std::size_t> logs;
-  for (const Trajectory& run : training.trajectories) logs.emplace(log_of(run), logs.size());
+  for (const Trajectory& run : training.trajectories) logs.emplace(run.log, logs.size());
   if (logs.size() < 2) return;
   const std::size_t part = std::min(kPart, logs.size());
   kept_ = held_out_ = training;
-  const auto held = [&](const Trajectory& run) { return logs.at(log_of(run)) % part == part - 1; };
+  const auto held = [&](const Trajectory& run) { return logs.at(run.log) % part == part - 1; };
   std::erase_if(kept_.trajectories, held);
   std::erase_if(held_out_.trajectories, [&](const Trajectory& run) { return !held(run); });
 }

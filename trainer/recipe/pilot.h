@@ -24,9 +24,6 @@ class PilotData {
   Dataset kept_, held_out_;  ///< empty where the sets are taken as they are
 };
 
-/// Which log a run is a piece of: runs of one log are held out together.
-std::string log_of(const Trajectory& run);
-
 /// The least validation error of a training of `steps`; infinite for one that diverges.
 double pilot_error(const Experiment& experiment, int steps, const PilotData& data);
 

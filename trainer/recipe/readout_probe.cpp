@@ -107,7 +107,7 @@ ReadoutProbe::ReadoutProbe(const Experiment& base, const Dataset& training)
 void ReadoutProbe::draw_segments(const Experiment& base, const Dataset& training) {
   std::map<std::string, int> sources;
   for (const Trajectory& run : training.trajectories) {
-    const int source = base.log ? sources.emplace(log_of(run), static_cast<int>(sources.size())).first->second
+    const int source = base.log ? sources.emplace(run.log, static_cast<int>(sources.size())).first->second
                                 : static_cast<int>(fold_of_run_.size());
     fold_of_run_.push_back(source);
   }

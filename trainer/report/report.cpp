@@ -86,7 +86,7 @@ std::string log_summary(const LogEvaluation& logs) {
                     one ? "was" : "were");
   for (std::size_t i = 0; i < own.pooled.size(); ++i) {
     const StateError& state = own.pooled[i];
-    const LogEvaluation::Entry* best = nullptr;
+    const LogEntry* best = nullptr;
     for (std::size_t e = 1; e < logs.entries.size(); ++e) {
       const double error = logs.entries[e].metrics.pooled[i].rmse[settled];
       if (std::isfinite(error) && (best == nullptr || error < best->metrics.pooled[i].rmse[settled]))
@@ -173,7 +173,7 @@ std::string plant_table(const std::vector<std::vector<Evaluation>>& groups) {
 }
 
 std::string log_tables(const LogEvaluation& logs, const std::vector<std::string>& derived_states) {
-  std::string html = html_table(log_table(logs));
+  std::string html = html_table(log_table(logs.entries));
   if (logs.entries.size() > 1)
     html += fmt::format("<p class=\"soft\">Alternatives are fitted on {}.</p>\n", escaped(logs.baselines_fitted_on));
   if (!derived_states.empty())

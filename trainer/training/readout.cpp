@@ -11,6 +11,7 @@
 #include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/ridge.h"
+#include "trainer/data/log_baselines.h"
 #include "trainer/rollout/sampled_truth.h"
 
 namespace nlo::trainer {
@@ -24,8 +25,6 @@ constexpr Index kSamples = 150000;
 constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 /// Of a squared error: what is this near to the best counts as the best, and the simpler of the two is taken.
 constexpr double kAlike = 1.02;
-/// Of a deviation: a sensor this good has no noise.
-constexpr double kExact = 1e-5;
 
 /// What a linear row may read: the features of T*, then outputs and inputs as they are.
 class RowInputs {
@@ -212,13 +211,13 @@ Together typical_of(const std::vector<const StateSquares*>& sets) {
 }
 
 void find_sensor(const codegen::Model& model, const Together& together, StateReadout& result) {
-  for (std::size_t j = 0; j < model.outputs.size(); ++j) {
-    const double error = std::sqrt(together([j](const StateSquares& s) { return s.reading[j]; }));
-    // A sensor without any noise is a simulated one: it says nothing of the real one.
-    if (error <= kExact * result.deviation || !(error < result.sensor)) continue;
-    result.sensor = error;
-    result.sensor_name = model.outputs[j].name;
-  }
+  std::vector<double> errors;
+  for (std::size_t j = 0; j < model.outputs.size(); ++j)
+    errors.push_back(std::sqrt(together([j](const StateSquares& s) { return s.reading[j]; })));
+  const int best = best_sensor(errors, result.deviation);
+  if (best < 0) return;
+  result.sensor = errors[static_cast<std::size_t>(best)];
+  result.sensor_name = model.outputs[static_cast<std::size_t>(best)].name;
 }
 
 }  // namespace
