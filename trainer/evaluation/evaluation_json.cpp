@@ -16,10 +16,10 @@ const char* norm_of(bool normalised) {
 
 /// The numbers of one estimator, each by `number_of` its quantity.
 template <class NumberOf>
-Json quantities_json(const Evaluation& shape, NumberOf&& number_of) {
+Json quantities_json(const ErrorMetrics& shape, NumberOf&& number_of) {
   const auto per_state = [&](auto&& value_of) {
     Json list = Json::array();
-    for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(shape.states.size()); ++i)
+    for (Eigen::Index i = 0; i < shape.per_component.size(); ++i)
       list.push_back(number_of([&, i](const ErrorMetrics& m) -> std::optional<double> {
         const Eigen::VectorXd& values = value_of(m);
         return values.size() > i ? std::optional(values[i]) : std::nullopt;
@@ -33,8 +33,8 @@ Json quantities_json(const Evaluation& shape, NumberOf&& number_of) {
   json["per_component"] = per_state([](const ErrorMetrics& m) -> const Eigen::VectorXd& { return m.per_component; });
   json["settling_time_s"] = number_of([](const ErrorMetrics& m) { return m.settling_time_s; });
   json["windows"] = Json::array();
-  for (std::size_t w = 0; w < shape.metrics.windows.size(); ++w) {
-    Json entry = window_json(shape.metrics.windows[w].window);
+  for (std::size_t w = 0; w < shape.windows.size(); ++w) {
+    Json entry = window_json(shape.windows[w].window);
     entry["norm"] = number_of([w](const ErrorMetrics& m) { return m.windows[w].norm; });
     entry["per_component"] =
         per_state([w](const ErrorMetrics& m) -> const Eigen::VectorXd& { return m.windows[w].per_component; });
@@ -44,7 +44,7 @@ Json quantities_json(const Evaluation& shape, NumberOf&& number_of) {
 }
 
 Json metrics_json(const EvaluationStudy& study, std::size_t estimator) {
-  const Evaluation& shape = study.first()[estimator];
+  const ErrorMetrics& shape = study.first()[estimator].metrics;
   const auto spread = [&](const Quantity& quantity) { return spread_of(study, estimator, quantity); };
   Json json = quantities_json(shape, [&](const Quantity& quantity) {
     const auto found = spread(quantity);
@@ -151,17 +151,7 @@ std::string evaluation_json(const std::string& model, const std::vector<Evaluati
 std::string evaluation_json(const std::string& model, const LogEvaluation& evaluation) {
   Json json = {{"model", model}};
   const ErrorMetrics& metrics = evaluation.metrics;
-  json["norm"] = json_number(metrics.norm);
-  json["nrmse"] = json_number(metrics.nrmse);
-  json["settled"] = json_number(metrics.settled);
-  json["per_component"] = json_numbers(metrics.per_component);
-  json["settling_time_s"] = json_number(metrics.settling_time_s);
-  json["windows"] = Json::array();
-  for (const ErrorMetrics::Window& window : metrics.windows) {
-    Json& entry = json["windows"].emplace_back(window_json(window.window));
-    entry["norm"] = json_number(window.norm);
-    entry["per_component"] = json_numbers(window.per_component);
-  }
+  json.update(quantities_json(metrics, [&](const Quantity& quantity) { return json_number(quantity(metrics)); }));
   json["seed"] = evaluation.seed;
   json["noise"] = format_noise(evaluation.noise);
   if (!evaluation.missing.empty()) json["missing"] = evaluation.missing;
