@@ -5,6 +5,7 @@
 usage: tests/examples/rigs_test.py
 """
 import csv
+import importlib.util
 import math
 import pathlib
 import random
@@ -98,6 +99,37 @@ class Rigs(unittest.TestCase):
             for name, value in (("v_x", radius * rate * math.cos(slip)), ("v_y", -radius * rate * math.sin(slip)),
                                 ("r", rate)):
                 self.assertAlmostEqual(float(row[name]), value, delta=0.1 if at_an_end else 1e-3)
+
+
+@unittest.skipUnless(importlib.util.find_spec("numpy"), "unseen.py needs numpy")
+class Unseen(unittest.TestCase):
+    """Scores of examples/rigs/unseen.py on readings of which two are alike and two are not."""
+
+    def setUp(self):
+        import numpy
+        self.np, spec = numpy, importlib.util.spec_from_file_location("unseen", SCRIPTS / "unseen.py")
+        self.unseen = importlib.util.module_from_spec(spec)
+        sys.dont_write_bytecode = True
+        spec.loader.exec_module(self.unseen)
+        a, b, c, noise = numpy.random.default_rng(1).normal(size=(4, 5000))
+        self.training = [{"v": numpy.stack([a, a + .05 * noise, b, c], 1)}]
+        self.apart = {"v": numpy.stack([a, b, c, noise], 1)}  # the first two are alike no more
+        self.wide = {"v": self.training[0]["v"] * [1, 1, 3, 1]}  # the third moves further
+
+    def share(self, score, run):
+        limit = self.np.quantile(score(self.training[0]), 0.99)
+        return (score(run) > limit).mean()
+
+    def test_least_variance_sees_readings_that_part_and_is_blind_to_wider_ones(self):
+        score, cost = self.unseen.distance("v", self.training, 1)
+        self.assertEqual(cost, 5)
+        self.assertGreater(self.share(score, self.apart), 0.9)
+        self.assertAlmostEqual(self.share(score, self.wide), 0.01, delta=0.005)  # the control: false flags
+
+    def test_rows_see_the_faults_they_are_made_for(self):
+        score, _ = self.unseen.distance("v", self.training, 1, over=self.wide["v"] * [1, 1, 1e3, 1])
+        self.assertGreater(self.share(score, self.wide), 0.3)  # |normal| > 2.58 / 3: .39
+        self.assertLess(self.share(score, self.apart), 0.1)  # not .01: 5,000 samples correlate by chance
 
 
 if __name__ == "__main__":
