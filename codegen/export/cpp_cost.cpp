@@ -15,7 +15,8 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
   cost.constant_bytes = bytes * (1 + 3 * m.nr() + 2 * nz + structure.own_scalars());
   for (const CppNetwork& network : structure.networks()) cost.constant_bytes += network.constant_bytes(init);
   const auto failing = static_cast<Eigen::Index>(m.failures.outputs.size());
-  if (failing > 0) cost.constant_bytes += bytes * (2 * failing + 2);
+  constexpr Eigen::Index kInt = 4;  // which output; padded to whole scalars
+  if (failing > 0) cost.constant_bytes += bytes * (failing + 2 + (kInt * failing + bytes - 1) / bytes);
   cost.observer_bytes = bytes * (1 + nz + ny + nu + failing + 1);  // pointer (32 bit, padded), z, y, u, flags
   return cost;
 }

@@ -23,8 +23,8 @@ namespace nlo::codegen {
 /// An observer of sampled outputs y with a latent state z: what every structure has, and the structure's own part,
 /// whose equations stand in structures/. `hold` says how y runs between samples.
 struct Model {
-  std::string name;  ///< an identifier: namespace and file name of what is exported
-  std::vector<Channel> outputs;
+  std::string name;              ///< an identifier: namespace and file name of what is exported
+  std::vector<Channel> outputs;  ///< those that are computed (computed_outputs.h) behind those that are measured
   std::vector<Channel> states;
 
   /// Known inputs u that the observer reads beside y: where an equation of structures/ says y, it means [y; u]. Empty:
@@ -61,8 +61,9 @@ struct Model {
   int nx() const { return static_cast<int>(states.size()); }
   int ny() const { return static_cast<int>(outputs.size()); }
   int nz() const { return static_cast<int>(initial_latent.size()); }
-  int nu() const;   ///< known inputs, read or acting; 0 where step() takes none
-  int nr() const {  ///< readings: outputs, then the inputs read, then stalenesses
+  int measured() const;  ///< outputs that step() takes; n_y less those that are computed
+  int nu() const;        ///< known inputs, read or acting; 0 where step() takes none
+  int nr() const {       ///< readings: outputs, then the inputs read, then stalenesses
     return ny() + static_cast<int>(inputs.size() + failures.outputs.size());
   }
 };
@@ -94,6 +95,9 @@ LinearLatent* linear_latent(Model& model);
 
 /// Known inputs that step() takes.
 const std::vector<Channel>& inputs(const Model& model);
+
+/// The outputs that step() takes; those that are computed are behind them.
+std::vector<Channel> measured_channels(const Model& model);
 
 /// [y; u; staleness]: what F and T* read, and the range of each, n_r.
 std::vector<Channel> readings(const Model& model);

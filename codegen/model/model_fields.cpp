@@ -11,8 +11,9 @@ std::vector<Channel> channels(const Field& field) {
   const std::size_t size = field.array_size();
   for (std::size_t i = 0; i < size; ++i) {
     const Field channel = field[i];
-    channel.allow_only({"name", "unit", "wrap"});
-    list.push_back({text(channel["name"]), text(channel["unit"]), number(channel["wrap"])});
+    channel.allow_only({"name", "unit", "wrap", "expression"});
+    list.push_back({text(channel["name"]), text(channel["unit"]), number(channel["wrap"]),
+                    channel.has("expression") ? text(channel["expression"]) : ""});
   }
   return list;
 }

@@ -11,9 +11,10 @@ namespace nlo::codegen {
 
 /// One measured output, estimated state or known input.
 struct Channel {
-  std::string name;   ///< an identifier
-  std::string unit;   ///< "rad/s"; empty when dimensionless or unknown
-  double wrap = 0.0;  ///< full turn of an angle in the channel's unit (2 pi for rad); 0: not an angle
+  std::string name;             ///< an identifier
+  std::string unit;             ///< "rad/s"; empty when dimensionless or unknown
+  double wrap = 0.0;            ///< full turn of an angle in the channel's unit (2 pi for rad); 0: not an angle
+  std::string expression = {};  ///< of an output that is computed of other readings (expression.h); empty: measured
 };
 
 /// One layer: a = W u + b.

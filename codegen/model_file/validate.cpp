@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "codegen/base/identifier.h"
 #include "codegen/model/checks.h"
+#include "codegen/model/computed_outputs.h"
 #include "codegen/model/domain.h"
 #include "codegen/model_file/monitor_fields.h"
 #include "codegen/structures/module.h"
@@ -35,6 +37,32 @@ void check_inputs(const Model& m) {
   if (m.input_hold == Hold::kFirstOrder && m.hold == Hold::kZeroOrder)
     fail(
         "input_hold is first_order, and hold zero_order; an input runs as the outputs do, or is a command: zero_order");
+}
+
+/// Outputs that are computed, of what the structure can be given.
+void check_computed(const Model& m) {
+  for (const auto& [channels, field] : {std::pair{&m.inputs, "inputs"}, std::pair{&m.states, "states"}})
+    for (std::size_t i = 0; i < channels->size(); ++i)
+      if (!(*channels)[i].expression.empty())
+        fail("{}[{}].expression is \"{}\"; only an output is computed: leave it out", field, i,
+             (*channels)[i].expression);
+  const ComputedOutputs computed(m.outputs, m.inputs);
+  if (computed.none()) return;
+  if (computed.first() == 0) fail("outputs are all computed; an observer measures one at least");
+  if (!module_of(m).computes_outputs())
+    fail("outputs[{}].expression is of structure {}, and this model is {}; leave it out", computed.first(),
+         names_of_structures([](const StructureModule& s) { return s.computes_outputs(); }), structure_name(m));
+  const auto may_fail = [&](int output) {
+    const std::vector<int>& failing = m.failures.outputs;
+    return std::find(failing.begin(), failing.end(), output) != failing.end();
+  };
+  for (std::size_t i = 0; i < computed.all().size(); ++i) {
+    const int output = computed.first() + static_cast<int>(i);
+    const std::vector<int>& reads = computed.all()[i].reads();
+    if (std::any_of(reads.begin(), reads.end(), may_fail) && !may_fail(output))
+      fail("may_fail.outputs lacks {}: \"{}\" is computed of an output that may be missing", output,
+           m.outputs[static_cast<std::size_t>(output)].name);
+  }
 }
 
 void check_failures(const Model& m) {
@@ -104,6 +132,7 @@ void check_sampling(const Model& m) {
   check_turns(m);
 
   check_inputs(m);
+  check_computed(m);
   check_failures(m);
 
   const int nz = m.nz();

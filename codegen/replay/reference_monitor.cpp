@@ -66,7 +66,8 @@ double ReferenceMonitor::innovation(Index j, double y) const {
 
 VectorXd ReferenceMonitor::screened(const VectorXd& y) {
   VectorXd kept = y;
-  for (Index j = 0; j < y.size(); ++j) {
+  const Index measured = model_.measured();
+  for (Index j = 0; j < measured; ++j) {
     missing_(j) = !std::isfinite(y(j));
     if (missing_(j) || samples_ == 0) continue;
     const double noise = std::max(variance_(j, 0), 1.0);
@@ -76,6 +77,7 @@ VectorXd ReferenceMonitor::screened(const VectorXd& y) {
     kept(j) = std::numeric_limits<double>::quiet_NaN();
     ++all_rejected_;
   }
+  for (Index j = measured; j < y.size(); ++j) missing_(j) = !kept.head(measured).allFinite();  // computed of them
   return kept;
 }
 

@@ -87,7 +87,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
   constexpr double kMissedShare = 0.03, kOutsideShare = 0.02;
   const double missed = std::numeric_limits<double>::quiet_NaN();
   for (int k = 10; k < samples; ++k) {
-    const int j = static_cast<int>(uniform() * m.ny());
+    const int j = static_cast<int>(uniform() * m.measured());
     const double kind = uniform();
     if (kind < kMissedShare) {
       inputs.outputs(j, k) = missed;

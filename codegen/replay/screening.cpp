@@ -10,7 +10,11 @@
 namespace nlo::codegen {
 
 Screening::Screening(const Model& model)
-    : model_(model), stale_after_(stale_after(model)), low_(reading_min(model)), high_(reading_max(model)) {
+    : model_(model),
+      computed_(model.outputs, model.inputs),
+      stale_after_(stale_after(model)),
+      low_(reading_min(model)),
+      high_(reading_max(model)) {
   for (const Channel& channel : readings(model)) wrap_.push_back(channel.wrap);
   reset();
 }
@@ -40,7 +44,10 @@ bool Screening::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
 }
 
 bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s) {
-  Eigen::VectorXd y = outputs, u = inputs;
+  Eigen::MatrixXd given = outputs;
+  Eigen::VectorXd u = inputs;
+  computed_.fill(given, inputs);
+  Eigen::VectorXd y = given.col(0);
   if (y_.size() > outputs.size()) {  // inputs are readings, and stalenesses
     y.conservativeResize(y_.size());
     if (!model_.inputs.empty()) {

@@ -88,10 +88,7 @@ class GatedHeader final : public CppStructureBase {
         "using Model = GatedModel<{}, {}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, gates, candidate, T*{}\n"
         "using Observer = GatedObserver<Model>;\n",
         init_.scalar_name(), nx_, ny_, nz_, gates().map_type(init_), candidate().map_type(init_),
-        inverse_map().map_type(init_), input_arguments(),
-        !m_.failures.none() ? ", n_u, hold of u, sensors that may fail"
-        : read_inputs_ > 0  ? ", n_u"
-                            : "");
+        inverse_map().map_type(init_), input_arguments(), input_words());
   }
   std::string leading_fields() const override {
     return fmt::format("    .initial = {},\n", init_.vector(m_.initial_latent, "initial_latent"));
@@ -182,6 +179,7 @@ class GatedModule final : public StructureModule {
             {"inverse_map", &own.inverse_map, reads_of(own.inverse_map, m)}};
   }
   Network* inverse_map(Model& m) const override { return &own_part<Gated>(m).inverse_map; }
+  bool computes_outputs() const override { return true; }
   bool reads_stalenesses() const override { return true; }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {

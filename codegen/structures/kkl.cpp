@@ -86,6 +86,7 @@ class KklModule final : public StructureModule {
     return std::make_unique<KklDynamics<double>>(m);
   }
 
+  bool computes_outputs() const override { return true; }
   bool reads_stalenesses() const override { return true; }
   bool saturates() const override { return true; }
 

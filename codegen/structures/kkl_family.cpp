@@ -174,10 +174,7 @@ std::string KklHeader::types() const {
       "using Model = KklModel<{}, {}, {}, {}, {}, {}{}>;  // n_x, n_y, n_z, complex pairs{}\n"
       "using Observer = KklObserver<Model>;\n",
       init_.scalar_name(), nx_, ny_, nz_, latent_.pairs, inverse_map().map_type(init_), input_arguments(),
-      m_.saturates()        ? ", T*, n_u, hold of u, sensors that may fail, what saturates"
-      : !m_.failures.none() ? ", T*, n_u, hold of u, sensors that may fail"
-      : read_inputs_ > 0    ? ", T*, n_u"
-                            : "");
+      input_words().empty() ? "" : ", T*" + input_words());
 }
 
 Eigen::Index KklHeader::own_scalars() const {

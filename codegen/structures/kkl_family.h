@@ -50,6 +50,7 @@ class KklHeader : public CppStructureBase {
   std::string trailing_fields() const override;
 
  protected:
+  bool may_saturate() const override { return true; }
   Eigen::Index linear_multiply_adds() const { return nz_ + 2 * latent_.pairs + 2 * nz_ * nr_; }
   std::string latent_fields() const;
   std::string step(const LatentStep& step, std::size_t indent) const;

@@ -55,6 +55,8 @@ class StructureModule {
   virtual Structure without_inputs(const Model& model) const { return model.structure; }
   /// Model::inputs may be there.
   virtual bool reads_inputs() const { return true; }
+  /// Outputs may be computed of others.
+  virtual bool computes_outputs() const { return false; }
   /// Model::failures may be there.
   virtual bool reads_stalenesses() const { return false; }
   /// Model::saturation may be there.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 
+#include "codegen/model/computed_outputs.h"
 #include "codegen/structures/module.h"
 
 namespace nlo::codegen {
@@ -31,6 +32,10 @@ const StructureModule* find_structure(std::string_view name) {
   for (const StructureModule* module : structure_modules())
     if (module->name() == name) return module;
   return nullptr;
+}
+
+int Model::measured() const {
+  return measured_outputs(outputs);
 }
 
 int Model::nu() const {
@@ -72,6 +77,10 @@ const std::vector<Channel>& inputs(const Model& m) {
 Model without_inputs(Model m) {
   m.structure = module_of(m).without_inputs(m);
   return m;
+}
+
+std::vector<Channel> measured_channels(const Model& m) {
+  return {m.outputs.begin(), m.outputs.begin() + m.measured()};
 }
 
 namespace {

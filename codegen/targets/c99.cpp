@@ -23,7 +23,8 @@ namespace {
 
 std::string example(const Model& m, const std::string& name, const char* scalar) {
   std::string reads;
-  for (const Channel& channel : m.outputs) reads += fmt::format("{}read_{}()", reads.empty() ? "" : ", ", channel.name);
+  for (const Channel& channel : measured_channels(m))
+    reads += fmt::format("{}read_{}()", reads.empty() ? "" : ", ", channel.name);
   std::string commands;
   for (const Channel& channel : m.inputs)
     commands += fmt::format("{}command_{}()", commands.empty() ? "" : ", ", channel.name);
@@ -116,12 +117,13 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"DOUBLE_CHECK", single ? "" : kDoubleCheck},
       {"NX", std::to_string(m.nx())},
       {"NY", std::to_string(m.ny())},
+      {"NM", std::to_string(m.measured())},
       {"NZ", std::to_string(m.nz())},
       {"STALE_AFTER", std::to_string(folded.stale_after)},
       {"SAMPLE_PERIOD", init(m.sample_period_s, "sample_period_s")},
       {"NR", std::to_string(m.nr())},
       {"R", c99_readings_size(m)},
-      {"OUTPUTS", c99_positions(name + "_output_", m.outputs)},
+      {"OUTPUTS", c99_positions(name + "_output_", measured_channels(m))},
       {"STATES", c99_positions(name + "_state_", m.states)},
       {"STEP_COST", with_activations(parts->step_multiply_adds(), parts->step_activations())},
       {"ESTIMATE_COST", with_activations(parts->estimate_multiply_adds(), parts->estimate_activations())},
@@ -163,7 +165,7 @@ std::string c99_top(const PreparedExport& prepared, const char* language, const 
              "//\n"
              "// Estimates {3} from {4}, sampled every {5} s.\n",
              name, parts->title(), flags, channel_list(m.states, true),
-             channel_list(m.outputs, true) +
+             channel_list(measured_channels(m), true) +
                  (m.inputs.empty() ? "" : " and the inputs " + channel_list(m.inputs, true)),
              literal(m.sample_period_s), language, target) +
          parts->description() +

@@ -28,6 +28,13 @@ void set_inputs(const Model& m, const std::string& name, const std::string& scal
   values["READ"] += "  copy(given + kNy, u, kNu);\n";
 }
 
+/// What step() does not take: expressions over what it takes.
+void set_computed(const Model& m, const Initialiser& init, Values& values) {
+  values["COMPUTE"] = "// Outputs that are computed of what is measured.\nstatic void compute(Scalar* r) {\n" +
+                      computed_statements(m, init, "  ", [](const std::string& product) { return product; }) + "}\n\n";
+  values["READ"] += "  compute(given);\n";
+}
+
 /// As nlo/sensor_failures.h.
 void set_failures(const Model& m, const std::string& name, const Initialiser& init, Values& values) {
   const SensorFailures& f = m.failures;
@@ -95,18 +102,21 @@ std::string c99_readings_size(const Model& m) {
 
 std::map<std::string, std::string> c99_readings(const Model& m, const std::string& name, const Initialiser& init) {
   Values values;
-  for (const char* key : {"MORE_SIZES",   "PUBLIC_SIZES", "SIZES_MORE", "INPUT_POSITIONS", "AND_MORE",
-                          "U_PARAMETER",  "U_TAKEN",      "U_PASSED",   "INPUT_NOTE",      "HOLD_INPUTS",
-                          "READ",         "NOTE_MISSING", "KEEP_FIELD", "KEEP_VALUE",      "KEEP_OVER",
-                          "FILL_MISSING", "FILL",         "FILL_START", "STALENESS",       "STALENESS_BODY"})
+  for (const char* key :
+       {"MORE_SIZES",   "PUBLIC_SIZES", "SIZES_MORE",    "INPUT_POSITIONS", "AND_MORE", "U_PARAMETER",
+        "U_TAKEN",      "U_PASSED",     "INPUT_NOTE",    "HOLD_INPUTS",     "READ",     "NOTE_MISSING",
+        "COMPUTE",      "KEEP_FIELD",   "KEEP_VALUE",    "KEEP_OVER",       "FILL",     "FILL_START",
+        "FILL_MISSING", "STALENESS",    "STALENESS_BODY"})
     values[key] = "";
   values["READINGS"] = "y";
   values["STATUS"] = "status";
-  if (m.nr() == m.ny()) return values;
-  values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
-  values["READ"] = "  Scalar given[kNr];\n  copy(given, y, kNy);\n";
+  if (m.nr() == m.measured()) return values;
+  if (m.nr() > m.ny()) values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
+  values["READ"] = fmt::format("  Scalar given[{}];\n  copy(given, y, {});\n", c99_readings_size(m),
+                               m.measured() == m.ny() ? "kNy" : std::to_string(m.measured()));
   values["READINGS"] = "given";
   if (!m.inputs.empty()) set_inputs(m, name, init.scalar_name(), values);
+  if (m.measured() < m.ny()) set_computed(m, init, values);
   if (!m.failures.none()) set_failures(m, name, init, values);
   return values;
 }

@@ -62,8 +62,8 @@ std::string argument(const std::vector<Channel>& channels, bool is_scalar) {
 }
 
 std::string example(const Source& s) {
-  const bool scalars = s.model.ny() == 1 && s.model.nu() <= 1, watched = s.model.monitor.has_value();
-  std::string arguments = argument(s.model.outputs, scalars);
+  const bool scalars = s.model.measured() == 1 && s.model.nu() <= 1, watched = s.model.monitor.has_value();
+  std::string arguments = argument(measured_channels(s.model), scalars);
   if (watched) arguments = fmt::format("monitor.screened({}, observer)", arguments);
   if (s.model.nu() > 0) arguments += ", " + argument(inputs(s.model), scalars);
   return fmt::format(
@@ -94,14 +94,29 @@ std::string top_comment(const Source& s) {
              "//   nlo export model.json{1} -o {0}.h\n"
              "//\n"
              "// Estimates {2} from {3}{4}, sampled every {5} s.\n",
-             s.name, options, channel_list(s.model.states, true), channel_list(s.model.outputs, true), driven,
-             literal(s.model.sample_period_s), s.structure.title()) +
+             s.name, options, channel_list(s.model.states, true), channel_list(measured_channels(s.model), true),
+             driven, literal(s.model.sample_period_s), s.structure.title()) +
          s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
          arithmetic_note(s.prepared) + "//\n" + facts(s.model) + costs(s) + "//\n" + example(s);
 }
 
 std::string enumeration(const char* name, const std::vector<Channel>& channels) {
   return fmt::format("struct {} {{\n  enum : int {{ {} }};\n}};\n", name, channel_list(channels, false));
+}
+
+/// What step() computes of what it is given.
+std::string computed(const Source& s) {
+  const int count = s.model.ny() - s.model.measured();
+  if (count == 0) return "";
+  const std::string scalar = s.init.scalar_name();
+  return fmt::format(
+             "/// Outputs that are computed: readings behind those that are measured.\n"
+             "struct Computed {{\n  static constexpr int kCount = {};\n  static constexpr void fill({} (&r)[{}]) {{\n",
+             count, scalar, s.model.nr()) +
+         computed_statements(
+             s.model, s.init, "    ",
+             [&](const std::string& product) { return fmt::format("rounded<{}>({})", scalar, product); }) +
+         "  }\n};\n";
 }
 
 std::string model_constant(const Source& s) {
@@ -147,7 +162,7 @@ std::string cpp_header(const PreparedExport& prepared) {
                       quantised ? "#include <nlo/quantised_map.h>\n" : "");
   text += fmt::format("namespace nlo::{} {{\n\n", s.name);
   text += fmt::format("/// Positions in a measurement{} and in an estimate.\n", model.nu() > 0 ? ", in an input" : "");
-  text += enumeration("Output", model.outputs);
+  text += enumeration("Output", measured_channels(model));
   if (model.nu() > 0) text += enumeration("Input", inputs(model));
   text += enumeration("State", model.states) + "\n";
   text += "namespace weights {\n";
@@ -158,7 +173,7 @@ std::string cpp_header(const PreparedExport& prepared) {
   for (const CppNetwork& network : structure->networks()) text += network.layers(init);
   text += "\n}  // namespace weights\n\n";
   for (const CppNetwork& network : structure->networks()) text += network.using_declaration();
-  text += structure->types() + "\n" + model_constant(s);
+  text += computed(s) + structure->types() + "\n" + model_constant(s);
   if (model.monitor) text += cpp_monitor(model, init);
   text += fmt::format("\n}}  // namespace nlo::{}\n", s.name);
   return text;

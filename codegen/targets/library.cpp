@@ -45,7 +45,7 @@ std::string calls(const char* prefix, const std::vector<Channel>& channels) {
 template <class Body>
 std::string reads(const Model& m, const Initialiser& init, const Body& body) {
   std::string text;
-  for (int j = 0; j < m.ny(); ++j)
+  for (int j = 0; j < m.measured(); ++j)
     text += fmt::format("static {} read_{}() {{ return {}; }}\n", init.scalar_name(),
                         m.outputs[static_cast<std::size_t>(j)].name, body(j, m.output_min(j), m.output_max(j)));
   if (m.nu() == 0) return text;
@@ -73,13 +73,13 @@ Values values_of(const PreparedExport& prepared) {
       {"SCALAR", init.scalar_name()},
       {"MICRO", single ? "1e-6f" : "1e-6"},
       {"STATES", channel_list(m.states, true)},
-      {"OUTPUTS", channel_list(m.outputs, true)},
+      {"OUTPUTS", channel_list(measured_channels(m), true)},
       {"PERIOD", fmt::format("{}", m.sample_period_s)},
       {"PERIOD_US", fmt::format("{:.0f}", std::clamp(std::round(m.sample_period_s * 1e6), 1.0, 4e9))},
       {"STEPS_PER_S", fmt::format("{:.0f}", std::clamp(std::round(1.0 / m.sample_period_s), 1.0, 1e9))},
       {"RAM", std::to_string(init.scalar_bytes() *
                              (static_cast<std::size_t>(2 + m.nz() + m.ny() + m.nu()) + m.failures.outputs.size()))},
-      {"CPP_CALLS", calls("read_", m.outputs)},
+      {"CPP_CALLS", calls("read_", measured_channels(m))},
       {"CPP_READS", reads(m, init,
                           [&](int j, double min, double max) {
                             return fmt::format("static_cast<{}>(analogRead(A0 + {})) * {} + {}", init.scalar_name(), j,

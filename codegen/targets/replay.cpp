@@ -80,18 +80,19 @@ std::string signal(const Initialiser& init, const Eigen::VectorXd& y, const std:
 /// One line per sample. `missed` is a NaN in the file's language, and `status_text` writes a status in it. Each ends in
 /// the standard deviations `sigma`, n_x x N, where there are any.
 template <class StatusText>
-std::string samples_text(const Golden& golden, const std::string& missed, const StatusText& status_text,
+std::string samples_text(const Golden& golden, int measured, const std::string& missed, const StatusText& status_text,
                          const Eigen::MatrixXd& sigma) {
   const Initialiser& init = golden.init;
   const ReplayRun& run = golden.run;
   const ReplayInputs& inputs = run.inputs;
   std::string text;
   for (Eigen::Index k = 0; k < inputs.dt_s.size(); ++k)
-    text += fmt::format(
-        "    {{{}, {}, {}{}, {}, {}{}}},\n", init(inputs.dt_s(k), "dt_s"), signal(init, inputs.outputs.col(k), missed),
-        inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k), missed) + ", ",
-        status_text(status_name(run.status[static_cast<std::size_t>(k)])), init.vector(run.z.col(k), "z"),
-        init.vector(run.x_hat.col(k), "x_hat"), sigma.size() == 0 ? "" : ", " + init.vector(sigma.col(k), "sigma"));
+    text += fmt::format("    {{{}, {}, {}{}, {}, {}{}}},\n", init(inputs.dt_s(k), "dt_s"),
+                        signal(init, inputs.outputs.col(k).head(measured), missed),
+                        inputs.inputs.rows() == 0 ? "" : signal(init, inputs.inputs.col(k), missed) + ", ",
+                        status_text(status_name(run.status[static_cast<std::size_t>(k)])),
+                        init.vector(run.z.col(k), "z"), init.vector(run.x_hat.col(k), "x_hat"),
+                        sigma.size() == 0 ? "" : ", " + init.vector(sigma.col(k), "sigma"));
   return text;
 }
 
@@ -221,11 +222,12 @@ std::string replay(const PreparedExport& prepared) {
         "    for (int i = 0; i < {}; ++i) good = good && agrees(sigma[i], sample.sigma[i], kDeviationTolerance[i]);\n",
         m.nx());
   }
-  return fmt::format(kTop, g.name, g.flags, g.explanation, scalar, m.ny(), input_field, m.nz(), m.nx(), g.z_tolerance,
-                     g.x_hat_tolerance, sigma_field, sigma_tolerance) +
+  return fmt::format(kTop, g.name, g.flags, g.explanation, scalar, m.measured(), input_field, m.nz(), m.nx(),
+                     g.z_tolerance, g.x_hat_tolerance, sigma_field, sigma_tolerance) +
          samples_text(
-             g, "kMissed", [](const std::string& status) { return "StepStatus::" + status; }, g.run.sigma) +
-         fmt::format(kBottom, scalar, m.ny(), m.nz(), m.nx(), g.name, input_copy, driven ? "u, " : "",
+             g, m.measured(), "kMissed", [](const std::string& status) { return "StepStatus::" + status; },
+             g.run.sigma) +
+         fmt::format(kBottom, scalar, m.measured(), m.nz(), m.nx(), g.name, input_copy, driven ? "u, " : "",
                      driven ? ", u" : "", sigma_check);
 }
 
@@ -245,14 +247,14 @@ std::string replay_c99(const PreparedExport& prepared) {
                  {"SCALAR", g.init.scalar_name()},
                  {"F", g.init.scalar_bytes() == 4 ? "f" : ""},
                  {"NX", std::to_string(m.nx())},
-                 {"NY", std::to_string(m.ny())},
+                 {"NM", std::to_string(m.measured())},
                  {"U_FIELD", m.nu() > 0 ? fmt::format("  {} u[{}];\n", g.init.scalar_name(), m.nu()) : ""},
                  {"U_ARGUMENT", m.nu() > 0 ? ", sample->u" : ""},
                  {"NZ", std::to_string(m.nz())},
                  {"Z_TOLERANCE", g.z_tolerance},
                  {"X_TOLERANCE", g.x_hat_tolerance},
                  {"SAMPLES", std::to_string(g.run.inputs.dt_s.size())},
-                 {"ANSWERS", samples_text(g, g.name + "_MISSED", status_text, {})}});
+                 {"ANSWERS", samples_text(g, m.measured(), g.name + "_MISSED", status_text, {})}});
 }
 
 }  // namespace nlo::codegen

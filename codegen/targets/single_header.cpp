@@ -119,7 +119,7 @@ std::string example(const Model& m, const std::string& name) {
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
       "//     use(observer.estimate()[state_{4}]);\n"
       "//   }}\n",
-      name, literal(m.sample_period_s), calls(m.outputs, "read"),
+      name, literal(m.sample_period_s), calls(measured_channels(m), "read"),
       m.inputs.empty() ? "" : ", " + calls(m.inputs, "command"), m.states.front().name);
 }
 

@@ -36,15 +36,43 @@ std::string CppStructureBase::trailing_fields() const {
   return text;
 }
 
+namespace {
+
+/// Template arguments of a model behind T*, and what the comment behind them calls each.
+struct Arguments {
+  std::string values, words;
+  void add(const std::string& value, const char* word) {
+    values += ", " + value;
+    words += word;
+  }
+};
+
+Arguments optional_arguments(const Model& m, bool may_saturate) {
+  // One that is there asks for those before it.
+  const bool computed = m.measured() < m.ny(), saturation = m.saturates() || (computed && may_saturate);
+  const bool failures = computed || saturation || !m.failures.none();
+  const bool hold = failures || m.input_hold != Hold::kZeroOrder;
+  Arguments result;
+  if (hold || !m.inputs.empty()) result.add(std::to_string(m.inputs.size()), ", n_u");
+  if (hold) result.add(hold_identifier(m.input_hold), ", hold of u");
+  if (failures) result.add(std::to_string(m.failures.outputs.size()), ", sensors that may fail");
+  if (saturation)
+    result.add(!m.saturates()          ? "Saturation::kNone"
+               : saturates_relative(m) ? "Saturation::kRelativeLatent"
+                                       : "Saturation::kLatent",
+               ", what saturates");
+  if (computed) result.add("Computed", ", outputs that are computed");
+  return result;
+}
+
+}  // namespace
+
 std::string CppStructureBase::input_arguments() const {
-  const bool saturates = m_.saturates(), failures = saturates || !m_.failures.none();
-  const bool hold = failures || m_.input_hold != Hold::kZeroOrder;
-  std::string text;
-  if (hold || read_inputs_ > 0) text += fmt::format(", {}", read_inputs_);
-  if (hold) text += ", " + hold_identifier(m_.input_hold);
-  if (failures) text += fmt::format(", {}", m_.failures.outputs.size());
-  if (!saturates) return text;
-  return text + (saturates_relative(m_) ? ", Saturation::kRelativeLatent" : ", Saturation::kLatent");
+  return optional_arguments(m_, may_saturate()).values;
+}
+
+std::string CppStructureBase::input_words() const {
+  return optional_arguments(m_, may_saturate()).words;
 }
 
 std::string CppStructureBase::input_comment() const {
@@ -52,6 +80,8 @@ std::string CppStructureBase::input_comment() const {
   if (read_inputs_ > 0)
     text += fmt::format("// Inputs are read beside the outputs; {}.\n",
                         m_.input_hold == Hold::kZeroOrder ? "u has acted since the last sample" : "u runs as y does");
+  for (const Channel& output : m_.outputs)
+    if (!output.expression.empty()) text += fmt::format("// Computed: {} = {}.\n", output.name, output.expression);
   std::string names;
   for (const int output : m_.failures.outputs)
     names += (names.empty() ? "" : ", ") + m_.outputs[static_cast<std::size_t>(output)].name;

@@ -51,9 +51,11 @@ class CppStructureBase : public CppStructure {
 
  protected:
   CppNetwork inverse_map() const;
+  virtual bool may_saturate() const { return false; }  ///< the runtime's model has an argument for it
   /// The arguments that end a model's type where it reads inputs, has sensors that may fail, or saturates: ", 2",
   /// ", 2, Hold::kFirstOrder", ", 0, Hold::kZeroOrder, 0, Saturation::kLatent"; else nothing.
   std::string input_arguments() const;
+  std::string input_words() const;             ///< what a comment calls them: ", n_u, hold of u"
   std::string input_comment() const;           ///< lines of description, or nothing
   std::string reads(bool latent_alone) const;  ///< what a network reads: "[z; y; u]"
   /// The network of that field of the model file, with the names it has in the header.

@@ -10,6 +10,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/identifier.h"
 #include "codegen/base/number.h"
+#include "codegen/model/computed_outputs.h"
 
 namespace nlo::codegen {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 // and says when one is missing. By hand, as the formatter gives each name a line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
-    "Activation", "Alarm", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "DelayLine", "Dense", "Domain", "DrivenKklModel",
+    "Activation", "Alarm", "Arithmetic", "Bfloat16", "Complex", "ComputedOf", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
     "DrivenKklObserver", "ErrorHead", "EstimateWithError", "ExpSeries", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
     "Halved", "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "NoErrorHead",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
@@ -34,6 +35,17 @@ constexpr std::array kRuntimeNames = {
 // clang-format on
 
 }  // namespace
+
+std::string computed_statements(const Model& m, const Initialiser& init, const char* indent,
+                                const std::function<std::string(const std::string&)>& part_of_sum) {
+  const ComputedOutputs computed(m.outputs, m.inputs);
+  std::string text;
+  for (std::size_t i = 0; i < computed.all().size(); ++i)
+    text += fmt::format("{}r[{}] = {};\n", indent, computed.first() + static_cast<int>(i),
+                        computed.all()[i].text([](int j) { return fmt::format("r[{}]", j); },
+                                               [&](double number) { return init(number, "expression"); }, part_of_sum));
+  return text;
+}
 
 std::string Initialiser::operator()(double value, std::string_view field) const {
   if (scalar_ == ScalarType::kDouble) {

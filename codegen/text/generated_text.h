@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -41,6 +42,11 @@ class Initialiser {
   ScalarType scalar_;
   WeightType weights_;
 };
+
+/// `  r[4] = r[0] * r[3];` for each output that is computed, of readings r. `part_of_sum` writes a product that is added
+/// to something.
+std::string computed_statements(const Model& model, const Initialiser& init, const char* indent,
+                                const std::function<std::string(const std::string&)>& part_of_sum);
 
 /// At most `longest` characters of a set that can neither end nor continue a `//` comment: others become '_'.
 std::string safe_comment(std::string_view text, std::size_t longest);

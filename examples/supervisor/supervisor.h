@@ -29,7 +29,7 @@ template <class Observer, class Monitor, class Filter>
 class Supervisor {
  public:
   using Estimate = typename Monitor::Estimate;
-  using Output = typename Monitor::Output;
+  using Output = typename Monitor::template Measured<Observer>;
   using Scalar = typename Monitor::Scalar;
 
   constexpr Supervisor(Observer& observer, Monitor& monitor, Filter& filter, const SupervisorConfig& config = {})

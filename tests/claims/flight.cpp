@@ -60,7 +60,7 @@ std::string lines_of(const Dataset& set, const Trajectory& run, const Eigen::Mat
   std::string text;
   for (Eigen::Index k = 0; k < run.samples(); ++k) {
     text += fmt::format("{:.9g}", set.uniform || k == 0 ? 0.0 : run.time_s(k) - run.time_s(k - 1));
-    for (Eigen::Index j = 0; j < measured.rows(); ++j) {
+    for (Eigen::Index j = 0; j < codegen::measured_outputs(set.outputs); ++j) {
       const double wrap = set.outputs[static_cast<std::size_t>(j)].wrap;
       text += fmt::format(" {:.9g}", wrap > 0.0 ? std::remainder(measured(j, k), wrap) : measured(j, k));
     }
@@ -134,7 +134,7 @@ std::map<std::string, double> fly(const Experiment& experiment, const std::strin
     codegen::write_file_atomically(in, lines_of(all.truth, run, all.measured[i], model.nu()));
     std::istringstream flown(
         output_of(fmt::format("{} <{}", shell_quoted(program), shell_quoted(in)), directory + "/flight.log"));
-    const Eigen::MatrixXd reference = judged(all.measured[i], run.inputs, run.time_s);
+    const Eigen::MatrixXd reference = judged(all.measured[i], run.inputs, run.time_s).x_hat;
     Eigen::VectorXd x_hat(nx);
     int status = 0, inside = 0;
     Eigen::Index k = 0;

@@ -396,6 +396,49 @@ Model failing_rig_model() {
   return m;
 }
 
+Model computed_model() {
+  Model m = failing_model();
+  m.name = "computed";
+  m.outputs.push_back({"power", "W", 0.0, "0.5 * y1 * voltage"});
+  m.outputs.push_back({"drag", "", 0.0, "y2^2 - (y1 - 2) * brake / 4"});  // of what may be missing
+  m.output_min = Eigen::Vector4d(-3.0, -1.0, -18.0, -1.0);
+  m.output_max = Eigen::Vector4d(3.0, 5.0, 18.0, 26.0);
+  m.failures = {.outputs = {1, 3}, .rest = Eigen::Vector2d(1.5, 2.0), .staleness_s = 0.1};
+  LinearLatent& latent = *linear_latent(m);
+  const Eigen::MatrixXd before = latent.output_injection;  // y1, y2, voltage, brake, staleness
+  latent.output_injection = Eigen::MatrixXd::Zero(5, 8);   // y1, y2, power, drag, voltage, brake, stalenesses
+  latent.output_injection.col(0) = before.col(0);
+  latent.output_injection.col(3) = 0.2 * before.col(1);  // drag takes the mode of y2
+  latent.output_injection(2, 2) = 5.0;                   // power that of the voltage
+  m.latent_max(2) = 20.0;
+  m.latent_min(2) = -20.0;
+  Network& map = *inverse_map(m);
+  map = random_network({12, 16, 12, 2}, 59, 1.1);
+  map.features = Eigen::MatrixXd::Zero(12, 13);
+  map.features.leftCols(5).topRows(5).setIdentity();
+  map.features(0, 5) = -1.0;  // of y1: z - y
+  for (int i = 0; i < 7; ++i) map.features(5 + i, 6 + i) = 1.0;
+  map.feature_scale << 1.0, 1.0, 9.0, 2.0, 0.5, 2.0, 9.0, 9.0, 6.0, 0.6, 0.5, 0.5;
+  return m;
+}
+
+Model computed_gated_model() {
+  Model m = gated_model();
+  m.name = "computed_gated";
+  const std::string a = m.outputs[0].name, b = m.outputs[1].name;
+  m.outputs.push_back({"product", "", 0.0, a + " * " + b});
+  m.output_min.conservativeResize(3);
+  m.output_max.conservativeResize(3);
+  m.output_min(2) = -30.0;
+  m.output_max(2) = 30.0;
+  Network map = std::get<Gated>(m.structure).inverse_map;
+  map.features.conservativeResize(7, 8);
+  map.features.col(7).setZero();
+  map.features(6, 7) = 0.1;
+  m.structure = Gated{random_network({8, 10}, 61, 0.8), random_network({8, 5}, 62, 0.9), map};
+  return m;
+}
+
 Model saturating_model() {
   Model m = failing_model();
   m.name = "saturating";
@@ -501,6 +544,8 @@ std::vector<Model> example_models() {
                                watched_model(),
                                watched_rig_model(),
                                failing_rig_model(),
+                               computed_model(),
+                               computed_gated_model(),
                                saturating_model(),
                                saturating_rig_model(),
                                commanded_luenberger_model(),

@@ -58,6 +58,9 @@ Model commanded_ramp_model();
 /// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.
 Model failing_model();
 Model failing_rig_model();
+/// `failing_model` with two more outputs, computed of outputs and inputs; `gated_model` with the product of its two.
+Model computed_model();
+Model computed_gated_model();
 Model saturating_model();      // of z
 Model saturating_rig_model();  // of z less S y of an angle
 

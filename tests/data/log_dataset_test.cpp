@@ -51,6 +51,23 @@ TEST_F(LogDataset, UnwrapsOutputsAndStartsTimeAtZero) {
   EXPECT_GT(run.outputs.maxCoeff(), 0.5 * kTurn);  // control: the angle does wrap in this log
 }
 
+TEST_F(LogDataset, ComputesOutputsOfOthersAndOfInputsAndMissesThemWhereAPartIsEmpty) {
+  LogConfig config;
+  config.sample_period_s = 0.1;
+  ColumnConfig power = column("power", ColumnRole::kOutput);
+  power.expression = "volt * amp - 1";
+  config.columns = {column("volt", ColumnRole::kOutput), column("amp", ColumnRole::kInput), power,
+                    column("x", ColumnRole::kState)};
+  const Dataset data = load(config, "volt,amp,x\n1,2,0\n3,4,1\n,5,2\n6,7,3\n");
+  ASSERT_EQ(data.outputs.size(), 2u);
+  const Trajectory& run = data.trajectories[0];
+  EXPECT_EQ(Eigen::RowVectorXd(run.outputs.row(1)), Eigen::RowVector4d(1.0, 11.0, 14.0, 41.0));
+  ASSERT_EQ(run.missing.rows(), 2);
+  EXPECT_TRUE(run.missing(1, 2));
+  EXPECT_FALSE(run.missing(1, 3));
+  EXPECT_EQ(data.sensors(), 1u);
+}
+
 TEST_F(LogDataset, TakesVelocitiesWithoutDelayAndMasksTheEdges) {
   const Dataset data = load(SyntheticLog::config(), log_.csv());
   const Trajectory& run = data.trajectories[0];

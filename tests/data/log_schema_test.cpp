@@ -52,6 +52,45 @@ TEST(LogSchema, AMirrorKeepsCosinesAndColumnsThatAreNotOdd) {
   EXPECT_EQ(schema.mirror.states, (std::vector<double>{-1.0, 1.0}));
 }
 
+ColumnConfig computed(const char* name, const char* expression) {
+  ColumnConfig result = column(name, ColumnRole::kOutput);
+  result.expression = expression;
+  return result;
+}
+
+TEST(LogSchema, PutsComputedOutputsBehindMeasuredOnesWithTheSignThatTheirPartsGiveThem) {
+  ColumnConfig angle = kAngle, speed = column("v", ColumnRole::kOutput, {.unit = "m/s"});
+  angle.encoding = Encoding::kSincos;
+  speed.odd = false;
+  const LogSchema schema =
+      resolve_columns(with_columns({computed("p", "theta_sin * u"), kTime, angle, kVelocity, computed("q", "v * u^3"),
+                                    column("u", ColumnRole::kInput), computed("r", "v + u"), speed}));
+  ASSERT_EQ(schema.output_channels.size(), 6u);
+  EXPECT_EQ(schema.output_channels[2].name, "v");
+  EXPECT_EQ(schema.output_channels[3].name, "p");
+  EXPECT_EQ(schema.output_channels[4].expression, "v * u^3");
+  EXPECT_EQ(schema.outputs.size(), 2u);  // of the file
+  EXPECT_EQ(schema.mirror.outputs, (std::vector<double>{-1.0, 1.0, 1.0, 1.0, -1.0, 1.0}));
+  EXPECT_EQ(schema.without_parity, std::vector<std::string>{"r"});
+}
+
+TEST(LogSchema, RefusesComputedOutputsThatFlightCouldNotCompute) {
+  const ColumnConfig load = column("load", ColumnRole::kOutput);
+  EXPECT_THAT(
+      error_in({kTime, kAngle, load, kVelocity, computed("p", "theta * load")}),
+      AllOf(HasSubstr("\"p\""), HasSubstr("reads \"theta\""), HasSubstr("does not wrap"), HasSubstr("there is load")));
+  EXPECT_THAT(error_in({kTime, load, kVelocity, kAngle, computed("p", "load * omega")}), HasSubstr("reads \"omega\""));
+  EXPECT_THAT(error_in({kTime, load, kVelocity, kAngle, computed("p", "load^2"), computed("q", "load * p")}),
+              AllOf(HasSubstr("\"q\""), HasSubstr("reads \"p\"")));
+  ColumnConfig state = computed("p", "load^2"), wrapped = computed("p", "load^2"), named = computed("p", "load^2");
+  state.role = ColumnRole::kState;
+  wrapped.wrap = kTurn;
+  named.column = "power";
+  EXPECT_THAT(error_in({kTime, load, kVelocity, kAngle, state}), HasSubstr("role \"output\""));
+  EXPECT_THAT(error_in({kTime, load, kVelocity, kAngle, wrapped}), HasSubstr("remove wrap, or the expression"));
+  EXPECT_THAT(error_in({kTime, load, kVelocity, kAngle, named}), HasSubstr("remove column, or the expression"));
+}
+
 TEST(LogSchema, SplitsAnAngleIntoSineAndCosine) {
   ColumnConfig angle = kAngle;
   angle.encoding = Encoding::kSincos;

@@ -36,7 +36,7 @@
 extern "C" {
 #endif
 
-#define tiny_c99_EXPORT 0x063aa3d4  // tiny_c99.c has the same
+#define tiny_c99_EXPORT 0x582f9273  // tiny_c99.c has the same
 
 // Sizes: estimate, measurement, latent state.
 enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };

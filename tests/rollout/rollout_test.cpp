@@ -94,5 +94,56 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
   }
 }
 
+/// Two outputs and an input that is read; the third output is the product of the second and the input.
+Dataset log_with_a_product() {
+  Dataset dataset = jittering_log();
+  dataset.outputs = {{"a", "", 0.0}, {"b", "", 0.0}, {"product", "", 0.0, "2 * b * u"}};
+  dataset.inputs = {{"u", "", 0.0}};
+  dataset.reads_inputs = true;
+  Trajectory& run = dataset.trajectories[0];
+  run.outputs = Eigen::MatrixXd::Random(3, run.samples());
+  run.inputs = Eigen::MatrixXd::Random(1, run.samples());
+  return dataset;
+}
+
+TEST(Rollout, ComputesOutputsOfWhatTheObserverIsGivenNoiseIncluded) {
+  const TrainingData data(log_with_a_product());
+  Rollout rollout(data);
+  Identity dynamics(4);
+  ThreadPool pool(1);
+  std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
+  segments.push_back(segments[0]);
+  segments[1].mirrored = true;
+  rollout.run(segments, dynamics, NoiseMixture(parse_noise("gaussian:0.3,uniform:0.2")), 1, Purpose::kSegments, 0, pool,
+              parse_noise("gaussian:0.1"));
+  const SegmentGroup& group = rollout.groups()[0];
+  for (int t = 0; t < 20; ++t)
+    for (std::size_t lane = 0; lane < 2; ++lane) {
+      const auto at = [&](int row) { return group.readings[group.at(row, t) + lane]; };
+      ASSERT_EQ(at(2), 2.0F * at(1) * at(3));
+      ASSERT_NE(at(1),
+                static_cast<float>(data.runs[0].readings[static_cast<std::size_t>(1 * data.runs[0].samples + 7 + t)]));
+    }
+}
+
+TEST(Rollout, AComputedOutputIsMissingWhereASensorIsThatItIsComputedOf) {
+  const codegen::SensorFailures failures{.outputs = {1, 2}, .rest = Eigen::Vector2d(0.5, -0.25), .staleness_s = 1e9};
+  const TrainingData data(log_with_a_product(), failures);
+  Rollout rollout(data);
+  Identity dynamics(6);
+  ThreadPool pool(1);
+  std::vector<Segment> segments = {{.run = 0, .start = 0, .length = 20}};
+  segments[0].outages = {{5, 10}, {15, 18}};  // the second, of the product alone, cannot be
+  rollout.run(segments, dynamics, {}, 1, Purpose::kSegments, 0, pool);
+  const SegmentGroup& group = rollout.groups()[0];
+  for (int t = 0; t < 20; ++t) {
+    const auto at = [&](int row) { return group.readings[group.at(row, t)]; };
+    const bool missing = t >= 5 && t < 10;
+    ASSERT_NEAR(at(2), missing ? group.readings[group.at(2, 4)] : 2.0F * at(1) * at(3), 1e-6F);  // hardly fades
+    ASSERT_NEAR(at(5), 0.0F, 1e-6F);  // its staleness: the time constant is long
+  }
+  EXPECT_EQ(runs_with_failures(data).size(), data.runs.size());  // of the one sensor that may fail
+}
+
 }  // namespace
 }  // namespace nlo::trainer

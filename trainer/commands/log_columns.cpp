@@ -119,6 +119,16 @@ void match_units(const codegen::Model& model, const std::string& file, LogConfig
   }
 }
 
+/// What the model computes, of whatever columns its parts are.
+void add_computed(const codegen::Model& model, LogConfig& log) {
+  for (const codegen::Channel& output : model.outputs) {
+    if (output.expression.empty()) continue;
+    std::erase_if(log.columns, [&](const ColumnConfig& column) { return column.name == output.name; });
+    log.columns.push_back(column_of(output, ColumnRole::kOutput));
+    log.columns.back().expression = output.expression;
+  }
+}
+
 }  // namespace
 
 void leave_out_absent_truth(LogConfig& log, const std::vector<std::string>& files) {
@@ -148,13 +158,16 @@ LogConfig columns_for(const codegen::Model& model, const Experiment& experiment,
   if (!file.empty()) {
     log = read_log_columns(file);
     match_units(model, file, log, notes);
+    add_computed(model, log);
   } else if (experiment.log) {
     return *experiment.log;
   } else {
     log.columns.push_back(column_of({"time", "s", 0.0}, ColumnRole::kTime));
-    for (const codegen::Channel& output : model.outputs) log.columns.push_back(column_of(output, ColumnRole::kOutput));
+    for (const codegen::Channel& output : codegen::measured_channels(model))
+      log.columns.push_back(column_of(output, ColumnRole::kOutput));
     for (const codegen::Channel& input : model.inputs) log.columns.push_back(column_of(input, ColumnRole::kInput));
     for (const codegen::Channel& state : model.states) log.columns.push_back(column_of(state, ColumnRole::kState));
+    add_computed(model, log);
   }
   const bool timed = std::any_of(log.columns.begin(), log.columns.end(),
                                  [](const ColumnConfig& column) { return column.role == ColumnRole::kTime; });

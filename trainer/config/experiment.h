@@ -88,6 +88,7 @@ struct ColumnConfig {
   double wrap = 0.0;      ///< full turn of an angle, in its unit; 0: not an angle
   Encoding encoding = Encoding::kUnwrap;
   std::string derivative_of;  ///< a state that is the derivative of this column (see VelocityFilterConfig)
+  std::string expression;     ///< an output that is computed of others and of inputs, by their names; empty: a column
   bool odd = true;            ///< mirror turns its sign; false: it leaves it (a temperature, a forward speed)
   double delay_s = 0.0;       ///< of an input: the plant sees it this much later than the column says
   bool find_delay = false;    ///< delay_s = "estimate": to be found in the training logs (data/log_delays.h)

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/model/computed_outputs.h"
 #include "codegen/model/model.h"
 #include "trainer/data/angle.h"
 
@@ -74,7 +75,12 @@ struct Dataset {
   }
 
   /// How many quantities are measured: an angle as sine and cosine is one.
-  std::size_t sensors() const { return outputs.size() - output_angles.size(); }
+  std::size_t sensors() const {
+    return static_cast<std::size_t>(codegen::measured_outputs(outputs)) - output_angles.size();
+  }
+
+  /// Outputs that are computed of others, from what those and the inputs are now; missing where one of those is.
+  void compute_outputs();
 };
 
 }  // namespace nlo::trainer

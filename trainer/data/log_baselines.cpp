@@ -96,7 +96,7 @@ int sensor_of(const Dataset& training, int state) {
     return std::sqrt(squares);
   };
   std::vector<double> errors;
-  for (Index j = 0; j < static_cast<Index>(training.outputs.size()); ++j) {
+  for (Index j = 0; j < codegen::measured_outputs(training.outputs); ++j) {
     const bool measures = !wanted.unit.empty() && training.outputs[static_cast<std::size_t>(j)].unit == wanted.unit;
     errors.push_back(measures ? error_of([j](const Trajectory& run, Index k) { return run.outputs(j, k); })
                               : std::numeric_limits<double>::infinity());

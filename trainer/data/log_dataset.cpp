@@ -79,7 +79,7 @@ class Loader {
 
   Eigen::MatrixXd channels(const LogFile& log, const LogRun& run, const VectorXd& time_s,
                            const std::vector<LogColumn>& columns, std::size_t count) const {
-    Eigen::MatrixXd values(static_cast<Index>(count), run.rows);
+    Eigen::MatrixXd values = Eigen::MatrixXd::Zero(static_cast<Index>(count), run.rows);  // computed ones come later
     Index channel = 0;
     for (const LogColumn& column : columns) {
       const VectorXd raw = read(log, run, column, time_s, &columns == &schema_.states);
@@ -349,6 +349,7 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
   if (!data.uniform)
     for (TimeStampReport& file : report.files) file.nominal = false;
   thin(config.every, all_phases ? config.every : 1, data);
+  data.compute_outputs();
   return data;
 }
 

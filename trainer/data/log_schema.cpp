@@ -8,6 +8,8 @@
 #include <set>
 #include <string_view>
 
+#include "codegen/base/error.h"
+#include "codegen/model/computed_outputs.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/config/key_error.h"
 #include "trainer/data/units.h"
@@ -31,6 +33,56 @@ double seconds_per_unit(const ColumnConfig& column, const std::vector<ColumnConf
   if (column.unit.empty()) return 1.0;
   if (const Unit* unit = find_unit(column.unit); unit != nullptr && unit->kind == "time") return unit->scale;
   fail(column, all, fmt::format("unit \"{}\" of the time column: expected s, ms, us, ns, min or h", column.unit));
+}
+
+/// `column` has an expression: no key that is of cells may stand beside it.
+void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
+  if (column.role != ColumnRole::kOutput)
+    fail(column, all,
+         "an expression is of a column with role \"output\": the observer computes it of what it measures");
+  const char* other = heading_of(column) != column.name ? "column"
+                      : !column.derivative_of.empty()   ? "derivative_of"
+                      : !column.file_unit.empty()       ? "file_unit"
+                      : column.scale != 1.0             ? "scale"
+                      : column.offset != 0.0            ? "offset"
+                      : column.wrap != 0.0              ? "wrap"
+                      : column.delay_s != 0.0           ? "delay_s"
+                                                        : nullptr;
+  if (other != nullptr)
+    fail(column, all,
+         fmt::format("{} is of a column of the file, and the expression computes this one of others: remove {}, or the "
+                     "expression",
+                     other, other));
+}
+
+/// Behind the outputs that are measured: those that are computed, odd or even as their parts make them.
+void append_computed(const LogConfig& config, LogSchema& schema) {
+  const std::size_t measured = schema.output_channels.size();
+  std::vector<const ColumnConfig*> columns;
+  for (const ColumnConfig& column : config.columns) {
+    if (column.expression.empty()) continue;
+    check_computed(column, config.columns);
+    columns.push_back(&column);
+    schema.output_channels.push_back({column.name, column.unit, 0.0, column.expression});
+    try {
+      codegen::ComputedOutputs(schema.output_channels, schema.input_channels);
+    } catch (const codegen::Error& error) {
+      fail(column, config.columns, error.what());
+    }
+  }
+  const codegen::ComputedOutputs computed(schema.output_channels, schema.input_channels);
+  const auto parity_of = [](double sign) { return sign < 0.0 ? codegen::Parity::kOdd : codegen::Parity::kEven; };
+  std::vector<codegen::Parity> parities;
+  for (const double sign : schema.mirror.outputs) parities.push_back(parity_of(sign));
+  parities.resize(schema.output_channels.size(), codegen::Parity::kNeither);
+  for (const double sign : schema.mirror.inputs) parities.push_back(parity_of(sign));
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const codegen::Parity parity = computed.all()[i].parity(parities);
+    schema.mirror.outputs.push_back(parity == codegen::Parity::kOdd ? -1.0 : 1.0);
+    if (parity == codegen::Parity::kNeither) schema.without_parity.push_back(columns[i]->name);
+  }
+  if (measured == 0 && !columns.empty())
+    fail(*columns.front(), config.columns, "there is no output that is measured: list one");
 }
 
 /// From the cells to the column's unit: scale and offset, then from file_unit to unit.
@@ -201,6 +253,7 @@ LogSchema resolve_columns(const LogConfig& config) {
   LogSchema schema;
   schema.format = format_of(config);
   for (const ColumnConfig& column : config.columns) {
+    if (!column.expression.empty()) continue;
     const LogColumn resolved = resolve(column, config.columns);
     switch (column.role) {
       case ColumnRole::kTime:
@@ -234,6 +287,7 @@ LogSchema resolve_columns(const LogConfig& config) {
         break;
     }
   }
+  append_computed(config, schema);
   if (schema.outputs.empty())
     throw KeyError("log", "[[log.columns]]: no column has role \"output\": expected what the observer measures");
   if (schema.states.empty())

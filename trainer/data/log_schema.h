@@ -43,15 +43,17 @@ struct AnglePair {
 };
 
 struct LogSchema {
-  CsvFormat format;            ///< of the files
-  std::string time_heading;    ///< empty: no time stamps, rows are sample_period_s apart
-  double time_unit_s = 1.0;    ///< seconds per unit of the time column
-  bool has_time_unit = false;  ///< it was given; else seconds are assumed
-  std::vector<LogColumn> outputs, states, inputs;
+  CsvFormat format;                                ///< of the files
+  std::string time_heading;                        ///< empty: no time stamps, rows are sample_period_s apart
+  double time_unit_s = 1.0;                        ///< seconds per unit of the time column
+  bool has_time_unit = false;                      ///< it was given; else seconds are assumed
+  std::vector<LogColumn> outputs, states, inputs;  ///< of the file
+  /// Outputs that are computed stand behind those of the file.
   std::vector<codegen::Channel> output_channels, state_channels, input_channels;
-  Mirror mirror;                           ///< of the channels
-  std::vector<StateSource> state_sources;  ///< one per state channel
-  std::vector<AnglePair> angle_pairs;      ///< among the states
+  Mirror mirror;                            ///< of the channels
+  std::vector<std::string> without_parity;  ///< computed outputs of odd and even parts: a mirror image has other ones
+  std::vector<StateSource> state_sources;   ///< one per state channel
+  std::vector<AnglePair> angle_pairs;       ///< among the states
 };
 
 /// How the files of a [log] write their rows. Throws KeyError where separator and decimal are the same.

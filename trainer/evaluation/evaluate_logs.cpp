@@ -20,10 +20,12 @@ namespace {
 using codegen::Error;
 
 Dataset with_noise(Dataset data, const NoiseConfig& noise, std::uint64_t seed) {
+  const Eigen::Index measured = codegen::measured_outputs(data.outputs);
   for (std::size_t i = 0; i < data.trajectories.size(); ++i) {
-    Eigen::MatrixXd& y = data.trajectories[i].outputs;
+    auto y = data.trajectories[i].outputs.topRows(measured);
     y = MeasurementNoise(noise, seed, i).on(y, data.output_angles);
   }
+  data.compute_outputs();
   return data;
 }
 
@@ -41,6 +43,7 @@ bool has_empty_cells(const Dataset& data) {
 /// What a baseline reads that has to have numbers.
 Dataset held_outputs(Dataset data) {
   for (Trajectory& run : data.trajectories) run.outputs = held(std::move(run.outputs));
+  data.compute_outputs();
   return data;
 }
 
@@ -56,6 +59,7 @@ Dataset without(Dataset data, const std::vector<std::string>& missing) {
     for (Trajectory& run : data.trajectories)
       run.outputs.row(found - data.outputs.begin()).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
+  data.compute_outputs();
   return data;
 }
 

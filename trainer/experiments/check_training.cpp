@@ -62,6 +62,10 @@ void check_mirror(const Experiment& e) {
                         "for both or for none; declare them alike",
                         column.name, column.odd, source.name, source.odd));
   }
+  for (const std::string& name : resolve_columns(*e.log).without_parity)
+    refuse(fmt::format(
+        "the output {} adds what turns its sign and what does not; give it as two outputs, or set mirror = false",
+        name));
   if (!turns) refuse("every column is declared odd = false, so a mirror image is the run itself; set mirror = false");
 }
 

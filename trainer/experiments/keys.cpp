@@ -180,6 +180,9 @@ const std::vector<Key<ColumnConfig>>& keys() {
        [](const C& c) { return show_value(c.wrap); }},
       key("encoding", &C::encoding, names_of<Encoding>(), "of an angle; sincos: two channels NAME_sin and NAME_cos"),
       key("derivative_of", &C::derivative_of, any(), "a state that is the derivative of this column"),
+      only_when_given(key("expression", &C::expression, any(),
+                          "an output that is computed of others and of inputs, in flight too: \"speed * rate\"; + - *, "
+                          "powers to 4, numbers")),
       key("odd", &C::odd, any(),
           "mirror turns its sign; false (a temperature, a forward speed): mirror leaves it as it is"),
       only_when_given<C>(

@@ -43,16 +43,16 @@ void add_equations(Dataset& dataset, const Plant& plant, const Experiment& exper
 /// An unwrapped angle to estimate may swing, not turn over: no function of z counts turns.
 void check_swinging(const Dataset& dataset) {
   for (std::size_t i = 0; i < dataset.states.size(); ++i) {
-    const auto& [name, unit, wrap] = dataset.states[i];
-    if (wrap <= 0.0) continue;
+    const Channel& state = dataset.states[i];
+    if (state.wrap <= 0.0) continue;
     for (const Trajectory& run : dataset.trajectories) {
-      const auto state = run.states.row(static_cast<Eigen::Index>(i));
-      if (state.maxCoeff() - state.minCoeff() <= wrap) continue;
+      const auto values = run.states.row(static_cast<Eigen::Index>(i));
+      if (values.maxCoeff() - values.minCoeff() <= state.wrap) continue;
       throw codegen::Error(
           fmt::format("{}: the state {} turns over, and T* cannot count turns; give it as sine and cosine, [plant] "
                       "state_encodings, "
                       "leave it out of `estimated`, or start within a smaller range",
-                      run.source, name));
+                      run.source, state.name));
     }
   }
 }

@@ -135,7 +135,9 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
   add_noise(group, noise, input_noise, level, stream);
   clamp(group);
   if (noise.loses() || input_noise.loses()) lose_samples(index, noise, input_noise, stream);
-  if (!data_->failures.none()) add_outages(index);
+  if (!data_->failures.none()) lose_failing(index);
+  compute(group);
+  if (!data_->failures.none()) fill_missing(group);
 }
 
 /// As flight does it (measurement.h): what is far off tells no more than that it is.
@@ -148,17 +150,38 @@ void Rollout::clamp(SegmentGroup& group) const {
   }
 }
 
-/// As nlo/sensor_failures.h: a missing output fades to where it rests, and its staleness rises.
-void Rollout::add_outages(int index) {
+/// Outages of a segment: not a number where a sensor that may fail is missing.
+void Rollout::lose_failing(int index) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
+  const std::vector<int>& failing = data_->failures.outputs;
+  for (int l = 0; l < kGroup; ++l) {
+    const std::vector<Outage>& outages = segment(index, std::min(l, group.lanes - 1)).outages;
+    for (std::size_t i = 0; i < outages.size(); ++i) {
+      float* y = group.readings.data() + group.at(failing[i], 0);
+      for (int t = outages[i].from; t < std::min(outages[i].to, group.length); ++t)
+        y[t * kGroup + l] = std::numeric_limits<float>::quiet_NaN();
+    }
+  }
+}
+
+/// What is computed of other readings, as flight has them.
+void Rollout::compute(SegmentGroup& group) const {
+  for (std::size_t i = 0; i < data_->computed.all().size(); ++i) {
+    const codegen::Expression& expression = data_->computed.all()[i];
+    float* y = group.readings.data() + group.at(data_->computed.first() + static_cast<int>(i), 0);
+    for (std::size_t at = 0; at < group.at(1, 0); ++at)
+      y[at] = expression.evaluate<float>([&](int row) { return group.readings[group.at(row, 0) + at]; });
+  }
+}
+
+/// As nlo/sensor_failures.h: a missing output fades to where it rests, and its staleness rises.
+void Rollout::fill_missing(SegmentGroup& group) const {
   const codegen::SensorFailures& failures = data_->failures;
   for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
     float* y = group.readings.data() + group.at(failures.outputs[i], 0);
     float* stale = group.readings.data() + group.at(data_->given() + static_cast<int>(i), 0);
     const auto rest = static_cast<float>(failures.rest(static_cast<Eigen::Index>(i)));
     for (int l = 0; l < kGroup; ++l) {
-      const std::vector<Outage>& outages = segment(index, std::min(l, group.lanes - 1)).outages;
-      const Outage outage = outages.empty() ? Outage{} : outages[i];
       float last_y = 0.0F, last_stale = 0.0F;
       for (int t = 0; t < group.length; ++t) {
         const int at = t * kGroup + l, before = at - kGroup;
@@ -166,7 +189,7 @@ void Rollout::add_outages(int index) {
                                      ? 0
                                      : static_cast<std::size_t>(group.step_of[static_cast<std::size_t>(before)]);
         const float keep = t == 0 ? 0.0F : data_->fading[step];
-        const bool missing = (t >= outage.from && t < outage.to) || std::isnan(y[at]);
+        const bool missing = std::isnan(y[at]);
         if (missing) y[at] = rest + keep * (last_y - rest);
         stale[at] = missing ? 1.0F - keep * (1.0F - last_stale) : keep * last_stale;
         last_y = y[at];
@@ -183,6 +206,8 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
   auto angle = data_->output_angles.begin();
   std::size_t sensor = 0;
   for (int row = 0; row < data_->given(); ++sensor) {
+    if (row < data_->ny && data_->is_computed(row)) row = data_->ny;
+    if (row == data_->given()) break;
     const bool encoded = angle != data_->output_angles.end() && angle->sine == row;
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
     const NoiseRow& kind = noise_row(own.kind);

@@ -41,7 +41,9 @@ class Rollout {
 
  private:
   void gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
-  void add_outages(int index);
+  void lose_failing(int index);
+  void compute(SegmentGroup& group) const;
+  void fill_missing(SegmentGroup& group) const;
   void clamp(SegmentGroup& group) const;
 
   void add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise, const float* level,

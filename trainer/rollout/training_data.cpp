@@ -53,6 +53,7 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
       nx(static_cast<int>(dataset.states.size())),
       ny(static_cast<int>(dataset.outputs.size())),
       nr(static_cast<int>(dataset.readings().size() + sensor_failures.outputs.size())),
+      computed(dataset.outputs, dataset.reads_inputs ? dataset.inputs : std::vector<Channel>{}),
       failures(sensor_failures),
       output_angles(dataset.output_angles) {
   for (std::size_t j = 0; j < dataset.outputs.size(); ++j)
@@ -121,6 +122,7 @@ std::vector<Segment> whole_runs(const TrainingData& data) {
 std::vector<Segment> runs_with_failures(const TrainingData& data) {
   std::vector<Segment> segments;
   for (std::size_t i = 0; i < data.failures.outputs.size(); ++i) {
+    if (data.is_computed(data.failures.outputs[i])) continue;  // missing where what it is computed of is
     for (Segment run : whole_runs(data)) {
       run.outages.resize(data.failures.outputs.size());
       run.outages[i] = {0, run.length};

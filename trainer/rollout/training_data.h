@@ -34,8 +34,9 @@ struct TrainingData {
   double sample_period_s = 0.0;  ///< nominal
   bool uniform = true;
   int nx = 0, ny = 0, nr = 0;
-  codegen::SensorFailures failures;  ///< whose stalenesses end the readings; they are made as a segment rolls out
-  std::vector<float> fading;         ///< exp(-step / staleness_s) of each of steps_s
+  codegen::ComputedOutputs computed;  ///< the last of the outputs; they are made as a segment rolls out
+  codegen::SensorFailures failures;   ///< whose stalenesses end the readings; they are made as a segment rolls out
+  std::vector<float> fading;          ///< exp(-step / staleness_s) of each of steps_s
   std::vector<EncodedAngle> output_angles;          ///< among the outputs: their noise is on the angle
   std::vector<float> reading_low, reading_high;     ///< of given readings, without noise; infinite for angles
   std::vector<float> reading_mirror, state_mirror;  ///< nr and nx: what a mirrored segment multiplies them by, -1 or 1
@@ -50,6 +51,8 @@ struct TrainingData {
     auto angle = output_angles.begin();
     std::size_t sensor = 0;
     for (int row = 0; row < given(); ++sensor) {
+      if (row < ny && is_computed(row)) row = ny;
+      if (row == given()) return;
       const bool encoded = angle != output_angles.end() && angle->sine == row;
       if (encoded) ++angle;
       visit(row, encoded ? 2 : 1, sensor);
@@ -57,6 +60,7 @@ struct TrainingData {
     }
   }
 
+  bool is_computed(int output) const { return !computed.none() && output >= computed.first(); }
   int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< readings that the data have
 };
 

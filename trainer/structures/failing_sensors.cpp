@@ -51,12 +51,14 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
     if (output == channels.output_channels.size())
       fail(fmt::format("names \"{}\", which is not an output; there is: {}", names[i],
                        names_of(channels.output_channels)));
+    if (!channels.output_channels[output].expression.empty())
+      fail(fmt::format("names \"{}\", which is computed; name what it is computed of", names[i]));
     if (channels.output_channels[output].wrap > 0.0)
       fail(fmt::format("names the angle \"{}\", and what wraps has no place to fade to; leave it out", names[i]));
     if (std::count(names.begin(), names.end(), names[i]) > 1)
       fail(fmt::format("names \"{}\" twice; remove one", names[i]));
   }
-  if (names.size() == channels.output_channels.size())
+  if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)))
     fail("names every output, and nothing is left to observe by; leave one out");
 }
 
@@ -66,6 +68,15 @@ codegen::SensorFailures failing_sensors(const Experiment& experiment, const Data
   for (const std::string& name : own.may_fail)
     failures.outputs.push_back(static_cast<int>(index_of(name, training.outputs)));
   std::sort(failures.outputs.begin(), failures.outputs.end());
+  const codegen::ComputedOutputs computed(training.outputs,
+                                          training.reads_inputs ? training.inputs : std::vector<codegen::Channel>{});
+  for (std::size_t i = 0; i < computed.all().size(); ++i) {
+    const std::vector<int>& parts = computed.all()[i].reads();
+    const bool fails = std::any_of(parts.begin(), parts.end(), [&](int part) {
+      return std::find(failures.outputs.begin(), failures.outputs.end(), part) != failures.outputs.end();
+    });
+    if (fails) failures.outputs.push_back(computed.first() + static_cast<int>(i));
+  }
   failures.rest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(failures.outputs.size()));
   for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
     const auto output = static_cast<std::size_t>(failures.outputs[i]);

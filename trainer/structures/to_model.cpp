@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "codegen/model/computed_outputs.h"
 #include "codegen/model/latent_step.h"
 #include "trainer/structures/activation_range.h"
 #include "trainer/structures/flight_record.h"
@@ -62,6 +63,18 @@ void set_ranges(codegen::Model& model, const Rollout& rollout, const TrainingCon
   const auto inputs = static_cast<Index>(model.inputs.size());
   model.input_min = low.segment(ny, inputs);
   model.input_max = high.segment(ny, inputs);
+  // What is computed of readings within their ranges is within its own: it is clamped where they are.
+  const codegen::ComputedOutputs computed(model.outputs, model.inputs);
+  for (std::size_t i = 0; i < computed.all().size(); ++i) {
+    const auto within = computed.all()[i].evaluate<codegen::Interval>([&](int j) -> codegen::Interval {
+      return j < ny ? codegen::Interval(model.output_min(j), model.output_max(j))
+                    : codegen::Interval(model.input_min(j - ny), model.input_max(j - ny));
+    });
+    const double rounding = 1e-6 * std::max(std::abs(within.low), std::abs(within.high));
+    const Index row = computed.first() + static_cast<Index>(i);
+    model.output_min(row) = within.low - rounding;
+    model.output_max(row) = within.high + rounding;
+  }
   for (Index j = 0; j < ny; ++j) {
     const double wrap = model.outputs[static_cast<std::size_t>(j)].wrap;
     if (wrap <= 0.0) continue;

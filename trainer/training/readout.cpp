@@ -178,7 +178,7 @@ SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, cons
       squares.both.push_back(mean(of_row, of_map.row(i)));
     }
     for (int j = 0; j < model.ny(); ++j) {
-      const bool measures = model.outputs[static_cast<std::size_t>(j)].unit == state.unit;
+      const bool measures = j < model.measured() && model.outputs[static_cast<std::size_t>(j)].unit == state.unit;
       const Eigen::RowVectorXd of_sensor = measures ? errors(samples.y.row(j)) : truth;
       squares.reading.push_back(measures ? mean(of_sensor, of_sensor) : std::numeric_limits<double>::infinity());
     }

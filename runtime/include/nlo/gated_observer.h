@@ -24,12 +24,13 @@ namespace nlo {
 
 /// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, class Gates_, class Candidate_, class InverseMap_, int kNu_ = 0,
-          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
+          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0, class Computed_ = NoComputed>
 struct GatedModel {
   using Scalar = Scalar_;
   using Gates = Gates_;
   using Candidate = Candidate_;
   using InverseMap = InverseMap_;
+  using Computed = Computed_;  ///< the last of the outputs, where they are not measured
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;

@@ -58,10 +58,12 @@ void evaluate_inverse(const Map& map, const Scalar (&z)[kNz], const Scalar (&y)[
 
 /// A trained observer, as a value. Generated headers define one `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kPairs_, class InverseMap_, int kNu_ = 0,
-          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0, Saturation kSaturation_ = Saturation::kNone>
+          Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0, Saturation kSaturation_ = Saturation::kNone,
+          class Computed_ = NoComputed>
 struct KklModel {
   using Scalar = Scalar_;
   using InverseMap = InverseMap_;
+  using Computed = Computed_;  ///< the last of the outputs, where they are not measured
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;

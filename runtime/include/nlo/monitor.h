@@ -76,6 +76,14 @@ class Monitor {
   using Scalar = typename Model::Scalar;
   static constexpr int kNx = Model::kNx, kNy = Model::kNy, kNz = Model::kNz, kNr = Model::kNr;
   using Output = Vector<Scalar, kNy>;
+  /// Outputs that are measured: fewer where the observer computes some of the others.
+  template <class Observer>
+  static constexpr int kMeasured = [] {
+    if constexpr (requires { Observer::kMeasured; }) return Observer::kMeasured;
+    return kNy;
+  }();
+  template <class Observer>
+  using Measured = Vector<Scalar, kMeasured<Observer>>;
   using Estimate = Vector<Scalar, kNx>;
 
   struct Window {
@@ -112,9 +120,9 @@ class Monitor {
   /// The measurements as `observer` should be given them: those beyond the gate are not-a-number, which it holds. For the
   /// sample that watch() sees next.
   template <class Observer>
-  [[nodiscard]] constexpr Output screened(Output y, const Observer& observer) {
+  [[nodiscard]] constexpr Measured<Observer> screened(Measured<Observer> y, const Observer& observer) {
     if (observer.save().started != 1) reset();  // what comes is its first measurement
-    for (int j = 0; j < kNy; ++j) {
+    for (int j = 0; j < kMeasured<Observer>; ++j) {
       OutputState& own = state_.outputs[j];
       own.missing = !is_finite(y[j]);
       if (own.missing == 1 || state_.samples == 0) continue;
@@ -125,11 +133,15 @@ class Monitor {
       own.rejected = static_cast<std::uint8_t>(beyond ? own.rejected + 1 : 0);
       if (beyond) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
     }
+    for (int j = kMeasured<Observer>; j < kNy; ++j) {  // computed: of what may be missing
+      state_.outputs[j].missing = 0;
+      for (const Scalar measured : y) state_.outputs[j].missing |= static_cast<std::uint8_t>(!is_finite(measured));
+    }
     return y;
   }
   template <class Observer>
-  [[nodiscard]] constexpr Scalar screened(Scalar y, const Observer& observer) requires(kNy == 1) {
-    return screened(Output{{y}}, observer)[0];
+  [[nodiscard]] constexpr Scalar screened(Scalar y, const Observer& observer) requires(kMeasured<Observer> == 1) {
+    return screened(Measured<Observer>{{y}}, observer)[0];
   }
 
   /// After each step of `observer`, with its estimate of the same sample. kReset where that step has reset the observer,

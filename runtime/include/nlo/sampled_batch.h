@@ -38,6 +38,7 @@ class SampledBatch {
   static constexpr int kNz = Model::kNz;
   static constexpr int kNu = Model::kNu;
   static_assert(kPlants > 0);
+  static_assert(Observer::kMeasured == kNy, "a batch takes all outputs: step models that compute some one by one");
 
   /// The model must outlive the batch; generated models are constants.
   constexpr explicit SampledBatch(const Model& model) : model_(&model) { reset(); }

@@ -9,6 +9,24 @@
 
 namespace nlo {
 
+/// All outputs are measured. A model that computes some of the others, its last outputs, has a type in this place whose
+/// fill(readings) does.
+struct NoComputed {
+  static constexpr int kCount = 0;
+};
+
+template <class Model>
+struct ComputedOf {
+  using Type = NoComputed;
+};
+template <class Model>
+requires requires {
+  typename Model::Computed;
+}
+struct ComputedOf<Model> {
+  using Type = typename Model::Computed;
+};
+
 template <class Model_, Arithmetic kArithmetic_ = Arithmetic::kFast>
 class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
  public:
@@ -22,7 +40,9 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   using typename Core::Model;
   using typename Core::Scalar;
   using typename Core::State;
-  using Output = Vector<Scalar, kNy>;
+  using Computed = typename ComputedOf<Model>::Type;
+  static constexpr int kMeasured = kNy - Computed::kCount;  ///< outputs that step() takes
+  using Output = Vector<Scalar, kMeasured>;
   using Input = Vector<Scalar, kDriven ? kNu : 1>;
 
   using Core::Core;
@@ -46,7 +66,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
                                                 const Input& u) requires(Model::kHasSteadyState&& Core::kReadsInputs) {
     return this->start_steady(readings(y, u));
   }
-  [[nodiscard]] constexpr StepStatus warm_start(Scalar y) requires(kNy == 1 && Model::kHasSteadyState &&
+  [[nodiscard]] constexpr StepStatus warm_start(Scalar y) requires(kMeasured == 1 && Model::kHasSteadyState &&
                                                                    !Core::kReadsInputs) {
     return warm_start(Output{{y}});
   }
@@ -54,13 +74,13 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   /// One sample period on, with the measurement at its end. The first measurement after a reset only starts the
   /// observer. A measurement that is not finite stands for a missed one.
   [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) { return take<true>(y, {}, Scalar(0)); }
-  [[nodiscard]] constexpr StepStatus step(Scalar y) requires(kNy == 1 && !kDriven) { return step(Output{{y}}); }
+  [[nodiscard]] constexpr StepStatus step(Scalar y) requires(kMeasured == 1 && !kDriven) { return step(Output{{y}}); }
 
   /// The same over dt seconds: for jitter, and for what comes after missed samples.
   [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar dt_s) requires(!kDriven) {
     return take<false>(y, {}, dt_s);
   }
-  [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar dt_s) requires(kNy == 1 && !kDriven) {
+  [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar dt_s) requires(kMeasured == 1 && !kDriven) {
     return step(Output{{y}}, dt_s);
   }
 
@@ -69,13 +89,13 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u) requires kDriven {
     return take<true>(y, u, Scalar(0));
   }
-  [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u) requires(kNy == 1 && kNu == 1) {
+  [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u) requires(kMeasured == 1 && kNu == 1) {
     return step(Output{{y}}, Input{{u}});
   }
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u, Scalar dt_s) requires kDriven {
     return take<false>(y, u, dt_s);
   }
-  [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u, Scalar dt_s) requires(kNy == 1 && kNu == 1) {
+  [[nodiscard]] constexpr StepStatus step(Scalar y, Scalar u, Scalar dt_s) requires(kMeasured == 1 && kNu == 1) {
     return step(Output{{y}}, Input{{u}}, dt_s);
   }
 
@@ -90,11 +110,12 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return y;
   }
 
-  /// [y; u].
+  /// [y; u], with the outputs that are computed.
   static constexpr typename Core::Readings readings(const Output& y, const Input& u) {
     typename Core::Readings r{};
-    for (int j = 0; j < kNy; ++j) r[j] = y[j];
+    for (int j = 0; j < kMeasured; ++j) r[j] = y[j];
     for (int i = 0; Core::kReadsInputs && i < kNu; ++i) r[kNy + i] = u[i];
+    if constexpr (kMeasured < kNy) Computed::fill(r.values);
     return r;
   }
 
@@ -103,7 +124,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     if constexpr (!kRegular) {
       if (!this->possible(dt_s)) return this->state_.status = StepStatus::kRejected;
     }
-    if constexpr (kNr > kNy) {
+    if constexpr (kNr > kMeasured) {
       return this->template step_by<kRegular>(readings(y, u), {}, dt_s);
     } else {
       return this->template step_by<kRegular>(y, u, dt_s);
