@@ -122,6 +122,26 @@ TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
   ASSERT_EQ(splits.train.states.size(), 2U);
 }
 
+TEST(NewLog, ReadsAProductOfChannelsWhereItHelpsOnLogsThatAreLeftOut) {
+  const Scratch scratch;
+  for (int log = 0; log < 6; ++log) {  // of which four train
+    std::string text = "t,gyro,speed,x\n";
+    for (int k = 0; k < 300; ++k) {
+      const double t = 0.05 * k + 11.0 * log, gyro = std::sin(0.9 * t), speed = 2.0 + std::cos(0.53 * t);
+      text += shortest_text(0.05 * k) + "," + shortest_text(gyro) + "," + shortest_text(speed) + "," +
+              shortest_text(gyro * speed + 0.02 * std::sin(97.0 * t * t)) + "\n";
+    }
+    scratch.write("run" + std::to_string(log) + ".csv", text);
+  }
+  const ProgramResult result = scratch.run({"new", "log", ".", "--outputs", "gyro,speed", "--states", "x"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("gyro * speed is computed and read too"));
+  const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
+  const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
+  ASSERT_EQ(splits.train.outputs.size(), 3U);
+  EXPECT_EQ(splits.train.outputs[2].expression, "gyro * speed");
+}
+
 TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
   const Scratch scratch;
   std::string text = "t;\"2nd \"\"gyro\"\"\";\\true\\;while\n";
