@@ -139,9 +139,9 @@ TEST(ZshCompletion, OffersCommandsOptionsAndTheirValues) {
   if (shell("command -v zsh").empty()) GTEST_SKIP() << "zsh is not installed";
   EXPECT_THAT(offered_by_zsh("nlo "), IsSupersetOf({"train", "evaluate", "export", "completion", "man"}));
   EXPECT_THAT(offered_by_zsh("nlo train --da"), testing::ElementsAre("--data"));
-  EXPECT_THAT(
-      offered_by_zsh("nlo evaluate model.json --against "),
-      testing::UnorderedElementsAre("ekf", "ukf", "joint_ekf", "mhe", "high_gain", "ekf_true", "constant", "ridge"));
+  EXPECT_THAT(offered_by_zsh("nlo evaluate model.json --against "),
+              testing::UnorderedElementsAre("ekf", "ukf", "joint_ekf", "mhe", "high_gain", "ekf_true", "static_ridge",
+                                            "constant", "ridge"));
   EXPECT_THAT(offered_by_zsh("nlo export --target a"), testing::ElementsAre("arduino"));
   EXPECT_THAT(offered_by_zsh("nlo train qube --data "), testing::AllOf(testing::Each("logs"), Contains("logs")));
 }

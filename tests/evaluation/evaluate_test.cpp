@@ -10,6 +10,7 @@
 #include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/evaluation/van_der_pol_set.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/evaluation_text.h"
 
 namespace nlo::trainer {
@@ -127,9 +128,18 @@ TEST(Evaluate, ObserverRunsInFloatAsItFlies) {
   }
 }
 
+TEST(Evaluate, AStaticRidgeIsAheadOfTheMeanAndHoldsSamplesThatDoNotArrive) {
+  const Dataset set = test::van_der_pol_set(10, 20.0, 3), other = test::van_der_pol_set(5, 20.0, 4);
+  const NoiseConfig noise = parse_noise("gaussian:0.1+missing:0.2");
+  const auto norm = [&](const char* name) {  // a NaN among the estimates would throw
+    return evaluate(name, baseline_estimator(name, with_noise(set, noise, 5)), other, noise, 1, 1).metrics.norm;
+  };
+  EXPECT_LT(norm("static_ridge"), 0.9 * norm("constant"));
+}
+
 TEST(Evaluate, ConstantEstimatorErrsByTheSpreadOfTheStates) {
   const Dataset set = test::van_der_pol_set(5, 20.0, 3);
-  const Evaluation result = evaluate("constant", constant_estimator(set), set, kGaussian, 1, 1);
+  const Evaluation result = evaluate("constant", baseline_estimator("constant", set), set, kGaussian, 1, 1);
   double mean = 0.0, square = 0.0, n = 0.0;
   for (const Trajectory& run : set.trajectories) {
     mean += run.states.row(1).sum();
@@ -156,19 +166,19 @@ TEST(Evaluate, DomainIsCountedAndTheFirstSampleApart) {
 TEST(Evaluate, ReadoutOfTheFeaturesIsTheBestLinearEstimate) {
   // T* reads z and y, and x1 is y: the readout has it exactly, but for its ridge; x2 is no linear function of both.
   const Dataset set = test::van_der_pol_set(10, 20.0, 3), other = test::van_der_pol_set(5, 20.0, 4);
-  const Evaluation ridge = evaluate("ridge", readout_estimator(low_pass_model(), set, {}, 1), other, {}, 1, 2);
+  const Evaluation ridge = evaluate("ridge", readout_estimator(low_pass_model(), set), other, {}, 1, 2);
   EXPECT_LT(ridge.metrics.per_component[0], 1e-4);
   EXPECT_GT(ridge.metrics.per_component[1], 0.05);
-  const Evaluation constant = evaluate("constant", constant_estimator(set), other, {}, 1, 1);
+  const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), other, {}, 1, 1);
   EXPECT_LT(ridge.metrics.per_component[1], constant.metrics.per_component[1]);
 }
 
 TEST(Evaluate, StatesOfDifferentUnitsHaveANormalisedNorm) {
   Dataset set = test::van_der_pol_set(3, 20.0, 3);
-  EXPECT_FALSE(evaluate("constant", constant_estimator(set), set, {}, 1, 1).metrics.normalised);
+  EXPECT_FALSE(evaluate("constant", baseline_estimator("constant", set), set, {}, 1, 1).metrics.normalised);
   set.states[0].unit = "m";
   set.states[1].unit = "m/s";
-  const Evaluation constant = evaluate("constant", constant_estimator(set), set, {}, 1, 1);
+  const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), set, {}, 1, 1);
   EXPECT_TRUE(constant.metrics.normalised);
   EXPECT_NEAR(constant.metrics.nrmse.value(), 1.0, 1e-12);  // rounding: knowing nothing is one deviation off
   EXPECT_NE(evaluation_text("m", {constant}).find("normalised norm"), std::string::npos);
@@ -186,7 +196,7 @@ TEST(EvaluationJson, HoldsThePromisedKeysAndOnlyFiniteNumbers) {
   // 3 s: neither settled nor settling time exist.
   const Dataset set = test::van_der_pol_set(2, 3.0, 3);
   const Evaluation own = evaluate_on_plant(low_pass_model(), set, kUniform, 9, 1);
-  const Evaluation constant = evaluate("constant", constant_estimator(set), set, kUniform, 9, 1);
+  const Evaluation constant = evaluate("constant", baseline_estimator("constant", set), set, kUniform, 9, 1);
   const auto json = nlohmann::json::parse(evaluation_json("low_pass", {own, constant}, 2.0));
   EXPECT_EQ(json.at("noise"), "uniform:3");
   EXPECT_EQ(json.at("seed"), 9);

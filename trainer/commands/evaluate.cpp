@@ -256,8 +256,8 @@ void add_evaluate(CLI::App& app, Action& action) {
   for_plants.push_back(
       command
           ->add_option("--against", arguments->test.against,
-                       "ekf, ukf, mhe, high_gain (know the plant trained for), ekf_true (knows the changed plant); "
-                       "constant and ridge are always shown")
+                       "ekf, ukf, mhe, high_gain (know the plant trained for), ekf_true (knows the changed plant), "
+                       "static_ridge (knows no plant); constant and ridge are always shown")
           ->delimiter(',')
           ->allow_extra_args(false)
           ->check(CLI::IsMember(against)));

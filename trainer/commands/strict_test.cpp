@@ -23,6 +23,8 @@
 namespace nlo::trainer {
 namespace {
 
+constexpr std::string_view kStaticRidge = "static_ridge";
+
 /// Whether inputs stay as they are between samples: a u(t) of the command line is smooth, what is drawn may be held.
 bool held_inputs(const Experiment& experiment, const StrictTest& test) {
   return experiment.moves_inputs() && test.inputs.empty() && experiment.observer.input_hold == Hold::kZeroOrder;
@@ -73,9 +75,13 @@ class Study {
     // The same noise in another order of runs than a test set's: seeded by what no user's seed is.
     const std::uint64_t noise_seed = initial_state_seed(nominal_.seed, SeedStream::kTraining);
     std::vector<std::vector<EstimatorFactory>> readouts(test_.noises.size());
-    for (std::size_t n = 0; n < test_.noises.size(); ++n)
-      for (const NamedModel& model : models_)
-        readouts[n].push_back(readout_estimator(model.model, training_, test_.noises[n], noise_seed));
+    std::vector<EstimatorFactory> static_ridges(test_.noises.size());
+    for (std::size_t n = 0; n < test_.noises.size(); ++n) {
+      const Dataset noisy = with_noise(training_, test_.noises[n], noise_seed);
+      for (const NamedModel& model : models_) readouts[n].push_back(readout_estimator(model.model, noisy));
+      if (std::ranges::find(test_.against, kStaticRidge) != test_.against.end())
+        static_ridges[n] = baseline_estimator(kStaticRidge, noisy);
+    }
 
     const auto sets = static_cast<std::size_t>(test_.test_sets);
     for (std::size_t s = 0; s < sets; ++s) {
@@ -87,7 +93,7 @@ class Study {
       disturb_inputs(test_.input_noise, seed, set);
       for (std::size_t n = 0; n < test_.noises.size(); ++n) {
         const NoiseConfig& noise = test_.noises[n];
-        const std::vector<Evaluation> shared = alternatives(set, noise, seed);
+        const std::vector<Evaluation> shared = alternatives(set, noise, seed, static_ridges[n]);
         for (std::size_t m = 0; m < models_.size(); ++m) {
           std::vector<Evaluation>& group = studies[n].results[m].emplace_back();
           group.push_back(evaluate_on_plant(models_[m].model, set, noise, seed, test_.threads, config_));
@@ -168,16 +174,18 @@ class Study {
   }
 
   /// Those that know nothing of the models.
-  std::vector<Evaluation> alternatives(const Dataset& set, const NoiseConfig& noise, std::uint64_t seed) const {
+  std::vector<Evaluation> alternatives(const Dataset& set, const NoiseConfig& noise, std::uint64_t seed,
+                                       const EstimatorFactory& static_ridge) const {
     const bool changed = !test_.changes.empty();
     std::vector<Evaluation> result;
     for (const std::string& name : test_.against) {
       if (name == "constant" || name == "ridge") continue;  // always there
-      result.push_back(judged(name, filter(name, noise), set, noise, seed));
-      if (changed)
+      const bool knows_no_plant = name == kStaticRidge;
+      result.push_back(judged(name, knows_no_plant ? static_ridge : filter(name, noise), set, noise, seed));
+      if (changed && !knows_no_plant)
         result.back().label = fmt::format("{}, {} parameters", row_of(name), name == kTrueEkf ? "true" : "nominal");
     }
-    result.push_back(judged("constant", constant_estimator(training_), set, noise, seed));
+    result.push_back(judged("constant", baseline_estimator("constant", training_), set, noise, seed));
     return result;
   }
 
@@ -230,7 +238,7 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
 
 std::vector<std::string> alternative_names() {
   std::vector<std::string> names = filter_names();
-  names.insert(names.end(), {"constant", "ridge"});
+  names.insert(names.end(), {"static_ridge", "constant", "ridge"});
   return names;
 }
 

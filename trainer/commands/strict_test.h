@@ -46,7 +46,7 @@ using StudyProgress = std::function<void(double share)>;
 /// The EKF that knows what `changes` have made of the plant.
 inline constexpr std::string_view kTrueEkf = "ekf_true";
 
-/// What --against takes beside it: the filters of filter_table(), constant, ridge.
+/// What --against takes beside it: the filters of filter_table(), static_ridge, constant, ridge.
 std::vector<std::string> alternative_names();
 
 /// Per noise the observers and then their alternatives. Models must come from `experiment`, whatever their seeds.

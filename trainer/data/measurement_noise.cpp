@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "trainer/base/interpolate.h"
 #include "trainer/base/noise_table.h"
@@ -156,6 +157,22 @@ Eigen::MatrixXd held(Eigen::MatrixXd outputs) {
     for (Eigen::Index row = 0; row < outputs.rows(); ++row)
       if (std::isnan(outputs(row, k))) outputs(row, k) = outputs(row, k - 1);
   return outputs;
+}
+
+Dataset held(Dataset runs) {
+  for (Trajectory& run : runs.trajectories) run.outputs = held(std::move(run.outputs));
+  runs.compute_outputs();
+  return runs;
+}
+
+Dataset with_noise(Dataset runs, const NoiseConfig& noise, std::uint64_t seed) {
+  const Eigen::Index measured = codegen::measured_outputs(runs.outputs);
+  for (std::size_t i = 0; i < runs.trajectories.size(); ++i) {
+    auto y = runs.trajectories[i].outputs.topRows(measured);
+    y = MeasurementNoise(noise, seed, i).on(y, runs.output_angles);
+  }
+  runs.compute_outputs();
+  return runs;
 }
 
 NoiseConfig without_shifts(NoiseConfig noise) {

@@ -26,6 +26,7 @@
 
 #include "trainer/base/noise_table.h"
 #include "trainer/data/angle.h"
+#include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
 
@@ -59,6 +60,10 @@ class MeasurementNoise final : private NoiseNumbers<double> {
 
 /// Each output's last value where it is NaN: what a filter is given that has to have numbers.
 Eigen::MatrixXd held(Eigen::MatrixXd outputs);
+Dataset held(Dataset runs);
+
+/// The outputs of run i with the noise of seed and i.
+Dataset with_noise(Dataset runs, const NoiseConfig& noise, std::uint64_t seed);
 
 /// Sensors in a loop measure when they are asked: the noise without its delays and jitter.
 NoiseConfig without_shifts(NoiseConfig noise);

@@ -12,6 +12,7 @@ const EstimatorWords* estimator_words(std::string_view name) {
       {"mhe", "moving horizon", "moving horizon, one Gauss-Newton step per sample"},
       {"high_gain", "high gain", "high-gain observer"},
       {"particle", "particle filter", "particle filter that knows each condition"},
+      {"static_ridge", "static ridge", "ridge regression on the last three samples and their products", false},
       {"constant", "constant", "the average state, always", false},
       {"ridge", "ridge", "a linear map from what the observer's network reads", false},
   };

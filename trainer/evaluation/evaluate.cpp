@@ -98,16 +98,10 @@ EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_st
   };
 }
 
-EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training, const NoiseConfig& noise,
-                                   std::uint64_t seed) {
+EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training) {
   auto readout = std::make_shared<LinearReadout>(model);
   const ObserverRun run = observer_run(model, has_uniform_steps(training, model));
-  for (std::size_t i = 0; i < training.trajectories.size(); ++i) {
-    const Trajectory& truth = training.trajectories[i];
-    readout->add(
-        run(MeasurementNoise(noise, seed, i).on(truth.outputs, training.output_angles), truth.inputs, truth.time_s),
-        truth);
-  }
+  for (const Trajectory& each : training.trajectories) readout->add(run(each.outputs, each.inputs, each.time_s), each);
   readout->fit();
   return [model, readout]() -> Estimator {
     return [readout, own = observer_run(model, false)](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
@@ -117,10 +111,14 @@ EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& t
   };
 }
 
-EstimatorFactory constant_estimator(const Dataset& dataset) {
-  return [mean = mean_states(dataset)]() -> Estimator {
-    return [mean](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd&, const Eigen::VectorXd&) {
-      return Eigen::MatrixXd(mean.replicate(1, outputs.cols()));
+EstimatorFactory baseline_estimator(std::string_view name, const Dataset& training) {
+  return [baseline = LogBaseline::fit(name, held(training), {})]() -> Estimator {
+    return [baseline](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s) {
+      Trajectory run;
+      run.outputs = held(outputs);
+      run.inputs = inputs;
+      run.time_s = time_s;
+      return baseline.estimate(run);
     };
   };
 }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -90,12 +91,12 @@ void count_domain(const codegen::Model& model, const codegen::Run& run, DomainSh
 /// What observer_run() says.
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);
 
-/// The linear readout of the model's features, fitted on `training` with strict noise on its outputs.
-EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training, const NoiseConfig& noise,
-                                   std::uint64_t seed);
+/// The linear readout of the model's features, fitted on `training`, whose outputs have the noise.
+EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training);
 
-/// Always the mean state of `dataset`: what knowing nothing but the set's average is worth.
-EstimatorFactory constant_estimator(const Dataset& dataset);
+/// What knows no plant and no model, fitted likewise: the LogBaseline called "constant" (the mean state: what knowing nothing
+/// but the average is worth) or "static_ridge". Samples that do not arrive are held.
+EstimatorFactory baseline_estimator(std::string_view name, const Dataset& training);
 
 /// evaluate() of a model, with its domain; its examples also say where z leaves it.
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,

@@ -19,31 +19,9 @@ namespace {
 
 using codegen::Error;
 
-Dataset with_noise(Dataset data, const NoiseConfig& noise, std::uint64_t seed) {
-  const Eigen::Index measured = codegen::measured_outputs(data.outputs);
-  for (std::size_t i = 0; i < data.trajectories.size(); ++i) {
-    auto y = data.trajectories[i].outputs.topRows(measured);
-    y = MeasurementNoise(noise, seed, i).on(y, data.output_angles);
-  }
-  data.compute_outputs();
-  return data;
-}
-
 /// As an observer in flight is given them: empty cells of a log are NaN, and noise is on the others.
 Dataset with_empty_cells(Dataset data) {
   for (Trajectory& run : data.trajectories) run.outputs = run.measured();
-  return data;
-}
-
-bool has_empty_cells(const Dataset& data) {
-  return std::any_of(data.trajectories.begin(), data.trajectories.end(),
-                     [](const Trajectory& run) { return run.missing.size() != 0; });
-}
-
-/// What a baseline reads that has to have numbers.
-Dataset held_outputs(Dataset data) {
-  for (Trajectory& run : data.trajectories) run.outputs = held(std::move(run.outputs));
-  data.compute_outputs();
   return data;
 }
 
@@ -272,11 +250,8 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   // The baselines see the noise that the observer sees, with draws of their own for fitting.
   const Dataset fitted_on =
       without(with_empty_cells(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1)), missing);
-  const auto has_holes = [&](const Dataset& data) { return noise.loses() || has_empty_cells(data); };
-  const Dataset read_by_baselines = has_holes(fitted_on) ? held_outputs(fitted_on) : fitted_on;
-  const Dataset judged = has_holes(measured) ? held_outputs(measured) : measured;
   double share = 0.3;
-  judge_baselines(result.entries, read_by_baselines, judged, schema, schema.angle_pairs, config.windows,
+  judge_baselines(result.entries, held(fitted_on), held(measured), schema, schema.angle_pairs, config.windows,
                   [&](const std::string& name) {
                     say(std::exchange(share, share + 0.1), name);
                     return missing.empty() || name == "constant";
