@@ -2,6 +2,8 @@
 // The observers of random_model.h and random_structures.h with an error head on T*: what estimate_with_error() costs.
 #pragma once
 
+#include <nlo/error_head.h>
+
 #include <type_traits>
 
 #include "bench/random_structures.h"

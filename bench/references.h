@@ -4,7 +4,7 @@
 // versions of Eigen's templates: with the flags of the benchmark, and with -ffast-math on top.
 #pragma once
 
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 
 namespace nlo::bench {
 

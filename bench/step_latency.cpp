@@ -5,6 +5,7 @@
 // at once, and all of it with the weights pushed out of L1 and out of L2. Ends with the ratios.
 //   step_latency [--json FILE] [--smoke] [--benchmark_filter=...]      the fastest of several repetitions counts
 #include <benchmark/benchmark.h>
+#include <nlo/kernels/weight.h>
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 

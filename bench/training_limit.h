@@ -4,8 +4,8 @@
 // peak of machine_peak.h the yardstick of training_epoch.
 #pragma once
 
-#include <nlo/activation.h>
-#include <nlo/simd.h>
+#include <nlo/kernels/activation.h>
+#include <nlo/kernels/simd.h>
 
 #include <Eigen/Core>
 #include <algorithm>

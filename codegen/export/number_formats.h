@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What an export may spend less on than its scalar: weights of 16 bits (nlo/weight.h), and a tanh as accurate as its
-// budget of error asks for (nlo/activation.h).
+// What an export may spend less on than its scalar: weights of 16 bits (nlo/kernels/weight.h), and a tanh as accurate
+// as its budget of error asks for (nlo/kernels/activation.h).
 #pragma once
 
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 #include <Eigen/Core>
 #include <array>
 #include <string>

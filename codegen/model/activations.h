@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The activations of a network, one row each: what a model file calls it, its value, slope and curvature in double by
 // the standard library, and what the parts of the program must know of it. Nobody else asks "is it tanh?": a new
-// activation is an enumerator in nlo/activation.h with its runtime function, and a row here; what has no code for a row
-// does not compile, or says so with its name.
+// activation is an enumerator in nlo/kernels/activation.h with its runtime function, and a row here; what has no code
+// for a row does not compile, or says so with its name.
 #pragma once
 
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>

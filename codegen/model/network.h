@@ -2,7 +2,7 @@
 // What models are made of: channels, layers, learned maps with their normalisation.
 #pragma once
 
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 #include <Eigen/Core>
 #include <string>
 #include <vector>

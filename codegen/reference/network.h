@@ -3,7 +3,7 @@
 // (or the runtime's, to see what they change). The one forward pass that everything but flight and training uses.
 #pragma once
 
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 #include <Eigen/Core>
 #include <vector>
 

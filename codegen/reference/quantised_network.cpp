@@ -2,7 +2,7 @@
 // quantise_test.cpp holds it against the runtime's templates.
 #include "codegen/reference/quantised_network.h"
 
-#include <nlo/arithmetic.h>
+#include <nlo/kernels/arithmetic.h>
 #include <nlo/kernels/int16.h>
 
 #include <algorithm>

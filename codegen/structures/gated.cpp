@@ -2,7 +2,7 @@
 #include "codegen/model/gated.h"
 
 #include <fmt/format.h>
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 #include <nlo/kernels/int16.h>
 #include <algorithm>
 #include <utility>

@@ -157,9 +157,17 @@ std::string cpp_header(const PreparedExport& prepared) {
   const Source s{prepared, model, prepared.folded(), *structure, init, prepared.options(), prepared.name()};
 
   std::string text = top_comment(s);
-  text += fmt::format("#pragma once\n\n#include <nlo/{}>\n{}{}\n", structure->header(),
-                      model.monitor ? "#include <nlo/monitor.h>\n" : "",
-                      quantised ? "#include <nlo/quantised_map.h>\n" : "");
+  text += fmt::format("#pragma once\n\n#include <nlo/{}>\n", structure->header());
+  const auto include = [&text](bool uses, const char* header) {
+    if (uses) text += fmt::format("#include <nlo/{}>\n", header);
+  };
+  include(model.error && !quantised, "error_head.h");
+  include(prepared.options().weights != WeightType::kFull, "kernels/weight.h");
+  include(model.monitor.has_value(), "monitor.h");
+  include(quantised, "quantised_map.h");
+  include(model.saturates(), "saturation.h");
+  include(!model.failures.none(), "sensor_failures.h");
+  text += "\n";
   text += fmt::format("namespace nlo::{} {{\n\n", s.name);
   text += fmt::format("/// Positions in a measurement{} and in an estimate.\n", model.nu() > 0 ? ", in an input" : "");
   text += enumeration("Output", measured_channels(model));

@@ -2,7 +2,7 @@
 // How a model is exported: under which name, in which numbers.
 #pragma once
 
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 #include <cstdint>
 #include <string>
 

@@ -157,7 +157,7 @@ TEST(CppHeader, KnowsTheNamesThatTheRuntimeHas) {
   const std::regex function("^(?:[A-Za-z_][\\w:<>*&, ]* )(\\w+)\\(");
   const std::regex constant("^inline constexpr [\\w:<>, ]+ (\\w+) =");
   std::set<std::string> names;
-  for (const auto& file : std::filesystem::directory_iterator(NLO_SOURCE_DIR "/runtime/include/nlo")) {
+  for (const auto& file : std::filesystem::recursive_directory_iterator(NLO_SOURCE_DIR "/runtime/include/nlo")) {
     if (file.path().extension() != ".h") continue;
     std::istringstream lines(read_file(file.path().string()));
     std::string inner;  // the namespace inside nlo that is open

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlo/kernels/weight.h>
 #include <nlo/mlp.h>
-#include <nlo/weight.h>
 
 #include <bit>
 #include <cmath>

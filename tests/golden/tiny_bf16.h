@@ -35,6 +35,7 @@
 #pragma once
 
 #include <nlo/kkl_observer.h>
+#include <nlo/kernels/weight.h>
 
 namespace nlo::tiny {
 

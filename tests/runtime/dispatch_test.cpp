@@ -73,7 +73,7 @@ TEST(Dispatch, TakesBatchesOfAnySize) {
   constexpr auto& kMap = testing::InstructionSetModel<Activation::kTanh>::kModel.inverse_map;
   float in[3 * 6], out[2 * 6];
   for (int i = 0; i < 3 * 6; ++i) in[i] = 0.1F * static_cast<float>(i);
-  kMap.evaluate_batch<Arithmetic::kFast, 6>(in, out);
+  evaluate_batch<Arithmetic::kFast, 6>(kMap, in, out);
   for (int n = 0; n < 6; ++n) {
     const float one_in[3] = {in[n], in[6 + n], in[12 + n]};
     float one_out[2];

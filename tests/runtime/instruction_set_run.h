@@ -3,6 +3,7 @@
 // the length of vectors and on fused multiply-adds.
 #pragma once
 
+#include <nlo/jvp.h>
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 
@@ -34,8 +35,8 @@ inline instruction_set::Bits run_networks() {
   instruction_set::Bits bits{};
   for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
     kTanh.inverse_map.evaluate(in, bits.estimate[round]);
-    kTanh.inverse_map.jvp(in, direction, bits.jvp[round]);
-    kSilu.inverse_map.jvp(in, direction, bits.silu_jvp[round]);
+    jvp(kTanh.inverse_map, in, direction, bits.jvp[round]);
+    jvp(kSilu.inverse_map, in, direction, bits.silu_jvp[round]);
   });
   KklBatch<std::remove_cvref_t<decltype(kTanh)>, instruction_set::kPlants> batch{kTanh};
   for (int n = 0; n < instruction_set::kPlants; ++n) {

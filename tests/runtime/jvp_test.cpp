@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The forward-mode product of a learned map: against the layers' derivatives in double, and against finite differences.
+#include <nlo/jvp.h>
 #include <nlo/mlp.h>
 
 #include <gtest/gtest.h>
@@ -79,7 +80,7 @@ double disagreement(const Network& network, const Layers&... layers) {
       dual.value.push_back(static_cast<double>(in[i]));
       dual.tangent.push_back(static_cast<double>(direction[i]));
     }
-    network.jvp(in, direction, out);
+    jvp(network, in, direction, out);
     const Dual expected = reference<kKind>(dual, layers...);
     for (std::size_t o = 0; o < Network::kOut; ++o) {
       worst = std::fmax(worst, std::fabs(static_cast<double>(out[o]) - expected.tangent[o]));
@@ -155,7 +156,7 @@ void expect_finite_differences() {
       ahead[i] = in[i] + kStep * direction[i];
       behind[i] = in[i] - kStep * direction[i];
     }
-    map.jvp(in, direction, out);
+    jvp(map, in, direction, out);
     map.evaluate(ahead, high);
     map.evaluate(behind, low);
     for (int o = 0; o < 3; ++o) EXPECT_NEAR(out[o], (high[o] - low[o]) / (2 * kStep), kTolerance);
@@ -174,7 +175,7 @@ TEST(Jvp, OfNoDirectionIsZero) {
       make_mlp<Activation::kSilu>(random_dense<float, 3, 20>(random), random_dense<float, 20, 4>(random));
   const float in[3] = {0.5F, -30.0F, 1e6F}, none[3] = {};
   float out[4];
-  network.jvp(in, none, out);
+  jvp(network, in, none, out);
   for (const float value : out) EXPECT_EQ(value, 0.0F);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The dense layers against plain loops: every pair of awkward sizes, hidden and last, float, double and weights of 16
 // bits; nothing read or written outside, zeros where they must be. Compiled for several instruction sets.
+#include <nlo/kernels/weight.h>
 #include <nlo/mlp.h>
 
 #include <gtest/gtest.h>

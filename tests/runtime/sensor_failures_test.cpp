@@ -2,6 +2,7 @@
 // Outputs that may be missing: they fade to where they rested, T* is told how stale they are, nothing else is disturbed.
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
+#include <nlo/sensor_failures.h>
 
 #include <gtest/gtest.h>
 
@@ -93,15 +94,6 @@ TEST(SensorFailures, EachFailsByItself) {
     }
   }
 }
-
-/// A model that knows nothing of failures.
-struct Plain {};
-static_assert(kMayBeMissing<Plain> == 0 && kMayBeMissing<Failing<float>> == 1);
-static_assert([] {
-  Vector<float, 1> readings{{2.0F}};
-  const float last[1] = {1.0F};
-  return !fill_missing<Arithmetic::kFast, true>(Plain{}, readings, last, true, 0.1F) && readings[0] == 2.0F;
-}());
 
 TEST(SensorFailures, ARateThatOverflowsOverAGapHasFadedAllAndTheStepEnds) {
   auto model = failing_model<float>();

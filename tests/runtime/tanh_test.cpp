@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The rational tanh over every float there is (or every NLO_FLOAT_STRIDEth), against the C library's in double.
-#include <nlo/activation.h>
+#include <nlo/kernels/activation.h>
 
 #include <gtest/gtest.h>
 

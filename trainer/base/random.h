@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "nlo/simd.h"
+#include "nlo/kernels/simd.h"
 
 namespace nlo::trainer {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <type_traits>
 
-#include "nlo/activation.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/simd.h"
 
 namespace nlo::trainer {
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "nlo/simd.h"
+#include "nlo/kernels/simd.h"
 #include "trainer/nn/lane_sums.h"
 #include "trainer/nn/network_block.h"
 

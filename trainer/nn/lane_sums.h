@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "nlo/simd.h"
+#include "nlo/kernels/simd.h"
 
 namespace nlo::trainer {
 

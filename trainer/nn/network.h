@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "nlo/activation.h"
+#include "nlo/kernels/activation.h"
 
 namespace nlo::trainer {
 

@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "nlo/simd.h"
+#include "nlo/kernels/simd.h"
 #include "trainer/nn/network.h"
 
 namespace nlo::trainer {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "nlo/simd.h"
+#include "nlo/kernels/simd.h"
 #include "trainer/sensitivity/dual.h"
 
 namespace nlo::trainer {

@@ -9,13 +9,14 @@
 
 #include <cstdint>
 
-#include "nlo/domain.h"
 #include "nlo/explicit_rk.h"
 #include "nlo/exponential_rk.h"
+#include "nlo/jvp.h"
 #include "nlo/kkl_observer.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
+#include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
 
 namespace nlo {
@@ -48,6 +49,7 @@ struct DrivenKklModel {
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;
   static constexpr int kNu = kNu_;
+  static constexpr int kNf = 0;
   static constexpr int kNr = kNy;  ///< F and T* read outputs alone
   static constexpr int kPairs = kPairs_;
   static constexpr int kLongestGap = kMostPieces;
@@ -87,7 +89,7 @@ struct DrivenKklModel {
     Scalar x_hat[kNx], dx[kNx];
     evaluate_inverse(inverse_map, z, y, x_hat);
     input_field.apply(x_hat, u, dx);
-    forward_map.jvp(x_hat, dx, dz);
+    jvp(forward_map, x_hat, dx, dz);
   }
 
   /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.

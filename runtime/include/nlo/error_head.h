@@ -11,10 +11,9 @@
 #include <limits>
 #include <type_traits>
 
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/mlp.h"
-#include "nlo/select.h"
-#include "nlo/simd.h"
 #include "nlo/vector.h"
 
 namespace nlo {
@@ -52,6 +51,15 @@ constexpr Scalar power_of_2(Scalar v) {
   return kSeries.template operator()<kArithmetic>(f) * scale;
 }
 
+/// An estimate and how wrong it is, n_x each. 68 % of the errors were within sigma, 95 % within bound_95, over runs that
+/// training has not seen, at the noise that the model was calibrated for.
+template <class Scalar, int kNx>
+struct EstimateWithError {
+  Vector<Scalar, kNx> x_hat;
+  Vector<Scalar, kNx> sigma;
+  Vector<Scalar, kNx> bound_95;
+};
+
 /// Of a T* whose last hidden layer has kWidth values.
 template <class Scalar_, int kWidth_, int kNx_>
 struct ErrorHead {
@@ -78,44 +86,24 @@ struct ErrorHead {
     const Scalar held = select<kArithmetic>(known & (log2_sigma < highest[i]), low, highest[i]);
     return power_of_2<kArithmetic>(held);
   }
+
+  /// x_hat at z and y, and how wrong it is, of a model with this head. `known`: z lies in the model's domain.
+  template <Arithmetic kArithmetic, class Model, int kNz, int kNr>
+  EstimateWithError<Scalar, kNx> estimate(const Model& model, const Scalar (&z)[kNz], const Scalar (&y)[kNr],
+                                          bool known) const {
+    EstimateWithError<Scalar, kNx> estimated;
+    Scalar log2_sigma[kNx];
+    if constexpr (kArithmetic == Arithmetic::kFast) {
+      model.estimate(z, y, estimated.x_hat.values, &log2_sigma[0]);
+    } else {
+      model.template estimate<kArithmetic>(z, y, estimated.x_hat.values, &log2_sigma[0]);
+    }
+    for (int i = 0; i < kNx; ++i) {
+      estimated.sigma[i] = deviation<kArithmetic>(i, log2_sigma[i], known);
+      estimated.bound_95[i] = estimated.sigma[i] * bound_95[i];
+    }
+    return estimated;
+  }
 };
-
-/// An estimate and how wrong it is, n_x each. 68 % of the errors were within sigma, 95 % within bound_95, over runs that
-/// training has not seen, at the noise that the model was calibrated for.
-template <class Scalar, int kNx>
-struct EstimateWithError {
-  Vector<Scalar, kNx> x_hat;
-  Vector<Scalar, kNx> sigma;
-  Vector<Scalar, kNx> bound_95;
-};
-
-/// The model's T* has an ErrorHead.
-template <class Model>
-inline constexpr bool kKnowsError = [] {
-  if constexpr (requires { Model::InverseMap::kHasError; }) {
-    return Model::InverseMap::kHasError;
-  } else {
-    return false;
-  }
-}();
-
-/// x_hat at z and y, and how wrong it is. `known`: z lies in the model's domain.
-template <Arithmetic kArithmetic, class Model, class Scalar, int kNz, int kNr>
-EstimateWithError<Scalar, Model::kNx> estimate_with_error(const Model& model, const Scalar (&z)[kNz],
-                                                          const Scalar (&y)[kNr], bool known) {
-  EstimateWithError<Scalar, Model::kNx> estimated;
-  Scalar log2_sigma[Model::kNx];
-  if constexpr (kArithmetic == Arithmetic::kFast) {
-    model.estimate(z, y, estimated.x_hat.values, &log2_sigma[0]);
-  } else {
-    model.template estimate<kArithmetic>(z, y, estimated.x_hat.values, &log2_sigma[0]);
-  }
-  const auto& head = model.inverse_map.error;
-  for (int i = 0; i < Model::kNx; ++i) {
-    estimated.sigma[i] = head.template deviation<kArithmetic>(i, log2_sigma[i], known);
-    estimated.bound_95[i] = estimated.sigma[i] * head.bound_95[i];
-  }
-  return estimated;
-}
 
 }  // namespace nlo

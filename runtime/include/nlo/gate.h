@@ -2,11 +2,12 @@
 // The gates of a gated observer (gated_observer.h), by the tanh of activation.h:
 //   sigmoid(2 a) = (1 + tanh a) / 2                       a reset; how much of the way to the target over one period
 //   1 - exp(-periods softplus(2 a))                       the same over any number of periods
-// The second is the first where periods = 1: exp(-softplus(v)) = 1 - sigmoid(v).
+// The second is the first where periods = 1: exp(-softplus(v)) = 1 - sigmoid(v). And a step of units by them.
 #pragma once
 
-#include "nlo/activation.h"
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/dense.h"
 #include "nlo/latent.h"
 
 namespace nlo {
@@ -40,3 +41,60 @@ constexpr T gate_over(T a, T periods) {
 }
 
 }  // namespace nlo
+
+namespace nlo::kernels {
+
+#define NLO_CODE NLO_INLINE
+#include "nlo/kernels/per_isa/gated.inc"
+#undef NLO_CODE
+
+#if defined(NLO_DISPATCHES)
+namespace x86 {
+
+namespace avx2 {
+#define NLO_CODE NLO_CODE_AVX2
+#include "nlo/kernels/per_isa/gated.inc"
+#undef NLO_CODE
+}  // namespace avx2
+
+namespace avx512 {
+#define NLO_CODE NLO_CODE_AVX512
+#include "nlo/kernels/per_isa/gated.inc"
+#undef NLO_CODE
+}  // namespace avx512
+
+template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX2)) void gated_step_avx2(const Gates& gates, const Candidate& candidate,
+                                                                Scalar* in, Scalar* gate, Scalar* target,
+                                                                Scalar (&z)[kNz], Scalar periods) {
+  avx2::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+}
+
+template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_avx512(const Gates& gates, const Candidate& candidate,
+                                                                    Scalar* in, Scalar* gate, Scalar* target,
+                                                                    Scalar (&z)[kNz], Scalar periods) {
+  avx512::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+}
+
+}  // namespace x86
+#endif
+
+/// A step of gated units by the best instruction set, as evaluate() of dense.h; see gated_units().
+template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
+NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scalar* in, Scalar* gate, Scalar* target,
+                           Scalar (&z)[kNz], Scalar periods) {
+#if defined(NLO_DISPATCHES)
+  switch (x86::level()) {
+    case x86::Level::kAvx512:
+      return x86::gated_step_avx512<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+    case x86::Level::kAvx2:
+      return x86::gated_step_avx2<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+    default:
+      break;
+  }
+#endif
+  gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+}
+
+}  // namespace nlo::kernels

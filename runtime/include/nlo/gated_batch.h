@@ -3,12 +3,13 @@
 // [unit][plant].
 #pragma once
 
-#include "nlo/activation.h"
-#include "nlo/arithmetic.h"
 #include "nlo/gate.h"
 #include "nlo/gated_observer.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
+#include "nlo/mlp_batch.h"
 #include "nlo/sampled_batch.h"
-#include "nlo/simd.h"
 
 namespace nlo {
 
@@ -37,12 +38,12 @@ class GatedBatch : public SampledBatch<GatedBatch<Model, kPlants, kArithmetic>, 
       for (int r = 0; r < kNz; ++r) simd::store(&in[r * kTogether + v], simd::load<P>(&this->z_[r][first + v]));
       for (int j = 0; j < kNr; ++j) simd::store(&in[(kNz + j) * kTogether + v], y_next[j]);
     }
-    this->model_->gates.mlp.template evaluate_batch<kArithmetic, kTogether>(in, gate);
+    evaluate_batch<kArithmetic, kTogether>(this->model_->gates.mlp, in, gate);
     for (int at = 0; at < kNz * kTogether; at += kWidth) {
       const P reset = gate_of<kArithmetic>(tanh(simd::load<P>(&gate[kNz * kTogether + at])));
       simd::store(&in[at], simd::load<P>(&in[at]) * reset);
     }
-    this->model_->candidate.mlp.template evaluate_batch<kArithmetic, kTogether>(in, target);
+    evaluate_batch<kArithmetic, kTogether>(this->model_->candidate.mlp, in, target);
     for (int r = 0; r < kNz; ++r) {
       for (int v = 0; v < kTogether; v += kWidth) {
         const int at = r * kTogether + v;

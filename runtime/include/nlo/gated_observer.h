@@ -10,13 +10,13 @@
 
 #include <cstdint>
 
-#include "nlo/arithmetic.h"
-#include "nlo/domain.h"
-#include "nlo/kernels/dense.h"
+#include "nlo/gate.h"
+#include "nlo/kernels/arithmetic.h"
 #include "nlo/kkl_observer.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
+#include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
 #include "nlo/sensor_failures.h"
 

@@ -5,11 +5,11 @@
 
 #include <cstdint>
 
-#include "nlo/domain.h"
 #include "nlo/explicit_rk.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
+#include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
 
 namespace nlo {
@@ -25,6 +25,7 @@ struct GeneralModel {
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;
   static constexpr int kNu = kNu_;
+  static constexpr int kNf = 0;
   static constexpr int kNr = kNy + kNu;  ///< readings: outputs, then inputs
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kLongestGap = kMostPieces;

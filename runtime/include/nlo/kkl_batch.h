@@ -2,10 +2,10 @@
 // Many plants of one KKL model, stepped together: sampled_batch.h, with the latent recurrence.
 #pragma once
 
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 #include "nlo/sampled_batch.h"
-#include "nlo/simd.h"
 
 namespace nlo {
 

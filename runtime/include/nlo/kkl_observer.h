@@ -14,14 +14,12 @@
 
 #include <cstdint>
 
-#include "nlo/arithmetic.h"
-#include "nlo/domain.h"
+#include "nlo/kernels/arithmetic.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
+#include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
-#include "nlo/saturation.h"
-#include "nlo/sensor_failures.h"
 
 namespace nlo {
 
@@ -42,6 +40,13 @@ struct LatentModel {
   /// are stable only near their own step.
   constexpr Hold exact_hold() const { return hold == Hold::kRk4 ? Hold::kFirstOrder : hold; }
 };
+
+/// How far T* follows z: wherever it goes, or no further than a margin beyond the domain (saturation.h).
+enum class Saturation : std::uint8_t { kNone, kLatent, kRelativeLatent };
+template <class Scalar, int kNz, int kNr, Saturation kSaturation>
+struct LatentReach;
+template <class Scalar, int kNz, int kNr>
+struct LatentReach<Scalar, kNz, kNr, Saturation::kNone> {};
 
 /// out = map([z; y]), or map(z) for a map that reads z alone. Two arrays: x_hat, and the log2 sigma of its error.
 template <Arithmetic kArithmetic = Arithmetic::kFast, class Map, class Scalar, int kNz, int kNy, class... Out>

@@ -8,8 +8,8 @@
 #include <limits>
 #include <type_traits>
 
-#include "nlo/arithmetic.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 
 namespace nlo {
 

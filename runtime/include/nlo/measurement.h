@@ -5,9 +5,8 @@
 
 #include <cstdint>
 
-#include "nlo/arithmetic.h"
-#include "nlo/select.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/vector.h"
 
 namespace nlo {
@@ -19,7 +18,7 @@ struct OutputRange {
   Scalar wrap[kNy];  ///< full turn of an angle (2 pi); 0: not an angle
 
   /// Writes the outputs to use into `accepted`, which holds the last good ones. An angle comes out within half a turn
-  /// of its last good value. All conditions are computed, none branched on: see select.h.
+  /// of its last good value. All conditions are computed, none branched on: see arithmetic.h.
   template <Arithmetic kArithmetic>
   constexpr StepStatus screen(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy]) const {
     bool any_held = false, any_clamped = false;
@@ -74,6 +73,12 @@ struct OutputRange {
     return select<kArithmetic>(none, Scalar(0), static_cast<Scalar>(static_cast<std::int32_t>(turns + half)));
   }
 };
+
+/// Outputs that may be missing (sensor_failures.h), which none may unless a model says so.
+template <class Scalar, int kNf>
+struct SensorFailures;
+template <class Scalar>
+struct SensorFailures<Scalar, 0> {};
 
 /// The inputs of the last sample where they act apart from the readings (driven_kkl_observer.h); else nothing.
 template <class Scalar, int kNu>

@@ -1,55 +1,26 @@
 // SPDX-License-Identifier: MIT
 // A learned map, T* first of all: a multilayer perceptron with an optional linear path beside it,
 //   out = mlp(in) + L in,   mlp = affine o activation o affine o ... o affine,
-// and its derivative along a direction (jvp).
+// jvp.h has its derivative along a direction, mlp_batch.h many inputs at once.
 // Layers are written one neuron per row (Dense) and packed, at compile time, into the kernels' layout (PackedDense).
 #pragma once
 
 #include <type_traits>
 
-#include "nlo/activation.h"
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/dense.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/vector.h"
-#include "nlo/weight.h"
 
 namespace nlo {
 
-/// One layer as it is written: weights[o] is the row of neuron o. Weight is float, double, Bfloat16 or Float16.
+/// One layer as it is written: weights[o] is the row of neuron o. Weight is float, double, or of weight.h.
 template <class Weight, int kIn, int kOut>
 struct Dense {
   Weight weights[kOut][kIn];
   typename ComputesIn<Weight>::Type bias[kOut];
 };
-
-/// One layer in the layout of panels.h: what CPUs with vectors execute. Generators write large layers in it too, as a
-/// compiler would take long to rearrange them.
-template <class Weight, int kIn_, int kOut_>
-struct PanelDense {
-  using Layout = kernels::Panels<kIn_, kOut_>;
-  using Scalar = typename ComputesIn<Weight>::Type;
-  static constexpr int kIn = kIn_;
-  static constexpr int kOut = kOut_;
-  alignas(64) Weight weights[Layout::kWeights];
-  alignas(64) Scalar bias[Layout::kBiases];
-};
-
-/// One layer in the layout of a target without vectors.
-template <class Weight, int kIn_, int kOut_>
-struct TargetDense {
-  using Layout = kernels::TargetLayout<Weight, kIn_, kOut_>;
-  using Scalar = typename ComputesIn<Weight>::Type;
-  static constexpr int kIn = kIn_;
-  static constexpr int kOut = kOut_;
-  Weight weights[Layout::kWeights];
-  Scalar bias[Layout::kBiases];
-};
-
-/// One layer as it is executed.
-template <class Weight, int kIn, int kOut>
-using PackedDense =
-    std::conditional_t<kernels::kHasVectors, PanelDense<Weight, kIn, kOut>, TargetDense<Weight, kIn, kOut>>;
 
 template <class Weight, int kIn, int kOut>
 constexpr PackedDense<Weight, kIn, kOut> pack(const Dense<Weight, kIn, kOut>& layer) {
@@ -99,12 +70,6 @@ NLO_INLINE const Scalar* padded_inputs(const Scalar* in,
   }
 }
 
-/// Hidden values and their tangents on the way through a network.
-template <class Scalar, int kWidest>
-struct JvpBuffer {
-  LayerBuffer<Scalar, kWidest> value, tangent;
-};
-
 /// A chain of layers; the last one is linear. Widths may differ from layer to layer.
 template <Activation kKind, class... Layers>
 struct Mlp;
@@ -123,19 +88,6 @@ struct Mlp<kKind, Last> {
   void evaluate(const Scalar* in, Scalar* out) const {
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
     kernels::layer<kKind, kArithmetic, true, kIn, kOut>(layer.weights, layer.bias, padded_inputs<kIn>(in, inputs), out);
-  }
-
-  /// in [kIn][kPlants], out [kOut][kPlants].
-  template <Arithmetic kArithmetic, int kPlants>
-  void evaluate_batch(const Scalar* in, Scalar* out) const {
-    LayerBuffer<Scalar, kWidest * kPlants> ping, pong;
-    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, ping.values, pong.values);
-  }
-
-  void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
-    JvpBuffer<Scalar, kWidest> ping, pong;
-    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> directions;
-    kernels::jvp<kKind>(*this, in, padded_inputs<kIn>(direction, directions), out, ping, pong);
   }
 };
 
@@ -168,20 +120,6 @@ struct Mlp<kKind, First, Rest...> {
     constexpr bool kPing = kLayers % 2 == 0;  // layers alternate, and the first one writes to ping
     kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, kPing ? hidden : other.values,
                                           kPing ? other.values : hidden);
-  }
-
-  /// in [kIn][kPlants], out [kOut][kPlants].
-  template <Arithmetic kArithmetic, int kPlants>
-  void evaluate_batch(const Scalar* in, Scalar* out) const {
-    LayerBuffer<Scalar, kWidest * kPlants> ping, pong;
-    kernels::evaluate_batch<kKind, kArithmetic, kPlants>(*this, in, out, ping.values, pong.values);
-  }
-
-  void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
-    JvpBuffer<Scalar, kWidest> ping, pong;
-    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs, directions;
-    kernels::jvp<kKind>(*this, padded_inputs<kIn>(in, inputs), padded_inputs<kIn>(direction, directions), out, ping,
-                        pong);
   }
 };
 
@@ -241,36 +179,6 @@ struct InverseMap {
     mlp.template evaluate<kArithmetic>(in, out, hidden.values);
     add_linear_path<kArithmetic>(in, out);
     error.template evaluate<kArithmetic>(hidden.values, log2_sigma);
-  }
-
-  /// The same for kPlants inputs side by side: in [kIn][kPlants], out [kOut][kPlants]. How many suit the CPU:
-  /// kernels::for_batch_block.
-  template <Arithmetic kArithmetic, int kPlants>
-  void evaluate_batch(const Scalar* in, Scalar* out) const {
-    mlp.template evaluate_batch<kArithmetic, kPlants>(in, out);
-    if constexpr (kHasLinearPath) {
-      for (int o = 0; o < kOut; ++o) {
-        for (int i = 0; i < kIn; ++i) {
-          for (int n = 0; n < kPlants; ++n) {
-            Scalar& total = out[o * kPlants + n];
-            total = multiply_add<kArithmetic>(linear_path.weights[o][i], in[i * kPlants + n], total);
-          }
-        }
-      }
-    }
-  }
-
-  /// out (kOut) = d map/d in (in) direction, by the forward mode: a value and a tangent go through the layers side by
-  /// side. Twice the multiply-adds of evaluate(), and four buffers of the widest layer's size, whatever the depth.
-  void jvp(const Scalar* in, const Scalar* direction, Scalar* out) const {
-    mlp.jvp(in, direction, out);
-    if constexpr (kHasLinearPath) {
-      for (int o = 0; o < kOut; ++o) {
-        Scalar total = out[o];
-        for (int i = 0; i < kIn; ++i) total += linear_path.weights[o][i] * direction[i];
-        out[o] = total;
-      }
-    }
   }
 
  private:

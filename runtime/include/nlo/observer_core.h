@@ -7,36 +7,80 @@
 
 #include <cstdint>
 
-#include "nlo/arithmetic.h"
-#include "nlo/error_head.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/observer_state.h"
-#include "nlo/select.h"
-#include "nlo/sensor_failures.h"
-#include "nlo/simd.h"
 #include "nlo/steady_state.h"
 #include "nlo/vector.h"
 
 namespace nlo {
 
-/// Steps a model, which has
-///   Scalar, kNx, kNy, kNz, kNu         sizes; kNu = 0 unless the plant's inputs are known
-///   kNr                                readings, what F and T* are given: kNy outputs, or [y; u], kNy + kNu
-///   kNf                                outputs that may be missing, if any; their staleness ends the readings
-///   kInputHold                         of inputs among the readings: kZeroOrder, or a ramp
-///   kLongestGap                        sample periods that one step may span
-///   kHasSteadyState                    z settles at S y: `latent` has steady_gain S and starts_steady
-///   kMayDiverge                        stability is not proven: each step is checked
-///   sample_period_s, stale_after, outputs, domain
-///   initial_latent()                   z before the first measurement
-///   start(y, z)                        z at the first measurement, if that makes a difference beyond S y
-///   advance(z, y, y_next[, u, u_next], dt_s)   z one step on, in place; dt_s = 0: one sample period
-///   estimate(z, y, x_hat[, log2_sigma])
-/// where y stands for all readings, and u for inputs that act apart from them. For the deterministic policy the last two
-/// are templates on the policy too. That policy is constant-time: once started, a step of one sample period takes as
-/// many instructions whatever is measured.
-template <class Model_, Arithmetic kArithmetic_>
+/// Sizes of a model, and what is known of it before it runs.
+template <class M>
+concept HasSizes = requires {
+  typename M::Scalar;
+  M::kNx;              // estimate
+  M::kNy;              // outputs
+  M::kNz;              // latent state
+  M::kNu;              // the plant's inputs, where they are known
+  M::kNf;              // outputs that may be missing
+  M::kNr;              // readings, what F and T* are given: [y], or [y; u], then how stale is what may be missing
+  M::kLongestGap;      // sample periods that one step may span
+  M::kHasSteadyState;  // z settles at S y: `latent` has steady_gain S and starts_steady
+  M::kMayDiverge;      // stability is not proven: each step is checked
+};
+
+/// Values of a model.
+template <class M>
+concept HasValues = requires(const M& model) {
+  model.sample_period_s;
+  model.stale_after;
+  model.outputs.min[M::kNr - 1];  // OutputRange of all readings
+  model.domain.latent_min[M::kNz - 1];
+  model.initial_latent()[M::kNz - 1];  // z before the first measurement
+};
+
+/// Equations of a model, `y` for all readings: z one step on, in place (dt_s = 0: one sample period), and
+/// x_hat = T*(z, y). Inputs that act apart from the readings stand behind those. For the deterministic policy both are
+/// templates on the policy too. A model may also have start(y, z): z at the first measurement, beyond S y.
+template <class M>
+concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
+                              typename M::Scalar dt_s) {
+  model.advance(z, y, y, dt_s);
+};
+template <class M>
+concept HasDrivenAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz],
+                                    const typename M::Scalar (&y)[M::kNr], const typename M::Scalar (&u)[M::kNu],
+                                    typename M::Scalar dt_s) {
+  model.advance(z, y, y, u, u, dt_s);
+};
+template <class M>
+concept HasStep = HasAdvance<M> || HasDrivenAdvance<M>;
+template <class M>
+concept HasEstimate = requires(const M& model, const typename M::Scalar (&z)[M::kNz],
+                               const typename M::Scalar (&y)[M::kNr], typename M::Scalar (&x_hat)[M::kNx]) {
+  model.estimate(z, y, x_hat);
+};
+
+/// What an observer steps. The compiler says which of these a model lacks.
+template <class M>
+concept ObserverModel = HasSizes<M> && HasValues<M> && HasStep<M> && HasEstimate<M>;
+
+/// The model's T* has an ErrorHead (error_head.h).
+template <class Model>
+inline constexpr bool kKnowsError = [] {
+  if constexpr (requires { Model::InverseMap::kHasError; }) {
+    return Model::InverseMap::kHasError;
+  } else {
+    return false;
+  }
+}();
+
+/// Steps a model. The deterministic policy is constant-time: once started, a step of one sample period takes as many
+/// instructions whatever is measured.
+template <ObserverModel Model_, Arithmetic kArithmetic_>
 class ObserverCore {
  public:
   using Model = Model_;
@@ -48,7 +92,7 @@ class ObserverCore {
   static constexpr int kNu = Model::kNu;
   static constexpr int kNr = Model::kNr;
   static constexpr bool kDriven = kNu > 0;  ///< step() takes u
-  static constexpr int kNf = kMayBeMissing<Model>;
+  static constexpr int kNf = Model::kNf;
   static constexpr bool kReadsInputs = kNr - kNf > kNy;   ///< as readings
   static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that act apart from the readings
   using Latent = Vector<Scalar, kNz>;
@@ -75,7 +119,7 @@ class ObserverCore {
 
   /// x_hat and how wrong it is (error_head.h), of models that know. Where status() is kStale, neither is to be trusted.
   [[nodiscard]] auto estimate_with_error() const requires kKnowsError<Model> {
-    return nlo::estimate_with_error<kArithmetic>(*model_, state_.z, state_.y, in_domain());
+    return model_->inverse_map.error.template estimate<kArithmetic>(*model_, state_.z, state_.y, in_domain());
   }
 
   [[nodiscard]] constexpr Latent latent() const {
@@ -129,33 +173,28 @@ class ObserverCore {
   /// One step. kRegular: of one sample period, dt_s does not matter, and what other steps need is not compiled in.
   template <bool kRegular>
   NLO_OWN_FRAME constexpr StepStatus step_by(Readings y, const Acting& u, Scalar dt_s) {
-    const bool missing = fill_missing<kArithmetic, kRegular>(*model_, y, state_.y, state_.started == 1, dt_s);
+    const bool missing = fill_missing<kRegular>(y, state_.started == 1, dt_s);
     Scalar y_next[kNr]{};
-    for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];
+    for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];  // held where the new ones are of no use
     InputMemory<Scalar, kActing> u_next = state_.input;
-    StepStatus screened = model_->outputs.template screen<kArithmetic>(y, y_next);
-    if (!u_next.take(u)) screened = StepStatus::kHeld;
+    const StepStatus screened = screen(y, u, y_next, u_next);
     state_.status = noted<kArithmetic>(missing, count_held<kArithmetic>(screened, state_.held, model_->stale_after));
-    if (state_.started != 1) {
+    if (state_.started == 1) {
+      advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);   // z <- A z + B0 y + B1 y_next
+      for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];  // y <- y_next
+      turn_back<kArithmetic>(*model_, state_.y, state_.z);    // whole turns a: y <- y - a, z <- z - S a
+    } else {
       if (!is_reachable(state_, model_->outputs)) return spoilt();
       if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
-      start(y_next, starts_steady(*model_));
-    } else {
-      advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);
-      for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];
-      turn_back<kArithmetic>(*model_, state_.y, state_.z);
+      start(y_next, starts_steady(*model_));                    // z <- z(0), or z(0) + S y
     }
     state_.input = u_next;
-    bool sound = is_reachable(state_.z);
-    // z shows a reading that a bit has flipped only in time: one that is held is looked at.
-    if (kArithmetic == Arithmetic::kDeterministic || screened == StepStatus::kHeld)
-      sound = sound & ((screened != StepStatus::kHeld) | model_->outputs.may_hold(state_.y));
-    return sound ? state_.status : spoilt();
+    return is_sound(screened) ? state_.status : spoilt();
   }
 
   /// Starts from the steady state of y, z = z(0) + S y.
   constexpr StepStatus start_steady(Readings y) {
-    const bool missing = fill_missing<kArithmetic, true>(*model_, y, state_.y, false, Scalar(0));
+    const bool missing = fill_missing<true>(y, false, Scalar(0));
     Scalar accepted[kNr]{};
     const StepStatus screened = model_->outputs.template screen<kArithmetic>(y, accepted);
     if (screened == StepStatus::kHeld) {
@@ -171,6 +210,34 @@ class ObserverCore {
   State state_{};
 
  private:
+  /// Fills in what of sensors that may fail is missing (sensor_failures.h). True: something is.
+  template <bool kRegular>
+  constexpr bool fill_missing(Readings& y, bool started, Scalar dt_s) const {
+    if constexpr (kNf == 0) {
+      return false;
+    } else {
+      const Scalar k = kRegular ? model_->failures.keep : model_->failures.keep_over(dt_s);
+      return model_->failures.template fill<kArithmetic>(y, state_.y, select<kArithmetic>(started, k, Scalar(0)));
+    }
+  }
+
+  /// What of a sample can be used, over what was held.
+  NLO_INLINE constexpr StepStatus screen(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
+                                         InputMemory<Scalar, kActing>& u_next) const {
+    StepStatus screened = model_->outputs.template screen<kArithmetic>(y, y_next);
+    if (!u_next.take(u)) screened = StepStatus::kHeld;
+    return screened;
+  }
+
+  /// The state is one that steps can lead to. z shows a reading that a bit has flipped only in time: one that is held
+  /// is looked at.
+  NLO_INLINE constexpr bool is_sound(StepStatus screened) const {
+    bool sound = is_reachable(state_.z);
+    if (kArithmetic == Arithmetic::kDeterministic || screened == StepStatus::kHeld)
+      sound = sound & ((screened != StepStatus::kHeld) | model_->outputs.may_hold(state_.y));
+    return sound;
+  }
+
   /// A bit of memory has flipped: the next measurement is the first.
   constexpr StepStatus spoilt() {
     reset();

@@ -9,11 +9,11 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "nlo/activation.h"
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/int16.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/mlp.h"
-#include "nlo/simd.h"
 
 namespace nlo {
 

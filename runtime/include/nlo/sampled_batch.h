@@ -14,11 +14,13 @@
 
 #include <cstdint>
 
-#include "nlo/arithmetic.h"
-#include "nlo/kernels/dense.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/batch.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/kkl_observer.h"
+#include "nlo/mlp_batch.h"
 #include "nlo/sampled_observer.h"
-#include "nlo/simd.h"
+#include "nlo/saturation.h"
 
 namespace nlo {
 
@@ -252,7 +254,7 @@ class SampledBatch {
         for (int r = 0; r < kNz; ++r) in[r * kTogether + n] = within[r];
       }
     }
-    model_->inverse_map.template evaluate_batch<kArithmetic, kTogether>(in, out);
+    nlo::evaluate_batch<kArithmetic, kTogether>(model_->inverse_map, in, out);
     const int count = kPlants - first < kTogether ? kPlants - first : kTogether;
     for (int i = 0; i < kNx; ++i) {
       for (int n = 0; n < count; ++n) x_hat[i][first + n] = out[i * kTogether + n];

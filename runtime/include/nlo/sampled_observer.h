@@ -27,7 +27,7 @@ struct ComputedOf<Model> {
   using Type = typename Model::Computed;
 };
 
-template <class Model_, Arithmetic kArithmetic_ = Arithmetic::kFast>
+template <ObserverModel Model_, Arithmetic kArithmetic_ = Arithmetic::kFast>
 class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
  public:
   using Core = ObserverCore<Model_, kArithmetic_>;

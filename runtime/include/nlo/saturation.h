@@ -6,16 +6,11 @@
 // Continuous, and z itself, bit for bit, within the box.
 #pragma once
 
-#include <cstdint>
-
-#include "nlo/arithmetic.h"
-#include "nlo/select.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
+#include "nlo/kkl_observer.h"
 
 namespace nlo {
-
-/// What is saturated.
-enum class Saturation : std::uint8_t { kNone, kLatent, kRelativeLatent };
 
 /// The box [min, max]: the domain and the margin.
 template <class Scalar, int kNz, int kNr, Saturation kSaturation>
@@ -23,8 +18,6 @@ struct LatentReach {
   Scalar min[kNz];
   Scalar max[kNz];
 };
-template <class Scalar, int kNz, int kNr>
-struct LatentReach<Scalar, kNz, kNr, Saturation::kNone> {};
 template <class Scalar, int kNz, int kNr>
 struct LatentReach<Scalar, kNz, kNr, Saturation::kRelativeLatent> {
   Scalar min[kNz];

@@ -5,10 +5,10 @@
 //   measured                              s <- k s              k = exp(-dt / staleness_s)
 #pragma once
 
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
-#include "nlo/select.h"
-#include "nlo/simd.h"
+#include "nlo/measurement.h"
 #include "nlo/vector.h"
 
 namespace nlo {
@@ -42,28 +42,5 @@ struct SensorFailures {
     return any;
   }
 };
-
-/// None may.
-template <class Scalar>
-struct SensorFailures<Scalar, 0> {};
-
-/// How many outputs of a model may be missing.
-template <class Model>
-inline constexpr int kMayBeMissing = [] {
-  if constexpr (requires { Model::kNf; }) return Model::kNf;
-  return 0;
-}();
-
-/// SensorFailures::fill() for a sample dt_s after the last one (kRegular: a sample period); nothing for a model without.
-template <Arithmetic kArithmetic, bool kRegular, class Model, class Scalar, int kNr>
-constexpr bool fill_missing(const Model& model, Vector<Scalar, kNr>& readings, const Scalar (&last)[kNr], bool started,
-                            Scalar dt_s) {
-  if constexpr (kMayBeMissing<Model> == 0) {
-    return false;
-  } else {
-    const Scalar k = kRegular ? model.failures.keep : model.failures.keep_over(dt_s);
-    return model.failures.template fill<kArithmetic>(readings, last, select<kArithmetic>(started, k, Scalar(0)));
-  }
-}
 
 }  // namespace nlo

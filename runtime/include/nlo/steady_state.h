@@ -4,10 +4,9 @@
 // Nothing happens in a model without a steady state (kHasSteadyState = false).
 #pragma once
 
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/measurement.h"
-#include "nlo/select.h"
-#include "nlo/simd.h"
 
 namespace nlo {
 

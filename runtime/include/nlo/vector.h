@@ -9,7 +9,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "nlo/cxx20.h"
+#include "nlo/kernels/arithmetic.h"
 
 namespace nlo {
 

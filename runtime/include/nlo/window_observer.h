@@ -6,12 +6,12 @@
 
 #include <cstdint>
 
-#include "nlo/arithmetic.h"
-#include "nlo/domain.h"
 #include "nlo/explicit_rk.h"
+#include "nlo/kernels/arithmetic.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
+#include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
 
 namespace nlo {
@@ -26,6 +26,7 @@ struct WindowModel {
   static constexpr int kNy = kNy_;
   static constexpr int kSamples = kSamples_;  ///< n
   static constexpr int kNu = kNu_;
+  static constexpr int kNf = 0;
   static constexpr int kNr = kNy + kNu;  ///< readings: outputs, then inputs
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kNz = kNr * kSamples;

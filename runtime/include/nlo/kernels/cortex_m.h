@@ -13,10 +13,10 @@
 // layer_plain() is the same in C++, to the bit, for any machine.
 #pragma once
 
-#include "nlo/activation.h"
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/cortex_m_registers.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/simd.h"
 
 namespace nlo::kernels::cortex_m {
 

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
-#include "nlo/activation.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/simd.h"
 
 // Cortex-M with a single-precision FPU, optimised builds (the plain version gives the same bits).
 #if defined(__ARM_ARCH_PROFILE) && defined(__ARM_FP) && !defined(NLO_SCALAR_KERNELS)

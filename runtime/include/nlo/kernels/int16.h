@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "nlo/activation.h"
+#include "nlo/kernels/activation.h"
 
 // By GCC and optimised: the block needs all registers but the stack pointer. Elsewhere plain C++ gives the same bits.
 #if defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && !defined(__clang__) && \

@@ -15,21 +15,41 @@
 #include <type_traits>
 #include <utility>
 
-#include "nlo/activation.h"
-#include "nlo/arithmetic.h"
-#include "nlo/simd.h"
-#include "nlo/weight.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
+
+// The architecture has vectors, whether or not the compiler may use them.
+#if !defined(NLO_SCALAR_KERNELS) && (defined(__x86_64__) || defined(__SSE2__) || defined(__aarch64__))
+#define NLO_HAS_VECTORS 1
+#else
+#define NLO_HAS_VECTORS 0
+#endif
+
+namespace nlo {
+
+struct Bfloat16;  // weight.h
+struct Float16;
+
+/// The type in which a network with such weights computes.
+template <class Weight>
+struct ComputesIn {
+  using Type = Weight;
+};
+template <>
+struct ComputesIn<Bfloat16> {
+  using Type = float;
+};
+template <>
+struct ComputesIn<Float16> {
+  using Type = float;
+};
+
+}  // namespace nlo
 
 namespace nlo::kernels {
 
-// The architecture has vectors, whether or not the compiler may use them.
-#if defined(NLO_SCALAR_KERNELS)
-inline constexpr bool kHasVectors = false;
-#elif defined(__x86_64__) || defined(__SSE2__) || defined(__aarch64__)
-inline constexpr bool kHasVectors = true;
-#else
-inline constexpr bool kHasVectors = false;
-#endif
+inline constexpr bool kHasVectors = NLO_HAS_VECTORS == 1;
 
 constexpr int rounded_up(int n, int multiple) {
   return (n + multiple - 1) / multiple * multiple;
@@ -90,6 +110,27 @@ struct Panels {
   static constexpr int weight_position(int o, int i) { return kLayout.weight_position(o, i); }
 };
 
+}  // namespace nlo::kernels
+
+namespace nlo {
+
+/// One layer in this layout. Generators write large layers in it too, as a compiler would take long to rearrange them.
+template <class Weight, int kIn_, int kOut_>
+struct PanelDense {
+  using Layout = kernels::Panels<kIn_, kOut_>;
+  using Scalar = typename ComputesIn<Weight>::Type;
+  static constexpr int kIn = kIn_;
+  static constexpr int kOut = kOut_;
+  alignas(64) Weight weights[Layout::kWeights];
+  alignas(64) Scalar bias[Layout::kBiases];
+};
+
+}  // namespace nlo
+
+#if NLO_HAS_VECTORS
+
+namespace nlo::kernels {
+
 /// kN weights of 16 bits in memory.
 template <int kN>
 using Half = typename simd::PackOf<std::uint16_t, kN>::InMemory;
@@ -105,11 +146,7 @@ using nlo::native::activate;
 #else
 #define NLO_ISA_F16C 0
 #endif
-// Each builds upon the one before it.
-// clang-format off
 #include "nlo/kernels/per_isa/panels.inc"
-#include "nlo/kernels/per_isa/batch.inc"
-// clang-format on
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
 #undef NLO_CODE_SHARED
@@ -117,3 +154,5 @@ using nlo::native::activate;
 }  // namespace native
 
 }  // namespace nlo::kernels
+
+#endif

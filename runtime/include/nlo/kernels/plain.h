@@ -6,9 +6,9 @@
 // Each output is summed in the order of the inputs, whatever the policy.
 #pragma once
 
-#include "nlo/activation.h"
-#include "nlo/arithmetic.h"
-#include "nlo/simd.h"
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 
 namespace nlo::kernels::plain {
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks, their batches
-// and their forward-mode products are compiled for AVX2 and AVX-512 too. The first evaluation asks the CPU once; each
-// one after that costs a load and a jump. No ifunc and no static initialiser: observers work in static initialisation
-// as anywhere. Nothing changes where the compiler may use AVX-512 anyway.
+// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks, their batches,
+// their forward-mode products and gated units are compiled for AVX2 and AVX-512 too. The first evaluation asks the CPU
+// once; each one after that costs a load and a jump. No ifunc and no static initialiser: observers work in static
+// initialisation as anywhere. Nothing changes where the compiler may use AVX-512 anyway.
 #pragma once
 
-#include "nlo/gate.h"
 #include "nlo/kernels/panels.h"
 
 #if defined(NLO_CPU_DISPATCH) && defined(__x86_64__) && !defined(__AVX512F__) && !defined(NLO_SCALAR_KERNELS)
@@ -13,12 +12,14 @@
 
 #define NLO_TARGET_AVX2 target("avx2,fma,f16c")
 #define NLO_TARGET_AVX512 target("avx2,fma,f16c,avx512f,avx512bw,avx512dq,avx512vl")
+#define NLO_CODE_AVX2 inline __attribute__((always_inline, NLO_TARGET_AVX2))
+#define NLO_CODE_AVX512 inline __attribute__((always_inline, NLO_TARGET_AVX512))
 
 namespace nlo::kernels::x86 {
 
 namespace avx2 {
 using namespace nlo::simd::types;
-#define NLO_CODE inline __attribute__((always_inline, NLO_TARGET_AVX2))
+#define NLO_CODE NLO_CODE_AVX2
 #define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX2))
 #define NLO_ISA_BYTES 32
 #define NLO_ISA_F16C 1
@@ -30,7 +31,6 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/batch.inc"
 #include "nlo/kernels/per_isa/network.inc"
 #include "nlo/kernels/per_isa/tangent.inc"
-#include "nlo/kernels/per_isa/gated.inc"
 // clang-format on
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
@@ -40,7 +40,7 @@ using namespace nlo::simd::types;
 
 namespace avx512 {
 using namespace nlo::simd::types;
-#define NLO_CODE inline __attribute__((always_inline, NLO_TARGET_AVX512))
+#define NLO_CODE NLO_CODE_AVX512
 #define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX512))
 #define NLO_ISA_BYTES 64
 #define NLO_ISA_F16C 1
@@ -52,7 +52,6 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/batch.inc"
 #include "nlo/kernels/per_isa/network.inc"
 #include "nlo/kernels/per_isa/tangent.inc"
-#include "nlo/kernels/per_isa/gated.inc"
 // clang-format on
 #undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
@@ -118,20 +117,6 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void jvp_avx512(const Network& net,
                                                              const Scalar* direction, Scalar* out, Buffer& ping,
                                                              Buffer& pong) {
   avx512::network_jvp<kKind>(net, in, direction, out, ping, pong);
-}
-
-template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
-__attribute__((noinline, NLO_TARGET_AVX2)) void gated_step_avx2(const Gates& gates, const Candidate& candidate,
-                                                                Scalar* in, Scalar* gate, Scalar* target,
-                                                                Scalar (&z)[kNz], Scalar periods) {
-  avx2::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
-}
-
-template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
-__attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_avx512(const Gates& gates, const Candidate& candidate,
-                                                                    Scalar* in, Scalar* gate, Scalar* target,
-                                                                    Scalar (&z)[kNz], Scalar periods) {
-  avx512::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
 }
 
 }  // namespace nlo::kernels::x86

@@ -6,7 +6,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "nlo/cxx20.h"
+#include "nlo/kernels/arithmetic.h"
 
 namespace nlo {
 
@@ -50,20 +50,6 @@ struct Float16 {
     const auto shifted = std::bit_cast<float>((static_cast<std::uint32_t>(bits) & 0x7fffU) << 13);
     return std::bit_cast<float>(std::bit_cast<std::uint32_t>(shifted * 0x1p112F) | sign);
   }
-};
-
-/// The type in which a network with such weights computes.
-template <class Weight>
-struct ComputesIn {
-  using Type = Weight;
-};
-template <>
-struct ComputesIn<Bfloat16> {
-  using Type = float;
-};
-template <>
-struct ComputesIn<Float16> {
-  using Type = float;
 };
 
 }  // namespace nlo

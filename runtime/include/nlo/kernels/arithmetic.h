@@ -1,18 +1,34 @@
 // SPDX-License-Identifier: MIT
-// How the two policies choose between two values. The deterministic policy is constant-time: it takes as many
-// instructions whatever is measured, and so never branches on data. The fast policy branches: a processor predicts the
-// usual side, and the next step need not wait for the comparison.
+// What all code of the runtime rests on: its language, and the two ways in which an observer may round. A template
+// parameter of the observer chooses:
+//   nlo::KklObserver<Model, nlo::Arithmetic::kDeterministic> observer{kModel};
 #pragma once
+
+// An older language gets one error that says what to do, and the compiler stops there: headers begin with this one.
+#if __cplusplus < 202002L
+#error "nlo needs C++20: compile with -std=c++20 or -std=gnu++20 (CMake: link nlo::runtime, which asks for it)"
+// No file has this name: to miss it ends the compilation, where hundreds of errors would follow.
+#define NLO_STOP "nlo/stopped_by_the_error_above"
+#include NLO_STOP
+#endif
 
 #include <bit>
 #include <cstdint>
 #include <type_traits>
 
-#include "nlo/arithmetic.h"
-#include "nlo/simd.h"
+#define NLO_INLINE inline __attribute__((always_inline))
+#define NLO_INLINE_LAMBDA __attribute__((always_inline))
 
 namespace nlo {
 
+enum class Arithmetic : std::uint8_t {
+  kFast,           ///< sums in the order that suits the target, fused multiply-adds where it has them
+  kDeterministic,  ///< one order, each operation rounded by itself: the same bits on every IEEE 754 target, compiler
+                   ///< and optimisation level (but not with -ffast-math)
+};
+
+/// The deterministic policy takes as many instructions whatever is measured, and so never branches on data. The fast
+/// policy branches: a processor predicts the usual side, and the next step need not wait for the comparison.
 template <Arithmetic kArithmetic>
 inline constexpr bool kConstantTime = kArithmetic == Arithmetic::kDeterministic;
 

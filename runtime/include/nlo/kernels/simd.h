@@ -6,10 +6,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "nlo/arithmetic.h"
+#include "nlo/kernels/arithmetic.h"
 
-#define NLO_INLINE inline __attribute__((always_inline))
-#define NLO_INLINE_LAMBDA __attribute__((always_inline))
 // Loops of a few rounds whose number the compiler knows: unrolled in full at every optimisation level but -O0, or four
 // rounds at a time.
 #if defined(__clang__)

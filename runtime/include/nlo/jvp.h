@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// The derivative of a learned map along a direction, by the forward mode: a value and a tangent go through the layers
+// side by side. Twice the multiply-adds of evaluate(), and four buffers of the widest layer's size, whatever the depth.
+#pragma once
+
+#include <type_traits>
+
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/dense.h"
+#include "nlo/mlp.h"
+
+namespace nlo {
+
+/// Hidden values and their tangents on the way through a network.
+template <class Scalar, int kWidest>
+struct JvpBuffer {
+  LayerBuffer<Scalar, kWidest> value, tangent;
+};
+
+namespace kernels {
+
+#define NLO_CODE NLO_INLINE
+#include "nlo/kernels/per_isa/tangent.inc"
+#undef NLO_CODE
+
+/// By the best instruction set, as evaluate() of dense.h; see network_jvp().
+template <Activation kKind, class Network, class Scalar, class Buffer>
+NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& ping,
+                    Buffer& pong) {
+#if defined(NLO_DISPATCHES)
+  switch (x86::level()) {
+    case x86::Level::kAvx512:
+      return x86::jvp_avx512<kKind>(net, in, direction, out, ping, pong);
+    case x86::Level::kAvx2:
+      return x86::jvp_avx2<kKind>(net, in, direction, out, ping, pong);
+    default:
+      break;
+  }
+#endif
+  network_jvp<kKind>(net, in, direction, out, ping, pong);
+}
+
+}  // namespace kernels
+
+/// out (kOut) = d mlp/d in (in) direction.
+template <Activation kKind, class... Layers>
+void jvp(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>::Scalar* in,
+         const typename Mlp<kKind, Layers...>::Scalar* direction, typename Mlp<kKind, Layers...>::Scalar* out) {
+  using Net = Mlp<kKind, Layers...>;
+  using Scalar = typename Net::Scalar;
+  JvpBuffer<Scalar, Net::kWidest> ping, pong;
+  LayerBuffer<Scalar, kernels::kPadsInputs<Net::kIn> ? Net::kIn : 1> inputs, directions;
+  if constexpr (Net::kLayers > 1) in = padded_inputs<Net::kIn>(in, inputs);  // a linear map does not read it
+  kernels::jvp<kKind>(mlp, in, padded_inputs<Net::kIn>(direction, directions), out, ping, pong);
+}
+
+/// The same of a map.
+template <class Net, class LinearPath, class ErrorHead>
+void jvp(const InverseMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
+         const typename Net::Scalar* direction, typename Net::Scalar* out) {
+  jvp(map.mlp, in, direction, out);
+  if constexpr (InverseMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
+    for (int o = 0; o < Net::kOut; ++o) {
+      typename Net::Scalar total = out[o];
+      for (int i = 0; i < Net::kIn; ++i) total += map.linear_path.weights[o][i] * direction[i];
+      out[o] = total;
+    }
+  }
+}
+
+}  // namespace nlo

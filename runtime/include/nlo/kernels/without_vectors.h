@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// One layer of a network on targets without vectors, and the layout of its weights there:
+//   cortex_m.h  Cortex-M cores with an FPU, float
+//   plain.h     the others
+#pragma once
+
+#include <type_traits>
+
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/panels.h"
+#include "nlo/kernels/plain.h"
+#if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
+#include "nlo/kernels/cortex_m.h"
+#endif
+
+namespace nlo::kernels {
+
+#if defined(NLO_CORTEX_M_FLOAT)
+template <class Weight>
+inline constexpr bool kUsesCortexM = std::is_same_v<Weight, float>;
+#else
+template <class Weight>
+inline constexpr bool kUsesCortexM = false;
+#endif
+
+/// The layout of a layer's weights and biases.
+template <class Weight, int kIn, int kOut>
+struct TargetLayout {
+  static constexpr int kWeights = kIn * kOut;
+  static constexpr int kBiases = kOut;
+
+  /// Position of the weight of input i for output o.
+  static constexpr int weight_position(int o, int i) {
+#if defined(NLO_CORTEX_M_FLOAT)
+    if constexpr (kUsesCortexM<Weight>) return cortex_m::weight_position<kIn, kOut>(o, i);
+#endif
+    return plain::weight_position<kIn, kOut>(o, i);
+  }
+};
+
+/// out = f(W in + bias) with the activation f; without it in the last layer. `out` must not overlap `in`.
+template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
+NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
+  if constexpr (kUsesCortexM<Weight>) {
+#if defined(NLO_CORTEX_M_FLOAT)
+    cortex_m::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
+#endif
+  } else {
+    plain::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
+  }
+}
+
+}  // namespace nlo::kernels
+
+namespace nlo {
+
+/// One layer in that layout.
+template <class Weight, int kIn_, int kOut_>
+struct TargetDense {
+  using Layout = kernels::TargetLayout<Weight, kIn_, kOut_>;
+  using Scalar = typename ComputesIn<Weight>::Type;
+  static constexpr int kIn = kIn_;
+  static constexpr int kOut = kOut_;
+  Weight weights[Layout::kWeights];
+  Scalar bias[Layout::kBiases];
+};
+
+}  // namespace nlo

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// A learned map for kPlants inputs side by side: in [kIn][kPlants], out [kOut][kPlants]. How many suit the CPU:
+// kernels::for_batch_block.
+#pragma once
+
+#include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/batch.h"
+#include "nlo/kernels/simd.h"
+#include "nlo/mlp.h"
+
+namespace nlo {
+
+template <Arithmetic kArithmetic, int kPlants, Activation kKind, class... Layers>
+void evaluate_batch(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>::Scalar* in,
+                    typename Mlp<kKind, Layers...>::Scalar* out) {
+  using Net = Mlp<kKind, Layers...>;
+  LayerBuffer<typename Net::Scalar, Net::kWidest * kPlants> ping, pong;
+  kernels::evaluate_batch<kKind, kArithmetic, kPlants>(mlp, in, out, ping.values, pong.values);
+}
+
+template <Arithmetic kArithmetic, int kPlants, class Net, class LinearPath, class ErrorHead>
+void evaluate_batch(const InverseMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
+                    typename Net::Scalar* out) {
+  evaluate_batch<kArithmetic, kPlants>(map.mlp, in, out);
+  if constexpr (InverseMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
+    for (int o = 0; o < Net::kOut; ++o) {
+      for (int i = 0; i < Net::kIn; ++i) {
+        for (int n = 0; n < kPlants; ++n) {
+          typename Net::Scalar& total = out[o * kPlants + n];
+          total = multiply_add<kArithmetic>(map.linear_path.weights[o][i], in[i * kPlants + n], total);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace nlo
