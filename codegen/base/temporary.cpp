@@ -121,13 +121,16 @@ int TemporaryFile::rename(const std::string& to) {
 
 TemporaryFolder::TemporaryFolder(const std::string& path) {
   fd_ = make_locked(path, name_, [](std::string& name) {
-    if (::mkdtemp(name.data()) == nullptr) return -1;
-    const int fd = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd >= 0) return fd;
-    const int reason = errno;
-    ::rmdir(name.c_str());
-    errno = reason;
-    return -1;
+    for (const std::string pattern = name;; name = pattern) {
+      if (::mkdtemp(name.data()) == nullptr) return -1;
+      const int fd = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+      if (fd >= 0) return fd;
+      const int reason = errno;
+      if (reason == ENOENT) continue;  // before it could be locked, another program took it for left
+      ::rmdir(name.c_str());
+      errno = reason;
+      return -1;
+    }
   });
   if (fd_.get() >= 0) return;
   const int reason = errno;
