@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "trainer/data/angle.h"
+#include "trainer/data/static_ridge.h"
 
 namespace nlo::trainer {
 namespace {
@@ -49,8 +49,7 @@ class ProductSearch {
     normalise();
     for (const Trajectory& run : data_.trajectories) add(run);
     if (logs_.size() < kFewestLogs) return {};
-    total_ =
-        LogSums{MatrixXd::Zero(features(), features()), MatrixXd::Zero(features(), nx()), VectorXd::Zero(nx()), 0.0};
+    total_ = nothing();
     for (const auto& [name, log] : logs_) {
       total_.gram += log.gram;
       total_.cross += log.cross;
@@ -87,6 +86,9 @@ class ProductSearch {
 
  private:
   Index nx() const { return states_; }
+  LogSums nothing() const {
+    return {MatrixXd::Zero(features(), features()), MatrixXd::Zero(features(), nx()), VectorXd::Zero(nx()), 0.0};
+  }
   Index features() const { return 1 + kOf * static_cast<Index>(names_.size() + pairs_.size()); }
 
   MatrixXd channels_of(const Trajectory& run) const {
@@ -99,23 +101,6 @@ class ProductSearch {
     return channels;
   }
 
-  /// States, an angle as its sine and cosine: what a regression can fit.
-  MatrixXd states_of(const Trajectory& run) const {
-    std::vector<VectorXd> rows;
-    for (std::size_t i = 0; i < data_.states.size(); ++i) {
-      const VectorXd row = run.states.row(static_cast<Index>(i));
-      if (data_.states[i].wrap > 0.0) {
-        rows.push_back(sine_of(row, data_.states[i].wrap));
-        rows.push_back(cosine_of(row, data_.states[i].wrap));
-      } else {
-        rows.push_back(row);
-      }
-    }
-    MatrixXd states(static_cast<Index>(rows.size()), run.samples());
-    for (std::size_t i = 0; i < rows.size(); ++i) states.row(static_cast<Index>(i)) = rows[i].transpose();
-    return states;
-  }
-
   /// Products of what has large and small numbers are told apart by these scales, not by units.
   void normalise() {
     scale_ = VectorXd::Constant(static_cast<Index>(names_.size()), 1e-12);
@@ -123,7 +108,7 @@ class ProductSearch {
     double weight = 0.0;
     for (const Trajectory& run : data_.trajectories) {
       scale_ = scale_.cwiseMax(channels_of(run).cwiseAbs().rowwise().maxCoeff());
-      const MatrixXd x = states_of(run);
+      const MatrixXd x = angles_encoded(run.states, data_.states);
       if (sum.size() == 0) sum = VectorXd::Zero(x.rows());
       for (Index k = 0; k < run.samples(); ++k)
         if (run.weight[k] > 0.0) sum += run.weight[k] * x.col(k), weight += run.weight[k];
@@ -134,9 +119,7 @@ class ProductSearch {
 
   void add(const Trajectory& run) {
     LogSums& log = logs_[run.log.empty() ? run.source : run.log];
-    if (log.gram.size() == 0)
-      log =
-          LogSums{MatrixXd::Zero(features(), features()), MatrixXd::Zero(features(), nx()), VectorXd::Zero(nx()), 0.0};
+    if (log.gram.size() == 0) log = nothing();
     const MatrixXd channels = scale_.cwiseInverse().asDiagonal() * channels_of(run);
     const auto now = channels.rows(), all = now + static_cast<Index>(pairs_.size());
     MatrixXd u(features(), run.samples());
@@ -157,7 +140,7 @@ class ProductSearch {
         for (Index c = 0; c < all; ++c) u(1 + kOf * c + f, k) = from[c];
       }
     }
-    MatrixXd x = states_of(run).colwise() - mean_;
+    MatrixXd x = angles_encoded(run.states, data_.states).colwise() - mean_;
     for (Index k = 0; k < run.samples(); ++k)
       if (!(run.weight[k] > 0.0)) x.col(k).setZero(), u.col(k).setZero();
     const MatrixXd weighted = u * run.weight.cwiseMax(0.0).asDiagonal();

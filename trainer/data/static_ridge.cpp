@@ -16,8 +16,9 @@ using Eigen::VectorXd;
 
 constexpr Index kBlock = 4096;  // samples at a time: their products take memory
 
-/// Rows of `values`; those of an angle as sine and cosine.
-MatrixXd encoded(const MatrixXd& values, const std::vector<Channel>& channels) {
+}  // namespace
+
+MatrixXd angles_encoded(const MatrixXd& values, const std::vector<Channel>& channels) {
   std::vector<VectorXd> rows;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const VectorXd row = values.row(static_cast<Index>(i));
@@ -33,10 +34,8 @@ MatrixXd encoded(const MatrixXd& values, const std::vector<Channel>& channels) {
   return result;
 }
 
-}  // namespace
-
 MatrixXd StaticRidge::channels_of(const Trajectory& run) const {
-  const MatrixXd y = encoded(run.outputs, outputs_);
+  const MatrixXd y = angles_encoded(run.outputs, outputs_);
   MatrixXd both(y.rows() + run.inputs.rows(), run.samples());
   both.topRows(y.rows()) = y;
   if (run.inputs.rows() > 0) both.bottomRows(run.inputs.rows()) = run.inputs;
@@ -87,7 +86,7 @@ StaticRidge StaticRidge::fit(const Dataset& training, int samples, double ridge)
   const auto stride = std::max<Index>(1, static_cast<Index>(count * phi * phi / kWork));
   Ridge fitted;
   for (const Trajectory& run : training.trajectories) {
-    const MatrixXd c = result.normalised(run), x = encoded(run.states, training.states);
+    const MatrixXd c = result.normalised(run), x = angles_encoded(run.states, training.states);
     for (Index from = 0; from < run.samples(); from += kBlock * stride) {
       const Index block = std::min(kBlock, (run.samples() - from + stride - 1) / stride);
       const auto some = Eigen::seqN(from, block, stride);
