@@ -24,6 +24,8 @@ if(NOT NLO_RUNTIME_ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.zsh
     DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _nlo COMPONENT program)
   install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+  install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo-reproduce.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program
+    OPTIONAL)
   install(FILES codegen/cmake/NloAddModel.cmake DESTINATION ${package_dir} COMPONENT program)
 endif()
 

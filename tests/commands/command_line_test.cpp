@@ -191,11 +191,13 @@ TEST(ManPage, HasEveryCommandAndNoComplaintOfGroff) {
   EXPECT_THAT(page, HasSubstr("(default: 200)"));
   if (shell("command -v groff").empty()) GTEST_SKIP() << "groff is not installed";
   scratch.write("nlo.1", page);
+  scratch.write("reproduce.1", scratch.run({"reproduce", "--man"}).out);
   scratch.write("broken.1", page + ".nosuchrequest\n\\fQ text\n");
   const auto complaints = [&](const char* file) {
     return shell("groff -man -Tutf8 -ww -z '" + scratch.path() + "/" + file + "' 2>&1");
   };
   EXPECT_EQ(complaints("nlo.1"), "");
+  EXPECT_EQ(complaints("reproduce.1"), "");
   EXPECT_NE(complaints("broken.1"), "");  // control
   const std::string text = shell("groff -man -Tascii -P-c '" + scratch.path() + "/nlo.1' 2>/dev/null");
   EXPECT_THAT(text, HasSubstr("nlo export model.json --target replay -o van_der_pol_replay.h"));

@@ -26,6 +26,8 @@ void expect_same(const ProgramResult& result, const ProgramResult& expected) {
 TEST(ReproduceCommand, SaysWhatItsProgramSaysToTheSameArguments) {
   const Scratch scratch;
   const std::vector<std::string> all[] = {{"--help"},
+                                          {"--version"},
+                                          {"--man"},
                                           {},
                                           {"tabel1"},
                                           {"table1", "--quik"},
@@ -39,9 +41,9 @@ TEST(ReproduceCommand, SaysWhatItsProgramSaysToTheSameArguments) {
     arguments.insert(arguments.begin(), "reproduce");
     expect_same(scratch.run(arguments), expected);
   }
-  for (const char* words :
-       {"Usage: nlo reproduce [OPTIONS] WHAT", "\n  table1-control", "nlo: error: tabel1: ", "did you mean \"table1\"?",
-        "did you mean \"--quick\"?; see nlo reproduce --help", "-o -: ", "with space"})
+  for (const char* words : {"Usage: nlo reproduce [OPTIONS] WHAT", "\nnlo-reproduce ", ".TH NLO\\-REPRODUCE 1",
+                            "\n  table1-control", "nlo: error: tabel1: ", "did you mean \"table1\"?",
+                            "did you mean \"--quick\"?; see nlo reproduce --help", "-o -: ", "with space"})
     EXPECT_THAT(said, HasSubstr(words)) << "the programs agree, but not on what was asked";
   const ProgramResult help = scratch.run({"--help", "reproduce"});
   expect_same(help, scratch.run_program(kOther, {"--help"}));

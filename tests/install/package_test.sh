@@ -63,6 +63,7 @@ for package in nlo libnlo-dev; do
   same "the changelog of $package" "nlo $version" "$(gzip -dc "$root/usr/share/doc/$package/changelog.gz" | dpkg-parsechangelog -l- | awk '/^(Source|Version):/ { printf "%s%s", n++ ? " " : "", $2 }')"
 done
 gzip -dc "$root/usr/share/man/man1/nlo.1.gz" | grep -q '^\.TH NLO 1' || fail 'nlo.1 is not a manual page'
+gzip -dc "$root/usr/share/man/man1/nlo-reproduce.1.gz" | grep -q '^\.TH NLO.-REPRODUCE 1' || fail 'nlo-reproduce.1 is not a manual page'
 for file in share/bash-completion/completions/nlo share/zsh/site-functions/_nlo share/nlo/experiments/van_der_pol.toml; do
   [ -s "$root/usr/$file" ] || fail "$file is not installed"
 done
@@ -81,6 +82,7 @@ fi
 
 # Used: by its program, by CMake and by pkg-config.
 same 'nlo --version' "nlo $version" "$("$root/usr/bin/nlo" --version)"
+same 'nlo-reproduce --version' "nlo-reproduce $version" "$("$root/usr/bin/nlo-reproduce" --version)"
 same 'nlo reproduce' 'Usage: nlo reproduce' "$("$root/usr/bin/nlo" reproduce --help | grep -o '^Usage: nlo reproduce')"
 cp -r "$source/examples" "$work/examples"
 logged cmake -G Ninja -S "$work/examples/control_loop" -B "$work/control_loop" -DCMAKE_BUILD_TYPE=Release \

@@ -36,8 +36,8 @@ std::vector<std::string> values_of(const OptionFacts& option);
 /// The subcommands in the order of --help.
 std::vector<CommandFacts> commands_of(const CLI::App& app);
 
-/// The manual page nlo(1) as roff with man macros. No date: the same program gives the same bytes.
-std::string man_page(const CLI::App& app, const std::string& version);
+/// The manual page of a program as roff with man macros. No date: the same program gives the same bytes.
+std::string man_page(const CLI::App& app);
 
 /// A script that bash sources: completes commands, options, their values, names of shipped experiments and files.
 std::string bash_completion(const CLI::App& app);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// nlo man: the manual page from the same tables as --help.
+// nlo man, nlo-reproduce --man: the manual page from the same tables as --help.
 #include <fmt/core.h>
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "trainer/base/version.h"
 #include "trainer/commands/command.h"
@@ -52,8 +54,8 @@ std::string options_text(const CommandFacts& command) {
   return text;
 }
 
-std::string synopsis_of(const CommandFacts& command) {
-  std::string text = fmt::format("\\fBnlo {}\\fR [\\fIOPTIONS\\fR]", roff(command.name));
+std::string synopsis_of(const std::string& name, const CommandFacts& command) {
+  std::string text = fmt::format("\\fB{}\\fR [\\fIOPTIONS\\fR]", roff(name));
   for (const OptionFacts& option : command.options)
     if (!option.positional.empty()) text += fmt::format(" \\fI{}\\fR", roff(option.positional));
   return text;
@@ -61,20 +63,26 @@ std::string synopsis_of(const CommandFacts& command) {
 
 }  // namespace
 
-std::string man_page(const CLI::App& app, const std::string& version) {
+std::string man_page(const CLI::App& app) {
   const CommandFacts program = facts_of(app);
   const std::vector<CommandFacts> commands = commands_of(app);
+  const auto synopsis = [&](const CommandFacts& command) {
+    return synopsis_of(program.name + " " + command.name, command);
+  };
+  std::string page = program.name;  // "nlo reproduce" is the program nlo-reproduce
+  std::replace(page.begin(), page.end(), ' ', '-');
+  std::string title = page;
+  std::transform(page.begin(), page.end(), title.begin(), [](unsigned char c) { return std::toupper(c); });
   std::string text = fmt::format(
-      ".\\\" Printed by nlo man.\n.TH NLO 1 \"\" \"nlo {}\" \"User Commands\"\n.SH NAME\nnlo \\- train, evaluate and "
-      "export "
-      "neural Luenberger observers\n.SH SYNOPSIS\n",
-      roff(version));
+      ".\\\" Printed by the program.\n.TH {} 1 \"\" \"nlo {}\" \"User Commands\"\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n",
+      roff(title), roff(kVersion), roff(page), roff(program.description));
+  if (commands.empty()) text += synopsis_of(program.name, program) + "\n";
   for (const CommandFacts& command : commands)
-    text += fmt::format("{}\n{}", synopsis_of(command), &command == &commands.back() ? "" : ".br\n");
-  text += fmt::format(".SH DESCRIPTION\n{}\n.SH OPTIONS\n{}.SH COMMANDS\n", roff(program.description),
-                      options_text(program));
+    text += fmt::format("{}\n{}", synopsis(command), &command == &commands.back() ? "" : ".br\n");
+  text += fmt::format(".SH DESCRIPTION\n{}\n.SH OPTIONS\n{}", roff(program.description), options_text(program));
+  if (!commands.empty()) text += ".SH COMMANDS\n";
   for (const CommandFacts& command : commands)
-    text += fmt::format(".SS {}\n{}.\n{}{}", synopsis_of(command), roff(command.description), options_text(command),
+    text += fmt::format(".SS {}\n{}.\n{}{}", synopsis(command), roff(command.description), options_text(command),
                         verbatim(command.footer));
   return text + ".SH NOTES\n" + verbatim(program.footer);
 }
@@ -84,7 +92,7 @@ void add_man(CLI::App& app, Action& action) {
   command->footer(
       "Example:\n"
       "  nlo man | man -l -");
-  command->callback([&app, &action] { action = [&app] { fmt::print("{}", man_page(app, kVersion)); }; });
+  command->callback([&app, &action] { action = [&app] { fmt::print("{}", man_page(app)); }; });
 }
 
 }  // namespace nlo::trainer
