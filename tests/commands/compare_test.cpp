@@ -12,6 +12,7 @@
 namespace nlo::trainer {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
@@ -61,20 +62,30 @@ TEST_F(CompareCommand, GivesTheSameFiguresForAnyNumberOfThreads) {
 }
 
 TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
-  const Json compared = figures({"--against", "ekf,ukf", "--no-tuning"});
-  const ProgramResult evaluated = scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.5", "--seeds", "2",
-                                               "--trajectories", "3", "--against", "ekf,ukf", "--json"});
-  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
-  const Json evaluation = Json::parse(evaluated.out)[0], columns = compared["conditions"]["noise"]["columns"];
-  EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
-  // Another form of the same filters: rounding, and differences over another width.
-  for (const char* filter : {"ekf", "ukf"})
-    EXPECT_NEAR(columns[filter]["norm"], evaluation["against"][filter]["norm"], 1e-5) << filter;
-  EXPECT_GT(
-      std::abs(evaluation["against"]["ekf"]["norm"].get<double>() - evaluation["against"]["ukf"]["norm"].get<double>()),
-      1e-4)
-      << "control: they are two filters";
-  EXPECT_FALSE(columns.contains("ekf_tuned"));
+  const std::string all = "ekf,ukf,static_ridge,constant,ridge";
+  double before = 0.0;
+  for (const std::vector<std::string>& changed :
+       {std::vector<std::string>{}, {"--set", "plant.parameters.mu=1.3", "--set", "simulation.horizon_s=2"}}) {
+    std::vector<std::string> compare = {"--against", all, "--no-tuning"};
+    std::vector<std::string> evaluate = {"evaluate", "run/model.json", "--noise", "gaussian:0.5", "--seeds",
+                                         "2",        "--trajectories", "3",       "--against",    all,
+                                         "--json"};
+    compare.insert(compare.end(), changed.begin(), changed.end());
+    evaluate.insert(evaluate.end(), changed.begin(), changed.end());
+    const ProgramResult evaluated = scratch.run(evaluate);
+    ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
+    const Json evaluation = Json::parse(evaluated.out)[0], columns = figures(compare)["conditions"]["noise"]["columns"];
+    EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
+    // Another form of the same filters: rounding, and differences over another width.
+    const auto norm = [&](const char* name) { return evaluation["against"][name]["norm"].get<double>(); };
+    for (const char* filter : {"ekf", "ukf"}) EXPECT_NEAR(columns[filter]["norm"], norm(filter), 1e-5) << filter;
+    for (const char* simple : {"static_ridge", "constant", "ridge"})
+      EXPECT_NEAR(columns[simple]["norm"], norm(simple), 1e-9) << simple;
+    EXPECT_GT(std::abs(norm("ekf") - norm("ukf")), 1e-4) << "control: they are two filters";
+    EXPECT_NE(norm("ekf"), before) << "control: --set changes the runs";
+    before = norm("ekf");
+    EXPECT_FALSE(columns.contains("ekf_tuned"));
+  }
 }
 
 TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
@@ -106,6 +117,10 @@ TEST_F(CompareCommand, RefusesWhatItCannotCompareBeforeAnythingRuns) {
   EXPECT_THAT(refusal({"--conditions", "bad.toml"}),
               HasSubstr("bad.toml:1: condition \"a\" changes the parameter \"mi\""));
   EXPECT_THAT(refusal({"--conditions", "nowhere.toml"}), HasSubstr("nowhere.toml"));
+  EXPECT_THAT(refusal({"--set", "observer.gain=2"}), HasSubstr("--set observer.gain=2: only plant.KEY"));
+  scratch.write("far.toml", "[[condition]]\nname = \"a\"\nset = [\"plant.parameters.mi=2\"]\n");
+  EXPECT_THAT(refusal({"--conditions", "far.toml"}), AllOf(HasSubstr("far.toml:1: condition \"a\""),
+                                                           HasSubstr("has no parameter \"mi\"; did you mean \"mu\"")));
   EXPECT_THAT(refusal({"--against", "ekv"}), HasSubstr("ekv"));
   EXPECT_THAT(refusal({"--conditions", "mine.toml", "--seeds", "0"}), HasSubstr("--seeds"));
   scratch.write("other.toml", with(kTinyExperiment, "van_der_pol", "harmonic_oscillator"));

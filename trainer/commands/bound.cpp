@@ -18,7 +18,7 @@
 #include "trainer/commands/command.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/scaled_training.h"
-#include "trainer/commands/strict_test.h"
+#include "trainer/compare/strict_study.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/report/bound_page.h"

@@ -13,17 +13,17 @@
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
-#include "trainer/commands/strict_test.h"
 #include "trainer/compare/compare_study.h"
 #include "trainer/compare/compare_text.h"
 #include "trainer/compare/filter_table.h"
+#include "trainer/compare/strict_study.h"
 #include "trainer/report/compare_page.h"
 
 namespace nlo::trainer {
 namespace {
 
 struct CompareArguments {
-  std::vector<std::string> models;
+  std::vector<std::string> models, changes;
   std::string conditions, output;
   CompareTest test;
   bool as_trained = false, quick = false, no_tuning = false, json = false;
@@ -39,7 +39,7 @@ ConditionSet as_trained(const Experiment& experiment) {
 }
 
 std::vector<std::string> rivals() {
-  std::vector<std::string> names = filter_names();
+  std::vector<std::string> names = alternative_names();
   names.emplace_back("particle");
   return names;
 }
@@ -88,9 +88,11 @@ void run_compare(CompareArguments arguments) {
     arguments.test.tuning_trajectories = std::min(arguments.test.tuning_trajectories, 6);
     arguments.test.particles = std::min(arguments.test.particles, 200);
   }
-  const ConditionSet set = arguments.as_trained           ? as_trained(experiments.front())
-                           : arguments.conditions.empty() ? default_conditions()
-                                                          : read_conditions(arguments.conditions);
+  ConditionSet set = arguments.as_trained           ? as_trained(experiments.front())
+                     : arguments.conditions.empty() ? default_conditions()
+                                                    : read_conditions(arguments.conditions);
+  for (Condition& condition : set.conditions)
+    condition.changes.insert(condition.changes.end(), arguments.changes.begin(), arguments.changes.end());
   std::vector<std::string> left_out;
   (void)compared_conditions(experiments.front(), set, left_out);  // its refusals come first
   if (is_stdout(arguments.output))
@@ -124,22 +126,27 @@ void add_compare(CLI::App& app, Action& action) {
   command->add_option("MODEL", arguments->models, "model.json of nlo train, trained on a plant; several of one plant")
       ->required();
   command
-      ->add_option(
-          "--against", arguments->test.against,
-          fmt::format("filters: {} (all); particle knows each condition: the floor", fmt::join(rivals(), ", ")))
+      ->add_option("--against", arguments->test.against,
+                   fmt::format("{} (all); particle knows each condition: the floor", fmt::join(rivals(), ", ")))
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("FILTER,...")
       ->check(CLI::IsMember(rivals()));
   CLI::Option* conditions = command->add_option(
       "--conditions", arguments->conditions,
-      "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale (twenty that "
-      "fit any plant)");
+      "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale, set, input, "
+      "input_noise (twenty that fit any plant)");
   conditions->type_name("FILE.toml");
   command
       ->add_flag("--as-trained", arguments->as_trained,
                  "one condition: noise and plant as in the first model's training")
       ->excludes(conditions);
+  command
+      ->add_option("--set", arguments->changes,
+                   "test on a changed plant in every condition: plant.KEY=VALUE, simulation.KEY=VALUE, "
+                   "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated; filters know the nominal one")
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
   command->add_option("--seeds", arguments->test.seeds, "test seeds, for means and standard errors")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();

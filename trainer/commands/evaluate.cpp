@@ -12,7 +12,8 @@
 #include "trainer/commands/log_columns.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/commands/run_files.h"
-#include "trainer/commands/strict_test.h"
+#include "trainer/compare/runs_under.h"
+#include "trainer/compare/strict_study.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/log_starts.h"
@@ -28,11 +29,13 @@ namespace nlo::trainer {
 namespace {
 
 struct EvaluateArguments {
-  std::vector<std::string> models, noises, data, missing;
+  std::vector<std::string> models, noise_words, data, missing;
   std::vector<double> from_s;
   std::string columns, input_noise = "none";
   RunFiles files;
   StrictTest test;
+  Condition common;  ///< what all noises are tested under
+  std::vector<NoiseConfig> noises;
   bool json = false;
   std::string plant_option;  ///< the first that was given of those that are for plants
 };
@@ -68,7 +71,7 @@ void print(const EvaluateArguments& arguments, const std::vector<std::string>& r
 }
 
 void check_input_noise(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Plant& plant) {
-  const NoiseConfig& noise = arguments.test.input_noise;
+  const NoiseConfig& noise = arguments.common.input_noise;
   if (noise.none()) return;
   for (const NamedModel& model : models)
     if (model.model.nu() == 0)
@@ -84,18 +87,18 @@ void check_input_noise(const EvaluateArguments& arguments, const std::vector<Nam
 
 void on_plant(const EvaluateArguments& arguments, const std::vector<NamedModel>& models, const Experiment& experiment) {
   require_one_experiment(models);
-  const Experiment tested = changed_experiment(experiment, arguments.test.changes);
+  const Experiment tested = changed_experiment(experiment, arguments.common.changes);
   const auto plant = make_plant(*tested.plant);
   const PlantChannels channels(*tested.plant, *plant);
   for (const NamedModel& model : models)
     check_channels(model.model, channels.states().size(), channels.outputs().size(), model.name);
-  for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, plant->outputs().size());
+  for (const NoiseConfig& noise : arguments.noises) check_noise(noise, plant->outputs().size());
   check_input_noise(arguments, models, *plant);
-  parse_excitation(*plant, arguments.test.inputs);  // wrong usage is said before anything runs
+  parse_excitation(*plant, arguments.common.inputs);  // wrong usage is said before anything runs
   const auto& against = arguments.test.against;
-  if (arguments.test.changes.empty() && std::ranges::find(against, kTrueEkf) != against.end())
+  if (arguments.common.changes.empty() && std::ranges::find(against, kTrueEkf) != against.end())
     throw codegen::Error("--against ekf_true is for a plant that --set changes; here ekf knows the true plant");
-  const double scale = arguments.test.box_scale;
+  const double scale = arguments.common.box_scale;
   const std::string note = scale == 1.0 ? "" : fmt::format("initial states from {} times the training box", scale);
   PatientProgress progress;
   const auto studies = run_phase([&] {
@@ -132,7 +135,7 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
   }
   leave_out_absent_truth(columns, arguments.data);
   const LogSchema schema = resolve_columns(columns);
-  for (const NoiseConfig& noise : arguments.test.noises) check_noise(noise, schema.outputs.size());
+  for (const NoiseConfig& noise : arguments.noises) check_noise(noise, schema.outputs.size());
   progress.update(0.0, "reading the logs");
   LogReport report;
   Dataset logs = load_logs(columns, "", arguments.data, &report);
@@ -142,11 +145,11 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
       training_logs_beside(models.front().model, experiment, columns, arguments.data);
   const MetricsConfig config = metrics_config(experiment, logs);
   std::vector<std::string> results;
-  const auto all = static_cast<double>(models.size() * arguments.test.noises.size());
+  const auto all = static_cast<double>(models.size() * arguments.noises.size());
   for (const NamedModel& model : models) {
     LogReport found = report;
     note_training_logs(model.model, logs, found);
-    for (const NoiseConfig& noise : arguments.test.noises) {
+    for (const NoiseConfig& noise : arguments.noises) {
       const auto done = static_cast<double>(results.size());
       LogEvaluation evaluation = run_phase([&] {
         return evaluate_on_logs(
@@ -168,9 +171,10 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
 }
 
 void run_evaluate(EvaluateArguments arguments) {
-  for (const std::string& noise : arguments.noises) arguments.test.noises.push_back(parse_noise(noise));
-  if (arguments.noises.empty()) arguments.test.noises.emplace_back();
-  arguments.test.input_noise = parse_noise(arguments.input_noise);
+  for (const std::string& noise : arguments.noise_words) arguments.noises.push_back(parse_noise(noise));
+  if (arguments.noise_words.empty()) arguments.noises.emplace_back();
+  arguments.common.input_noise = parse_noise(arguments.input_noise);
+  arguments.test.conditions = conditions_of(arguments.noises, arguments.common);
   std::vector<NamedModel> models;
   for (const std::string& path : arguments.models) models.push_back({path, codegen::read_model(path)});
   const std::string& first = arguments.models.front();
@@ -189,7 +193,7 @@ void run_evaluate(EvaluateArguments arguments) {
           fmt::format("{} is for new trajectories of a plant; logs are evaluated as they are, beside all alternatives: "
                       "leave it out",
                       arguments.plant_option));
-    if (arguments.files.any() && (models.size() > 1 || arguments.test.noises.size() > 1))
+    if (arguments.files.any() && (models.size() > 1 || arguments.noises.size() > 1))
       refuse("--figure and --estimates write what one model makes of its logs with one --noise");
     check_run_files(arguments.files);
     on_logs(arguments, models, experiment);
@@ -207,7 +211,7 @@ void add_evaluate(CLI::App& app, Action& action) {
       ->required();
   command
       ->add_option(
-          "--noise", arguments->noises,
+          "--noise", arguments->noise_words,
           "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
           "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, +delay:SAMPLES, "
           "+jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW; or one for each output with commas "
@@ -226,7 +230,7 @@ void add_evaluate(CLI::App& app, Action& action) {
                            ->capture_default_str());
   for_plants.push_back(
       command
-          ->add_option("--box-scale", arguments->test.box_scale,
+          ->add_option("--box-scale", arguments->common.box_scale,
                        "initial states from the training box times this (circle: its axes; list: about its mean)")
           ->check(check_scale)
           ->capture_default_str());
@@ -236,7 +240,7 @@ void add_evaluate(CLI::App& app, Action& action) {
           ->capture_default_str());
   for_plants.push_back(
       command
-          ->add_option("--input", arguments->test.inputs,
+          ->add_option("--input", arguments->common.inputs,
                        "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order; "
                        "else as the experiment's [excitation] says")
           ->allow_extra_args(false)
@@ -248,7 +252,7 @@ void add_evaluate(CLI::App& app, Action& action) {
           ->allow_extra_args(false)
           ->type_name("NOISE"));
   for_plants.push_back(command
-                           ->add_option("--set", arguments->test.changes,
+                           ->add_option("--set", arguments->common.changes,
                                         "test on a changed plant: plant.KEY=VALUE, simulation.KEY=VALUE, "
                                         "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated")
                            ->allow_extra_args(false)

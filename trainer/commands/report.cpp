@@ -21,7 +21,9 @@ struct ReportArguments {
 };
 
 void run_report(ReportArguments arguments) {
-  for (const std::string& noise : arguments.noises) arguments.test.noises.push_back(parse_noise(noise));
+  std::vector<NoiseConfig> noises;
+  for (const std::string& noise : arguments.noises) noises.push_back(parse_noise(noise));
+  arguments.test.conditions = conditions_of(noises);
   const std::string file = arguments.directory + "/model.json";
   const codegen::Model model = codegen::read_model(file);
   const Experiment experiment = experiment_of(model, file);
@@ -29,8 +31,7 @@ void run_report(ReportArguments arguments) {
   check_output_file(arguments.output);
   RunReport report;
   if (experiment.plant) {
-    for (const NoiseConfig& noise : arguments.test.noises)
-      check_noise(noise, make_plant(*experiment.plant)->outputs().size());
+    for (const NoiseConfig& noise : noises) check_noise(noise, make_plant(*experiment.plant)->outputs().size());
     if (!arguments.data.empty()) throw codegen::Error(file + ": was trained on a plant; leave --data out");
     report = run_phase([&] { return report_on_plant(model, experiment, arguments.test); });
   } else {

@@ -12,11 +12,11 @@
 namespace nlo::trainer {
 
 RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test) {
-  if (test.noises.empty()) {
-    test.noises.emplace_back();
+  if (test.conditions.empty()) {
+    std::vector<NoiseConfig> noises(1);
     for (const NoiseConfig& noise : experiment.training.all_noise().parts)
-      if (!noise.none()) test.noises.push_back(noise);
-    test.input_noise = experiment.training.input_noise;
+      if (!noise.none()) noises.push_back(noise);
+    test.conditions = conditions_of(noises, {.input_noise = experiment.training.input_noise});
   }
   RunReport report;
   report.evaluations = run_strict_test(model, experiment, test);

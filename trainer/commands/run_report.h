@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "codegen/model/model.h"
-#include "trainer/commands/strict_test.h"
+#include "trainer/compare/strict_study.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
@@ -26,7 +26,7 @@ struct RunReport {
   std::string warning = {};                      ///< why not to trust this model: its training diverged or got nowhere
 };
 
-/// A plant: `test`; without noises in it, none and the noise of the training.
+/// A plant: `test`; without conditions in it, no noise and that of the training.
 RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test);
 
 /// What a model of logs is judged by: the test split; without one the validation split, without that the training

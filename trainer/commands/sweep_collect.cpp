@@ -42,8 +42,8 @@ double test_error(const codegen::Model& model, const Experiment& experiment, con
     return report.logs->metrics.norm;
   }
   StrictTest strict;
-  strict.noises = {test.noise.value_or(experiment.training.all_noise().parts.front())};
-  strict.input_noise = experiment.training.input_noise;
+  strict.conditions = conditions_of({test.noise.value_or(experiment.training.all_noise().parts.front())},
+                                    {.input_noise = experiment.training.input_noise});
   strict.seed = test.seed;
   strict.trajectories = test.trajectories;
   strict.threads = places.threads.value_or(0);

@@ -25,6 +25,9 @@ Json condition_json(const Condition& condition) {
   for (const auto& [name, value] : condition.parameters) json["parameters"][name] = value;
   if (!condition.process_noise.empty()) json["process_noise"] = condition.process_noise;
   if (condition.box_scale != 1.0) json["box_scale"] = condition.box_scale;
+  if (!condition.changes.empty()) json["set"] = condition.changes;
+  if (!condition.inputs.empty()) json["input"] = condition.inputs;
+  if (!condition.input_noise.none()) json["input_noise"] = format_noise(condition.input_noise);
   return json;
 }
 

@@ -18,8 +18,11 @@
 #include "trainer/compare/compared_runs.h"
 #include "trainer/compare/filter_search.h"
 #include "trainer/compare/filter_table.h"
+#include "trainer/compare/runs_under.h"
+#include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/estimator_words.h"
 #include "trainer/filters/particle_filter.h"
+#include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -36,11 +39,12 @@ double nanoseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
 }
 
-/// What one column is made of.
+/// What one column is made of: an observer, a filter, one of simple_names(), or, of nothing, the floor.
 struct MadeOf {
   const ComparedModel* model = nullptr;
   const FilterRow* filter = nullptr;
   bool tuned = false;
+  std::string simple = {};
 };
 
 /// The parameters that conditions change, in the plant's order.
@@ -68,11 +72,28 @@ void set_norms(CompareCell& cell, const Eigen::ArrayXd& squares, int seeds) {
   cell.worst_run = static_cast<std::size_t>(worst);
 }
 
+/// What of a condition only the experiment's own checks can judge.
+void check_changes(const Condition& condition, const Experiment& nominal, const Plant& plant) {
+  try {
+    (void)changed_experiment(nominal, condition.changes);
+    (void)parse_excitation(plant, condition.inputs);
+    check_noise(condition.input_noise, plant.inputs().size());
+  } catch (const codegen::Error& error) {
+    throw codegen::Error(fmt::format("{}condition \"{}\": {}", condition.place.empty() ? "" : condition.place + ": ",
+                                     condition.name, error.what()));
+  }
+}
+
 class Study {
  public:
   Study(const std::vector<ComparedModel>& models, const Experiment& experiment, const ConditionSet& set,
         const CompareTest& test, const CompareProgress& progress, const std::atomic<bool>* stop)
-      : models_(models), nominal_(nominal_experiment(experiment)), test_(test), progress_(progress), stop_(stop) {
+      : models_(models),
+        experiment_(experiment),
+        nominal_(nominal_experiment(experiment)),
+        test_(test),
+        progress_(progress),
+        stop_(stop) {
     result_.conditions = compared_conditions(experiment, set, result_.left_out);
     result_.experiment = experiment.name;
     result_.plant = make_plant(*nominal_.plant)->name();
@@ -113,7 +134,7 @@ class Study {
     const FilterContext context = filter_context(nominal_, {}, joint_parameters_);
     const PlantCost plant = plant_cost(*nominal_.plant);
     for (const FilterRow& row : filter_table()) {
-      if (std::find(test_.against.begin(), test_.against.end(), row.name) == test_.against.end()) continue;
+      if (!wants(row.name)) continue;
       CompareColumn column{std::string(row.name), std::string(estimator_words(row.name)->meaning)};
       const StepCost cost = row.cost(context, plant);
       column.operations = cost.operations;
@@ -125,7 +146,8 @@ class Study {
       column.meaning += ", tuned for each condition";
       add_column(column, {nullptr, &row, true});
     }
-    if (std::find(test_.against.begin(), test_.against.end(), kParticle) == test_.against.end()) return;
+    add_simple_columns();
+    if (!wants(kParticle)) return;
     CompareColumn column{std::string(kParticle), fmt::format("{}, {} particles: the floor",
                                                              estimator_words(kParticle)->meaning, test_.particles)};
     const double count = test_.particles, nx = static_cast<double>(context.plant.nx);
@@ -134,6 +156,22 @@ class Study {
     column.functions = count * each.functions;
     column.state_bytes = 4.0 * count * (nx + 1.0);
     add_column(column, {});
+  }
+
+  bool wants(std::string_view name) const { return std::ranges::find(test_.against, name) != test_.against.end(); }
+
+  void add_simple_columns() {
+    for (const std::string& name : simple_names())
+      for (const ComparedModel& model : models_) {
+        if (!wants(name)) continue;
+        CompareColumn column{name, std::string(estimator_words(name)->meaning)};
+        if (name != "ridge") {
+          add_column(column, {&model, nullptr, false, name});
+          break;
+        }
+        if (models_.size() > 1) column.name += " of " + model.name;
+        add_column(column, {&model, nullptr, false, name});
+      }
   }
 
   void add_column(const CompareColumn& column, const MadeOf& made_of) {
@@ -154,11 +192,18 @@ class Study {
       result_.normalised = !share_a_unit(runs.set.states);
     }
     const FilterContext context = filter_context(nominal_, condition.noise, joint_parameters_);
+    Dataset fresh;  // for those that learn from runs of the training's own distribution
     for (std::size_t c = 0; c < result_.columns.size(); ++c) {
       if (stop_ != nullptr && stop_->load()) throw codegen::Error("interrupted; nothing was written");
       CompareCell& cell = result_.cells[index][c];
       const MadeOf& made_of = made_of_[c];
-      if (made_of.model != nullptr)
+      if (!made_of.simple.empty()) {
+        if (fresh.trajectories.empty())
+          fresh = with_noise(fresh_training_runs(experiment_, condition.input_noise), condition.noise,
+                             fresh_noise_seed(experiment_));
+        const Estimator simple = simple_estimator(made_of.simple, made_of.model->model, fresh)();
+        estimate([&](std::size_t) { return simple; }, runs, cell);
+      } else if (made_of.model != nullptr)
         observe(*made_of.model, runs, cell);
       else if (made_of.filter != nullptr)
         filter(*made_of.filter, context, runs, made_of.tuned ? &*tuning : nullptr, cell);
@@ -215,9 +260,10 @@ class Study {
     if (cell.missing.empty() && runs.plant_states > 3) cell.missing = "too many states for so few particles";
     if (!cell.missing.empty()) return;
     const bool held = runs.measured.held_inputs;
+    const Experiment tested = changed_experiment(nominal_, condition.changes);
     estimate(
         [&](std::size_t run) -> Estimator {
-          const Experiment known = experiment_under(nominal_, condition, run);
+          const Experiment known = experiment_under(tested, condition, run);
           const LanePlant plant = lane_plant(make_plant(*known.plant));
           return [&, known, plant, run, held](const MatrixXd& outputs, const MatrixXd& inputs,
                                               const Eigen::VectorXd& time_s) -> Estimates {
@@ -254,6 +300,7 @@ class Study {
   }
 
   const std::vector<ComparedModel>& models_;
+  const Experiment& experiment_;
   Experiment nominal_;
   const CompareTest& test_;
   const CompareProgress& progress_;
@@ -282,7 +329,9 @@ std::vector<Condition> compared_conditions(const Experiment& experiment, const C
   const Eigen::VectorXd outputs = state_deviation(own);
   Eigen::VectorXd states = Eigen::VectorXd::Constant(plant->nx(), outputs.mean());
   if (clean.channels.plain()) states = state_deviation(clean.set);
-  return conditions_of(set, nominal.plant->parameters, outputs, states, left_out);
+  std::vector<Condition> conditions = conditions_of(set, nominal.plant->parameters, outputs, states, left_out);
+  for (const Condition& condition : conditions) check_changes(condition, nominal, *plant);
+  return conditions;
 }
 
 Comparison run_comparison(const std::vector<ComparedModel>& models, const Experiment& experiment,

@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "trainer/base/number_text.h"
@@ -46,7 +47,7 @@ std::size_t best_column(const Comparison& comparison, std::size_t condition) {
   return best;
 }
 
-std::optional<std::size_t> column_named(const Comparison& comparison, const std::string& name) {
+std::optional<std::size_t> column_named(const Comparison& comparison, std::string_view name) {
   for (std::size_t c = 0; c < comparison.columns.size(); ++c)
     if (comparison.columns[c].name == name) return c;
   return std::nullopt;
@@ -63,22 +64,26 @@ struct Contest {
   std::vector<std::string> ahead, behind;
 };
 
+/// The first observer against the column of this name; none, where there is no such column.
+std::optional<Contest> contest_with(const Comparison& comparison, std::string_view name, std::string_view in_words) {
+  const auto column = column_named(comparison, name);
+  if (!column) return std::nullopt;
+  Contest contest{std::string(in_words), {}, {}};
+  for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
+    const CompareCell &own = comparison.cell(i, 0), &other = comparison.cell(i, *column);
+    if (!other.missing.empty()) continue;
+    (own.mean() < other.mean() ? contest.ahead : contest.behind)
+        .push_back(fmt::format("{} ({})", condition_name(comparison.conditions[i]),
+                               significant(own.mean() / other.mean(), 3)));
+  }
+  return contest;
+}
+
 std::vector<Contest> contests(const Comparison& comparison) {
   std::vector<Contest> result;
   for (const auto& [name, rival] :
-       {std::pair{"ekf", "EKF as shipped"}, {"ekf_tuned", "EKF tuned for the very condition"}}) {
-    const auto column = column_named(comparison, name);
-    if (!column) continue;
-    Contest contest{rival, {}, {}};
-    for (std::size_t i = 0; i < comparison.conditions.size(); ++i) {
-      const CompareCell &own = comparison.cell(i, 0), &other = comparison.cell(i, *column);
-      if (!other.missing.empty()) continue;
-      (own.mean() < other.mean() ? contest.ahead : contest.behind)
-          .push_back(fmt::format("{} ({})", condition_name(comparison.conditions[i]),
-                                 significant(own.mean() / other.mean(), 3)));
-    }
-    result.push_back(std::move(contest));
-  }
+       {std::pair{"ekf", "EKF as shipped"}, {"ekf_tuned", "EKF tuned for the very condition"}})
+    if (auto contest = contest_with(comparison, name, rival)) result.push_back(std::move(*contest));
   return result;
 }
 
@@ -125,6 +130,15 @@ Table tuning_table(const Comparison& comparison) {
   return table;
 }
 
+namespace {
+
+/// "-" where nothing was counted.
+std::string counted(double number, bool known = false) {
+  return known || number > 0.0 ? fmt::format("{:.0f}", number) : "-";
+}
+
+}  // namespace
+
 Table cost_table(const Comparison& comparison) {
   Table table{{"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / EKF"},
               {}};
@@ -132,10 +146,9 @@ Table cost_table(const Comparison& comparison) {
   for (const CompareColumn& column : comparison.columns) {
     if (column.is_tuned()) continue;  // the same filter
     const bool ratio = ekf && comparison.columns[*ekf].ns > 0.0 && column.ns > 0.0;
-    table.rows.push_back({column_title(column), fmt::format("{:.0f}", column.operations),
-                          fmt::format("{:.0f}", column.functions), fmt::format("{:.0f}", column.state_bytes),
-                          column.constant_bytes > 0.0 ? fmt::format("{:.0f}", column.constant_bytes) : "-",
-                          column.ns > 0.0 ? significant(column.ns) : "-",
+    table.rows.push_back({column_title(column), counted(column.operations),
+                          counted(column.functions, column.operations > 0.0), counted(column.state_bytes),
+                          counted(column.constant_bytes), column.ns > 0.0 ? significant(column.ns) : "-",
                           ratio ? significant(column.ns / comparison.columns[*ekf].ns, 2) : "-"});
   }
   return table;
@@ -167,6 +180,13 @@ std::vector<std::string> comparison_findings(const Comparison& comparison) {
                                    first_observer(comparison), rival, ahead.size(), ahead.size() + behind.size(),
                                    ahead.empty() ? "" : ": ", fmt::join(ahead, ", "), behind.size(),
                                    behind.empty() ? "" : ": ", fmt::join(behind, ", ")));
+  for (const std::string& name : simple_names())
+    if (const auto contest = contest_with(comparison, name, estimator_words(name)->title))
+      if (!contest->behind.empty())
+        findings.push_back(fmt::format("{} is behind the {}, which knows no plant, in {} of {} conditions: {}.",
+                                       first_observer(comparison), contest->rival, contest->behind.size(),
+                                       contest->ahead.size() + contest->behind.size(),
+                                       fmt::join(contest->behind, ", ")));
   for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
     std::map<std::string, std::vector<std::string>> reasons;
     int restarts = 0;

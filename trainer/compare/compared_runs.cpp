@@ -7,9 +7,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/filters/plant_equations.h"
 #include "trainer/plants/registry.h"
-#include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {
 namespace {
@@ -29,10 +27,10 @@ Eigen::ArrayXd squares(const ComparedRuns& runs, const MatrixXd& truth, const Ma
   return sum;
 }
 
-LaneRuns lanes_of(const ComparedRuns& runs, const Experiment& nominal) {
+LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs) {
   LaneRuns lanes;
   lanes.sample_period_s = runs.set.sample_period_s;
-  lanes.held_inputs = nominal.excitation && nominal.observer.input_hold == Hold::kZeroOrder;
+  lanes.held_inputs = held_inputs;
   const auto count = static_cast<Index>(runs.outputs.size());
   const Index samples = runs.set.trajectories.front().samples();
   std::vector<MatrixXd> own;
@@ -50,50 +48,20 @@ LaneRuns lanes_of(const ComparedRuns& runs, const Experiment& nominal) {
   return lanes;
 }
 
-/// `count` runs, the first of them number `first_run`. Plants with the same parameters are simulated together, each run
-/// with the start and the inputs that it has in the whole set.
-Dataset simulated(const Experiment& nominal, const Condition& condition, std::uint64_t engine, int count,
-                  std::size_t first_run) {
-  const std::size_t turns =
-      condition.parameter_factor == 1.0 ? 1 : std::max<std::size_t>(1, nominal.plant->parameters.size());
-  Dataset all;
-  for (std::size_t turn = 0; turn < turns; ++turn) {
-    const Experiment tested = experiment_under(nominal, condition, turn);
-    Dataset set = simulate_runs(tested, *make_plant(*tested.plant), engine, count, condition.box_scale);
-    if (turn == 0) all = set;
-    for (std::size_t i = 0; i < set.trajectories.size(); ++i)
-      if ((first_run + i) % turns == turn) all.trajectories[i] = std::move(set.trajectories[i]);
-  }
-  return all;
-}
-
 }  // namespace
-
-Experiment nominal_experiment(const Experiment& experiment) {
-  Experiment nominal = experiment;
-  nominal.plant->parameter_ranges.clear();
-  nominal.simulation.process_noise.clear();
-  if (!nominal.plant->model.empty()) nominal.plant->parameters = equations_of(*nominal.plant).parameters;
-  return nominal;
-}
-
-Experiment experiment_under(const Experiment& nominal, const Condition& condition, std::size_t run) {
-  Experiment tested = nominal;
-  tested.plant->parameters = changed_parameters(condition, nominal.plant->parameters, run);
-  tested.simulation.process_noise = condition.process_noise;
-  return tested;
-}
 
 ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
                            std::uint64_t first_seed, int seeds, int count) {
-  const auto plant = make_plant(*nominal.plant);
-  ComparedRuns runs{{}, {}, {}, PlantChannels(*nominal.plant, *plant), plant->nx(), {}};
+  const Experiment tested = changed_experiment(nominal, condition.changes);
+  const auto plant = make_plant(*tested.plant);
+  ComparedRuns runs{{}, {}, {}, PlantChannels(*tested.plant, *plant), plant->nx(), {}};
   for (int s = 0; s < seeds; ++s) {
     const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(s), engine = initial_state_seed(seed, stream);
     Dataset set =
-        simulated(nominal, condition, engine, count, static_cast<std::size_t>(s) * static_cast<std::size_t>(count));
+        runs_under(tested, condition, engine, count, static_cast<std::size_t>(s) * static_cast<std::size_t>(count));
     runs.channels.apply(set);
     const std::uint64_t noise_seed = stream == SeedStream::kTest ? seed : engine;
+    disturb_inputs(condition.input_noise, noise_seed, set);
     for (std::size_t i = 0; i < set.trajectories.size(); ++i) {
       runs.outputs.push_back(
           MeasurementNoise(condition.noise, noise_seed, i).on(set.trajectories[i].outputs, set.output_angles));
@@ -101,7 +69,7 @@ ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition
     }
     if (s == 0) runs.set = std::move(set);
   }
-  runs.measured = lanes_of(runs, nominal);
+  runs.measured = lanes_of(runs, holds_inputs(tested, condition));
   runs.state_scale = share_a_unit(runs.set.states) ? Eigen::VectorXd::Ones(static_cast<Index>(runs.set.states.size()))
                                                    : state_deviation(runs.set);
   return runs;

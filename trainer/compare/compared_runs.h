@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "trainer/compare/conditions.h"
+#include "trainer/compare/runs_under.h"
 #include "trainer/data/dataset.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/filters/lane_plant.h"
@@ -23,12 +23,6 @@ struct ComparedRuns {
   Eigen::Index plant_states = 0;  ///< n_x, before channels
   Eigen::VectorXd state_scale;    ///< of the channels in norms: 1, or their deviations where units differ
 };
-
-/// The experiment of a model without what it drew to train: nominal parameters, no process noise.
-Experiment nominal_experiment(const Experiment& experiment);
-
-/// `nominal` with the plant and the process noise of a condition in run `run`, counted over all seeds.
-Experiment experiment_under(const Experiment& nominal, const Condition& condition, std::size_t run);
 
 /// `count` runs for each of the seeds first_seed, ..., those of `nlo evaluate --seed` for the stream kTest: initial
 /// states by initial_state_seed(seed, stream), noise by the seed and the run's number in its set.

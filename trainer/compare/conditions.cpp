@@ -38,6 +38,9 @@ const std::vector<Key<Condition>>& condition_keys() {
        [](const Condition& condition) { return show_parameters(condition.parameters, {}); }},
       key("process_noise", &Condition::process_noise, at_least(0), "per sqrt(s), one for each state or one for all"),
       key("box_scale", &Condition::box_scale, positive(), "initial states from the training box times this"),
+      key("set", &Condition::changes, any(), "KEY=VALUE of [plant], [simulation], [excitation] or [feedback]"),
+      key("input", &Condition::inputs, any(), "u(t) for each input, in place of [excitation]"),
+      key("input_noise", &Condition::input_noise, any(), "of the inputs that estimators are told"),
   };
   return kKeys;
 }
@@ -197,6 +200,9 @@ std::string condition_title(const Condition& condition) {
   for (const double value : condition.process_noise) process += (process.empty() ? "" : ", ") + shortest_text(value);
   if (!process.empty()) title += ", process noise " + process;
   if (condition.box_scale != 1.0) title += fmt::format(", {} x the box", shortest_text(condition.box_scale));
+  for (const std::string& change : condition.changes) title += ", " + change;
+  for (const std::string& input : condition.inputs) title += ", u = " + input;
+  if (!condition.input_noise.none()) title += ", inputs told with " + noise_title(condition.input_noise);
   return title;
 }
 

@@ -15,14 +15,18 @@ namespace nlo::trainer {
 
 /// [[condition]]
 struct Condition {
-  std::string name;
-  NoiseConfig noise;
+  std::string name = {};
+  NoiseConfig noise = {};
   /// On one parameter of each run, the plant's in turn: a factor on all of them may cancel, as in g / l.
   double parameter_factor = 1.0;
-  std::vector<std::pair<std::string, double>> parameters;  ///< of the plant, by name
-  std::vector<double> process_noise;                       ///< per sqrt(s), one for each state or one for all; none
-  double box_scale = 1.0;                                  ///< initial states from the training box times this
-  std::string place;                                       ///< FILE:LINE
+  std::vector<std::pair<std::string, double>> parameters = {};  ///< of the plant, by name
+  std::vector<double> process_noise = {};  ///< per sqrt(s), one for each state or one for all; none
+  double box_scale = 1.0;                  ///< initial states from the training box times this
+  /// plant., simulation., excitation. or feedback.KEY=VALUE of what is tested on.
+  std::vector<std::string> changes = {};
+  std::vector<std::string> inputs = {};  ///< what excites the plant, see parse_excitation; empty: its [excitation]
+  NoiseConfig input_noise = {};          ///< on the inputs that estimators are told; the plant has them without it
+  std::string place = {};                ///< FILE:LINE
 
   bool changes_parameters() const { return parameter_factor != 1.0 || !parameters.empty(); }
 };

@@ -123,6 +123,10 @@ EstimatorFactory baseline_estimator(std::string_view name, const Dataset& traini
   };
 }
 
+EstimatorFactory simple_estimator(std::string_view name, const codegen::Model& model, const Dataset& training) {
+  return name == "ridge" ? readout_estimator(model, training) : baseline_estimator(name, training);
+}
+
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
                              std::uint64_t seed, int threads, const MetricsConfig& config) {
   if (model.nx() != static_cast<int>(clean.states.size()) || model.ny() != static_cast<int>(clean.outputs.size()))

@@ -98,6 +98,9 @@ EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& t
 /// but the average is worth) or "static_ridge". Samples that do not arrive are held.
 EstimatorFactory baseline_estimator(std::string_view name, const Dataset& training);
 
+/// One of simple_names(), fitted likewise: "ridge" is the readout of the model, the others are baselines.
+EstimatorFactory simple_estimator(std::string_view name, const codegen::Model& model, const Dataset& training);
+
 /// evaluate() of a model, with its domain; its examples also say where z leaves it.
 Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
                              std::uint64_t seed, int threads, const MetricsConfig& config = {});

@@ -103,6 +103,13 @@ Experiment read_experiment(const std::string& path, const std::vector<std::strin
   return parse_experiment(codegen::read_file(path, kMaxConfigBytes), path, overrides);
 }
 
+Experiment experiment_of(const codegen::Model& model, const std::string& origin) {
+  for (const auto& [key, text] : model.provenance)
+    if (key == "config") return parse_experiment(text, origin + " (provenance.config)");
+  throw codegen::Error(
+      fmt::format("{}: has no provenance \"config\", so plant and columns are not known; train it again", origin));
+}
+
 LogConfig read_log_columns(const std::string& path) {
   const Toml root = parse_toml(codegen::read_file(path, kMaxConfigBytes), path);
   Places places(path);

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
 #include "trainer/config/places.h"
 
@@ -34,6 +35,9 @@ Experiment read_experiment(const std::string& path, const std::vector<std::strin
 /// The same from text; `filename` stands for the file in messages.
 Experiment parse_experiment(std::string_view text, const std::string& filename,
                             const std::vector<std::string>& overrides = {});
+
+/// The experiment a model was trained by. `origin` names the model's file. Throws codegen::Error when it has none.
+Experiment experiment_of(const codegen::Model& model, const std::string& origin);
 
 /// The [log] of a file that says which columns of a log are what: [[log.columns]] and what goes with them, and nothing
 /// else. Throws codegen::Error as read_experiment does.
