@@ -77,6 +77,8 @@ TOML
   fail "the new optimiser and noise cannot train"
 "$nlo" compare lion/model.json --against open_loop --trajectories 2 -q -o compared >/dev/null ||
   fail "the new filter cannot be compared with"
+"$nlo" simulate plants/cart_and_pendulum --set 'excitation.kinds=["sawtooth"]' -o driven.csv ||
+  fail "the new kind of input excites no plant"
 "$nlo" info static_map/model.json | grep "^structure  static_map$" >/dev/null || fail "the new command does not name the structure"
 "$nlo" info kkl/model.json | grep "^map        inverse_map lisht 4-8-2$" >/dev/null || fail "the new command does not show the map"
 for name in static_map kkl; do

@@ -6,7 +6,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
@@ -32,40 +34,7 @@ class SignalSource {
         values_(Eigen::RowVectorXd::Zero(sample_count(simulation))),
         random_(random) {}
 
-  Eigen::RowVectorXd draw(InputSignal kind) {
-    using enum InputSignal;
-    switch (kind) {
-      case kZero:
-        return values_;
-      case kConstant:
-        values_.setConstant(level());
-        return values_;
-      case kSteps:
-        draw_steps();
-        break;
-      case kPrbs:
-        draw_prbs();
-        break;
-      case kSine:
-        draw_sines(1);
-        break;
-      case kSquare:
-        draw_square();
-        break;
-      case kMultisine:
-        draw_sines(kTones);
-        break;
-      case kChirp:
-        draw_chirp();
-        break;
-      case kNoise:
-        draw_noise();
-        break;
-      case kLog:
-        break;  // draw_inputs() takes it
-    }
-    return values_.cwiseMax(low_).cwiseMin(high_);  // c + A may lie beyond the range by one rounding
-  }
+  Eigen::RowVectorXd draw(InputSignal kind);
 
  private:
   double middle() const { return 0.5 * low_ + 0.5 * high_; }
@@ -74,6 +43,10 @@ class SignalSource {
   double amplitude() { return random_.between(least_, most_); }
   double time() { return random_.log_between(times_.shortest_s, times_.longest_s); }
   double time_of(Eigen::Index k) const { return static_cast<double>(k) * period_; }
+
+  void draw_zero() {}
+
+  void draw_constant() { values_.setConstant(level()); }
 
   void draw_steps() {
     double value = 0.0, next = 0.0;
@@ -97,6 +70,10 @@ class SignalSource {
       values_(k) = value;
     }
   }
+
+  void draw_sine() { draw_sines(1); }
+
+  void draw_multisine() { draw_sines(kTones); }
 
   void draw_sines(int tones) {
     const double size = amplitude() / static_cast<double>(tones);
@@ -140,12 +117,45 @@ class SignalSource {
     }
   }
 
+  /// A row for each kind of signal, in the order of InputSignal.
+  struct Row {
+    InputSignal kind;
+    void (SignalSource::*draw)();  ///< fills values_; null: draw_inputs() takes it from a log
+    bool in_range = true;          ///< cut to the range: c + A may lie beyond it by one rounding
+  };
+  static constexpr std::size_t kRows = kNames<InputSignal>.size();
+  static std::array<Row, kRows> rows();
+
   double low_, high_, least_, most_;
   HoldTimes times_;
   double period_;
   Eigen::RowVectorXd values_;
   RunRandom& random_;
 };
+
+std::array<SignalSource::Row, SignalSource::kRows> SignalSource::rows() {
+  using enum InputSignal;
+  using S = SignalSource;
+  return {{{kZero, &S::draw_zero, false},
+           {kConstant, &S::draw_constant},
+           {kSteps, &S::draw_steps},
+           {kPrbs, &S::draw_prbs},
+           {kSine, &S::draw_sine},
+           {kSquare, &S::draw_square},
+           {kMultisine, &S::draw_multisine},
+           {kChirp, &S::draw_chirp},
+           {kNoise, &S::draw_noise},
+           {kLog, nullptr}}};
+}
+
+Eigen::RowVectorXd SignalSource::draw(InputSignal kind) {
+  for (const Row& row : rows()) {
+    if (row.kind != kind || row.draw == nullptr) continue;
+    (this->*row.draw)();
+    return row.in_range ? Eigen::RowVectorXd(values_.cwiseMax(low_).cwiseMin(high_)) : values_;
+  }
+  throw std::logic_error("a kind of input without a row");
+}
 
 }  // namespace
 
