@@ -67,6 +67,35 @@ TEST_F(Crossvalidate, ALearningCurveTrainsOnAsManyLogsAsItIsTold) {
               HasSubstr("training logs"));
 }
 
+TEST_F(Crossvalidate, InterruptedItGoesOnToTheSameFiguresAndTrainsWhatIsLeft) {
+  scratch_.write("tiny.toml", with(scratch_.read("tiny.toml"), "steps = 20", "steps = 3000"));
+  const std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs", "--threads", "1",
+                                              "--json",        "-o",        "kept it"};
+  const ProgramResult stopped = scratch_.run(arguments, "1/4 models");
+  ASSERT_EQ(stopped.exit_code, 1) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; this goes on: nlo crossvalidate tiny.toml --data logs "
+                                     "--json -o 'kept it'"));
+  const auto before = scratch_.contents();
+  const ProgramResult resumed = scratch_.run(arguments);
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(nlohmann::json::parse(resumed.out), run({}));
+  int models = 0;
+  for (const auto& [file, text] : before)
+    if (file.ends_with("/finished.json")) {
+      ++models;
+      EXPECT_EQ(scratch_.read(file), text);
+    }
+  EXPECT_GE(models, 1);
+  EXPECT_LT(models, 4) << "control: it was stopped before its end";
+  const auto after = scratch_.contents();
+  EXPECT_EQ(scratch_.run(arguments).out, resumed.out);
+  EXPECT_EQ(scratch_.contents(), after) << "nothing is trained again";
+  // Another log is other data.
+  scratch_.write("logs/day1_a.csv", tiny_log(0.1));
+  EXPECT_NE(scratch_.run(arguments).out, resumed.out);
+  EXPECT_GT(scratch_.contents().size(), after.size());
+}
+
 /// Before, 40 letters took longer than the age of the rig.
 TEST_F(Crossvalidate, NoPatternTakesForEver) {
   for (const char* last : {"1.csv", "2.csv"}) scratch_.write("long/day" + std::string(100, 'a') + last, tiny_log());
@@ -93,6 +122,7 @@ TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
   EXPECT_THAT(error({"--group", "(d)\\1"}), HasSubstr("refers back"));
   EXPECT_THAT(error({"--group", "(d{1,99}){1,99}"}), HasSubstr("too large a pattern"));
   EXPECT_THAT(error({"--group", std::string(10000, '(')}), HasSubstr("too large a pattern"));
+  EXPECT_THAT(error({"--logs", "2,1,2"}), HasSubstr("--logs 2: is twice there"));
   EXPECT_THAT(error({"--logs", "4"}), HasSubstr("between 1 and 3 are left"));
   scratch_.write("plant.toml", kTinyExperiment);
   const ProgramResult plant = scratch_.run({"crossvalidate", "plant.toml"});

@@ -249,7 +249,8 @@ const std::string kPendulum = NLO_SOURCE_DIR "/tests/data/pendulum";
 const Words kTrain = {"train", "tiny.toml", "-q", "-o", "run"},
             kAgain = {"train", "tiny.toml", "-q", "--seed", "9", "-o", "again"},
             kTrainOnLogs = {"train", "tiny_log.toml", "--data", "logs", "-q", "-o", "logged"},
-            kSweep = {"sweep", "plan.toml", "--run", "--threads", "1"};
+            kSweep = {"sweep", "plan.toml", "--run", "--threads", "1"},
+            kCrossvalidate = {"crossvalidate", "tiny_log.toml", "--data", "logs", "--threads", "1", "-o", "folds"};
 
 Words with(Words words, const Words& more) {
   words.insert(words.end(), more.begin(), more.end());
@@ -292,6 +293,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"Evaluate", {kTrainOnLogs, with(kEvaluate, {"logs/a.csv"})}, with(kEvaluate, {"logs/b.csv"}), 2, 1},
         Case{"Identify", {kIdentify}, with(kIdentify, {"--force", "--set", "log.every=2"}), 2, 1},
         Case{"Compare", {kTrain, kCompare}, with(kCompare, {"--seed", "9"}), 1, 1}, Case{"Sweep", {}, kSweep, 1, 1},
+        Case{"Crossvalidate", {kCrossvalidate}, with(kCrossvalidate, {"--seed", "9"}), 2, 1},
         Case{"SweepCollect", {kSweep}, {"sweep", "collect", "plan.toml"}, 1, 1}),
     [](const testing::TestParamInfo<Case>& row) { return row.param.name; });
 

@@ -11,6 +11,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/jobs/finished_run.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/run_range.h"
@@ -92,11 +93,11 @@ TEST(Registry, AnUnknownItemNamesTheNearest) {
 
 TEST(Jobs, EachExperimentAndSeedIsTrainedOnceWhoeverSharesIt) {
   std::set<std::pair<std::string, int>> planned;
-  std::set<std::string> hashes;
+  std::set<std::uint64_t> hashes;
   const auto all = select_items("all");
-  for (const Job& job : plan_jobs(all, kFullSize, 2)) {
+  for (const PlannedTraining& job : plan_trainings(all, kFullSize, 2)) {
     EXPECT_TRUE(planned.emplace(job.experiment, job.seed).second) << job.experiment << " twice";
-    EXPECT_TRUE(hashes.insert(ModelCache::hash(job.config)).second) << job.experiment << ": hash of another job";
+    EXPECT_TRUE(hashes.insert(run_identity(job.config)).second) << job.experiment << ": hash of another job";
   }
   for (const Item* item : all)
     for (const auto name : item->experiments)
@@ -107,7 +108,7 @@ TEST(Jobs, QuickTrainsFewerSteps) {
   const Experiment full = paper_experiment("van_der_pol_fast", kFullSize, 1);
   const Experiment quick = paper_experiment("van_der_pol_fast", kQuickSize, 1);
   EXPECT_EQ(quick.training.steps, full.training.steps / 4);
-  EXPECT_NE(ModelCache::hash(quick), ModelCache::hash(full));
+  EXPECT_NE(run_identity(quick), run_identity(full));
 }
 
 }  // namespace

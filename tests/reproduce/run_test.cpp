@@ -15,6 +15,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
+#include "trainer/jobs/kept_training.h"
 #include "trainer/reproduce/jobs.h"
 
 namespace nlo::trainer::reproduction {
@@ -47,13 +48,13 @@ class Reproduction : public testing::Test {
 
   static Result run(const Request& request) {
     StatusLine line(stderr, StatusLine::Mode::kSilent, false);
-    RunProgress progress(line);
+    JobsProgress progress(line);
     return reproduce(request, progress);
   }
 
   static std::string model_file(const Request& request, int seed) {
     const Experiment experiment = paper_experiment("van_der_pol_regularised", request.size, seed);
-    return ModelCache(request.directory + "/cache").path(experiment) + "/model.json";
+    return kept_folder(request.directory + "/cache", {run_identity(experiment)}) + "/model.json";
   }
 
   const fs::path path_;
@@ -61,11 +62,11 @@ class Reproduction : public testing::Test {
 
 TEST_F(Reproduction, ASecondRunTrainsNothingAndGivesTheSameBytes) {
   const Request request = tiny();
-  EXPECT_EQ(run(request).trained, 1);
+  EXPECT_EQ(run(request).trainings.done, 1U);
   const std::string page = codegen::read_file(request.directory + "/reproduction.html");
   const Result second = run(request);
-  EXPECT_EQ(second.trained, 0);
-  EXPECT_EQ(second.cached, 1);
+  EXPECT_EQ(second.trainings.done, 0U);
+  EXPECT_EQ(second.trainings.found, 1U);
   EXPECT_EQ(codegen::read_file(request.directory + "/reproduction.html"), page);
 }
 
@@ -98,11 +99,11 @@ TEST_F(Reproduction, AnotherConfigOrSeedMissesTheCache) {
   Request request = tiny();
   run(request);
   request.size.steps *= 2.0;
-  EXPECT_EQ(run(request).trained, 1);
+  EXPECT_EQ(run(request).trainings.done, 1U);
   request.seeds = 2;
   const Result more_seeds = run(request);
-  EXPECT_EQ(more_seeds.trained, 1);
-  EXPECT_EQ(more_seeds.cached, 1);
+  EXPECT_EQ(more_seeds.trainings.done, 1U);
+  EXPECT_EQ(more_seeds.trainings.found, 1U);
 }
 
 TEST_F(Reproduction, ADamagedModelIsTrainedAgain) {
@@ -110,7 +111,7 @@ TEST_F(Reproduction, ADamagedModelIsTrainedAgain) {
   run(request);
   const std::string good = codegen::read_file(model_file(request, 1));
   codegen::write_file_atomically(model_file(request, 1), good.substr(0, good.size() / 2));
-  EXPECT_EQ(run(request).trained, 1);
+  EXPECT_EQ(run(request).trainings.done, 1U);
   EXPECT_EQ(codegen::read_file(model_file(request, 1)), good);
 }
 
@@ -133,8 +134,8 @@ TEST_F(Reproduction, AnInterruptedRunKeepsWhatIsFinishedAndGoesOnToTheSameBytes)
   stop.store(false);
   const Result resumed = run(request);
   EXPECT_FALSE(resumed.interrupted);
-  EXPECT_GE(resumed.cached, 1);
-  EXPECT_EQ(resumed.cached + resumed.trained, 2);
+  EXPECT_GE(resumed.trainings.found, 1U);
+  EXPECT_EQ(resumed.trainings.found + resumed.trainings.done, 2U);
 
   Request uninterrupted = tiny("b");
   uninterrupted.seeds = 2;

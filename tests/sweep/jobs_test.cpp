@@ -9,6 +9,7 @@
 #include <set>
 
 #include "codegen/base/error.h"
+#include "trainer/base/shell_word.h"
 
 namespace nlo::trainer {
 namespace {

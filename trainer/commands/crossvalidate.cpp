@@ -5,14 +5,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "trainer/base/printable.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/crossvalidate_text.h"
+#include "trainer/commands/directory_lock.h"
 #include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/interrupt.h"
+#include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_delays.h"
@@ -22,35 +24,22 @@
 #include "trainer/data/transient.h"
 #include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/evaluation/metrics_config.h"
-#include "trainer/evaluation/text.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/jobs/kept_training.h"
 #include "trainer/recipe/recipe.h"
 #include "trainer/training/left_out.h"
+#include "trainer/training/provenance.h"
 
 namespace nlo::trainer {
 namespace {
 
 struct CrossvalidateArguments {
   ExperimentArgument experiment;
-  std::string data, group;
+  std::string data, group, output;
   std::vector<int> sizes;
   int seeds = 1;
   bool json = false;
 };
-
-/// What one training on `logs` logs gave on a fold.
-struct Outcome {
-  std::string fold;
-  int logs = 0;
-  unsigned long long seed = 0;
-  std::map<std::string, std::vector<StateError>> errors;  ///< by estimator, over all samples of the fold
-};
-
-struct Alternative {
-  const char *estimator, *heading;
-};
-constexpr Alternative kAlternatives[] = {
-    {"sensor", "sensor"}, {"ridge", "ridge"}, {"static_ridge", "products"}, {"constant", "constant"}};
 
 std::vector<std::string> all_files(const LogConfig& log, const std::string& directory) {
   const SplitFiles splits = expand_splits(log, directory);
@@ -74,131 +63,50 @@ std::vector<std::string> chosen(std::vector<std::string> others, int count, unsi
   return others;
 }
 
-Outcome outcome_of(DraftExperiment draft, const LogGroup& fold, std::vector<std::string> training) {
+Dataset trained_on(Dataset data, const Experiment& experiment) {
+  if (experiment.training.transient == Transient::kDrop)
+    drop_transient(data, transient_time_s(experiment.observer, experiment.training.transient_factor));
+  return data;
+}
+
+/// Trains on `training`, or finds that in a folder of `root`, and judges on the fold.
+JobEnd train_without(const LogGroup& fold, const std::vector<std::string>& training, DraftExperiment draft,
+                     const std::string& root, const JobContext& context, FoldOutcome& outcome) {
   Experiment& experiment = draft.experiment;
+  experiment.threads = context.threads;
   experiment.log->train_files = training;
   experiment.log->validation_files.clear();
   experiment.log->test_files = fold.files;
   find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // of these logs alone
-  experiment.source_text = format_experiment(experiment);
-  LogSplits splits = load_log_splits(*experiment.log, "", experiment.training.mirror);
-  if (!draft.complete) experiment = derive_recipe(draft, splits.train, splits.train).experiment;
-  if (experiment.training.transient == Transient::kDrop)
-    drop_transient(splits.train, transient_time_s(experiment.observer, experiment.training.transient_factor));
-  const TrainingResult result = train_by_groups(experiment, splits.train, splits.train, {});
-  if (result.outcome == TrainOutcome::kDiverged) throw codegen::Error(result.message);
+  const LogSplits splits = load_log_splits(*experiment.log, "", experiment.training.mirror);
+  experiment.source_text += "# without " + fold.name + "\n";  // two folds may be trained on the same few logs
+  const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};
+  const Train train_it = [&](const TrainOptions& options) {
+    experiment.source_text = format_experiment(experiment);
+    const Experiment complete =
+        draft.complete ? experiment : derive_recipe(draft, splits.train, splits.train).experiment;
+    const Dataset data = trained_on(splits.train, complete);
+    return train_by_groups(complete, data, data, options);
+  };
+  codegen::Model model;
+  const JobEnd end = train_kept(root.empty() ? "" : kept_folder(root, inputs), inputs, context, train_it, model);
+  if (end == JobEnd::kStopped) return end;
+  const Experiment trained = experiment_of(model, fold.name);
+  const Dataset data = trained_on(splits.train, trained);
   const LogEvaluation evaluation =
-      evaluate_on_logs(result.model, splits.test, resolve_columns(*experiment.log), &splits.train, NoiseConfig{},
-                       experiment.seed, metrics_config(experiment, splits.test));
-  Outcome outcome{fold.name, static_cast<int>(training.size()), experiment.seed, {}};
+      evaluate_on_logs(model, splits.test, resolve_columns(*experiment.log), &data, NoiseConfig{}, experiment.seed,
+                       metrics_config(trained, splits.test));
+  outcome = {fold.name, static_cast<int>(training.size()), experiment.seed, {}};
   for (const LogEntry& entry : evaluation.entries) outcome.errors[entry.estimator] = entry.metrics.pooled;
-  return outcome;
+  return end;
 }
 
-struct OverLogs {
-  double mean = 0.0, deviation = 0.0, worst = 0.0;
-};
-
-OverLogs over_logs(const std::vector<double>& values) {
-  OverLogs all;
-  for (const double value : values) {
-    all.mean += value / static_cast<double>(values.size());
-    all.worst = std::max(value, all.worst);
-  }
-  all.deviation = deviation_of(values).value_or(0.0);
-  return all;
-}
-
-/// NaN where the estimator does not apply.
-double rmse(const Outcome& outcome, const char* estimator, std::size_t state) {
-  const auto found = outcome.errors.find(estimator);
-  return found == outcome.errors.end() ? std::nan("") : found->second[state].rmse.front();
-}
-
-/// A row for each fold, the mean over seeds; below it all folds together. `logs`: of the outcomes to show.
-std::string fold_table(const std::vector<Outcome>& outcomes, const std::vector<LogGroup>& folds, int seeds) {
-  std::string text;
-  const std::vector<StateError>& states = outcomes.front().errors.at("observer");
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    std::vector<std::string> headings = {"RMSE of " + with_unit(states[i].name, states[i].unit) + ", left out", "logs",
-                                         seeds > 1 ? "observer ± over seeds" : "observer"};
-    for (const Alternative& other : kAlternatives) headings.emplace_back(other.heading);
-    Table table{std::move(headings)};
-    std::vector<double> all;
-    std::vector<std::vector<double>> others(std::size(kAlternatives));
-    for (const LogGroup& fold : folds) {
-      std::vector<double> own;
-      const Outcome* last = nullptr;
-      for (const Outcome& outcome : outcomes)
-        if (outcome.fold == fold.name) {
-          own.push_back(rmse(outcome, "observer", i));
-          last = &outcome;
-        }
-      all.push_back(over_logs(own).mean);
-      std::vector<std::string> row = {fold.name, std::to_string(fold.files.size()),
-                                      to_text(Spread{all.back(), deviation_of(own)})};
-      for (std::size_t a = 0; a < others.size(); ++a) {
-        others[a].push_back(rmse(*last, kAlternatives[a].estimator, i));
-        row.push_back(significant(others[a].back()));
-      }
-      table.add_row(std::move(row));
-    }
-    table.add_rule();
-    const auto row = [&](const std::string& name, double OverLogs::*what) {
-      std::vector<std::string> cells = {name, "", significant(over_logs(all).*what)};
-      for (const std::vector<double>& each : others) cells.push_back(significant(over_logs(each).*what));
-      table.add_row(std::move(cells));
-    };
-    row("mean", &OverLogs::mean);
-    row("deviation over folds", &OverLogs::deviation);
-    row("worst", &OverLogs::worst);
-    text += (i == 0 ? "" : "\n") + table.to_text(2);
-  }
-  return text;
-}
-
-/// A row for each number of training logs: mean over folds and seeds.
-std::string curve_table(const std::vector<Outcome>& outcomes, const std::vector<int>& sizes) {
-  std::vector<std::string> headings = {"training logs"};
-  const std::vector<StateError>& states = outcomes.front().errors.at("observer");
-  for (const StateError& state : states) {
-    headings.push_back(with_unit(state.name, state.unit));
-    headings.push_back("ridge");
-  }
-  Table table{std::move(headings)};
-  for (const int size : sizes) {
-    std::vector<std::string> row = {std::to_string(size)};
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      std::vector<double> own, ridge;
-      for (const Outcome& outcome : outcomes)
-        if (outcome.logs == size) {
-          own.push_back(rmse(outcome, "observer", i));
-          ridge.push_back(rmse(outcome, "ridge", i));
-        }
-      row.push_back(significant(over_logs(own).mean));
-      row.push_back(significant(over_logs(ridge).mean));
-    }
-    table.add_row(std::move(row));
-  }
-  return table.to_text(2);
-}
-
-std::string json_of(const std::vector<Outcome>& outcomes) {
-  nlohmann::ordered_json array = nlohmann::ordered_json::array();
-  for (const Outcome& outcome : outcomes) {
-    nlohmann::ordered_json entry = {
-        {"left_out", outcome.fold}, {"training_logs", outcome.logs}, {"seed", outcome.seed}};
-    const std::vector<StateError>& states = outcome.errors.at("observer");
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      nlohmann::ordered_json& of_state = entry["rmse"][states[i].name];
-      of_state["observer"] = rmse(outcome, "observer", i);
-      for (const Alternative& other : kAlternatives)
-        if (const double error = rmse(outcome, other.estimator, i); std::isfinite(error))
-          of_state[other.estimator] = error;
-    }
-    array.push_back(std::move(entry));
-  }
-  return array.dump(2) + "\n";
+std::string command_line(const CrossvalidateArguments& arguments) {
+  std::string text = "nlo crossvalidate " + command_words(arguments.experiment, arguments.data);
+  if (!arguments.group.empty()) text += " --group " + shell_word(arguments.group);
+  if (!arguments.sizes.empty()) text += fmt::format(" --logs {}", fmt::join(arguments.sizes, ","));
+  if (arguments.seeds > 1) text += fmt::format(" --seeds {}", arguments.seeds);
+  return text + (arguments.json ? " --json -o " : " -o ") + shell_word(arguments.output);
 }
 
 void run_crossvalidate(const CrossvalidateArguments& arguments) {
@@ -206,6 +114,7 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   const Experiment& experiment = draft.experiment;
   if (!experiment.log)
     throw codegen::Error("crossvalidate is about logs, and this experiment simulates its [plant]; use nlo evaluate");
+  if (!arguments.output.empty()) check_output_directory({arguments.output, false, true}, "");
   const std::vector<std::string> files = all_files(*experiment.log, arguments.data);
   const std::string pattern = arguments.group.empty() ? experiment.validation.groups : arguments.group;
   const std::vector<LogGroup> folds =
@@ -215,29 +124,46 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
                                      files.size() == 1 ? "" : "s", folds.size()));
   std::size_t fewest = files.size();
   for (const LogGroup& fold : folds) fewest = std::min(fewest, files.size() - fold.files.size());
-  for (const int size : arguments.sizes)
+  for (const int size : arguments.sizes) {
+    if (std::ranges::count(arguments.sizes, size) > 1)
+      throw codegen::Error(fmt::format("--logs {}: is twice there", size));
     if (size < 1 || static_cast<std::size_t>(size) > fewest)
       throw codegen::Error(fmt::format("--logs {}: between 1 and {} are left to train on", size, fewest));
+  }
 
   const std::vector<int> sizes = arguments.sizes.empty() ? std::vector<int>{0} : arguments.sizes;
-  const std::size_t total = sizes.size() * folds.size() * static_cast<std::size_t>(arguments.seeds);
-  PatientProgress progress;
-  std::vector<Outcome> outcomes;
+  std::vector<FoldOutcome> outcomes(sizes.size() * folds.size() * static_cast<std::size_t>(arguments.seeds));
+  std::vector<Job> jobs;
+  for (const int size : sizes)
+    for (const LogGroup& fold : folds)
+      for (int s = 0; s < arguments.seeds; ++s) {
+        DraftExperiment seeded = draft;
+        seeded.experiment.seed += static_cast<unsigned long long>(s);
+        std::vector<std::string> others;
+        std::set_difference(files.begin(), files.end(), fold.files.begin(), fold.files.end(),
+                            std::back_inserter(others));
+        others = chosen(std::move(others), size, seeded.experiment.seed);
+        jobs.push_back({"without " + fold.name, static_cast<double>(others.size()),
+                        [=, &arguments, &outcome = outcomes[jobs.size()]](const JobContext& context) {
+                          return train_without(fold, others, seeded, arguments.output, context, outcome);
+                        }});
+      }
   run_phase([&] {
-    for (const int size : sizes)
-      for (const LogGroup& fold : folds)
-        for (int s = 0; s < arguments.seeds; ++s) {
-          progress.update(static_cast<double>(outcomes.size()) / static_cast<double>(total), "without " + fold.name);
-          DraftExperiment seeded = draft;
-          seeded.experiment.seed += static_cast<unsigned long long>(s);
-          std::vector<std::string> others;
-          std::set_difference(files.begin(), files.end(), fold.files.begin(), fold.files.end(),
-                              std::back_inserter(others));
-          outcomes.push_back(outcome_of(seeded, fold, chosen(others, size, seeded.experiment.seed)));
-        }
+    DirectoryLock lock;
+    if (!arguments.output.empty()) make_output_directory(arguments.output);
+    if (!arguments.output.empty()) lock.take(arguments.output);
+    StatusLine line;
+    if (arguments.output.empty()) line.log_after(kPatience);
+    JobsProgress progress(line);
+    const JobsResult result =
+        run_jobs(jobs, {.threads = experiment.threads, .stop = &stop_on_interrupt(), .progress = &progress});
+    line.finish();
+    result.check();
+    if (result.left > 0 && arguments.output.empty())
+      throw RunFailure("interrupted; with -o DIR the trainings would be kept, and the command could go on");
+    if (result.left > 0) throw RunFailure(result.interrupted_text(command_line(arguments)));
   });
-  progress.finish();
-  if (arguments.json) return fmt::print("{}", json_of(outcomes));
+  if (arguments.json) return fmt::print("{}", crossvalidation_json(outcomes));
   fmt::print(
       "{}: {} {} left out one by one, {} training{} each; alternatives fitted on the same training logs\n"
       "(products: a ridge regression on the last three samples and their products)\n\n",
@@ -279,9 +205,14 @@ void add_crossvalidate(CLI::App& app, Action& action) {
       ->type_name("KEY=VALUE");
   command->add_option("--seed", arguments->experiment.seed, "seed in place of the file's")->check(check_seed);
   command->add_option("--threads", arguments->experiment.threads, "0: all cores; does not change the result");
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "directory that keeps each training, so that a run that was stopped or killed goes on")
+      ->type_name("DIR");
   command->add_flag("--json", arguments->json, "one JSON array instead of tables: an object for each training");
   command->footer(
-      "Nothing is written. The model of a training is chosen by its error on the very logs that it is trained on.\n"
+      "Nothing is written without -o. The model of a training is chosen by its error on the very logs that it is "
+      "trained on.\n"
       "Examples:\n"
       "  nlo crossvalidate battery --data logs --group \"^n?[0-9]+degC\" --seeds 3\n"
       "  nlo crossvalidate mine.toml --data logs\n"

@@ -7,6 +7,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 
@@ -52,6 +53,14 @@ Experiment read_experiment(const ExperimentArgument& argument) {
       [](std::string_view text, const std::string& name, const Overrides& overrides) {
         return parse_experiment(text, name, overrides);
       });
+}
+
+std::string command_words(const ExperimentArgument& argument, const std::string& data) {
+  std::string words = shell_word(argument.experiment);
+  if (!data.empty()) words += " --data " + shell_word(data);
+  for (const std::string& assignment : argument.overrides) words += " --set " + shell_word(assignment);
+  if (argument.seed) words += fmt::format(" --seed {}", *argument.seed);
+  return words;
 }
 
 }  // namespace nlo::trainer

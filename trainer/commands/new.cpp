@@ -13,6 +13,7 @@
 #include "codegen/base/identifier.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_templates.h"
 #include "trainer/commands/output_directory.h"
@@ -21,7 +22,6 @@
 #include "trainer/evaluation/text.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/guess/log_guess.h"
-#include "trainer/sweep/jobs.h"
 
 namespace nlo::trainer {
 namespace {

@@ -4,11 +4,8 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
-#include <optional>
 #include <string>
 
 #include "trainer/terminal/progress.h"
@@ -16,16 +13,15 @@
 
 namespace nlo::trainer {
 
+constexpr std::chrono::seconds kPatience{2};
+
 class PatientProgress {
  public:
-  ~PatientProgress() { finish(); }
+  PatientProgress() { line_.log_after(kPatience); }
 
   /// `share` in [0, 1] of the work is done; `what` is being worked on.
   void update(double share, const std::string& what) {
-    using std::chrono::steady_clock;
-    if (!terminal_ && steady_clock::now() - started_ < std::chrono::seconds(2)) return;
-    if (!line_) line_.emplace(stderr);
-    line_->update(
+    line_.update(
         share, share >= 1.0,
         [share, what](std::size_t columns, bool utf8) {
           constexpr std::size_t kCells = 20;
@@ -36,15 +32,10 @@ class PatientProgress {
   }
 
   /// Before anything else is printed.
-  void finish() {
-    if (line_) line_->finish();
-    line_.reset();
-  }
+  void finish() { line_.finish(); }
 
  private:
-  bool terminal_ = ::isatty(::fileno(stderr)) == 1;
-  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
-  std::optional<StatusLine> line_;
+  StatusLine line_;
 };
 
 }  // namespace nlo::trainer

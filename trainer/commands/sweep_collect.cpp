@@ -12,12 +12,12 @@
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/number_text.h"
-#include "trainer/commands/finished_run.h"
 #include "trainer/commands/model_cost.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
+#include "trainer/jobs/finished_run.h"
 #include "trainer/report/pareto_figure.h"
 #include "trainer/report/svg_text.h"
 

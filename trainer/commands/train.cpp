@@ -11,9 +11,9 @@
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/directory_lock.h"
-#include "trainer/commands/finished_run.h"
 #include "trainer/commands/ignored_inputs.h"
 #include "trainer/commands/input_delays.h"
 #include "trainer/commands/interrupt.h"
@@ -26,7 +26,7 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
-#include "trainer/sweep/jobs.h"
+#include "trainer/jobs/finished_run.h"
 #include "trainer/terminal/progress.h"
 #include "trainer/training/checkpoint.h"
 #include "trainer/training/left_out.h"
@@ -111,11 +111,8 @@ RunReport judge(const Experiment& experiment, const RunData& data, const codegen
 }
 
 std::string resume_command(const TrainArguments& arguments) {
-  std::string command = "nlo train " + shell_word(arguments.experiment.experiment);
-  if (!arguments.data.empty()) command += " --data " + shell_word(arguments.data);
-  for (const std::string& assignment : arguments.experiment.overrides) command += " --set " + shell_word(assignment);
-  if (arguments.experiment.seed) command += fmt::format(" --seed {}", *arguments.experiment.seed);
-  return command + " -o " + shell_word(arguments.output) + " --resume";
+  return fmt::format("nlo train {} -o {} --resume", command_words(arguments.experiment, arguments.data),
+                     shell_word(arguments.output));
 }
 
 /// Whether the directory holds the end of this very run: then there is nothing to do. Throws RunFailure again for one

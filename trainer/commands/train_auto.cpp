@@ -8,11 +8,11 @@
 
 #include "codegen/base/file.h"
 #include "trainer/base/printable.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/report/search_page.h"
-#include "trainer/sweep/jobs.h"
 #include "trainer/sweep/search_text.h"
 #include "trainer/training/checkpoint.h"
 
@@ -20,13 +20,10 @@ namespace nlo::trainer {
 namespace {
 
 std::string command_line(const TrainArguments& arguments, const SearchBudget& budget) {
-  std::string text =
-      fmt::format("nlo train {} --auto --minutes {:g}", shell_word(arguments.experiment.experiment), budget.minutes);
+  std::string text = fmt::format("nlo train {} --auto --minutes {:g}",
+                                 command_words(arguments.experiment, arguments.data), budget.minutes);
   if (budget.multiply_adds > 0) text += fmt::format(" --max-multiply-adds {}", budget.multiply_adds);
   if (budget.flash_bytes > 0) text += fmt::format(" --max-flash-bytes {}", budget.flash_bytes);
-  if (!arguments.data.empty()) text += " --data " + shell_word(arguments.data);
-  for (const std::string& assignment : arguments.experiment.overrides) text += " --set " + shell_word(assignment);
-  if (arguments.experiment.seed) text += fmt::format(" --seed {}", *arguments.experiment.seed);
   return text + " -o " + shell_word(arguments.output);
 }
 

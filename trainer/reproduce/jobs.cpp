@@ -5,16 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <mutex>
-#include <optional>
 #include <utility>
 
 #include "codegen/base/error.h"
-#include "trainer/base/parallel.h"
 #include "trainer/experiments/forward_map.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/jobs/kept_training.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/structures/table.h"
@@ -37,26 +34,6 @@ double weights(double inputs, const std::vector<int>& hidden) {
     inputs = width;
   }
   return count;
-}
-
-TrainingResult train_job(const Job& job, const std::string& directory, const std::atomic<bool>* stop,
-                         const std::function<void(const TrainProgress&)>& progress) {
-  Experiment config = job.config;
-  config.threads = 1;
-  const TrainingSets sets = simulate_training_sets(config);
-  TrainOptions options;
-  options.directory = directory;
-  options.progress = progress;
-  options.stop = stop;
-  std::error_code ignored;
-  options.resume = std::filesystem::exists(directory + "/checkpoint.bin", ignored);
-  try {
-    return train(config, sets.training, sets.validation, options);
-  } catch (const codegen::Error&) {
-    if (!options.resume) throw;
-    options.resume = false;  // a damaged checkpoint costs its steps, not the run
-    return train(config, sets.training, sets.validation, options);
-  }
 }
 
 }  // namespace
@@ -102,11 +79,12 @@ double training_cost_s(const Experiment& experiment) {
          (kFlopsPerWeight * networks * evaluated / kFlopsPerSecond + latent * stepped * kSecondsPerFilteredSample);
 }
 
-std::vector<Job> plan_jobs(std::span<const Item* const> items, const Size& size, int seeds) {
-  std::vector<Job> jobs;
+std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, const Size& size, int seeds) {
+  std::vector<PlannedTraining> jobs;
   for (const Item* item : items) {
     for (const std::string_view name : item->experiments) {
-      if (std::any_of(jobs.begin(), jobs.end(), [name](const Job& job) { return job.experiment == name; })) continue;
+      if (std::any_of(jobs.begin(), jobs.end(), [name](const PlannedTraining& job) { return job.experiment == name; }))
+        continue;
       for (int seed = 0; seed < seeds; ++seed) {
         Experiment config = paper_experiment(name, size, seed + 1);
         const double cost_s = training_cost_s(config);
@@ -114,46 +92,33 @@ std::vector<Job> plan_jobs(std::span<const Item* const> items, const Size& size,
       }
     }
   }
-  std::stable_sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) { return a.cost_s > b.cost_s; });
+  std::stable_sort(jobs.begin(), jobs.end(),
+                   [](const PlannedTraining& a, const PlannedTraining& b) { return a.cost_s > b.cost_s; });
   return jobs;
 }
 
-Trained train_jobs(std::span<const Job> jobs, const ModelCache& cache, int threads, const std::atomic<bool>* stop,
-                   RunProgress& progress) {
-  Trained result;
-  std::vector<const Job*> open;
-  for (const Job& job : jobs) {
-    if (auto model = cache.find(job.config)) {
-      result.models.emplace(Workbench::ModelKey{job.experiment, job.seed}, std::move(*model));
-      ++result.cached;
-    } else {
-      open.push_back(&job);
-      progress.expect(job.cost_s);
-    }
+JobsResult train_planned(std::span<const PlannedTraining> planned, const std::string& cache, const JobsOptions& options,
+                         Models& models) {
+  std::vector<codegen::Model> trained(planned.size());
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    const PlannedTraining& training = planned[i];
+    const FinishedRun inputs{run_identity(training.config)};
+    jobs.push_back({fmt::format("{}, seed {}", training.experiment, training.seed + 1), training.cost_s,
+                    [&training, &cache, inputs, &model = trained[i]](const JobContext& context) {
+                      const Train train_it = [&](const TrainOptions& how) {
+                        Experiment config = training.config;
+                        config.threads = context.threads;
+                        const TrainingSets sets = simulate_training_sets(config);
+                        return train(config, sets.training, sets.validation, how);
+                      };
+                      return train_kept(kept_folder(cache, inputs), inputs, context, train_it, model);
+                    }});
   }
-  progress.models(static_cast<int>(open.size()));
-
-  std::mutex mutex;
-  ThreadPool(threads).run(static_cast<int>(open.size()), [&](int task, int) {
-    if (stop != nullptr && stop->load()) return;
-    const Job& job = *open[static_cast<std::size_t>(task)];
-    const std::string what = fmt::format("training {}, seed {}", job.experiment, job.seed + 1);
-    double done = 0.0;
-    const TrainingResult training = train_job(job, cache.path(job.config), stop, [&](const TrainProgress& step) {
-      const double share = static_cast<double>(step.step) / static_cast<double>(step.steps);
-      progress.advance(job.cost_s * (share - done), what);
-      done = share;
-    });
-    if (training.outcome == TrainOutcome::kInterrupted) return;
-    if (training.outcome == TrainOutcome::kDiverged)
-      throw codegen::Error(fmt::format("{}, seed {}: {}", job.experiment, job.seed + 1, training.message));
-    cache.store(job.config, training.model);
-    progress.model_done(fmt::format("{}, seed {}", job.experiment, job.seed + 1));
-    const std::lock_guard lock(mutex);
-    result.models.emplace(Workbench::ModelKey{job.experiment, job.seed}, training.model);
-    ++result.trained;
-  });
-  result.interrupted = result.trained < static_cast<int>(open.size());
+  JobsResult result = run_jobs(jobs, options);
+  result.check();
+  for (std::size_t i = 0; i < planned.size(); ++i)
+    models.emplace(Workbench::ModelKey{planned[i].experiment, planned[i].seed}, std::move(trained[i]));
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "trainer/base/shell_word.h"
 #include "trainer/commands/directory_lock.h"
 #include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
@@ -35,19 +36,18 @@ void run_reproduce(const ReproduceArguments& arguments) {
     make_output_directory(request.directory);
     lock.take(request.directory);
     StatusLine line(stderr);
-    reproduction::RunProgress progress(line);
+    JobsProgress progress(line);
     const reproduction::Result result = reproduction::reproduce(request, progress);
     line.finish();
     if (result.interrupted)
-      throw RunFailure(fmt::format(
-          "interrupted; finished models are kept in {0}/cache, and this goes on: nlo reproduce {1}{2}{3} -o {0}",
-          request.directory, request.what, request.quick ? " --quick" : "",
-          arguments.seeds > 0 ? fmt::format(" --seeds {}", arguments.seeds) : ""));
+      throw RunFailure(result.trainings.interrupted_text(fmt::format(
+          "nlo reproduce {}{}{} -o {}", request.what, request.quick ? " --quick" : "",
+          arguments.seeds > 0 ? fmt::format(" --seeds {}", arguments.seeds) : "", shell_word(request.directory))));
     fmt::print("{}", reproduction::summary_text(result));
     fmt::print(
         "{} models trained, {} from the cache; \"!\" is more than {:.0f} % from the paper\npage     "
         "{}/reproduction.html\n",
-        result.trained, result.cached, 100.0 * reproduction::kTolerance, request.directory);
+        result.trainings.done, result.trainings.found, 100.0 * reproduction::kTolerance, request.directory);
   });
 }
 

@@ -234,7 +234,7 @@ std::string head_html(const Request& request, const Result& result) {
                  fmt::format("numbers within {:.0f} % of the paper (paper-like reading)", 100.0 * kTolerance));
   if (counts.claims > 0)
     html += tile(fmt::format("{} of {}", counts.held, counts.claims), "claims held for every seed");
-  html += tile(std::to_string(result.trained + result.cached), "trained observers behind them");
+  html += tile(std::to_string(result.trainings.done + result.trainings.found), "trained observers behind them");
   html += tile(std::to_string(request.seeds), request.seeds == 1 ? "training seed" : "training seeds per observer");
   return html + "</div>\n" + contents_html(result);
 }

@@ -29,21 +29,23 @@ void write_section(const Item& item, const Section& section, const std::string& 
 
 }  // namespace
 
-Result reproduce(const Request& request, RunProgress& progress) {
+Result reproduce(const Request& request, JobsProgress& progress) {
   const std::vector<const Item*> selected = select_items(request.what);
-  const std::vector<Job> jobs = plan_jobs(selected, request.size, request.seeds);
+  const std::vector<PlannedTraining> planned = plan_trainings(selected, request.size, request.seeds);
   for (const Item* item : selected) progress.expect(analysis_cost_s(*item, request));
   std::filesystem::create_directories(request.directory);
-  Trained trained = train_jobs(jobs, ModelCache(request.directory + "/cache"), request.threads, request.stop, progress);
-  Result result{trained.interrupted, trained.trained, trained.cached, {}};
+  Workbench bench;
+  Result result;
+  result.trainings = train_planned(
+      planned, request.directory + "/cache",
+      {.threads = request.threads, .keep_going = true, .stop = request.stop, .progress = &progress}, bench.models);
+  result.interrupted = result.trainings.left > 0;
   if (result.interrupted) return result;
 
-  Workbench bench;
   bench.size = request.size;
   bench.seeds = request.seeds;
   bench.threads = request.threads;
-  bench.models = std::move(trained.models);
-  for (const Job& job : jobs) bench.experiments.emplace(job.experiment, job.config);
+  for (const PlannedTraining& training : planned) bench.experiments.emplace(training.experiment, training.config);
   try {
     for (const Item* item : selected) {
       double done = 0.0;

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "trainer/jobs/run_jobs.h"
 #include "trainer/reproduce/registry.h"
-#include "trainer/reproduce/run_progress.h"
 #include "trainer/reproduce/section.h"
 #include "trainer/reproduce/workbench.h"
 
@@ -26,12 +26,12 @@ struct Request {
 
 struct Result {
   bool interrupted = false;  ///< nothing but the cache was written
-  int trained = 0, cached = 0;
+  JobsResult trainings;
   std::vector<std::pair<const Item*, Section>> sections;
 };
 
 /// Writes DIR/reproduction.html, DIR/<item>.csv and DIR/cache/<hash>/. Throws codegen::Error for an unknown item before
 /// anything is written, and when a training diverges or a file cannot be written.
-Result reproduce(const Request& request, RunProgress& progress);
+Result reproduce(const Request& request, JobsProgress& progress);
 
 }  // namespace nlo::trainer::reproduction

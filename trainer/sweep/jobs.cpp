@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "codegen/base/error.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {
@@ -94,19 +95,6 @@ Shard parse_shard(const std::string& text) {
   }
   throw codegen::Error(fmt::format(
       "--shard {}: is not I/N with I from 0 to N - 1; write --shard 0/4 for the first of four parts", text));
-}
-
-std::string shell_word(const std::string& text) {
-  const auto needs_none = [](char c) {
-    return is_plain(c) || std::string_view("/-=:,+%@").find(c) != std::string_view::npos;
-  };
-  if (!text.empty() && std::all_of(text.begin(), text.end(), needs_none)) return text;
-  std::string word = "'";
-  for (const char c : text) {
-    if (c == '\'') word += "'\\'";
-    word += c;
-  }
-  return word + "'";
 }
 
 }  // namespace nlo::trainer

@@ -45,7 +45,4 @@ struct Shard {
 /// From "3/16". Throws codegen::Error.
 Shard parse_shard(const std::string& text);
 
-/// `text` as one word of a POSIX shell.
-std::string shell_word(const std::string& text);
-
 }  // namespace nlo::trainer

@@ -61,6 +61,7 @@ void StatusLine::draw() {
 void StatusLine::update(double share, bool last, BarText bar, const LogText& log) {
   if (mode_ == Mode::kSilent) return;
   const auto now = std::chrono::steady_clock::now();
+  if (mode_ == Mode::kLog && now < log_from_) return;
   const bool first = !started_;
   started_ = true;
   if (mode_ == Mode::kTerminal) {

@@ -26,6 +26,11 @@ class StatusLine {
   /// A log gets a line when this much time has passed, or another tenth is done.
   void log_every(std::chrono::steady_clock::duration pause) { log_every_ = pause; }
 
+  /// A log gets nothing before this much time has passed: that of something quick stays empty.
+  void log_after(std::chrono::steady_clock::duration patience) {
+    log_from_ = std::chrono::steady_clock::now() + patience;
+  }
+
   /// Call as often as you like: the terminal is redrawn at most 10 times a second; a log gets a line when 5 s have
   /// passed or another tenth is done, and always at the first and the last call. The texts are asked for when shown.
   ///   share  in [0, 1]: what is done
@@ -44,6 +49,7 @@ class StatusLine {
   bool utf8_;
   std::size_t fixed_columns_;
   std::chrono::steady_clock::duration log_every_ = std::chrono::seconds(5);
+  std::chrono::steady_clock::time_point log_from_;
   BarText latest_;
   bool open_ = false;   ///< the cursor stands in a line of ours
   bool stale_ = false;  ///< latest_ is newer than what is on screen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One progress bar over a whole reproduction: trainings and analyses, weighted by what they cost. Safe to call from
-// several threads.
+// One progress bar over many trainings, and what else is to be done, weighted by what they cost. Safe to call from several
+// threads.
 #pragma once
 
 #include <chrono>
@@ -10,10 +10,10 @@
 
 #include "trainer/terminal/status_line.h"
 
-namespace nlo::trainer::reproduction {
+namespace nlo::trainer {
 
 /// What there is to know at one moment.
-struct RunState {
+struct JobsState {
   double share = 0.0;  ///< of the work, in [0, 1]
   int models_done = 0, models = 0;
   std::string doing;
@@ -21,23 +21,24 @@ struct RunState {
 };
 
 /// Bar, share, models, time left and what is being done, in at most `columns` terminal columns.
-std::string run_bar_line(const RunState& state, std::size_t columns, bool utf8);
+std::string jobs_bar_line(const JobsState& state, std::size_t columns, bool utf8);
 
 /// The same in words, for a log.
-std::string run_log_line(const RunState& state);
+std::string jobs_log_line(const JobsState& state);
 
-class RunProgress {
+class JobsProgress {
  public:
   /// A log gets a line every half a minute, or when another tenth is done.
-  explicit RunProgress(StatusLine& line);
+  explicit JobsProgress(StatusLine& line);
 
-  /// Adds work, before it starts.
-  void expect(double cost_s);
-  void models(int count);
+  /// Adds work, before it starts, of which `models` are to be trained; both negative: it needs not be done.
+  void expect(double cost_s, int models = 0);
 
   /// This much of it is done.
   void advance(double cost_s, const std::string& doing);
-  void model_done(const std::string& name);
+
+  /// A model is trained, with the last `cost_s` of its work.
+  void model_done(double cost_s, const std::string& name);
 
   /// All done: the last line.
   void finish();
@@ -48,8 +49,8 @@ class RunProgress {
   StatusLine& line_;
   std::mutex mutex_;
   double expected_s_ = 0.0, done_s_ = 0.0;
-  RunState state_;
+  JobsState state_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace nlo::trainer::reproduction
+}  // namespace nlo::trainer

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The bar over a whole reproduction.
-#include "trainer/reproduce/run_progress.h"
+// The bar over many trainings.
+#include "trainer/jobs/jobs_progress.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,28 +10,28 @@
 
 #include "trainer/evaluation/text.h"
 
-namespace nlo::trainer::reproduction {
+namespace nlo::trainer {
 namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const RunState kHalf{0.5, 3, 6, "training van_der_pol_fast, seed 2", 60.0, 60.0};
+const JobsState kHalf{0.5, 3, 6, "training van_der_pol_fast, seed 2", 60.0, 60.0};
 
-TEST(RunBar, FitsItsColumns) {
+TEST(JobsBar, FitsItsColumns) {
   for (const bool utf8 : {true, false})
     for (std::size_t columns = 1; columns < 140; ++columns)
-      EXPECT_LE(display_width(run_bar_line(kHalf, columns, utf8)), columns) << columns;
+      EXPECT_LE(display_width(jobs_bar_line(kHalf, columns, utf8)), columns) << columns;
 }
 
-TEST(RunBar, TellsShareModelsTimeAndTask) {
-  const std::string line = run_bar_line(kHalf, 120, true);
+TEST(JobsBar, TellsShareModelsTimeAndTask) {
+  const std::string line = jobs_bar_line(kHalf, 120, true);
   for (const char* fact : {"50 %", "3/6 models", "1:00 left", "seed 2"}) EXPECT_THAT(line, HasSubstr(fact));
 }
 
-TEST(RunLog, IsOneLineOfFacts) {
-  EXPECT_EQ(run_log_line(kHalf), "50 %, 3/6 models, 1:00 left: training van_der_pol_fast, seed 2");
-  EXPECT_EQ(run_log_line({0.001, 0, 6, "", 1.0, 999.0}), "0 %, 0/6 models");  // too early to tell the time left
+TEST(JobsLog, IsOneLineOfFacts) {
+  EXPECT_EQ(jobs_log_line(kHalf), "50 %, 3/6 models, 1:00 left: training van_der_pol_fast, seed 2");
+  EXPECT_EQ(jobs_log_line({0.001, 0, 6, "", 1.0, 999.0}), "0 %, 0/6 models");  // too early to tell the time left
 }
 
 /// What a run of 200 advances writes to a log.
@@ -39,11 +39,11 @@ std::string logged_run() {
   std::FILE* file = std::tmpfile();
   {
     StatusLine line(file, StatusLine::Mode::kLog, true);
-    RunProgress progress(line);
-    progress.models(1);
-    progress.expect(1.0);
+    JobsProgress progress(line);
+    progress.expect(3.0, 2);
+    progress.expect(-2.0, -1);
     for (int i = 0; i < 200; ++i) progress.advance(1.0 / 200, "training");
-    progress.model_done("a, seed 1");
+    progress.model_done(0.0, "a, seed 1");
     progress.finish();
   }
   std::rewind(file);
@@ -53,7 +53,7 @@ std::string logged_run() {
   return text;
 }
 
-TEST(RunProgress, ALogGetsALineForEachTenthAndSaysHundredPercentOnce) {
+TEST(JobsProgress, ALogGetsALineForEachTenthAndSaysHundredPercentOnce) {
   const std::string text = logged_run();
   EXPECT_THAT(text, StartsWith("0 %"));
   EXPECT_THAT(text, HasSubstr("\n100 %, 1/1 models, took 0 s\n"));
@@ -63,4 +63,4 @@ TEST(RunProgress, ALogGetsALineForEachTenthAndSaysHundredPercentOnce) {
 }
 
 }  // namespace
-}  // namespace nlo::trainer::reproduction
+}  // namespace nlo::trainer

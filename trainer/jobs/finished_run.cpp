@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/commands/finished_run.h"
+#include "trainer/jobs/finished_run.h"
 
 #include <nlohmann/json.hpp>
 

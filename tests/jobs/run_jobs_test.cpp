@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// Lists of jobs: what is run, found, stopped and failed.
+#include "trainer/jobs/run_jobs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace nlo::trainer {
+namespace {
+
+using testing::ElementsAre;
+
+Job job(const std::string& name, std::function<JobEnd(const JobContext&)> work) {
+  return {name, 1.0, std::move(work)};
+}
+
+TEST(RunJobs, OneByOneTheyRunInTheirOrderEachOnAllThreads) {
+  std::vector<std::string> ran;
+  const auto note = [&](const JobContext& context) {
+    ran.push_back(context.name + " " + std::to_string(context.threads));
+    return context.name == "b" ? JobEnd::kFound : JobEnd::kDone;
+  };
+  const JobsResult result =
+      run_jobs({job("a", note), job("b", note), job("c", note)}, {.threads = 3, .side_by_side = false});
+  EXPECT_THAT(ran, ElementsAre("a 3", "b 3", "c 3"));
+  EXPECT_EQ(result.done, 2U);
+  EXPECT_EQ(result.found, 1U);
+  EXPECT_EQ(result.left, 0U);
+}
+
+/// Each waits for the other: one by one they would wait for ever, but for the minute.
+TEST(RunJobs, SideBySideTheyShareTheThreads) {
+  std::atomic<int> inside{0}, threads{0};
+  const auto meet = [&](const JobContext& context) {
+    threads += context.threads;
+    ++inside;
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (inside < 2 && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+    return inside >= 2 ? JobEnd::kDone : JobEnd::kStopped;
+  };
+  EXPECT_EQ(run_jobs({job("a", meet), job("b", meet)}, {.threads = 4}).done, 2U);
+  EXPECT_EQ(threads, 4);
+  EXPECT_EQ(run_jobs({}, {.threads = 4}).left, 0U);
+}
+
+TEST(RunJobs, AStopLeavesTheRestAndSaysHowToGoOn) {
+  std::atomic<bool> stop{false};
+  const auto stops = [&](const JobContext& context) {
+    stop.store(true);
+    EXPECT_TRUE(context.stop->load());
+    return JobEnd::kStopped;
+  };
+  const auto done = [](const JobContext&) { return JobEnd::kDone; };
+  const JobsResult result = run_jobs({job("a", done), job("b", stops), job("c", done)}, {.threads = 1, .stop = &stop});
+  EXPECT_EQ(result.done, 1U);
+  EXPECT_EQ(result.left, 2U);
+  EXPECT_EQ(result.interrupted_text("nlo more"), "interrupted with 2 of 3 trainings left; this goes on: nlo more");
+  // A job that ends by an exception because it was stopped has not failed.
+  stop.store(false);
+  const auto throws = [&](const JobContext&) -> JobEnd {
+    stop.store(true);
+    throw std::runtime_error("interrupted");
+  };
+  const JobsResult thrown = run_jobs({job("a", throws)}, {.threads = 1, .stop = &stop});
+  EXPECT_EQ(thrown.left, 1U);
+  EXPECT_TRUE(thrown.failures.empty());
+}
+
+TEST(RunJobs, AFailureKeepsOthersFromStartingUnlessTheyAreToGoOn) {
+  const auto fails = [](const JobContext& context) -> JobEnd { throw std::runtime_error(context.name); };
+  const auto done = [](const JobContext&) { return JobEnd::kDone; };
+  const std::vector<Job> jobs = {job("a", fails), job("b", done), job("c", fails)};
+  const JobsResult first = run_jobs(jobs, {.threads = 1});
+  EXPECT_EQ(first.failures.size(), 1U);
+  EXPECT_EQ(first.left, 2U);
+  const JobsResult all = run_jobs(jobs, {.threads = 1, .keep_going = true});
+  EXPECT_EQ(all.done, 1U);
+  EXPECT_EQ(all.failures.size(), 2U);
+  try {
+    all.check();
+    ADD_FAILURE() << "no failure was thrown";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "a");
+  }
+  EXPECT_NO_THROW(run_jobs({job("b", done)}, {}).check());
+}
+
+TEST(RunJobs, TheDisplayCountsWhatIsTrainedAndForgetsWhatIsFound) {
+  std::FILE* file = std::tmpfile();
+  {
+    StatusLine line(file, StatusLine::Mode::kLog, true);
+    JobsProgress progress(line);
+    const auto found = [](const JobContext&) { return JobEnd::kFound; };
+    const auto trains = [](const JobContext& context) {
+      for (const double share : {0.5, 1.0, 0.5, 1.0}) context.progress(share);  // trains twice
+      return JobEnd::kDone;
+    };
+    run_jobs({job("a", found), job("b", trains), job("c", trains)},
+             {.threads = 1, .side_by_side = false, .progress = &progress});
+    progress.finish();
+  }
+  std::rewind(file);
+  std::string text(10000, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), file));
+  std::fclose(file);
+  EXPECT_THAT(text, testing::StartsWith("25 %, 0/2 models"));
+  EXPECT_THAT(text, testing::HasSubstr("\n75 %, 1/2 models"));
+  EXPECT_THAT(text, testing::EndsWith("\n100 %, 2/2 models, took 0 s\n"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer
