@@ -17,7 +17,10 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
   const auto failing = static_cast<Eigen::Index>(m.failures.outputs.size());
   constexpr Eigen::Index kInt = 4;  // which output; padded to whole scalars
   if (failing > 0) cost.constant_bytes += bytes * (failing + 2 + (kInt * failing + bytes - 1) / bytes);
-  cost.observer_bytes = bytes * (1 + nz + ny + nu + failing + 1);  // pointer (32 bit, padded), z, y, u, flags
+  const Eigen::Index channels = ny + nu + failing;
+  const Eigen::Index scalars =
+      (2 * channels + 2 + bytes - 1) / bytes;                   // that what became of each channel, and flags, take
+  cost.observer_bytes = bytes * (1 + nz + channels + scalars);  // pointer (32 bit, padded), z, y, u
   return cost;
 }
 

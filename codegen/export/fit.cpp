@@ -34,8 +34,8 @@ struct Core {
   bool fpu;  ///< and DSP instructions: the assembly kernels
   Calibration in_float, in_int16;
 };
-constexpr Calibration kFpuFloat{1480, 50, 680, 420, 0, 150}, kFpuInt16{1810, 50, 300, 0, 1180, 180};
-constexpr Calibration kSoftFloat{5250, 50, 660, 0, 0, 72}, kSoftInt16{5790, 70, 420, 0, 1260, 210};
+constexpr Calibration kFpuFloat{1540, 50, 680, 420, 0, 150}, kFpuInt16{1890, 50, 300, 0, 1180, 180};
+constexpr Calibration kSoftFloat{5310, 50, 660, 0, 0, 72}, kSoftInt16{5850, 70, 420, 0, 1260, 210};
 constexpr std::array kCores = {
     Core{"m0plus", "M0+", false, kSoftFloat, kSoftInt16}, Core{"m4f", "M4F", true, kFpuFloat, kFpuInt16},
     Core{"m7", "M7", true, kFpuFloat, kFpuInt16}, Core{"m33", "M33", true, kFpuFloat, kFpuInt16}};

@@ -23,7 +23,7 @@ void Screening::reset() {
   y_ = Eigen::VectorXd::Zero(model_.nr());
   u_ = Eigen::VectorXd::Zero(model_.inputs.empty() ? model_.nu() : 0);
   status_ = StepStatus::kOk;
-  held_ = 0;
+  held_.assign(static_cast<std::size_t>(y_.size() + u_.size()), 0);
   started_ = false;
 }
 
@@ -57,7 +57,11 @@ bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inpu
   }
   const bool missing = fill_missing(y, dt_s);
   Eigen::VectorXd good_y = y, good_u = u;
-  bool held = !u.allFinite(), clamped = false;
+  bool clamped = false;
+  const auto hold = [&](Eigen::Index channel, bool held) {
+    int& times = held_[static_cast<std::size_t>(channel)];
+    times = held ? times + 1 : 0;
+  };
   for (int j = 0; j < y.size(); ++j) {
     const double wrap = wrap_[static_cast<std::size_t>(j)];
     const double low = low_(j), high = high_(j);
@@ -69,18 +73,21 @@ bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inpu
       if (outside) good_y(j) = std::nan("");
       good_y(j) -= wrap * std::round((good_y(j) - y_(j)) / wrap);
     }
-    if (std::isfinite(good_y(j))) continue;
-    held = true;
-    if (started_) good_y(j) = y_(j);
+    const bool held = !std::isfinite(good_y(j));
+    hold(j, held);
+    if (held && started_) good_y(j) = y_(j);
   }
-  for (Eigen::Index i = 0; i < good_u.size(); ++i)
-    if (!std::isfinite(good_u(i)) && started_) good_u(i) = u_(i);
+  for (Eigen::Index i = 0; i < good_u.size(); ++i) {
+    const bool held = !std::isfinite(good_u(i));
+    hold(y.size() + i, held);
+    if (held && started_) good_u(i) = u_(i);
+  }
 
-  held_ = held ? held_ + 1 : 0;
-  status_ = held_ >= stale_after_ ? StepStatus::kStale
-            : held                ? StepStatus::kHeld
-            : clamped             ? StepStatus::kClamped
-                                  : StepStatus::kOk;
+  const int longest = *std::max_element(held_.begin(), held_.end());
+  status_ = longest >= stale_after_ ? StepStatus::kStale
+            : longest > 0           ? StepStatus::kHeld
+            : clamped               ? StepStatus::kClamped
+                                    : StepStatus::kOk;
   if (missing) status_ = std::max(status_, StepStatus::kHeld);
   if (!good_y.allFinite() || !good_u.allFinite()) return false;
   y_ = good_y;

@@ -39,7 +39,7 @@ class Screening {
 
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;
-  int held_ = 0;  ///< samples in a row
+  std::vector<int> held_;  ///< of each reading, then of each input that is none: samples in a row
   bool started_ = false;
 };
 

@@ -157,8 +157,8 @@ std::string c99_top(const PreparedExport& prepared, const char* language, const 
   std::string flags;
   if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
   if (name != m.name) flags += " --name " + name;
-  const std::size_t bytes = prepared.initialiser().scalar_bytes(),
-                    state = bytes * static_cast<std::size_t>(m.nz() + m.nr()) + 4;
+  const std::size_t bytes = prepared.initialiser().scalar_bytes(), readings = static_cast<std::size_t>(m.nr()),
+                    state = bytes * (static_cast<std::size_t>(m.nz()) + readings) + 2 * readings + 2;
   return fmt::format(
              "// {0}: {1} in {6}, generated. Do not edit; make it again by\n"
              "//   nlo export model.json --target {7}{2} -o {0}.h\n"

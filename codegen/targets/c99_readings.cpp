@@ -46,28 +46,32 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
   values["KEEP_OVER"] = fmt::format("  step->keep = decay_minus_1({0} * h) + 1.0{1};  // exp(-h / staleness_s)\n",
                                     init(1.0 / f.staleness_s, "may_fail.staleness_s"), suffix);
   values["FILL_MISSING"] = fmt::format(
+      "static const IN_FLASH int kMayFail[kNf] = {{{1}}};\n\n"
       "// An output that may be missing fades to where it rested in training; how stale it is ends the readings.\n"
-      "static bool fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep) {{\n"
-      "  static const IN_FLASH int kMayFail[kNf] = {{{1}}};\n"
+      "static void fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep, bool* missing) {{\n"
       "  static const IN_FLASH Scalar kRest[kNf] = {2};\n"
-      "  bool any = false;\n"
       "  for (int i = 0; i < kNf; ++i) {{\n"
       "    const int j = kMayFail[i], s = kNr - kNf + i;\n"
-      "    const bool missing = !is_finite(readings[j]);\n"
-      "    readings[s] = missing ? 1.0{3} - keep * (1.0{3} - o->y[s]) : keep * o->y[s];\n"
-      "    if (missing) {{\n"
-      "      readings[j] = kRest[i] + keep * (o->y[j] - kRest[i]);\n"
-      "      any = true;\n"
-      "    }}\n"
+      "    missing[i] = !is_finite(readings[j]);\n"
+      "    readings[s] = missing[i] ? 1.0{3} - keep * (1.0{3} - o->y[s]) : keep * o->y[s];\n"
+      "    if (missing[i]) readings[j] = kRest[i] + keep * (o->y[j] - kRest[i]);\n"
       "  }}\n"
-      "  return any;\n"
+      "}}\n\n"
+      "// It is held while it is missing, and no step towards stale.\n"
+      "static void note_missing({0}_observer* o, const bool* missing) {{\n"
+      "  for (int i = 0; i < kNf; ++i) {{\n"
+      "    if (!missing[i]) continue;\n"
+      "    o->fate[kMayFail[i]] = 2;\n"
+      "    if (o->status < (uint8_t){0}_HELD) o->status = (uint8_t){0}_HELD;\n"
+      "  }}\n"
       "}}\n\n",
       name, fmt::join(f.outputs.begin(), f.outputs.end(), ", "), init.vector(f.rest, "may_fail.rest"), suffix);
-  values["FILL"] =
-      fmt::format("  const bool missing = fill_missing(o, given, o->started == 1 ? step->keep : 0.0{});\n", suffix);
-  values["NOTE_MISSING"] = fmt::format("  if (missing && status != {0}_HELD) (void)noted(o, {0}_HELD);\n", name);
-  values["FILL_START"] = fmt::format("  const bool missing = fill_missing(observer, given, 0.0{});\n", suffix);
-  values["STATUS"] = fmt::format("missing ? {0}_HELD : status", name);
+  values["FILL"] = fmt::format(
+      "  bool missing[kNf];\n  fill_missing(o, given, o->started == 1 ? step->keep : 0.0{}, missing);\n", suffix);
+  values["NOTE_MISSING"] = "  note_missing(o, missing);\n";
+  values["FILL_START"] =
+      fmt::format("  bool missing[kNf];\n  fill_missing(observer, given, 0.0{}, missing);\n", suffix);
+  values["NOTE_MISSING_START"] = "  note_missing(observer, missing);\n";
   values["STALENESS"] = fmt::format(
       "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
       "{2} {0}_staleness(const {0}_observer* observer, int output);\n\n",
@@ -103,13 +107,15 @@ std::string c99_readings_size(const Model& m) {
 std::map<std::string, std::string> c99_readings(const Model& m, const std::string& name, const Initialiser& init) {
   Values values;
   for (const char* key :
-       {"MORE_SIZES",   "PUBLIC_SIZES", "SIZES_MORE",    "INPUT_POSITIONS", "AND_MORE", "U_PARAMETER",
-        "U_TAKEN",      "U_PASSED",     "INPUT_NOTE",    "HOLD_INPUTS",     "READ",     "NOTE_MISSING",
-        "COMPUTE",      "KEEP_FIELD",   "KEEP_VALUE",    "KEEP_OVER",       "FILL",     "FILL_START",
-        "FILL_MISSING", "STALENESS",    "STALENESS_BODY"})
+       {"MORE_SIZES",   "PUBLIC_SIZES", "SIZES_MORE",     "INPUT_POSITIONS",   "AND_MORE", "U_PARAMETER",
+        "U_TAKEN",      "U_PASSED",     "INPUT_NOTE",     "HOLD_INPUTS",       "READ",     "NOTE_MISSING",
+        "COMPUTE",      "KEEP_FIELD",   "KEEP_VALUE",     "KEEP_OVER",         "FILL",     "FILL_START",
+        "FILL_MISSING", "STALENESS",    "STALENESS_BODY", "NOTE_MISSING_START"})
     values[key] = "";
   values["READINGS"] = "y";
-  values["STATUS"] = "status";
+  values["CHANNELS"] = std::to_string(m.ny() + static_cast<int>(m.inputs.size()));
+  values["CHANNEL_NOTE"] =
+      m.inputs.empty() ? "an output's position" : fmt::format("an output's position, or {} + an input's", m.ny());
   if (m.nr() == m.measured()) return values;
   if (m.nr() > m.ny()) values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
   values["READ"] = fmt::format("  Scalar given[{}];\n  copy(given, y, {});\n", c99_readings_size(m),

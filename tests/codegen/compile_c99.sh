@@ -114,9 +114,9 @@ for flags in -O0 "-O3 -march=native $contracted"; do
 done
 ! grep -n '^ *#include "' "$work"/single/*.h || { echo 'FAILED  a single header includes another' && failed=1; }
 for entry in "${names[@]}"; do # lines but those of tables of numbers
-  name=${entry%:*} limit=450
-  if [[ $name == failing* || $name == saturating* || $name == *_int16 ]]; then limit=490; fi # they read more, or compute otherwise
-  if [[ $name == computed* ]]; then limit=500; fi # the same, and it computes some of what it reads
+  name=${entry%:*} limit=460
+  if [[ $name == failing* || $name == saturating* || $name == *_int16 ]]; then limit=500; fi # they read more, or compute otherwise
+  if [[ $name == computed* ]]; then limit=510; fi # the same, and it computes some of what it reads
   lines=$(awk '/^inline constexpr .*= \{/ {table = 1} !table {++n} /;/ {table = 0} END {print n}' "$work/single/$name.h")
   echo "$lines lines beside the tables of single $name"
   [ "$lines" -le "$limit" ] || { echo "FAILED  single $name is longer than $limit" && failed=1; }

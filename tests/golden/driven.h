@@ -15,7 +15,7 @@
 //   step()      958 multiply-adds, 96 activations
 //   estimate()  80 multiply-adds, 12 activations
 //   kModel      1,016 bytes of constants (more where layers are padded to cache lines for SIMD)
-//   Observer    32 bytes of RAM where pointers have 32 bits
+//   Observer    36 bytes of RAM where pointers have 32 bits
 //
 // Use
 //   #include "driven.h"

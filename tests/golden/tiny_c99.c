@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x582f9273
+#if tiny_c99_EXPORT != 0x6bcab4ca
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -75,21 +75,29 @@ static void load(Scalar* to, const IN_FLASH Scalar* from, int n) {
   for (int i = 0; i < n; ++i) target[i] = from[i];
 }
 
-// Writes the outputs to use into `accepted`, which holds the last good ones.
-static tiny_c99_status screened(const Scalar* y, Scalar* accepted) {
-  tiny_c99_status status = tiny_c99_OK;
+// What became of a channel, the worse the larger: 0 used as it came, 1 clamped, 1 + n held for the nth time in a row.
+static tiny_c99_status graded(uint16_t fate) {
+  return fate > kStaleAfter ? tiny_c99_STALE : fate > 1 ? tiny_c99_HELD : fate == 1 ? tiny_c99_CLAMPED : tiny_c99_OK;
+}
+
+// Writes the outputs to use into `accepted`, which holds the last good ones. The worst fate.
+static uint16_t screened(const Scalar* y, Scalar* accepted, uint16_t* fate) {
+  uint16_t worst = 0;
   for (int j = 0; j < kNy; ++j) {
     const bool outside = y[j] < kOutputMin[j] || y[j] > kOutputMax[j];
+    uint16_t now = 0;
     if (!is_finite(y[j])) {
-      status = tiny_c99_HELD;
+      now = (uint16_t)(fate[j] < 2 ? 2 : fate[j] + (fate[j] < 0xffffU));
     } else if (outside) {
       accepted[j] = y[j] < kOutputMin[j] ? kOutputMin[j] : kOutputMax[j];
-      if (status == tiny_c99_OK) status = tiny_c99_CLAMPED;
+      now = 1;
     } else {
       accepted[j] = y[j];
     }
+    fate[j] = now;
+    if (now > worst) worst = now;
   }
-  return status;
+  return worst;
 }
 
 // |z| is not so large that a step overflows. Of z that is not, a bit of memory has flipped.
@@ -102,13 +110,6 @@ static bool is_reachable(const Scalar* z) {
 static tiny_c99_status noted(tiny_c99_observer* o, tiny_c99_status status) {
   o->status = (uint8_t)status;
   return status;
-}
-
-// Counts what is held in a row.
-static tiny_c99_status counted(tiny_c99_observer* o, tiny_c99_status status) {
-  if (status != tiny_c99_HELD) o->held = 0;
-  if (status == tiny_c99_HELD && o->held < 0xffffU) ++o->held;
-  return noted(o, o->held >= kStaleAfter ? tiny_c99_STALE : status);
 }
 
 // exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w: Taylor series at w / 2^s, then s doublings
@@ -237,11 +238,11 @@ static tiny_c99_status whole(tiny_c99_observer* o, bool held) {
 static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* step) {
   Scalar next[kNy];
   copy(next, o->y, kNy);
-  const tiny_c99_status status = screened(y, next);
-  (void)counted(o, status);
+  const uint16_t worst = screened(y, next, o->fate);
+  (void)noted(o, graded(worst));
   if (o->started != 1) {
     if (!tiny_c99_restore(o, o)) return spoilt(o);
-    if (status == tiny_c99_HELD) return (tiny_c99_status)o->status;  // nothing to hold yet
+    if (worst > 1) return (tiny_c99_status)o->status;  // nothing to hold yet
     start(o, next);
     return whole(o, false);
   }
@@ -249,13 +250,13 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
   for (int r = 0; r < kNz; ++r) o->z[r] = o->z[r] < kTiny && o->z[r] > -kTiny ? 0.0f : o->z[r];
   copy(o->y, next, kNy);
-  return whole(o, status == tiny_c99_HELD);
+  return whole(o, worst > 1);
 }
 
 void tiny_c99_reset(tiny_c99_observer* observer) {
   load(observer->z, kInitial, kNz);
   load(observer->y, kNoOutput, kNy);
-  observer->held = 0;
+  for (int j = 0; j < kNy; ++j) ((volatile uint16_t*)observer->fate)[j] = 0;
   observer->status = (uint8_t)tiny_c99_OK;
   observer->started = 0;
 }
@@ -265,15 +266,13 @@ void tiny_c99_init(tiny_c99_observer* observer) { tiny_c99_reset(observer); }
 tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]) {
   Scalar accepted[kNy];
   load(accepted, kNoOutput, kNy);
-  const tiny_c99_status status = screened(y, accepted);
-  if (status == tiny_c99_HELD) {
-    (void)counted(observer, status);
-    return whole(observer, true);
-  }
-  tiny_c99_reset(observer);
+  const uint16_t worst = screened(y, accepted, observer->fate);
+  (void)noted(observer, graded(worst));
+  if (worst > 1) return whole(observer, true);
+  load(observer->z, kInitial, kNz);
   start(observer, accepted);
   settle(observer);
-  return noted(observer, status);
+  return (tiny_c99_status)observer->status;
 }
 
 tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) {
@@ -298,6 +297,12 @@ tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) {
   return is_reachable(observer->z) && observer->started <= 1 ? (tiny_c99_status)observer->status : tiny_c99_RESET;
 }
 
+tiny_c99_status tiny_c99_status_of(const tiny_c99_observer* observer, int channel) {
+  const tiny_c99_status all = tiny_c99_last_status(observer);
+  if (all == tiny_c99_REJECTED || all == tiny_c99_RESET) return all;
+  return channel < 0 || channel >= 1 ? tiny_c99_REJECTED : graded(observer->fate[channel]);
+}
+
 bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
   bool inside = true;
   for (int r = 0; r < kNz; ++r) {
@@ -319,7 +324,7 @@ bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* save
   if (!good) return false;
   copy(observer->z, saved->z, kNz);
   copy(observer->y, saved->y, kNy);
-  observer->held = saved->held;
+  for (int j = 0; j < kNy; ++j) ((volatile uint16_t*)observer->fate)[j] = saved->fate[j];
   observer->status = saved->status;
   observer->started = saved->started;
   return true;

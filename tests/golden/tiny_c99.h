@@ -36,7 +36,7 @@
 extern "C" {
 #endif
 
-#define tiny_c99_EXPORT 0x582f9273  // tiny_c99.c has the same
+#define tiny_c99_EXPORT 0x6bcab4ca  // tiny_c99.c has the same
 
 // Sizes: estimate, measurement, latent state.
 enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };
@@ -59,7 +59,7 @@ typedef enum {
 typedef struct {
   float z[2];     // latent state
   float y[1];     // last good measurement; angles within their first turn
-  uint16_t held;   // measurements held in a row
+  uint16_t fate[1]; // of each: 0 used as it came, 1 clamped, 1 + n held for the nth time in a row
   uint8_t status;  // of the latest step
   uint8_t started; // 1 once a first measurement has come
 } tiny_c99_observer;
@@ -86,6 +86,10 @@ void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]);
 
 // Status of the latest step.
 tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer);
+
+// What it made of one channel, of which the step's status is the worst: an output's position.
+// REJECTED and RESET are of all channels; REJECTED also stands for a channel that there is none of.
+tiny_c99_status tiny_c99_status_of(const tiny_c99_observer* observer, int channel);
 
 // z is where training has been. False tells that an estimate extrapolates.
 bool tiny_c99_in_domain(const tiny_c99_observer* observer);

@@ -97,7 +97,7 @@ TEST(KnownInputs, ABadInputIsHeldOrClampedAndCounted) {
   EXPECT_EQ(observer.save().y[1], 10.0);
   EXPECT_EQ(observer.step_missed({{2.0}}), StepStatus::kHeld);  // the command is known all the same
   EXPECT_EQ(observer.save().y[1], 2.0);
-  EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kHeld);
+  for (int k = 0; k < 2; ++k) EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kHeld);
   EXPECT_EQ(observer.step(1.0, kMissed), StepStatus::kStale);
 }
 

@@ -11,21 +11,45 @@
 
 namespace nlo {
 
+/// What became of a channel (an output or an input), the worse the larger: 0 it was used as it came, 1 it was clamped,
+/// 1 + n it is held for the nth time in a row.
+using Fate = std::uint16_t;
+inline constexpr Fate kHeldOnce = 2;
+
+template <Arithmetic kArithmetic>
+constexpr Fate next_fate(Fate last, bool good, bool clamped) {
+  const std::uint32_t held = last + 1U + static_cast<std::uint32_t>(last == 0);
+  return select<kArithmetic>(good, static_cast<Fate>(clamped), static_cast<Fate>(held - (held >> 16U)));
+}
+
+template <Arithmetic kArithmetic>
+constexpr Fate worse(Fate one, Fate other) {
+  return select<kArithmetic>(one >= other, one, other);
+}
+
+/// A channel is stale, and with it the step, once it has been held `stale_after` times in a row.
+template <Arithmetic kArithmetic>
+constexpr StepStatus status_of(Fate fate, std::uint16_t stale_after) {
+  const StepStatus held = select<kArithmetic>(fate <= stale_after, StepStatus::kHeld, StepStatus::kStale);
+  return select<kArithmetic>(fate < kHeldOnce, static_cast<StepStatus>(fate & 1U), held);
+}
+
 template <class Scalar, int kNy>
 struct OutputRange {
   Scalar min[kNy];
   Scalar max[kNy];
   Scalar wrap[kNy];  ///< full turn of an angle (2 pi); 0: not an angle
 
-  /// Writes the outputs to use into `accepted`, which holds the last good ones. An angle comes out within half a turn
-  /// of its last good value. All conditions are computed, none branched on: see arithmetic.h.
+  /// Writes the outputs to use into `accepted`, which holds the last good ones, and what became of each to `fate`; the
+  /// worst of those. An angle comes out within half a turn of its last good value. All conditions are computed, none
+  /// branched on: see arithmetic.h.
   template <Arithmetic kArithmetic>
-  constexpr StepStatus screen(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy]) const {
-    bool any_held = false, any_clamped = false;
+  constexpr Fate screen(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy], Fate* fate) const {
+    Fate worst = 0;
     for (int j = 0; j < kNy; ++j) {
       const bool below = y[j] < min[j];
       const bool above = y[j] > max[j];
-      bool good = is_finite(y[j]);
+      bool good = is_finite(y[j]), clamped = false;
       // Each case selects for itself: a value common to both would move between register files in constant time.
       if (wrap[j] > Scalar(0)) {  // the model decides this branch, not the data
         good = good & !below & !above;
@@ -33,15 +57,15 @@ struct OutputRange {
         const Scalar next = accepted[j] + wrapped<kArithmetic>(change, wrap[j]);
         accepted[j] = select<kArithmetic>(good, next, accepted[j]);
       } else {
-        any_clamped = any_clamped | (good & (below | above));
+        clamped = below | above;
         const Scalar limit = select<kArithmetic>(below, min[j], max[j]);
-        const Scalar clamped = select<kArithmetic>(!(below | above), y[j], limit);
-        accepted[j] = select<kArithmetic>(good, clamped, accepted[j]);
+        const Scalar within = select<kArithmetic>(!clamped, y[j], limit);
+        accepted[j] = select<kArithmetic>(good, within, accepted[j]);
       }
-      any_held = any_held | !good;
+      fate[j] = next_fate<kArithmetic>(fate[j], good, clamped);
+      worst = j == 0 ? fate[j] : worse<kArithmetic>(worst, fate[j]);
     }
-    const StepStatus used = select<kArithmetic>(!any_clamped, StepStatus::kOk, StepStatus::kClamped);
-    return select<kArithmetic>(!any_held, used, StepStatus::kHeld);
+    return worst;
   }
 
   /// `y` is what screening can have left behind: in its range, or an angle within its first turn.
@@ -85,37 +109,21 @@ template <class Scalar, int kNu>
 struct InputMemory {
   Scalar u[kNu];
 
-  /// Takes the inputs that are finite, and holds the others. False: one of them was held.
-  constexpr bool take(const Vector<Scalar, kNu>& given) {
-    bool all_finite = true;
+  /// Takes the inputs that are finite, and holds the others. As screen().
+  constexpr Fate take(const Vector<Scalar, kNu>& given, Fate* fate) {
+    Fate worst = 0;
     for (int i = 0; i < kNu; ++i) {
-      if (is_finite(given[i])) {
-        u[i] = given[i];
-      } else {
-        all_finite = false;
-      }
+      const bool good = is_finite(given[i]);
+      if (good) u[i] = given[i];
+      fate[i] = next_fate<Arithmetic::kFast>(fate[i], good, false);
+      worst = worse<Arithmetic::kFast>(worst, fate[i]);
     }
-    return all_finite;
+    return worst;
   }
 };
 template <class Scalar>
 struct InputMemory<Scalar, 0> {
-  constexpr bool take(const Vector<Scalar, 1>&) { return true; }
+  constexpr Fate take(const Vector<Scalar, 1>&, Fate*) { return 0; }
 };
-
-/// The status of a sample of which an output is missing that may be: held, and no step towards stale.
-template <Arithmetic kArithmetic>
-constexpr StepStatus noted(bool missing, StepStatus screened) {
-  return select<kArithmetic>(!(missing & (screened < StepStatus::kHeld)), screened, StepStatus::kHeld);
-}
-
-/// Counts how many measurements in a row were held, this one included; its status, which is kStale after too many.
-template <Arithmetic kArithmetic>
-constexpr StepStatus count_held(StepStatus screened, std::uint16_t& held, std::uint16_t stale_after) {
-  const bool good = screened != StepStatus::kHeld;
-  const auto one_more = static_cast<std::uint16_t>(held + (held < 0xffffU ? 1U : 0U));
-  held = select<kArithmetic>(good, std::uint16_t{0}, one_more);
-  return select<kArithmetic>(good | (held < stale_after), screened, StepStatus::kStale);
-}
 
 }  // namespace nlo

@@ -133,6 +133,16 @@ class ObserverCore {
     return is_reachable(state_.z) && state_.started <= 1 ? state_.status : StepStatus::kReset;
   }
 
+  /// What the latest step made of one channel: output j, or input kNy + i. The step's status is the worst of all.
+  /// kRejected and kReset are of all channels; kRejected also stands for a channel that the model does not have.
+  [[nodiscard]] constexpr StepStatus status(int channel) const {
+    const StepStatus all = status();
+    if (all == StepStatus::kRejected || all == StepStatus::kReset) return all;
+    if (channel < 0 || channel >= kNy + kNu) return StepStatus::kRejected;
+    const int at = channel < kNr - kNf ? channel : channel + kNf;
+    return status_of<kArithmetic>(state_.fate[at], model_->stale_after);
+  }
+
   /// z is where training has been. False tells that estimate() extrapolates.
   [[nodiscard]] constexpr bool in_domain() const { return model_->domain.contains(relative_latent().values); }
 
@@ -173,68 +183,82 @@ class ObserverCore {
   /// One step. kRegular: of one sample period, dt_s does not matter, and what other steps need is not compiled in.
   template <bool kRegular>
   NLO_OWN_FRAME constexpr StepStatus step_by(Readings y, const Acting& u, Scalar dt_s) {
-    const bool missing = fill_missing<kRegular>(y, state_.started == 1, dt_s);
+    const Missing missing = fill_missing<kRegular>(y, state_.started == 1, dt_s);
     Scalar y_next[kNr]{};
     for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];  // held where the new ones are of no use
     InputMemory<Scalar, kActing> u_next = state_.input;
-    const StepStatus screened = screen(y, u, y_next, u_next);
-    state_.status = noted<kArithmetic>(missing, count_held<kArithmetic>(screened, state_.held, model_->stale_after));
+    const Fate worst = screen(y, u, y_next, u_next);
+    const bool held = worst >= kHeldOnce;
+    note(worst, missing);
     if (state_.started == 1) {
       advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);   // z <- A z + B0 y + B1 y_next
       for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];  // y <- y_next
       turn_back<kArithmetic>(*model_, state_.y, state_.z);    // whole turns a: y <- y - a, z <- z - S a
     } else {
       if (!is_reachable(state_, model_->outputs)) return spoilt();
-      if (screened == StepStatus::kHeld) return state_.status;  // nothing to hold yet
-      start(y_next, starts_steady(*model_));                    // z <- z(0), or z(0) + S y
+      if (held) return state_.status;         // nothing to hold yet
+      start(y_next, starts_steady(*model_));  // z <- z(0), or z(0) + S y
     }
     state_.input = u_next;
-    return is_sound(screened) ? state_.status : spoilt();
+    return is_sound(held) ? state_.status : spoilt();
   }
 
   /// Starts from the steady state of y, z = z(0) + S y.
   constexpr StepStatus start_steady(Readings y) {
-    const bool missing = fill_missing<true>(y, false, Scalar(0));
+    const Missing missing = fill_missing<true>(y, false, Scalar(0));
     Scalar accepted[kNr]{};
-    const StepStatus screened = model_->outputs.template screen<kArithmetic>(y, accepted);
-    if (screened == StepStatus::kHeld) {
-      state_.status = count_held<kArithmetic>(screened, state_.held, model_->stale_after);
-      return is_reachable(state_, model_->outputs) ? state_.status : spoilt();
-    }
-    reset();
+    const Fate worst = model_->outputs.template screen<kArithmetic>(y, accepted, state_.fate);
+    for (int i = 0; i < kActing; ++i) state_.fate[kNr + i] = 0;
+    note(worst, missing);
+    if (worst >= kHeldOnce) return is_reachable(state_, model_->outputs) ? state_.status : spoilt();
+    const auto& initial = model_->initial_latent();
+    for (int r = 0; r < kNz; ++r) state_.z[r] = initial[r];
+    state_.input = {};
     start(accepted, true);
-    return state_.status = noted<kArithmetic>(missing, screened);
+    return state_.status;
   }
 
   const Model* model_;
   State state_{};
 
  private:
-  /// Fills in what of sensors that may fail is missing (sensor_failures.h). True: something is.
+  using Missing = Vector<bool, kNf == 0 ? 1 : kNf>;
+
+  /// Fills in what of sensors that may fail is missing (sensor_failures.h), and says which are.
   template <bool kRegular>
-  constexpr bool fill_missing(Readings& y, bool started, Scalar dt_s) const {
+  constexpr Missing fill_missing(Readings& y, bool started, Scalar dt_s) const {
     if constexpr (kNf == 0) {
-      return false;
+      return {};
     } else {
       const Scalar k = kRegular ? model_->failures.keep : model_->failures.keep_over(dt_s);
       return model_->failures.template fill<kArithmetic>(y, state_.y, select<kArithmetic>(started, k, Scalar(0)));
     }
   }
 
-  /// What of a sample can be used, over what was held.
-  NLO_INLINE constexpr StepStatus screen(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
-                                         InputMemory<Scalar, kActing>& u_next) const {
-    StepStatus screened = model_->outputs.template screen<kArithmetic>(y, y_next);
-    if (!u_next.take(u)) screened = StepStatus::kHeld;
-    return screened;
+  /// What of a sample can be used, over what was held, and what became of each channel; the worst of these.
+  NLO_INLINE constexpr Fate screen(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
+                                   InputMemory<Scalar, kActing>& u_next) {
+    const Fate worst = model_->outputs.template screen<kArithmetic>(y, y_next, state_.fate);
+    return kActing == 0 ? worst : worse<kArithmetic>(worst, u_next.take(u, state_.fate + kNr));
+  }
+
+  /// The status of a sample. An output that may be missing is held while it is, and no step towards stale.
+  NLO_INLINE constexpr void note(Fate worst, const Missing& missing) {
+    if constexpr (kNf > 0) {
+      for (int i = 0; i < kNf; ++i) {
+        Fate& fate = state_.fate[model_->failures.output[i]];
+        fate = select<kArithmetic>(!missing[i], fate, kHeldOnce);
+        worst = worse<kArithmetic>(worst, fate);
+      }
+    }
+    state_.status = status_of<kArithmetic>(worst, model_->stale_after);
   }
 
   /// The state is one that steps can lead to. z shows a reading that a bit has flipped only in time: one that is held
   /// is looked at.
-  NLO_INLINE constexpr bool is_sound(StepStatus screened) const {
+  NLO_INLINE constexpr bool is_sound(bool held) const {
     bool sound = is_reachable(state_.z);
-    if (kArithmetic == Arithmetic::kDeterministic || screened == StepStatus::kHeld)
-      sound = sound & ((screened != StepStatus::kHeld) | model_->outputs.may_hold(state_.y));
+    if (kArithmetic == Arithmetic::kDeterministic || held) sound = sound & (!held | model_->outputs.may_hold(state_.y));
     return sound;
   }
 

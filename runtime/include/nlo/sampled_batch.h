@@ -72,6 +72,12 @@ class SampledBatch {
   /// Status of a plant's latest step.
   [[nodiscard]] constexpr StepStatus status(int plant) const { return status_[plant]; }
 
+  /// What it made of one channel, as the observer's.
+  [[nodiscard]] constexpr StepStatus status(int plant, int channel) const {
+    Observer observer(*model_);
+    return observer.restore(save(plant)) ? observer.status(channel) : StepStatus::kReset;
+  }
+
   [[nodiscard]] constexpr Latent latent(int plant) const {
     Latent z{};
     for (int r = 0; r < kNz; ++r) z[r] = z_[r][plant];
@@ -88,7 +94,7 @@ class SampledBatch {
     State state{};
     for (int r = 0; r < kNz; ++r) state.z[r] = z_[r][plant];
     for (int j = 0; j < kNr; ++j) state.y[j] = y_[j][plant];
-    state.held = held_[plant];
+    for (int j = 0; j < kNr; ++j) state.fate[j] = fate_[j][plant];
     state.status = status_[plant];
     state.started = started_[plant];
     return state;
@@ -170,7 +176,7 @@ class SampledBatch {
   constexpr void put(int n, const State& state) {
     for (int r = 0; r < kNz; ++r) z_[r][n] = state.z[r];
     for (int j = 0; j < kNr; ++j) y_[j][n] = state.y[j];
-    held_[n] = state.held;
+    for (int j = 0; j < kNr; ++j) fate_[j][n] = state.fate[j];
     status_[n] = state.status;
     started_[n] = state.started;
   }
@@ -230,7 +236,7 @@ class SampledBatch {
     if (simd::sum<Scalar>(out_of_range) != Scalar(0)) return false;
     static_cast<Batch*>(this)->template advance_block<kBlock>(y, first);
     for (int n = first; n < first + kBlock; ++n) {
-      held_[n] = 0;
+      for (int j = 0; j < kNr; ++j) fate_[j][n] = 0;
       status_[n] = StepStatus::kOk;
     }
     return true;
@@ -261,7 +267,7 @@ class SampledBatch {
     }
   }
 
-  std::uint16_t held_[kPadded];
+  Fate fate_[kNr][kPadded];
   StepStatus status_[kPadded];
   std::uint8_t started_[kPadded];
 };

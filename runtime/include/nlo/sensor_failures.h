@@ -23,12 +23,12 @@ struct SensorFailures {
   /// k over dt seconds.
   constexpr Scalar keep_over(Scalar dt_s) const { return decay_minus_1(rounded<Scalar>(rate * dt_s)) + Scalar(1); }
 
-  /// Fills in missing outputs and the stalenesses, the last kNf readings. True: one is missing.
+  /// Fills in missing outputs and the stalenesses, the last kNf readings. Which are missing.
   ///   last  the readings of the last sample
   ///   k     as above; 0: there was no last sample
   template <Arithmetic kArithmetic, int kNr>
-  constexpr bool fill(Vector<Scalar, kNr>& readings, const Scalar (&last)[kNr], Scalar k) const {
-    bool any = false;
+  constexpr Vector<bool, kNf> fill(Vector<Scalar, kNr>& readings, const Scalar (&last)[kNr], Scalar k) const {
+    Vector<bool, kNf> missing{};
     for (int i = 0; i < kNf; ++i) {
       Scalar& y = readings[output[i]];
       const bool measured = is_finite(y);
@@ -37,9 +37,9 @@ struct SensorFailures {
       const Scalar kept = rounded<Scalar>(k * last[kNr - kNf + i]);
       const Scalar staler = Scalar(1) - rounded<Scalar>(k * (Scalar(1) - last[kNr - kNf + i]));
       readings[kNr - kNf + i] = select<kArithmetic>(measured, kept, staler);
-      any = any | !measured;
+      missing[i] = !measured;
     }
-    return any;
+    return missing;
   }
 };
 

@@ -141,8 +141,13 @@ static int NLO_(drive)(void) {
   uint64_t hash = 0xcbf29ce484222325U;
   for (int k = 0; k < NLO_STEPS; ++k) {
     const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k) + (NLO_(in_domain)(&o) ? 8U : 0U) +
-                          16U * (uint32_t)NLO_(last_status)(&o) + 256U * (uint32_t)o.held;
+                          16U * (uint32_t)NLO_(last_status)(&o);
     hash_bytes(&hash, &word, sizeof(word));
+    hash_bytes(&hash, o.fate, sizeof(o.fate));
+    for (int j = -1; j <= (int)(sizeof(o.fate) / sizeof(o.fate[0])); ++j) {
+      const unsigned char status = (unsigned char)NLO_(status_of)(&o, j);
+      hash_bytes(&hash, &status, 1);
+    }
     hash_bytes(&hash, o.z, sizeof(o.z));
     hash_bytes(&hash, o.y, sizeof(o.y));
     if (k % 50 != 0) continue;

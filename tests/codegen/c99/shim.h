@@ -57,7 +57,7 @@ class Resumed {
     typename Observer::State from{};
     std::memcpy(from.z, state.z, sizeof(from.z));
     std::memcpy(from.y, state.y, sizeof(from.y));
-    from.held = state.held;
+    std::memcpy(from.fate, state.fate, sizeof(from.fate));
     from.status = static_cast<StepStatus>(state.status);
     from.started = state.started;
     good = observer.restore(from);
@@ -67,7 +67,7 @@ class Resumed {
     const typename Observer::State now = observer.save();
     std::memcpy(state_.z, now.z, sizeof(now.z));
     std::memcpy(state_.y, now.y, sizeof(now.y));
-    state_.held = now.held;
+    std::memcpy(state_.fate, now.fate, sizeof(now.fate));
     state_.status = static_cast<std::uint8_t>(now.status);
     state_.started = now.started;
   }
@@ -137,6 +137,10 @@ Output output(const Scalar* y) {
   name##_status name##_last_status(const name##_observer* o) {                                                     \
     name##_observer copy = *o;                                                                                     \
     return static_cast<name##_status>(name##_resumed(copy NLO_C99_MODEL(name)).observer.status());                 \
+  }                                                                                                                \
+  name##_status name##_status_of(const name##_observer* o, int channel) {                                          \
+    name##_observer copy = *o;                                                                                     \
+    return static_cast<name##_status>(name##_resumed(copy NLO_C99_MODEL(name)).observer.status(channel));          \
   }                                                                                                                \
   bool name##_in_domain(const name##_observer* o) {                                                                \
     name##_observer copy = *o;                                                                                     \

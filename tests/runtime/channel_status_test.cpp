@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+// status(channel): each output and each input says what the step made of it, and of it alone; the step says the worst.
+// Every structure with two outputs and an input, its networks silent: statuses do not depend on them.
+#include <nlo/driven_kkl_observer.h>
+#include <nlo/gated_batch.h>
+#include <nlo/gated_observer.h>
+#include <nlo/general_observer.h>
+#include <nlo/kkl_batch.h>
+#include <nlo/kkl_observer.h>
+#include <nlo/luenberger_observer.h>
+#include <nlo/sensor_failures.h>
+#include <nlo/window_observer.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <random>
+
+#include "tests/runtime/structures.h"
+
+namespace nlo {
+namespace {
+
+using testing::MixedMlp;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr int kOutputs = 2, kChannels = 3, kStaleAfter = 3;
+using Samples = std::array<float, kChannels>;  // outputs, then the input
+constexpr Samples kGood = {1.0F, -2.0F, 0.5F};
+
+template <int kIn, int kOut>
+using Silent = LearnedMap<MixedMlp<float, kIn, kOut>>;
+template <int kIn>
+using SilentInverse = InverseMap<MixedMlp<float, kIn, 2>>;
+
+using Kkl = KklModel<float, 2, 2, 3, 1, SilentInverse<6>, 1>;
+using Failing = KklModel<float, 2, 2, 3, 1, SilentInverse<7>, 1, Hold::kZeroOrder, 1>;  // the second may be missing
+using Driven = DrivenKklModel<float, 2, 2, 3, 1, 1, SilentInverse<5>, Silent<2, 3>>;
+using Gated = GatedModel<float, 2, 2, 3, Silent<6, 6>, Silent<6, 3>, SilentInverse<6>, 1>;
+using General = GeneralModel<float, 2, 2, 2, Silent<5, 2>, Silent<2, 2>, 1>;
+using Luenberger = LuenbergerModel<float, 2, 2, Silent<2, 2>, 1>;
+using Window = WindowModel<float, 2, 2, 4, Silent<12, 2>, 1>;
+
+/// Every reading in +-10, 50 Hz, stale after three; how stale an output is lies in 0 .. 1.
+template <class Model>
+constexpr Model silent() {
+  Model model{};
+  testing::set_sampling(model);
+  model.stale_after = kStaleAfter;
+  for (int j = 0; j < Model::kNr; ++j) {
+    model.outputs.min[j] = -10.0F;
+    model.outputs.max[j] = 10.0F;
+  }
+  if constexpr (Model::kNf > 0) {
+    model.outputs.min[kChannels] = 0.0F;
+    model.outputs.max[kChannels] = 1.0F;
+    model.failures = {{1}, {0.0F}, 1.0F, 0.98F};
+  }
+  return model;
+}
+
+template <class Model>
+inline constexpr Model kSilent = silent<Model>();
+
+template <class Check>
+void each_structure(const Check& check) {
+  const auto with = [&](auto observer) { check(observer); };
+  with(KklObserver<Kkl>(kSilent<Kkl>));
+  with(KklObserver<Kkl, Arithmetic::kDeterministic>(kSilent<Kkl>));
+  with(KklObserver<Failing>(kSilent<Failing>));
+  with(KklObserver<Failing, Arithmetic::kDeterministic>(kSilent<Failing>));
+  with(DrivenKklObserver<Driven>(kSilent<Driven>));
+  with(GatedObserver<Gated>(kSilent<Gated>));
+  with(GatedObserver<Gated, Arithmetic::kDeterministic>(kSilent<Gated>));
+  with(GeneralObserver<General>(kSilent<General>));
+  with(LuenbergerObserver<Luenberger>(kSilent<Luenberger>));
+  with(WindowObserver<Window>(kSilent<Window>));
+}
+
+template <class Observer, class... Dt>
+StepStatus step(Observer& observer, const Samples& s, Dt... dt_s) {
+  return observer.step({{s[0], s[1]}}, {{s[2]}}, dt_s...);
+}
+
+template <class Observer>
+constexpr bool may_be_missing(int channel) {
+  return Observer::kNf > 0 && channel == 1;
+}
+
+/// What one channel's sample is, by the words of docs/runtime.md.
+template <class Observer>
+StepStatus expected(int channel, float sample, int& held) {
+  const bool finite = sample - sample == 0.0F;
+  held = finite ? 0 : held + 1;
+  if (!finite)
+    return held >= kStaleAfter && !may_be_missing<Observer>(channel) ? StepStatus::kStale : StepStatus::kHeld;
+  const bool ranged = channel < Observer::kNr - Observer::kNf;  // inputs that act apart have no range
+  return ranged && (sample < -10.0F || sample > 10.0F) ? StepStatus::kClamped : StepStatus::kOk;
+}
+
+TEST(ChannelStatus, OneBadChannelSaysSoAndNoOtherDoes) {
+  each_structure([](auto& observer) {
+    using Observer = std::remove_reference_t<decltype(observer)>;
+    for (int bad = 0; bad < kChannels; ++bad) {
+      for (const float sample : {kNan, kInf, -kInf, 11.0F, -11.0F}) {
+        observer.reset();
+        ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+        Samples samples = kGood;
+        samples[static_cast<std::size_t>(bad)] = sample;
+        int held = 0;
+        for (int k = 0; k < 6; ++k) {
+          const StepStatus of_bad = expected<Observer>(bad, sample, held);
+          ASSERT_EQ(step(observer, samples), of_bad) << bad << " " << sample;
+          for (int j = 0; j < kChannels; ++j) ASSERT_EQ(observer.status(j), j == bad ? of_bad : StepStatus::kOk) << j;
+        }
+        ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+        ASSERT_EQ(observer.status(bad), StepStatus::kOk) << "one good sample ends it";
+      }
+    }
+  });
+}
+
+TEST(ChannelStatus, TheStepSaysTheWorstOfItsChannelsWhateverComes) {
+  each_structure([](auto& observer) {
+    using Observer = std::remove_reference_t<decltype(observer)>;
+    std::mt19937 random(5);
+    int held[kChannels] = {};
+    int seen[4] = {}, differing = 0;
+    ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+    for (int k = 0; k < 5000; ++k) {
+      Samples samples;
+      for (float& sample : samples) {
+        const auto draw = random() % 8;
+        sample = draw < 2 ? kNan : draw == 2 ? 40.0F : testing::uniform<float>(random, -9.0, 9.0);
+      }
+      const StepStatus all = k % 5 == 0 ? step(observer, samples, 0.03F) : step(observer, samples);
+      StepStatus worst = StepStatus::kOk;
+      for (int j = 0; j < kChannels; ++j) {
+        const StepStatus want = expected<Observer>(j, samples[static_cast<std::size_t>(j)], held[j]);
+        ASSERT_EQ(observer.status(j), want) << "channel " << j << ", step " << k;
+        worst = std::max(worst, want);
+      }
+      ASSERT_EQ(all, worst) << k;
+      ++seen[static_cast<int>(all)];
+      differing += observer.status(0) != observer.status(1);
+    }
+    for (const int times : seen) EXPECT_GT(times, 50);
+    EXPECT_GT(differing, 1000) << "control: one status for all would be wrong";
+  });
+}
+
+TEST(ChannelStatus, ChannelsThatFailInTurnAreHeldAndNoneIsStale) {
+  each_structure([](auto& observer) {
+    ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+    for (std::size_t k = 0; k < 20; ++k) {
+      Samples samples = kGood;
+      samples[k % kChannels] = kNan;
+      ASSERT_EQ(step(observer, samples), StepStatus::kHeld);
+    }
+  });
+}
+
+TEST(ChannelStatus, AChannelThatThereIsNotIsRejected) {
+  each_structure([](auto& observer) {
+    ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+    for (const int none :
+         {-1, kChannels, kChannels + 1, std::numeric_limits<int>::max(), std::numeric_limits<int>::min()})
+      EXPECT_EQ(observer.status(none), StepStatus::kRejected) << none;
+  });
+}
+
+TEST(ChannelStatus, ARejectedStepIsThatOfAllItsChannelsAndCountsForNone) {
+  each_structure([](auto& observer) {
+    ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+    Samples samples = kGood;
+    samples[0] = kNan;
+    for (int k = 0; k < kStaleAfter - 1; ++k) ASSERT_EQ(step(observer, samples), StepStatus::kHeld);
+    ASSERT_EQ(step(observer, samples, -1.0F), StepStatus::kRejected);
+    for (int j = 0; j < kChannels; ++j) EXPECT_EQ(observer.status(j), StepStatus::kRejected);
+    ASSERT_EQ(step(observer, samples), StepStatus::kStale);
+    EXPECT_EQ(observer.status(0), StepStatus::kStale);
+    EXPECT_EQ(observer.status(1), StepStatus::kOk);
+  });
+}
+
+TEST(ChannelStatus, AStartHoldsWhatIsMissingAndAWarmStartCountsAlike) {
+  each_structure([](auto& observer) {
+    using Observer = std::remove_reference_t<decltype(observer)>;
+    Samples samples = kGood;
+    samples[0] = kNan;
+    for (int k = 1; k <= 4; ++k) {
+      ASSERT_EQ(step(observer, samples), k < kStaleAfter ? StepStatus::kHeld : StepStatus::kStale) << "not started";
+      ASSERT_EQ(observer.status(0), k < kStaleAfter ? StepStatus::kHeld : StepStatus::kStale);
+      ASSERT_EQ(observer.status(1), StepStatus::kOk);
+    }
+    if constexpr (Observer::Model::kHasSteadyState) {
+      const auto warm = [&](float first, float second) {
+        if constexpr (Observer::kReadsInputs)
+          return observer.warm_start({{first, second}}, {{0.5F}});
+        else
+          return observer.warm_start({{first, second}});
+      };
+      ASSERT_EQ(warm(kNan, 1.0F), StepStatus::kStale);
+      ASSERT_EQ(observer.status(0), StepStatus::kStale);
+      ASSERT_EQ(warm(1.0F, 11.0F), StepStatus::kClamped);
+      ASSERT_EQ(observer.status(0), StepStatus::kOk);
+      ASSERT_EQ(observer.status(1), StepStatus::kClamped);
+      ASSERT_EQ(observer.status(2), StepStatus::kOk);
+      if constexpr (Observer::kNf > 0) {
+        ASSERT_EQ(warm(1.0F, kNan), StepStatus::kHeld);
+        ASSERT_EQ(observer.status(1), StepStatus::kHeld);
+      }
+    }
+  });
+}
+
+TEST(ChannelStatus, IsSavedAndRestoredAndAnyBitsOfItAreAStatusThatAGoodSampleEnds) {
+  each_structure([](auto& observer) {
+    using Observer = std::remove_reference_t<decltype(observer)>;
+    ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+    Samples samples = kGood;
+    samples[1] = kNan;
+    for (int k = 0; k < 4; ++k) (void)step(observer, samples);
+    Observer other(observer.model());
+    ASSERT_TRUE(other.restore(observer.save()));
+    for (int j = 0; j < kChannels; ++j) EXPECT_EQ(other.status(j), observer.status(j));
+    EXPECT_NE(other.status(1), StepStatus::kOk) << "control";
+    std::mt19937 random(6);
+    for (int k = 0; k < 2000; ++k) {
+      auto spoilt = observer.save();
+      for (Fate& fate : spoilt.fate) fate = static_cast<Fate>(random() >> (16 + random() % 16));
+      ASSERT_TRUE(other.restore(spoilt)) << "any count is one that steps can lead to";
+      for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kStale);
+      (void)step(other, samples);
+      for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kStale);
+      ASSERT_EQ(step(other, kGood), StepStatus::kOk);
+      for (int j = 0; j < kChannels; ++j) ASSERT_EQ(other.status(j), StepStatus::kOk);
+    }
+  });
+}
+
+TEST(ChannelStatus, ASpoiltLatentStateIsThatOfAllChannels) {
+  each_structure([](auto& observer) {
+    using Observer = std::remove_reference_t<decltype(observer)>;
+    struct Upset : Observer {
+      explicit Upset(const Observer& from) : Observer(from) {}
+      void spoil() { this->state_.z[0] = kNan; }
+    };
+    ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
+    Upset upset(observer);
+    upset.spoil();
+    for (int j = 0; j < kChannels; ++j) EXPECT_EQ(upset.status(j), StepStatus::kReset);
+  });
+}
+
+TEST(ChannelStatus, OfAPlantOfABatchIsThatOfItsObserver) {
+  constexpr int kPlants = 21;  // blocks that are stepped together, and a rest
+  const auto check = []<class Batch, class Observer>(Batch batch, Observer fresh) {
+    std::vector<Observer> observers(kPlants, fresh);
+    std::mt19937 random(8);
+    int differing = 0;
+    for (int k = 0; k < 200; ++k) {
+      float y[kOutputs][kPlants], u[1][kPlants];
+      const bool all_good = k % 3 == 0;
+      for (int n = 0; n < kPlants; ++n) {
+        const auto draw = [&] {
+          const auto kind = all_good ? 9 : random() % 10;
+          return kind < 3 ? kNan : kind == 3 ? 40.0F : testing::uniform<float>(random, -9.0, 9.0);
+        };
+        for (auto& row : y) row[n] = draw();
+        u[0][n] = draw();
+      }
+      StepStatus worst = StepStatus::kOk;
+      const StepStatus all = batch.step(y, u);
+      for (int n = 0; n < kPlants; ++n) {
+        auto& observer = observers[static_cast<std::size_t>(n)];
+        worst = std::max(worst, step(observer, {y[0][n], y[1][n], u[0][n]}));
+        for (int j = -1; j <= kChannels; ++j) ASSERT_EQ(batch.status(n, j), observer.status(j)) << n << " " << j;
+        differing += observer.status(0) != observer.status(1);
+      }
+      ASSERT_EQ(all, worst);
+    }
+    EXPECT_GT(differing, 500) << "control";
+  };
+  check(KklBatch<Kkl, kPlants>(kSilent<Kkl>), KklObserver<Kkl>(kSilent<Kkl>));
+  check(KklBatch<Failing, kPlants>(kSilent<Failing>), KklObserver<Failing>(kSilent<Failing>));
+  check(GatedBatch<Gated, kPlants>(kSilent<Gated>), GatedObserver<Gated>(kSilent<Gated>));
+}
+
+}  // namespace
+}  // namespace nlo
