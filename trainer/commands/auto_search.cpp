@@ -19,10 +19,9 @@
 #include "trainer/commands/patient_progress.h"
 #include "trainer/commands/search_judge.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/jobs/finished_run.h"
+#include "trainer/jobs/kept_training.h"
 #include "trainer/sweep/halving.h"
 #include "trainer/sweep/search.h"
-#include "trainer/training/checkpoint.h"
 #include "trainer/training/provenance.h"
 #include "trainer/training/train.h"
 
@@ -67,10 +66,15 @@ class Search {
     const std::vector<Rung> rungs = halving_rungs(record_.candidates.size(), record_.seconds - reserved_s);
     for (std::size_t r = 0; r < rungs.size(); ++r) {
       if (r >= record_.rungs.size()) begin_rung(rungs[r], r + 1 == rungs.size());
-      for (std::size_t t = 0; t < record_.rungs[r].size(); ++t)
-        if (Trial& trial = record_.rungs[r][t]; !trial.done)
-          perform(trial, fmt::format("{}/{}-{}", jobs(), r, trial.candidate),
-                  fmt::format("rung {} of {}, training {} of {}", r + 1, rungs.size(), t + 1, record_.rungs[r].size()));
+      // One by one: what a second trains is measured, and the next rung goes by it.
+      std::vector<Job> trainings;
+      for (Trial& trial : record_.rungs[r])
+        trainings.push_back({fmt::format("rung {} of {}, training {} of {}", r + 1, rungs.size(), trainings.size() + 1,
+                                         record_.rungs[r].size()),
+                             1.0, [&](const JobContext& context) { return perform(trial, context); }});
+      const JobsResult ran = run_jobs(trainings, {.side_by_side = false, .stop = &stop_on_interrupt()});
+      ran.check();
+      if (ran.left > 0) throw RunFailure("interrupted");
     }
     progress_.finish();
     std::error_code ignored;
@@ -217,27 +221,25 @@ class Search {
     return static_cast<int>(std::clamp(steps, 1.0, kMostLonger * by_hand));
   }
 
-  void perform(Trial& trial, const std::string& job, const std::string& what) {
+  JobEnd perform(Trial& trial, JobContext context) {
+    if (trial.done) return JobEnd::kFound;
     Candidate& candidate = record_.candidates[trial.candidate];
     Experiment experiment = parse_experiment(candidate.experiment, file());
     experiment.threads = task_.experiment.threads;
     set_steps(experiment, trial.steps);
-    TrainOptions options;
-    options.directory = job;
-    options.resume = has_checkpoint(job);
-    options.stop = &stop_on_interrupt();
-    options.progress = [&](const TrainProgress& progress) {
-      say((done_s() + static_cast<double>(progress.step) / candidate.steps_per_s) / record_.seconds, what);
+    context.progress = [&, before_s = done_s()](double share) {  // of the time that was given
+      say((before_s + share * trial.steps / candidate.steps_per_s) / record_.seconds, context.name);
     };
-    make_output_directory(job);
+    const std::string folder = fmt::format("{}/{}-{}", jobs(), record_.rungs.size() - 1, trial.candidate);
+    make_output_directory(folder);
     try {
       const CandidateData data(task_, experiment);
-      const TrainingResult result = train(experiment, data.get().training, data.get().validation, options);
-      if (result.outcome == TrainOutcome::kInterrupted) throw RunFailure("interrupted");
+      const TrainingResult result = train_in(folder, context, [&](const TrainOptions& options) {
+        return train(experiment, data.get().training, data.get().validation, options);
+      });
+      if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;
       if (result.outcome != TrainOutcome::kDiverged) trial.error = judge_.error(result.model);
       if (result.elapsed_s > 0.0) candidate.steps_per_s = static_cast<double>(result.steps_done) / result.elapsed_s;
-    } catch (const RunFailure&) {
-      throw;
     } catch (const codegen::Error&) {
       trial.error.reset();  // it ran beyond all numbers
     }
@@ -245,7 +247,8 @@ class Search {
     trial.done = true;
     save();
     std::error_code ignored;
-    fs::remove_all(job, ignored);
+    fs::remove_all(folder, ignored);
+    return JobEnd::kDone;
   }
 
   /// By the speeds that are known.
