@@ -142,6 +142,27 @@ TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
   EXPECT_GT(unfinished, 0) << "control: some were begun and not done";
 }
 
+TEST_F(SweepCommand, InterruptedItSaysWhatIsLeftAndGoesOn) {
+  scratch.write("plans/tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 4000"));
+  const std::vector<std::string> arguments = {"sweep", "plans/p.toml", "--run", "--threads", "1", "--shard", "0/1"};
+  const ProgramResult stopped = scratch.run(arguments, "--seed 2");  // the second of four
+  EXPECT_EQ(stopped.exit_code, 1) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; this goes on: nlo sweep plans/p.toml --run --shard 0/1 "
+                                     "--threads 1 -o runs/p\n"));
+  EXPECT_THAT(stopped.err, testing::Not(HasSubstr("jobs failed")));
+  const auto before = times();
+  ASSERT_EQ(scratch.run(arguments).exit_code, 0);
+  const auto after = times();
+  int kept = 0;
+  for (const auto& [file, time] : before)
+    if (file.ends_with("/finished.json")) {
+      ++kept;
+      EXPECT_EQ(after.at(file), time) << file;
+    }
+  EXPECT_GE(kept, 1);
+  EXPECT_LT(kept, 4) << "control: it was stopped before its end";
+}
+
 TEST_F(SweepCommand, RefusesAFolderOfAnotherExperiment) {
   ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run"}).exit_code, 0);
   scratch.write("plans/tiny.toml", with(kTinyExperiment, "gaussian:0.1", "gaussian:0.2"));

@@ -10,6 +10,7 @@
 
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/printable.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/interrupt.h"
@@ -17,6 +18,7 @@
 #include "trainer/commands/patient_progress.h"
 #include "trainer/commands/sweep_collect.h"
 #include "trainer/commands/train_command.h"
+#include "trainer/jobs/run_jobs.h"
 #include "trainer/sweep/jobs.h"
 
 namespace nlo::trainer {
@@ -86,28 +88,33 @@ std::vector<CheckedJob> checked_jobs(const SweepPlan& plan, const SweepPlaces& p
   return checked;
 }
 
-/// One after the other; a job that fails does not keep others from running.
-void run_jobs(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, const Shard& shard) {
-  std::size_t ran = 0, failed = 0, refused = 0;  // refused: for wrong input
-  for (std::size_t j = 0; j < jobs.size(); ++j) {
-    if (!shard.has(j)) continue;
-    ++ran;
-    const SweepJob& job = jobs[j].job;
-    fmt::print(stderr, "{}\n", job_line(job, places));
-    try {
-      run_train({.experiment = argument_of(job, places),
-                 .data = places.data,
-                 .output = places.folder + "/" + job.name,
-                 .resume = true,
-                 .quiet = true});
-    } catch (const codegen::Error& error) {
-      if (stop_on_interrupt().load()) throw;
-      fmt::print(stderr, "nlo: error: {}\n", printable(error.what()));
-      ++failed;
-      refused += dynamic_cast<const RunFailure*>(&error) == nullptr;
-    }
-  }
-  const std::string what = fmt::format("{} of {} jobs failed", failed, ran);
+/// One by one; a job that fails does not keep others from running.
+void run_here(const std::vector<CheckedJob>& jobs, const SweepPlaces& places, const Shard& shard,
+              const std::string& command) {
+  const std::atomic<bool>& stop = stop_on_interrupt();
+  std::vector<Job> trainings;
+  std::size_t refused = 0;  // for wrong input
+  for (std::size_t j = 0; j < jobs.size(); ++j)
+    if (const SweepJob& job = jobs[j].job; shard.has(j))
+      trainings.push_back({job.name, 1.0, [&](const JobContext&) {
+                             fmt::print(stderr, "{}\n", job_line(job, places));
+                             try {
+                               run_train({.experiment = argument_of(job, places),
+                                          .data = places.data,
+                                          .output = places.folder + "/" + job.name,
+                                          .resume = true,
+                                          .quiet = true});
+                             } catch (const codegen::Error& error) {
+                               if (!stop.load()) fmt::print(stderr, "nlo: error: {}\n", printable(error.what()));
+                               refused += dynamic_cast<const RunFailure*>(&error) == nullptr;
+                               throw;
+                             }
+                             return JobEnd::kDone;
+                           }});
+  const JobsResult result = run_jobs(trainings, {.side_by_side = false, .keep_going = true, .stop = &stop});
+  if (result.left > 0) throw RunFailure(result.interrupted_text(command));
+  const std::size_t failed = result.failures.size();
+  const std::string what = fmt::format("{} of {} jobs failed", failed, trainings.size());
   if (refused > 0 && refused == failed) throw codegen::InputError(what + ", each for its input");
   if (failed > 0) throw RunFailure(what);
 }
@@ -137,7 +144,10 @@ void run_sweep(const SweepArguments& arguments) {
       fmt::print("{}", printable(write_collection(jobs, results, places.folder)));
     });
   } else if (arguments.run) {
-    run_jobs(jobs, places, shard);
+    std::string command = "nlo sweep " + shell_word(plan.place) + " --run";
+    if (arguments.shard) command += " --shard " + *arguments.shard;
+    if (arguments.threads) command += fmt::format(" --threads {}", *arguments.threads);
+    run_here(jobs, places, shard, command + " -o " + shell_word(places.folder));
   } else {
     std::string lines;
     for (std::size_t j = 0; j < jobs.size(); ++j)
