@@ -11,22 +11,27 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include "codegen/base/file.h"
 #include "tests/claims/flight.h"
 #include "tests/claims/ledger.h"
-#include "trainer/base/parallel.h"
+#include "trainer/base/shell_word.h"
+#include "trainer/jobs/interrupt.h"
+#include "trainer/jobs/run_jobs.h"
 
 namespace {
 
 using namespace nlo::claims;  // NOLINT(google-build-using-namespace): a program of this folder alone
 namespace fs = std::filesystem;
+using nlo::trainer::Job;
+using nlo::trainer::JobEnd;
+using nlo::trainer::shell_word;
 
 struct Options {
   bool quick = false, update = false, tables = false, resume = false;
   std::string ledger = NLO_SOURCE_DIR "/docs/results.toml", data = NLO_SHARED_DATA_DIR, only;
+  std::string command;  ///< that goes on when it was interrupted
   Tools tools{NLO_PROGRAM, NLO_COMPILER, NLO_SOURCE_DIR "/runtime/include", NLO_SOURCE_DIR, "build/claims"};
 };
 
@@ -66,14 +71,15 @@ class Run {
         options_(options),
         data_(data),
         directory_(fmt::format("{}/{}_{}", options.tools.work, experiment.id, seed)) {
-    if (options.resume && fs::exists(directory_ + "/model.json")) return;
-    fs::remove_all(directory_);
+    if (!options.resume) fs::remove_all(directory_);
     fs::create_directories(directory_);
     std::string command =
-        fmt::format("{} train {} -o {} --seed {} --threads 1 -q", shell_quoted(options.tools.nlo),
-                    shell_quoted(train_argument(experiment, options, directory_)), shell_quoted(directory_), seed);
-    for (const std::string& change : experiment.set) command += " --set " + shell_quoted(change);
-    if (!data.empty() && experiment.trains_on_data) command += " --data " + shell_quoted(data);
+        fmt::format("{} train {} -o {} --seed {} --threads 1 -q", shell_word(options.tools.nlo),
+                    shell_word(train_argument(experiment, options, directory_)), shell_word(directory_), seed);
+    for (const std::string& change : experiment.set) command += " --set " + shell_word(change);
+    if (!data.empty() && experiment.trains_on_data) command += " --data " + shell_word(data);
+    if (options.resume) command += " --resume";
+    fmt::print(stderr, "{}: training seed {}\n", experiment.id, seed);
     (void)output_of(command, directory_ + "/train.log");
   }
 
@@ -98,8 +104,8 @@ class Run {
     const std::string sets = std::to_string(options_.quick ? kQuickTestSets : kTestSets);
     const std::string verb = run.substr(0, run.find(' '));
     const std::string arguments = replaced(replaced(run.substr(run.find(' ') + 1), "{seeds}", sets), "{data}", data_);
-    const std::string command = fmt::format("{} {} {} {} --threads 1 --json", shell_quoted(options_.tools.nlo), verb,
-                                            shell_quoted(directory_ + "/model.json"), arguments);
+    const std::string command = fmt::format("{} {} {} {} --threads 1 --json", shell_word(options_.tools.nlo), verb,
+                                            shell_word(directory_ + "/model.json"), arguments);
     const std::string log = fmt::format("{}/{}_{}.log", directory_, verb, said_.size() + 1), made_by = log + ".command";
     const bool known = options_.resume && fs::exists(made_by) && nlo::codegen::read_file(made_by) == command;
     const std::string text = known ? nlo::codegen::read_file(log + ".out") : output_of(command, log);
@@ -114,37 +120,6 @@ class Run {
   std::map<std::string, nlohmann::json> said_;
 };
 
-/// The fields of a line of CSV; quotes as `nlo reproduce` writes them.
-std::vector<std::string> fields(const std::string& line) {
-  std::vector<std::string> result{""};
-  bool inside = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"') {
-      if (inside && i + 1 < line.size() && line[i + 1] == '"')
-        result.back() += line[++i];
-      else
-        inside = !inside;
-    } else if (line[i] == ',' && !inside) {
-      result.emplace_back();
-    } else {
-      result.back() += line[i];
-    }
-  }
-  return result;
-}
-
-/// Mean and deviation of "table | row | column | reading" in an item's CSV.
-std::pair<double, double> reproduced(const Claim& claim, const std::string& csv) {
-  std::istringstream lines(csv);
-  std::string line;
-  while (std::getline(lines, line)) {
-    const std::vector<std::string> f = fields(line);
-    if (f.size() > 7 && fmt::format("{} | {} | {} | {}", f[0], f[1], f[2], f[3]) == claim.metric)
-      return {std::stod(f[6]), std::stod(f[7])};
-  }
-  throw std::runtime_error(fmt::format("{}: the item has no row {}", claim.id, claim.metric));
-}
-
 class Claims {
  public:
   explicit Claims(Options options)
@@ -156,9 +131,16 @@ class Claims {
   int run() {
     if (!options_.tables) {
       // Each experiment alone has one thread: several side by side use the cores better than one on all of them.
-      nlo::trainer::ThreadPool(0).run(static_cast<int>(ledger_.experiments.size()), [this](int experiment, int) {
-        trained(ledger_.experiments[static_cast<std::size_t>(experiment)]);
-      });
+      std::vector<Job> jobs;
+      for (const Experiment& experiment : ledger_.experiments)
+        if (const std::vector<Claim*> claims = claims_of(experiment); !claims.empty())
+          jobs.push_back({experiment.id, 1.0, [=, this, &experiment](const nlo::trainer::JobContext& context) {
+                            return trained(experiment, claims, *context.stop);
+                          }});
+      const nlo::trainer::JobsResult result =
+          run_jobs(jobs, {.keep_going = true, .stop = &nlo::trainer::stop_on_interrupt()});
+      if (result.left > 0) throw std::runtime_error(result.interrupted_text(options_.command));
+      result.check();
       if (!options_.quick) reproductions();
       identifications();
     }
@@ -172,23 +154,29 @@ class Claims {
  private:
   bool wanted(const std::string& id) const { return id.starts_with(options_.only); }
 
-  void trained(const Experiment& experiment) {
+  /// Those to be made again.
+  std::vector<Claim*> claims_of(const Experiment& experiment) {
     std::vector<Claim*> claims;
+    if (options_.quick && !experiment.quick) return claims;
     for (Claim& claim : ledger_.claims)
       if (claim.experiment == experiment.id && wanted(claim.id) && !(options_.quick && claim.slow))
         claims.push_back(&claim);
-    if (claims.empty() || (options_.quick && !experiment.quick)) return;
+    return claims;
+  }
+
+  JobEnd trained(const Experiment& experiment, const std::vector<Claim*>& claims, const std::atomic<bool>& stop) {
     const std::string data = experiment.data.empty() ? "" : data_folder(experiment, options_);
     if (!experiment.data.empty() && data.empty()) {
       const std::lock_guard lock(mutex_);
       fmt::print("{}: left out, its logs are not in {}/{}\n", experiment.id, options_.data, experiment.data);
       skipped_ += static_cast<int>(claims.size());
-      return;
+      return JobEnd::kFound;
     }
     const auto start = std::chrono::steady_clock::now();
     const int seeds = options_.quick ? 1 : experiment.seeds;
     std::vector<std::vector<double>> values(claims.size());
     for (int seed = 1; seed <= seeds; ++seed) {
+      if (stop.load()) return JobEnd::kStopped;
       Run run(experiment, seed, data, options_);
       for (std::size_t i = 0; i < claims.size(); ++i) values[i].push_back(run.figure(*claims[i]));
     }
@@ -201,6 +189,7 @@ class Claims {
       for (const double value : values[i]) squares += (value - mean) * (value - mean) / static_cast<double>(seeds);
       settle(*claims[i], mean, std::sqrt(squares));
     }
+    return JobEnd::kDone;
   }
 
   void reproductions() {
@@ -210,9 +199,8 @@ class Claims {
       const std::string item = claim.run.substr(claim.run.find(' ') + 1);
       if (!csv.contains(item)) {
         const std::string folder = options_.tools.work + "/reproduce";
-        (void)output_of(
-            fmt::format("{} reproduce {} -o {}", shell_quoted(options_.tools.nlo), item, shell_quoted(folder)),
-            options_.tools.work + "/reproduce.log");
+        (void)output_of(fmt::format("{} reproduce {} -o {}", shell_word(options_.tools.nlo), item, shell_word(folder)),
+                        options_.tools.work + "/reproduce.log");
         const std::string numbers = fmt::format("{}/{}-numbers.csv", folder, item);  // beside the data of figures
         csv[item] = nlo::codegen::read_file(fs::exists(numbers) ? numbers : fmt::format("{}/{}.csv", folder, item));
       }
@@ -237,10 +225,9 @@ class Claims {
         const std::string arguments =
             replaced(replaced(claim.run, "{data}", options_.data), "{source}", options_.tools.source);
         fs::create_directories(folder);
-        said[claim.run] =
-            nlohmann::json::parse(output_of(fmt::format("{} {} --json --force -o {}", shell_quoted(options_.tools.nlo),
-                                                        arguments, shell_quoted(folder)),
-                                            folder + "/identify.log"));
+        said[claim.run] = nlohmann::json::parse(output_of(
+            fmt::format("{} {} --json --force -o {}", shell_word(options_.tools.nlo), arguments, shell_word(folder)),
+            folder + "/identify.log"));
       }
       const nlohmann::json::json_pointer at(claim.metric);
       const nlohmann::json& all = said[claim.run];
@@ -287,9 +274,12 @@ int main(int argc, char** argv) {
   app.add_flag("--tables", options.tables, "run nothing: write the tables of the pages from the ledger");
   app.add_flag("--resume", options.resume, "go on with the models and evaluations that an earlier run left in --work");
   app.add_option("--only", options.only, "claims whose id begins so");
+  app.add_option("--ledger", options.ledger, "another ledger")->capture_default_str();
   app.add_option("--data", options.data, "folder of the rigs' logs")->capture_default_str();
   app.add_option("--work", options.tools.work, "where models and flights go")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
+  for (int i = 0; i < argc; ++i) options.command += shell_word(argv[i]) + " ";
+  options.command += options.resume ? "" : "--resume";
   if (options.quick && options.update) {
     fmt::print(stderr, "claims: --update takes the full run; leave out --quick\n");
     return 2;

@@ -2,17 +2,19 @@
 #include "tests/claims/flight.h"
 
 #include <fmt/format.h>
+#include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "trainer/base/shell_word.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/measurement_noise.h"
@@ -73,13 +75,14 @@ std::string lines_of(const Dataset& set, const Trajectory& run, const Eigen::Mat
 
 std::string program_for(const std::string& directory, const Tools& tools, const std::string& name) {
   const std::string header = directory + "/" + name + ".h", program = directory + "/fly";
-  (void)output_of(fmt::format("{} export {} -o {}", shell_quoted(tools.nlo), shell_quoted(directory + "/model.json"),
-                              shell_quoted(header)),
+  (void)output_of(fmt::format("{} export {} -o {}", trainer::shell_word(tools.nlo),
+                              trainer::shell_word(directory + "/model.json"), trainer::shell_word(header)),
                   directory + "/export.log");
-  (void)output_of(fmt::format("{} -std=c++20 -O2 -I {} -DNLO_HEADER='\"{}\"' -DNLO_MODEL={} {} -o {}",
-                              shell_quoted(tools.compiler), shell_quoted(tools.runtime), header, name,
-                              shell_quoted(tools.source + "/tests/claims/fly.cpp"), shell_quoted(program)),
-                  directory + "/compile.log");
+  (void)output_of(
+      fmt::format("{} -std=c++20 -O2 -I {} -DNLO_HEADER='\"{}\"' -DNLO_MODEL={} {} -o {}",
+                  trainer::shell_word(tools.compiler), trainer::shell_word(tools.runtime), header, name,
+                  trainer::shell_word(tools.source + "/tests/claims/fly.cpp"), trainer::shell_word(program)),
+      directory + "/compile.log");
   return program;
 }
 
@@ -89,15 +92,14 @@ double error_of(double truth, double estimate, double wrap) {
 
 }  // namespace
 
-std::string shell_quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
-}
-
 std::string output_of(const std::string& command, const std::string& log) {
   const std::string out = log + ".out";
-  const int status = std::system(fmt::format("{} >{} 2>{}", command, shell_quoted(out), shell_quoted(log)).c_str());
+  std::string all = fmt::format("{} >{} 2>{}", command, trainer::shell_word(out), trainer::shell_word(log));
+  char shell[] = "sh", option[] = "-c", *const arguments[] = {shell, option, all.data(), nullptr};
+  pid_t child = 0;
+  int status = -1;
+  if (::posix_spawn(&child, "/bin/sh", nullptr, nullptr, arguments, environ) == 0)  // std::system() would ignore Ctrl-C
+    ::waitpid(child, &status, 0);
   if (status != 0) {
     const std::string said = codegen::read_file(log);
     throw std::runtime_error(fmt::format("{}\n  exit {}: {}", command, WIFEXITED(status) ? WEXITSTATUS(status) : -1,
@@ -132,8 +134,8 @@ std::map<std::string, double> fly(const Experiment& experiment, const std::strin
     const Trajectory& run = all.truth.trajectories[i];
     const std::string in = fmt::format("{}/flight_{}.txt", directory, i + 1);
     codegen::write_file_atomically(in, lines_of(all.truth, run, all.measured[i], model.nu()));
-    std::istringstream flown(
-        output_of(fmt::format("{} <{}", shell_quoted(program), shell_quoted(in)), directory + "/flight.log"));
+    std::istringstream flown(output_of(fmt::format("{} <{}", trainer::shell_word(program), trainer::shell_word(in)),
+                                       directory + "/flight.log"));
     const Eigen::MatrixXd reference = judged(all.measured[i], run.inputs, run.time_s).x_hat;
     Eigen::VectorXd x_hat(nx);
     int status = 0, inside = 0;

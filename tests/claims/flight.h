@@ -20,9 +20,6 @@ struct Tools {
 /// LOG when it fails.
 std::string output_of(const std::string& command, const std::string& log);
 
-/// `text` as one word of a shell command.
-std::string shell_quoted(const std::string& text);
-
 /// Figures of the flight of DIRECTORY/model.json, over the test logs in `data`, or over the first eight runs of the
 /// plant's test set:
 ///   in_domain            share of samples with in_domain()

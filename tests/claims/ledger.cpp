@@ -102,6 +102,25 @@ void check(const Ledger& ledger) {
   }
 }
 
+/// The fields of a line of CSV; quotes as `nlo reproduce` writes them.
+std::vector<std::string> fields(const std::string& line) {
+  std::vector<std::string> result{""};
+  bool inside = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') {
+      if (inside && i + 1 < line.size() && line[i + 1] == '"')
+        result.back() += line[++i];
+      else
+        inside = !inside;
+    } else if (line[i] == ',' && !inside) {
+      result.emplace_back();
+    } else {
+      result.back() += line[i];
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 Ledger read_ledger(const std::string& text, const std::string& file) {
@@ -211,6 +230,17 @@ std::string disagreement(const Claim& claim, double measured, bool quick) {
   if (moved <= allowed) return "";
   return fmt::format("moved from {} to {:.4g}, by {:.1f} % where {:.1f} % is allowed", shortest_text(claim.value),
                      measured, 100.0 * moved, 100.0 * allowed);
+}
+
+std::pair<double, double> reproduced(const Claim& claim, const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> f = fields(line);
+    if (f.size() > 7 && fmt::format("{} | {} | {} | {}", f[0], f[1], f[2], f[3]) == claim.metric)
+      return {std::stod(f[6]), std::stod(f[7])};
+  }
+  throw std::runtime_error(fmt::format("{}: the item has no row {}", claim.id, claim.metric));
 }
 
 }  // namespace nlo::claims

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace nlo::claims {
@@ -71,5 +72,8 @@ std::string with_tables(const Ledger& ledger, const std::string& file, std::stri
 
 /// Empty when `measured` agrees with the claim; else what is wrong with it.
 std::string disagreement(const Claim& claim, double measured, bool quick);
+
+/// Mean and deviation of "table | row | column | reading" in an item's CSV.
+std::pair<double, double> reproduced(const Claim& claim, const std::string& csv);
 
 }  // namespace nlo::claims

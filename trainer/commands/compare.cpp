@@ -10,13 +10,13 @@
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
-#include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/compare/compare_study.h"
 #include "trainer/compare/compare_text.h"
 #include "trainer/compare/filter_table.h"
 #include "trainer/compare/strict_study.h"
+#include "trainer/jobs/interrupt.h"
 #include "trainer/report/compare_page.h"
 
 namespace nlo::trainer {

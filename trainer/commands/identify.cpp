@@ -14,7 +14,6 @@
 #include "trainer/base/parallel.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
-#include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/data/log_dataset.h"
@@ -22,6 +21,7 @@
 #include "trainer/evaluation/text.h"
 #include "trainer/experiments/load_identification.h"
 #include "trainer/identify/identification_text.h"
+#include "trainer/jobs/interrupt.h"
 
 namespace nlo::trainer {
 namespace {

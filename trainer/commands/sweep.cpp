@@ -13,11 +13,11 @@
 #include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
-#include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/commands/sweep_collect.h"
 #include "trainer/commands/train_command.h"
+#include "trainer/jobs/interrupt.h"
 #include "trainer/jobs/run_jobs.h"
 #include "trainer/sweep/jobs.h"
 

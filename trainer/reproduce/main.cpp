@@ -9,10 +9,10 @@
 
 #include "trainer/base/shell_word.h"
 #include "trainer/commands/directory_lock.h"
-#include "trainer/commands/interrupt.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/program.h"
 #include "trainer/commands/reproduce_options.h"
+#include "trainer/jobs/interrupt.h"
 #include "trainer/reproduce/page.h"
 #include "trainer/reproduce/run.h"
 #include "trainer/terminal/status_line.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/commands/interrupt.h"
+#include "trainer/jobs/interrupt.h"
 
 #include <csignal>
 
