@@ -23,7 +23,7 @@ TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
   const auto bound = scratch.run({"bound", "run/model.json", "--k", "2,1", "--steps", "5", "--trajectories", "4",
                                   "--noise", "uniform:0.2", "--seed", "3", "--boxes", "200", "--json"});
   ASSERT_EQ(bound.exit_code, 0) << bound.err;
-  EXPECT_THAT(bound.err, HasSubstr("k = 2: training T*"));
+  EXPECT_THAT(bound.err, HasSubstr("training T* for k = 2"));
   const auto json = nlohmann::json::parse(bound.out);
   EXPECT_EQ(json["plant"], "van_der_pol");
   EXPECT_EQ(json["exact"], false);
@@ -58,6 +58,27 @@ TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
   }
   EXPECT_EQ(json["results"][1]["constants"][0]["value"],
             2.0 * json["results"][0]["constants"][0]["value"].get<double>());
+}
+
+TEST(BoundCommand, KeepsItsTrainingsAndGoesOnWithThem) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run", "-q"}).exit_code, 0);
+  std::vector<std::string> arguments = {"bound",  "run/model.json", "--k", "1,2,4",   "--steps",
+                                        "10000",  "--trajectories", "4",   "--boxes", "200",
+                                        "--json", "--threads",      "1"};
+  const ProgramResult whole = scratch.run(arguments);
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  arguments.insert(arguments.end(), {"-o", "out"});
+  const ProgramResult stopped = scratch.run(arguments, "1/2 models");
+  EXPECT_EQ(stopped.exit_code, 1);
+  EXPECT_THAT(stopped.err, HasSubstr("interrupted with 1 of 2 trainings left; this goes on: the same command"));
+  const ProgramResult resumed = scratch.run(arguments);
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(resumed.out, whole.out);
+  EXPECT_THAT(resumed.err, HasSubstr("0/1 models")) << "one was found";
+  arguments.insert(arguments.end(), {"--noise", "uniform:0.3"});
+  EXPECT_THAT(scratch.run(arguments).err, Not(HasSubstr("training"))) << "the noise of the test trains nothing";
 }
 
 TEST(BoundCommand, SaysWhatAnAffinePlantLacks) {

@@ -16,9 +16,11 @@
 #include "trainer/bounds/bound_study.h"
 #include "trainer/bounds/bound_text.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/directory_lock.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/scaled_training.h"
 #include "trainer/compare/strict_study.h"
+#include "trainer/jobs/interrupt.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/report/bound_page.h"
@@ -106,18 +108,37 @@ BoundReport study(const BoundArguments& arguments, const codegen::Model& model, 
   const BoundStudy bound(plant, model, experiment.simulation, arguments.test);
   BoundReport report{model.name, plant.name(),  bound.exact(), arguments.test, experiment.simulation.horizon_s,
                      {},         bound.affine()};
-  for (const double k : factors) {
+  const std::atomic<bool>& stop = stop_on_interrupt();
+  std::vector<codegen::Model> observers(factors.size(), model);
+  std::vector<std::string> origins(factors.size(), "the model's own");
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const double k = factors[i];
     if (bound.exact()) {
-      report.results.push_back(bound.at(k, bound.exact_observer(k), "pseudo-inverse of T"));
-    } else if (k == 1.0) {
-      report.results.push_back(bound.at(k, model, "the model's own"));
-    } else {
+      observers[i] = bound.exact_observer(k);
+      origins[i] = "pseudo-inverse of T";
+    } else if (k != 1.0) {
       const Experiment again = scaled_experiment(experiment, model, k, arguments.steps);
-      if (!arguments.quiet) fmt::print(stderr, "k = {}: training T* for the eigenvalues of k D\n", shortest_text(k));
-      report.results.push_back(bound.at(k, train_scaled(again, model, arguments.quiet),
-                                        fmt::format("retrained, {} steps", again.training.steps)));
+      origins[i] = fmt::format("retrained, {} steps", again.training.steps);
+      jobs.push_back({fmt::format("T* for k = {}", shortest_text(k)), 1.0,
+                      [&, again, &observer = observers[i]](const JobContext& context) {
+                        return train_scaled(again, arguments.output, context, observer);
+                      }});
     }
-    if (!arguments.quiet) fmt::print(stderr, "k = {}: done\n", shortest_text(k));
+  }
+  {
+    StatusLine line;
+    JobsProgress progress(line);
+    const JobsResult trained = run_jobs(
+        jobs, {.threads = arguments.test.threads, .stop = &stop, .progress = arguments.quiet ? nullptr : &progress});
+    trained.check();
+    if (trained.left > 0)
+      throw RunFailure(trained.interrupted_text(arguments.output.empty() ? "" : "the same command"));
+  }
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    if (stop.load()) throw RunFailure("interrupted");
+    report.results.push_back(bound.at(factors[i], observers[i], origins[i]));
+    if (!arguments.quiet) fmt::print(stderr, "k = {}: done\n", shortest_text(factors[i]));
   }
   return report;
 }
@@ -139,12 +160,16 @@ void run_bound(BoundArguments arguments) {
   const auto plant = make_plant(*experiment.plant);
 
   run_phase([&] {
+    DirectoryLock lock;
+    if (!arguments.output.empty()) {
+      make_output_directory(arguments.output);
+      lock.take(arguments.output);
+    }
     const BoundReport report = study(arguments, model, experiment, *plant, factors);
     fmt::print("{}", arguments.json  ? bound_json(report)
                      : arguments.csv ? bound_csv(report)
                                      : printable(bound_text(report)));
     if (!arguments.output.empty()) {
-      make_output_directory(arguments.output);
       codegen::write_file_atomically(arguments.output + "/bound.csv", bound_csv(report));
       codegen::write_file_atomically(arguments.output + "/bound.html", bound_page(report));
       if (!arguments.json && !arguments.csv)
@@ -193,6 +218,7 @@ void add_bound(CLI::App& app, Action& action) {
   command->add_flag("--csv", arguments->csv, "CSV instead of the table")->excludes(json);
   command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");
   command->footer(
+      "With -o trainings are kept in DIR/retrained: the same k and steps train nothing again.\n"
       "Examples:\n"
       "  nlo bound runs/van_der_pol/model.json --k 1,2,4,8 --noise uniform:0.5 -o runs/van_der_pol\n"
       "  nlo bound runs/van_der_pol/model.json --k 0.5,1,2 --disturbance 0.05 --steps 4000 --json");

@@ -159,9 +159,8 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
         run_jobs(jobs, {.threads = experiment.threads, .stop = &stop_on_interrupt(), .progress = &progress});
     line.finish();
     result.check();
-    if (result.left > 0 && arguments.output.empty())
-      throw RunFailure("interrupted; with -o DIR the trainings would be kept, and the command could go on");
-    if (result.left > 0) throw RunFailure(result.interrupted_text(command_line(arguments)));
+    if (result.left > 0)
+      throw RunFailure(result.interrupted_text(arguments.output.empty() ? "" : command_line(arguments)));
   });
   if (arguments.json) return fmt::print("{}", crossvalidation_json(outcomes));
   fmt::print(

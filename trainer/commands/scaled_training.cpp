@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "codegen/base/error.h"
@@ -14,7 +13,6 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/structures/linear_latent_start.h"
-#include "trainer/terminal/progress.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
@@ -63,18 +61,21 @@ Experiment scaled_experiment(const Experiment& experiment, const codegen::Model&
   return again;
 }
 
-codegen::Model train_scaled(const Experiment& experiment, const codegen::Model& original, bool quiet) {
-  const TrainingSets sets = simulate_training_sets(experiment);
-  std::optional<ProgressDisplay> display;
-  TrainOptions options;
-  if (!quiet) {
-    display.emplace(stderr);
-    options.progress = [&](const TrainProgress& progress) { display->update(progress); };
-  }
-  TrainingResult result = train(experiment, sets.training, sets.validation, options);
-  if (display) display->finish();
-  if (result.outcome == TrainOutcome::kDiverged) throw codegen::Error(result.message);
-  return with_injection(std::move(result.model), codegen::linear_latent(original)->output_injection);
+JobEnd train_scaled(const Experiment& experiment, const std::string& output, const JobContext& context,
+                    codegen::Model& model) {
+  const codegen::Model original = std::move(model);
+  const FinishedRun inputs{run_identity(experiment)};
+  const Train train_it = [&](const TrainOptions& options) {
+    Experiment own = experiment;
+    own.threads = context.threads;
+    const TrainingSets sets = simulate_training_sets(own);
+    return train(own, sets.training, sets.validation, options);
+  };
+  const JobEnd end =
+      train_kept(output.empty() ? "" : kept_folder(output + "/retrained", inputs), inputs, context, train_it, model);
+  if (end != JobEnd::kStopped)
+    model = with_injection(std::move(model), codegen::linear_latent(original)->output_injection);
+  return end;
 }
 
 }  // namespace nlo::trainer

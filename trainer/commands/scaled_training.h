@@ -2,8 +2,11 @@
 // The observer of k D: a model's experiment trained again with its eigenvalues times k, held fixed.
 #pragma once
 
+#include <string>
+
 #include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
+#include "trainer/jobs/kept_training.h"
 
 namespace nlo::trainer {
 
@@ -12,8 +15,9 @@ namespace nlo::trainer {
 /// outputs have been learned apart, which no experiment can hold.
 Experiment scaled_experiment(const Experiment& experiment, const codegen::Model& model, double k, int steps);
 
-/// Trains it on its own simulations, with progress on stderr unless `quiet`; F is that of `original`. Throws
-/// codegen::Error when the training diverges.
-codegen::Model train_scaled(const Experiment& experiment, const codegen::Model& original, bool quiet);
+/// Trains it on its own simulations and keeps that below `output`, if there is one; F stays that of `model`, which it
+/// becomes. Throws codegen::Error when the training diverges.
+JobEnd train_scaled(const Experiment& experiment, const std::string& output, const JobContext& context,
+                    codegen::Model& model);
 
 }  // namespace nlo::trainer

@@ -50,7 +50,7 @@ struct JobsResult {
   /// Throws the first failure, if there is one.
   void check() const;
 
-  /// "interrupted with 3 of 12 trainings left; this goes on: COMMAND".
+  /// "interrupted with 3 of 12 trainings left; this goes on: COMMAND". Without a command nothing was kept, for want of -o.
   std::string interrupted_text(const std::string& command) const;
 };
 
