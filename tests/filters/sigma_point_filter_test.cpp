@@ -248,6 +248,23 @@ TEST(SigmaPointFilter, TakesEachLaneByItsOwnTuning) {
   EXPECT_GT(difference, 0.05) << "control: the tunings differ";
 }
 
+TEST(SigmaPointFilter, TakesAFactorOfEachStateAsTheSameFactorOnAll) {
+  const VanDerPolRun run;
+  const LaneRuns lanes = test::runs_of(run.outputs, kPeriod);
+  const auto estimates = [&](const FilterTuning& tuning) {
+    SigmaPointFilter filter(van_der_pol(), PointSet::kExtended, box_knowledge(), {tuning}, 1);
+    return test::estimates_of(filter, lanes);
+  };
+  FilterTuning whole, each;
+  whole.process = 1e4;
+  whole.initial = 0.25;
+  each.process_of = {1e4, 1e4};
+  each.initial_of = {0.25, 0.25};
+  EXPECT_LE((estimates(whole) - estimates(each)).cwiseAbs().maxCoeff(), 1e-12);
+  each.process_of[1] = 1.0;
+  EXPECT_GT((estimates(whole) - estimates(each)).cwiseAbs().maxCoeff(), 1e-3) << "control: it is of a state";
+}
+
 TEST(SigmaPointFilter, HoldsOutliersBeyondItsGate) {
   const VanDerPolRun run;
   MatrixXd outputs = run.outputs;

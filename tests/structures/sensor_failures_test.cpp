@@ -189,11 +189,13 @@ std::string refusal(const std::string& observer) {
   return "";
 }
 
-TEST(FailingSensors, WhatCannotBeIsRefusedWithTheMend) {
+TEST(FailingSensors, WhatCannotBeIsRefusedWithTheFix) {
   using ::testing::HasSubstr;
   EXPECT_THAT(refusal("may_fail = [\"best\"]\n"), HasSubstr("which is not an output; there is: good, poor"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"good\"]\n"), HasSubstr("twice; remove one"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"poor\"]\n"), HasSubstr("leave one out"));
+  EXPECT_NO_THROW(failing_experiment("may_fail = [\"good\", \"poor\"]\n", "dropout = 0.0\n"))
+      << "samples that get lost now and then";
   EXPECT_THAT(refusal("staleness_s = 0.0\n"), HasSubstr("staleness_s"));
 }
 

@@ -16,6 +16,7 @@
 #include "trainer/compare/compare_text.h"
 #include "trainer/compare/filter_table.h"
 #include "trainer/compare/strict_study.h"
+#include "trainer/data/channel_names.h"
 #include "trainer/jobs/interrupt.h"
 #include "trainer/report/compare_page.h"
 
@@ -44,12 +45,6 @@ std::vector<std::string> rivals() {
   return names;
 }
 
-std::vector<std::string> names_of_channels(const std::vector<codegen::Channel>& channels) {
-  std::vector<std::string> names;
-  for (const codegen::Channel& channel : channels) names.push_back(channel.name);
-  return names;
-}
-
 /// All models must be of the plant and the box that the first was trained on: the same runs are to judge them.
 void require_one_plant(const std::vector<ComparedModel>& models, const std::vector<Experiment>& experiments) {
   const auto differs = [&](std::size_t i, const std::string& what) {
@@ -64,8 +59,8 @@ void require_one_plant(const std::vector<ComparedModel>& models, const std::vect
       differs(i, "another plant");
     if (other.plant->parameters != first.plant->parameters) differs(i, "other nominal parameters");
     if (other.simulation.sample_period_s != first.simulation.sample_period_s) differs(i, "another sample period");
-    if (names_of_channels(models[i].model.states) != names_of_channels(models.front().model.states) ||
-        names_of_channels(models[i].model.outputs) != names_of_channels(models.front().model.outputs))
+    if (channel_names(models[i].model.states) != channel_names(models.front().model.states) ||
+        channel_names(models[i].model.outputs) != channel_names(models.front().model.outputs))
       differs(i, "other states or outputs");
   }
 }

@@ -55,8 +55,7 @@ std::string comparison_json(const Comparison& comparison) {
                          {"operations", json_number(column.operations)},
                          {"functions", json_number(column.functions)},
                          {"state_bytes", json_number(column.state_bytes)},
-                         {"constant_bytes", json_number(column.constant_bytes)},
-                         {"ns", json_number(column.ns)}};
+                         {"constant_bytes", json_number(column.constant_bytes)}};
   json["left_out"] = comparison.left_out;
   json["findings"] = comparison_findings(comparison);
   return json_text(json) + "\n";

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <mutex>
@@ -30,14 +29,9 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::string_view kParticle = "particle";
 constexpr std::uint64_t kTuningSeed = 0x74756e65ULL;  // no user's seed: tuning runs are not the test's
-
-double nanoseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
-}
 
 /// What one column is made of: an observer, a filter, one of simple_names(), or, of nothing, the floor.
 struct MadeOf {
@@ -109,10 +103,6 @@ class Study {
     all_ = static_cast<double>(conditions) * static_cast<double>(result_.columns.size());
     ThreadPool pool(test_.threads);
     pool.run(conditions, [&](int index, int) { compare_under(static_cast<std::size_t>(index)); });
-    for (std::size_t c = 0; c < result_.columns.size(); ++c)
-      for (const auto& row : result_.cells)
-        if (row[c].ns > 0.0)
-          result_.columns[c].ns = result_.columns[c].ns > 0.0 ? std::min(result_.columns[c].ns, row[c].ns) : row[c].ns;
     keep_worst_run();
     return std::move(result_);
   }
@@ -217,18 +207,13 @@ class Study {
   void estimate(const std::function<Estimator(std::size_t run)>& estimator_of, const ComparedRuns& runs,
                 CompareCell& cell) const {
     Eigen::ArrayXd squares(static_cast<Index>(runs.outputs.size()));
-    double spent = 0.0, samples = 0.0;
     for (std::size_t i = 0; i < runs.outputs.size(); ++i) {
       if (stop_ != nullptr && stop_->load()) return;
       const Trajectory& truth = runs.set.trajectories[i];
       const Estimator estimator = estimator_of(i);
-      const auto start = Clock::now();
       const MatrixXd x_hat = estimator(runs.outputs[i], truth.inputs, truth.time_s).x_hat;
-      spent += nanoseconds_since(start);
-      samples += static_cast<double>(truth.samples());
       squares[static_cast<Index>(i)] = squared_error(runs, i, x_hat);
     }
-    cell.ns = spent / samples;
     set_norms(cell, squares, test_.seeds);
   }
 
@@ -243,14 +228,12 @@ class Study {
     if (!cell.missing.empty()) return;
     FilterTuning tuning;
     if (tuning_runs != nullptr) {
-      tuning = tune_filter(row, context, *tuning_runs, stop_).tuning;
-      cell.tuning = describe_tuning(row, tuning);
+      const TunedFilter tuned = tune_filter(row, context, *tuning_runs, stop_);
+      tuning = tuned.tuning;
+      cell.tuning = tuned.text;
     }
     const auto made = row.make(context, {tuning}, runs.measured.lanes());
-    const auto start = Clock::now();
     const Eigen::ArrayXd squares = squared_errors(*made, runs.measured, runs);
-    cell.ns =
-        nanoseconds_since(start) / (static_cast<double>(runs.measured.samples()) * static_cast<double>(squares.size()));
     cell.restarts = made->restarts();
     set_norms(cell, squares, test_.seeds);
   }

@@ -45,8 +45,6 @@ struct CompareColumn {
   double operations = 0.0, functions = 0.0;  ///< a multiply-add is two operations
   double state_bytes = 0.0;                  ///< that a float implementation keeps between samples
   double constant_bytes = 0.0;               ///< of a model
-  /// Measured in this program, the least over conditions: filters on lanes side by side, observers by whole runs. [ns]
-  double ns = 0.0;
 
   static constexpr std::string_view kTuned = "_tuned";  ///< ends the name of a filter that is tuned
   bool is_tuned() const { return !is_observer && name.ends_with(kTuned); }
@@ -61,7 +59,6 @@ struct CompareCell {
   std::string tuning;         ///< of a tuned filter, in words
   std::string missing;        ///< why there is no figure; else empty
   int restarts = 0;           ///< runs that left the finite numbers and began anew
-  double ns = 0.0;
 
   double mean() const { return norms.mean(); }
   Spread spread() const {

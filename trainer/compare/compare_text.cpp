@@ -140,16 +140,12 @@ std::string counted(double number, bool known = false) {
 }  // namespace
 
 Table cost_table(const Comparison& comparison) {
-  Table table{{"per sample", "operations", "functions", "state [bytes]", "constants [bytes]", "ns here", "ns / EKF"},
-              {}};
-  const auto ekf = column_named(comparison, "ekf");
+  Table table{{"per sample", "operations", "functions", "state [bytes]", "constants [bytes]"}, {}};
   for (const CompareColumn& column : comparison.columns) {
     if (column.is_tuned()) continue;  // the same filter
-    const bool ratio = ekf && comparison.columns[*ekf].ns > 0.0 && column.ns > 0.0;
     table.rows.push_back({column_title(column), counted(column.operations),
                           counted(column.functions, column.operations > 0.0), counted(column.state_bytes),
-                          counted(column.constant_bytes), column.ns > 0.0 ? significant(column.ns) : "-",
-                          ratio ? significant(column.ns / comparison.columns[*ekf].ns, 2) : "-"});
+                          counted(column.constant_bytes)});
   }
   return table;
 }
@@ -216,7 +212,7 @@ std::string comparison_text(const Comparison& comparison) {
   text += fmt::format("\nThe worst run of each\n{}", worst_table(comparison).to_text(2));
   if (const Table tuning = tuning_table(comparison); !tuning.rows.empty())
     text += fmt::format("\nTuned\n{}", tuning.to_text(2));
-  text += fmt::format("\nWhat a step costs: counted (a multiply-add is two operations), and measured in this run\n{}",
+  text += fmt::format("\nWhat a step costs: counted (a multiply-add is two operations)\n{}",
                       cost_table(comparison).to_text(2));
   return text;
 }

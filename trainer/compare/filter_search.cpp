@@ -19,21 +19,29 @@ constexpr double kNoGate = 1e2;  // standard deviations: nothing of a run is bey
 constexpr double kUsualGate = 3.5;
 constexpr double kWidest = 12.0;  // decades: further from what is shipped no filter is one
 
-FilterTuning tuning_of(const FilterRow& row, const VectorXd& x) {
+using Factors = std::vector<TunedFactor>;
+
+bool has_gate(const Factors& factors, const VectorXd& x) {
+  const auto count = static_cast<Index>(factors.size());
+  return x.size() > count && std::pow(10.0, x[count]) < kNoGate;
+}
+
+double factor_at(const VectorXd& x, std::size_t i) {
+  return std::pow(10.0, std::clamp(x[static_cast<Index>(i)], -kWidest, kWidest));
+}
+
+FilterTuning tuning_of(const Factors& factors, const VectorXd& x) {
   FilterTuning tuning;
-  const auto coordinates = static_cast<Index>(row.coordinates.size());
-  for (Index i = 0; i < coordinates; ++i)
-    tuning.*row.coordinates[static_cast<std::size_t>(i)] = std::pow(10.0, std::clamp(x[i], -kWidest, kWidest));
-  if (row.has_gate && std::pow(10.0, x[coordinates]) < kNoGate)
-    tuning.gate = std::pow(10.0, std::max(x[coordinates], -1.0));
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    if (x[static_cast<Index>(i)] != 0.0) factors[i].set(tuning, factor_at(x, i));
+  if (has_gate(factors, x)) tuning.gate = std::pow(10.0, std::max(x[static_cast<Index>(factors.size())], -1.0));
   return tuning;
 }
 
-/// What a search starts from: all of Q x 1, 100, 1e4, R x .1, 1, 10, with a gate and without.
-std::vector<VectorXd> grid(const FilterRow& row) {
-  const auto coordinates = static_cast<Index>(row.coordinates.size());
-  std::vector<VectorXd> points{VectorXd::Zero(coordinates + (row.has_gate ? 1 : 0))};
-  if (row.has_gate) points.front()[coordinates] = std::log10(kNoGate);
+/// What a search starts from: each factor's decades beside those of the others, with a gate and without.
+std::vector<VectorXd> grid(const Factors& factors, bool gated) {
+  const auto count = static_cast<Index>(factors.size());
+  std::vector<VectorXd> points{VectorXd::Zero(count + (gated ? 1 : 0))};
   const auto spread = [&](Index coordinate, const std::vector<double>& values) {
     std::vector<VectorXd> all;
     for (const VectorXd& point : points)
@@ -43,12 +51,18 @@ std::vector<VectorXd> grid(const FilterRow& row) {
       }
     points = std::move(all);
   };
-  for (Index i = 0; i < coordinates; ++i) {
-    if (row.coordinates[static_cast<std::size_t>(i)] == &FilterTuning::process) spread(i, {0.0, 2.0, 4.0});
-    if (row.coordinates[static_cast<std::size_t>(i)] == &FilterTuning::output) spread(i, {0.0, -1.0, 1.0});
-  }
-  if (row.has_gate) spread(coordinates, {std::log10(kNoGate), std::log10(kUsualGate)});
+  for (Index i = 0; i < count; ++i) spread(i, factors[static_cast<std::size_t>(i)].decades);
+  if (gated) spread(count, {std::log10(kNoGate), std::log10(kUsualGate)});
   return points;
+}
+
+std::string in_words(const Factors& factors, const VectorXd& x, const FilterTuning& tuning) {
+  std::string text;
+  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  for (std::size_t i = 0; i < factors.size(); ++i)
+    if (x[static_cast<Index>(i)] != 0.0) add(fmt::format("{} x {}", factors[i].name, significant(factor_at(x, i), 2)));
+  if (std::isfinite(tuning.gate)) add("gate " + significant(tuning.gate, 2));
+  return text.empty() ? "as shipped" : text;
 }
 
 }  // namespace
@@ -56,9 +70,10 @@ std::vector<VectorXd> grid(const FilterRow& row) {
 TunedFilter tune_filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
                         const std::atomic<bool>* stop) {
   TunedFilter result;
+  const Factors factors = row.factors(context);
   const CostsOf costs = [&](const std::vector<VectorXd>& points) {
     std::vector<FilterTuning> tunings;
-    for (const VectorXd& point : points) tunings.push_back(tuning_of(row, point));
+    for (const VectorXd& point : points) tunings.push_back(tuning_of(factors, point));
     const auto count = static_cast<Index>(points.size());
     const LaneRuns lanes = repeated(runs.measured, count);
     const auto filter = row.make(context, tunings, lanes.lanes());
@@ -69,28 +84,16 @@ TunedFilter tune_filter(const FilterRow& row, const FilterContext& context, cons
     result.evaluations += static_cast<int>(count);
     return norms;
   };
-  const std::vector<VectorXd> points = grid(row);
+  const std::vector<VectorXd> points = grid(factors, row.has_gate);
   const std::vector<double> found = costs(points);
   std::size_t best = 0;
   for (std::size_t i = 1; i < found.size(); ++i)
     if (found[i] < found[best]) best = i;
-  const int most_sweeps = std::max(1, row.most_evaluations / (4 * static_cast<int>(points[best].size())));
-  const Tuned tuned = coordinate_search(points[best], costs, true, stop, most_sweeps);
-  result.tuning = tuning_of(row, tuned.x);
+  const Tuned tuned = coordinate_search(points[best], costs, true, stop, row.most_sweeps);
+  result.tuning = tuning_of(factors, tuned.x);
+  result.text = in_words(factors, tuned.x, result.tuning);
   result.norm = tuned.cost;
   return result;
-}
-
-std::string describe_tuning(const FilterRow& row, const FilterTuning& tuning) {
-  std::string text;
-  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  for (const auto coordinate : row.coordinates) {
-    if (tuning.*coordinate == 1.0) continue;
-    const char* name = coordinate == &FilterTuning::process ? "Q" : coordinate == &FilterTuning::output ? "R" : "P0";
-    add(fmt::format("{} x {}", name, significant(tuning.*coordinate, 2)));
-  }
-  if (std::isfinite(tuning.gate)) add("gate " + significant(tuning.gate, 2));
-  return text.empty() ? "as shipped" : text;
 }
 
 }  // namespace nlo::trainer

@@ -12,6 +12,7 @@ namespace nlo::trainer {
 
 struct TunedFilter {
   FilterTuning tuning;
+  std::string text;   ///< "Q x 100, R x 3.2, gate 3.5": what differs from the filter as shipped
   double norm = 0.0;  ///< on the runs it was tuned on
   int evaluations = 0;
 };
@@ -20,8 +21,5 @@ struct TunedFilter {
 /// the best so far.
 TunedFilter tune_filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
                         const std::atomic<bool>* stop = nullptr);
-
-/// "Q x 100, R x 3.2, gate 3.5": what differs from the filter as shipped.
-std::string describe_tuning(const FilterRow& row, const FilterTuning& tuning);
 
 }  // namespace nlo::trainer

@@ -3,10 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "codegen/base/error.h"
+#include "trainer/data/channel_names.h"
 #include "trainer/data/measurement_noise.h"
+#include "trainer/filters/filter_bank.h"
 #include "trainer/filters/high_gain.h"
 #include "trainer/filters/moving_horizon.h"
 #include "trainer/filters/plant_equations.h"
@@ -29,6 +33,55 @@ std::string always_fit(const FilterContext&) {
   return "";
 }
 
+// ---- What is tuned
+
+TunedFactor factor_on(std::string name, double FilterTuning::*number, std::vector<double> decades = {0.0}) {
+  return {std::move(name), [number](FilterTuning& t, double factor) { t.*number = factor; }, std::move(decades)};
+}
+
+TunedFactor factor_of_state(std::string name, std::vector<double> FilterTuning::*numbers, Index nx, Index first,
+                            Index count) {
+  return {std::move(name), [=](FilterTuning& t, double factor) {
+            (t.*numbers).resize(static_cast<std::size_t>(nx), 1.0);
+            std::fill_n((t.*numbers).begin() + first, count, factor);
+          }};
+}
+
+TunedFactor process_factor() {
+  return factor_on("Q", &FilterTuning::process, {0.0, 2.0, 4.0});
+}
+
+std::vector<TunedFactor> only_process(const FilterContext&) {
+  return {process_factor()};
+}
+
+std::vector<TunedFactor> process_and_output(const FilterContext&) {
+  return {process_factor(), factor_on("R", &FilterTuning::output, {0.0, -1.0, 1.0})};
+}
+
+/// Q, R and P0 as wholes, then Q state by state: what the plant does not say may be in one equation alone. `further` states
+/// are parameters, with a drift and a prior of their own.
+std::vector<TunedFactor> covariances(const FilterContext& c, Index further) {
+  std::vector<TunedFactor> factors = process_and_output(c);
+  factors.push_back(factor_on("P0", &FilterTuning::initial));
+  const Index nx = c.plant.nx + further;
+  for (Index i = 0; i < c.plant.nx && c.plant.nx > 1; ++i)
+    factors.push_back(
+        factor_of_state("Q of " + c.states[static_cast<std::size_t>(i)], &FilterTuning::process_of, nx, i, 1));
+  if (further == 0) return factors;
+  factors.push_back(factor_of_state("drift", &FilterTuning::process_of, nx, c.plant.nx, further));
+  factors.push_back(factor_of_state("prior", &FilterTuning::initial_of, nx, c.plant.nx, further));
+  return factors;
+}
+
+std::vector<TunedFactor> covariances_of_states(const FilterContext& c) {
+  return covariances(c, 0);
+}
+
+std::vector<TunedFactor> covariances_of_all(const FilterContext& c) {
+  return covariances(c, static_cast<Index>(c.joint_parameters.size()));
+}
+
 // ---- EKF and UKF
 
 template <PointSet kPoints>
@@ -43,6 +96,21 @@ StepCost cost_of_sigma_points(const FilterContext& c, const PlantCost& plant) {
 
 Index root_state(const FilterContext& c) {
   return c.plant.nx + c.plant.nx * (c.plant.nx + 1) / 2;
+}
+
+// ---- A bank of EKFs
+
+Filter ekf_bank(const FilterContext& c, const Tunings& tunings, Index lanes) {
+  return std::make_unique<FilterBank>(c.plant, c.knowledge, c.initial, tunings, lanes);
+}
+
+StepCost cost_of_bank(const FilterContext& c, const PlantCost& plant) {
+  const StepCost weighing{2.0 * size(c.plant.nx) + 4.0 * size(c.plant.ny) + 2.0, size(c.plant.ny) + 1.0};
+  return (cost_of_sigma_points<PointSet::kExtended>(c, plant) + weighing) * size(c.initial.cols());
+}
+
+Index bank_state(const FilterContext& c) {
+  return c.initial.cols() * (root_state(c) + 1);
 }
 
 // ---- The EKF that estimates parameters beside the states
@@ -131,28 +199,15 @@ Index one_number_each(const FilterContext& c) {
 }  // namespace
 
 std::span<const FilterRow> filter_table() {
-  using T = FilterTuning;
-  const auto &process = &T::process, &output = &T::output, &initial = &T::initial;
   static const FilterRow kRows[] = {
-      {"ekf",
-       {process, output, initial},
-       true,
-       48,
-       always_fit,
-       sigma_points<PointSet::kExtended>,
-       cost_of_sigma_points<PointSet::kExtended>,
-       root_state},
-      {"ukf",
-       {process, output, initial},
-       true,
-       48,
-       always_fit,
-       sigma_points<PointSet::kUnscented>,
-       cost_of_sigma_points<PointSet::kUnscented>,
-       root_state},
-      {"joint_ekf", {process, output, initial}, true, 48, joint_unfit, joint_ekf, cost_of_joint, joint_state},
-      {"mhe", {process, output}, true, 8, always_fit, moving_horizon, cost_of_horizon, horizon_state},
-      {"high_gain", {process}, false, 12, high_gain_unfit, high_gain, cost_of_high_gain, one_number_each},
+      {"ekf", covariances_of_states, true, 3, always_fit, sigma_points<PointSet::kExtended>,
+       cost_of_sigma_points<PointSet::kExtended>, root_state},
+      {"ukf", covariances_of_states, true, 3, always_fit, sigma_points<PointSet::kUnscented>,
+       cost_of_sigma_points<PointSet::kUnscented>, root_state},
+      {"ekf_bank", covariances_of_states, true, 1, always_fit, ekf_bank, cost_of_bank, bank_state},
+      {"joint_ekf", covariances_of_all, true, 3, joint_unfit, joint_ekf, cost_of_joint, joint_state},
+      {"mhe", process_and_output, true, 1, always_fit, moving_horizon, cost_of_horizon, horizon_state},
+      {"high_gain", only_process, false, 3, high_gain_unfit, high_gain, cost_of_high_gain, one_number_each},
   };
   return kRows;
 }
@@ -175,6 +230,8 @@ FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise
   constexpr double kLeastOutput = 1e-2;  // R >= 1e-4: a noise-free output is no reason to trust a linearisation
   FilterContext context;
   context.config = *nominal.plant;
+  const auto plant = make_plant(*nominal.plant);
+  context.states = channel_names(plant->states());
   context.plant = lane_plant(make_plant(*nominal.plant));
   const InitialMoments start = initial_moments(nominal.simulation);
   const Eigen::VectorXd variances = noise_variances(noise);
@@ -192,7 +249,7 @@ FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise
   context.initial =
       draw_initial_states(nominal.simulation, initial_state_seed(nominal.seed, SeedStream::kValidation), 8);
   context.sample_period_s = nominal.simulation.sample_period_s;
-  context.inputs = nominal.excitation ? make_plant(*nominal.plant)->nu() : 0;
+  context.inputs = nominal.excitation ? plant->nu() : 0;
   return context;
 }
 

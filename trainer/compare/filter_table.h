@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -20,6 +21,7 @@ namespace nlo::trainer {
 struct FilterContext {
   PlantConfig config;  ///< nominal
   LanePlant plant;
+  std::vector<std::string> states;            ///< their names
   FilterKnowledge knowledge;                  ///< n_x
   std::vector<std::string> joint_parameters;  ///< those that the conditions change
   Eigen::MatrixXd initial;                    ///< some initial states, n_x x count
@@ -30,11 +32,18 @@ struct FilterContext {
 /// Samples that a moving horizon looks back.
 inline constexpr Eigen::Index kHorizonSamples = 25;
 
+/// A number of a filter's tuning: a factor on what it is told.
+struct TunedFactor {
+  std::string name;  ///< "Q", "Q of x1"
+  std::function<void(FilterTuning& tuning, double factor)> set;
+  std::vector<double> decades = {0.0};  ///< where the search starts: powers of ten, each beside each of the others'
+};
+
 struct FilterRow {
-  std::string_view name;                            ///< of estimator_words.h
-  std::vector<double FilterTuning::*> coordinates;  ///< what is tuned, gate apart
+  std::string_view name;                                              ///< of estimator_words.h
+  std::vector<TunedFactor> (*factors)(const FilterContext& context);  ///< what is tuned, gate apart
   bool has_gate;
-  int most_evaluations;  ///< of the tuning, after the grid it starts from: less where a step takes long
+  int most_sweeps;  ///< of the tuning over its factors, after the grid it starts from: less where a step takes long
   /// Why it is not for this plant; empty: it is.
   std::string (*unfit)(const FilterContext& context);
   std::unique_ptr<LaneFilter> (*make)(const FilterContext& context, const std::vector<FilterTuning>& tunings,

@@ -9,6 +9,7 @@ constexpr EstimatorWords kWords[] = {
     {"ekf", "EKF", "extended Kalman filter"},
     {"ekf_true", "EKF that knows the changed plant", "extended Kalman filter"},
     {"ukf", "UKF", "unscented Kalman filter"},
+    {"ekf_bank", "EKF bank", "eight EKFs from different starts, weighed by their innovations"},
     {"joint_ekf", "joint EKF", "EKF that estimates the parameters that conditions change, too"},
     {"mhe", "moving horizon", "moving horizon, one Gauss-Newton step per sample"},
     {"high_gain", "high gain", "high-gain observer"},

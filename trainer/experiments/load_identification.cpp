@@ -9,6 +9,7 @@
 #include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/config/key_error.h"
+#include "trainer/data/channel_names.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/experiments/identify_keys.h"
 #include "trainer/experiments/section_tables.h"
@@ -18,12 +19,6 @@ namespace nlo::trainer {
 namespace {
 
 using Names = std::vector<std::string>;
-
-Names names_of_channels(const std::vector<codegen::Channel>& channels) {
-  Names names;
-  for (const codegen::Channel& channel : channels) names.push_back(channel.name);
-  return names;
-}
 
 bool has(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -49,8 +44,8 @@ void require_one_for_each_state(const std::vector<double>& values, const std::st
 }
 
 void check_names(const Identification& i, const ParametricPlant& plant, const LogSchema& schema) {
-  const Names outputs = names_of_channels(schema.output_channels), states = names_of_channels(schema.state_channels),
-              inputs = names_of_channels(schema.input_channels);
+  const Names outputs = channel_names(schema.output_channels), states = channel_names(schema.state_channels),
+              inputs = channel_names(schema.input_channels);
   require(plant.outputs(), outputs, "plant.output_names", "[plant] output",
           "is not a column of the logs with role \"output\"");
   require(plant.inputs(), inputs, "plant.inputs", "[plant] input", "is not a column of the logs with role \"input\"");

@@ -45,20 +45,27 @@ SigmaPointFilter::SigmaPointFilter(LanePlant plant, PointSet points, const Filte
       limits_(knowledge.limits()),
       process_deviation_(knowledge.process_deviation),
       process_noise_(ArrayXd::Zero(nx_)),
-      process_factor_(by_lane(tunings, lanes, [](const FilterTuning& t) { return std::sqrt(t.process); })),
       root_(nx_, nx_, lanes),
       initial_root_(root_) {
   const auto n = static_cast<double>(nx_);
   spread_ = kind_ == PointSet::kExtended ? kDifferenceSpread : std::sqrt(n + kappa(nx_));
   centre_weight_ = kappa(nx_) / (n + kappa(nx_));
   weight_ = 0.5 / (n + kappa(nx_));
-  const ArrayXd initial = by_lane(tunings, lanes, [](const FilterTuning& t) { return std::sqrt(t.initial); });
+  const auto of_state = [](double all, const std::vector<double>& each, Index i) {
+    return std::sqrt(each.empty() ? all : all * each[static_cast<std::size_t>(i)]);
+  };
+  for (Index i = 0; i < nx_; ++i)
+    process_factor_.push_back(
+        by_lane(tunings, lanes, [&](const FilterTuning& t) { return of_state(t.process, t.process_of, i); }));
   const ArrayXd output = by_lane(tunings, lanes, [](const FilterTuning& t) { return t.output; });
   if (knowledge.process_noise.size() > 0) process_noise_ = knowledge.process_noise;
   const MatrixXd root = codegen::square_root(knowledge.initial_covariance);
   LaneMatrix w(nx_, nx_, lanes);
-  for (Index i = 0; i < nx_; ++i)
+  for (Index i = 0; i < nx_; ++i) {
+    const ArrayXd initial =
+        by_lane(tunings, lanes, [&](const FilterTuning& t) { return of_state(t.initial, t.initial_of, i); });
     for (Index j = 0; j < nx_; ++j) w(i, j) = initial * root(i, j);
+  }
   triangularise(w);  // the root of a P0 that is only semidefinite is full
   initial_root_ = root_;
   for (const double deviation : knowledge.output_deviation)
@@ -118,8 +125,8 @@ void SigmaPointFilter::predict(const LaneRuns& runs, Index k) {
       for (Index b = 1; b <= 2 * nx_; ++b) w(i, column++) = std::sqrt(weight_) * (block(i, b) - mean);
       x_.row(i) = mean.transpose();
     }
-    w(i, column + i) =
-        process_factor_ * std::sqrt(std::pow(process_deviation_[i], 2) + h * std::pow(process_noise_[i], 2));
+    w(i, column + i) = process_factor_[static_cast<std::size_t>(i)] *
+                       std::sqrt(std::pow(process_deviation_[i], 2) + h * std::pow(process_noise_[i], 2));
   }
   triangularise(w);
 }
@@ -156,6 +163,9 @@ void SigmaPointFilter::correct_one(Index output, const MatrixXd& y, const Matrix
   Eigen::ArrayXi& rejected = rejected_[at];
   rejected = used.select(0, arrived.select(rejected + 1, rejected));
 
+  log_likelihood_ -= arrived.select(
+      (0.5 * (variance.max(kTiny).log() + (innovation.square() / variance).min(squared_gate_))).eval(), 0.0);
+
   const ArrayXd gain = used.select((innovation / variance).eval(), 0.0);
   const ArrayXd shrink =
       used.select((1.0 / (variance + (variance * (variance - linear).max(0.0)).sqrt() + kTiny)).eval(), 0.0);
@@ -172,6 +182,10 @@ void SigmaPointFilter::correct_one(Index output, const MatrixXd& y, const Matrix
   rejected = (rejected >= kMostRejected).select(0, rejected);
 }
 
+void SigmaPointFilter::start_at(const MatrixXd& states) {
+  x_ = initial_state_ = states;
+}
+
 void SigmaPointFilter::restart_lost() {
   for (Index lane = 0; lane < lanes_; ++lane) {
     if ((x_.col(lane).array().abs() <= limits_).all()) continue;
@@ -184,6 +198,7 @@ void SigmaPointFilter::restart_lost() {
 
 void SigmaPointFilter::correct(const LaneRuns& runs, Index k) {
   const MatrixXd u = runs.inputs_at(k);
+  log_likelihood_ = ArrayXd::Zero(lanes_);
   for (Index j = 0; j < plant_.ny; ++j) correct_one(j, runs.outputs[static_cast<std::size_t>(k)], u);
   restart_lost();
 }

@@ -64,6 +64,8 @@ struct FilterTuning {
   double process = 1.0;  ///< on Q
   double output = 1.0;   ///< on R
   double initial = 1.0;  ///< on P0
+  /// Further factors on Q and on P0, one for each state of the filter; empty: 1.
+  std::vector<double> process_of = {}, initial_of = {};
   /// Standard deviations: an innovation beyond it is not used. After kMostRejected in a row the covariance goes back to
   /// P0, as the filter has lost the state.
   double gate = std::numeric_limits<double>::infinity();
@@ -88,6 +90,11 @@ class SigmaPointFilter final : public LaneFilter {
   const Eigen::MatrixXd& state() const { return x_; }  ///< n_x x L
   const LaneMatrix& root() const { return root_; }
 
+  /// Before the first step: where each lane starts, and starts again when it is lost, n_x x L.
+  void start_at(const Eigen::MatrixXd& states);
+  /// log p of the last sample's outputs given those before, L; of an output beyond the gate that of one at the gate.
+  const Eigen::ArrayXd& log_likelihood() const { return log_likelihood_; }
+
  private:
   Eigen::MatrixXd points() const;
   void triangularise(LaneMatrix& w);
@@ -101,11 +108,11 @@ class SigmaPointFilter final : public LaneFilter {
   Eigen::MatrixXd x_, initial_state_;
   Eigen::ArrayXd limits_;                             ///< n_x
   Eigen::ArrayXd process_deviation_, process_noise_;  ///< n_x
-  Eigen::ArrayXd process_factor_;                     ///< L, square roots of what tunings put on Q
+  std::vector<Eigen::ArrayXd> process_factor_;        ///< n_x of L, square roots of what tunings put on Q
   LaneMatrix root_, initial_root_;
-  std::vector<Eigen::ArrayXd> output_variance_;  ///< n_y
-  Eigen::ArrayXd squared_gate_;                  ///< L
-  std::vector<Eigen::ArrayXi> rejected_;         ///< n_y of L: in a row
+  std::vector<Eigen::ArrayXd> output_variance_;   ///< n_y
+  Eigen::ArrayXd squared_gate_, log_likelihood_;  ///< L
+  std::vector<Eigen::ArrayXi> rejected_;          ///< n_y of L: in a row
   int restarts_ = 0;
 };
 

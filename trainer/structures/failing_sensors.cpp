@@ -58,8 +58,12 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
     if (std::count(names.begin(), names.end(), names[i]) > 1)
       fail(fmt::format("names \"{}\" twice; remove one", names[i]));
   }
-  if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)))
-    fail("names every output, and nothing is left to observe by; leave one out");
+  if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)) &&
+      experiment.training.dropout > 0.0)
+    fail(
+        "names every output, and nothing is left to observe by; leave one out, or say that samples are lost but now "
+        "and "
+        "then: [training] dropout = 0 and a noise with +missing");
 }
 
 codegen::SensorFailures failing_sensors(const Experiment& experiment, const Dataset& training) {
