@@ -140,8 +140,8 @@ TEST(ZshCompletion, OffersCommandsOptionsAndTheirValues) {
   EXPECT_THAT(offered_by_zsh("nlo "), IsSupersetOf({"train", "evaluate", "export", "completion", "man"}));
   EXPECT_THAT(offered_by_zsh("nlo train --da"), testing::ElementsAre("--data"));
   EXPECT_THAT(offered_by_zsh("nlo evaluate model.json --against "),
-              testing::UnorderedElementsAre("ekf", "ukf", "joint_ekf", "mhe", "high_gain", "ekf_true", "static_ridge",
-                                            "constant", "ridge"));
+              testing::UnorderedElementsAre("ekf", "ukf", "ekf_bank", "joint_ekf", "mhe", "high_gain", "ekf_true",
+                                            "static_ridge", "constant", "ridge"));
   EXPECT_THAT(offered_by_zsh("nlo export --target a"), testing::ElementsAre("arduino"));
   EXPECT_THAT(offered_by_zsh("nlo train qube --data "), testing::AllOf(testing::Each("logs"), Contains("logs")));
 }
