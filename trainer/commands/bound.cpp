@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <string_view>
@@ -20,6 +21,7 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/scaled_training.h"
 #include "trainer/compare/strict_study.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/jobs/interrupt.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"

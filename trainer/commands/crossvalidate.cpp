@@ -63,10 +63,12 @@ std::vector<std::string> chosen(std::vector<std::string> others, int count, unsi
   return others;
 }
 
-Dataset trained_on(Dataset data, const Experiment& experiment) {
-  if (experiment.training.transient == Transient::kDrop)
-    drop_transient(data, transient_time_s(experiment.observer, experiment.training.transient_factor));
-  return data;
+/// What the experiment trains on of `data`, which may be large: copied into `own` only where a transient is cut off.
+const Dataset& trained_on(const Dataset& data, const Experiment& experiment, Dataset& own) {
+  if (experiment.training.transient != Transient::kDrop) return data;
+  own = data;
+  drop_transient(own, transient_time_s(experiment.observer, experiment.training.transient_factor));
+  return own;
 }
 
 /// Trains on `training`, or finds that in a folder of `root`, and judges on the fold.
@@ -81,18 +83,19 @@ JobEnd train_without(const LogGroup& fold, const std::vector<std::string>& train
   const LogSplits splits = load_log_splits(*experiment.log, "", experiment.training.mirror);
   experiment.source_text += "# without " + fold.name + "\n";  // two folds may be trained on the same few logs
   const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};
+  Dataset own;
   const Train train_it = [&](const TrainOptions& options) {
     experiment.source_text = format_experiment(experiment);
     const Experiment complete =
         draft.complete ? experiment : derive_recipe(draft, splits.train, splits.train).experiment;
-    const Dataset data = trained_on(splits.train, complete);
+    const Dataset& data = trained_on(splits.train, complete, own);
     return train_by_groups(complete, data, data, options);
   };
   codegen::Model model;
   const JobEnd end = train_kept(root.empty() ? "" : kept_folder(root, inputs), inputs, context, train_it, model);
   if (end == JobEnd::kStopped) return end;
   const Experiment trained = experiment_of(model, fold.name);
-  const Dataset data = trained_on(splits.train, trained);
+  const Dataset& data = trained_on(splits.train, trained, own);
   const LogEvaluation evaluation =
       evaluate_on_logs(model, splits.test, resolve_columns(*experiment.log), &data, NoiseConfig{}, experiment.seed,
                        metrics_config(trained, splits.test));
