@@ -19,8 +19,9 @@ constexpr double kRight = 0.1;    // samples
 constexpr double kLongest = 8.0;  // samples; the program tries 32, which takes minutes under sanitizers
 constexpr double kFind = std::numeric_limits<double>::quiet_NaN();
 
-/// x1' = x2, x2' = -9 sin x1 - 0.4 x2 + 6 (gain) u(t - d) at 50 Hz, by midpoint steps; u in steps of 12 samples, as commands
-/// are held (zero_order), or low-passed and linear between samples. Measured: the position (relative degree 2) or the speed.
+/// x1' = x2, x2' = -9 sin x1 - 0.4 x2 + 6 (gain) u(t - d) at 50 Hz, by midpoint steps; u in steps of 12 samples, as
+/// commands are held (zero_order), or low-passed and linear between samples. Measured:
+/// the position (relative degree 2) or the speed.
 struct PushedPendulum {
   double delay = 0.0, noise = 0.0, gain = 1.0;
   bool position = true;

@@ -10,6 +10,7 @@
 
 #include "tests/data/testing.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/data/log_outliers.h"
 #include "trainer/data/logged_velocity.h"
 
 namespace nlo::trainer {

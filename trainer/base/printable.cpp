@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <iterator>
 
@@ -45,6 +46,13 @@ std::string printable(std::string_view text) {
     }
     text.remove_prefix(length);
   }
+  return result;
+}
+
+std::string ascii(std::string_view text) {
+  std::string result(text);
+  std::replace_if(
+      result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c >= 0x7f; }, '?');
   return result;
 }
 

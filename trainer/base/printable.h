@@ -11,4 +11,7 @@ namespace nlo::trainer {
 /// U+009F), and bytes that are no UTF-8, which other encodings take for control characters.
 std::string printable(std::string_view text);
 
+/// `text` with a ? for each byte that is not printable ASCII.
+std::string ascii(std::string_view text);
+
 }  // namespace nlo::trainer

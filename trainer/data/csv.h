@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Strict reader of logs in columns: one header row, then rows of as many cells (RFC 4180 quoting; LF or CRLF; a byte order
-// mark, lines that begin with # and blank lines at the end are let pass). Whatever is doubtful is an error that names file
-// and line.
+// Strict reader of logs in columns: one header row, then rows of as many cells (RFC 4180 quoting; LF or CRLF; a byte
+// order mark, lines that begin with # and blank lines at the end are let pass). Whatever is doubtful is an error that
+// names file and line.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,9 +20,9 @@ struct CsvFormat {
 
 class CsvTable {
  public:
-  /// Splits `text` into cells. `file` is the name that errors show. Throws codegen::Error on an empty file, UTF-16, a file
-  /// without data rows, a ragged row, an unclosed quote, a row of numbers where the header is expected, or a heading that
-  /// occurs twice.
+  /// Splits `text` into cells. `file` is the name that errors show. Throws codegen::Error on an empty file, UTF-16, a
+  /// file without data rows, a ragged row, an unclosed quote, a row of numbers where the header is expected, or a
+  /// heading that occurs twice.
   static CsvTable parse(std::string text, std::string file, const CsvFormat& format = {});
   static CsvTable read(const std::string& path, const CsvFormat& format = {});
 

@@ -23,11 +23,13 @@ struct Trajectory {
   Eigen::MatrixXd outputs;  ///< n_y x N, noise-free when simulated, as measured when logged
   Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
   Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)
-  Eigen::Index first_estimate = 0;   ///< before it the latent state only settles (a dropped transient, a lead-in): no
-                                     ///< estimate is asked for there, in training or in flight
+  /// Before it the latent state only settles (a dropped transient, a lead-in): no estimate is asked for there, in
+  /// training or in flight.
+  Eigen::Index first_estimate = 0;
   Eigen::MatrixXd derivatives = {};  ///< n_x x N, f(x): where the PDE residual asks for it; else 0 x 0
   Eigen::MatrixXd inputs = {};       ///< n_u x N, what excited the plant; 0 x 0 when nothing did
-  /// n_y x N: whether a log has no measurement there (an empty cell): `outputs` then holds the last one. 0 x 0: it has all.
+  /// n_y x N: whether a log has no measurement there (an empty cell): `outputs` then holds the last one.
+  /// 0 x 0: it has all.
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> missing = {};
   std::string log = {};  ///< path of the log that it is a run of; gaps make several of one
 
@@ -37,6 +39,8 @@ struct Trajectory {
     if (missing.size() == 0) return outputs;
     return missing.select(std::numeric_limits<double>::quiet_NaN(), outputs.array()).matrix();
   }
+  /// Every `every`-th sample from `first` on; time counts from there.
+  Trajectory from(Eigen::Index first, Eigen::Index every = 1) const;
 };
 
 /// Points of the state space with the plant's f and h there: where the PDE residual asks for them.
@@ -66,6 +70,9 @@ struct Dataset {
   bool reads_inputs = false;             ///< the observer reads them beside the outputs
   std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
   Mirror mirror = {};
+
+  /// The inputs that the observer reads beside the outputs.
+  std::vector<Channel> inputs_read() const { return reads_inputs ? inputs : std::vector<Channel>{}; }
 
   /// What the latent system and T* read: outputs, then the inputs that are read.
   std::vector<Channel> readings() const {

@@ -132,7 +132,8 @@ class Regression {
     return {weights.cwiseQuotient(norms), u * weights};
   }
 
-  /// Of each quantity: its level, its square, and its change over the width; of an angle sine and cosine in place of them.
+  /// Of each quantity: its level, its square, and its change over the width;
+  /// of an angle sine and cosine in place of them.
   double feature(const DelayRun& run, const std::vector<double>& angles, Index k, Index index) const {
     const Index q = index / 3, w = choice_.width();
     if (choice_.degree == 0) return 0.0;  // the quantity is u itself, and nothing else

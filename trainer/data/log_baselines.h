@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a user would do without an observer, all of it causal: predict the training mean, take the sensor of a state as it
-// is, difference the last two measurements, fit a polynomial to the last few and read its end, or regress on the last few
-// samples of all channels and their products. An observer that does not beat these is not needed.
+// What a user would do without an observer, all of it causal: predict the training mean, take the sensor of a state as
+// it is, difference the last two measurements, fit a polynomial to the last few and read its end, or regress on the
+// last few samples of all channels and their products. An observer that does not beat these is not needed.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,9 +32,9 @@ Eigen::VectorXd end_point_estimate(const EndPointPolynomial& polynomial, int der
 /// and pi average to pi, not to 0.
 Eigen::VectorXd mean_states(const Dataset& dataset);
 
-/// The best sensor of a state among outputs in its unit, by their RMSE as they are (infinite: in another unit) and the state's
-/// deviation; -1: there is none, one is the truth itself, or the mean is nearer. A sensor without any noise is a simulated
-/// one: it says nothing of a real one.
+/// The best sensor of a state among outputs in its unit, by their RMSE as they are (infinite: in another unit) and the
+/// state's deviation; -1: there is none, one is the truth itself, or the mean is nearer. A sensor without any noise is
+/// a simulated one: it says nothing of a real one.
 int best_sensor(const std::vector<double>& errors, double deviation);
 
 class LogBaseline {
@@ -50,8 +50,8 @@ class LogBaseline {
   /// n_x x N; the rows of states to which it does not apply are NaN.
   Eigen::MatrixXd estimate(const Trajectory& run) const;
 
-  /// A hidden state has no measurement to difference; "sensor" is of states with an output in their unit that is not the
-  /// truth itself.
+  /// A hidden state has no measurement to difference; "sensor" is of states with an output in their unit that is not
+  /// the truth itself.
   bool applies(int state) const;
 
   /// Of one sample and all states.

@@ -11,7 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "trainer/data/angle.h"
+#include "trainer/data/log_report.h"
 #include "trainer/data/time_stamps.h"
 
 namespace nlo::trainer {
@@ -148,91 +148,7 @@ void note_copies(const std::vector<std::string>& headings, const std::vector<Log
     }
 }
 
-/// What the values of a state are, over all logs, whatever a few of them do.
-struct Usual {
-  double low = 0.0, high = 0.0;  ///< by its quantiles of 1 % and 99 %, and by five deviations from its median
-  double step = 0.0;             ///< ten times the median of the steps that are not 0
-
-  bool has(double value) const { return value >= low && value <= high; }
-};
-
-/// Reorders `values`.
-double take_quantile(std::vector<double>& values, double q) {
-  const auto at = values.begin() + std::lround(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-Usual usual_of(const std::vector<VectorXd>& signals) {
-  constexpr double kDeviation = 1.4826;  // of a normal distribution, in median absolute deviations
-  std::vector<double> values, steps;
-  for (const VectorXd& x : signals) {
-    values.insert(values.end(), x.begin(), x.end());
-    for (Index k = 1; k < x.size(); ++k)
-      if (x[k] != x[k - 1]) steps.push_back(std::abs(x[k] - x[k - 1]));
-  }
-  Usual usual;
-  if (steps.empty()) return usual;
-  const double low = take_quantile(values, 0.01), high = take_quantile(values, 0.99),
-               median = take_quantile(values, 0.5);
-  for (double& value : values) value = std::abs(value - median);
-  const double deviation = kDeviation * take_quantile(values, 0.5);
-  usual.low = std::min(low - (high - low), median - 5.0 * deviation);
-  usual.high = std::max(high + (high - low), median + 5.0 * deviation);
-  usual.step = 10.0 * take_quantile(steps, 0.5);
-  return usual;
-}
-
-/// Rows [from, to) leave what is usual by a step and are back after it. At an end of the log one of the steps is enough.
-bool is_outlier(const VectorXd& x, Index from, Index to, const Usual& usual) {
-  const auto jumps = [&](Index a, Index b) { return std::abs(x[a] - x[b]) > usual.step; };
-  if (to - from > kOutlierRows || to - from == x.size()) return false;
-  return (from == 0 || jumps(from, from - 1)) && (to == x.size() || jumps(to - 1, to));
-}
-
 }  // namespace
-
-void note_outliers(const LogSchema& schema, const std::vector<LogFile>& logs, Notes& notes) {
-  std::set<std::string> seen;
-  for (const LogColumn& state : schema.states) {
-    if (logs.empty() || !seen.insert(state.heading).second) continue;
-    std::vector<VectorXd> signals;
-    for (const LogFile& log : logs) {
-      signals.push_back(log.values(state));
-      if (state.wrap > 0.0) signals.back() = unwrap(signals.back(), state.wrap);
-    }
-    const Usual usual = usual_of(signals);
-    if (!(usual.low < usual.high)) continue;
-    Index rows = 0, row = 0;
-    double farthest = 0.0;
-    const LogFile* where = nullptr;
-    const VectorXd* signal = nullptr;
-    for (std::size_t i = 0; i < logs.size(); ++i) {
-      const VectorXd& x = signals[i];
-      for (Index from = 0, to = 0; from < x.size(); from = std::max(to, from + 1)) {
-        for (to = from; to < x.size() && !usual.has(x[to]);) ++to;
-        if (to == from || !is_outlier(x, from, to, usual)) continue;
-        rows += to - from;
-        for (Index k = from; k < to; ++k) {
-          const double beyond = std::max(usual.low - x[k], x[k] - usual.high);
-          if (where != nullptr && beyond <= farthest) continue;
-          farthest = beyond, row = k, where = &logs[i], signal = &x;
-        }
-      }
-    }
-    if (where == nullptr) continue;
-    Index before = row, after = row;
-    while (before > 0 && !usual.has((*signal)[before])) --before;
-    while (after + 1 < signal->size() && !usual.has((*signal)[after])) ++after;
-    const std::string unit = state.unit.empty() || state.derivative ? "" : " " + state.unit;
-    notes.push_back(fmt::format(
-        "{}:{}: \"{}\" is {:.4g}{}, and {:.4g} before and {:.4g} after{}: an outlier, which an observer would learn as "
-        "truth; "
-        "correct it, or leave the cell empty, so that the row is not scored",
-        where->name, where->lines[static_cast<std::size_t>(row)], state.heading, (*signal)[row], unit,
-        (*signal)[before], (*signal)[after], rows == 1 ? "" : fmt::format(" (the farthest of {} such rows)", rows)));
-  }
-}
 
 std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, const std::vector<LogFile>& logs) {
   constexpr double kBeyond = 1e11;  // s: the year 5138, or as long a log
@@ -260,56 +176,6 @@ std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, co
       "\"{}\" has no unit and is read in s, a row each {:.4g} s: if its stamps are in {}, set unit = \"{}\" at {}; "
       "if they are in s, say so by unit = \"s\"",
       schema.time_heading, step_s, unit, unit, column);
-}
-
-void note_once(Notes& notes, const std::string& text) {
-  if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
-}
-
-void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs,
-                       std::map<std::string, EmptyCells>& cells) {
-  for (const std::string& heading : listed_headings(schema)) {
-    EmptyCells& count = cells[heading];
-    const auto is_of = [&](const std::vector<LogColumn>& columns) {
-      return std::any_of(columns.begin(), columns.end(), [&](const auto& column) { return column.heading == heading; });
-    };
-    count.output = count.output || is_of(schema.outputs);
-    count.state = count.state || is_of(schema.states);
-    count.input = count.input || is_of(schema.inputs);
-    for (const LogFile& log : logs) {
-      count.rows += log.time_s.size();
-      const auto found = log.empty.find(heading);
-      if (found == log.empty.end()) continue;
-      const std::vector<Index>& rows = found->second;
-      count.empty += static_cast<Index>(rows.size());
-      const double share = static_cast<double>(rows.size()) / static_cast<double>(log.time_s.size());
-      if (share > count.worst_share) count.worst_share = share, count.worst = log.name;
-      for (std::size_t i = 0, from = 0; i < rows.size(); ++i) {
-        if (i > 0 && rows[i] != rows[i - 1] + 1) from = i;
-        // From the value before the stretch, or its first row, to the value after it, or its last row.
-        const Index before = std::max<Index>(rows[from] - 1, 0), after = std::min(rows[i] + 1, log.time_s.size() - 1);
-        count.longest_s = std::max(count.longest_s, log.time_s[after] - log.time_s[before]);
-      }
-    }
-  }
-}
-
-void note_empty_cells(const std::map<std::string, EmptyCells>& cells, Notes& notes) {
-  for (const auto& [heading, count] : cells) {
-    if (count.empty == 0) continue;
-    const double share = static_cast<double>(count.empty) / static_cast<double>(count.rows);
-    std::string what;
-    const auto add = [&](const std::string& part) { what += (what.empty() ? "" : "; ") + part; };
-    if (count.output)
-      add("as an output it holds its last value there, as in flight (where [observer] may_fail names it, it is "
-          "missing)");
-    if (count.input) add("as an input it holds its last value there");
-    if (count.state) add("as a state it is not scored there, nor is any other state of the row");
-    notes.push_back(
-        fmt::format("\"{}\" has no value in {:.3g} % of the rows ({} of {}, for up to {:.3g} s, most in {}){}: {}",
-                    heading, 100.0 * share, count.empty, count.rows, count.longest_s, count.worst,
-                    share > kMostlyEmpty ? ", mostly empty" : "", what));
-  }
 }
 
 void count_suspicious_steps(const LogColumn& column, const VectorXd& values, std::vector<SuspiciousSteps>& found) {

@@ -26,8 +26,8 @@ struct LogRun {
 
 struct LogFile {
   std::string path, name;  ///< name: without its folders
-  /// By heading, as they stand in the file. An empty cell holds the last value above it, and the first below it where there
-  /// is none above.
+  /// By heading, as they stand in the file. An empty cell holds the last value above it, and the first below it where
+  /// there is none above.
   std::map<std::string, Eigen::VectorXd> columns;
   std::map<std::string, std::vector<Eigen::Index>> empty;  ///< by heading, rows of its empty cells; none: not listed
   Eigen::VectorXd time_s;                                  ///< from the first sample, increasing
@@ -42,11 +42,12 @@ struct LogFile {
 };
 
 /// Reads the columns that `schema` lists. Throws codegen::Error naming file, line and column: see CsvTable; fewer than
-/// two samples; time stamps that do not increase; columns without any value, beside the shares of all that are mostly empty.
+/// two samples; time stamps that do not increase; columns without any value,
+/// beside the shares of all that are mostly empty.
 LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s);
 
-/// The runs between steps longer than `max_gap_s`, which `notes` name. Rows at the start of a run are left out until every
-/// output and input has had a value. Runs of one sample are dropped, and noted.
+/// The runs between steps longer than `max_gap_s`, which `notes` name. Rows at the start of a run are left out until
+/// every output and input has had a value. Runs of one sample are dropped, and noted.
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes);
 
 /// Of all listed columns but time, each once, in the order of the list.

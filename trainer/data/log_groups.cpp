@@ -13,8 +13,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// For patterns whose matching takes no more than the product of theirs and the name's size: no references back, and not
-/// too many states, which counts multiply: of (a{9}){9} there are 81. Throws std::regex_error.
+/// For patterns whose matching takes no more than the product of theirs and the name's size: no references back, and
+/// not too many states, which counts multiply: of (a{9}){9} there are 81. Throws std::regex_error.
 std::regex bounded_regex(const std::string& pattern) {
   constexpr std::size_t kLongestPattern = 200;
   constexpr double kMostCopies = 1000.0;

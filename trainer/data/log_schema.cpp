@@ -2,7 +2,6 @@
 #include "trainer/data/log_schema.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -10,7 +9,6 @@
 
 #include "codegen/base/error.h"
 #include "codegen/model/computed_outputs.h"
-#include "trainer/base/nearest_name.h"
 #include "trainer/config/key_error.h"
 #include "trainer/data/units.h"
 
@@ -19,27 +17,17 @@ namespace {
 
 using codegen::Channel;
 
-/// `column` is one of `all`.
-[[noreturn]] void fail(const ColumnConfig& column, const std::vector<ColumnConfig>& all, std::string_view what) {
-  throw KeyError(fmt::format("log.columns[{}]", &column - all.data()),
-                 fmt::format("[[log.columns]] \"{}\": {}", column.name, what));
-}
-
-std::string heading_of(const ColumnConfig& column) {
-  return column.column.empty() ? column.name : column.column;
-}
-
 double seconds_per_unit(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
   if (column.unit.empty()) return 1.0;
   if (const Unit* unit = find_unit(column.unit); unit != nullptr && unit->kind == "time") return unit->scale;
-  fail(column, all, fmt::format("unit \"{}\" of the time column: expected s, ms, us, ns, min or h", column.unit));
+  fail_at(column, all, fmt::format("unit \"{}\" of the time column: expected s, ms, us, ns, min or h", column.unit));
 }
 
 /// `column` has an expression: no key that is of cells may stand beside it.
 void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
   if (column.role != ColumnRole::kOutput)
-    fail(column, all,
-         "an expression is of a column with role \"output\": the observer computes it of what it measures");
+    fail_at(column, all,
+            "an expression is of a column with role \"output\": the observer computes it of what it measures");
   const char* other = heading_of(column) != column.name ? "column"
                       : !column.derivative_of.empty()   ? "derivative_of"
                       : !column.file_unit.empty()       ? "file_unit"
@@ -49,10 +37,11 @@ void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>&
                       : column.delay_s != 0.0           ? "delay_s"
                                                         : nullptr;
   if (other != nullptr)
-    fail(column, all,
-         fmt::format("{} is of a column of the file, and the expression computes this one of others: remove {}, or the "
-                     "expression",
-                     other, other));
+    fail_at(
+        column, all,
+        fmt::format("{} is of a column of the file, and the expression computes this one of others: remove {}, or the "
+                    "expression",
+                    other, other));
 }
 
 /// Behind the outputs that are measured: those that are computed, odd or even as their parts make them.
@@ -67,7 +56,7 @@ void append_computed(const LogConfig& config, LogSchema& schema) {
     try {
       codegen::ComputedOutputs(schema.output_channels, schema.input_channels);
     } catch (const codegen::Error& error) {
-      fail(column, config.columns, error.what());
+      fail_at(column, config.columns, error.what());
     }
   }
   const codegen::ComputedOutputs computed(schema.output_channels, schema.input_channels);
@@ -82,102 +71,7 @@ void append_computed(const LogConfig& config, LogSchema& schema) {
     if (parity == codegen::Parity::kNeither) schema.without_parity.push_back(columns[i]->name);
   }
   if (measured == 0 && !columns.empty())
-    fail(*columns.front(), config.columns, "there is no output that is measured: list one");
-}
-
-/// From the cells to the column's unit: scale and offset, then from file_unit to unit.
-Conversion conversion_of(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
-  if (column.scale == 0.0) fail(column, all, "scale = 0 makes every value the same: expected another number");
-  Conversion units;
-  if (!column.file_unit.empty() && column.unit.empty())
-    fail(column, all,
-         fmt::format("file_unit = \"{}\" and no unit: give the unit that it is wanted in", column.file_unit));
-  switch (compare_units(column.file_unit, column.unit, units)) {
-    case UnitsAre::kTheSame:
-    case UnitsAre::kConvertible:
-      break;
-    case UnitsAre::kOfDifferentKinds:
-      fail(column, all,
-           fmt::format("file_unit = {} cannot become unit = {}: they are of different kinds",
-                       with_kind(column.file_unit), with_kind(column.unit)));
-    case UnitsAre::kUnknown:
-      fail(column, all,
-           fmt::format(
-               "file_unit = {} cannot become unit = {}: the table of units has not both; write scale and offset in "
-               "place of file_unit (value = scale * cell + offset)",
-               with_kind(column.file_unit), with_kind(column.unit)));
-  }
-  if (column.scale == 1.0 && column.offset == 0.0) return units;
-  return {units.scale * column.scale, units(column.offset)};
-}
-
-/// What the velocity of `source`, in its unit per second, is multiplied by to be in the unit of `column`.
-double rate_of(const ColumnConfig& column, const ColumnConfig& source, const std::vector<ColumnConfig>& all) {
-  if (column.scale != 1.0 || column.offset != 0.0)
-    fail(column, all,
-         fmt::format("scale and offset are of cells: give them to \"{}\", which it is the derivative of", source.name));
-  if (!column.file_unit.empty()) return conversion_of(column, all).scale;
-  const Unit *from = find_unit(source.unit), *to = find_unit(column.unit);
-  if (from == nullptr || to == nullptr) return 1.0;
-  const std::string_view kind = kind_of_rate(from->kind);
-  if (kind.empty()) return 1.0;
-  if (to->kind != kind)
-    fail(column, all,
-         fmt::format("unit = {} cannot be of the derivative of \"{}\", whose unit is {}: expected one of {}",
-                     with_kind(column.unit), source.name, with_kind(source.unit), kind));
-  return from->scale == to->scale ? 1.0 : from->scale / to->scale;
-}
-
-/// The listed column that `name` means: by its name here, else by its heading.
-const ColumnConfig& derived_from(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
-  const std::string& wanted = column.derivative_of;
-  std::vector<std::string> names;
-  for (const ColumnConfig& other : all) {
-    if (other.name == wanted && other.derivative_of.empty()) return other;
-    if (other.derivative_of.empty()) names.push_back(other.name);
-  }
-  for (const ColumnConfig& other : all)
-    if (heading_of(other) == wanted && other.derivative_of.empty()) return other;
-  const std::string nearest = nearest_name(wanted, names);
-  fail(column, all,
-       fmt::format("derivative_of = \"{}\" is not a listed column{} (list it, with role \"ignored\" if nothing else "
-                   "reads it: its wrap must be known)",
-                   wanted, nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
-}
-
-LogColumn resolve(const ColumnConfig& column, const std::vector<ColumnConfig>& all) {
-  LogColumn resolved{
-      column.name, heading_of(column), column.unit, column.wrap, false, column.encoding == Encoding::kSincos};
-  if (!(column.wrap >= 0.0))
-    fail(column, all, fmt::format("wrap = {}: expected a full turn in the column's unit", column.wrap));
-  if (resolved.sincos && column.wrap == 0.0)
-    fail(column, all,
-         "encoding = \"sincos\" needs the angle's wrap, its full turn: 6.283185307179586 for rad, 360 for degrees");
-  if ((column.delay_s > 0.0 || column.find_delay) && column.role != ColumnRole::kInput)
-    fail(column, all,
-         "delay_s is of columns with role \"input\": remove it, or shift the column itself where a sensor is late");
-  resolved.delay_s = column.delay_s;
-  if (column.derivative_of.empty()) {
-    if (column.role == ColumnRole::kTime && (column.scale != 1.0 || column.offset != 0.0 || !column.file_unit.empty()))
-      fail(column, all, "scale, offset and file_unit are not of the time: its unit says what its numbers are");
-    const Conversion cells = conversion_of(column, all);
-    resolved.scale = cells.scale;
-    resolved.offset = cells.offset;
-    return resolved;
-  }
-
-  if (column.role != ColumnRole::kState) fail(column, all, "derivative_of is for columns with role \"state\"");
-  if (column.wrap > 0.0)
-    fail(column, all, "a derivative does not wrap: give the wrap to the column that it is derived from");
-  const ColumnConfig& source = derived_from(column, all);
-  const Conversion cells = conversion_of(source, all);
-  resolved.scale = cells.scale;
-  resolved.offset = cells.offset;
-  resolved.rate = rate_of(column, source, all);
-  resolved.heading = heading_of(source);
-  resolved.wrap = source.wrap;
-  resolved.derivative = true;
-  return resolved;
+    fail_at(*columns.front(), config.columns, "there is no output that is measured: list one");
 }
 
 void append_channels(const LogColumn& column, std::vector<Channel>& channels) {
@@ -202,7 +96,7 @@ StateSource measured_by(const LogColumn& state, const std::vector<LogColumn>& ou
     if (output.heading == state.heading && output.scale == state.scale && output.offset == state.offset &&
         state.rate == 1.0)
       return {StateKind::kMeasured, channel, output.sincos ? channel + 1 : -1, output.wrap};
-    channel += output.sincos ? 2 : 1;
+    channel += output.channels();
   }
   return {};
 }
@@ -254,11 +148,11 @@ LogSchema resolve_columns(const LogConfig& config) {
   schema.format = format_of(config);
   for (const ColumnConfig& column : config.columns) {
     if (!column.expression.empty()) continue;
-    const LogColumn resolved = resolve(column, config.columns);
+    const LogColumn resolved = resolve_column(column, config.columns);
     switch (column.role) {
       case ColumnRole::kTime:
         if (!schema.time_heading.empty())
-          fail(column, config.columns, "a second column with role \"time\": expected one");
+          fail_at(column, config.columns, "a second column with role \"time\": expected one");
         schema.time_heading = resolved.heading;
         schema.time_unit_s = seconds_per_unit(column, config.columns);
         schema.has_time_unit = !column.unit.empty();
@@ -278,7 +172,7 @@ LogSchema resolve_columns(const LogConfig& config) {
         break;
       case ColumnRole::kInput:
         if (resolved.wrap > 0.0)
-          fail(column, config.columns, "an input is taken as it comes, and cannot be an angle: leave wrap out");
+          fail_at(column, config.columns, "an input is taken as it comes, and cannot be an angle: leave wrap out");
         schema.inputs.push_back(resolved);
         append_channels(resolved, schema.input_channels);
         append_mirror(column, false, schema.mirror.inputs);

@@ -10,20 +10,9 @@
 #include "trainer/config/experiment.h"
 #include "trainer/data/csv.h"
 #include "trainer/data/dataset.h"
+#include "trainer/data/log_column.h"
 
 namespace nlo::trainer {
-
-/// One entry of [[log.columns]] and where its numbers come from.
-struct LogColumn {
-  std::string name, heading, unit;
-  double wrap = 0.0;        ///< full turn of the values of `heading`; 0: not an angle
-  bool derivative = false;  ///< the zero-phase velocity of those values, times `rate`
-  bool sincos = false;      ///< two channels, NAME_sin and NAME_cos
-  double delay_s = 0.0;     ///< of an input: it acts this much later
-  double scale = 1.0;       ///< value = scale * cell + offset
-  double offset = 0.0;
-  double rate = 1.0;  ///< of a derivative: its unit in units of the values' per second
-};
 
 /// What a state is to the measured outputs: where a causal differentiator can start from.
 enum class StateKind { kHidden, kMeasured, kSineOfMeasured, kCosineOfMeasured, kDerivativeOfMeasured };
@@ -60,7 +49,8 @@ struct LogSchema {
 CsvFormat format_of(const LogConfig& config);
 
 /// Throws KeyError of the column, with the fix: no output, no state, two time columns, a name that is taken,
-/// an encoding without a wrap, a derivative of what is not listed; of [log], where a comma separates cells and decimals.
+/// an encoding without a wrap, a derivative of what is not listed; of [log],
+/// where a comma separates cells and decimals.
 LogSchema resolve_columns(const LogConfig& config);
 
 }  // namespace nlo::trainer

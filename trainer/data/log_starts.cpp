@@ -12,17 +12,11 @@ namespace nlo::trainer {
 namespace {
 
 Trajectory tail_of(const Trajectory& run, Eigen::Index first, double start_s) {
-  const Eigen::Index samples = run.samples() - first;
-  Trajectory tail;
-  tail.source = first == 0 ? run.source : fmt::format("{} from {} s", run.source, shortest_text(start_s));
-  tail.log = first == 0 || run.log.empty() ? run.log : fmt::format("{} from {} s", run.log, shortest_text(start_s));
-  tail.time_s = run.time_s.tail(samples).array() - run.time_s(first);
-  tail.outputs = run.outputs.rightCols(samples);
-  tail.states = run.states.rightCols(samples);
-  tail.weight = run.weight.tail(samples);
-  tail.first_estimate = std::max<Eigen::Index>(0, run.first_estimate - first);
-  if (run.missing.size() != 0) tail.missing = run.missing.rightCols(samples);
-  if (run.inputs.size() != 0) tail.inputs = run.inputs.rightCols(samples);
+  Trajectory tail = run.from(first);
+  if (first == 0) return tail;
+  const std::string behind = fmt::format(" from {} s", shortest_text(start_s));
+  tail.source += behind;
+  if (!tail.log.empty()) tail.log += behind;
   return tail;
 }
 

@@ -11,10 +11,10 @@
 //   student = scale * n / sqrt((n_1^2 + ... + n_f^2) / f) of f + 1 normal draws of scale 1, n first
 // then, of a sensor that has them: an outlier where u < share, by amplitude * (2 u - 1) of the next u. Biases are drawn
 // before the first sample, sensor by sensor, uniform. Quantising is last.
-// When a sensor measures, and what does not arrive, comes from a second engine, seeded by mix(s ^ 0x74696d65, i), so that
-// it changes no noise: the delays of those drawn from a range, sensor by sensor; then for each sample one uniform number
-// that the jitters of all sensors have in common (the loop's clock jitters), and one of each sensor that loses samples.
-// Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
+// When a sensor measures, and what does not arrive, comes from a second engine, seeded by mix(s ^ 0x74696d65, i), so
+// that it changes no noise: the delays of those drawn from a range, sensor by sensor; then for each sample one uniform
+// number that the jitters of all sensors have in common (the loop's clock jitters), and one of each sensor that loses
+// samples. Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
 #pragma once
 
 #include <Eigen/Core>

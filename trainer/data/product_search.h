@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Which products of channels say more of the states than the channels do, judged on logs that are left out. A ridge
-// regression reads each channel and two exponential averages of it; with a product and its averages beside them, its error
-// on each log that it was not fitted on must fall. Products are taken one after another, the best first.
+// regression reads each channel and two exponential averages of it; with a product and its averages beside them, its
+// error on each log that it was not fitted on must fall. Products are taken one after another, the best first.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@ struct FoundProduct {
   double gain = 0.0;  ///< share by which the error on logs that are left out falls, typical over states and logs
 };
 
-/// Products of two measured outputs or of one and an input; of none that wraps. None where fewer than three logs say so,
-/// or where a product does not take 5 % of the error away and on most logs.
+/// Products of two measured outputs or of one and an input; of none that wraps. None where fewer than three logs say
+/// so, or where a product does not take 5 % of the error away and on most logs.
 std::vector<FoundProduct> find_products(const Dataset& training);
 
 }  // namespace nlo::trainer

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "trainer/base/quantile.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -15,11 +17,6 @@ using Eigen::VectorXd;
 
 void append_steps(const VectorXd& time_s, std::vector<double>& steps) {
   for (Eigen::Index k = 1; k < time_s.size(); ++k) steps.push_back(time_s[k] - time_s[k - 1]);
-}
-
-/// Nearest rank on a sorted, non-empty list; q in [0, 1].
-double quantile(const std::vector<double>& sorted, double q) {
-  return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
 }
 
 /// Steps in periods: whole numbers, at least one.
@@ -35,7 +32,7 @@ VectorXd counts_of(const VectorXd& steps, double period_s) {
 double mean_plain_step(const VectorXd& steps, double resolution_s) {
   std::vector<double> sorted(steps.begin(), steps.end());
   std::sort(sorted.begin(), sorted.end());
-  const double longest = 1.5 * quantile(sorted, 0.5) + 0.5 * resolution_s;
+  const double longest = 1.5 * value_at_rank(sorted, 0.5) + 0.5 * resolution_s;
   double sum = 0.0, count = 0.0;
   for (const double step : sorted) {
     if (step > longest) break;
@@ -95,11 +92,10 @@ TimeStampReport report_time_stamps(const std::string& file, const std::vector<Ve
     report.samples += time_s.size();
     report.duration_s += time_s[time_s.size() - 1] - time_s[0];
   }
-  std::sort(steps.begin(), steps.end());
-  report.median_s = quantile(steps, 0.5);
-  report.p01_s = quantile(steps, 0.01);
-  report.p99_s = quantile(steps, 0.99);
-  report.max_s = steps.back();
+  report.median_s = value_at_rank(steps, 0.5);
+  report.p01_s = value_at_rank(steps, 0.01);
+  report.p99_s = value_at_rank(steps, 0.99);
+  report.max_s = *std::max_element(steps.begin(), steps.end());
   report.gaps =
       static_cast<int>(std::count_if(steps.begin(), steps.end(), [&](double h) { return h > 1.5 * nominal_s; }));
   return report;
@@ -112,8 +108,7 @@ std::string named(const TimeStampReport& report) {
 double median_step(const std::vector<VectorXd>& times_s) {
   std::vector<double> steps;
   for (const VectorXd& time_s : times_s) append_steps(time_s, steps);
-  std::sort(steps.begin(), steps.end());
-  return quantile(steps, 0.5);
+  return value_at_rank(steps, 0.5);
 }
 
 }  // namespace nlo::trainer

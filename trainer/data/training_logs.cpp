@@ -9,19 +9,12 @@
 
 #include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
+#include "trainer/base/printable.h"
 
 namespace nlo::trainer {
 namespace {
 
 constexpr std::size_t kSketch = 16;
-
-/// A fact of a model is UTF-8 in lines; names of files are any bytes.
-std::string printable(const std::string& name) {
-  std::string text = name;
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c >= 0x7f; }, '?');
-  return text;
-}
 
 /// Takes the text up to the next `separator`, or all of it, from the front.
 std::string_view take(std::string_view& text, char separator) {
@@ -47,8 +40,9 @@ TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& tr
   TrainingLogs result;
   for (const LogContent& content : contents) {
     const auto count = static_cast<std::ptrdiff_t>(std::min(kSketch, content.windows.size()));
+    // A fact of a model is UTF-8 in lines; names of files are any bytes.
     result.logs.push_back(
-        {printable(content.name), content.rows, {content.windows.begin(), content.windows.begin() + count}});
+        {ascii(content.name), content.rows, {content.windows.begin(), content.windows.begin() + count}});
   }
   for (std::size_t j = 0; j < training.outputs.size(); ++j) {
     if (training.outputs[j].wrap > 0.0 || training.trajectories.empty()) continue;

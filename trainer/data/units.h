@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The units that columns of logs and channels of models may have, one row each, and conversions between those of one kind:
+// The units that columns of logs and channels of models may have, one row each,
+// and conversions between those of one kind:
 //   value in the kind's base unit = scale * value + offset
 #pragma once
 

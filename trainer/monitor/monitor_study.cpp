@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "trainer/base/parallel.h"
+#include "trainer/base/quantile.h"
 #include "trainer/compare/compare_study.h"
 #include "trainer/compare/compared_runs.h"
 
@@ -55,9 +56,7 @@ AlarmCount count_alarms(const std::vector<WatchedRun>& runs, const std::vector<A
   count.seen = runs.empty() ? 0.0 : seen / static_cast<double>(runs.size());
   count.per_hour = hours > 0.0 ? alarms / hours : 0.0;
   if (!delays.empty()) {
-    const auto middle = delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2);
-    std::nth_element(delays.begin(), middle, delays.end());
-    count.median_delay_s = *middle;
+    count.median_delay_s = value_at_rank(delays, 0.5);
     count.most = static_cast<Alarm>(std::max_element(kinds.begin(), kinds.end()) - kinds.begin());
   }
   return count;

@@ -40,7 +40,8 @@ void standardise(MatrixXd& rows) {
   }
 }
 
-/// S^-1 u with S S' = cov(u): directions in which features differ little, as two fast modes do, get the weight of the others.
+/// S^-1 u with S S' = cov(u): directions in which features differ little, as two fast modes do,
+/// get the weight of the others.
 MatrixXd whitened(const MatrixXd& u) {
   constexpr double kFloor = 1e-5;  // of a unit variance: below it is rounding, or next to nothing
   MatrixXd covariance = u * u.transpose() / static_cast<double>(u.cols());
@@ -173,8 +174,7 @@ void ReadoutProbe::draw_samples(const Experiment& base) {
 MatrixXd ReadoutProbe::features(const Experiment& experiment, int count) {
   const ObserverStructure structure = [&] {
     ObserverStructure made = make_structure(experiment, false, dataset_.outputs, dataset_.states,
-                                            dataset_.reads_inputs ? dataset_.inputs : std::vector<Channel>{},
-                                            static_cast<int>(failures_.outputs.size()));
+                                            dataset_.inputs_read(), static_cast<int>(failures_.outputs.size()));
     normalise_dynamics(made, data_, pool_);
     return made;
   }();

@@ -14,6 +14,7 @@
 #include "codegen/base/error.h"
 #include "trainer/base/draws.h"
 #include "trainer/base/number_text.h"
+#include "trainer/base/quantile.h"
 #include "trainer/plants/odd_symmetry.h"
 #include "trainer/plants/registry.h"
 #include "trainer/recipe/gated_rival.h"
@@ -43,9 +44,7 @@ constexpr int kMostFeatures = 40;         ///< rows of z of all channels
 double run_length_s(const Dataset& data) {
   std::vector<double> lengths;
   for (const Trajectory& run : data.trajectories) lengths.push_back(run.time_s(run.samples() - 1) - run.time_s(0));
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return value_at_rank(std::move(lengths), 0.5);
 }
 
 /// How an observer of a bank reads and starts.

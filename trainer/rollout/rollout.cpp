@@ -203,15 +203,11 @@ void Rollout::fill_missing(SegmentGroup& group) const {
 void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise,
                         const float* level, std::uint64_t stream) const {
   LaneNumbers random(stream);
-  auto angle = data_->output_angles.begin();
-  std::size_t sensor = 0;
-  for (int row = 0; row < data_->given(); ++sensor) {
-    if (row < data_->ny && data_->is_computed(row)) row = data_->ny;
-    if (row == data_->given()) break;
-    const bool encoded = angle != data_->output_angles.end() && angle->sine == row;
+  for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
+    const bool encoded = rows == 2;
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
     const NoiseRow& kind = noise_row(own.kind);
-    const float unit = encoded ? static_cast<float>(2.0 * std::numbers::pi / angle->wrap) : 1.0F;
+    const float unit = encoded ? static_cast<float>(2.0 * std::numbers::pi / wrap) : 1.0F;
     float scale[kGroup], outlier[kGroup], bias[kGroup] = {};
     for (int l = 0; l < kGroup; ++l) {
       scale[l] = level[l] * static_cast<float>(own.scale);
@@ -243,8 +239,6 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
       for (int l = 0; !encoded && quantum > 0.0F && l < kGroup; ++l) y[l] = quantum * std::round(y[l] / quantum);
       if (encoded) cosine += kGroup;
     }
-    row += encoded ? 2 : 1;
-    if (encoded) ++angle;
   }
 }
 

@@ -19,8 +19,8 @@ class Rollout {
   explicit Rollout(const TrainingData& data) : data_(&data) {}
 
   /// Gathers the segments eight to a group, adds noise (streams: seed, purpose, step, group) and runs the prepared
-  /// dynamics over them. `noise` has an entry for all of the data's sensors, or one for each; of several noises each group
-  /// takes the next. `input_noise` is of the inputs that are read.
+  /// dynamics over them. `noise` has an entry for all of the data's sensors, or one for each; of several noises each
+  /// group takes the next. `input_noise` is of the inputs that are read.
   void run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
            std::uint64_t seed, Purpose purpose, std::uint64_t step, ThreadPool& pool,
            const NoiseConfig& input_noise = {});

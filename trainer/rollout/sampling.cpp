@@ -28,7 +28,8 @@ class Indices {
   int next_ = RandomLanes::kLanes;
 };
 
-/// Each sensor that may fail is missing in a share `dropout` of the segments: half of these throughout, half for a while.
+/// Each sensor that may fail is missing in a share `dropout` of the segments: half of these throughout,
+/// half for a while.
 void add_outages(const Experiment& experiment, const TrainingData& data, long step, std::vector<Segment>& segments) {
   const std::size_t sensors = data.failures.outputs.size();
   if (sensors == 0 || experiment.training.dropout == 0.0) return;

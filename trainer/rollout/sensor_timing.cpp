@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// When sensors measure, on the readings of a group of segments: they show what was some time ago, or at other instants than
-// the observer is told, before noise is added; and then they lose samples. Streams of their own, so that no noise changes.
+// When sensors measure, on the readings of a group of segments: they show what was some time ago, or at other instants
+// than the observer is told, before noise is added; and then they lose samples. Streams of their own,
+// so that no noise changes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -70,25 +71,25 @@ void Rollout::measure_late(int index, const NoiseConfig& noise, const NoiseConfi
   const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   std::vector<float> clock = draws_of(timing_lanes(stream, Timing::kClock, 0), group);
   for (float& u : clock) u = 2.0F * u - 1.0F;
-  data_->for_each_sensor([&](int row, int rows, std::size_t sensor) {
+  for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
-    if (!own.shifted()) return;
+    if (!own.shifted()) continue;
     float delay[kGroup];
     timing_lanes(stream, Timing::kDelay, sensor).uniform(delay);
     for (float& late : delay)
       late = static_cast<float>(own.delay_low + (own.delay_high - own.delay_low) * static_cast<double>(late));
     for (int r = 0; r < rows; ++r) shift_row(index, row + r, own, delay, clock.data());
-  });
+  }
 }
 
 void Rollout::lose_samples(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream) {
   const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
-  data_->for_each_sensor([&](int row, int rows, std::size_t sensor) {
+  for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
-    if (own.missing_share == 0.0) return;
+    if (own.missing_share == 0.0) continue;
     const std::vector<float> draws = draws_of(timing_lanes(stream, Timing::kLoss, sensor), group);
     for (int r = 0; r < rows; ++r) hold_row(index, row + r, own, draws);
-  });
+  }
 }
 
 }  // namespace nlo::trainer

@@ -53,9 +53,17 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
       nx(static_cast<int>(dataset.states.size())),
       ny(static_cast<int>(dataset.outputs.size())),
       nr(static_cast<int>(dataset.readings().size() + sensor_failures.outputs.size())),
-      computed(dataset.outputs, dataset.reads_inputs ? dataset.inputs : std::vector<Channel>{}),
-      failures(sensor_failures),
-      output_angles(dataset.output_angles) {
+      computed(dataset.outputs, dataset.inputs_read()),
+      failures(sensor_failures) {
+  auto angle = dataset.output_angles.begin();
+  for (int row = 0; row < given(); row += sensors.back().rows) {
+    if (row < ny && is_computed(row)) row = ny;
+    if (row == given()) break;
+    sensors.push_back({sensors.size(), row});
+    if (angle == dataset.output_angles.end() || angle->sine != row) continue;
+    sensors.back().rows = 2;
+    sensors.back().wrap = (angle++)->wrap;
+  }
   for (std::size_t j = 0; j < dataset.outputs.size(); ++j)
     reading_mirror.push_back(static_cast<float>(dataset.mirror.output(j)));
   for (int i = 0; i < given() - ny; ++i)
@@ -134,7 +142,7 @@ std::vector<Segment> runs_with_failures(const TrainingData& data) {
 
 ReadingLimits::ReadingLimits(const TrainingData& data, const NoiseMixture& noise, const NoiseConfig& input_noise)
     : low(static_cast<std::size_t>(data.given()), -kInfinity), high(low.size(), kInfinity) {
-  data.for_each_sensor([&](int row, int rows, std::size_t sensor) {
+  for (const auto& [sensor, row, rows, wrap] : data.sensors) {
     double widest = -1.0;
     const auto look_at = [&](const SensorNoise& own) {
       if (own.has_tails()) widest = std::max(widest, own.scale);
@@ -144,12 +152,12 @@ ReadingLimits::ReadingLimits(const TrainingData& data, const NoiseMixture& noise
     } else {
       look_at(input_noise.of(static_cast<std::size_t>(row - data.ny)));
     }
-    if (widest < 0.0 || rows > 1) return;  // the noise of an angle turns it
+    if (widest < 0.0 || rows > 1) continue;  // the noise of an angle turns it
     const auto r = static_cast<std::size_t>(row);
     const float range = std::max(data.reading_high[r] - data.reading_low[r], 1e-3F) + static_cast<float>(6.0 * widest);
     low[r] = data.reading_low[r] - range;
     high[r] = data.reading_high[r] + range;
-  });
+  }
 }
 
 }  // namespace nlo::trainer

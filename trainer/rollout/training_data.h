@@ -26,8 +26,14 @@ struct TrainingData {
     std::vector<float> weight;       ///< samples
     std::vector<float> derivatives;  ///< n_x x samples, f(x): filled for the PDE residual only
   };
+  struct Sensor {
+    std::size_t index = 0;
+    int row = 0, rows = 1;  ///< of the readings; an angle as sine and cosine is one sensor of two rows
+    double wrap = 0.0;      ///< full turn of such an angle
+  };
   std::vector<Run> runs;
   Points collocation;
+  std::vector<Sensor> sensors;  ///< those of inputs behind those of outputs; what is computed has none
   /// One entry when uniform; else the distinct steps, to 1/16384 of a period: coefficients are made once for each, and
   /// a log of 20,000 samples whose clock jitters by 1 % has some hundred of them.
   std::vector<double> steps_s;
@@ -37,28 +43,11 @@ struct TrainingData {
   codegen::ComputedOutputs computed;  ///< the last of the outputs; they are made as a segment rolls out
   codegen::SensorFailures failures;   ///< whose stalenesses end the readings; they are made as a segment rolls out
   std::vector<float> fading;          ///< exp(-step / staleness_s) of each of steps_s
-  std::vector<EncodedAngle> output_angles;          ///< among the outputs: their noise is on the angle
   std::vector<float> reading_low, reading_high;     ///< of given readings, without noise; infinite for angles
   std::vector<float> reading_mirror, state_mirror;  ///< nr and nx: what a mirrored segment multiplies them by, -1 or 1
 
   /// mirrored: mirror images of the runs are runs, too.
   explicit TrainingData(const Dataset& dataset, const codegen::SensorFailures& failures = {}, bool mirrored = false);
-
-  /// Calls visit(row, rows, sensor) for each sensor, those of inputs behind those of outputs. An angle as sine and cosine is
-  /// one sensor of two rows.
-  template <class Visit>
-  void for_each_sensor(const Visit& visit) const {
-    auto angle = output_angles.begin();
-    std::size_t sensor = 0;
-    for (int row = 0; row < given(); ++sensor) {
-      if (row < ny && is_computed(row)) row = ny;
-      if (row == given()) return;
-      const bool encoded = angle != output_angles.end() && angle->sine == row;
-      if (encoded) ++angle;
-      visit(row, encoded ? 2 : 1, sensor);
-      row += encoded ? 2 : 1;
-    }
-  }
 
   bool is_computed(int output) const { return !computed.none() && output >= computed.first(); }
   int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< readings that the data have

@@ -72,8 +72,7 @@ codegen::SensorFailures failing_sensors(const Experiment& experiment, const Data
   for (const std::string& name : own.may_fail)
     failures.outputs.push_back(static_cast<int>(index_of(name, training.outputs)));
   std::sort(failures.outputs.begin(), failures.outputs.end());
-  const codegen::ComputedOutputs computed(training.outputs,
-                                          training.reads_inputs ? training.inputs : std::vector<codegen::Channel>{});
+  const codegen::ComputedOutputs computed(training.outputs, training.inputs_read());
   for (std::size_t i = 0; i < computed.all().size(); ++i) {
     const std::vector<int>& parts = computed.all()[i].reads();
     const bool fails = std::any_of(parts.begin(), parts.end(), [&](int part) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "trainer/base/draws.h"
+#include "trainer/base/quantile.h"
 #include "trainer/config/key_error.h"
 #include "trainer/config/keys.h"
 #include "trainer/structures/linear_latent_start.h"
@@ -32,7 +33,7 @@ class WindowLatent final : public LatentDynamics {
         hold_(structure.latent.hold),
         commands_from_(structure.latent.commands_from),
         steps_s_(steps_s),
-        period_s_(median(steps_s)) {}
+        period_s_(value_at_rank(steps_s, 0.5)) {}  // most distinct steps are about one period, but for jitter and gaps
 
   void prepare(const float*) override {}
 
@@ -59,13 +60,6 @@ class WindowLatent final : public LatentDynamics {
       for (int i = 0; i < samples_; ++i)
         group.latent[group.at(output * samples_ + i, time) + lane] = window[static_cast<std::size_t>(i)];
     }
-  }
-
-  /// Most distinct steps are about one period: jitter makes many of them, gaps a few.
-  static double median(std::vector<double> steps_s) {
-    const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 2);
-    std::nth_element(steps_s.begin(), middle, steps_s.end());
-    return *middle;
   }
 
   /// In sample periods, as flight counts them.

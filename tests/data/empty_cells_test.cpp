@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/empty_cells.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "tests/data/loading_logs.h"
+
+namespace nlo::trainer {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+using EmptyCellsOfLogs = LoadingLogs;
+
+/// t, a measured, b the truth and u an input: 400 rows at 100 Hz, with the cell of row k in a column left empty where
+/// `empty` says so.
+std::string holey_log(const std::function<bool(int, char)>& empty) {
+  std::string text = "time,a,b,u\n";
+  for (int k = 0; k < 400; ++k) {
+    const auto cell = [&](char column, double value) {
+      return empty(k, column) ? std::string(k % 2 == 0 ? "" : "NaN") : std::to_string(value);
+    };
+    text += std::to_string(0.01 * k) + "," + cell('a', std::sin(0.05 * k)) + "," + cell('b', 2.0 + 0.01 * k) + "," +
+            cell('u', std::cos(0.03 * k)) + "\n";
+  }
+  return text;
+}
+
+LogConfig holey_config() {
+  LogConfig config;
+  config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput, {.unit = "m"}),
+                    column("b", ColumnRole::kState), column("u", ColumnRole::kInput)};
+  return config;
+}
+
+TEST_F(EmptyCellsOfLogs, AnEmptyCellIsMissingInAnOutputHeldInAnInputAndUnscoredInAState) {
+  const Dataset whole = load(holey_config(), holey_log([](int, char) { return false; }));
+  EXPECT_TRUE(report_.notes.empty()) << report_.notes[0];  // control
+  EXPECT_EQ(whole.trajectories[0].missing.size(), 0);
+  const auto empty = [](int k, char column) {
+    return (column == 'a' && k >= 100 && k < 110) || (column == 'b' && k >= 200 && k < 220) ||
+           (column == 'u' && k == 300);
+  };
+  const Dataset data = load(holey_config(), holey_log(empty));
+  ASSERT_EQ(data.trajectories.size(), 1u);
+  const Trajectory &run = data.trajectories[0], &full = whole.trajectories[0];
+  ASSERT_EQ(run.samples(), 400);
+  EXPECT_TRUE(data.uniform);
+  ASSERT_EQ(run.missing.rows(), 1);
+  for (int k = 0; k < 400; ++k) {
+    const bool lost = empty(k, 'a');
+    ASSERT_EQ(run.missing(0, k), lost) << k;
+    ASSERT_EQ(run.outputs(0, k), full.outputs(0, lost ? 99 : k)) << k;
+    ASSERT_EQ(std::isnan(run.measured()(0, k)), lost) << k;
+    ASSERT_EQ(run.inputs(0, k), full.inputs(0, k == 300 ? 299 : k)) << k;
+    ASSERT_EQ(run.weight[k], empty(k, 'b') ? 0.0 : 1.0) << k;
+    ASSERT_NEAR(run.states(0, k), full.states(0, k), 1e-9) << k;  // a line through the hole, and b is one
+  }
+  EXPECT_THAT(
+      report_.notes,
+      ElementsAre(AllOf(HasSubstr("\"a\" has no value in 2.5 % of the rows (10 of 400, for up to 0.11 s, most in "
+                                  "log.csv): as an output it holds its last value there"),
+                        HasSubstr("may_fail")),
+                  HasSubstr("\"b\" has no value in 5 % of the rows (20 of 400, for up to 0.21 s, most in log.csv): as "
+                            "a state it is not scored there"),
+                  HasSubstr("\"u\" has no value in 0.25 % of the rows (1 of 400")));
+}
+
+TEST_F(EmptyCellsOfLogs, ARunBeginsWhereEveryOutputAndInputHasAValue) {
+  const Dataset data = load(holey_config(), holey_log([](int k, char column) {
+                              return (column == 'a' && k < 7) || (column == 'u' && k < 12) || (column == 'b' && k < 50);
+                            }));
+  ASSERT_EQ(data.trajectories.size(), 1u);
+  const Trajectory& run = data.trajectories[0];
+  EXPECT_EQ(run.samples(), 388);
+  EXPECT_EQ(run.time_s[0], 0.0);
+  EXPECT_NEAR(run.outputs(0, 0), std::sin(0.05 * 12), 1e-6);
+  EXPECT_EQ(run.weight.head(38).sum(), 0.0);  // the truth begins later: the observer runs in meanwhile
+  EXPECT_EQ(run.weight.tail(350).sum(), 350.0);
+  EXPECT_THAT(report_.notes, Contains(HasSubstr("log.csv: 12 rows are left out")));
+}
+
+TEST_F(EmptyCellsOfLogs, NamesAllColumnsThatAreMostlyEmpty) {
+  // Three topics in one table: each row has one of them.
+  const Dataset data = load(holey_config(), holey_log([](int k, char column) { return column != "abu"[k % 3]; }));
+  EXPECT_EQ(report_.notes.size(), 4u);  // three columns and the first two rows
+  for (const char* name : {"\"a\"", "\"b\"", "\"u\""})
+    EXPECT_THAT(report_.notes,
+                Contains(AllOf(HasSubstr(name), HasSubstr("has no value in 66."), HasSubstr(", mostly empty: "))));
+  EXPECT_EQ(data.trajectories[0].weight.sum(), 132.0);  // 133 rows have b, one of them before the first u
+  EXPECT_THAT(error_in(holey_config(), holey_log([](int k, char column) { return column == 'a' || k % 5 > 1; })),
+              HasSubstr("log.csv: no row has a value of \"a\"; mostly empty: \"b\" (60 %), \"u\" (60 %): leave the log "
+                        "out, or take the column out of [[log.columns]]"));
+  LogConfig two = holey_config();
+  two.columns.push_back(column("c", ColumnRole::kState, {.column = "a"}));
+  EXPECT_THAT(error_in(two, holey_log([](int k, char column) { return column == "ab"[k % 2]; })),
+              HasSubstr("no row has a value of every state"));
+}
+
+TEST_F(EmptyCellsOfLogs, AVelocityIsUnscoredAroundALongHoleOfItsPosition) {
+  LogConfig config = holey_config();
+  config.columns[2] = column("b", ColumnRole::kState, {.derivative_of = "a"});
+  const auto scored = [&](int from, int to) {
+    const Dataset data =
+        load(config, holey_log([=](int k, char column) { return column == 'a' && k >= from && k < to; }));
+    const Trajectory& run = data.trajectories[0];
+    for (int k = 0; k < run.samples(); ++k) {
+      if (run.weight[k] > 0.0) {
+        EXPECT_NEAR(run.states(0, k), 5.0 * std::cos(0.05 * k), 0.07) << k;  // of 5
+      }
+    }
+    return run.weight;
+  };
+  const Eigen::VectorXd all = scored(0, 0), two = scored(200, 202), long_hole = scored(200, 230);
+  for (int k = 0; k < 400; ++k) {
+    ASSERT_EQ(two[k], k == 200 || k == 201 ? 0.0 : all[k]) << k;  // .03 s: shorter than a period of the cut-off
+    ASSERT_EQ(long_hole[k], k > 199 - 20 && k < 230 + 20 ? 0.0 : all[k]) << k;
+  }
+}
+
+TEST_F(EmptyCellsOfLogs, MissingCellsGoWithTheirRowsWhereALogIsThinned) {
+  LogConfig config = holey_config();
+  config.every = 4;
+  const Dataset data = load(config, holey_log([](int k, char column) { return column == 'a' && k >= 101 && k < 110; }));
+  ASSERT_EQ(data.trajectories[0].missing.cols(), 100);
+  for (int k = 0; k < 100; ++k) EXPECT_EQ(data.trajectories[0].missing(0, k), k == 26 || k == 27) << k;
+}
+
+}  // namespace
+}  // namespace nlo::trainer

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/log_clock.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "tests/data/loading_logs.h"
+
+namespace nlo::trainer {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+using LogClock = LoadingLogs;
+
+TEST_F(LogClock, TakesThePeriodOfTheStampsWhenNoneIsGiven) {
+  LogConfig config = SyntheticLog::config();
+  config.sample_period_s = 0.0;
+  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 0.005, 1e-6);  // 5 % of jitter, 600 samples
+  EXPECT_EQ(report_.sample_period_s, load(config, log_.csv()).sample_period_s);
+}
+
+TEST_F(LogClock, TakesThePeriodOfTheRowsTimesEvery) {
+  LogConfig config = SyntheticLog::config();
+  config.every = 4;
+  config.sample_period_s = 0.0;
+  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 0.02, 1e-5);  // jitter at the ends of the log
+}
+
+TEST_F(LogClock, IsUniformWithoutTimeStamps) {
+  LogConfig config = SyntheticLog::config();
+  config.columns.erase(config.columns.begin());
+  const Dataset data = load(config, log_.csv());
+  EXPECT_TRUE(data.uniform);
+  EXPECT_NEAR(data.trajectories[0].time_s[100], 0.5, kPrinted);
+}
+
+TEST_F(LogClock, ReadsTimeInMilliseconds) {
+  LogConfig config = SyntheticLog::config();
+  config.columns[0].unit = "ms";
+  EXPECT_THAT(error_in(config, log_.csv()),
+              AllOf(HasSubstr("the median step is"), HasSubstr("unit of the time column")));
+  config.sample_period_s = 0.0;
+  config.velocity_filter.cutoff_hz = 2e4;
+  config.velocity_filter.mask_edges_s = 2e-4;
+  EXPECT_NEAR(load(config, log_.csv()).sample_period_s, 5e-6, 0.1 * 5e-6);
+}
+
+TEST_F(LogClock, ReportsTheClockOfEachFile) {
+  load(SyntheticLog::config(), log_.csv());
+  ASSERT_EQ(report_.files.size(), 1u);
+  EXPECT_EQ(report_.files[0].samples, log_.samples);
+  EXPECT_EQ(report_.data_hash.size(), 16u);
+  EXPECT_THAT(to_text(report_), AllOf(HasSubstr("nominal sample period 5 ms"), HasSubstr("log.csv")));
+}
+
+TEST_F(LogClock, NamesTheLineWhereTimeStandsStill) {
+  EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n1,0\n2,0\n2,0\n"),
+              HasSubstr("log.csv:4:time: time does not increase: 2 follows 2"));
+  EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n2,0\n1,0\n"),
+              HasSubstr("log.csv:3:time: time does not increase"));
+}
+
+/// Without rows `from` to `to` - 1.
+std::string without_rows(const std::string& csv, int from, int to) {
+  std::istringstream lines(csv);
+  std::string text;
+  int row = -1;  // the header
+  for (std::string line; std::getline(lines, line); ++row)
+    if (row < from || row >= to) text += line + "\n";
+  return text;
+}
+
+TEST_F(LogClock, SplitsALogAtItsGaps) {
+  const Dataset data = load(SyntheticLog::config(), without_rows(log_.csv(), 250, 300));  // 0.25 s
+  ASSERT_EQ(data.trajectories.size(), 2u);
+  EXPECT_TRUE(data.uniform);
+  const Trajectory& second = data.trajectories[1];
+  EXPECT_EQ(data.trajectories[0].source, "log.csv (1 of 2)");
+  EXPECT_EQ(second.source, "log.csv (2 of 2)");
+  EXPECT_EQ(data.trajectories[0].samples(), 250);
+  ASSERT_EQ(second.samples(), 300);
+  EXPECT_EQ(second.time_s[0], 0.0);
+  EXPECT_LE(std::abs(second.outputs(0, 0)), 0.5 * kTurn);  // whole turns are counted from its start
+  for (int k = 0; k < 300; ++k) {
+    const bool edge = second.time_s[k] < 0.2 || second.time_s[k] > second.time_s[299] - 0.2;
+    ASSERT_EQ(second.weight[k], edge ? 0.0 : 1.0);
+    if (edge) continue;
+    ASSERT_NEAR(second.states(0, k), SyntheticLog::velocity(log_.time_s(300 + k)), 1e-3);  // as without a gap
+  }
+  EXPECT_THAT(report_.notes, ElementsAre(AllOf(HasSubstr("log.csv:252: a gap of 0.2"), HasSubstr("split into 2 runs"),
+                                               HasSubstr("[log] max_gap_s, now 0.05 s"))));
+  ASSERT_EQ(report_.files.size(), 1u);  // one log
+  EXPECT_EQ(report_.files[0].runs, 2u);
+  EXPECT_EQ(report_.files[0].samples, 550);
+  EXPECT_LT(report_.files[0].max_s, 0.01);  // the gap is not a step of either run
+  EXPECT_THAT(to_text(report_), HasSubstr("log.csv (2 runs)      550"));
+}
+
+TEST_F(LogClock, KeepsALogWholeWhoseGapsAreAllowed) {
+  LogConfig config = SyntheticLog::config();
+  config.max_gap_s = 0.3;
+  const Dataset data = load(config, without_rows(log_.csv(), 250, 300));
+  ASSERT_EQ(data.trajectories.size(), 1u);
+  EXPECT_EQ(data.trajectories[0].source, "log.csv");
+  EXPECT_FALSE(data.uniform);  // one step is 51 periods
+  EXPECT_TRUE(report_.notes.empty());
+}
+
+TEST_F(LogClock, DropsRunsThatAreTooShort) {
+  const std::string csv = without_rows(without_rows(log_.csv(), 310, 360), 250, 300);  // 10 samples between two gaps
+  const Dataset data = load(SyntheticLog::config(), csv);
+  ASSERT_EQ(data.trajectories.size(), 2u);
+  EXPECT_EQ(data.trajectories[1].source, "log.csv (3 of 3)");
+  EXPECT_THAT(report_.notes,
+              ElementsAre(HasSubstr("split into 3 runs"),
+                          AllOf(HasSubstr("unusable, and dropped: 1 of its 3 runs, the first log.csv (2 of 3)"),
+                                HasSubstr("samples are too few"))));
+  LogConfig config = SyntheticLog::config();
+  config.velocity_filter.mask_edges_s = 1.0;
+  EXPECT_THAT(error_in(config, csv),
+              AllOf(HasSubstr("log.csv: no run between its gaps can be used"), HasSubstr("raise [log] max_gap_s")));
+}
+
+TEST_F(LogClock, TakesTheGridForRoundedStamps) {
+  std::string csv = "time,phi\n";
+  for (int k = 0; k < 800; ++k) {
+    char row[64];
+    std::snprintf(row, sizeof row, "%.3f,%.9g\n", 7.1 + 0.0025 * k,
+                  std::remainder(SyntheticLog::angle(0.0025 * k), kTurn));
+    csv += row;
+  }
+  LogConfig config = SyntheticLog::config();
+  config.sample_period_s = 0.0;
+  const Dataset data = load(config, csv);
+  EXPECT_TRUE(data.uniform);
+  EXPECT_NEAR(data.sample_period_s, 0.0025, 1.5e-3 / 800);  // the worst of 1 ms over 800 samples
+  EXPECT_TRUE(report_.files[0].nominal);
+  const Trajectory& run = data.trajectories[0];
+  for (int k = 100; k < 700; ++k) {
+    ASSERT_NEAR(run.time_s[k], 0.0025 * k, 2.5e-4);
+    // Half a millisecond at 7 rad/s would be 3.5 mrad of noise in the angle, and 0.2 rad/s in its velocity.
+    ASSERT_NEAR(run.states(0, k), SyntheticLog::velocity(0.0025 * k), 5e-3);
+  }
+}
+
+}  // namespace
+}  // namespace nlo::trainer

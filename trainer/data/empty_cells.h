@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Cells of a log that hold no value: where they are, what stands in for them, and what a user should know of them.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "trainer/data/log_file.h"
+#include "trainer/data/log_schema.h"
+
+namespace nlo::trainer {
+
+/// Rows of `run`, from its first, whose cell under `heading` is empty; they increase.
+std::vector<Eigen::Index> empty_rows(const LogFile& log, const LogRun& run, const std::string& heading);
+
+/// Calls visit(first, last) for each stretch of neighbouring rows; `rows` increase.
+template <class Visit>
+void for_each_stretch(const std::vector<Eigen::Index>& rows, const Visit& visit) {
+  for (std::size_t i = 0, from = 0; i < rows.size(); ++i) {
+    if (i + 1 < rows.size() && rows[i + 1] == rows[i] + 1) continue;
+    visit(rows[from], rows[i]);
+    from = i + 1;
+  }
+}
+
+/// Replaces the values of `rows` by straight lines between those around them; at an end of the run the next one is
+/// held. A run without a value stays.
+void draw_lines(const std::vector<Eigen::Index>& rows, const Eigen::VectorXd& time_s, Eigen::VectorXd& values);
+
+/// Cells of a column that hold no value, over several files.
+struct EmptyCells {
+  Eigen::Index rows = 0, empty = 0;
+  double longest_s = 0.0;  ///< stretch without a value
+  std::string worst;       ///< the file with the largest share
+  double worst_share = 0.0;
+  bool output = false, state = false, input = false;  ///< what the column is
+};
+
+/// Adds the columns of `schema` in one more file. Once a column has empty cells, its rows in all files count.
+void count_empty_cells(const LogSchema& schema, const std::vector<LogFile>& logs,
+                       std::map<std::string, EmptyCells>& cells);
+
+/// One note for each column with empty cells: how many, the longest stretch, and what becomes of them.
+void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vector<std::string>& notes);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What loading logs has found on the way: their clock, their rows, and notes for a reader, each with its fix.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "trainer/data/empty_cells.h"
+#include "trainer/data/log_content.h"
+#include "trainer/data/time_stamps.h"
+
+namespace nlo::trainer {
+
+/// Notes are kept in order and once each: one about a column holds for all logs.
+void note_once(std::vector<std::string>& notes, const std::string& text);
+
+struct LogReport {
+  double sample_period_s = 0.0;        ///< nominal: as configured, else the logs' mean step, or median if irregular
+  std::vector<TimeStampReport> files;  ///< one for each log, over the runs that gaps make of it
+  std::vector<std::string> notes;      ///< what a reader should know, each with its fix
+  std::map<std::string, EmptyCells> empty_cells;  ///< by heading, over all files; none where there are none
+  std::vector<LogContent> contents;               ///< one per file: its rows, to be found again
+  std::string data_hash;                          ///< content_hash of the files, in the order of `files`
+};
+
+/// Table of the time stamps, then the notes, one per line.
+std::string to_text(const LogReport& report);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// A run of a log as training reads it: columns to channels, angles unwrapped, velocities by the zero-phase filter, time
+// from the first sample, and a weight of 0 where the truth does not count.
+#pragma once
+
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/data/log_checks.h"
+#include "trainer/data/log_file.h"
+#include "trainer/data/log_schema.h"
+
+namespace nlo::trainer {
+
+/// See load_logs(). `steps`: adds those of the columns read. Throws codegen::Error where no truth of the run counts.
+Trajectory load_run(const LogConfig& config, const LogSchema& schema, double sample_period_s, const LogFile& log,
+                    const LogRun& run, std::vector<SuspiciousSteps>& steps);
+
+}  // namespace nlo::trainer
