@@ -6,14 +6,10 @@
 //   step_latency [--json FILE] [--smoke] [--benchmark_filter=...]      the fastest of several repetitions counts
 #include <benchmark/benchmark.h>
 #include <nlo/kernels/weight.h>
-#include <nlo/kkl_batch.h>
-#include <nlo/kkl_observer.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -21,16 +17,24 @@
 #include <vector>
 
 #include "bench/cache.h"
+#include "bench/dependent_samples.h"
+#include "bench/latency_table.h"
 #include "bench/machine_peak.h"
 #include "bench/random_error_head.h"
 #include "bench/random_model.h"
 #include "bench/random_structures.h"
-#include "bench/ratios.h"
 #include "bench/references.h"
 
 namespace {
 
 using nlo::Activation;
+using nlo::bench::FastestReporter;
+using nlo::bench::kFleet;
+using nlo::bench::Sample;
+using nlo::bench::sample_of;
+using nlo::bench::sample_of_fleet;
+using nlo::bench::sample_with;
+using nlo::bench::Table;
 
 // NLO_BENCH_PORTABLE: compiled for any CPU of its kind, and how many times as long observers may take then.
 #if defined(NLO_BENCH_PORTABLE)
@@ -40,7 +44,6 @@ constexpr double kMayTake = NLO_BENCH_PORTABLE;
 constexpr bool kNative = true;
 constexpr double kMayTake = 1.0;
 #endif
-constexpr int kFleet = 32;
 constexpr std::size_t kPastL1 = 256 << 10, kPastL2 = 6 << 20;
 
 /// How long each benchmark runs; with --smoke once.
@@ -50,59 +53,6 @@ struct Effort {
   // [s]; shorter than the library's half a second: the fastest repetition is what counts
   const char* min_time = "0.02";
 } effort;
-
-/// One dependent sample.
-using Sample = std::function<void()>;
-
-/// A measurement that depends on the last estimate.
-float next_measurement(float x_hat) {
-  return 0.5F * x_hat + 0.1F;
-}
-
-template <class Observer>
-Sample sample_of(const typename Observer::Model& model) {
-  return [observer = Observer{model}, y = 1.0F]() mutable {
-    if constexpr (Observer::kDriven) {
-      benchmark::DoNotOptimize(observer.step(y, 0.1F));
-    } else {
-      benchmark::DoNotOptimize(observer.step(y));
-    }
-    if constexpr (nlo::kKnowsError<typename Observer::Model>) {
-      auto estimated = observer.estimate_with_error();
-      benchmark::DoNotOptimize(estimated);
-      y = next_measurement(estimated.x_hat[0]);
-    } else {
-      y = next_measurement(observer.estimate()[0]);
-    }
-  };
-}
-
-/// step() of the runtime, then another network on its latent state.
-template <class Model>
-Sample sample_with(const Model& model, nlo::bench::References::Evaluate evaluate) {
-  return [observer = nlo::KklObserver{model}, evaluate, y = 1.0F]() mutable {
-    benchmark::DoNotOptimize(observer.step(y));
-    float x_hat[2];
-    evaluate(observer.latent().data(), x_hat);
-    y = next_measurement(x_hat[0]);
-  };
-}
-
-/// A sample of every plant of a batch.
-template <class Model>
-Sample sample_of_fleet(const Model& model) {
-  struct Fleet {
-    nlo::KklBatch<Model, kFleet> batch;
-    float y[1][kFleet], x_hat[2][kFleet];
-  };
-  const auto fleet = std::make_shared<Fleet>(Fleet{nlo::KklBatch<Model, kFleet>{model}, {}, {}});
-  return [fleet] {
-    benchmark::DoNotOptimize(fleet->batch.step(fleet->y));
-    fleet->batch.estimate(fleet->x_hat);
-    for (int n = 0; n < kFleet; ++n) fleet->y[0][n] = next_measurement(fleet->x_hat[0][n]);
-    benchmark::ClobberMemory();
-  };
-}
 
 /// What the clock takes to be read twice [s].
 double clock_time() {
@@ -221,71 +171,6 @@ void add_structures() {
   static constexpr auto kSure = nlo::bench::random_sure_gated_model<32>();
   add(kGatedNetwork, kWithError, sample_of<nlo::GatedObserver<std::remove_cvref_t<decltype(kSure)>>>(kSure));
 }
-
-/// Keeps the fastest repetition of each; nothing is printed but dots.
-class FastestReporter : public benchmark::BenchmarkReporter {
- public:
-  bool ReportContext(const Context&) override { return true; }
-
-  void ReportRuns(const std::vector<Run>& runs) override {
-    for (const Run& run : runs) {
-      if (run.run_type != Run::RT_Iteration) continue;
-      const std::string name = run.run_name.function_name;
-      const auto slash = name.find('/');
-      double& fastest = fastest_ns_[name.substr(0, slash)][name.substr(slash + 1)];
-      const double ns = run.GetAdjustedRealTime();
-      fastest = fastest > 0.0 ? std::min(fastest, ns) : ns;
-    }
-    std::fputc('.', stderr);
-  }
-
-  /// [ns]; 0 when that benchmark did not run.
-  double ns(const std::string& network, const std::string& what) const {
-    const auto of_network = fastest_ns_.find(network);
-    if (of_network == fastest_ns_.end()) return 0.0;
-    const auto found = of_network->second.find(what);
-    return found == of_network->second.end() ? 0.0 : found->second;
-  }
-
-  void print() const {
-    for (const auto& [network, of_network] : fastest_ns_) {
-      for (const auto& [what, ns] : of_network)
-        std::printf("%-28s %-44s %9.1f ns\n", network.c_str(), what.c_str(), ns);
-    }
-  }
-
- private:
-  std::map<std::string, std::map<std::string, double>> fastest_ns_;
-};
-
-/// Ratios of what ran, printed and kept.
-class Table {
- public:
-  Table(const FastestReporter& times, nlo::bench::Ratios& ratios) : times_(times), ratios_(ratios) {}
-
-  /// The fastest of `over`, `times` as often, over what `under` takes.
-  void add(const std::string& network, const std::vector<std::string>& over, const std::string& under, double target,
-           const std::string& name, double times = 1.0) {
-    double fastest = 0.0;
-    for (const std::string& what : over) {
-      const double ns = times_.ns(network, what);
-      if (ns > 0.0 && (fastest == 0.0 || ns < fastest)) fastest = ns;
-    }
-    const double ns = times_.ns(network, under);
-    if (fastest > 0.0 && ns > 0.0) add_value(network + ": " + name, times * fastest / ns, target);
-  }
-
-  void add_value(const std::string& name, double value, double target) {
-    ratios_.add(name, value, target);
-    std::printf("%-66s %6.2f", name.c_str(), value);
-    if (target > 0.0) std::printf("   (%s %.2f)", value >= target ? "at least" : "MISSES", target);
-    std::printf("\n");
-  }
-
- private:
-  const FastestReporter& times_;
-  nlo::bench::Ratios& ratios_;
-};
 
 std::vector<std::string> all_eigen(const std::string& cache) {
   return {"Eigen, rows" + cache, "Eigen, columns" + cache, "Eigen, rows, -ffast-math" + cache,

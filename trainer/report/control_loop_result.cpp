@@ -7,6 +7,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {
@@ -59,6 +60,11 @@ ControlLoopResult parse_control_loop(std::string_view text, const std::string& n
 ControlLoopResult read_control_loop(const std::string& path) {
   constexpr std::size_t kMaxBytes = 1 << 20;  // a real one has two kilobytes
   return parse_control_loop(codegen::read_file(path, kMaxBytes), path);
+}
+
+std::string nanoseconds(double ns) {
+  if (ns < 1e3) return fmt::format("{} ns", fixed(ns, 0));
+  return ns < 1e6 ? fmt::format("{} µs", significant(ns / 1e3)) : fmt::format("{} ms", significant(ns / 1e6));
 }
 
 }  // namespace nlo::trainer

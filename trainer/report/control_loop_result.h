@@ -30,4 +30,7 @@ ControlLoopResult parse_control_loop(std::string_view json, const std::string& n
 
 ControlLoopResult read_control_loop(const std::string& path);
 
+/// In the unit that suits it: "310 ns", "1.21 µs".
+std::string nanoseconds(double ns);
+
 }  // namespace nlo::trainer

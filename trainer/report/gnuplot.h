@@ -28,7 +28,7 @@ struct Series {
   };
   std::string title;  ///< in the legend; empty: not listed
   Style style = Style::kLine;
-  int colour = 0;                        ///< index into the palette of ten, see kColours in gnuplot_script.cpp
+  int colour = 0;                        ///< index into the palette of ten, see palette_colour()
   Eigen::VectorXd x, y;                  ///< points that are not finite are left out, and break a line
   Eigen::VectorXd bar_width;             ///< kBars: one per point
   Eigen::VectorXd error = {};            ///< kErrorBars: points with bars from y - error to y + error

@@ -12,8 +12,8 @@ namespace nlo::trainer {
 /// Text that stands for itself in HTML, in an element or an attribute.
 std::string escaped(std::string_view text);
 
-/// A table of plain text. The first cell names its row, lines between rows are left out. Columns of numbers do not wrap;
-/// what follows a line break in a cell stands below, small.
+/// A table of plain text. The first cell names its row, lines between rows are left out. Columns of numbers do not
+/// wrap; what follows a line break in a cell stands below, small.
 std::string html_table(const Table& table);
 
 /// A paragraph that stands out: something is missing or needs attention.

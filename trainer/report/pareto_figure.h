@@ -9,8 +9,9 @@
 
 namespace nlo::trainer {
 
-/// Panels: error against multiply-adds, against bytes of flash and, where it was measured, against ns; bars of one standard error, the front as a
-/// staircase with the titles of its points. Without panels when no point has an error and a cost.
+/// Panels: error against multiply-adds, against bytes of flash and, where it was measured, against ns; bars of one
+/// standard error, the front as a staircase with the titles of its points.
+/// Without panels when no point has an error and a cost.
 Figure pareto_figure(const std::vector<PointResult>& points);
 
 }  // namespace nlo::trainer

@@ -20,8 +20,8 @@ namespace nlo::trainer {
 struct ReportData {
   std::string title;    ///< the model's name
   std::string warning;  ///< why not to trust this model (training got nowhere, diverged); shown first; empty: none
-  std::vector<std::pair<std::string, std::string>>
-      facts;  ///< for reproduction; a value of several lines is shown whole
+  /// For reproduction; a value of several lines is shown whole.
+  std::vector<std::pair<std::string, std::string>> facts;
   std::optional<TrainingCurves> training;
   std::vector<std::vector<Evaluation>> evaluations;  ///< one group per noise, the observer first, then its alternatives
   std::optional<LogEvaluation> logs;

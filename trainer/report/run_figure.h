@@ -13,8 +13,9 @@
 namespace nlo::trainer {
 
 /// From t0 to t1 [s]: a panel per state and below it the error x_hat - x, angles the short way round, on a scale of its
-/// own; then a panel per output that is not a state itself, and one per input where `inputs` names those of the run. Shaded where the truth is masked and where z is outside of
-/// the training domain. A few samples far out of the rest do not set a scale: the legend says how far they go.
+/// own; then a panel per output that is not a state itself, and one per input where `inputs` names those of the run.
+/// Shaded where the truth is masked and where z is outside of the training domain. A few samples far out of the rest do
+/// not set a scale: the legend says how far they go.
 Figure run_figure(const EvaluatedRun& run, const std::vector<Channel>& states, const std::vector<Channel>& outputs,
                   double t0, double t1, const std::vector<Channel>& inputs = {});
 

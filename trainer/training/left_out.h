@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Trainings that leave groups of the training logs out, before the one on all of them. What ships of a state (its network,
-// a linear row, a blend) is chosen by the errors on what was left out: a network that does not generalise fits its own logs
-// as well as one that does.
+// Trainings that leave groups of the training logs out, before the one on all of them. What ships of a state (its
+// network, a linear row, a blend) is chosen by the errors on what was left out: a network that does not generalise fits
+// its own logs as well as one that does.
 #pragma once
 
 #include <functional>
@@ -19,16 +19,16 @@ struct FoldOfLogs {
   std::vector<Dataset> left_out;
 };
 
-/// The folds of [validation]: groups dealt in turn, so that neighbours by name, which are often alike, part. Empty where
-/// nothing is to be chosen: no log, `folds` 0, readout "network", or fewer than three groups. Throws codegen::Error for a
-/// pattern that is wrong.
+/// The folds of [validation]: groups dealt in turn, so that neighbours by name, which are often alike, part. Empty
+/// where nothing is to be chosen: no log, `folds` 0, readout "network", or fewer than three groups. Throws
+/// codegen::Error for a pattern that is wrong.
 std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training);
 
 /// Called before each training: "without rubber_01.csv (1 of 4)", "on all logs".
 using TrainingBegins = std::function<void(const std::string& what)>;
 
-/// train(), after a training of half the steps for each fold. These have the folder DIRECTORY/without_1, ..._2 and so on,
-/// go on from there, and leave nothing behind when all is done. Interrupted in a fold: a result without a model.
+/// train(), after a training of half the steps for each fold. These have the folder DIRECTORY/without_1, ..._2 and so
+/// on, go on from there, and leave nothing behind when all is done. Interrupted in a fold: a result without a model.
 TrainingResult train_by_groups(const Experiment& experiment, const Dataset& training, const Dataset& validation,
                                const TrainOptions& options, const TrainingBegins& begins = {});
 

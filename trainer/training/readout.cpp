@@ -9,10 +9,9 @@
 #include <limits>
 
 #include "codegen/base/error.h"
-#include "codegen/replay/reference_observer.h"
-#include "trainer/base/ridge.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/rollout/sampled_truth.h"
+#include "trainer/training/readout_rows.h"
 
 namespace nlo::trainer {
 namespace {
@@ -22,115 +21,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index kSamples = 150000;
-constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
 /// Of a squared error: what is this near to the best counts as the best, and the simpler of the two is taken.
 constexpr double kAlike = 1.02;
-
-/// What a linear row may read: the features of T*, then outputs and inputs as they are.
-class RowInputs {
- public:
-  RowInputs(const codegen::Model& model, const SampledTruth& training) {
-    const codegen::Network* map = codegen::inverse_map(model);
-    const Index both = model.nz() + model.nr();
-    if (map != nullptr) {
-      of_ = map->features;
-      mean_ = map->feature_mean;
-      scale_ = map->feature_scale;
-    } else {
-      of_ = MatrixXd::Identity(both, both);
-      mean_ = VectorXd::Zero(both);
-      scale_ = VectorXd::Ones(both);
-    }
-    features_ = of_.rows();
-    // Where T* saturates, a reading as it is would go on outside of the domain.
-    if (map == nullptr || of_.cols() != both || model.saturates()) return;
-    const auto channels = codegen::readings(model);
-    for (int j = 0; j < model.ny() + static_cast<int>(model.inputs.size()); ++j) {
-      if (channels[static_cast<std::size_t>(j)].wrap > 0.0 || codegen::is_relative(model, j)) continue;
-      VectorXd row = VectorXd::Zero(both);
-      row(model.nz() + j) = 1.0;
-      const VectorXd values = training.y.row(j);
-      append(row, values.mean(), std::sqrt((values.array() - values.mean()).square().mean()));
-      readings_.push_back(j);
-    }
-  }
-
-  Index features() const { return features_; }
-  Index all() const { return of_.rows(); }
-  const std::vector<int>& readings() const { return readings_; }
-  /// The row that reads reading `j` alone, [intercept, columns].
-  VectorXd reading_alone(std::size_t index) const {
-    VectorXd row = VectorXd::Zero(1 + all());
-    const Index at = features_ + static_cast<Index>(index);
-    row(0) = mean_(at);
-    row(1 + at) = scale_(at);
-    return row;
-  }
-
-  /// all() x N.
-  MatrixXd values(const SampledTruth& samples) const {
-    MatrixXd u = of_.leftCols(samples.z.rows()) * samples.z;
-    if (of_.cols() > samples.z.rows()) u += of_.rightCols(samples.y.rows()) * samples.y;
-    return (u.colwise() - mean_).array().colwise() / scale_.array();
-  }
-
-  /// Makes the map read the readings too; no layer listens to them yet.
-  void extend(codegen::Network& map) const {
-    map.features = of_;
-    map.feature_mean = mean_;
-    map.feature_scale = scale_;
-    MatrixXd& first = map.layers.front().weights;
-    first.conservativeResizeLike(MatrixXd::Zero(first.rows(), all()));
-    if (map.skip.size() != 0) map.skip.conservativeResizeLike(MatrixXd::Zero(map.skip.rows(), all()));
-  }
-
- private:
-  void append(const VectorXd& row, double mean, double deviation) {
-    const Index at = of_.rows();
-    of_.conservativeResize(at + 1, Eigen::NoChange);
-    of_.row(at) = row.transpose();
-    mean_.conservativeResize(at + 1);
-    scale_.conservativeResize(at + 1);
-    mean_(at) = mean;
-    scale_(at) = deviation > 1e-12 ? deviation : 1.0;
-  }
-
-  MatrixXd of_;
-  VectorXd mean_, scale_;
-  Index features_ = 0;
-  std::vector<int> readings_;
-};
-
-/// A linear row for every state, the simpler ones first.
-struct Candidate {
-  MatrixXd rows;  ///< n_x x (1 + all)
-  bool reads_more = false;
-};
-
-std::vector<Candidate> candidates(const codegen::Model& model, const RowInputs& inputs, const SampledTruth& training) {
-  const MatrixXd u = inputs.values(training);
-  std::vector<Candidate> result;
-  const auto fit = [&](Index columns) {
-    Ridge ridge;
-    ridge.add(u.topRows(columns), training.x, training.weights);
-    for (const double strength : kRidges) {
-      MatrixXd rows = MatrixXd::Zero(model.nx(), 1 + inputs.all());
-      rows.leftCols(1 + columns) = ridge.fit(strength);
-      result.push_back({std::move(rows), columns > inputs.features()});
-    }
-  };
-  fit(inputs.features());
-  MatrixXd constant = MatrixXd::Zero(model.nx(), 1 + inputs.all());
-  constant.col(0) = training.x * training.weights / training.weights.sum();
-  result.push_back({std::move(constant), false});
-  if (inputs.readings().empty()) return result;
-  fit(inputs.all());
-  for (std::size_t j = 0; j < inputs.readings().size(); ++j) {
-    const MatrixXd rows = inputs.reading_alone(j).transpose().replicate(model.nx(), 1);
-    result.push_back({rows, true});
-  }
-  return result;
-}
 
 /// T* as chosen: shares of its last layer, and the rows beside it.
 void write(codegen::Network& map, const RowInputs& inputs, const VectorXd& shares, const MatrixXd& rows,
@@ -151,41 +43,6 @@ void write(codegen::Network& map, const RowInputs& inputs, const VectorXd& share
     map.skip.resize(0, 0);
     map.largest_activations.clear();
   }
-}
-
-/// Of T* and of every candidate, on the samples of one set.
-SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<Candidate>& all,
-                      const SampledTruth& samples) {
-  const codegen::ReferenceObserver<float> observer(model);
-  const MatrixXd of_map = errors_of(observer.estimates(samples.z, samples.y), samples.x, model.states);
-  const MatrixXd u = with_one(inputs.values(samples));
-  const VectorXd& w = samples.weights;
-  const auto mean = [&](const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b) {
-    return a.cwiseProduct(b).dot(w.transpose()) / w.sum();
-  };
-  SetSquares result;
-  for (Index i = 0; i < model.nx(); ++i) {
-    const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
-    const Eigen::RowVectorXd truth = samples.x.row(i);
-    const auto errors = [&](const Eigen::RowVectorXd& estimate) -> Eigen::RowVectorXd {
-      return errors_of(estimate, truth, {state});
-    };
-    StateSquares& squares = result.emplace_back();
-    squares.map = mean(of_map.row(i), of_map.row(i));
-    for (const Candidate& candidate : all) {
-      const Eigen::RowVectorXd of_row = errors(candidate.rows.row(i) * u);
-      squares.row.push_back(mean(of_row, of_row));
-      squares.both.push_back(mean(of_row, of_map.row(i)));
-    }
-    for (int j = 0; j < model.ny(); ++j) {
-      const bool measures = j < model.measured() && model.outputs[static_cast<std::size_t>(j)].unit == state.unit;
-      const Eigen::RowVectorXd of_sensor = measures ? errors(samples.y.row(j)) : truth;
-      squares.reading.push_back(measures ? mean(of_sensor, of_sensor) : std::numeric_limits<double>::infinity());
-    }
-    const Eigen::RowVectorXd off = truth.array() - truth.dot(w.transpose()) / w.sum();
-    squares.deviation = mean(off, off);
-  }
-  return result;
 }
 
 /// What a value of each set counts as, together.
@@ -236,7 +93,7 @@ SetSquares left_out_squares(const codegen::Model& model, const Rollout& training
   const SampledTruth fitted = sample_truth(model, training, kSamples), judged = sample_truth(model, left_out, kSamples);
   if (fitted.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, fitted);
-  return squares_of(model, inputs, candidates(model, inputs, fitted), judged);
+  return squares_of(model, inputs, row_candidates(model, inputs, fitted), judged);
 }
 
 Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollout& validation, bool keep_hidden,
@@ -245,7 +102,7 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
   const SampledTruth judged = sample_truth(model, validation, kSamples);
   if (training.weights.size() == 0 || judged.weights.size() == 0) return {};
   const RowInputs inputs(model, training);
-  const std::vector<Candidate> all = candidates(model, inputs, training);
+  const std::vector<RowCandidate> all = row_candidates(model, inputs, training);
   const SetSquares on_validation = squares_of(model, inputs, all, judged);
   const std::vector<SetSquares> sets =
       left_out.empty() ? std::vector<SetSquares>{squares_of(model, inputs, all, training), on_validation} : left_out;

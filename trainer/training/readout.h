@@ -15,8 +15,8 @@
 
 namespace nlo::trainer {
 
-/// Errors are RMSE in the state's unit, on what was left out, their geometric mean over groups; or the larger of that on
-/// training data as flown and that on validation data. Angles go the short way round.
+/// Errors are RMSE in the state's unit, on what was left out, their geometric mean over groups; or the larger of that
+/// on training data as flown and that on validation data. Angles go the short way round.
 struct StateReadout {
   std::string state;
   double share = 1.0;       ///< of T* as trained; the rest is the linear row
@@ -49,8 +49,8 @@ using SetSquares = std::vector<StateSquares>;  ///< of each state
 /// Of a model whose rows are fitted on `training`, on data that training has not seen. Empty: no truth counts there.
 SetSquares left_out_squares(const codegen::Model& model, const Rollout& training, const Rollout& left_out);
 
-/// Chooses for each state, and writes it into the model's T*. A row may read outputs and inputs that T* does not; angles
-/// it reads only as T* does.
+/// Chooses for each state, and writes it into the model's T*. A row may read outputs and inputs that T* does not;
+/// angles it reads only as T* does.
 ///   flight       training data as flown with the model's parameters: rows are fitted on it
 ///   validation   whole validation runs, with noise
 ///   keep_hidden  T* keeps its hidden layers though no state uses them (the error head reads the last one)
@@ -64,11 +64,12 @@ Readout choose_readout(codegen::Model& model, const Rollout& flight, const Rollo
 /// "network", "linear row", or the share of the network: "0.35 network".
 std::string share_text(double share);
 
-/// The same of all states: "network: v; linear row: p; 0.35 network: w", and behind it how many groups of logs chose it.
+/// The same of all states: "network: v; linear row: p; 0.35 network: w",
+/// and behind it how many groups of logs chose it.
 std::string readout_fact(const Readout& readout, std::size_t left_out = 0);
 
-/// Empty, or the reason why the observer must not pass for a success: a state whose error is more than 5 % above that of
-/// a linear row, a constant or a sensor, and above it by more than 0.5 % of the state's standard deviation.
+/// Empty, or the reason why the observer must not pass for a success: a state whose error is more than 5 % above that
+/// of a linear row, a constant or a sensor, and above it by more than 0.5 % of the state's standard deviation.
 std::string below_floor(const Readout& readout);
 
 }  // namespace nlo::trainer

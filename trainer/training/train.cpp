@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/training/train.h"
-#include "trainer/losses/registry.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/parallel.h"
+#include "trainer/losses/registry.h"
 #include "trainer/optim/optimiser.h"
 #include "trainer/structures/structure.h"
 #include "trainer/structures/table.h"
@@ -19,8 +20,7 @@
 #include "trainer/training/objective.h"
 #include "trainer/training/parameter_groups.h"
 #include "trainer/training/provenance.h"
-#include "trainer/uncertainty/calibration.h"
-#include "trainer/uncertainty/error_head_fit.h"
+#include "trainer/training/shipped_model.h"
 
 namespace nlo::trainer {
 
@@ -53,8 +53,7 @@ class Training {
         training_data_(training, failures_, experiment.training.mirror),
         validation_data_(validation, failures_, experiment.training.mirror),
         structure_(make_structure(experiment, needs_forward_map(experiment.loss), training.outputs, training.states,
-                                  training.reads_inputs ? training.inputs : std::vector<Channel>{},
-                                  static_cast<int>(failures_.outputs.size()))),
+                                  training.inputs_read(), static_cast<int>(failures_.outputs.size()))),
         pool_(experiment.threads),
         objective_(experiment_, structure_, training_data_, pool_),
         validator_(experiment_, structure_, validation_data_, pool_),
@@ -115,17 +114,20 @@ class Training {
     }
     save();
     if (result.outcome == TrainOutcome::kFinished) judge(result);
-    result.model = model(result.readout);
-    if (result.outcome == TrainOutcome::kFinished && selects()) {
+    ShippedModel shipped = shipped_model({experiment_, dataset_, options_, structure_, failures_, state_, data_hash_},
+                                         objective_, validator_, pool_);
+    result.model = std::move(shipped.model);
+    result.readout = std::move(shipped.readout);
+    result.left_out = std::move(shipped.left_out);
+    result.validation_rmse = shipped.validation_rmse;
+    if (result.outcome == TrainOutcome::kFinished && selects_readout(experiment_)) {
       result.message = below_floor(result.readout);
       if (!result.message.empty()) result.outcome = TrainOutcome::kBelowFloor;
     }
     result.metrics = state_.metrics;
     result.steps_done = state_.step;
     result.elapsed_s = state_.elapsed_s;
-    result.validation_rmse = shipped_rmse(result.readout);
     result.groups = options_.evidence.size();
-    result.left_out = std::move(left_out_);
     return result;
   }
 
@@ -251,53 +253,6 @@ class Training {
     codegen::write_file_atomically(path("metrics.csv"), metrics_csv(state_.metrics, structure_.pairs()));
   }
 
-  bool selects() const { return experiment_.inverse_map.readout == ReadoutChoice::kSelected; }
-
-  /// Of the model as it ships, on validation data, in the units of the loss.
-  double shipped_rmse(const Readout& readout) const {
-    if (std::all_of(readout.begin(), readout.end(), [](const StateReadout& s) { return s.share == 1.0; }))
-      return state_.best_rmse;
-    double squares = 0.0;
-    for (std::size_t i = 0; i < readout.size(); ++i) {
-      const double scale = experiment_.loss.is_normalised() ? static_cast<double>(structure_.state_scale[i]) : 1.0;
-      squares += readout[i].validation * readout[i].validation / (scale * scale);
-    }
-    return std::sqrt(squares);
-  }
-
-  codegen::Model model(Readout& readout) {
-    const Rollout& rollout = objective_.roll_out_flight(state_.best.data());
-    codegen::Model model = to_model(structure_, state_.best.data(), experiment_, dataset_, rollout);
-    for (const Dataset& group : options_.left_out) {
-      const TrainingData data(group, failures_, experiment_.training.mirror);
-      Objective judge(experiment_, structure_, data, pool_);
-      SetSquares squares = left_out_squares(model, rollout, judge.roll_out_runs(state_.best.data()));
-      if (!squares.empty()) left_out_.push_back(std::move(squares));
-    }
-    if (selects())
-      readout = choose_readout(model, rollout, validator_.roll_out_runs(state_.best.data()),
-                               experiment_.inverse_map.error, options_.evidence);
-    note_provenance(experiment_, dataset_, data_hash_, state_, shipped_rmse(readout), model);
-    if (selects() && structure_.module->has_inverse_map())
-      model.provenance.insert(model.provenance.end() - 1, {"readout", readout_fact(readout, options_.evidence.size())});
-    if (experiment_.inverse_map.error) model.error = error_head(model, rollout);
-    return model;
-  }
-
-  /// Fitted on training runs as flown and on segments as drawn, of whatever length and noise; calibrated on whole
-  /// validation runs.
-  codegen::ErrorHead error_head(const codegen::Model& model, const Rollout& flight) {
-    constexpr Eigen::Index kFitted = 30000, kCalibrated = 200000;
-    constexpr int kDraws = 6;
-    ErrorSamples samples = error_samples(model, flight, kFitted);
-    for (int draw = 0; draw < kDraws; ++draw)
-      samples.append(error_samples(model, objective_.roll_out_draw(state_.best.data(), -2 - draw), kFitted / kDraws));
-    const ErrorSamples validation = error_samples(model, validator_.roll_out_runs(state_.best.data()), kCalibrated);
-    codegen::ErrorHead head = fit_error_head(samples, validation);
-    calibrate(head, validation);
-    return head;
-  }
-
   const Experiment& experiment_;
   const Dataset& dataset_;
   const TrainOptions& options_;
@@ -309,7 +264,6 @@ class Training {
   Optimiser optimiser_;
   std::uint64_t data_hash_, fingerprint_;
   TrainingState state_;
-  std::vector<SetSquares> left_out_;
   int unusable_ = 0;  ///< gradients in a row that are not finite
   static constexpr int kMostReturns = 20;
 };
