@@ -59,21 +59,22 @@ std::map<std::string, std::string> ranges(const Model& m, const Initialiser& ini
   Eigen::VectorXd wrap(m.nr());
   const std::vector<Channel> channels = readings(m);
   std::string relatives;
+  int relative = 0;
   for (int j = 0; j < m.nr(); ++j) {
     wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
+    relative += is_relative(m, j) ? 1 : 0;
     relatives += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
   }
-  const bool relative = relatives.find("true") != std::string::npos;
   return {{"INITIAL", init.vector(m.initial_latent, "initial_latent")},
           {"NO_OUTPUT", init.vector(Eigen::VectorXd::Zero(m.nr()), "")},
           {"OUTPUT_MIN", init.vector(reading_min(m), "output_min")},
           {"OUTPUT_MAX", init.vector(reading_max(m), "output_max")},
           {"WRAP", init.vector(wrap, "wrap")},
           {"ANGLES", (wrap.array() > 0.0).any() ? "true" : ""},
-          {"RELATIVE_OUTPUTS", relative ? "true" : ""},
-          {"OTHER_OUTPUTS", relatives.find("false") != std::string::npos ? "true" : ""},
+          {"RELATIVE_OUTPUTS", relative > 0 ? "true" : ""},
+          {"OTHER_OUTPUTS", relative < m.nr() ? "true" : ""},
           {"RELATIVES", relatives},
-          {"RELATIVE", relative ? "observer->z[r] - resting(observer, r)" : "observer->z[r]"},
+          {"RELATIVE", relative > 0 ? "observer->z[r] - resting(observer, r)" : "observer->z[r]"},
           {"LATENT_MIN", init.vector(m.latent_min, "latent_min")},
           {"LATENT_MAX", init.vector(m.latent_max, "latent_max")}};
 }
