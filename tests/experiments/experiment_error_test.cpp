@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/config/experiment_text.h"
+#include "tests/experiments/experiment_text.h"
 
 namespace nlo::trainer {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "tests/config/experiment_text.h"
+#include "tests/experiments/experiment_text.h"
 
 namespace nlo::trainer {
 namespace {

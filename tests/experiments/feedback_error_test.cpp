@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "tests/config/experiment_text.h"
+#include "tests/experiments/experiment_text.h"
 
 namespace nlo::trainer {
 namespace {

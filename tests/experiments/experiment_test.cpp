@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "tests/config/experiment_text.h"
+#include "tests/experiments/experiment_text.h"
 
 namespace nlo::trainer {
 namespace {
