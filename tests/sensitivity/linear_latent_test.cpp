@@ -6,22 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <string>
 
 #include "nlo/kkl_observer.h"
-#include "tests/sensitivity/plain_latent.h"
-#include "trainer/sensitivity/dual.h"
+#include "tests/sensitivity/latent_problem.h"
 
 namespace nlo::trainer {
 namespace {
-
-using testing::Cd;
-using testing::plain_filter;
-using testing::plain_injection;
-using testing::plain_step;
-
-constexpr double kPeriod = 0.02;
-constexpr int kLength = 120;
 
 // Float32 rounding of z (6e-8) remembered over 1 / |1 - a| samples, some 50 for the slowest mode here; relative to the
 // largest |z|.
@@ -29,121 +19,6 @@ constexpr double kFilterTolerance = 3e-6;
 // The gradient is a float32 sum over 8 x 120 samples of products of such numbers, whose errors mostly cancel; relative
 // to the sum of their sizes: 1e-7 measured.
 constexpr double kGradientTolerance = 6e-7;
-
-constexpr Hold kHolds[] = {Hold::kZeroOrder, Hold::kFirstOrder, Hold::kRk4};
-
-std::string name_of(Hold hold) {
-  return hold == Hold::kZeroOrder ? "zero_order" : hold == Hold::kFirstOrder ? "first_order" : "rk4";
-}
-
-/// One mode over eight lanes with outputs of their own.
-struct Problem {
-  LatentShape shape;
-  std::vector<float> parameters;
-  std::vector<double> eigenvalues;
-  std::vector<double> steps_s;
-  SegmentGroup group;
-
-  Problem(Hold hold, Injection injection, bool pair, bool jittered, bool steady, bool command = false) {
-    shape.hold = hold;
-    if (command) shape.commands_from = 0;
-    shape.injection = injection;
-    shape.starts_steady = steady;
-    shape.modes = {{.pair = pair, .row = 0, .reading = 0}};
-    shape.rows = shape.learned = pair ? 2 : 1;
-    parameters = pair ? std::vector<float>{0.4F, 1.1F} : std::vector<float>{0.4F};
-    eigenvalues.resize(parameters.size());
-    eigenvalues_from_parameters(shape, parameters.data(), eigenvalues.data());
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    group.length = kLength;
-    group.lanes = kGroup;
-    group.readings.resize(group.at(1, 0));
-    group.latent.resize(group.at(shape.rows, 0));
-    group.cotangent.resize(group.at(shape.rows, 0));
-    for (float& y : group.readings) y = static_cast<float>(1.5 * uniform(random) + 0.5);
-    for (float& g : group.cotangent) g = static_cast<float>(uniform(random) + 0.5);
-    if (!jittered) {
-      steps_s = {kPeriod};
-      return;
-    }
-    for (int i = 0; i < 7; ++i) steps_s.push_back(kPeriod * (1.0 + 0.8 * uniform(random)));
-    for (std::size_t i = 0; i < group.at(1, 0); ++i) group.step_of.push_back(static_cast<int>(random() % 7));
-  }
-
-  Cd lambda(double p, double q) const { return {-std::exp(p), shape.modes[0].pair ? std::exp(q) : 0.0}; }
-  Cd lambda() const { return lambda(p(), q()); }
-  double p() const { return static_cast<double>(parameters[0]); }
-  double q() const { return shape.modes[0].pair ? static_cast<double>(parameters[1]) : 0.0; }
-
-  std::vector<double> outputs(int lane) const {
-    std::vector<double> y;
-    for (int t = 0; t < kLength; ++t) {
-      y.push_back(static_cast<double>(group.readings[group.at(0, t) + static_cast<std::size_t>(lane)]));
-    }
-    return y;
-  }
-  std::vector<double> steps(int lane) const {
-    std::vector<double> h;
-    for (int t = 0; t < kLength; ++t) {
-      const std::size_t i = group.at(0, t) + static_cast<std::size_t>(lane);
-      h.push_back(steps_s[group.step_of.empty() ? 0 : static_cast<std::size_t>(group.step_of[i])]);
-    }
-    return h;
-  }
-  std::vector<Cd> plain(Cd at, int lane) const {
-    const Cd f = plain_injection(shape.injection, shape.modes[0].pair, at);
-    return plain_filter(shape.hold, at, f, shape.starts_steady, outputs(lane), steps(lane), shape.ahead(0));
-  }
-  /// l = sum of cotangent times z; `size` also adds up the sizes of the terms.
-  double loss(double at_p, double at_q, double* size = nullptr) const {
-    double sum = 0.0;
-    for (int lane = 0; lane < kGroup; ++lane) {
-      const std::vector<Cd> z = plain(lambda(at_p, at_q), lane);
-      for (int t = 0; t < kLength; ++t) {
-        for (int row = 0; row < shape.rows; ++row) {
-          const double g = static_cast<double>(group.cotangent[group.at(row, t) + static_cast<std::size_t>(lane)]);
-          const Cd at = z[static_cast<std::size_t>(t)];
-          sum += g * (row == 0 ? at.real() : at.imag());
-          if (size != nullptr) *size += std::abs(g) * std::abs(at) * std::abs(lambda(at_p, at_q));
-        }
-      }
-    }
-    return sum;
-  }
-  void run_filter() {
-    Coefficients coefficients;
-    coefficients.compute(shape, eigenvalues.data(), steps_s);
-    filter(shape, coefficients, group);
-  }
-  void run_adjoint() {
-    Coefficients coefficients;
-    coefficients.compute(shape, eigenvalues.data(), steps_s);
-    filter(shape, coefficients, group);
-    adjoint_filter(shape, coefficients, eigenvalues.data(), group);
-  }
-};
-
-/// Calls check(problem) for every hold, injection, kind of mode, sampling and start, of outputs and of commands.
-template <class Check>
-void for_all_problems(const Check& check) {
-  for (const Hold hold : kHolds) {
-    for (const Injection injection : {Injection::kOnes, Injection::kUnitGain}) {
-      for (const bool pair : {false, true}) {
-        for (const bool jittered : {false, true}) {
-          for (const auto& [steady, command] : {std::pair{false, false}, {true, false}, {false, true}}) {
-            SCOPED_TRACE(name_of(hold) + (injection == Injection::kOnes ? " ones" : " unit_gain") +
-                         (pair ? " pair" : " real") + (jittered ? " jittered" : " uniform") +
-                         (steady ? " steady" : " zero") + (command ? " command" : ""));
-            Problem problem(hold, injection, pair, jittered, steady, command);
-            check(problem);
-            if (::testing::Test::HasFatalFailure()) return;
-          }
-        }
-      }
-    }
-  }
-}
 
 TEST(LinearLatent, FilterMeetsTheComplexRecurrenceInEveryVariant) {
   for_all_problems([](Problem& problem) {
@@ -221,21 +96,6 @@ TEST(LinearLatent, GradientIsTheSumOverTheLanes) {
   all.loss(all.p(), all.q(), &size);
   for (std::size_t r = 0; r < 2; ++r) EXPECT_NEAR(all.group.gradient[r], sum[r], kGradientTolerance * size);
 }
-
-/// A pair and two real modes on two outputs, and a clock: what a real observer looks like.
-LatentShape mixed_shape() {
-  LatentShape shape;
-  shape.modes = {{.pair = true, .row = 0, .reading = 0},
-                 {.pair = true, .row = 2, .reading = 1},
-                 {.pair = false, .row = 4, .reading = 0},
-                 {.pair = false, .row = 5, .reading = 1},
-                 {.pair = false, .row = 6, .reading = -1}};
-  shape.rows = 7;
-  shape.learned = 6;
-  shape.starts_steady = true;
-  return shape;
-}
-constexpr double kMixed[7] = {-2.0, 3.0, -0.5, 8.0, -1.0, -12.0, -0.25};
 
 SegmentGroup mixed_group(const LatentShape& shape) {
   SegmentGroup group;
@@ -337,59 +197,6 @@ TEST(LinearLatent, AClockHasNoGradient) {
   adjoint_filter(shape, coefficients, kMixed, group);
   ASSERT_EQ(group.gradient.size(), 6U);
   for (const double g : group.gradient) EXPECT_EQ(g, 0.0);
-}
-
-TEST(Discretise, DualSlopesMeetCentralDifferencesAlongBothAxes) {
-  // Analytic in lambda: a step along i has i times the same slope.
-  constexpr double kTolerance = 1e-8;  // central differences in double at 1e-5: 1e-10 truncated, 1e-11 rounded
-  constexpr double kStep = 1e-5;
-  const Cd lambdas[] = {{-0.01, 0.0}, {-1.0, 0.0}, {-40.0, 0.0}, {-0.3, 5.0}, {-2.0, 0.001}, {-20.0, 60.0}};
-  for (const Hold hold : kHolds) {
-    for (const Cd lambda : lambdas) {
-      for (const double h : {0.004, 0.02, 0.04}) {
-        SCOPED_TRACE(name_of(hold));
-        const auto dual = discretise(hold, Complex<Dual>{Dual(lambda.real(), 1.0), Dual(lambda.imag())}, Dual(h));
-        for (const Cd direction : {Cd{1.0, 0.0}, Cd{0.0, 1.0}}) {
-          const auto at = [&](double s) {
-            const Cd moved = lambda + s * direction;
-            return discretise(hold, Complex<double>{moved.real(), moved.imag()}, h);
-          };
-          const auto check = [&](const Complex<Dual>& slope, Complex<double> above, Complex<double> below) {
-            const Cd expected = direction * Cd{slope.re.slope, slope.im.slope};
-            EXPECT_NEAR((above.re - below.re) / (2.0 * kStep), expected.real(), kTolerance) << lambda << " h " << h;
-            EXPECT_NEAR((above.im - below.im) / (2.0 * kStep), expected.imag(), kTolerance) << lambda << " h " << h;
-          };
-          check(dual.a_minus_1, at(kStep).a_minus_1, at(-kStep).a_minus_1);
-          check(dual.b0, at(kStep).b0, at(-kStep).b0);
-          check(dual.b1, at(kStep).b1, at(-kStep).b1);
-        }
-      }
-    }
-  }
-}
-
-TEST(Discretise, DualValuesAreThePlainValues) {
-  for (const Hold hold : kHolds) {
-    const auto dual = discretise(hold, Complex<Dual>{Dual(-3.0, 1.0), Dual(7.0)}, Dual(kPeriod));
-    const auto plain = discretise(hold, Complex<double>{-3.0, 7.0}, kPeriod);
-    EXPECT_DOUBLE_EQ(dual.a_minus_1.re.value, plain.a_minus_1.re);
-    EXPECT_DOUBLE_EQ(dual.b0.im.value, plain.b0.im);
-    EXPECT_DOUBLE_EQ(dual.b1.re.value, plain.b1.re);
-  }
-}
-
-TEST(EigenvalueParameters, ReadBackToTheSameEigenvaluesAndStayStable) {
-  const LatentShape shape = mixed_shape();
-  const std::vector<float> parameters = parameters_from_eigenvalues(shape, kMixed);
-  ASSERT_EQ(parameters.size(), 6U);
-  double back[7] = {0, 0, 0, 0, 0, 0, kMixed[6]};
-  eigenvalues_from_parameters(shape, parameters.data(), back);
-  for (int r = 0; r < 7; ++r) EXPECT_NEAR(back[r], kMixed[r], 2e-7 * std::abs(kMixed[r])) << "row " << r;
-  for (const float p : {-20.0F, 0.0F, 20.0F}) {
-    const std::vector<float> same(6, p);
-    eigenvalues_from_parameters(shape, same.data(), back);
-    for (const int row : {0, 2, 4, 5}) EXPECT_LT(back[row], 0.0);
-  }
 }
 
 }  // namespace

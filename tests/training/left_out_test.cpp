@@ -19,8 +19,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::ScratchDirectory;
 
-/// y moves a little about a level of its log's own, and "grip" is 1 or -1 from log to log in turn: the level tells it on
-/// these logs, and nothing tells it on another.
+/// y moves a little about a level of its log's own, and "grip" is 1 or -1 from log to log in turn: the level tells it
+/// on these logs, and nothing tells it on another.
 Dataset logs_with_a_level_each(int logs, unsigned seed) {
   Dataset data = testing::harmonics(std::vector<int>(static_cast<std::size_t>(logs), 80), false, seed);
   data.states = {{"position", "m", 0.0}, {"grip", "", 0.0}};

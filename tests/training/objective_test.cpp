@@ -134,7 +134,8 @@ Experiment full_batch() {
 constexpr double kFloatSums = 1e-6;
 
 TEST(Objective, IntegralIsTheMeanTimesTheMeanLengthOfTheSegments) {
-  // |x - x_hat|^2 = 4 throughout. Runs of 40 + 25 + ... + 7 = 396 samples, 385 steps of .05 s, are 1.75 s long on average.
+  // |x - x_hat|^2 = 4 throughout. Runs of 40 + 25 + ... + 7 = 396 samples, 385 steps of .05 s,
+  // are 1.75 s long on average.
   Experiment experiment = full_batch();
   for (const auto& [reduction, expected] : {std::pair{Reduction::kMean, 4.0}, {Reduction::kIntegral, 4.0 * 1.75}}) {
     experiment.loss.reduction = reduction;

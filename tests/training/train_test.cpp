@@ -5,214 +5,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <limits>
 
-#include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
-#include "tests/training/testing.h"
-#include "trainer/losses/registry.h"
-#include "trainer/structures/structure.h"
-#include "trainer/training/checkpoint.h"
+#include "tests/training/small_trainings.h"
 
 namespace nlo::trainer {
 namespace {
 
-using testing::harmonics;
 using ::testing::HasSubstr;
-using testing::ScratchDirectory;
-using testing::small_experiment;
-
-Dataset training_set() {
-  return harmonics({40, 60, 33, 50, 28, 60, 44, 35, 60, 40}, false, 1);
-}
-Dataset validation_set() {
-  return harmonics({50, 40, 30}, false, 2);
-}
-
-/// All that a step can be made of: noise, segments, pairs, averages, decay, a linear path.
-Experiment full_experiment() {
-  Experiment experiment = small_experiment();
-  experiment.inverse_map.hidden = {17, 9};
-  experiment.inverse_map.linear_path = true;
-  experiment.training.noise = {NoiseKind::kGaussian, 0.2};
-  experiment.training.noise_level_max = 1.5;
-  experiment.training.segment_s = 1.0;
-  experiment.training.ema = 0.9;
-  experiment.training.weight_decay = 0.01;
-  experiment.training.trajectories_per_step = 40;
-  experiment.training.samples_per_step = 2000;
-  return experiment;
-}
-
-TrainingResult train_here(const Experiment& experiment, const TrainOptions& options = {}) {
-  return train(experiment, training_set(), validation_set(), options);
-}
-
-TrainOptions writing_to(const ScratchDirectory& directory, bool resume = false) {
-  TrainOptions options;
-  options.directory = directory.path();
-  options.resume = resume;
-  return options;
-}
-
-/// Stops the run after `steps` of this session.
-TrainingResult train_for(const Experiment& experiment, const std::string& directory, bool resume, int steps) {
-  std::atomic<bool> stop = false;
-  TrainOptions options;
-  options.directory = directory;
-  options.resume = resume;
-  options.stop = &stop;
-  int done = 0;
-  options.progress = [&](const TrainProgress&) { stop = ++done >= steps; };
-  return train_here(experiment, options);
-}
-
-std::string error_of(const Experiment& experiment, const Dataset& training, const Dataset& validation,
-                     const TrainOptions& options = {}) {
-  try {
-    (void)train(experiment, training, validation, options);
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
-TEST(Train, GivesTheSameBytesForAnyNumberOfThreads) {
-  for (const auto mode : {TrainingMode::kRandomSamples, TrainingMode::kFullBatch}) {
-    Experiment experiment = full_experiment();
-    experiment.training.mode = mode;
-    const TrainingResult one = train_here(experiment);
-    const std::string bytes = codegen::to_json(one.model);
-    for (const int threads : {2, 3}) {
-      experiment.threads = threads;
-      for (int repeat = 0; repeat < 3; ++repeat) {
-        const TrainingResult result = train_here(experiment);
-        EXPECT_EQ(codegen::to_json(result.model), bytes) << to_name(mode) << ", " << threads << " threads";
-        EXPECT_EQ(result.metrics.back().loss, one.metrics.back().loss);
-      }
-    }
-    experiment.seed += 1;
-    EXPECT_NE(codegen::to_json(train_here(experiment).model), bytes) << "control: another seed";
-  }
-}
-
-TEST(Train, ResumedRunsGiveTheBytesOfAnUninterruptedOne) {
-  for (const char* optimiser : {"adam", "gradient_descent"}) {
-    for (const double ema : {0.0, 0.9}) {
-      Experiment experiment = full_experiment();
-      experiment.training.optimiser = optimiser;
-      experiment.training.ema = ema;
-      if (experiment.training.optimiser != "adam") experiment.training.learning_rate = 1e-3;
-      const TrainingResult whole = train_here(experiment);
-      ASSERT_NE(whole.outcome, TrainOutcome::kDiverged);
-      const ScratchDirectory directory;
-      const TrainingResult first = train_for(experiment, directory.path(), false, 4);
-      EXPECT_EQ(first.outcome, TrainOutcome::kInterrupted);
-      EXPECT_EQ(first.steps_done, 4);
-      const TrainingResult second = train_for(experiment, directory.path(), true, 13);
-      EXPECT_EQ(second.outcome, TrainOutcome::kInterrupted);
-      EXPECT_EQ(second.steps_done, 17);
-      experiment.threads = 2;
-      const TrainingResult last = train_for(experiment, directory.path(), true, 1000);
-      EXPECT_EQ(last.outcome, whole.outcome);
-      EXPECT_EQ(codegen::to_json(last.model), codegen::to_json(whole.model)) << optimiser << ", ema " << ema;
-      ASSERT_EQ(last.metrics.size(), whole.metrics.size());
-      for (std::size_t i = 0; i < last.metrics.size(); ++i) {
-        EXPECT_EQ(last.metrics[i].step, whole.metrics[i].step);
-        EXPECT_EQ(last.metrics[i].loss, whole.metrics[i].loss);
-        EXPECT_EQ(last.metrics[i].validation_rmse, whole.metrics[i].validation_rmse);
-      }
-      EXPECT_NE(codegen::to_json(first.model), codegen::to_json(whole.model)) << "control: the rest of the run counts";
-    }
-  }
-}
-
-TEST(Train, EveryStructureGivesTheSameBytesForAnyNumberOfThreadsAndAfterAResume) {
-  struct Variant {
-    const char* name;
-    std::function<void(Experiment&)> change;
-  };
-  const std::vector<Variant> variants = {
-      {"luenberger", [](Experiment& e) { testing::make_luenberger(e); }},
-      {"general", [](Experiment& e) { e.observer.structure = "general"; }},
-      {"kkl by adjoint", [](Experiment& e) { e.training.gradient = LatentGradient::kAdjoint; }},
-      {"kkl with T", [](Experiment& e) { e.loss.weights["map_consistency"] = e.loss.weights["reconstruction"] = 1.0; }},
-      {"a terminal cost", [](Experiment& e) { e.loss.weights["terminal"] = 1.0; }},
-  };
-  for (const Variant& variant : variants) {
-    SCOPED_TRACE(variant.name);
-    Experiment experiment = small_experiment();
-    variant.change(experiment);
-    experiment.dynamics.hidden = experiment.forward_map.hidden = {4};
-    experiment.training.mode = TrainingMode::kFullBatch;
-    const TrainingResult whole = train_here(experiment);
-    ASSERT_EQ(whole.outcome, TrainOutcome::kFinished) << whole.message;
-    EXPECT_LT(whole.metrics.back().validation_rmse, whole.metrics.front().validation_rmse) << "nothing was learned";
-    experiment.threads = 3;
-    EXPECT_EQ(codegen::to_json(train_here(experiment).model), codegen::to_json(whole.model));
-    const ScratchDirectory directory;
-    EXPECT_EQ(train_for(experiment, directory.path(), false, 6).outcome, TrainOutcome::kInterrupted);
-    EXPECT_EQ(codegen::to_json(train_for(experiment, directory.path(), true, 1000).model),
-              codegen::to_json(whole.model));
-  }
-}
-
-TEST(Train, ResumingAFinishedRunChangesNothing) {
-  const Experiment experiment = small_experiment();
-  const ScratchDirectory directory;
-  TrainOptions options = writing_to(directory);
-  const std::string bytes = codegen::to_json(train_here(experiment, options).model);
-  options.resume = true;
-  const TrainingResult again = train_here(experiment, options);
-  EXPECT_EQ(again.outcome, TrainOutcome::kFinished);
-  EXPECT_EQ(codegen::to_json(again.model), bytes);
-}
-
-/// What a training in `directory` has written so far.
-TrainingState state_in(const std::string& directory, const ObserverStructure& structure, const Experiment& experiment) {
-  const std::string path = directory + "/checkpoint.bin", bytes = codegen::read_file(path);
-  const auto parameters = static_cast<std::size_t>(structure.parameters());
-  CheckpointOwner owner{.parameters = parameters,
-                        .memory = 2 * parameters,  // Adam's
-                        .eigenvalues = structure.eigenvalues_at(std::vector<float>(parameters).data()).size(),
-                        .steps = experiment.training.steps};
-  std::memcpy(&owner.fingerprint, bytes.data() + bytes.find('\n') + 1, sizeof owner.fingerprint);
-  return read_checkpoint(path, owner);
-}
-
-TEST(Train, AveragesWeightsWithAMemoryThatGrowsToItsLength) {
-  // a <- a + (1 - k) (p - a), k = min(ema, (1 + t) / (10 + t)): .1, 2/11, then .25 and no longer.
-  constexpr double kKept[] = {0.1, 2.0 / 11.0, 0.25, 0.25};
-  constexpr double kFloat = 1e-6;
-  Experiment experiment = small_experiment();
-  experiment.training.ema = 0.25;
-  const Dataset data = training_set();
-  const ObserverStructure structure =
-      make_structure(experiment, needs_forward_map(experiment.loss), data.outputs, data.states);
-  const ScratchDirectory directory;
-  const std::atomic<bool> at_once = true;
-  TrainOptions options = writing_to(directory);
-  options.stop = &at_once;
-  (void)train_here(experiment, options);
-  TrainingState state = state_in(directory.path(), structure, experiment);
-  EXPECT_EQ(state.average, state.parameters) << "where it begins";
-  double moved = 0.0;
-  for (const double kept : kKept) {
-    const std::vector<float> before = state.average;
-    train_for(experiment, directory.path(), true, 1);
-    state = state_in(directory.path(), structure, experiment);
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      const double p = static_cast<double>(state.parameters[i]), a = static_cast<double>(before[i]);
-      ASSERT_NEAR(state.average[i], kept * a + (1.0 - kept) * p, kFloat * (1.0 + std::abs(p))) << state.step;
-      moved = std::max(moved, std::abs(p - a));
-    }
-  }
-  EXPECT_EQ(state.step, 4);
-  EXPECT_GT(moved, 1e3 * kFloat) << "control";
-}
 
 TEST(Train, StoppedBeforeItsFirstStepReturnsTheInitialModel) {
   const std::atomic<bool> stop = true;
@@ -224,89 +27,42 @@ TEST(Train, StoppedBeforeItsFirstStepReturnsTheInitialModel) {
   EXPECT_FALSE(codegen::to_json(result.model).empty());
 }
 
-TEST(Train, RefusesToResumeFromADamagedCheckpointAndLeavesAllFilesAsTheyWere) {
-  const Experiment experiment = small_experiment();
-  const ScratchDirectory directory;
-  (void)train_for(experiment, directory.path(), false, 5);
-  const std::string checkpoint = directory.path("checkpoint.bin");
-  const std::string whole = codegen::read_file(checkpoint);
-  const std::string metrics = codegen::read_file(directory.path("metrics.csv"));
-  const TrainOptions resume = writing_to(directory, true);
-  std::vector<std::string> bad;
-  for (const double share : {0.0, 0.01, 0.1, 0.5, 0.9, 0.999}) {
-    std::string flipped = whole;
-    char& byte = flipped[static_cast<std::size_t>(share * static_cast<double>(whole.size()))];
-    byte = static_cast<char>(byte ^ 0x10);
-    bad.push_back(flipped);
-    bad.push_back(whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size()))));
+TEST(Train, ADivergenceStopsKeepsTheBestModelAndSaysWhatToTry) {
+  struct Variant {
+    const char* name;
+    std::function<void(TrainingConfig&)> change;
+  };
+  const std::vector<Variant> variants = {
+      {"descent",
+       [](TrainingConfig& training) {
+         training.optimiser = "gradient_descent";
+         training.learning_rate = 1e6;
+       }},
+      {"Adam",
+       [](TrainingConfig& training) {
+         training.learning_rate = 1e12;
+         training.eigenvalue_learning_rate = 1e-3;
+         training.schedule = "constant";
+       }},
+      // One Adam step moves log|lambda| by the rate: exp(1000) is infinite, and no number of halvings makes it small.
+      {"eigenvalues that overflow", [](TrainingConfig& training) { training.eigenvalue_learning_rate = 1000.0; }},
+  };
+  for (const Variant& variant : variants) {
+    SCOPED_TRACE(variant.name);
+    Experiment experiment = small_experiment();
+    variant.change(experiment.training);
+    const ScratchDirectory directory;
+    const TrainingResult result = train_here(experiment, writing_to(directory));
+    ASSERT_EQ(result.outcome, TrainOutcome::kDiverged);
+    EXPECT_LT(result.steps_done, experiment.training.steps);
+    EXPECT_THAT(result.message, HasSubstr("diverged"));
+    EXPECT_THAT(result.message, HasSubstr("learning_rate"));
+    EXPECT_TRUE(std::isfinite(result.validation_rmse));
+    EXPECT_LE(result.validation_rmse, result.metrics.front().validation_rmse);
+    const std::string json = codegen::to_json(result.model);  // throws unless all of it is finite
+    EXPECT_NO_THROW(codegen::parse_model(json, "diverged"));
+    EXPECT_TRUE(std::filesystem::exists(directory.path("checkpoint.bin")));
   }
-  for (const std::string& content : bad) {
-    codegen::write_file_atomically(checkpoint, content);
-    const std::string message = error_of(experiment, training_set(), validation_set(), resume);
-    EXPECT_THAT(message, HasSubstr(checkpoint));
-    EXPECT_THAT(message, HasSubstr("without --resume"));
-    EXPECT_EQ(codegen::read_file(checkpoint), content);
-    EXPECT_EQ(codegen::read_file(directory.path("metrics.csv")), metrics);
-  }
-  codegen::write_file_atomically(checkpoint, whole);
-  EXPECT_EQ(error_of(experiment, training_set(), validation_set(), resume), "no error") << "control: undamaged";
-}
-
-TEST(Train, RefusesToResumeFromTheCheckpointOfAnotherExperimentSeedOrDataSet) {
-  const Experiment experiment = small_experiment();
-  const ScratchDirectory directory;
-  (void)train_for(experiment, directory.path(), false, 5);
-  const std::string before = codegen::read_file(directory.path("checkpoint.bin"));
-  const TrainOptions resume = writing_to(directory, true);
-  Experiment other = experiment;
-  other.source_text += " of another kind";
-  EXPECT_THAT(error_of(other, training_set(), validation_set(), resume), HasSubstr("another experiment"));
-  other = experiment;
-  other.seed += 1;
-  EXPECT_THAT(error_of(other, training_set(), validation_set(), resume), HasSubstr("another experiment"));
-  Dataset changed = training_set();
-  changed.trajectories[3].outputs(0, 7) += 1e-9;
-  EXPECT_THAT(error_of(experiment, changed, validation_set(), resume), HasSubstr("data set"));
-  changed = validation_set();
-  changed.trajectories[1].weight(0) = 0.0;
-  EXPECT_THAT(error_of(experiment, training_set(), changed, resume), HasSubstr("data set"));
-  EXPECT_EQ(codegen::read_file(directory.path("checkpoint.bin")), before);
-}
-
-TEST(Train, ResumingWithoutACheckpointNamesTheMissingFile) {
-  const ScratchDirectory directory;
-  EXPECT_THAT(error_of(small_experiment(), training_set(), validation_set(), writing_to(directory, true)),
-              HasSubstr(directory.path("checkpoint.bin")));
-}
-
-/// Diverges by rule, at whatever pace: keeps the best model so far and says what to try.
-void expect_divergence(const Experiment& experiment) {
-  const ScratchDirectory directory;
-  const TrainingResult result = train_here(experiment, writing_to(directory));
-  ASSERT_EQ(result.outcome, TrainOutcome::kDiverged);
-  EXPECT_LT(result.steps_done, experiment.training.steps);
-  EXPECT_THAT(result.message, HasSubstr("diverged"));
-  EXPECT_THAT(result.message, HasSubstr("learning_rate"));
-  EXPECT_TRUE(std::isfinite(result.validation_rmse));
-  EXPECT_LE(result.validation_rmse, result.metrics.front().validation_rmse);
-  const std::string json = codegen::to_json(result.model);  // throws unless all of it is finite
-  EXPECT_NO_THROW(codegen::parse_model(json, "diverged"));
-  EXPECT_TRUE(std::filesystem::exists(directory.path("checkpoint.bin")));
-}
-
-TEST(Train, ADivergingDescentStopsKeepsTheBestModelAndSaysWhatToTry) {
-  Experiment experiment = small_experiment();
-  experiment.training.optimiser = "gradient_descent";
-  experiment.training.learning_rate = 1e6;
-  expect_divergence(experiment);
-}
-
-TEST(Train, ADivergingAdamStopsKeepsTheBestModelAndSaysWhatToTry) {
-  Experiment experiment = small_experiment();
-  experiment.training.learning_rate = 1e12;
-  experiment.training.eigenvalue_learning_rate = 1e-3;
-  experiment.training.schedule = "constant";
-  expect_divergence(experiment);
 }
 
 TEST(Train, ARunAwayGoesOnFromItsBestWhereGradientsAreClipped) {
@@ -323,13 +79,6 @@ TEST(Train, ARunAwayGoesOnFromItsBestWhereGradientsAreClipped) {
   EXPECT_LE(clipped.validation_rmse, clipped.metrics.front().validation_rmse);
   experiment.training.gradient_clip = 0.0;
   EXPECT_EQ(train_here(experiment).returns, 0);
-}
-
-TEST(Train, EigenvaluesThatOverflowAreADivergence) {
-  // One Adam step moves log|lambda| by the rate: exp(1000) is infinite, and no number of halvings makes it small.
-  Experiment experiment = small_experiment();
-  experiment.training.eigenvalue_learning_rate = 1000.0;
-  expect_divergence(experiment);
 }
 
 TEST(Train, KeepsTheBestModelNotTheLast) {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Short trainings on small sets, whole or in parts, and what they throw.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "codegen/base/error.h"
+#include "tests/training/testing.h"
+#include "trainer/training/train.h"
+
+namespace nlo::trainer {
+
+using testing::harmonics;
+using testing::ScratchDirectory;
+using testing::small_experiment;
+
+inline Dataset training_set() {
+  return harmonics({40, 60, 33, 50, 28, 60, 44, 35, 60, 40}, false, 1);
+}
+inline Dataset validation_set() {
+  return harmonics({50, 40, 30}, false, 2);
+}
+
+inline TrainingResult train_here(const Experiment& experiment, const TrainOptions& options = {}) {
+  return train(experiment, training_set(), validation_set(), options);
+}
+
+inline TrainOptions writing_to(const ScratchDirectory& directory, bool resume = false) {
+  TrainOptions options;
+  options.directory = directory.path();
+  options.resume = resume;
+  return options;
+}
+
+/// Stops the run after `steps` of this session.
+inline TrainingResult train_for(const Experiment& experiment, const std::string& directory, bool resume, int steps) {
+  std::atomic<bool> stop = false;
+  TrainOptions options;
+  options.directory = directory;
+  options.resume = resume;
+  options.stop = &stop;
+  int done = 0;
+  options.progress = [&](const TrainProgress&) { stop = ++done >= steps; };
+  return train_here(experiment, options);
+}
+
+inline std::string error_of(const Experiment& experiment, const Dataset& training, const Dataset& validation,
+                            const TrainOptions& options = {}) {
+  try {
+    (void)train(experiment, training, validation, options);
+  } catch (const codegen::Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}  // namespace nlo::trainer
