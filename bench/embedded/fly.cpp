@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One step and estimate of an observer with the paper's network, or of gated units, for count.cpp to count and for idle.cpp to be the size
-// of. What flies is chosen by macros, see CMakeLists.txt.
+// One step and estimate of an observer with the paper's network, or of gated units, for count.cpp to count and for
+// idle.cpp to be the size of. What flies is chosen by macros, see CMakeLists.txt.
 #include "bench/embedded/fly.h"
 
 #include <type_traits>

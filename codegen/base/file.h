@@ -13,7 +13,8 @@ namespace nlo::codegen {
 std::string read_file(const std::string& path, std::size_t max_bytes = std::size_t{1} << 30);
 
 /// Replaces `path` by `text`: a temporary file beside it, fsync, rename. Links are followed, also to a file
-/// that is not there yet; what is no regular file (/dev/stdout, a pipe) is written to directly. Throws Error, and then `path` is what it was before.
+/// that is not there yet; what is no regular file (/dev/stdout, a pipe) is written to directly. Throws Error, and then
+/// `path` is what it was before.
 void write_file_atomically(const std::string& path, std::string_view text);
 
 /// The same for a file that was read as `read` and is rewritten from that. Throws Error where it is another one by now:

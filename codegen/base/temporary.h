@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Temporary files and folders that outlive no program for long: each is locked (flock) by the program that makes it, and
-// what a killed one has left, which nobody locks, is removed by the next that makes another.
+// Temporary files and folders that outlive no program for long: each is locked (flock) by the program that makes it,
+// and what a killed one has left, which nobody locks, is removed by the next that makes another.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Outputs that no sensor measures: expressions over those that are measured and over the inputs, behind the measured ones.
-// To the latent system and to T* they are outputs as any other; step() does not take them.
+// Outputs that no sensor measures: expressions over those that are measured and over the inputs, behind the measured
+// ones. To the latent system and to T* they are outputs as any other; step() does not take them.
 #pragma once
 
 #include <Eigen/Core>

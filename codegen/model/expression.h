@@ -31,8 +31,8 @@ enum class Parity { kOdd, kEven, kNeither };
 
 class Expression {
  public:
-  /// `names` are those of the readings that it may read, in their order; "" in the place of one that it may not. Throws Error, with the place in `text` and
-  /// what is allowed there.
+  /// `names` are those of the readings that it may read, in their order; "" in the place of one that it may not. Throws
+  /// Error, with the place in `text` and what is allowed there.
   Expression(std::string_view text, const std::vector<std::string>& names);
 
   /// Its value where reading j is reading(j).

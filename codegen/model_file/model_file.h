@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Model files: JSON with the fields of codegen/model/model.h by their names, "format": "nlo-model" and a version. Numbers are
-// written in their shortest form that reads back to the same bits; the same model gives the same bytes. Files of older
-// versions are read too (model_upgrade.h); docs/model_files.md has the policy.
+// Model files: JSON with the fields of codegen/model/model.h by their names, "format": "nlo-model" and a version.
+// Numbers are written in their shortest form that reads back to the same bits; the same model gives the same bytes.
+// Files of older versions are read too (model_upgrade.h); docs/model_files.md has the policy.
 #pragma once
 
 #include <string>
@@ -23,7 +23,8 @@ std::string to_json(const Model& model);
 /// Validates, then replaces the file atomically: what stands on disk can always be read again.
 void write_model(const Model& model, const std::string& path);
 
-/// The same over the file that the model was made from, whose text was `read`. Throws Error where that has changed since.
+/// The same over the file that the model was made from, whose text was `read`.
+/// Throws Error where that has changed since.
 void rewrite_model(const Model& model, const std::string& path, std::string_view read);
 
 }  // namespace nlo::codegen

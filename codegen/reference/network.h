@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A network as codegen/model/network.h states it, over columns of inputs: nothing folded, the standard library's activations
-// (or the runtime's, to see what they change). The one forward pass that everything but flight and training uses.
+// A network as codegen/model/network.h states it, over columns of inputs: nothing folded, the standard library's
+// activations (or the runtime's, to see what they change).
+// The one forward pass that everything but flight and training uses.
 #pragma once
 
 #include <nlo/kernels/activation.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A network in int16 as runtime/include/nlo/quantised_map.h executes it, with sizes known only when it runs: its results
-// and its size. codegen/fold/quantise.h makes it.
+// A network in int16 as runtime/include/nlo/quantised_map.h executes it, with sizes known only when it runs: its
+// results and its size. codegen/fold/quantise.h makes it.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The equations of nlo/monitor.h with dynamic sizes, in double: the reference of its rules, and what limits are found and
-// tested with.
+// The equations of nlo/monitor.h with dynamic sizes, in double: the reference of its rules, and what limits are found
+// and tested with.
 #pragma once
 
 #include <nlo/monitor.h>
@@ -30,8 +30,8 @@ class ReferenceMonitor {
   /// After the observer's step: z, readings as it took them (n_r, angles unwrapped) and x_hat.
   void watch(const Eigen::VectorXd& z, const Eigen::VectorXd& readings, const Eigen::VectorXd& x_hat);
 
-  /// Each statistic over its limit: of each output and window p / max(v, least), v, |r|; then d of each window; then the
-  /// share of what is missing of each output.
+  /// Each statistic over its limit: of each output and window p / max(v, least), v, |r|; then d of each window; then
+  /// the share of what is missing of each output.
   const Eigen::VectorXd& levels() const { return levels_; }
   bool armed() const { return samples_ > armed_after_; }
   Alarm alarm() const;
@@ -59,8 +59,8 @@ class ReferenceMonitor {
   Eigen::Index all_rejected_ = 0;
 };
 
-/// A whole trajectory from reset, as ReferenceObserver::run() has it, behind the monitor's gate. `time_s`: N time stamps
-/// whose differences are the steps; empty: each is one sample period.
+/// A whole trajectory from reset, as ReferenceObserver::run() has it, behind the monitor's gate. `time_s`: N time
+/// stamps whose differences are the steps; empty: each is one sample period.
 struct WatchedRun {
   Run run;
   Eigen::MatrixXd levels;  ///< levels() x N

@@ -72,7 +72,8 @@ class ReferenceObserver {
   /// x_hat (n_x x N) for the columns of z (n_z x N) and readings y (n_r x N), wherever they come from.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
-  /// The standard deviations of their errors, n_x x N: sigma of estimate_with_error(). 0 x 0 of a model that knows none.
+  /// The standard deviations of their errors, n_x x N: sigma of estimate_with_error().
+  /// 0 x 0 of a model that knows none.
   Eigen::MatrixXd deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
   /// The last hidden layer of T* there, n_h x N, of a model whose T* has one: what `error` of a model reads.

@@ -18,8 +18,8 @@ class Screening {
 
   void reset();
 
-  /// Takes a sample of outputs (n_y; those that are computed are computed here) and inputs (n_u), `dt_s` after the last one.
-  /// An output that may be missing fades.
+  /// Takes a sample of outputs (n_y; those that are computed are computed here) and inputs (n_u), `dt_s` after the last
+  /// one. An output that may be missing fades.
   /// An entry that is not finite, or an angle out of its range,
   /// keeps its last good value; others are clamped to their range. With `wrapped`, angles are continued from the last
   /// sample. False before the first sample that is good in all entries: y() and u() are not to be used.

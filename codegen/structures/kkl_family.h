@@ -16,9 +16,9 @@ void write_linear_latent(const LinearLatent& latent, JsonObject& file);
 /// D and F: shapes, D Hurwitz, and |A| < 1 at the sample period, in float too.
 void check_linear_latent(const Model& model);
 
-/// The largest |z| that readings within their ranges lead to, n_z: its start, and of each mode all that its past puts into
-/// it, |F| max|y| / |Re lambda| in continuous time, (|B0| + |B1|) max|y| / (1 - |A|) in steps. Throws Error where float
-/// cannot hold it.
+/// The largest |z| that readings within their ranges lead to, n_z: its start, and of each mode all that its past puts
+/// into it, |F| max|y| / |Re lambda| in continuous time, (|B0| + |B1|) max|y| / (1 - |A|) in steps. Throws Error where
+/// float cannot hold it.
 Eigen::VectorXd largest_latent(const Model& model);
 
 /// T* reads [z; y]; when an angle output turns once, z turns with it by S wrap, and T* must not see that. Its

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a structure is: everything that depends on which one a model has, behind one interface. A module is one file in
-// this folder; table.cpp names them. All others ask module_of(model), or what codegen/model/model.h offers, and never which
-// structure it is.
+// this folder; table.cpp names them. All others ask module_of(model), or what codegen/model/model.h offers, and never
+// which structure it is.
 #pragma once
 
 #include <Eigen/Core>
@@ -64,7 +64,8 @@ class StructureModule {
   /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
 
-  // The equations as they stand in the paper: codegen/replay/reference_observer.h steps them. The model must outlive the result.
+  // The equations as they stand in the paper: codegen/replay/reference_observer.h steps them.
+  // The model must outlive the result.
 
   virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model&, Activations) const = 0;
   virtual std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model&, Activations) const = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The one place that lists the structures (structures.h has their types in the same order), and what codegen/model/model.h
-// says of all models.
+// The one place that lists the structures (structures.h has their types in the same order), and what
+// codegen/model/model.h says of all models.
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -11,7 +11,8 @@
 
 namespace nlo::codegen {
 
-/// `dense` and `tanh_rational` in the scalar of `init`, as far as the step and the map need them; `suffix` ends literals.
+/// `dense` and `tanh_rational` in the scalar of `init`, as far as the step and the map need them;
+/// `suffix` ends literals.
 std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, const Initialiser& init,
                            const std::string& suffix);
 

@@ -16,8 +16,8 @@
 namespace nlo::codegen {
 namespace {
 
-// How much further than its emulation (codegen/replay/replay_run.h) an export may be from the equations: it sums in another
-// order, and discretises irregular steps in its own scalar.
+// How much further than its emulation (codegen/replay/replay_run.h) an export may be from the equations: it sums in
+// another order, and discretises irregular steps in its own scalar.
 constexpr double kTimesMeasured = 8.0;
 constexpr double kTimesMeasuredInt16 = 1.25;  // of the estimate: its integers have the bits of the emulation
 constexpr double kTimesCoarse = 1.25;   // 16-bit weights and a coarser tanh err as in the emulation, up to rounding

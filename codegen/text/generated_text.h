@@ -43,8 +43,8 @@ class Initialiser {
   WeightType weights_;
 };
 
-/// `  r[4] = r[0] * r[3];` for each output that is computed, of readings r. `part_of_sum` writes a product that is added
-/// to something.
+/// `  r[4] = r[0] * r[3];` for each output that is computed, of readings r. `part_of_sum` writes a product that is
+/// added to something.
 std::string computed_statements(const Model& model, const Initialiser& init, const char* indent,
                                 const std::function<std::string(const std::string&)>& part_of_sum);
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// A new model for a unit in the field: the bytes of a model behind a header that says which layout they have, which version
-// they are, and their CRC. The firmware stays as it is; it takes a blob only when all of these fit and the model answers a
-// recorded flight as it did when the blob was written.
+// A new model for a unit in the field: the bytes of a model behind a header that says which layout they have, which
+// version they are, and their CRC. The firmware stays as it is; it takes a blob only when all of these fit and the
+// model answers a recorded flight as it did when the blob was written.
 //
-//   build machine   compile the new exported header for the same target, call write_blob(), put the bytes into the flash
+//   build machine   compile the new exported header for the same target, call write_blob(), flash the bytes
 //   firmware        const auto [model, status] = checked_model<van_der_pol::Model>(flash, size, least_version);
 //                   take over with exchanged() below; without a model, go on with the one that was compiled in
 //
-// Two exports have the same layout when they have the same structure, sizes and scalar type, so a new training of the same
-// experiment fits. Copy this header, and change what it should ask for.
+// Two exports have the same layout when they have the same structure, sizes and scalar type, so a new training of the
+// same experiment fits. Copy this header, and change what it should ask for.
 #pragma once
 
 #include <nlo/vector.h>
@@ -100,7 +100,8 @@ typename Observer::Estimate answer_of(
   return observer.estimate();
 }
 
-/// Writes `model` with a flight over the range of its outputs. `blob` is zeroed first, so that equal models have equal bytes.
+/// Writes `model` with a flight over the range of its outputs. `blob` is zeroed first,
+/// so that equal models have equal bytes.
 template <class Observer>
 void write_blob(const typename Observer::Model& model, std::uint32_t version,
                 ModelBlob<typename Observer::Model>& blob) {
@@ -153,8 +154,8 @@ CheckedModel<typename Observer::Model> checked_model(const void* data, std::size
   return {model, BlobStatus::kOk};
 }
 
-/// An observer of the new model in place of `running`. z means the same to both where only T* has changed: then it goes on
-/// without a transient. Where the latent system is another one, z says nothing, and the observer starts again.
+/// An observer of the new model in place of `running`. z means the same to both where only T* has changed: then it goes
+/// on without a transient. Where the latent system is another one, z says nothing, and the observer starts again.
 template <class Observer>
 Observer exchanged(const Observer& running, const typename Observer::Model& next) {
   Observer observer(next);

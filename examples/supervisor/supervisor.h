@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// An observer beside a filter that you have, an EKF for example. Both run at every sample. The observer's estimate is used
-// while nothing speaks against it, the filter's otherwise, and what the loop gets does not jump when they change:
+// An observer beside a filter that you have, an EKF for example. Both run at every sample. The observer's estimate is
+// used while nothing speaks against it, the filter's otherwise, and what the loop gets does not jump when they change:
 //
 //   x_hat_k = active_k + offset_k
-//   offset_k = fade offset_{k-1}              offset_k = (what the other would have given at k) - active_k at a hand-over
+//   offset_k = fade offset_{k-1}              offset_k = (what the other would have given) - active_k at a hand-over
 //
 // No heap, no exceptions. Copy it, and change what should speak against an observer of yours: speaks_against().
 #pragma once

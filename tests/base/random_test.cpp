@@ -158,8 +158,8 @@ double kolmogorov_smirnov_limit(long count) {
   return 2.23 / std::sqrt(static_cast<double>(count));
 }
 
-constexpr double kSigmas =
-    5.0;  // of a moment's own standard error: 1 in 2e6 for a fair generator, and the seed is fixed
+// Of a moment's own standard error: 1 in 2e6 for a fair generator, and the seed is fixed.
+constexpr double kSigmas = 5.0;
 
 TEST(RandomLanes, UniformNumbersAreUniformOnZeroToOne) {
   Sample sample;

@@ -15,8 +15,8 @@ namespace nlo::claims {
 struct Experiment {
   std::string id;
   std::string train;  ///< a shipped name, or a file of this repository: of a page its first block of TOML
-  std::string
-      data;  ///< folder of the logs, {data} in what its claims run: of this repository, or of the logs kept beside it; empty: none
+  /// Folder of the logs, {data} in what its claims run: of this repository, or of the logs kept beside it; empty: none.
+  std::string data;
   int seeds = 3;
   bool quick = false;                 ///< part of the quick run, with one seed: its claims that are not `slow`
   std::vector<std::string> set = {};  ///< section.key=value
@@ -31,8 +31,8 @@ struct Experiment {
 ///           the folder of the logs
 ///           "flight": the exported header, compiled and flown over whole runs from their first sample
 ///           "reproduce ITEM": of `nlo reproduce`; one run over all seeds
-///           "identify NAME --data ...": of `nlo identify ... --json`, without an experiment; {data} is the folder of all
-///           logs kept beside this repository, {source} the repository
+///           "identify NAME --data ...": of `nlo identify ... --json`, without an experiment; {data} is the folder of
+///           all logs kept beside this repository, {source} the repository
 ///   metric  a JSON pointer; the name of a figure of the flight; or "row | column | reading" of the item's CSV
 struct Claim {
   std::string id, experiment, run, metric;

@@ -50,8 +50,8 @@ Model driven_model();
 /// Two outputs, the last three measurements of each, T* 6-8-2.
 Model window_model();
 
-/// `rig_model` without its angle, with two known inputs that have modes of their own and that T* reads too: commands, or
-/// (`commanded_ramp`) measured with y.
+/// `rig_model` without its angle, with two known inputs that have modes of their own and that T* reads too: commands,
+/// or (`commanded_ramp`) measured with y.
 Model commanded_model();
 Model commanded_ramp_model();
 

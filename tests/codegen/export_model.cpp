@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Writes the exports of an example model, for tests that compile them:
 //   export_model                                           lists the examples
-//   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]  EXAMPLE: or a model file. TARGET model: its model file; spoilt: times FACTOR on one
-//   weight of a last layer, or of the error head where there is one. SCALAR may be SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR: float,bf16
+//   export_model EXAMPLE TARGET SCALAR NAME FILE [FACTOR]
+//       EXAMPLE  or a model file
+//       TARGET   model: its model file; spoilt: the same, FACTOR times one weight of a last layer, or of the error head
+//                where there is one
+//       SCALAR   or SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR: float,bf16
 #include <cstdio>
 #include <exception>
 #include <sstream>

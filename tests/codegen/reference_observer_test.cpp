@@ -112,7 +112,8 @@ TEST(ReferenceObserver, GatedUnitsConvergeAtOrderOneToTheirDifferentialEquation)
 }
 
 TEST(ReferenceObserver, GatedStepIsTheEquationOfItsHeader) {
-  // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus as a power, where neither overflows.
+  // z+ = z + (1 - (1 + exp(2 a_s))^-n) (target - z) over n sample periods: softplus as a power,
+  // where neither overflows.
   const Model m = gated_model();
   const Gated& own = own_part<Gated>(m);
   const ReferenceNetwork<double> gates(own.gates), candidate(own.candidate);
@@ -152,8 +153,8 @@ TEST(ReferenceObserver, BatchGivesWhatStepsGive) {
   for (const Model& m : example_models()) {
     Eigen::VectorXd t = times(m, 700);  // more than one block
     t += 0.3 * m.sample_period_s * (t.array() * 91.0 / m.sample_period_s).sin().matrix();
-    const Eigen::MatrixXd y =
-        smooth_outputs(m, t).array().min(3.0).max(-3.0);  // within +-pi: angles need no unwrapping
+    // Within +-pi: angles need no unwrapping.
+    const Eigen::MatrixXd y = smooth_outputs(m, t).array().min(3.0).max(-3.0);
     const Eigen::MatrixXd u = smooth_inputs(m, t);
     ReferenceObserver<double> observer(m);
     const auto run = observer.run(y, u, t, false);

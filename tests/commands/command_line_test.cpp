@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the program prints about its own command line: scripts that complete it in bash and zsh, help, and the manual page.
+// What the program prints about its own command line: scripts that complete it in bash and zsh, help,
+// and the manual page.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -93,8 +94,8 @@ TEST(BashCompletion, KnowsEveryOptionOfTheHelp) {
   EXPECT_GT(options, 40) << "the help was not understood, so this test proves nothing";
 }
 
-/// What zsh offers at the end of `line`, in a folder as above: a shell in a pseudo-terminal gets the line and a tab, and
-/// says what its completions add.
+/// What zsh offers at the end of `line`, in a folder as above: a shell in a pseudo-terminal gets the line and a tab,
+/// and says what its completions add.
 std::vector<std::string> offered_by_zsh(const std::string& line) {
   const Scratch scratch;
   scratch.write("model.json", "");

@@ -120,8 +120,8 @@ TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
   ASSERT_THAT(job_lines(whole), SizeIs(1 + 4));
   EXPECT_THAT(whole, HasSubstr(",done,"));
 
-  // Parts of the time that the whole takes on this machine, small ones first, so that it is not done at once; they grow,
-  // so that the end comes where starting takes longer than training.
+  // Parts of the time that the whole takes on this machine, small ones first, so that it is not done at once; they
+  // grow, so that the end comes where starting takes longer than training.
   std::mt19937 random(1);
   int kills = 0, unfinished = 0;
   for (int status = -1; status != 0 && kills < 200;) {

@@ -19,8 +19,8 @@ const FilterRow& row_named(std::string_view name) {
 }
 
 TEST(FilterSearch, FindsTheKalmanFilterOfALinearPlant) {
-  // dx/dt = -x / 2 with process noise that the filter as shipped does not know: the best there is has the covariance of the
-  // Riccati equation, p- = phi^2 p + q, p = p- r / (p- + r).
+  // dx/dt = -x / 2 with process noise that the filter as shipped does not know: the best there is has the covariance of
+  // the Riccati equation, p- = phi^2 p + q, p = p- r / (p- + r).
   Experiment experiment = parse_experiment(
       "name = \"linear\"\n[plant]\nstates = [\"x\"]\nderivative = [\"-a * x\"]\noutput_names = [\"y\"]\noutputs = "
       "[\"x\"]\n"
@@ -62,7 +62,8 @@ TEST(FilterSearch, FindsAGateWhereThereAreOutliers) {
 }
 
 TEST(FilterSearch, FindsWhichEquationIsWrong) {
-  // mu stands in the equation of x2 alone, and y = x1 is exact: noise put on x1 too makes the filter worse than it need be.
+  // mu stands in the equation of x2 alone, and y = x1 is exact:
+  // noise put on x1 too makes the filter worse than it need be.
   Condition condition;
   condition.parameters = {{"mu", 1.2}};
   const Experiment experiment = test::van_der_pol(20.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An observer with a filter beside it: the exported observer and monitor of tests/golden/watched.h, which estimate a wave
-// from itself, and a filter whose estimates the test chooses.
+// An observer with a filter beside it: the exported observer and monitor of tests/golden/watched.h, which estimate a
+// wave from itself, and a filter whose estimates the test chooses.
 #include "examples/supervisor/supervisor.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The program under inject.c: killed, refused or out of memory at one call after the other. Whatever the call, each file
-// is the old one or the new one, what went wrong is said, and the same command ends well the next time and leaves
-// nothing behind. By default some of the calls are tried, with NLO_SLOW_TESTS (./test.sh --full) every one, and of allocations
-// fifty times as many.
+// The program under inject.c: killed, refused or out of memory at one call after the other. Whatever the call, each
+// file is the old one or the new one, what went wrong is said, and the same command ends well the next time and leaves
+// nothing behind. By default some of the calls are tried, with NLO_SLOW_TESTS (./test.sh --full) every one, and of
+// allocations fifty times as many.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

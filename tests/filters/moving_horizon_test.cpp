@@ -13,8 +13,8 @@ using Eigen::MatrixXd;
 constexpr double kHorizonPeriod = 0.02;
 
 TEST(MovingHorizon, OfALinearPlantWithoutNoiseOfItsOwnIsTheKalmanFilter) {
-  // One Gauss-Newton step solves a linear problem, and least squares over the window with the filter's prediction before
-  // it is least squares over all: the Kalman filter's estimate.
+  // One Gauss-Newton step solves a linear problem, and least squares over the window with the filter's prediction
+  // before it is least squares over all: the Kalman filter's estimate.
   const MatrixXd y = MatrixXd::Constant(1, 120, 1.0) + 0.3 * test::normals(1, 120, 5);
   const FilterKnowledge known = test::scalar_knowledge(1.0, 0.0, 0.3);
   const LaneRuns runs = test::runs_of(y, kHorizonPeriod);

@@ -50,7 +50,8 @@ TEST(ParticleFilter, LearnsABiasThatAKalmanFilterTakesForTheState) {
 }
 
 TEST(ParticleFilter, LosesTheParticlesThatThePlantCarriesOutOfTheNumbers) {
-  // dx/dt = x^3 escapes within 1 / (2 x^2): most of the particles do before the first 5 s are over, and the truth, 0.1, not.
+  // dx/dt = x^3 escapes within 1 / (2 x^2): most of the particles do before the first 5 s are over,
+  // and the truth, 0.1, not.
   LanePlant plant = test::decay(0.5);
   plant.f = [](const MatrixXd& x, const MatrixXd&) { return MatrixXd(x.array().cube()); };
   SimulationConfig simulation;

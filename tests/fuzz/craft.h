@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Flights through anything: measurements, inputs and time steps of any bits, states from storage that are damaged, bits of
-// memory that flip, in an observer and in the monitor beside it. After each step:
+// Flights through anything: measurements, inputs and time steps of any bits, states from storage that are damaged, bits
+// of memory that flip, in an observer and in the monitor beside it. After each step:
 //   - the status is one there is, and the observer's own
 //   - z is finite, and what save() gives restore() takes
 //   - an estimate with a good status is finite

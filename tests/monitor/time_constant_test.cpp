@@ -31,8 +31,8 @@ TEST(TimeConstant, OfOtherStructuresIsThePeriodOfTheOutputs) {
     runs.outputs.push_back(y);
     runs.inputs.emplace_back();
   }
-  // The integral of cos from 0 to a quarter is 1 / (2 pi) of the period. Noise is not in lag 1 on; 2,000 samples of a wave
-  // of 200 and the sum in place of the integral are good for some percent.
+  // The integral of cos from 0 to a quarter is 1 / (2 pi) of the period. Noise is not in lag 1 on; 2,000 samples of a
+  // wave of 200 and the sum in place of the integral are good for some percent.
   EXPECT_NEAR(time_constant_s(model, runs), period_s, 0.06 * period_s);
 }
 

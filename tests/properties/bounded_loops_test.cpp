@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// No loop of the runtime, or of what is generated in C99, waits for data: each counts up to or down from a number that is
-// a constant of the model or of the code. Seen in the source, so that a new loop has to be looked at.
+// No loop of the runtime, or of what is generated in C99, waits for data: each counts up to or down from a number that
+// is a constant of the model or of the code. Seen in the source, so that a new loop has to be looked at.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How wrong an estimate is: 2^v against the C library, sigma against its formula, and what it is where nothing is known.
-// tests/codegen compares all structures with their equations.
+// How wrong an estimate is: 2^v against the C library, sigma against its formula, and what it is where nothing is
+// known. tests/codegen compares all structures with their equations.
 #include <nlo/error_head.h>
 #include <nlo/kkl_observer.h>
 

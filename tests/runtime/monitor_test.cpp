@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The statistics of nlo/monitor.h against closed forms, on innovations that a test chooses: with a prediction of nothing
-// and y = 0 before, the innovation is y itself over its deviation.
+// The statistics of nlo/monitor.h against closed forms, on innovations that a test chooses: with a prediction of
+// nothing and y = 0 before, the innovation is y itself over its deviation.
 #include "nlo/monitor.h"
 
 #include <gtest/gtest.h>
@@ -97,7 +97,8 @@ TEST(Monitor, PowerOfTheSmoothedInnovationSeesWhatIsOffEitherWay) {
 TEST(Monitor, CorrelationSeesInnovationsThatAlternate) {
   Model m = quiet_model();
   m.correlation_limit[0][1] = 0.5;
-  // e = -1, 1, -1, ...: e e_last = -1, so |r| = 1 - exp(-n / 50) is above .5 from n = 35 on, one sample and one more late.
+  // e = -1, 1, -1, ...: e e_last = -1, so |r| = 1 - exp(-n / 50) is above .5 from n = 35 on,
+  // one sample and one more late.
   EXPECT_EQ(first_alarm(m, Alarm::kInnovationCorrelation, [](int k) { return k % 2 == 0 ? 2.0 : -2.0; }), 36);
 }
 
@@ -360,8 +361,8 @@ TEST(Monitor, OutliersAreKeptFromTheObserverAndSoOnesThatStayAreBelieved) {
 }
 
 TEST(Monitor, GateWidensWithTheNoise) {
-  // Of a sensor four times as noisy as in training one in 3 is beyond 4 deviations; behind a gate that stays, the observer
-  // would be blind for a third of the time.
+  // Of a sensor four times as noisy as in training one in 3 is beyond 4 deviations; behind a gate that stays, the
+  // observer would be blind for a third of the time.
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;

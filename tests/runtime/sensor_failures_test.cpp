@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Outputs that may be missing: they fade to where they rested, T* is told how stale they are, nothing else is disturbed.
+// Outputs that may be missing: they fade to where they rested, T* is told how stale they are,
+// nothing else is disturbed.
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 #include <nlo/sensor_failures.h>

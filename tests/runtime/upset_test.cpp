@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Bits of memory that flip in flight, in an observer or in the monitor beside it: whatever flips, the pair either goes on as
-// if nothing had been, or says so. None is silent: a flip is silent where the monitor, or the estimate, stays another one
-// than that of a twin without the flip, and no step and no alarm has told of it. (The pointers to the models are left
-// alone: what they lead to then is not the observer's memory.)
+// Bits of memory that flip in flight, in an observer or in the monitor beside it: whatever flips, the pair either goes
+// on as if nothing had been, or says so. None is silent: a flip is silent where the monitor, or the estimate, stays
+// another one than that of a twin without the flip, and no step and no alarm has told of it. (The pointers to the
+// models are left alone: what they lead to then is not the observer's memory.)
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
@@ -173,7 +173,8 @@ TEST(Upset, NoneOfTwentyThousandFlippedBitsIsSilentAndNoneStays) {
               counts.resets);
 }
 
-/// Where z does not move it shows nothing: T* of angles reads y, too, and a y that is no number would be estimated from.
+/// Where z does not move it shows nothing: T* of angles reads y, too,
+/// and a y that is no number would be estimated from.
 TEST(Upset, AReadingThatIsNoNumberIsSeenWhereNothingGoodIsMeasured) {
   static const auto model = testing::undriven_model<float>(Hold::kFirstOrder);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a sensor is declared to do in training lowers the error in flight under the same, and costs the observer that flies
-// without it: each defect has the training without it as its control.
+// What a sensor is declared to do in training lowers the error in flight under the same, and costs the observer that
+// flies without it: each defect has the training without it as its control.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An observer of a simulated plant that is trained over drawn inputs knows them in flight, by expressions of any f(x, u).
+// An observer of a simulated plant that is trained over drawn inputs knows them in flight,
+// by expressions of any f(x, u).
 #include <gtest/gtest.h>
 
 #include <string>

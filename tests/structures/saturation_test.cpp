@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// [observer] saturation, from the experiment to the estimate: training is what it was, and far outside of its domain the
-// observer says no more than at the edge.
+// [observer] saturation, from the experiment to the estimate: training is what it was, and far outside of its domain
+// the observer says no more than at the edge.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3",
-// "student:0.5:2"; of several outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02". What
-// else a sensor does stands behind it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1". So does when it measures:
-// "none+delay:1.5+jitter:0.2+missing:0.05:4".
+// "student:0.5:2"; of several outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02".
+// What else a sensor does stands behind it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1". So does when it
+// measures: "none+delay:1.5+jitter:0.2+missing:0.05:4".
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ enum class NoiseKind { kNone, kGaussian, kUniform, kStudent };
 /// Of one sensor.
 struct SensorNoise {
   NoiseKind kind = NoiseKind::kNone;
-  double scale =
-      0.0;        ///< Gaussian: standard deviation; uniform: half width; Student's t: its unit. In the output's unit.
+  /// Gaussian: standard deviation; uniform: half width; Student's t: its unit. In the output's unit.
+  double scale = 0.0;
   int shape = 0;  ///< Student's t: degrees of freedom, 1 to 30; few are heavy tails
   double outlier_share = 0.0,
          outlier_amplitude = 0.0;  ///< this share of the samples is off by U(-amplitude, amplitude) more
@@ -74,16 +74,16 @@ struct NoiseMixture {
   const NoiseConfig& of(std::uint64_t group) const { return parts[group % parts.size()]; }
 };
 
-/// One noise, or several with commas between them. Throws codegen::Error naming what is wrong and the forms there are. A
-/// scale must be finite and not negative.
+/// One noise, or several with commas between them. Throws codegen::Error naming what is wrong and the forms there are.
+/// A scale must be finite and not negative.
 NoiseConfig parse_noise(std::string_view text);
 
 /// The text that parse_noise reads back to the same value.
 std::string format_noise(const SensorNoise& noise);
 std::string format_noise(const NoiseConfig& noise);
 
-/// Whether a sample is missing behind one that is missing, or behind one that arrived: bursts of the declared mean length
-/// that add up to the declared share. The first sample of a run always arrives.
+/// Whether a sample is missing behind one that is missing, or behind one that arrived: bursts of the declared mean
+/// length that add up to the declared share. The first sample of a run always arrives.
 struct LossRates {
   double goes_on = 0.0, begins = 0.0;
 };

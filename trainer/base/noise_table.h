@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The distributions that measurement noise may have. A row has all that nlo asks of one, so that a new noise trains, tests,
-// filters and is explained alike: add it to NoiseKind and here.
+// The distributions that measurement noise may have. A row has all that nlo asks of one, so that a new noise trains,
+// tests, filters and is explained alike: add it to NoiseKind and here.
 #pragma once
 
 #include <Eigen/Core>

@@ -83,8 +83,8 @@ struct BoundResult {
   double l_tkx = 0.0;             ///< |dT_k/dx|; infinite: T_k is not differentiable
   bool power_claim_holds = true;  ///< L_Tk <= k^n_z L_T
   bool slope_claim_holds = true;  ///< L_Tkx <= L_Tx / k
-  double pde_residual =
-      0.0;  ///< largest |dT/dx f - D T - F h| / (|D T| + |F h|) at the initial states; 0 where T is exact
+  /// Largest |dT/dx f - D T - F h| / (|D T| + |F h|) at the initial states; 0 where T is exact.
+  double pde_residual = 0.0;
 };
 
 /// Results for several k, and under what conditions.

@@ -18,8 +18,8 @@
 //    (Kirszbraun), and the pseudo-inverse of a linear T is one.
 //  - one rate, the slowest, for all modes, though the noise meets each mode at its own.
 //  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than what the plant contracts.
-// So each report has a sharper bound beside (19) that needs none of this, with L of this k's own T* and each mode at its
-// own rate:
+// So each report has a sharper bound beside (19) that needs none of this,
+// with L of this k's own T* and each mode at its own rate:
 //   |e|^2 <= sum over modes of ((V_i + L_i w_bar) / |Re lambda_i|)^2,   V_i = sup |F_i v|, L_i = sup |dT_i/dx|
 #pragma once
 

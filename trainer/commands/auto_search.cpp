@@ -145,8 +145,8 @@ class Search {
 
   double least_steps() const { return kLeastShareOfSteps * task_.experiment.training.steps; }
 
-  /// Candidates that the last rung would hardly train. The experiment as it stands is what the others are told by: without
-  /// it there is no search.
+  /// Candidates that the last rung would hardly train. The experiment as it stands is what the others are told by:
+  /// without it there is no search.
   void leave_out_slow() {
     if (record_.by_hand_fits()) return;
     const double last_s = halving_rungs(record_.candidates.size(), record_.seconds).back().seconds;

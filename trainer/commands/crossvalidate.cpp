@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo crossvalidate: how an observer of logs fares on logs, days and conditions that it was not trained on. Each log, or
-// each group of them, is left out once; training sees the others alone.
+// nlo crossvalidate: how an observer of logs fares on logs, days and conditions that it was not trained on. Each log,
+// or each group of them, is left out once; training sees the others alone.
 #include <fmt/core.h>
 #include <fmt/format.h>
 

@@ -15,8 +15,8 @@ class DirectoryLock {
   DirectoryLock& operator=(const DirectoryLock&) = delete;
   ~DirectoryLock() { release(); }
 
-  /// Throws codegen::InputError while another program holds it, for longer than `patience`. Does nothing where it is held
-  /// already, where there is no such folder yet, and on a file system that knows no locks.
+  /// Throws codegen::InputError while another program holds it, for longer than `patience`. Does nothing where it is
+  /// held already, where there is no such folder yet, and on a file system that knows no locks.
   void take(const std::string& directory, std::chrono::milliseconds patience = {});
 
   void release();

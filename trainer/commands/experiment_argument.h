@@ -21,11 +21,12 @@ struct ExperimentArgument {
 /// Throws codegen::Error as read_draft does, or listing the shipped names when there is no such file.
 DraftExperiment read_draft(const ExperimentArgument& argument);
 
-/// One that is complete. Throws codegen::Error as read_experiment does, or listing the shipped names when there is no such file.
+/// One that is complete. Throws codegen::Error as read_experiment does,
+/// or listing the shipped names when there is no such file.
 Experiment read_experiment(const ExperimentArgument& argument);
 
-/// Those of an `nlo` command that are about its experiment, as a shell takes them: EXPERIMENT --data DIR --set KEY=VALUE
-/// --seed N. `data` may be empty; threads change no result.
+/// Those of an `nlo` command that are about its experiment, as a shell takes them: EXPERIMENT --data DIR --set
+/// KEY=VALUE --seed N. `data` may be empty; threads change no result.
 std::string command_words(const ExperimentArgument& argument, const std::string& data);
 
 }  // namespace nlo::trainer

@@ -8,11 +8,12 @@
 
 namespace nlo::trainer {
 
-/// Columns for text on stdout: those of its terminal, or of the environment's COLUMNS, 100 where neither is known; 60 at
-/// least.
+/// Columns for text on stdout: those of its terminal, or of the environment's COLUMNS,
+/// 100 where neither is known; 60 at least.
 std::size_t help_width();
 
-/// `text` with line breaks in place of spaces, no line longer than `width` but for a word that is; breaks that it has stay.
+/// `text` with line breaks in place of spaces, no line longer than `width` but for a word that is;
+/// breaks that it has stay.
 std::string wrapped(const std::string& text, std::size_t width);
 
 /// CLI11's own help with its right column wrapped, and "INT=20" with "1 to 100" behind the description in place of

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// nlo identify: the parameters of a plant by expressions from logs, with standard errors, and what filters that know the
-// plant so found make of the test logs.
+// nlo identify: the parameters of a plant by expressions from logs, with standard errors, and what filters that know
+// the plant so found make of the test logs.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>

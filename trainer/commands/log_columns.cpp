@@ -45,8 +45,8 @@ std::vector<std::string> headings_of(const std::string& path, const LogConfig& l
   }
 }
 
-/// Whether a state has a column of its own that is not among `headings`. One that is computed from an output is not asked:
-/// that the output is missing is an error.
+/// Whether a state has a column of its own that is not among `headings`. One that is computed from an output is not
+/// asked: that the output is missing is an error.
 bool is_absent(const LogConfig& log, const ColumnConfig& column, const std::vector<std::string>& headings) {
   if (column.role != ColumnRole::kState) return false;
   std::string source = column.column;

@@ -58,7 +58,8 @@ double affordable_hours(double hours, double sample_period_s) {
   return std::min(hours, kMostSamples * sample_period_s / kHour);
 }
 
-/// No training is at work in the folder while the model is written, and one that has been since `read` was read is kept.
+/// No training is at work in the folder while the model is written,
+/// and one that has been since `read` was read is kept.
 void write(const codegen::Model& model, const std::string& output, const std::string& origin, const std::string& read) {
   constexpr auto kPatience = std::chrono::seconds(2);  // another monitor is written in the meantime
   const std::filesystem::path folder = std::filesystem::path(output).parent_path();

@@ -22,8 +22,8 @@ void make_output_directory(const std::string& path);
 /// "-", which stands for stdout where a command writes one file; nothing else goes there then.
 bool is_stdout(const std::string& output);
 
-/// Throws codegen::Error when `file` cannot be made: no such directory (unless `makes_folder`: the command makes it), or
-/// itself a directory. Stdout always can.
+/// Throws codegen::Error when `file` cannot be made: no such directory (unless `makes_folder`: the command makes it),
+/// or itself a directory. Stdout always can.
 void check_output_file(const std::string& file, bool makes_folder = false);
 
 /// Makes the folder that `file` lies in. Throws codegen::Error.

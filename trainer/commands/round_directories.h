@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the rounds of [feedback] keep their checkpoints: the last one where a run without rounds does, those before it in
-// round_0, round_1, ... beside it. A finished round is gone through from its checkpoint again when a run is resumed.
+// Where the rounds of [feedback] keep their checkpoints: the last one where a run without rounds does, those before it
+// in round_0, round_1, ... beside it. A finished round is gone through from its checkpoint again when a run is resumed.
 #pragma once
 
 #include <filesystem>

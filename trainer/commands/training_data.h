@@ -25,8 +25,8 @@ struct RunData {
 /// Of an experiment with a [plant].
 RunData simulated_data(const Experiment& experiment);
 
-/// Of an experiment with a [log], whose files are below `directory`. Unless `quiet`, what is worth knowing of them goes to
-/// stderr. Throws codegen::Error.
+/// Of an experiment with a [log], whose files are below `directory`. Unless `quiet`, what is worth knowing of them goes
+/// to stderr. Throws codegen::Error.
 RunData logged_data(const Experiment& experiment, const std::string& directory, bool quiet);
 
 /// An experiment that is complete, with its data.
@@ -36,11 +36,12 @@ struct PreparedRun {
   bool derived = false;  ///< a recipe completed it
 };
 
-/// Loads or simulates what a draft trains on and, where it is not complete, derives the rest from that. Unless `quiet`, what
-/// was derived goes to stderr. Throws codegen::Error, or RunFailure for a plant that leaves the numbers.
+/// Loads or simulates what a draft trains on and, where it is not complete, derives the rest from that. Unless `quiet`,
+/// what was derived goes to stderr. Throws codegen::Error, or RunFailure for a plant that leaves the numbers.
 PreparedRun prepare_run(const DraftExperiment& draft, const std::string& directory, bool quiet);
 
-/// Delays of inputs that are to be found, before anything is read by them: from then on the experiment has them as numbers.
+/// Delays of inputs that are to be found, before anything is read by them:
+/// from then on the experiment has them as numbers.
 void find_delays(Experiment& experiment, const std::string& directory, bool quiet);
 
 }  // namespace nlo::trainer

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Observers against filters that know the plant, under many conditions, on the same runs: the errors with their standard
-// errors over test seeds, the worst runs, and what a step costs.
+// Observers against filters that know the plant, under many conditions, on the same runs: the errors with their
+// standard errors over test seeds, the worst runs, and what a step costs.
 #pragma once
 
 #include <Eigen/Core>

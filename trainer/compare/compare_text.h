@@ -10,8 +10,8 @@
 
 namespace nlo::trainer {
 
-/// The errors, a row for each condition; the least of a row but the floor has a star. Then the worst runs, the tunings and
-/// what a step costs.
+/// The errors, a row for each condition; the least of a row but the floor has a star. Then the worst runs, the tunings
+/// and what a step costs.
 std::string comparison_text(const Comparison& comparison);
 
 /// One object: "conditions" by name, in each "columns" by name with norm, standard_error, worst; "cost" by column.

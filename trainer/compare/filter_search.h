@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tuning of a filter on runs whose truth is known: a grid over Q, R and the gate, then a coordinate search from its best.
+// Tuning of a filter on runs whose truth is known: a grid over Q, R and the gate,
+// then a coordinate search from its best.
 #pragma once
 
 #include <atomic>
@@ -17,8 +18,8 @@ struct TunedFilter {
   int evaluations = 0;
 };
 
-/// The tuning of `row` with the least error on `runs`. The same for any number of threads, as it uses one. `stop`: gives
-/// the best so far.
+/// The tuning of `row` with the least error on `runs`. The same for any number of threads, as it uses one. `stop`:
+/// gives the best so far.
 TunedFilter tune_filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
                         const std::atomic<bool>* stop = nullptr);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The filters that observers are compared with, one row each: how they are made, what of them is tuned, what a step costs.
+// The filters that observers are compared with, one row each: how they are made, what of them is tuned,
+// what a step costs.
 #pragma once
 
 #include <Eigen/Core>

@@ -14,7 +14,8 @@ namespace nlo::trainer {
 /// Each knows the plant of `nominal` and the noise's nominal variance. Samples that do not arrive are stepped over.
 /// Throws codegen::Error where there is no such filter, or it is not for the plant.
 ///   held_inputs     the u of a sample has acted since the sample before; else a ramp from there
-///   with_intervals  of the normal distribution by its covariance, where it has one and the channels are the plant's own
+///   with_intervals  of the normal distribution by its covariance, where it has one and the channels are
+///                   the plant's own
 EstimatorFactory table_filter(std::string_view name, const Experiment& nominal, const NoiseConfig& noise,
                               bool held_inputs, bool with_intervals = false);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an experiment chooses from closed sets: each an enumeration with its names. Open sets (plants, structures, losses,
-// optimisers, schedules, activations) are names, which the tables of their folders know.
+// What an experiment chooses from closed sets: each an enumeration with its names. Open sets (plants, structures,
+// losses, optimisers, schedules, activations) are names, which the tables of their folders know.
 #pragma once
 
 #include "codegen/model/hold.h"
@@ -68,7 +68,8 @@ inline constexpr NameTable<FeatureSet, 3> kNames<FeatureSet>{{{FeatureSet::kLate
                                                               {FeatureSet::kLatentAndOutput, "latent_and_output"},
                                                               {FeatureSet::kLatentMinusOutput, "latent_minus_output"}}};
 
-/// What ships for a state: the network, a linear row or a blend, whichever validation data prefer; or always the network.
+/// What ships for a state: the network, a linear row or a blend, whichever validation data prefer;
+/// or always the network.
 enum class ReadoutChoice { kSelected, kNetwork };
 template <>
 inline constexpr NameTable<ReadoutChoice, 2> kNames<ReadoutChoice>{

@@ -200,8 +200,8 @@ struct TrainingConfig {
   double checkpoint_every_s = 10.0;
 };
 
-/// [validation]: trainings without some of the training logs say what of a state's estimate holds on logs that it has not
-/// seen, and choose what ships (training/left_out.h).
+/// [validation]: trainings without some of the training logs say what of a state's estimate holds on logs that it has
+/// not seen, and choose what ships (training/left_out.h).
 struct ValidationConfig {
   std::string groups;  ///< regular expression: logs in whose names it finds the same text are left out together; empty:
                        ///< each log by itself

@@ -26,7 +26,8 @@ inline constexpr double kLeft = 2.0;
 /// Runs of both sets begin at the same states with the same references. Throws codegen::Error unless they are as many.
 ClosedLoopCost closed_loop_cost(const Dataset& of_true_state, const Dataset& of_estimator);
 
-/// Mean over runs and samples of [feedback] cost; empty where there is none. Throws codegen::Error where it is no number.
+/// Mean over runs and samples of [feedback] cost; empty where there is none.
+/// Throws codegen::Error where it is no number.
 std::optional<double> mean_cost(const Experiment& experiment, const Plant& plant, const Dataset& runs);
 
 /// For people, one line.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Plain words on what an observer's errors are worth beside those of knowing nothing, a constant, and of the best of the
-// simple estimators: the same for plants and for logs.
+// Plain words on what an observer's errors are worth beside those of knowing nothing, a constant, and of the best of
+// the simple estimators: the same for plants and for logs.
 #pragma once
 
 #include <string>

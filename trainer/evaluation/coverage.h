@@ -14,8 +14,8 @@
 
 namespace nlo::trainer {
 
-/// n_x x N each: estimates and, of an estimator that knows how wrong it is, the half widths of its 68 % and 95 % intervals;
-/// else 0 x 0.
+/// n_x x N each: estimates and, of an estimator that knows how wrong it is, the half widths of its 68 % and 95 %
+/// intervals; else 0 x 0.
 struct Estimates {
   Estimates() = default;
   Estimates(Eigen::MatrixXd estimates, Eigen::MatrixXd half_68 = {}, Eigen::MatrixXd half_95 = {})

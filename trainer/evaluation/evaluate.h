@@ -53,8 +53,8 @@ struct DomainShare {
 };
 
 struct Evaluation {
-  std::string
-      estimator;  ///< "observer", "ekf", "ukf", "ekf_true", "constant", "ridge"; in its own loop: "observer_in_loop" ...
+  /// "observer", "ekf", "ukf", "ekf_true", "constant", "ridge"; in its own loop: "observer_in_loop" ...
+  std::string estimator;
   NoiseConfig noise;
   std::uint64_t seed = 0;
   int trajectories = 0;
@@ -71,8 +71,9 @@ struct Evaluation {
   std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...
 };
 
-/// Strict noise (measurement_noise.h) on `clean`, then the estimator; coverage where it gives intervals. `threads` 0: all cores. The result has the same
-/// bytes for any number of threads. Norms over states whose units differ are of states over their deviation in `clean`.
+/// Strict noise (measurement_noise.h) on `clean`, then the estimator; coverage where it gives intervals. `threads` 0:
+/// all cores. The result has the same bytes for any number of threads. Norms over states whose units differ are of
+/// states over their deviation in `clean`.
 Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
                     const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config = {});
 
@@ -94,8 +95,8 @@ EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_st
 /// The linear readout of the model's features, fitted on `training`, whose outputs have the noise.
 EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training);
 
-/// What knows no plant and no model, fitted likewise: the LogBaseline called "constant" (the mean state: what knowing nothing
-/// but the average is worth) or "static_ridge". Samples that do not arrive are held.
+/// What knows no plant and no model, fitted likewise: the LogBaseline called "constant" (the mean state: what knowing
+/// nothing but the average is worth) or "static_ridge". Samples that do not arrive are held.
 EstimatorFactory baseline_estimator(std::string_view name, const Dataset& training);
 
 /// One of simple_names(), fitted likewise: "ridge" is the readout of the model, the others are baselines.

@@ -64,7 +64,8 @@ struct LogEvaluation {
 using LogProgress = std::function<void(double share, const std::string& what)>;
 
 /// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
-///   logs, schema   have all of the model's outputs and inputs, and the truth of one state at least: the others are unscored
+///   logs, schema   have all of the model's outputs and inputs, and the truth of one state at least: the others
+///                  are unscored
 ///   baseline_logs  what the baselines may learn from: the training logs; or nullptr, then the very logs they are
 ///                  judged on, in hindsight, which only makes them harder to beat
 ///   missing        outputs that fail at the first sample of every log: the observer and the ridge regression are

@@ -27,8 +27,8 @@ struct EvaluationStudy {
 /// A number of an evaluation; empty where it is not defined.
 using Quantity = std::function<std::optional<double>(const ErrorMetrics&)>;
 
-/// Mean over models and test sets of the estimator at place `estimator` of each list. Empty when one of the evaluations does not define the quantity:
-/// the mean of those that do would flatter.
+/// Mean over models and test sets of the estimator at place `estimator` of each list. Empty when one of the evaluations
+/// does not define the quantity: the mean of those that do would flatter.
 std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity);
 
 /// Notes of comparison.h on the observer's mean errors in the settled window; needs the estimators "constant" and

@@ -13,17 +13,18 @@
 namespace nlo::trainer {
 
 /// One row per estimator: norm, nrmse, the norm in each window, settling time and the states' RMSE, with units in the
-/// headings; several test sets or models: means with their standard errors. Columns in which no estimator has a value are
-/// left out. `is_headed`: above the rows of a study its noise and runs. For the terminal and the page, as those below.
+/// headings; several test sets or models: means with their standard errors. Columns in which no estimator has a value
+/// are left out. `is_headed`: above the rows of a study its noise and runs. For the terminal and the page,
+/// as those below.
 Table evaluation_table(std::span<const EvaluationStudy> studies, bool is_headed = false);
 
-/// Per state the estimators over the windows, and what a step of them costs; the observer per file (no rows where there is
-/// one).
+/// Per state the estimators over the windows, and what a step of them costs;
+/// the observer per file (no rows where there is one).
 Table log_table(const std::vector<LogEntry>& entries, bool with_cost = false);
 Table file_table(const LogEvaluation& evaluation);
 
-/// The table under a line that says what was tested, `note` (e.g. "initial states from twice the training box") comes from
-/// the caller; below stand the domain and the notes.
+/// The table under a line that says what was tested, `note` (e.g. "initial states from twice the training box") comes
+/// from the caller; below stand the domain and the notes.
 std::string evaluation_text(const EvaluationStudy& study, const std::string& note = "");
 
 /// The same of one model on one test set.

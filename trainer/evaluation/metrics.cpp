@@ -20,8 +20,8 @@ std::optional<double> settling_time(const Eigen::VectorXd& time_s, const Eigen::
   if (n == 0) return std::nullopt;
   // Backwards with a sliding window: `end` is the first instant outside [time_s[k], time_s[k] + window_s).
   std::optional<double> settled_since;
-  const double last_start_s =
-      std::max(time_s[0], time_s[n - 1] - window_s);  // shorter windows are too noisy to judge by
+  // Shorter windows are too noisy to judge by.
+  const double last_start_s = std::max(time_s[0], time_s[n - 1] - window_s);
   Eigen::Index end = n;
   for (Eigen::Index k = n - 1; k >= 0; --k) {
     if (time_s[k] > last_start_s) continue;

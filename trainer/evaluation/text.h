@@ -10,7 +10,8 @@
 
 namespace nlo::trainer {
 
-/// `digits` significant digits, trailing zeros kept: 0.18417 -> "0.184" (3). Plain notation from 1e-4 up to 1e6. NaN is "-".
+/// `digits` significant digits, trailing zeros kept: 0.18417 -> "0.184" (3).
+/// Plain notation from 1e-4 up to 1e6. NaN is "-".
 std::string significant(double value, int digits = 3);
 
 /// As significant(), "-" when there is no value.
@@ -34,8 +35,8 @@ struct Spread {
   std::optional<double> training_seed_error = {};
 };
 
-/// "0.0952 ± 0.00040": three digits, and the errors to one place more unless all of them round to zero there. As the tables
-/// of results in docs/.
+/// "0.0952 ± 0.00040": three digits, and the errors to one place more unless all of them round to zero there. As the
+/// tables of results in docs/.
 std::string to_text(const Spread& spread);
 
 /// Of independent draws: their standard deviation, and the standard error of their mean; empty for fewer than two.
@@ -45,8 +46,8 @@ std::optional<double> standard_error(std::span<const double> draws);
 /// Terminal columns that UTF-8 text takes: one per code point, none for combining marks and control characters.
 std::size_t display_width(std::string_view utf8);
 
-/// Headings and rows; the first column is text (left), the others are numbers (right). An empty row is a thin line, a row
-/// of one cell the heading of those below. On a page: html_table().
+/// Headings and rows; the first column is text (left), the others are numbers (right). An empty row is a thin line, a
+/// row of one cell the heading of those below. On a page: html_table().
 struct Table {
   std::vector<std::string> headings;
   std::vector<std::vector<std::string>> rows = {};  ///< missing cells are left blank
@@ -54,8 +55,8 @@ struct Table {
   void add_row(std::vector<std::string> cells) { rows.push_back(std::move(cells)); }
   void add_rule() { rows.emplace_back(); }
 
-  /// For a terminal: one line per row, each ending in a newline, indented by `indent` blanks. Columns that would reach past
-  /// `width` follow below, beside the first column once more.
+  /// For a terminal: one line per row, each ending in a newline, indented by `indent` blanks. Columns that would reach
+  /// past `width` follow below, beside the first column once more.
   std::string to_text(std::size_t indent = 0, std::size_t width = 100) const;
 
  private:

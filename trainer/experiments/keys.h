@@ -18,8 +18,8 @@ const std::vector<Key<Section>>& keys();
 template <class Section>
 std::string_view section_title();
 
-/// Calls visit(Section()) for each section, in the order that help lists them. Parentheses: GCC 12 fails on LossConfig{}
-/// in a template.
+/// Calls visit(Section()) for each section, in the order that help lists them. Parentheses: GCC 12 fails on
+/// LossConfig{} in a template.
 template <class Visit>
 void for_each_section(const Visit& visit) {
   visit(Experiment());

@@ -17,7 +17,8 @@
 namespace nlo::trainer {
 namespace {
 
-/// A KKL observer without eigenvalues is left to a recipe; other structures have defaults that suit no plant in particular.
+/// A KKL observer without eigenvalues is left to a recipe;
+/// other structures have defaults that suit no plant in particular.
 bool is_draft(const Experiment& experiment, const Places& places) {
   return experiment.observer.structure == ObserverConfig{}.structure && experiment.observer.eigenvalues.empty() &&
          experiment.observer.pairs.empty() && !places.has("observer.eigenvalues") && !places.has("observer.pairs");

@@ -20,8 +20,8 @@ struct DraftExperiment {
   bool complete = true;
 };
 
-/// Reads and checks an experiment file that may be a draft. Arguments and errors: see read_experiment. The source_text of
-/// a draft tells it from others, and is not to be recorded.
+/// Reads and checks an experiment file that may be a draft. Arguments and errors: see read_experiment. The source_text
+/// of a draft tells it from others, and is not to be recorded.
 DraftExperiment read_draft(const std::string& path, const std::vector<std::string>& overrides = {});
 
 /// The same from text; `filename` stands for the file in messages.

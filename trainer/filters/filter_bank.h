@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Several EKFs of one plant that start apart, weighed by how well each foretells the outputs: for outputs that more than one
-// state may explain, where one EKF settles at the wrong one.
+// Several EKFs of one plant that start apart, weighed by how well each foretells the outputs: for outputs that more
+// than one state may explain, where one EKF settles at the wrong one.
 //   log w_b += log N(innovation_b; 0, s_b),   x_hat = sum w_b x_b / sum w_b
-// Source: Alspach, Sorenson: Nonlinear Bayesian estimation using Gaussian sum approximations, IEEE Trans. AC 17(4), 1972.
+// Source: Alspach, Sorenson: Nonlinear Bayesian estimation using Gaussian sum approximations, IEEE Trans.
+// AC 17(4), 1972.
 #pragma once
 
 #include <Eigen/Core>

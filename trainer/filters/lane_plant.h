@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A plant and runs of it side by side, a lane each: filters on lanes take one step of many runs at once, so that trying a
-// hundred tunings of a filter takes seconds.
+// A plant and runs of it side by side, a lane each: filters on lanes take one step of many runs at once, so that trying
+// a hundred tunings of a filter takes seconds.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,8 +20,8 @@ struct LanePlant {
   Eigen::Index nx = 0, ny = 0;
   Map f, h;                      ///< n_x x B and n_y x B for n_x x B and n_u x B; 0 x 0: u = 0
   Eigen::VectorXd output_wraps;  ///< full turns of outputs that are angles, else 0; n_y
-  double longest_step_s =
-      std::numeric_limits<double>::infinity();  ///< of RK4: a longer sample period is divided evenly
+  /// Of RK4: a longer sample period is divided evenly.
+  double longest_step_s = std::numeric_limits<double>::infinity();
 };
 
 /// `plant` as it is; kept alive. Not for two threads at once.

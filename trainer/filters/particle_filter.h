@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Particle filter that knows all there is to know: the plant with its true parameters and process noise, where runs
-// start, and the distribution of the measurement noise (bias and outliers too). What it reaches is about the least error
-// that any filter can have there: the floor of a comparison.
+// start, and the distribution of the measurement noise (bias and outliers too). What it reaches is about the least
+// error that any filter can have there: the floor of a comparison.
 //   x_i ~ runs' initial states;  each sample: x_i = Phi(x_i) (+ process noise),  w_i *= p(y | x_i)
-// When fewer than half of the particles count, (sum w)^2 / sum w^2 < N / 2, they are drawn anew by systematic resampling
-// and spread by Liu and West's kernel, which keeps mean and covariance: x <- a x + (1 - a) mean + sqrt(1 - a^2) N(0, P).
-// Where one measurement alone would leave fewer, p(y | x) is taken in several powers that multiply to it. A bias is a
-// state more. Liu, West in: Doucet et al., Sequential Monte Carlo methods in practice, 2001, chapter 10.
+// When fewer than half of the particles count, (sum w)^2 / sum w^2 < N / 2, they are drawn anew by systematic
+// resampling and spread by Liu and West's kernel, which keeps mean and covariance: x <- a x + (1 - a) mean + sqrt(1 -
+// a^2) N(0, P). Where one measurement alone would leave fewer, p(y | x) is taken in several powers that multiply to it.
+// A bias is a state more. Liu, West in: Doucet et al., Sequential Monte Carlo methods in practice, 2001, chapter 10.
 #pragma once
 
 #include <Eigen/Core>

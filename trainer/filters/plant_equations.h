@@ -15,7 +15,8 @@ namespace nlo::trainer {
 PlantConfig equations_of(const PlantConfig& plant);
 
 /// The plant with its state extended by these parameters, x = [x; p], p' = 0. Where f and h are affine in p, which is
-/// tried on states of `initial`, by differences of plants, which are exact then; else by expressions, which take longer.
+/// tried on states of `initial`, by differences of plants, which are exact then; else by expressions,
+/// which take longer.
 LanePlant joint_plant(const PlantConfig& plant, const std::vector<std::string>& parameters,
                       const Eigen::MatrixXd& initial);
 

@@ -6,13 +6,14 @@
 //            d                     mean           spread W, S- S-' = W W' + Q
 //   EKF      1e-4                  Phi(x)         (Phi(x + d S_i) - Phi(x - d S_i)) / 2d, which is J S_i
 //   UKF      sqrt(n_x + kappa)     sum w Phi(X)   sqrt(w) (Phi(X) - mean)
-// S- is the triangular factor of [W sqrt(Q)], by modified Gram and Schmidt. The outputs correct one after the other, each
-// by Potter's update with phi = S' H' (UKF: S^-1 cov(x, y)) and the innovation's variance s = phi' phi + r (UKF: of h(X)):
+// S- is the triangular factor of [W sqrt(Q)], by modified Gram and Schmidt. The outputs correct one after the other,
+// each by Potter's update with phi = S' H' (UKF: S^-1 cov(x,
+// y)) and the innovation's variance s = phi' phi + r (UKF: of h(X)):
 //   x+ = x- + S phi (y - y_hat) / s,   S+ = S - S phi phi' / (s + sqrt(s (s - phi' phi)))
 // kappa = max(0, 3 - n_x): no weight is negative, so no covariance is; from three states on the UKF is the cubature
-// filter. The innovation of an angle is the short way round. The UKF: Julier, Uhlmann: Unscented filtering and nonlinear
-// estimation, Proc. IEEE 92(3), 2004; in square-root form: van der Merwe, Wan, ICASSP 2001. Potter's update: Bierman,
-// Factorization methods for discrete sequential estimation, 1977, chapter II.
+// filter. The innovation of an angle is the short way round. The UKF: Julier, Uhlmann: Unscented filtering and
+// nonlinear estimation, Proc. IEEE 92(3), 2004; in square-root form: van der Merwe, Wan, ICASSP 2001. Potter's update:
+// Bierman, Factorization methods for discrete sequential estimation, 1977, chapter II.
 #pragma once
 
 #include <Eigen/Core>

@@ -41,8 +41,8 @@ class ColumnNumbers {
   std::string first_cell_;
 };
 
-/// The full turn of an angle that jumps back: every step of more than half a turn, one at least, is near a whole one, and
-/// the range is one turn. 0: it does not wrap.
+/// The full turn of an angle that jumps back: every step of more than half a turn, one at least, is near a whole one,
+/// and the range is one turn. 0: it does not wrap.
 struct FullTurn {
   double wrap = 0.0;
   std::string unit;  ///< "rad", "deg", where it wraps

@@ -14,8 +14,8 @@ struct Heading {
   std::vector<std::string> words;  ///< of the name, lower case: "gyro", "x"; of "wheelSpeed": "wheel", "speed"
 };
 
-/// A unit stands in brackets at the end, or is the last word behind an underscore; "_a", "_g", "_n", "_v", "_w", "_k" are
-/// units only where no other heading of `all` begins as this one does ("phase_a", "phase_b").
+/// A unit stands in brackets at the end, or is the last word behind an underscore; "_a", "_g", "_n", "_v", "_w", "_k"
+/// are units only where no other heading of `all` begins as this one does ("phase_a", "phase_b").
 Heading read_heading(const std::string& heading, const std::vector<std::string>& all);
 
 }  // namespace nlo::trainer

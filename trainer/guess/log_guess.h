@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the columns of a log may be: roles, units, wraps and the clock, from headings and numbers. A guess says why; what the
-// numbers cannot tell (which columns are truth that a system in flight would not have) stays undecided.
+// What the columns of a log may be: roles, units, wraps and the clock, from headings and numbers. A guess says why;
+// what the numbers cannot tell (which columns are truth that a system in flight would not have) stays undecided.
 #pragma once
 
 #include <string>

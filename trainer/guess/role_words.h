@@ -14,8 +14,8 @@ namespace nlo::trainer {
 /// "time", "t", "stamp", "elapsed" ...
 bool is_time_word(const Heading& heading);
 
-/// What a stamp counts: its heading's unit, or what its steps look like (a log has from 1 to 10,000 rows a second; whole
-/// numbers are finer units).
+/// What a stamp counts: its heading's unit, or what its steps look like (a log has from 1 to 10,000 rows a second;
+/// whole numbers are finer units).
 struct TimeUnit {
   std::string name;
   double seconds = 1.0;

@@ -14,8 +14,8 @@ struct LogFileSplit {
 };
 
 /// One file trains; of two the second validates; of three to nine the last tests and the one before validates; of more,
-/// every fifth tests and the one two before validates. A file that is a copy of another one is left out, and noted. Throws codegen::Error
-/// for a name that is no file.
+/// every fifth tests and the one two before validates. A file that is a copy of another one is left out, and noted.
+/// Throws codegen::Error for a name that is no file.
 LogFileSplit split_log_files(std::vector<std::string> files, std::vector<std::string>& notes);
 
 }  // namespace nlo::trainer

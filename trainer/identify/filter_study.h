@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Filters that know the identified plant, tuned on logs with truth, beside what knows no plant: the test logs' errors of
-// what a user would take instead of a learned observer.
+// Filters that know the identified plant, tuned on logs with truth, beside what knows no plant: the test logs' errors
+// of what a user would take instead of a learned observer.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,10 +28,10 @@ struct FilterStudy {
 using FilterProgress = std::function<void(double share, const std::string& what)>;
 
 /// EKF and UKF of the plant with parameters `p`: process noise per state, R per output and the scale of P0 are searched
-/// (filter_tuning.h) for the least sum over the logged states of RMSE / RMSE of the constant, on the validation logs, or
-/// on the training logs where there are none. The UKF's search starts where the EKF's ended. The constant-acceleration
-/// filter's q / r likewise, for each state that is a measured quantity or its velocity. Ridge regression and the
-/// baselines learn from the training logs. All start at each of from_s in each log.
+/// (filter_tuning.h) for the least sum over the logged states of RMSE / RMSE of the constant, on the validation logs,
+/// or on the training logs where there are none. The UKF's search starts where the EKF's ended. The
+/// constant-acceleration filter's q / r likewise, for each state that is a measured quantity or its velocity. Ridge
+/// regression and the baselines learn from the training logs. All start at each of from_s in each log.
 FilterStudy study_filters(const Identification& identification, const Eigen::VectorXd& p, const LogSplits& splits,
                           const LogSchema& schema, ThreadPool& pool, const std::atomic<bool>* stop = nullptr,
                           const FilterProgress& progress = {});

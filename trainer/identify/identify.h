@@ -21,8 +21,8 @@ struct ParameterEstimate {
   double start = 0.0, value = 0.0;
   /// sqrt of the diagonal of s^2 (J'J)^-1, s^2 = |r|^2 / degrees of freedom: right for white residuals.
   double standard_error = 0.0;
-  /// The same of (J'J)^-1 (sum of segments g g') (J'J)^-1, g = J_s' r_s: right for residuals that are correlated within a
-  /// segment (a model that is not quite that of the rig), for many segments. White 1980; Liang, Zeger 1986.
+  /// The same of (J'J)^-1 (sum of segments g g') (J'J)^-1, g = J_s' r_s: right for residuals that are correlated within
+  /// a segment (a model that is not quite that of the rig), for many segments. White 1980; Liang, Zeger 1986.
   double clustered_error = 0.0;
   bool fixed = false, at_bound = false;
   bool unidentified = false;  ///< the data do not tell it: it belongs to a direction without effect on the residuals
@@ -50,9 +50,10 @@ struct IdentificationResult {
 /// Called after each iteration: how many, and s.
 using IdentifyProgress = std::function<void(int iteration, double residual_deviation)>;
 
-/// Finds the parameters on `training`; `test` is only simulated. A parameter is unidentified where J, its columns scaled
-/// to unit length, has a singular value below 1e-7 of the largest in whose direction it has a share above .1. `stop`: the
-/// best parameters so far are kept. Throws codegen::Error when the plant cannot be simulated from where it starts.
+/// Finds the parameters on `training`; `test` is only simulated. A parameter is unidentified where J, its columns
+/// scaled to unit length, has a singular value below 1e-7 of the largest in whose direction it has a share above .1.
+/// `stop`: the best parameters so far are kept. Throws codegen::Error when the plant cannot
+/// be simulated from where it starts.
 IdentificationResult identify(const Identification& identification, const Dataset& training, const Dataset& test,
                               ThreadPool& pool, const std::atomic<bool>* stop = nullptr,
                               const IdentifyProgress& progress = {});

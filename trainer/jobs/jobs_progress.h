@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One progress bar over many trainings, and what else is to be done, weighted by what they cost. Safe to call from several
-// threads.
+// One progress bar over many trainings, and what else is to be done, weighted by what they cost. Safe to call from
+// several threads.
 #pragma once
 
 #include <chrono>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A training whose folder says how far it is, so that it may be killed at any moment: checkpoint.bin while it lasts, then
-// model.json and finished.json, which tells what that model was made from.
+// A training whose folder says how far it is, so that it may be killed at any moment: checkpoint.bin while it lasts,
+// then model.json and finished.json, which tells what that model was made from.
 #pragma once
 
 #include <functional>
@@ -19,12 +19,12 @@ std::string kept_folder(const std::string& root, const FinishedRun& inputs);
 /// Trains with these options: where to keep checkpoints and whether to go on from one, how to stop, whom to tell.
 using Train = std::function<TrainingResult(const TrainOptions& options)>;
 
-/// Runs `train` in `directory`, from what it left there when it was stopped or killed. A damaged checkpoint costs its steps,
-/// not the run. With an empty directory nothing is kept.
+/// Runs `train` in `directory`, from what it left there when it was stopped or killed. A damaged checkpoint costs its
+/// steps, not the run. With an empty directory nothing is kept.
 TrainingResult train_in(const std::string& directory, const JobContext& context, const Train& train);
 
-/// `model` becomes the one that is kept in `directory`, if it is whole and made from these inputs; else what `train` gives
-/// there, which is kept. Throws codegen::Error when the training diverges or a file cannot be written.
+/// `model` becomes the one that is kept in `directory`, if it is whole and made from these inputs; else what `train`
+/// gives there, which is kept. Throws codegen::Error when the training diverges or a file cannot be written.
 JobEnd train_kept(const std::string& directory, const FinishedRun& inputs, const JobContext& context,
                   const Train& train, codegen::Model& model);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A list of trainings, for every command that has one: several at once or one by one, with one display. A job keeps its
-// own state in files (kept_training.h); a list that was stopped or killed is run again, and each job finds what is done.
+// own state in files (kept_training.h); a list that was stopped or killed is run again,
+// and each job finds what is done.
 #pragma once
 
 #include <atomic>
@@ -50,7 +51,8 @@ struct JobsResult {
   /// Throws the first failure, if there is one.
   void check() const;
 
-  /// "interrupted with 3 of 12 trainings left; this goes on: COMMAND". Without a command nothing was kept, for want of -o.
+  /// "interrupted with 3 of 12 trainings left; this goes on: COMMAND". Without a command nothing was kept,
+  /// for want of -o.
   std::string interrupted_text(const std::string& command) const;
 };
 

@@ -12,8 +12,8 @@ template <class Scalar, int kColumns>
 double map_consistency(MapBlock<Scalar, kColumns>& block, const MapSamples<Scalar>& samples, double weight,
                        Scalar* cotangent_z);
 
-/// weight sum_s w_s |x - T*(T(x))|^2 after block.forward(). With `cotangent_z`, which it leaves as it is, adds dl/dT and
-/// the gradient of T*.
+/// weight sum_s w_s |x - T*(T(x))|^2 after block.forward(). With `cotangent_z`, which it leaves as it is, adds dl/dT
+/// and the gradient of T*.
 template <class Scalar, int kColumns>
 double reconstruction(MapBlock<Scalar, kColumns>& block, const MapSamples<Scalar>& samples, double weight,
                       Scalar* cotangent_z);

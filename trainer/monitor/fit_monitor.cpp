@@ -22,8 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kHour = 3600.0;
-constexpr double kLeastMissing =
-    0.3;  // a share of missing measurements that is no alarm, however complete training was
+// A share of missing measurements that is no alarm, however complete training was.
+constexpr double kLeastMissing = 0.3;
 constexpr double kGateQuantile = 0.9995;
 constexpr double kLeastGate = 3.0;  // deviations
 

@@ -45,8 +45,8 @@ struct MonitorStudy {
   double log_hours = 0.0;                  ///< ... so many hours
 };
 
-/// `trained`: the sensors of the training; `set`: the conditions. Each condition has `runs` runs of its own, of eight time
-/// constants at least; the first row as many as make `hours` hours, to count false alarms on.
+/// `trained`: the sensors of the training; `set`: the conditions. Each condition has `runs` runs of its own, of eight
+/// time constants at least; the first row as many as make `hours` hours, to count false alarms on.
 MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experiment, const Condition& trained,
                            const ConditionSet& set, double time_constant_s, int runs, double hours, std::uint64_t seed,
                            int threads, const MonitorProgress& progress = {});

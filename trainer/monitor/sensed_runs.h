@@ -23,8 +23,8 @@ struct SensedRuns {
   Eigen::VectorXd stamps(std::size_t run) const { return uniform() ? Eigen::VectorXd() : time_s[run]; }
 };
 
-/// `count` runs as in the training of an experiment with a [plant], parameters and inputs drawn as there: of horizon_s, run
-/// i with noises[i mod their number]. The same seed, the same runs.
+/// `count` runs as in the training of an experiment with a [plant], parameters and inputs drawn as there: of horizon_s,
+/// run i with noises[i mod their number]. The same seed, the same runs.
 SensedRuns sensed_runs(const Experiment& experiment, const std::vector<NoiseConfig>& noises, double horizon_s,
                        std::uint64_t seed, int count);
 

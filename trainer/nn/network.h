@@ -29,8 +29,8 @@ struct NetworkShape {
   static NetworkShape make(const std::vector<int>& widths, Activation activation, bool linear_path);
 };
 
-/// Uniform within Glorot's bound or He's, as the activation's row says (codegen/model/activations.h); biases zero, L zero.
-/// last_scale shrinks the last layer: 0 starts from the linear path alone.
+/// Uniform within Glorot's bound or He's, as the activation's row says (codegen/model/activations.h); biases zero, L
+/// zero. last_scale shrinks the last layer: 0 starts from the linear path alone.
 /// `stream` tells the networks of one observer apart.
 std::vector<float> initial_parameters(const NetworkShape& shape, std::uint64_t seed, float last_scale,
                                       std::uint64_t stream = 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A plant is odd when f(S x) = S f(x) and h(S x) = S_y h(x), where S and S_y turn the signs of all channels but of those
-// declared even: then the mirror image (S x, S_y y) of a run is a run of it, which [training] mirror takes for granted.
+// A plant is odd when f(S x) = S f(x) and h(S x) = S_y h(x), where S and S_y turn the signs of all channels but of
+// those declared even: then the mirror image (S x, S_y y) of a run is a run of it,
+// which [training] mirror takes for granted.
 #pragma once
 
 #include <optional>

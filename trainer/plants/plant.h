@@ -35,8 +35,9 @@ class Plant {
   Eigen::Index ny() const { return static_cast<Eigen::Index>(outputs_.size()); }
   Eigen::Index nu() const { return static_cast<Eigen::Index>(inputs_.size()); }
 
-  /// f(x) = f(x, 0): n_x x B for n_x x B, one column per trajectory. A state outside of f's domain gives NaN, never an exception.
-  /// Not for two threads at once: an expression plant evaluates in place. Let each thread make a plant of its own.
+  /// f(x) = f(x, 0): n_x x B for n_x x B, one column per trajectory. A state outside of f's domain gives NaN, never an
+  /// exception. Not for two threads at once: an expression plant evaluates in place.
+  /// Let each thread make a plant of its own.
   virtual Eigen::MatrixXd derivative(const Eigen::MatrixXd& x) const = 0;
 
   /// h(x): n_y x B for n_x x B.

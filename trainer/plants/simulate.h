@@ -23,8 +23,8 @@ Eigen::MatrixXd rk4_step(const Plant& plant, const Eigen::MatrixXd& x, double h,
 /// The first column of x that is out of any plant's useful range (|x| > 1e9 or NaN); -1: none.
 Eigen::Index first_escaped(const Eigen::MatrixXd& x);
 
-/// Throws codegen::Error naming the plant, the channel (of the rows of x), the initial state (a column of `initial`) and the
-/// time when one of x has escaped.
+/// Throws codegen::Error naming the plant, the channel (of the rows of x), the initial state (a column of `initial`)
+/// and the time when one of x has escaped.
 void refuse_escape(const Plant& plant, const std::vector<codegen::Channel>& channels, const Eigen::MatrixXd& x,
                    const Eigen::MatrixXd& initial, double time_s);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Simulated sets as an experiment describes them: each run with inputs of its own ([excitation]), with parameters of its
-// own ([plant] parameters with a range) and with process noise ([simulation]). Where an experiment has none of these, it
-// is simulate(), to the bit.
+// Simulated sets as an experiment describes them: each run with inputs of its own ([excitation]), with parameters of
+// its own ([plant] parameters with a range) and with process noise ([simulation]). Where an experiment has none of
+// these, it is simulate(), to the bit.
 //
 // Inputs are drawn at the samples and act between them as [observer] input_hold says, which is how the loop will hold
 // them and what an observer assumes:
@@ -23,8 +23,8 @@ namespace nlo::trainer {
 /// The plant of one run: each parameter with a range drawn uniformly from it, by a stream of its own.
 PlantConfig draw_parameters(const PlantConfig& plant, std::uint64_t engine_seed, std::uint64_t run);
 
-/// `count` runs from drawn initial states (initial_states.h), by RK4 at the sample period; after each step process noise
-/// adds N(0, sigma_i^2 h) to x_i.
+/// `count` runs from drawn initial states (initial_states.h), by RK4 at the sample period; after each step process
+/// noise adds N(0, sigma_i^2 h) to x_i.
 ///   experiment   has a [plant]
 ///   plant        make_plant() of it, by the nominal parameters
 ///   engine_seed  initial_state_seed(seed, stream): decides the initial states and all that is drawn

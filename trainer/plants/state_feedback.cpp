@@ -13,8 +13,8 @@
 
 namespace nlo::trainer {
 
-/// Expressions over the plant's states and one more number for each input. It stays where it was made: the parsers point
-/// at the values.
+/// Expressions over the plant's states and one more number for each input. It stays where it was made: the parsers
+/// point at the values.
 class LoopExpressions {
  public:
   using NameOfInput = std::string (*)(const std::string& input);

@@ -22,9 +22,9 @@ class LoopExpressions;
 
 class StateFeedback {
  public:
-  /// Laws over the states that [plant] `estimated` names (all of the plant's, where it names none), the references and the
-  /// nominal parameters. Throws codegen::Error naming the law and the position in it, or the state that it reads and the
-  /// observer does not estimate.
+  /// Laws over the states that [plant] `estimated` names (all of the plant's, where it names none), the references and
+  /// the nominal parameters. Throws codegen::Error naming the law and the position in it, or the state that it reads
+  /// and the observer does not estimate.
   ///   config  what `plant` was made of
   StateFeedback(const FeedbackConfig& feedback, const Plant& plant, const PlantConfig& config);
   ~StateFeedback();

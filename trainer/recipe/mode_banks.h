@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sets of eigenvalues to choose from: a few forms that have been found good by hand, at every speed between what a run is
-// too short for and what its samples are too far apart for.
+// Sets of eigenvalues to choose from: a few forms that have been found good by hand, at every speed between what a run
+// is too short for and what its samples are too far apart for.
 #pragma once
 
 #include <array>
@@ -22,9 +22,9 @@ struct ModeBank {
   ModeBank scaled(double faster) const;
 };
 
-/// The forms at speeds a factor of 1.8 apart, slowest first within a form: no time constant is longer than `horizon_s`, and
-/// no |lambda| beyond 1.5 / `sample_period_s`, where z is y with its noise. Forms have at most `most_rows` rows, but there
-/// is always one. Not empty for horizon_s > 20 sample_period_s.
+/// The forms at speeds a factor of 1.8 apart, slowest first within a form: no time constant is longer than `horizon_s`,
+/// and no |lambda| beyond 1.5 / `sample_period_s`, where z is y with its noise. Forms have at most `most_rows` rows,
+/// but there is always one. Not empty for horizon_s > 20 sample_period_s.
 std::vector<ModeBank> mode_banks(double sample_period_s, double horizon_s, int most_rows);
 
 }  // namespace nlo::trainer

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// How much of each state a latent system knows, in a fraction of a second and without training: the latent system rolls out
-// over the data with the noise of the training, and a readout in closed form says how far z gives x.
+// How much of each state a latent system knows, in a fraction of a second and without training: the latent system rolls
+// out over the data with the noise of the training, and a readout in closed form says how far z gives x.
 //   x_hat = W [1; u; tanh(R u + r)]   u: features of T*, R and r drawn once (random features, Rahimi and Recht 2007)
-// by ridge regression, cross-validated: runs of one source are left out together, and errors are geometric means over folds.
+// by ridge regression, cross-validated: runs of one source are left out together,
+// and errors are geometric means over folds.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,12 +30,12 @@ struct ReadoutError {
 
 class ReadoutProbe {
  public:
-  /// `base` has what decides the data: noise, mirror, seed, threads, sensors that may fail. Throws codegen::Error when no
-  /// truth counts.
+  /// `base` has what decides the data: noise, mirror, seed, threads, sensors that may fail. Throws codegen::Error when
+  /// no truth counts.
   ReadoutProbe(const Experiment& base, const Dataset& training);
 
-  /// Of `experiment`'s latent system and features, with `random_features` tanh units at `samples` samples (at most those
-  /// that were drawn). The same numbers for any number of threads.
+  /// Of `experiment`'s latent system and features, with `random_features` tanh units at `samples` samples (at most
+  /// those that were drawn). The same numbers for any number of threads.
   ReadoutError error(const Experiment& experiment, int random_features, int samples);
 
  private:

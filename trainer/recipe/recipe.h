@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What an experiment leaves out, from its plant or its logs. A file that gives no eigenvalues is a draft
 // (experiments/load_experiment.h); every key that it does give stays. Eigenvalues, features and the start are chosen by
-// measurement (readout_probe.h), between the last few by short trainings (pilot.h), the rest by rules from sizes, time scales and what was measured.
+// measurement (readout_probe.h), between the last few by short trainings (pilot.h), the rest by rules from sizes, time
+// scales and what was measured.
 #pragma once
 
 #include <string>
@@ -11,7 +12,8 @@
 
 namespace nlo::trainer {
 
-/// The draft with what decides its training data: how many trajectories, and whether mirror images of them are runs, too.
+/// The draft with what decides its training data: how many trajectories,
+/// and whether mirror images of them are runs, too.
 Experiment experiment_for_data(const DraftExperiment& draft);
 
 struct Recipe {
@@ -20,8 +22,8 @@ struct Recipe {
 };
 
 /// Derives all that `draft` leaves out from the data of experiment_for_data(). The same draft, seed and data give
-/// the same experiment for any number of threads. Throws codegen::Error when what the draft gives fits nothing that can be
-/// derived.
+/// the same experiment for any number of threads. Throws codegen::Error when what the draft
+/// gives fits nothing that can be derived.
 Recipe derive_recipe(const DraftExperiment& draft, const Dataset& training, const Dataset& validation);
 
 }  // namespace nlo::trainer

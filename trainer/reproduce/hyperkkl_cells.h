@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The benchmark of driven observers of HyperKKL (arXiv 2603.29744): its plants, its inputs, and the best that it reports.
+// The benchmark of driven observers of HyperKKL (arXiv 2603.29744): its plants, its inputs,
+// and the best that it reports.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,8 +48,8 @@ inline constexpr std::array<InputRange, 3> kFarInputs{{
 
 DrivenInput draw_input(const InputRange& range, RunRandom& random);
 
-/// A Latin hypercube over [initial_low, initial_high]: of n runs, each has a slice of its own, 1/n wide, in every state.
-/// n_x x n.
+/// A Latin hypercube over [initial_low, initial_high]: of n runs, each has a slice of its own, 1/n wide, in every
+/// state. n_x x n.
 Eigen::MatrixXd latin_hypercube(const SimulationConfig& simulation, Eigen::Index count, RunRandom& random);
 
 struct BenchmarkPlant {

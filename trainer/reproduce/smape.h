@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Symmetric mean absolute percentage error of one run, in %: 0 is exact, 200 the most. Two readings are in use, and they
-// differ much: by components, a state that crosses zero costs as much as one that is far off.
+// Symmetric mean absolute percentage error of one run, in %: 0 is exact, 200 the most. Two readings are in use, and
+// they differ much: by components, a state that crosses zero costs as much as one that is far off.
 #pragma once
 
 #include <Eigen/Core>

@@ -57,7 +57,8 @@ class OdeLatent final : public LatentDynamics {
  public:
   using Factory = std::function<std::unique_ptr<OdeDynamics<float>>()>;
 
-  /// make: one instance for each of `threads`.  shape: how readings run between samples.  gradient: the adjoint, or else backprop.
+  /// make: one instance for each of `threads`.  shape: how readings run between samples.  gradient: the adjoint,
+  /// or else backprop.
   OdeLatent(const Factory& make, int threads, const LatentShape& shape, LatentGradient gradient,
             const std::vector<double>& steps_s);
 

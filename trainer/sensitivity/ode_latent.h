@@ -39,7 +39,8 @@ class RungeKutta {
   const double *a_, *b_, *c_;
 };
 
-/// Eight trajectories as a SegmentGroup holds them: arrays are [row][time][8]. Readings are held or ramped between samples.
+/// Eight trajectories as a SegmentGroup holds them: arrays are [row][time][8].
+/// Readings are held or ramped between samples.
 template <class Scalar>
 struct OdeRun {
   int length = 0;                    ///< samples

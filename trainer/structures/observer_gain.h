@@ -8,8 +8,8 @@
 
 namespace nlo::trainer {
 
-/// Keys of [observer] for a Luenberger observer (15): A, C and B, row by row, and the gain G: given, or designed for A - G
-/// C by its eigenvalues, or by the noise it must live with.
+/// Keys of [observer] for a Luenberger observer (15): A, C and B, row by row, and the gain G: given, or designed for A
+/// - G C by its eigenvalues, or by the noise it must live with.
 struct LuenbergerConfig {
   std::vector<std::vector<double>> state_matrix = {}, output_matrix = {}, gain = {};
   std::vector<std::vector<double>> input_matrix = {};

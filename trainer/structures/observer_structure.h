@@ -23,8 +23,8 @@ struct Feature {
   float mean = 0.0F, scale = 1.0F;
 };
 
-/// u = (z + gain y - mean) / scale in numbers of one precision. `z` and `y` point at the feature's own latent row and reading at one sample;
-/// null where the feature has none.
+/// u = (z + gain y - mean) / scale in numbers of one precision. `z` and `y` point at the feature's own latent row and
+/// reading at one sample; null where the feature has none.
 template <class Scalar>
 struct FeatureFormula {
   Scalar mean, gain, inverse;

@@ -16,8 +16,8 @@ struct Rung {
 
 inline constexpr std::size_t kKeptPart = 4;  ///< one in so many goes on, two at least
 
-/// Rungs of so many candidates that take `seconds` together with one more training as long as the last rung's: that of the
-/// winner, for its model. `candidates` > 0, `seconds` > 0.
+/// Rungs of so many candidates that take `seconds` together with one more training as long as the last rung's: that of
+/// the winner, for its model. `candidates` > 0, `seconds` > 0.
 std::vector<Rung> halving_rungs(std::size_t candidates, double seconds);
 
 /// As many candidates as get two seconds in the first rung, or three times what a training needs before its first step

@@ -47,7 +47,8 @@ struct SweepPlan {
 /// So many jobs at most: all of them are checked before the first line is written.
 constexpr std::size_t kMostSweepJobs = 10000;
 
-/// Throws codegen::Error `FILE:LINE: what is wrong; what to do`. Whether the experiment takes the values is not asked here.
+/// Throws codegen::Error `FILE:LINE: what is wrong; what to do`.
+/// Whether the experiment takes the values is not asked here.
 SweepPlan parse_sweep_plan(std::string_view text, const std::string& filename);
 SweepPlan read_sweep_plan(const std::string& path);
 

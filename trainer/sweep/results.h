@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What came of the jobs of a plan: a row for each job, a line for each point over its seeds, and the points that no other
-// one beats in error and cost at once.
+// What came of the jobs of a plan: a row for each job, a line for each point over its seeds, and the points that no
+// other one beats in error and cost at once.
 #pragma once
 
 #include <Eigen/Core>
@@ -58,8 +58,9 @@ std::vector<PointResult> point_results(const std::vector<SweepJob>& jobs, const 
 /// Sets which points are on the Pareto fronts.
 void mark_fronts(std::vector<PointResult>& points);
 
-/// job,KEY...,seed,status,validation_error,error,multiply_adds,flash_bytes,ns: a row for each job. The same jobs give the same
-/// bytes, however often they were interrupted; only ns, empty unless it was measured, is of this machine and hour.
+/// job,KEY...,seed,status,validation_error,error,multiply_adds,flash_bytes,ns: a row for each job. The same jobs give
+/// the same bytes, however often they were interrupted; only ns, empty unless it was measured,
+/// is of this machine and hour.
 std::string sweep_csv(const std::vector<SweepJob>& jobs, const std::vector<JobResult>& results);
 
 /// Tables and findings for a terminal.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Conformal calibration: the likelihood gives the shape of sigma, runs that it has not seen give its size, whatever the
 // errors' distribution is. |error| / sigma of 68 % of these is below factor_68, of 95 % below factor_95.
-// Source: Lei, G'Sell, Rinaldo, Tibshirani, Wasserman, Distribution-free predictive inference for regression, JASA 2018,
-// with sigma for its local scale.
+// Source: Lei, G'Sell, Rinaldo, Tibshirani, Wasserman, Distribution-free predictive inference for regression, JASA
+// 2018, with sigma for its local scale.
 #pragma once
 
 #include <Eigen/Core>

@@ -11,8 +11,8 @@
 
 namespace nlo {
 
-/// Remembers the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples does not compile where the line
-/// is a constant (constinit, as above); one of run time is held within.
+/// Remembers the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples does not compile where the
+/// line is a constant (constinit, as above); one of run time is held within.
 ///   kChannels  how many inputs
 ///   kSamples   the longest delay there is room for [samples]
 template <int kChannels, int kSamples, class Scalar = float>
@@ -20,7 +20,8 @@ class DelayLine {
   static_assert(kChannels > 0 && kSamples > 0);
 
  public:
-  /// The delay of each input [samples]; not a number: 0. (Not consteval: clang 14 forgets what such a constructor sets.)
+  /// The delay of each input [samples]; not a number: 0. (Not consteval:
+  /// clang 14 forgets what such a constructor sets.)
   constexpr explicit DelayLine(const Scalar (&delay)[kChannels]) {
     for (int i = 0; i < kChannels; ++i) {
       if (!(delay[i] >= Scalar(0) && delay[i] <= Scalar(kSamples))) delay_is_outside_of_the_line();
@@ -31,8 +32,9 @@ class DelayLine {
     }
   }
 
-  /// Takes the inputs of this sample and gives those that act now. Before the line is full the first ones stand for what
-  /// came before. An input that is not finite comes out as it is, when it acts: the observer holds the last one then.
+  /// Takes the inputs of this sample and gives those that act now. Before the line is full the first ones stand for
+  /// what came before. An input that is not finite comes out as it is, when it acts:
+  /// the observer holds the last one then.
   constexpr Vector<Scalar, kChannels> push(const Vector<Scalar, kChannels>& u) {
     if (!started_)
       for (auto& slot : past_) slot = u;

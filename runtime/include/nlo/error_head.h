@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How wrong an estimate is: the standard deviation of each state's error, a second output of T*. It reads the last hidden
-// layer h, which T* has computed anyway:
+// How wrong an estimate is: the standard deviation of each state's error, a second output of T*. It reads the last
+// hidden layer h, which T* has computed anyway:
 //   log2 sigma = W [h; h^2] + b,  held within [lowest, highest]
 // The squares: where a plant is odd, h turns its sign with z, and the error does not.
 // Outside of the domain nothing is known of the error: there sigma is the largest that training has seen.
@@ -51,8 +51,8 @@ constexpr Scalar power_of_2(Scalar v) {
   return kSeries.template operator()<kArithmetic>(f) * scale;
 }
 
-/// An estimate and how wrong it is, n_x each. 68 % of the errors were within sigma, 95 % within bound_95, over runs that
-/// training has not seen, at the noise that the model was calibrated for.
+/// An estimate and how wrong it is, n_x each. 68 % of the errors were within sigma, 95 % within bound_95, over runs
+/// that training has not seen, at the noise that the model was calibrated for.
 template <class Scalar, int kNx>
 struct EstimateWithError {
   Vector<Scalar, kNx> x_hat;

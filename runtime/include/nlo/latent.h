@@ -53,8 +53,8 @@ struct ModeStep {
   Complex<T> a_minus_1, b0, b1;
 };
 
-/// w / 2^s and s, the least for which |re| + |im| is at most 1/2: 22 of a model that validation lets pass, whose |lambda dt|
-/// is below 1e6. The loop ends whatever w is: no number of T takes more, and for NaN the result is NaN.
+/// w / 2^s and s, the least for which |re| + |im| is at most 1/2: 22 of a model that validation lets pass, whose
+/// |lambda dt| is below 1e6. The loop ends whatever w is: no number of T takes more, and for NaN the result is NaN.
 template <class T>
 struct Halved {
   static constexpr int kMost = (std::is_floating_point_v<T> ? std::numeric_limits<T>::max_exponent : 1024) + 2;

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT
 // Says when an observer is wrong: a plant that is not the one of the training, a sensor that is worse, a state where
-// training never was. What it watches is the innovation, by how much each output differs from what the sample before let
-// expect, and where z is:
+// training never was. What it watches is the innovation, by how much each output differs from what the sample before
+// let expect, and where z is:
 //
 //   e_j = (dy_j - P_j [z - S y; y; x_hat] - c_j) / deviation_j      dy_j: change of output j since the last sample
 //   m <- m + a (e - m),  v <- v + a (e^2 - v),  r <- r + a (e e_last - r)      a = 1 - exp(-period / window)
-//   p <- p + a_longest (m^2 - p)                 power of the smoothed innovation: what is off, whichever way and how long
+//   p <- p + a_longest (m^2 - p)                 power of the smoothed innovation: what is off, either way and how long
 //   d <- d + a (mean of ((z - S y - mean) / deviation)^2 - d)
 //   q_j <- q_j + a (missing_j - q_j)                                over the first window
 //
 // Alarm while one of p / max(v, least_variance), v, |r|, d, q is above its limit. Limits come from runs like those of
-// the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as kLargest at most, so that one
-// outlier raises no alarm.
+// the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as kLargest at most, so that
+// one outlier raises no alarm.
 //
-// It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is as
-// noisy as that (the gate widens with sqrt(v)) or it happens often in a row.
+// It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is
+// as noisy as that (the gate widens with sqrt(v)) or it happens often in a row.
 //
-// No heap, no exceptions, no libm; whatever arrives, all of it stays finite: statistics that are outside of what steps can
-// lead to, or not numbers, come of a bit of memory that has flipped, and are an alarm of their own, kReset, with which it
-// begins again. It counts samples: steps may jitter as they did in training; after a gap, reset().
+// No heap, no exceptions, no libm; whatever arrives, all of it stays finite: statistics that are outside of what steps
+// can lead to, or not numbers, come of a bit of memory that has flipped, and are an alarm of their own, kReset, with
+// which it begins again. It counts samples: steps may jitter as they did in training; after a gap, reset().
 #pragma once
 
 #include <cstdint>
@@ -117,8 +117,8 @@ class Monitor {
     for (Scalar& distance : state_.distance) distance = 1;
   }
 
-  /// The measurements as `observer` should be given them: those beyond the gate are not-a-number, which it holds. For the
-  /// sample that watch() sees next.
+  /// The measurements as `observer` should be given them: those beyond the gate are not-a-number, which it holds. For
+  /// the sample that watch() sees next.
   template <class Observer>
   [[nodiscard]] constexpr Measured<Observer> screened(Measured<Observer> y, const Observer& observer) {
     if (observer.save().started != 1) reset();  // what comes is its first measurement
@@ -144,8 +144,8 @@ class Monitor {
     return screened(Measured<Observer>{{y}}, observer)[0];
   }
 
-  /// After each step of `observer`, with its estimate of the same sample. kReset where that step has reset the observer,
-  /// or what the monitor remembers is not what it can have seen.
+  /// After each step of `observer`, with its estimate of the same sample. kReset where that step has reset the
+  /// observer, or what the monitor remembers is not what it can have seen.
   template <class Observer>
   [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
     static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
@@ -172,8 +172,8 @@ class Monitor {
 
   [[nodiscard]] constexpr State save() const { return state_; }
 
-  /// Continues from a saved state, beside the observer's restore(). Refused (false, nothing changed) unless watching can
-  /// reach it.
+  /// Continues from a saved state, beside the observer's restore(). Refused (false,
+  /// nothing changed) unless watching can reach it.
   [[nodiscard]] constexpr bool restore(const State& saved) {
     if (!is_reachable(saved)) return false;
     state_ = saved;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The observer as it flies: a model (a constant, in flash) and a state (RAM), which each sample moves on by one step.
-// The equations are the model's. Around them, measurements are screened and faults counted (measurement.h). What a control
-// loop calls is in sampled_observer.h.
+// The equations are the model's. Around them, measurements are screened and faults counted (measurement.h). What a
+// control loop calls is in sampled_observer.h.
 // No heap, no exceptions, no libm; whatever arrives, z stays finite, and one that a flipped bit has spoilt is seen.
 #pragma once
 
@@ -284,7 +284,8 @@ class ObserverCore {
     Scalar z[kNz]{};
     for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kReadsInputs) {
-      // A command given now has acted since the last sample: whatever the hold, a ramp between equal values is constant.
+      // A command given now has acted since the last sample: whatever the hold,
+      // a ramp between equal values is constant.
       for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
     if constexpr (kActing > 0) {

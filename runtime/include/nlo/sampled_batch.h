@@ -204,7 +204,8 @@ class SampledBatch {
     return status;
   }
 
-  /// Steps a whole block in which every measurement, and every z, is as it should be; else does nothing and returns false.
+  /// Steps a whole block in which every measurement, and every z, is as it should be;
+  /// else does nothing and returns false.
   template <int kBlock>
   bool step_block(const Rows& y, int first) {
     int started = 0;

@@ -56,8 +56,8 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return reset_to(z0, y0, u0);
   }
 
-  /// Starts from the steady state of y (and u), z = z(0) + S y: a shorter transient when the plant is at rest, or after a
-  /// gap.
+  /// Starts from the steady state of y (and u), z = z(0) + S y: a shorter transient when the plant is at rest,
+  /// or after a gap.
   [[nodiscard]] constexpr StepStatus warm_start(const Output& y) requires(Model::kHasSteadyState &&
                                                                           !Core::kReadsInputs) {
     return this->start_steady(readings(y, {}));

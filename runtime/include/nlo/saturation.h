@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A learned T* says nothing of places where training has not been. Of a model that saturates it reads z no further than a
-// margin beyond the domain, so that whatever z does, the estimate stays one that T* gives at the edge:
+// A learned T* says nothing of places where training has not been. Of a model that saturates it reads z no further than
+// a margin beyond the domain, so that whatever z does, the estimate stays one that T* gives at the edge:
 //   x_hat = T*(sat(z), y),              sat(z) = z, held within [min, max] in each coordinate
 //   x_hat = T*(S y + sat(z - S y), y)   for outputs that T* knows relative to their steady state S y, angles among them
 // Continuous, and z itself, bit for bit, within the box.
