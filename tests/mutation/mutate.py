@@ -41,7 +41,8 @@ TEST_LIMIT_S = {"program": 120, "source": 20}  # of processor time, as the machi
 # The programs that cover a folder, quickest first, or sources that are a program each. The longest match decides.
 COVERED_BY = {
     "runtime/include/nlo": ["observer_structures_test", "latent_test", "kkl_observer_test", "kernels_default_test"],
-    "runtime/include/nlo/monitor": ["tests/runtime/monitor_test.cpp", "tests/runtime/upset_test.cpp"],
+    "runtime/include/nlo/monitor": ["tests/runtime/monitor_test.cpp", "tests/runtime/monitor_recursions_test.cpp",
+                                    "tests/runtime/monitor_state_test.cpp", "tests/runtime/upset_test.cpp"],
     "runtime/include/nlo/delay_line": ["tests/runtime/delay_line_test.cpp"],
     "runtime/include/nlo/error_head": ["tests/runtime/error_head_test.cpp"],
     "runtime/include/nlo/saturation": ["tests/runtime/saturation_test.cpp"],

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// Observers that a test of the monitor makes say what it likes, with one output and with several.
+#pragma once
+
+#include <cmath>
+
+#include "nlo/monitor.h"
+
+namespace nlo::monitor_tests {
+
+inline constexpr double kNone = 1e9;  // a limit that nothing passes
+
+/// An observer that holds what it cannot use, and knows nothing else.
+struct Fake {
+  static constexpr int kNx = 1, kNz = 1, kNr = 1;
+  struct Outputs {
+    double wrap[1] = {0.0};
+  };
+  struct Model {
+    Outputs outputs = {};
+  };
+  struct State {
+    int started = 1;
+    double y[1] = {0.0};
+    StepStatus status = StepStatus::kOk;
+  };
+  Model own{};
+  double y = 0.0, z = 0.0;
+  int started = 1;
+  StepStatus status = StepStatus::kOk;
+
+  constexpr const Model& model() const { return own; }
+  constexpr State save() const { return {started, {y}, status}; }
+  constexpr Vector<double, 1> relative_latent() const { return {{z}}; }
+};
+
+using Model = MonitorModel<double, 1, 1, 1, 1, 2>;
+
+/// Deviation 2; the change from the last y is expected to lead back to 0: e = y / 2. Windows of 10 and 50 samples.
+inline Model quiet_model() {
+  Model m{};
+  m.prediction[0][1] = -0.5;
+  m.per_deviation[0] = 0.5;
+  m.least_variance[0] = 0.01;
+  m.per_latent_deviation[0] = 1.0;
+  for (int w = 0; w < 2; ++w) {
+    m.gain[w] = -std::expm1(-1.0 / (w == 0 ? 10.0 : 50.0));
+    m.mean_limit[0][w] = m.variance_limit[0][w] = m.correlation_limit[0][w] = m.latent_limit[w] = kNone;
+  }
+  m.missing_limit[0] = kNone;
+  m.gate_squared = 16.0;
+  m.armed_after = 0;
+  return m;
+}
+
+inline Alarm seen(Monitor<Model>& monitor, Fake& observer, double y) {
+  const double kept = monitor.screened(y, observer);
+  if (!std::isnan(kept)) observer.y = kept;
+  return monitor.watch(observer, Vector<double, 1>{{0.0}});
+}
+
+/// Two outputs, the first an angle; three latent coordinates, three readings, two states, three windows.
+struct Wide {
+  using Model = MonitorModel<double, 2, 2, 3, 3, 3>;
+  static constexpr int kNx = 2, kNz = 3, kNr = 3;
+  struct Outputs {
+    double wrap[3] = {0.75, 0.0, 0.0};
+  };
+  struct Own {
+    Outputs outputs = {};
+  };
+  struct State {
+    int started = 1;
+    double y[3];
+    StepStatus status = StepStatus::kOk;
+  };
+  Own own{};
+  double y[3] = {}, z[3] = {};
+
+  const Own& model() const { return own; }
+  State save() const { return {1, {y[0], y[1], y[2]}, StepStatus::kOk}; }
+  Vector<double, 3> relative_latent() const { return {{z[0], z[1], z[2]}}; }
+};
+
+}  // namespace nlo::monitor_tests
