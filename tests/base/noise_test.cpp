@@ -26,19 +26,32 @@ TEST(Noise, ReadsWhenASensorMeasures) {
   EXPECT_EQ(noise.delay_low, 1.5);
   EXPECT_EQ(noise.delay_high, 2.0);
   EXPECT_EQ(noise.jitter, 0.2);
-  EXPECT_EQ(noise.missing_share, 0.05);
-  EXPECT_EQ(noise.missing_samples, 4.0);
+  EXPECT_EQ(noise.outage(OutageKind::kMissing), (OutageRate{0.05, 4.0}));
   EXPECT_FALSE(noise.none());
   EXPECT_FALSE(noise.disturbed());
   EXPECT_TRUE(parse_noise("none+delay:0+missing:0").none());
   EXPECT_EQ(parse_noise("none+delay:3").of(0).delay_low, 3.0);
 }
 
+TEST(Noise, ReadsHowASensorLies) {
+  const std::string text = "none+common_bias:0.3+clipped:2+stuck:0.02:50+dead:0.01";
+  const SensorNoise noise = parse_noise(text).of(0);
+  EXPECT_EQ(noise.common_bias, 0.3);
+  EXPECT_EQ(noise.limit, 2.0);
+  EXPECT_EQ(noise.outage(OutageKind::kStuck), (OutageRate{0.02, 50.0}));
+  EXPECT_EQ(noise.outage(OutageKind::kDead), (OutageRate{0.01, 0.0}));
+  EXPECT_EQ(format_noise(noise), text);
+  EXPECT_TRUE(noise.lies() && noise.disturbed());
+  EXPECT_FALSE(parse_noise("none+missing:0.1").of(0).lies()) << "the observer is told";
+  EXPECT_THROW(parse_noise("none+stuck:1"), codegen::Error);
+  EXPECT_THROW(parse_noise("none+dead:0.5:0.5"), codegen::Error);
+}
+
 TEST(Noise, BurstsOfMissingSamplesAddUpToTheirShare) {
-  const LossRates rates = loss_rates(parse_noise("none+missing:0.2:5").of(0));
+  const OutageOdds rates = outage_odds({0.2, 5.0});
   EXPECT_NEAR(rates.begins / (rates.begins + 1.0 - rates.goes_on), 0.2, 1e-12) << "what the chain settles at";
   EXPECT_NEAR(1.0 / (1.0 - rates.goes_on), 5.0, 1e-12);
-  EXPECT_EQ(loss_rates(parse_noise("none+missing:0.2").of(0)).goes_on, 0.2) << "each sample by itself";
+  EXPECT_EQ(outage_odds({0.2, 0.0}).goes_on, 0.2) << "each sample by itself";
 }
 
 TEST(Noise, RefusesTimesThatCannotBe) {

@@ -185,6 +185,39 @@ TEST(MeasurementNoise, MissingSamplesAreNoNumbersAndHeldAsTheLast) {
   for (Eigen::Index k = 1; k < kSamples; ++k) ASSERT_EQ(filled(0, k), missing(k) ? filled(0, k - 1) : y(0, k));
 }
 
+TEST(MeasurementNoise, AStuckSensorHoldsADeadOneReadsZeroAndNeitherSaysSo) {
+  constexpr Eigen::Index kSamples = 40'000;
+  const Eigen::MatrixXd clean = ramp(2, kSamples).array() + 1.0;
+  const Eigen::MatrixXd y = MeasurementNoise(parse_noise("none+stuck:0.1:4,none+dead:0.1:4"), 3, 0).on(clean);
+  double out[2] = {};
+  for (Eigen::Index k = 1; k < kSamples; ++k)
+    for (Eigen::Index row = 0; row < 2; ++row) {
+      if (y(row, k) == clean(row, k)) continue;
+      ASSERT_EQ(y(row, k), row == 0 ? y(0, k - 1) : 0.0);
+      out[row] += 1.0;
+    }
+  for (const double count : out) EXPECT_NEAR(count / kSamples, 0.1, 0.02) << "five standard errors, as above";
+
+  constexpr double kPi = 3.14159265358979323;
+  const Eigen::MatrixXd angle = MeasurementNoise(parse_noise("none+dead:0.5:4"), 3, 0)
+                                    .on(Eigen::Vector2d(1.0, 0.0).replicate(1, 100), {{0, 2.0 * kPi}});
+  for (Eigen::Index k = 0; k < 100; ++k)
+    ASSERT_EQ(angle.col(k).norm(), 1.0) << "an angle that reads 0: sine 0, cosine 1";
+  EXPECT_GT(angle.row(1).sum(), 20.0);
+}
+
+TEST(MeasurementNoise, ABiasMayBeCommonAndAReadingClipped) {
+  const Eigen::MatrixXd clean = Eigen::MatrixXd::Ones(2, 50);
+  const auto on = [&](const std::string& noise, std::uint64_t run) {
+    return MeasurementNoise(parse_noise(noise), 3, run).on(clean);
+  };
+  const Eigen::MatrixXd y = on("none+common_bias:0.4,none+common_bias:0.2", 0);
+  EXPECT_NEAR((y(0, 0) - 1.0) / (y(1, 0) - 1.0), 2.0, 1e-9) << "one draw, in the share of each";
+  EXPECT_EQ(y(0, 0), y(0, 49));
+  EXPECT_NE(y(0, 0), on("none+common_bias:0.4,none+common_bias:0.2", 1)(0, 0));
+  EXPECT_EQ(on("none+clipped:0.25", 0), 0.25 * clean);
+}
+
 TEST(MeasurementNoise, WhatIsAboutTimeChangesNoDraw) {
   const Eigen::MatrixXd clean = Eigen::MatrixXd::Ones(2, 300);
   const Eigen::MatrixXd off =

@@ -135,6 +135,41 @@ TEST(SensorTiming, MissingSamplesAreHeldInTheirShareAndBursts) {
   EXPECT_EQ(reading(signals(ramp), 0, {})(0, 100), 100.0) << "and none are without it";
 }
 
+TEST(SensorTiming, AStuckOrDeadSensorPassesForAMeasurementInItsShareAndBursts) {
+  codegen::SensorFailures failures;
+  failures.outputs = {0};
+  failures.rest = Eigen::VectorXd::Constant(1, -4.0);
+  failures.staleness_s = 0.05;
+  for (const std::string kind : {"stuck", "dead"}) {
+    const Disturbed how{.noise = "none+" + kind + ":0.2:5", .failures = failures};
+    const Eigen::MatrixXd y = reading(signals(ramp), 0, how);
+    EXPECT_TRUE((reading(signals(ramp), 3, how).array() == 0.0).all()) << kind << ": the observer is not told";
+    double out = 0.0, bursts = 0.0;
+    for (int r = 0; r < kRuns; ++r)
+      for (int k = 1; k < kSamples; ++k) {
+        if (y(r, k) == k) continue;
+        ASSERT_EQ(y(r, k), kind == "dead" ? 0.0 : y(r, k - 1)) << kind;
+        out += 1.0;
+        bursts += k == 1 || y(r, k - 1) == k - 1 ? 1.0 : 0.0;
+      }
+    // As for missing samples: four standard errors.
+    EXPECT_NEAR(out / 6400.0, 0.2, 0.07) << kind;
+    EXPECT_NEAR(out / bursts, 5.0, 1.4) << kind;
+  }
+}
+
+TEST(SensorTiming, ABiasMayBeCommonAndAReadingClipped) {
+  const std::string noise = "none+common_bias:0.5";
+  const Eigen::MatrixXd a = reading(signals(still), 0, {.noise = noise}),
+                        b = reading(signals(still), 1, {.noise = noise});
+  EXPECT_EQ(a, b) << "one draw for all sensors";
+  EXPECT_NE(a(0, 0), a(1, 0)) << "and another for each run";
+  EXPECT_EQ(a(0, 0), a(0, kSamples - 1));
+  EXPECT_LE((a.array() - 1.0).abs().maxCoeff(), 0.5);
+  const Eigen::MatrixXd clipped = reading(signals(ramp), 0, {.noise = "none+clipped:7"});
+  for (int k = 0; k < kSamples; ++k) ASSERT_EQ(clipped(3, k), std::min(k, 7));
+}
+
 TEST(SensorTiming, OfASensorThatMayFailAMissingSampleFadesAndIsStale) {
   codegen::SensorFailures failures;
   failures.outputs = {1};

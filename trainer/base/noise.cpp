@@ -22,10 +22,23 @@ std::string forms() {
                                                         : ", ",
                         row.name, row.numbers);
   return text +
-         ", and behind it what else there is: +outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, "
-         "+delay:SAMPLES or +delay:LEAST:MOST, +jitter:SHARE_OF_PERIOD, +missing:SHARE or "
-         "+missing:SHARE:SAMPLES_IN_A_ROW";
+         ", and behind it what else there is: +outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, "
+         "+clipped:LIMIT, +quantised:STEP, +delay:SAMPLES or +delay:LEAST:MOST, +jitter:SHARE_OF_PERIOD, and +missing, "
+         "+stuck or +dead with :SHARE or :SHARE:SAMPLES_IN_A_ROW";
 }
+
+/// In the order of OutageKind.
+constexpr std::array<std::string_view, kOutageKinds.size()> kOutageWords = {"missing", "stuck", "dead"};
+
+/// Numbers that stand alone behind their word.
+struct OneNumber {
+  std::string_view word;
+  double SensorNoise::*number;
+};
+constexpr std::array<OneNumber, 4> kOneNumber = {{{"bias", &SensorNoise::bias},
+                                                  {"common_bias", &SensorNoise::common_bias},
+                                                  {"clipped", &SensorNoise::limit},
+                                                  {"quantised", &SensorNoise::quantum}}};
 
 constexpr int kLongestDelay = 10000;  // samples: more than a run has is a mistake
 
@@ -70,18 +83,31 @@ class Part {
   std::string_view all_;
 };
 
+void add_outage(const Part& part, OutageRate& rate) {
+  rate.share = part.number(1);
+  if (rate.share >= 1.0) part.fail(fmt::format("has all samples {}", part.word()));
+  if (part.has(2)) {
+    rate.samples = part.number(2);
+    if (rate.samples < 1.0) part.fail(fmt::format("has less than one sample {} in a row", part.word()));
+    if (outage_odds(rate).begins > 1.0)
+      part.fail(fmt::format("has more {} samples than bursts that short can make; make them longer", part.word()));
+  }
+  part.expect(2);
+}
+
 void add_fault(const Part& part, SensorNoise& noise) {
+  for (const OneNumber& each : kOneNumber) {
+    if (part.word() != each.word) continue;
+    noise.*each.number = part.number(1);
+    return part.expect(1);
+  }
+  for (std::size_t i = 0; i < kOutageWords.size(); ++i)
+    if (part.word() == kOutageWords[i]) return add_outage(part, noise.outages[i]);
   if (part.word() == "outliers") {
     noise.outlier_share = part.number(1);
     noise.outlier_amplitude = part.number(2);
     part.expect(2);
     if (noise.outlier_share > 1.0) part.fail("has outliers in a share of the samples that is above 1");
-  } else if (part.word() == "bias") {
-    noise.bias = part.number(1);
-    part.expect(1);
-  } else if (part.word() == "quantised") {
-    noise.quantum = part.number(1);
-    part.expect(1);
   } else if (part.word() == "delay") {
     noise.delay_low = noise.delay_high = part.number(1);
     if (part.has(2)) noise.delay_high = part.number(2);
@@ -92,16 +118,6 @@ void add_fault(const Part& part, SensorNoise& noise) {
     noise.jitter = part.number(1);
     part.expect(1);
     if (noise.jitter > 0.5) part.fail("has a jitter above half a sample period, so that samples would change places");
-  } else if (part.word() == "missing") {
-    noise.missing_share = part.number(1);
-    if (noise.missing_share >= 1.0) part.fail("has all samples missing");
-    if (part.has(2)) {
-      noise.missing_samples = part.number(2);
-      if (noise.missing_samples < 1.0) part.fail("has less than one sample missing in a row");
-      if (loss_rates(noise).begins > 1.0)
-        part.fail("has more missing samples than bursts that short can make; make them longer");
-    }
-    part.expect(2);
   } else {
     part.fail(fmt::format("has \"{}\" behind a plus, which is of no known kind", part.word()));
   }
@@ -132,6 +148,10 @@ bool SensorNoise::has_tails() const {
   return noise_row(kind).tails || outlier_share > 0.0;
 }
 
+bool SensorNoise::lies() const {
+  return outage(OutageKind::kStuck).share > 0.0 || outage(OutageKind::kDead).share > 0.0 || limit > 0.0;
+}
+
 bool NoiseConfig::none() const {
   return std::all_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.none(); });
 }
@@ -140,14 +160,13 @@ bool NoiseConfig::shifted() const {
   return std::any_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.shifted(); });
 }
 
-bool NoiseConfig::loses() const {
-  return std::any_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.missing_share > 0.0; });
+bool NoiseConfig::fails() const {
+  return std::any_of(sensors.begin(), sensors.end(), [](const auto& noise) { return noise.fails(); });
 }
 
-LossRates loss_rates(const SensorNoise& noise) {
-  const double share = noise.missing_share;
-  if (noise.missing_samples == 0.0) return {share, share};
-  return {1.0 - 1.0 / noise.missing_samples, share / ((1.0 - share) * noise.missing_samples)};
+OutageOdds outage_odds(const OutageRate& rate) {
+  if (rate.samples == 0.0) return {rate.share, rate.share};
+  return {1.0 - 1.0 / rate.samples, rate.share / ((1.0 - rate.share) * rate.samples)};
 }
 
 NoiseConfig parse_noise(std::string_view text) {
@@ -164,13 +183,16 @@ std::string format_noise(const SensorNoise& noise) {
   if (row.has_shape()) text += fmt::format(":{}", noise.shape);
   if (noise.outlier_share > 0.0)
     text += "+outliers:" + shortest_text(noise.outlier_share) + ":" + shortest_text(noise.outlier_amplitude);
-  if (noise.bias > 0.0) text += "+bias:" + shortest_text(noise.bias);
-  if (noise.quantum > 0.0) text += "+quantised:" + shortest_text(noise.quantum);
+  for (const OneNumber& each : kOneNumber)
+    if (noise.*each.number > 0.0) text += fmt::format("+{}:{}", each.word, shortest_text(noise.*each.number));
   if (noise.delayed()) text += "+delay:" + shortest_text(noise.delay_low);
   if (noise.delay_low < noise.delay_high) text += ":" + shortest_text(noise.delay_high);
   if (noise.jitter > 0.0) text += "+jitter:" + shortest_text(noise.jitter);
-  if (noise.missing_share > 0.0) text += "+missing:" + shortest_text(noise.missing_share);
-  if (noise.missing_share > 0.0 && noise.missing_samples > 0.0) text += ":" + shortest_text(noise.missing_samples);
+  for (std::size_t i = 0; i < kOutageWords.size(); ++i) {
+    const auto& [share, samples] = noise.outages[i];
+    if (share > 0.0) text += fmt::format("+{}:{}", kOutageWords[i], shortest_text(share));
+    if (share > 0.0 && samples > 0.0) text += ":" + shortest_text(samples);
+  }
   return text;
 }
 

@@ -2,9 +2,10 @@
 // Measurement noise as it is named on the command line and in configs: "none", "gaussian:0.5", "uniform:3",
 // "student:0.5:2"; of several outputs one for all of them, or a list with one for each: "gaussian:0.1,uniform:0.02".
 // What else a sensor does stands behind it: "gaussian:0.5+outliers:0.05:10+bias:0.2+quantised:0.1". So does when it
-// measures: "none+delay:1.5+jitter:0.2+missing:0.05:4".
+// measures: "none+delay:1.5+jitter:0.2+missing:0.05:4". And so do faults: "none+stuck:0.02:50+dead:0.02:50+clipped:2".
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -17,6 +18,18 @@ namespace nlo::trainer {
 /// Its row in noise_table.h says all about it.
 enum class NoiseKind { kNone, kGaussian, kUniform, kStudent };
 
+/// What a sensor gives while it is out: nothing, which the observer is told; its last value; or zero. The last two pass
+/// for measurements.
+enum class OutageKind : std::uint8_t { kMissing, kStuck, kDead };
+inline constexpr std::array kOutageKinds = {OutageKind::kMissing, OutageKind::kStuck, OutageKind::kDead};
+
+struct OutageRate {
+  double share = 0.0;    ///< of the samples
+  double samples = 0.0;  ///< mean length in a row; 0: each sample by itself
+
+  bool operator==(const OutageRate&) const = default;
+};
+
 /// Of one sensor.
 struct SensorNoise {
   NoiseKind kind = NoiseKind::kNone;
@@ -26,13 +39,20 @@ struct SensorNoise {
   double outlier_share = 0.0,
          outlier_amplitude = 0.0;  ///< this share of the samples is off by U(-amplitude, amplitude) more
   double bias = 0.0;               ///< U(-bias, bias), drawn once for each run
+  double common_bias = 0.0;        ///< times one U(-1, 1) of each run that all sensors share: a supply or a mounting
+  double limit = 0.0;              ///< what is measured ends at +-limit; 0: it does not
   double quantum = 0.0;            ///< what is measured is a multiple of it; 0: is not
 
   double delay_low = 0.0,
-         delay_high = 0.0;       ///< it shows y of so many samples ago, a number drawn from this range for each run
-  double jitter = 0.0;           ///< its instants are off by U(-jitter, jitter) sample periods, each by its own draw
-  double missing_share = 0.0;    ///< this share of the samples does not arrive
-  double missing_samples = 0.0;  ///< mean length of what is missing in a row; 0: each sample by itself
+         delay_high = 0.0;  ///< it shows y of so many samples ago, a number drawn from this range for each run
+  double jitter = 0.0;      ///< its instants are off by U(-jitter, jitter) sample periods, each by its own draw
+  std::array<OutageRate, kOutageKinds.size()> outages = {};
+
+  OutageRate& outage(OutageKind which) { return outages[static_cast<std::size_t>(which)]; }
+  const OutageRate& outage(OutageKind which) const { return outages[static_cast<std::size_t>(which)]; }
+  bool fails() const { return outages != decltype(outages){}; }
+  /// It gives what passes for a measurement and is none.
+  bool lies() const;
 
   bool delayed() const { return delay_high > 0.0; }
   /// It measures at other times than the observer is told.
@@ -40,9 +60,12 @@ struct SensorNoise {
   /// Now and then what is measured is far off, however far.
   bool has_tails() const;
   /// What is measured is changed.
-  bool disturbed() const { return kind != NoiseKind::kNone || outlier_share > 0.0 || bias > 0.0 || quantum > 0.0; }
+  bool disturbed() const {
+    return kind != NoiseKind::kNone || outlier_share > 0.0 || biased() || limit > 0.0 || quantum > 0.0;
+  }
+  bool biased() const { return bias > 0.0 || common_bias > 0.0; }
   /// Nothing at all is done to it.
-  bool none() const { return !disturbed() && !shifted() && missing_share == 0.0; }
+  bool none() const { return !disturbed() && !shifted() && !fails(); }
 
   bool operator==(const SensorNoise&) const = default;
 };
@@ -58,7 +81,7 @@ struct NoiseConfig {
   const SensorNoise& of(std::size_t output) const { return sensors.size() == 1 ? sensors.front() : sensors.at(output); }
   bool none() const;     ///< no sensor has any
   bool shifted() const;  ///< one sensor measures at other times
-  bool loses() const;    ///< samples of one sensor are missing
+  bool fails() const;    ///< one sensor is out now and then
 
   bool operator==(const NoiseConfig&) const = default;
 };
@@ -82,12 +105,12 @@ NoiseConfig parse_noise(std::string_view text);
 std::string format_noise(const SensorNoise& noise);
 std::string format_noise(const NoiseConfig& noise);
 
-/// Whether a sample is missing behind one that is missing, or behind one that arrived: bursts of the declared mean
-/// length that add up to the declared share. The first sample of a run always arrives.
-struct LossRates {
+/// Whether a sensor is out behind a sample at which it was, or at which it was not: bursts of the declared mean length
+/// that add up to the declared share. The first sample of a run always arrives.
+struct OutageOdds {
   double goes_on = 0.0, begins = 0.0;
 };
-LossRates loss_rates(const SensorNoise& noise);
+OutageOdds outage_odds(const OutageRate& rate);
 
 /// Throws codegen::Error unless it is one for all of `outputs` sensors, or one for each.
 void check_noise(const NoiseConfig& noise, std::size_t outputs);

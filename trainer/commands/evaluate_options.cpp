@@ -15,8 +15,9 @@ std::vector<CLI::Option*> add_evaluate_options(CLI::App* command, EvaluateArgume
       ->add_option(
           "--noise", arguments.noise_words,
           "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
-          "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +quantised:STEP, +delay:SAMPLES, "
-          "+jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW; or one for each output with commas "
+          "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, +clipped:LIMIT, +quantised:STEP, "
+          "+delay:SAMPLES, +jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW, likewise +stuck (its last value) "
+          "and +dead (zero); or one for each output with commas "
           "between; may be repeated")
       ->allow_extra_args(false);
   command->add_option("--seed", arguments.test.seed, "seed of the initial states and the noise")

@@ -70,7 +70,8 @@ void scale_noise(NoiseConfig& noise, const Eigen::VectorXd& outputs, double writ
   for (Eigen::Index j = 0; j < outputs.size(); ++j) {
     SensorNoise& own = sensors.emplace_back(noise.of(static_cast<std::size_t>(j)));
     const double factor = round_factor(outputs[j] / written_for);
-    for (double* number : {&own.scale, &own.outlier_amplitude, &own.bias, &own.quantum}) *number *= factor;
+    for (double* number : {&own.scale, &own.outlier_amplitude, &own.bias, &own.common_bias, &own.limit, &own.quantum})
+      *number *= factor;
   }
   if (std::adjacent_find(sensors.begin(), sensors.end(), std::not_equal_to<>()) == sensors.end()) sensors.resize(1);
   noise.sensors = std::move(sensors);

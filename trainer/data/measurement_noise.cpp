@@ -2,6 +2,7 @@
 #include "trainer/data/measurement_noise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -49,6 +50,9 @@ MeasurementNoise::MeasurementNoise(const NoiseConfig& config, std::uint64_t seed
       timing_(split_mix(split_mix(seed ^ 0x74696d65ULL) + run)) {
   for (const SensorNoise& sensor : config_.sensors)
     biases_.push_back(sensor.bias > 0.0 ? sensor.bias * uniform() : 0.0);
+  if (std::ranges::none_of(config_.sensors, [](const SensorNoise& own) { return own.common_bias > 0.0; })) return;
+  const double common = 2.0 * uniform01_of(timing_) - 1.0;
+  for (std::size_t i = 0; i < biases_.size(); ++i) biases_[i] += config_.sensors[i].common_bias * common;
 }
 
 double MeasurementNoise::uniform01() {
@@ -93,10 +97,11 @@ Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::
     auto angle = angles.begin();
     std::size_t sensor = 0;
     for (Eigen::Index row = 0; row < noisy.rows(); ++row) {
-      const double quantum = config_.of(sensor).quantum;
+      const double quantum = config_.of(sensor).quantum, limit = config_.of(sensor).limit;
       const double v = draw(sensor++);
       if (angle == angles.end() || angle->sine != row) {
         noisy(row, k) += v;
+        if (limit > 0.0) noisy(row, k) = std::clamp(noisy(row, k), -limit, limit);
         if (quantum > 0.0) noisy(row, k) = quantum * std::round(noisy(row, k) / quantum);
         continue;
       }
@@ -107,7 +112,7 @@ Eigen::MatrixXd MeasurementNoise::on(const Eigen::MatrixXd& outputs, const std::
       ++angle;
     }
   }
-  if (config_.loses()) lose_samples(noisy, angles);
+  if (config_.fails()) fail_sensors(noisy, angles);
   return noisy;
 }
 
@@ -136,19 +141,25 @@ Eigen::MatrixXd MeasurementNoise::when_measured(const Eigen::MatrixXd& outputs,
   return shifted;
 }
 
-void MeasurementNoise::lose_samples(Eigen::MatrixXd& noisy, const std::vector<EncodedAngle>& angles) {
+void MeasurementNoise::fail_sensors(Eigen::MatrixXd& noisy, const std::vector<EncodedAngle>& angles) {
   const std::vector<std::size_t> sensors = sensors_of(noisy.rows(), angles);
-  std::vector<char> missing(sensors.empty() ? 0 : sensors.back() + 1, 0);
+  std::vector<std::array<bool, kOutageKinds.size()>> out(sensors.empty() ? 0 : sensors.back() + 1);
   for (Eigen::Index k = 1; k < noisy.cols(); ++k) {
-    for (std::size_t sensor = 0; sensor < missing.size(); ++sensor) {
-      const SensorNoise& own = config_.of(sensor);
-      if (own.missing_share == 0.0) continue;
-      const LossRates rates = loss_rates(own);
-      missing[sensor] = uniform01_of(timing_) < (missing[sensor] != 0 ? rates.goes_on : rates.begins) ? 1 : 0;
+    for (std::size_t sensor = 0; sensor < out.size(); ++sensor)
+      for (std::size_t i = 0; i < kOutageKinds.size(); ++i) {
+        const OutageRate& rate = config_.of(sensor).outages[i];
+        if (rate.share == 0.0) continue;
+        const OutageOdds odds = outage_odds(rate);
+        out[sensor][i] = uniform01_of(timing_) < (out[sensor][i] ? odds.goes_on : odds.begins);
+      }
+    for (Eigen::Index row = 0; row < noisy.rows(); ++row) {
+      const std::size_t sensor = sensors[static_cast<std::size_t>(row)];
+      const auto is_out = [&](OutageKind kind) { return out[sensor][static_cast<std::size_t>(kind)]; };
+      const bool cosine = row > 0 && sensors[static_cast<std::size_t>(row) - 1] == sensor;
+      if (is_out(OutageKind::kStuck)) noisy(row, k) = noisy(row, k - 1);
+      if (is_out(OutageKind::kDead)) noisy(row, k) = cosine ? 1.0 : 0.0;
+      if (is_out(OutageKind::kMissing)) noisy(row, k) = std::numeric_limits<double>::quiet_NaN();
     }
-    for (Eigen::Index row = 0; row < noisy.rows(); ++row)
-      if (missing[sensors[static_cast<std::size_t>(row)]] != 0)
-        noisy(row, k) = std::numeric_limits<double>::quiet_NaN();
   }
 }
 
@@ -197,14 +208,19 @@ std::string sensor_title(const SensorNoise& noise) {
     title +=
         " + " + shortest_text(100.0 * noise.outlier_share) + " % outliers to " + shortest_text(noise.outlier_amplitude);
   if (noise.bias > 0.0) title += " + bias to " + shortest_text(noise.bias);
+  if (noise.common_bias > 0.0) title += " + common bias to " + shortest_text(noise.common_bias);
+  if (noise.limit > 0.0) title += " clipped at " + shortest_text(noise.limit);
   if (noise.quantum > 0.0) title += " in steps of " + shortest_text(noise.quantum);
   if (noise.delayed())
     title += ", " + shortest_text(noise.delay_low) +
              (noise.delay_low < noise.delay_high ? " to " + shortest_text(noise.delay_high) : "") + " samples late";
   if (noise.jitter > 0.0) title += ", jitter of " + shortest_text(100.0 * noise.jitter) + " % of the period";
-  if (noise.missing_share > 0.0) title += ", " + shortest_text(100.0 * noise.missing_share) + " % missing";
-  if (noise.missing_share > 0.0 && noise.missing_samples > 0.0)
-    title += " in bursts of " + shortest_text(noise.missing_samples);
+  constexpr std::array kWords = {" % missing", " % stuck", " % dead"};
+  for (std::size_t i = 0; i < kWords.size(); ++i) {
+    const auto& [share, samples] = noise.outages[i];
+    if (share > 0.0) title += ", " + shortest_text(100.0 * share) + kWords[i];
+    if (share > 0.0 && samples > 0.0) title += " in bursts of " + shortest_text(samples);
+  }
   return title;
 }
 

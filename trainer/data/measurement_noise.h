@@ -10,11 +10,12 @@
 //             scale * sqrt(-2 ln q / q) are two draws, used one after the other
 //   student = scale * n / sqrt((n_1^2 + ... + n_f^2) / f) of f + 1 normal draws of scale 1, n first
 // then, of a sensor that has them: an outlier where u < share, by amplitude * (2 u - 1) of the next u. Biases are drawn
-// before the first sample, sensor by sensor, uniform. Quantising is last.
+// before the first sample, sensor by sensor, uniform. Clipping and quantising are last.
 // When a sensor measures, and what does not arrive, comes from a second engine, seeded by mix(s ^ 0x74696d65, i), so
-// that it changes no noise: the delays of those drawn from a range, sensor by sensor; then for each sample one uniform
-// number that the jitters of all sensors have in common (the loop's clock jitters), and one of each sensor that loses
-// samples. Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
+// that it changes no noise: what the sensors' biases have in common; the delays of those drawn from a range, sensor by
+// sensor; then for each sample one uniform number that the jitters of all sensors have in common (the loop's clock
+// jitters), and one of each kind of outage (missing, stuck, dead) of each sensor that has it.
+// Each run has its own stream, so neither the number of threads nor the number of runs changes a draw.
 #pragma once
 
 #include <Eigen/Core>
@@ -45,7 +46,7 @@ class MeasurementNoise final : private NoiseNumbers<double> {
  private:
   /// y when the sensors measure it, by cubics between samples.
   Eigen::MatrixXd when_measured(const Eigen::MatrixXd& outputs, const std::vector<EncodedAngle>& angles);
-  void lose_samples(Eigen::MatrixXd& noisy, const std::vector<EncodedAngle>& angles);
+  void fail_sensors(Eigen::MatrixXd& noisy, const std::vector<EncodedAngle>& angles);
   double uniform01();
   double uniform() override;
   double normal() override;

@@ -151,6 +151,7 @@ class Cloud {
 std::string no_likelihood(const NoiseConfig& noise) {
   for (const SensorNoise& sensor : noise.sensors) {
     if (sensor.shifted()) return "a delay has no likelihood of the present state";
+    if (sensor.lies() || sensor.common_bias > 0.0) return "a sensor that lies has no likelihood here";
     if (noise_row(sensor.kind).density == nullptr && sensor.quantum == 0.0)
       return "an output without noise: the floor is 0";
   }

@@ -133,8 +133,8 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
   }
   if (noise.shifted() || input_noise.shifted()) measure_late(index, noise, input_noise, stream);
   add_noise(group, noise, input_noise, level, stream);
+  if (noise.fails() || input_noise.fails()) fail_sensors(index, noise, input_noise, stream);
   clamp(group);
-  if (noise.loses() || input_noise.loses()) lose_samples(index, noise, input_noise, stream);
   if (!data_->failures.none()) lose_failing(index);
   compute(group);
   if (!data_->failures.none()) fill_missing(group);
@@ -203,6 +203,8 @@ void Rollout::fill_missing(SegmentGroup& group) const {
 void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise,
                         const float* level, std::uint64_t stream) const {
   LaneNumbers random(stream);
+  float common[kGroup];  // of a stream of its own, so that no noise changes
+  RandomLanes(stream ^ 0x636f6d6d6f6eULL).uniform(common);
   for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
     const bool encoded = rows == 2;
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
@@ -218,7 +220,9 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
       const float* u = random.uniform01();
       for (int l = 0; l < kGroup; ++l) bias[l] = level[l] * static_cast<float>(own.bias) * unit * (2.0F * u[l] - 1.0F);
     }
-    const auto quantum = static_cast<float>(own.quantum);
+    for (int l = 0; own.common_bias > 0.0 && l < kGroup; ++l)
+      bias[l] += level[l] * static_cast<float>(own.common_bias) * unit * (2.0F * common[l] - 1.0F);
+    const auto quantum = static_cast<float>(own.quantum), limit = static_cast<float>(own.limit);
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
     for (int t = 0; own.disturbed() && t < group.length; ++t, y += kGroup) {
@@ -230,12 +234,13 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
           for (int l = 0; l < kGroup; ++l) y[l] += scale[l] * v[l];
         }
       }
-      if (own.outlier_share > 0.0 || own.bias > 0.0) {
+      if (own.outlier_share > 0.0 || own.biased()) {
         float v[kGroup];
         add_faults(own, bias, outlier, random, v);
         for (int l = 0; !encoded && l < kGroup; ++l) y[l] += v[l];
         for (int l = 0; encoded && l < kGroup; ++l) turn(y[l], cosine[l], v[l]);
       }
+      for (int l = 0; !encoded && limit > 0.0F && l < kGroup; ++l) y[l] = std::clamp(y[l], -limit, limit);
       for (int l = 0; !encoded && quantum > 0.0F && l < kGroup; ++l) y[l] = quantum * std::round(y[l] / quantum);
       if (encoded) cosine += kGroup;
     }

@@ -56,9 +56,10 @@ class Rollout {
 
   // sensor_timing.cpp
   void measure_late(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
-  void lose_samples(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
+  void fail_sensors(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
   void shift_row(int index, int row, const SensorNoise& own, const float* delay, const float* clock);
-  void hold_row(int index, int row, const SensorNoise& own, const std::vector<float>& draws);
+  void fail_row(int index, int row, OutageKind kind, const OutageRate& rate, const std::vector<float>& draws,
+                float dead);
 
   const TrainingData* data_;
   ReadingLimits limits_;

@@ -3,6 +3,7 @@
 // than the observer is told, before noise is added; and then they lose samples. Streams of their own,
 // so that no noise changes.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,7 +13,12 @@
 namespace nlo::trainer {
 namespace {
 
-enum class Timing : std::uint64_t { kDelay = 1, kClock, kLoss };
+enum class Timing : std::uint64_t { kDelay = 1, kClock, kLoss, kStuck, kDead };
+
+Timing stream_of(OutageKind kind) {
+  constexpr std::array kStreams = {Timing::kLoss, Timing::kStuck, Timing::kDead};
+  return kStreams[static_cast<std::size_t>(kind)];
+}
 
 /// The stream of a sensor (of kClock: of all).
 RandomLanes timing_lanes(std::uint64_t stream, Timing what, std::size_t sensor) {
@@ -50,19 +56,22 @@ void Rollout::shift_row(int index, int row, const SensorNoise& own, const float*
   }
 }
 
-/// What does not arrive is held, as in flight; of an output that may fail it is NaN, which add_outages() fills.
-void Rollout::hold_row(int index, int row, const SensorNoise& own, const std::vector<float>& draws) {
+/// What does not arrive is held, as in flight; of an output that may fail it is NaN, which fill_missing() fills.
+///   dead  what the row shows of a sensor that shows zero
+void Rollout::fail_row(int index, int row, OutageKind kind, const OutageRate& rate, const std::vector<float>& draws,
+                       float dead) {
   SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   const auto& fails = data_->failures.outputs;
-  const bool may_fail = std::find(fails.begin(), fails.end(), row) != fails.end();
-  const LossRates rates = loss_rates(own);
+  const bool told = kind == OutageKind::kMissing && std::find(fails.begin(), fails.end(), row) != fails.end();
+  const OutageOdds odds = outage_odds(rate);
   float* y = group.readings.data() + group.at(row, 0);
   for (int l = 0; l < kGroup; ++l) {
-    bool missing = false;
+    bool out = false;
     for (int t = 1; t < group.length; ++t) {
       const int at = t * kGroup + l;
-      missing = draws[static_cast<std::size_t>(at)] < static_cast<float>(missing ? rates.goes_on : rates.begins);
-      if (missing) y[at] = may_fail ? std::numeric_limits<float>::quiet_NaN() : y[at - kGroup];
+      out = draws[static_cast<std::size_t>(at)] < static_cast<float>(out ? odds.goes_on : odds.begins);
+      if (!out) continue;
+      y[at] = kind == OutageKind::kDead ? dead : told ? std::numeric_limits<float>::quiet_NaN() : y[at - kGroup];
     }
   }
 }
@@ -82,13 +91,17 @@ void Rollout::measure_late(int index, const NoiseConfig& noise, const NoiseConfi
   }
 }
 
-void Rollout::lose_samples(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream) {
+void Rollout::fail_sensors(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream) {
   const SegmentGroup& group = groups_[static_cast<std::size_t>(index)];
   for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
-    if (own.missing_share == 0.0) continue;
-    const std::vector<float> draws = draws_of(timing_lanes(stream, Timing::kLoss, sensor), group);
-    for (int r = 0; r < rows; ++r) hold_row(index, row + r, own, draws);
+    // What is missing comes last: a sensor that is stuck may also fall silent.
+    for (const OutageKind kind : {OutageKind::kStuck, OutageKind::kDead, OutageKind::kMissing}) {
+      const OutageRate& rate = own.outage(kind);
+      if (rate.share == 0.0) continue;
+      const std::vector<float> draws = draws_of(timing_lanes(stream, stream_of(kind), sensor), group);
+      for (int r = 0; r < rows; ++r) fail_row(index, row + r, kind, rate, draws, r == 1 ? 1.0F : 0.0F);  // sine, cosine
+    }
   }
 }
 
