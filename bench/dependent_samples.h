@@ -32,7 +32,7 @@ Sample sample_of(const typename Observer::Model& model) {
     } else {
       benchmark::DoNotOptimize(observer.step(y));
     }
-    if constexpr (nlo::kKnowsError<typename Observer::Model>) {
+    if constexpr (nlo::KnowsError<typename Observer::Model>) {
       auto estimated = observer.estimate_with_error();
       benchmark::DoNotOptimize(estimated);
       y = next_measurement(estimated.x_hat[0]);

@@ -2,6 +2,7 @@
 // What this machine's multiply-add units reach when nothing holds them up: the yardstick of the benchmarks.
 #pragma once
 
+#include <nlo/kernels/lane_sum.h>
 #include <nlo/kernels/simd.h>
 
 #include <algorithm>

@@ -1,13 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # What a step and an estimate of a KKL observer reach, to be read by whoever audits them: at most 14 headers, the texts that
-# are read once per instruction set beside them, and 2,280 lines in all; nothing of batches, gates, error heads,
+# are read once per instruction set beside them, and 2,080 lines in all; nothing of batches, gates, error heads,
 # derivatives, saturation, failing sensors, half weights, int16, the monitor, delays and dispatch.
 #   usage: kkl_reach.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
 compiler=$1 source=$2 work=$4
 mkdir -p "$work"
-others='batch|gate|error_head|jvp|tangent|saturation|sensor_failures|weight|int16|quantised|monitor|delay_line|dispatch|cortex|explicit_rk|exponential_rk'
+others='batch|acting_inputs|lane_sum|gate|error_head|jvp|tangent|saturation|sensor_failures|weight|int16|quantised|monitor|delay_line|dispatch|cortex|explicit_rk|exponential_rk'
 
 # reach FLAGS MORE_HEADERS...: how many headers and lines, and what is too much of them
 reach() {
@@ -23,7 +23,7 @@ reach() {
   lines=$(xargs cat <"$work/reached.txt" | wc -l)
   strangers=$(grep -E "/[a-z_]*($others)[a-z_0-9]*\.(h|inc)$" "$work/reached.txt" || true)
   echo "$headers headers, $texts texts, $lines lines$flags ${strangers:+and $strangers}"
-  [ "$headers" -le "$most_headers" ] && [ "$texts" -le 4 ] && [ "$lines" -le 2280 ] && [ -z "$strangers" ]
+  [ "$headers" -le "$most_headers" ] && [ "$texts" -le 4 ] && [ "$lines" -le 2080 ] && [ -z "$strangers" ]
 }
 
 failed=0

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Activations and their slopes, scalars and packs, against closed forms and finite differences in double.
+#include <nlo/jvp.h>
 #include <nlo/kernels/activation.h>
 
 #include <gtest/gtest.h>

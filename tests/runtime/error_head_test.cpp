@@ -69,9 +69,9 @@ constexpr SureModel<Scalar> sure_model() {
 constexpr auto kSure = sure_model<float>();
 constexpr auto kSureInDouble = sure_model<double>();
 constexpr auto kPlain = testing::undriven_model<float>(Hold::kFirstOrder);
-static_assert(kKnowsError<SureModel<float>>);
-static_assert(!kKnowsError<testing::UndrivenTestModel<float>>);
-static_assert(!kKnowsError<testing::PendulumModel<float>>, "z is the estimate");
+static_assert(KnowsError<SureModel<float>>);
+static_assert(!KnowsError<testing::UndrivenTestModel<float>>);
+static_assert(!KnowsError<testing::PendulumModel<float>>, "z is the estimate");
 
 /// sigma of `model` at z and y, in double by the C library.
 template <class Scalar>

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "nlo/jvp.h"
 #include "nlo/kernels/activation.h"
 #include "nlo/kernels/simd.h"
 

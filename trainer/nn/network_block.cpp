@@ -2,6 +2,7 @@
 #include "trainer/nn/network_block.h"
 
 #include "codegen/model/activations.h"
+#include "nlo/kernels/lane_sum.h"
 #include "trainer/nn/block_activation.h"
 #include "trainer/nn/block_products.h"
 

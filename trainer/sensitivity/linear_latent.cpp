@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "nlo/kernels/lane_sum.h"
 #include "nlo/kernels/simd.h"
 #include "trainer/sensitivity/dual.h"
 

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 
+#include "nlo/acting_inputs.h"
 #include "nlo/explicit_rk.h"
 #include "nlo/exponential_rk.h"
 #include "nlo/jvp.h"

@@ -71,6 +71,20 @@ struct ErrorHead {
   Scalar highest[kNx];
   Scalar bound_95[kNx];  ///< half width of the 95 % interval, in sigmas
 
+  /// out = mlp(in), and log2 sigma (kNx), not held within its range yet.
+  template <Arithmetic kArithmetic, class Mlp>
+  void evaluate(const Mlp& mlp, const Scalar* in, Scalar* out, Scalar* log2_sigma) const {
+    static_assert(kWidth == Mlp::kHidden && kNx == Mlp::kOut, "it reads the last hidden layer");
+    LayerBuffer<Scalar, (2 * kWidth > Mlp::kWidest ? 2 * kWidth : Mlp::kWidest)> hidden;
+    LayerBuffer<Scalar, Mlp::kWidest> other;
+    LayerBuffer<Scalar, kernels::kPadsInputs<Mlp::kIn> ? Mlp::kIn : 1> inputs;
+    constexpr bool kPing = Mlp::kLayers % 2 == 0;  // layers alternate, the first one writes to ping: h ends in `hidden`
+    kernels::evaluate<Mlp::kActivation, kArithmetic>(mlp, padded_inputs<Mlp::kIn>(in, inputs), out,
+                                                     kPing ? hidden.values : other.values,
+                                                     kPing ? other.values : hidden.values);
+    evaluate<kArithmetic>(hidden.values, log2_sigma);
+  }
+
   /// log2 sigma (kNx) from h, which stands at the front of a LayerBuffer of 2 kWidth; the squares go behind it.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(Scalar* h, Scalar* log2_sigma) const {

@@ -85,14 +85,10 @@ template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Can
 NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scalar* in, Scalar* gate, Scalar* target,
                            Scalar (&z)[kNz], Scalar periods) {
 #if defined(NLO_DISPATCHES)
-  switch (x86::level()) {
-    case x86::Level::kAvx512:
-      return x86::gated_step_avx512<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
-    case x86::Level::kAvx2:
-      return x86::gated_step_avx2<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
-    default:
-      break;
-  }
+  if (x86::dispatched(
+          [&] { x86::gated_step_avx512<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); },
+          [&] { x86::gated_step_avx2<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); }))
+    return;
 #endif
   gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
 }

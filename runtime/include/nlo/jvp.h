@@ -29,19 +29,16 @@ template <Activation kKind, class Network, class Scalar, class Buffer>
 NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& ping,
                     Buffer& pong) {
 #if defined(NLO_DISPATCHES)
-  switch (x86::level()) {
-    case x86::Level::kAvx512:
-      return x86::jvp_avx512<kKind>(net, in, direction, out, ping, pong);
-    case x86::Level::kAvx2:
-      return x86::jvp_avx2<kKind>(net, in, direction, out, ping, pong);
-    default:
-      break;
-  }
+  if (x86::dispatched([&] { x86::jvp_avx512<kKind>(net, in, direction, out, ping, pong); },
+                      [&] { x86::jvp_avx2<kKind>(net, in, direction, out, ping, pong); }))
+    return;
 #endif
   network_jvp<kKind>(net, in, direction, out, ping, pong);
 }
 
 }  // namespace kernels
+
+using kernels::activation_slope;
 
 /// out (kOut) = d mlp/d in (in) direction.
 template <Activation kKind, class... Layers>

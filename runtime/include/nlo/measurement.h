@@ -104,26 +104,12 @@ struct SensorFailures;
 template <class Scalar>
 struct SensorFailures<Scalar, 0> {};
 
-/// The inputs of the last sample where they act apart from the readings (driven_kkl_observer.h); else nothing.
+/// The inputs of the last sample where they act apart from the readings (acting_inputs.h); else nothing.
 template <class Scalar, int kNu>
-struct InputMemory {
-  Scalar u[kNu];
-
-  /// Takes the inputs that are finite, and holds the others. As screen().
-  constexpr Fate take(const Vector<Scalar, kNu>& given, Fate* fate) {
-    Fate worst = 0;
-    for (int i = 0; i < kNu; ++i) {
-      const bool good = is_finite(given[i]);
-      if (good) u[i] = given[i];
-      fate[i] = next_fate<Arithmetic::kFast>(fate[i], good, false);
-      worst = worse<Arithmetic::kFast>(worst, fate[i]);
-    }
-    return worst;
-  }
-};
+struct InputMemory;
 template <class Scalar>
 struct InputMemory<Scalar, 0> {
-  constexpr Fate take(const Vector<Scalar, 1>&, Fate*) { return 0; }
+  constexpr bool is_reachable() const { return true; }
 };
 
 }  // namespace nlo

@@ -20,30 +20,19 @@ template <class Weight, int kIn, int kOut>
 struct Dense {
   Weight weights[kOut][kIn];
   typename ComputesIn<Weight>::Type bias[kOut];
+  constexpr Weight weight(int o, int i) const { return weights[o][i]; }
 };
 
-template <class Weight, int kIn, int kOut>
-constexpr PackedDense<Weight, kIn, kOut> pack(const Dense<Weight, kIn, kOut>& layer) {
-  PackedDense<Weight, kIn, kOut> packed{};
-  for (int o = 0; o < kOut; ++o) {
-    for (int i = 0; i < kIn; ++i) {
-      packed.weights[PackedDense<Weight, kIn, kOut>::Layout::weight_position(o, i)] = layer.weights[o][i];
-    }
-    packed.bias[o] = layer.bias[o];
-  }
-  return packed;
-}
-template <class Weight, int kIn, int kOut>
-constexpr PackedDense<Weight, kIn, kOut> pack(const PanelDense<Weight, kIn, kOut>& layer) {
-  if constexpr (kernels::kHasVectors) {
+/// A layer as it is executed, from Dense or PanelDense.
+template <template <class, int, int> class Written, class Weight, int kIn, int kOut>
+constexpr PackedDense<Weight, kIn, kOut> pack(const Written<Weight, kIn, kOut>& layer) {
+  using Packed = PackedDense<Weight, kIn, kOut>;
+  if constexpr (std::is_same_v<Written<Weight, kIn, kOut>, Packed>) {
     return layer;
   } else {
-    PackedDense<Weight, kIn, kOut> packed{};
+    Packed packed{};
     for (int o = 0; o < kOut; ++o) {
-      for (int i = 0; i < kIn; ++i) {
-        packed.weights[PackedDense<Weight, kIn, kOut>::Layout::weight_position(o, i)] =
-            layer.weights[kernels::Panels<kIn, kOut>::weight_position(o, i)];
-      }
+      for (int i = 0; i < kIn; ++i) packed.weights[Packed::Layout::weight_position(o, i)] = layer.weight(o, i);
       packed.bias[o] = layer.bias[o];
     }
     return packed;
@@ -70,39 +59,26 @@ NLO_INLINE const Scalar* padded_inputs(const Scalar* in,
   }
 }
 
-/// A chain of layers; the last one is linear. Widths may differ from layer to layer.
+/// A chain of layers; the last one is linear. Widths may differ from layer to layer. Without layers: its end.
 template <Activation kKind, class... Layers>
-struct Mlp;
-
-template <Activation kKind, class Last>
-struct Mlp<kKind, Last> {
-  using Scalar = typename Last::Scalar;
-  static constexpr int kLayers = 1;
-  static constexpr int kIn = Last::kIn;
-  static constexpr int kOut = Last::kOut;
-  static constexpr int kWidest = 1;  ///< hidden layer; an array has one element at least
-  static constexpr int kHidden = 0;
-  Last layer;
-
-  template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void evaluate(const Scalar* in, Scalar* out) const {
-    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
-    kernels::layer<kKind, kArithmetic, true, kIn, kOut>(layer.weights, layer.bias, padded_inputs<kIn>(in, inputs), out);
-  }
+struct Mlp {
+  static constexpr int kLayers = 0, kIn = 0, kOut = 0, kHidden = 0;
+  static constexpr int kWidest = 1;  // an array has one element at least
 };
 
 template <Activation kKind, class First, class... Rest>
 struct Mlp<kKind, First, Rest...> {
   using Scalar = typename First::Scalar;
   using Tail = Mlp<kKind, Rest...>;
-  static_assert(First::kOut == Tail::kIn, "each layer reads what the one before it writes");
+  static constexpr Activation kActivation = kKind;
   static constexpr int kLayers = 1 + Tail::kLayers;
   static constexpr int kIn = First::kIn;
-  static constexpr int kOut = Tail::kOut;
-  static constexpr int kWidest = First::kOut > Tail::kWidest ? First::kOut : Tail::kWidest;
+  static constexpr int kOut = kLayers == 1 ? First::kOut : Tail::kOut;
+  static constexpr int kWidest = kLayers > 1 && First::kOut > Tail::kWidest ? First::kOut : Tail::kWidest;  ///< hidden
   static constexpr int kHidden = kLayers == 2 ? First::kOut : Tail::kHidden;  ///< values of the last hidden layer
+  static_assert(kLayers == 1 || First::kOut == Tail::kIn, "each layer reads what the one before it writes");
   First layer;
-  Tail tail;
+  [[no_unique_address]] Tail tail;
 
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
@@ -111,29 +87,18 @@ struct Mlp<kKind, First, Rest...> {
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
     kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, ping.values, pong.values);
   }
-
-  /// The same; `hidden`, a LayerBuffer of kWidest, begins with the last hidden layer (kHidden) then, activated.
-  template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void evaluate(const Scalar* in, Scalar* out, Scalar* hidden) const {
-    LayerBuffer<Scalar, kWidest> other;
-    LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
-    constexpr bool kPing = kLayers % 2 == 0;  // layers alternate, and the first one writes to ping
-    kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, kPing ? hidden : other.values,
-                                          kPing ? other.values : hidden);
-  }
 };
 
 /// Mlp from layers as written (Dense or PanelDense), first to last.
-template <Activation kKind, class Last>
-constexpr auto make_mlp(const Last& last) {
-  return Mlp<kKind, decltype(pack(last))>{pack(last)};
+template <Activation kKind>
+constexpr Mlp<kKind> make_mlp() {
+  return {};
 }
 template <Activation kKind, class First, class... Rest>
 constexpr auto make_mlp(const First& first, const Rest&... rest) {
-  using Tail = decltype(make_mlp<kKind>(rest...));
   return [&]<class... Layers>(const Mlp<kKind, Layers...>& tail) {
     return Mlp<kKind, decltype(pack(first)), Layers...>{pack(first), tail};
-  }(Tail{make_mlp<kKind>(rest...)});
+  }(make_mlp<kKind>(rest...));
 }
 
 /// The linear path beside a network: kOut x kIn, one row per output.
@@ -163,27 +128,14 @@ struct InverseMap {
   [[no_unique_address]] LinearPath_ linear_path{};
   [[no_unique_address]] ErrorHead_ error{};
 
-  /// out (kOut) = map(in), in (kIn); for T* that is [z; y] or z.
-  template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void evaluate(const Scalar* in, Scalar* out) const {
-    mlp.template evaluate<kArithmetic>(in, out);
-    add_linear_path<kArithmetic>(in, out);
-  }
-
-  /// The same, and log2 of the standard deviation of each output's error (kOut), not held within its range yet.
-  template <Arithmetic kArithmetic = Arithmetic::kFast>
-  void evaluate(const Scalar* in, Scalar* out, Scalar* log2_sigma) const requires kHasError {
-    static_assert(ErrorHead_::kWidth == Mlp_::kHidden && ErrorHead_::kNx == kOut, "it reads the last hidden layer");
-    constexpr int kRoom = 2 * Mlp_::kHidden > Mlp_::kWidest ? 2 * Mlp_::kHidden : Mlp_::kWidest;
-    LayerBuffer<Scalar, kRoom> hidden;
-    mlp.template evaluate<kArithmetic>(in, out, hidden.values);
-    add_linear_path<kArithmetic>(in, out);
-    error.template evaluate<kArithmetic>(hidden.values, log2_sigma);
-  }
-
- private:
-  template <Arithmetic kArithmetic>
-  void add_linear_path(const Scalar* in, Scalar* out) const {
+  /// out (kOut) = map(in), in (kIn); for T* that is [z; y] or z. With log2_sigma (kOut): see error_head.h.
+  template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
+  void evaluate(const Scalar* in, Scalar* out, Log2Sigma*... log2_sigma) const {
+    if constexpr (sizeof...(Log2Sigma) == 0) {
+      mlp.template evaluate<kArithmetic>(in, out);
+    } else {
+      error.template evaluate<kArithmetic>(mlp, in, out, log2_sigma...);
+    }
     if constexpr (kHasLinearPath) {
       for (int o = 0; o < kOut; ++o) {
         Scalar total = out[o];

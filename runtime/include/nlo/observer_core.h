@@ -43,8 +43,9 @@ concept HasValues = requires(const M& model) {
 };
 
 /// Equations of a model, `y` for all readings: z one step on, in place (dt_s = 0: one sample period), and
-/// x_hat = T*(z, y). Inputs that act apart from the readings stand behind those. For the deterministic policy both are
-/// templates on the policy too. A model may also have start(y, z): z at the first measurement, beyond S y.
+/// x_hat = T*(z, y). Inputs that act apart from the readings (acting_inputs.h) stand behind those. For the deterministic
+/// policy both are templates on the policy too. A model may also have start(y, z): z at the first measurement, beyond
+/// S y.
 template <class M>
 concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
                               typename M::Scalar dt_s) {
@@ -69,14 +70,8 @@ template <class M>
 concept ObserverModel = HasSizes<M> && HasValues<M> && HasStep<M> && HasEstimate<M>;
 
 /// The model's T* has an ErrorHead (error_head.h).
-template <class Model>
-inline constexpr bool kKnowsError = [] {
-  if constexpr (requires { Model::InverseMap::kHasError; }) {
-    return Model::InverseMap::kHasError;
-  } else {
-    return false;
-  }
-}();
+template <class M>
+concept KnowsError = M::InverseMap::kHasError;
 
 /// Steps a model. The deterministic policy is constant-time: once started, a step of one sample period takes as many
 /// instructions whatever is measured.
@@ -118,7 +113,7 @@ class ObserverCore {
   }
 
   /// x_hat and how wrong it is (error_head.h), of models that know. Where status() is kStale, neither is to be trusted.
-  [[nodiscard]] auto estimate_with_error() const requires kKnowsError<Model> {
+  [[nodiscard]] auto estimate_with_error() const requires KnowsError<Model> {
     return model_->inverse_map.error.template estimate<kArithmetic>(*model_, state_.z, state_.y, in_domain());
   }
 
@@ -239,7 +234,8 @@ class ObserverCore {
   NLO_INLINE constexpr Fate screen(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
                                    InputMemory<Scalar, kActing>& u_next) {
     const Fate worst = model_->outputs.template screen<kArithmetic>(y, y_next, state_.fate);
-    return kActing == 0 ? worst : worse<kArithmetic>(worst, u_next.take(u, state_.fate + kNr));
+    if constexpr (kActing > 0) return worse<kArithmetic>(worst, u_next.take(u, state_.fate + kNr));
+    return worst;
   }
 
   /// The status of a sample. An output that may be missing is held while it is, and no step towards stale.

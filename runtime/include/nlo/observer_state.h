@@ -44,11 +44,7 @@ template <class Scalar, int kNy, int kNz, int kNu>
 constexpr bool is_reachable(const ObserverState<Scalar, kNy, kNz, kNu>& state,
                             const OutputRange<Scalar, kNy>& outputs) {
   if (!is_reachable(state.z) || state.started > 1 || state.status > StepStatus::kReset) return false;
-  if constexpr (kNu > 0) {
-    for (const Scalar u : state.input.u) {
-      if (!is_finite(u)) return false;
-    }
-  }
+  if (!state.input.is_reachable()) return false;
   if (state.started == 1) return outputs.may_hold(state.y);
   for (const Scalar y : state.y) {
     if (!(y == Scalar(0))) return false;

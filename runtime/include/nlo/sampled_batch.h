@@ -16,6 +16,7 @@
 
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/batch.h"
+#include "nlo/kernels/lane_sum.h"
 #include "nlo/kernels/simd.h"
 #include "nlo/kkl_observer.h"
 #include "nlo/mlp_batch.h"

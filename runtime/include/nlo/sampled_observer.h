@@ -16,16 +16,10 @@ struct NoComputed {
 };
 
 template <class Model>
-struct ComputedOf {
-  using Type = NoComputed;
-};
-template <class Model>
-requires requires {
-  typename Model::Computed;
-}
-struct ComputedOf<Model> {
-  using Type = typename Model::Computed;
-};
+inline constexpr int kComputed = [] {
+  if constexpr (requires { typename Model::Computed; }) return Model::Computed::kCount;
+  return 0;
+}();
 
 template <ObserverModel Model_, Arithmetic kArithmetic_ = Arithmetic::kFast>
 class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
@@ -40,8 +34,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   using typename Core::Model;
   using typename Core::Scalar;
   using typename Core::State;
-  using Computed = typename ComputedOf<Model>::Type;
-  static constexpr int kMeasured = kNy - Computed::kCount;  ///< outputs that step() takes
+  static constexpr int kMeasured = kNy - kComputed<Model>;  ///< outputs that step() takes
   using Output = Vector<Scalar, kMeasured>;
   using Input = Vector<Scalar, kDriven ? kNu : 1>;
 
@@ -115,7 +108,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     typename Core::Readings r{};
     for (int j = 0; j < kMeasured; ++j) r[j] = y[j];
     for (int i = 0; Core::kReadsInputs && i < kNu; ++i) r[kNy + i] = u[i];
-    if constexpr (kMeasured < kNy) Computed::fill(r.values);
+    if constexpr (kMeasured < kNy) Model::Computed::fill(r.values);
     return r;
   }
 

@@ -49,14 +49,9 @@ using native::layer;
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
 NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scalar* ping, Scalar* pong) {
 #if defined(NLO_DISPATCHES)
-  switch (x86::level()) {
-    case x86::Level::kAvx512:
-      return x86::evaluate_avx512<kKind, kArithmetic>(net, in, out, ping, pong);
-    case x86::Level::kAvx2:
-      return x86::evaluate_avx2<kKind, kArithmetic>(net, in, out, ping, pong);
-    default:
-      break;
-  }
+  if (x86::dispatched([&] { x86::evaluate_avx512<kKind, kArithmetic>(net, in, out, ping, pong); },
+                      [&] { x86::evaluate_avx2<kKind, kArithmetic>(net, in, out, ping, pong); }))
+    return;
 #endif
   network<kKind, kArithmetic>(net, in, out, ping, pong);
 }

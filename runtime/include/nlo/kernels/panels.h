@@ -11,7 +11,6 @@
 // Vectors of activations are padded with zeros to a multiple of 4, and 64-byte aligned.
 #pragma once
 
-#include <cstdint>
 #include <type_traits>
 #include <utility>
 
@@ -28,21 +27,10 @@
 
 namespace nlo {
 
-struct Bfloat16;  // weight.h
-struct Float16;
-
-/// The type in which a network with such weights computes.
+/// The type in which a network with such weights computes; weight.h has weights that are of another.
 template <class Weight>
 struct ComputesIn {
   using Type = Weight;
-};
-template <>
-struct ComputesIn<Bfloat16> {
-  using Type = float;
-};
-template <>
-struct ComputesIn<Float16> {
-  using Type = float;
 };
 
 }  // namespace nlo
@@ -99,14 +87,8 @@ struct PanelLayout {
 template <int kIn, int kOut>
 struct Panels {
   static constexpr PanelLayout kLayout{kIn, kOut};
-  static constexpr int kWide = kLayout.wide();
-  static constexpr int kTiles = kLayout.tiles();
-  static constexpr int kEight = kLayout.eight();
-  static constexpr int kRest = kLayout.rest();
-  static constexpr int kRestAt = kLayout.rest_at();
   static constexpr int kWeights = kLayout.weights();
   static constexpr int kBiases = kLayout.biases();
-  static constexpr int tile_at(int tile) { return kLayout.tile_at(tile); }
   static constexpr int weight_position(int o, int i) { return kLayout.weight_position(o, i); }
 };
 
@@ -123,6 +105,7 @@ struct PanelDense {
   static constexpr int kOut = kOut_;
   alignas(64) Weight weights[Layout::kWeights];
   alignas(64) Scalar bias[Layout::kBiases];
+  constexpr Weight weight(int o, int i) const { return weights[Layout::weight_position(o, i)]; }
 };
 
 }  // namespace nlo
@@ -131,23 +114,13 @@ struct PanelDense {
 
 namespace nlo::kernels {
 
-/// kN weights of 16 bits in memory.
-template <int kN>
-using Half = typename simd::PackOf<std::uint16_t, kN>::InMemory;
-
 namespace native {
 using namespace nlo::simd;
 using nlo::native::activate;
 #define NLO_CODE NLO_INLINE
 #define NLO_CODE_SHARED __attribute__((noinline))
 #define NLO_ISA_BYTES NLO_NATIVE_BYTES
-#if defined(__F16C__) && NLO_NATIVE_BYTES >= 16
-#define NLO_ISA_F16C 1
-#else
-#define NLO_ISA_F16C 0
-#endif
 #include "nlo/kernels/per_isa/panels.inc"
-#undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
 #undef NLO_CODE_SHARED
 #undef NLO_CODE

@@ -7,6 +7,8 @@
 #include <cstdint>
 
 #include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/dense.h"
+#include "nlo/kernels/simd.h"
 
 namespace nlo {
 
@@ -52,4 +54,51 @@ struct Float16 {
   }
 };
 
+template <>
+struct ComputesIn<Bfloat16> {
+  using Type = float;
+};
+template <>
+struct ComputesIn<Float16> {
+  using Type = float;
+};
+
 }  // namespace nlo
+
+#if NLO_HAS_VECTORS
+namespace nlo::kernels::native {
+#define NLO_CODE NLO_INLINE
+#define NLO_ISA_BYTES NLO_NATIVE_BYTES
+#if defined(__F16C__) && NLO_NATIVE_BYTES >= 16
+#define NLO_ISA_F16C 1
+#else
+#define NLO_ISA_F16C 0
+#endif
+#include "nlo/kernels/per_isa/half_weights.inc"
+#undef NLO_ISA_F16C
+#undef NLO_ISA_BYTES
+#undef NLO_CODE
+}  // namespace nlo::kernels::native
+#endif
+
+#if defined(NLO_DISPATCHES)
+namespace nlo::kernels::x86 {
+#define NLO_ISA_F16C 1
+namespace avx2 {
+#define NLO_CODE NLO_CODE_AVX2
+#define NLO_ISA_BYTES 32
+#include "nlo/kernels/per_isa/half_weights.inc"
+#undef NLO_ISA_BYTES
+#undef NLO_CODE
+}  // namespace avx2
+
+namespace avx512 {
+#define NLO_CODE NLO_CODE_AVX512
+#define NLO_ISA_BYTES 64
+#include "nlo/kernels/per_isa/half_weights.inc"
+#undef NLO_ISA_BYTES
+#undef NLO_CODE
+}  // namespace avx512
+#undef NLO_ISA_F16C
+}  // namespace nlo::kernels::x86
+#endif

@@ -22,7 +22,6 @@ using namespace nlo::simd::types;
 #define NLO_CODE NLO_CODE_AVX2
 #define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX2))
 #define NLO_ISA_BYTES 32
-#define NLO_ISA_F16C 1
 // Each builds upon the one before it.
 // clang-format off
 #include "nlo/kernels/per_isa/vectors.inc"
@@ -32,7 +31,6 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/network.inc"
 #include "nlo/kernels/per_isa/tangent.inc"
 // clang-format on
-#undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
 #undef NLO_CODE_SHARED
 #undef NLO_CODE
@@ -43,7 +41,6 @@ using namespace nlo::simd::types;
 #define NLO_CODE NLO_CODE_AVX512
 #define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX512))
 #define NLO_ISA_BYTES 64
-#define NLO_ISA_F16C 1
 // Each builds upon the one before it.
 // clang-format off
 #include "nlo/kernels/per_isa/vectors.inc"
@@ -53,7 +50,6 @@ using namespace nlo::simd::types;
 #include "nlo/kernels/per_isa/network.inc"
 #include "nlo/kernels/per_isa/tangent.inc"
 // clang-format on
-#undef NLO_ISA_F16C
 #undef NLO_ISA_BYTES
 #undef NLO_CODE_SHARED
 #undef NLO_CODE
@@ -80,6 +76,18 @@ inline Level level() {
   const Level level = ask_cpu();
   __atomic_store_n(&found, static_cast<int>(level), __ATOMIC_RELAXED);
   return level;
+}
+
+/// Runs that of the two which the CPU has instructions for. False: it has them for neither.
+template <class OfAvx512, class OfAvx2>
+NLO_INLINE bool dispatched(const OfAvx512& of_avx512, const OfAvx2& of_avx2) {
+  const Level found = level();
+  if (found == Level::kAvx512) {
+    of_avx512();
+  } else if (found == Level::kAvx2) {
+    of_avx2();
+  }
+  return found == Level::kAvx512 || found == Level::kAvx2;
 }
 
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Inputs that act apart from the readings, as an observer remembers them. A model that has some includes this
+// (driven_kkl_observer.h does).
+#pragma once
+
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/measurement.h"
+#include "nlo/vector.h"
+
+namespace nlo {
+
+template <class Scalar, int kNu>
+struct InputMemory {
+  Scalar u[kNu];
+
+  /// Takes the inputs that are finite, and holds the others. As screen() of OutputRange.
+  constexpr Fate take(const Vector<Scalar, kNu>& given, Fate* fate) {
+    Fate worst = 0;
+    for (int i = 0; i < kNu; ++i) {
+      const bool good = is_finite(given[i]);
+      if (good) u[i] = given[i];
+      fate[i] = next_fate<Arithmetic::kFast>(fate[i], good, false);
+      worst = worse<Arithmetic::kFast>(worst, fate[i]);
+    }
+    return worst;
+  }
+
+  constexpr bool is_reachable() const {
+    for (const Scalar value : u) {
+      if (!is_finite(value)) return false;
+    }
+    return true;
+  }
+};
+
+}  // namespace nlo

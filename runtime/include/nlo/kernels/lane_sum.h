@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// The lanes of a vector as one number.
+#pragma once
+
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
+
+namespace nlo::simd {
+
+/// Sum of the lanes, pairwise.
+template <class Scalar, class P>
+NLO_INLINE Scalar sum(P value) {
+  constexpr int kN = sizeof(P) / sizeof(Scalar);
+  if constexpr (kN == 1) {
+    return value;
+  } else {
+    Scalar lanes[kN];
+    store(lanes, value);
+    for (int half = kN / 2; half > 0; half /= 2) {
+      for (int i = 0; i < half; ++i) lanes[i] += lanes[i + half];
+    }
+    return lanes[0];
+  }
+}
+
+}  // namespace nlo::simd
