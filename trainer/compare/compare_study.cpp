@@ -8,18 +8,16 @@
 #include <functional>
 #include <mutex>
 #include <set>
+#include <utility>
 
 #include "codegen/base/error.h"
-#include "codegen/export/cpp_cost.h"
-#include "codegen/export/prepared_export.h"
-#include "codegen/structures/module.h"
 #include "trainer/base/parallel.h"
+#include "trainer/compare/compared_columns.h"
 #include "trainer/compare/compared_runs.h"
 #include "trainer/compare/filter_search.h"
 #include "trainer/compare/filter_table.h"
 #include "trainer/compare/runs_under.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/evaluation/estimator_words.h"
 #include "trainer/filters/particle_filter.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/registry.h"
@@ -30,16 +28,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr std::string_view kParticle = "particle";
 constexpr std::uint64_t kTuningSeed = 0x74756e65ULL;  // no user's seed: tuning runs are not the test's
-
-/// What one column is made of: an observer, a filter, one of simple_names(), or, of nothing, the floor.
-struct MadeOf {
-  const ComparedModel* model = nullptr;
-  const FilterRow* filter = nullptr;
-  bool tuned = false;
-  std::string simple = {};
-};
 
 /// The parameters that conditions change, in the plant's order.
 std::vector<std::string> changed_names(const std::vector<Condition>& conditions,
@@ -94,7 +83,10 @@ class Study {
     result_.test = test;
     result_.horizon_s = nominal_.simulation.horizon_s;
     joint_parameters_ = changed_names(result_.conditions, nominal_.plant->parameters);
-    make_columns();
+    for (auto& [column, made_of] : compared_columns(models, nominal_, joint_parameters_, test)) {
+      result_.columns.push_back(std::move(column));
+      made_of_.push_back(std::move(made_of));
+    }
   }
 
   Comparison run() {
@@ -108,67 +100,6 @@ class Study {
   }
 
  private:
-  void make_columns() {
-    for (const ComparedModel& model : models_) {
-      CompareColumn column{models_.size() == 1 ? "observer" : model.name,
-                           fmt::format("{} observer", codegen::structure_name(model.model)), true};
-      const codegen::PreparedExport prepared(model.model, {});
-      const codegen::CppCost cost = codegen::cpp_cost(
-          prepared.model(), *codegen::module_of(prepared.model()).cpp(prepared.source()), prepared.initialiser());
-      column.operations = 2.0 * static_cast<double>(cost.step_multiply_adds + cost.estimate_multiply_adds);
-      column.functions = static_cast<double>(cost.step_activations + cost.estimate_activations);
-      column.state_bytes = static_cast<double>(cost.observer_bytes);
-      column.constant_bytes = static_cast<double>(cost.constant_bytes);
-      add_column(column, {&model, nullptr, false});
-    }
-    const FilterContext context = filter_context(nominal_, {}, joint_parameters_);
-    const PlantCost plant = plant_cost(*nominal_.plant);
-    for (const FilterRow& row : filter_table()) {
-      if (!wants(row.name)) continue;
-      CompareColumn column{std::string(row.name), std::string(estimator_words(row.name)->meaning)};
-      const StepCost cost = row.cost(context, plant);
-      column.operations = cost.operations;
-      column.functions = cost.functions;
-      column.state_bytes = 4.0 * static_cast<double>(row.state(context));
-      add_column(column, {nullptr, &row, false});
-      if (!test_.tune) continue;
-      column.name += CompareColumn::kTuned;
-      column.meaning += ", tuned for each condition";
-      add_column(column, {nullptr, &row, true});
-    }
-    add_simple_columns();
-    if (!wants(kParticle)) return;
-    CompareColumn column{std::string(kParticle), fmt::format("{}, {} particles: the floor",
-                                                             estimator_words(kParticle)->meaning, test_.particles)};
-    const double count = test_.particles, nx = static_cast<double>(context.plant.nx);
-    const StepCost each = plant.f * 4.0 + plant.h + StepCost{13.0 * nx + 2.0 * nx + 12.0, 1.0};
-    column.operations = count * each.operations;
-    column.functions = count * each.functions;
-    column.state_bytes = 4.0 * count * (nx + 1.0);
-    add_column(column, {});
-  }
-
-  bool wants(std::string_view name) const { return std::ranges::find(test_.against, name) != test_.against.end(); }
-
-  void add_simple_columns() {
-    for (const std::string& name : simple_names())
-      for (const ComparedModel& model : models_) {
-        if (!wants(name)) continue;
-        CompareColumn column{name, std::string(estimator_words(name)->meaning)};
-        if (name != "ridge") {
-          add_column(column, {&model, nullptr, false, name});
-          break;
-        }
-        if (models_.size() > 1) column.name += " of " + model.name;
-        add_column(column, {&model, nullptr, false, name});
-      }
-  }
-
-  void add_column(const CompareColumn& column, const MadeOf& made_of) {
-    result_.columns.push_back(column);
-    made_of_.push_back(made_of);
-  }
-
   void compare_under(std::size_t index) {
     const Condition& condition = result_.conditions[index];
     const ComparedRuns runs =
