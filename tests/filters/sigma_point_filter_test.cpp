@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/filters/lanes.h"
+#include "tests/filters/linear_chain.h"
 #include "trainer/config/experiment.h"
 #include "trainer/filters/high_gain.h"
 #include "trainer/plants/registry.h"
@@ -18,6 +19,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
+
+using test::Chain;
+using test::chain_knowledge;
+using test::IrregularRun;
+using test::kalman_recursion;
 
 constexpr double kPeriod = 0.02;
 
@@ -45,74 +51,6 @@ struct VanDerPolRun {
 
 FilterKnowledge box_knowledge() {
   return {Vector2d::Zero(), Eigen::Matrix2d::Identity() / 3.0, Vector2d::Constant(1e-3), VectorXd::Constant(1, 0.5)};
-}
-
-/// x' = A x + u with A a chain of n lags; y = the first state, and the sum of all plus u.
-struct Chain {
-  explicit Chain(Index n) : a(-MatrixXd::Identity(n, n)), c(MatrixXd::Zero(2, n)) {
-    for (Index i = 0; i + 1 < n; ++i) a(i, i + 1) = 0.8;
-    c(0, 0) = 1.0;
-    c.row(1).setOnes();
-  }
-
-  LanePlant plant() const {
-    LanePlant known;
-    known.nx = a.rows();
-    known.ny = 2;
-    known.output_wraps = Vector2d::Zero();
-    known.f = [a = a](const MatrixXd& x, const MatrixXd& u) { return MatrixXd(a * x + u.replicate(a.rows(), 1)); };
-    known.h = [c = c](const MatrixXd& x, const MatrixXd& u) {
-      MatrixXd y = c * x;
-      y.row(1) += u;
-      return y;
-    };
-    return known;
-  }
-  MatrixXd a, c;
-};
-
-/// P0 is full, the plant's noise is that of a second, and the two outputs differ in theirs.
-FilterKnowledge chain_knowledge(Index n) {
-  const MatrixXd root = MatrixXd::Identity(n, n) + 0.3 * test::normals(n, n, 5);
-  return {
-      VectorXd::Constant(n, 0.2),      root * root.transpose(), VectorXd::Constant(n, 0.01), Vector2d(0.55, 0.3), {},
-      VectorXd::LinSpaced(n, 0.2, 0.7)};
-}
-
-/// Samples that are 1 to 9 ms apart, as a rig's may be; inputs and outputs that no plant made.
-struct IrregularRun {
-  static constexpr Index kSamples = 80;
-  IrregularRun() : time_s(kSamples), y(test::normals(2, kSamples, 1)), u(test::normals(1, kSamples, 2)) {
-    for (Index k = 0; k < kSamples; ++k) time_s[k] = k == 0 ? 0.0 : time_s[k - 1] + 0.001 * double(1 + k * k % 9);
-  }
-  VectorXd time_s;
-  MatrixXd y, u;
-};
-
-/// Kalman's recursion as textbooks have it, with covariances and a gain for all outputs at once.
-MatrixXd kalman_recursion(const Chain& chain, const FilterKnowledge& known, const IrregularRun& run, bool held) {
-  const Index n = chain.a.rows();
-  const MatrixXd one = MatrixXd::Identity(n, n), r = known.output_deviation.cwiseAbs2().asDiagonal();
-  VectorXd x = known.initial_state;
-  MatrixXd p = known.initial_covariance, all(n, IrregularRun::kSamples);
-  for (Index k = 0; k < IrregularRun::kSamples; ++k) {
-    if (k > 0) {
-      const double h = run.time_s[k] - run.time_s[k - 1];
-      const MatrixXd ah = h * chain.a, phi = one + ah * (one + ah / 2.0 * (one + ah / 3.0 * (one + ah / 4.0)));
-      const VectorXd from = VectorXd::Constant(n, run.u(0, held ? k : k - 1)), to = VectorXd::Constant(n, run.u(0, k));
-      // RK4 of x' = A x + u, u a ramp: the integral of exp(A (h - s)) (from + (to - from) s / h) up to h^4.
-      x = phi * x + h * (one + ah / 2.0 * (one + ah / 3.0 * (one + ah / 4.0))) * from +
-          h * (one / 2.0 + ah / 6.0 * (one + ah / 4.0)) * (to - from);
-      p = phi * p * phi.transpose();
-      p.diagonal() += known.process_deviation.cwiseAbs2() + h * known.process_noise.cwiseAbs2();
-    }
-    const Vector2d innovation = run.y.col(k) - chain.c * x - Vector2d(0.0, run.u(0, k));
-    const MatrixXd gain = p * chain.c.transpose() * (chain.c * p * chain.c.transpose() + r).inverse();
-    x += gain * innovation;
-    p = ((one - gain * chain.c) * p).eval();
-    all.col(k) = x;
-  }
-  return all;
 }
 
 // Differences of a linear map over 1e-4 of a deviation: rounding over that.
