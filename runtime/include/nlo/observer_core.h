@@ -43,9 +43,9 @@ concept HasValues = requires(const M& model) {
 };
 
 /// Equations of a model, `y` for all readings: z one step on, in place (dt_s = 0: one sample period), and
-/// x_hat = T*(z, y). Inputs that act apart from the readings (acting_inputs.h) stand behind those. For the deterministic
-/// policy both are templates on the policy too. A model may also have start(y, z): z at the first measurement, beyond
-/// S y.
+/// x_hat = T*(z, y). Inputs that act apart from the readings (acting_inputs.h) stand behind those. For the
+/// deterministic policy both are templates on the policy too. A model may also have start(y, z): z at the first
+/// measurement, beyond S y.
 template <class M>
 concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
                               typename M::Scalar dt_s) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Activations, for scalars and for SIMD packs alike: the trainer differentiates the very function that flies (its slope:
-// jvp.h). No libm.
+// Activations, for scalars and for SIMD packs alike: the trainer differentiates the very function that flies (its
+// slope: jvp.h). No libm.
 #pragma once
 
 #include <cstdint>
