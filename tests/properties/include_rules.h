@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+// Which way includes may point: arrows between the parts, walls within them, exceptions. include_arrows_test.cpp holds
+// every file to them.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace nlo::properties {
+
+/// Who may include what. The longest `from` that a file's path starts with decides; its `may` lists prefixes of
+/// targets.
+struct Arrow {
+  std::string_view from;
+  std::vector<std::string_view> may;
+};
+
+inline const std::vector<Arrow> kArrows = {
+    {"runtime/", {"nlo/"}},
+    {"codegen/", {"nlo/", "codegen/"}},
+    {"trainer/", {"nlo/", "codegen/", "trainer/"}},
+    // An experiment file is values and their places: what they mean to a domain is checked above.
+    {"trainer/config/", {"nlo/", "codegen/", "trainer/base/", "trainer/config/"}},
+    {"bench/", {"nlo/", "bench/"}},
+    {"bench/rt_loop", {"nlo/", "bench/", "examples/control_loop/"}},
+    {"bench/training_", {"nlo/", "bench/", "trainer/", "codegen/"}},
+    {"tests/", {"nlo/", "codegen/", "trainer/", "bench/", "examples/", "tests/"}},
+    {"examples/", {"nlo/"}},
+};
+
+/// What a part must not know: no file below `from` includes one below `target`, but for files below `target` itself.
+struct Wall {
+  std::string_view from, target;
+};
+
+inline const std::vector<Wall> kWalls = {
+    // What loads and checks an experiment stands above all that its keys speak of.
+    {"trainer/data/", "trainer/experiments/"},
+    {"trainer/plants/", "trainer/experiments/"},
+    {"trainer/structures/", "trainer/experiments/"},
+    {"trainer/data/", "trainer/structures/"},
+    {"trainer/plants/", "trainer/structures/"},
+    // A loss term and a sensitivity speak in cotangents at samples: no structure's equations, no plant's.
+    {"trainer/losses/", "trainer/structures/"},
+    {"trainer/sensitivity/", "trainer/structures/"},
+    {"trainer/losses/", "trainer/plants/"},
+    {"trainer/sensitivity/", "trainer/plants/"},
+    {"trainer/losses/", "trainer/sensitivity/"},
+    {"trainer/sensitivity/", "trainer/losses/"},
+    // The method needs data, not f.
+    {"trainer/structures/", "trainer/plants/"},
+    {"trainer/nn/", "trainer/plants/"},
+    {"trainer/optim/", "trainer/plants/"},
+    {"trainer/training/", "trainer/plants/"},
+    // nlo-reproduce is a program of its own: whoever builds nlo does not compile the paper.
+    {"trainer/", "trainer/reproduce/"},
+    // A model and what is made of it do not know the languages it is written in.
+    {"codegen/", "codegen/targets/"},
+};
+
+/// An include that may cross a wall or an arrow: the file (or its folder) and the target, as written. One that no file
+/// needs any more is an error, so that the list only shrinks.
+struct Exception {
+  std::string_view file, target;
+};
+
+inline const std::vector<Exception> kExceptions = {
+    {"trainer/losses/", "trainer/structures/observer_structure.h"},  // the interface of all structures
+};
+
+/// Standard headers that a freestanding or bare-metal C++20 compiler has, and that pull in neither libm nor the heap.
+inline const std::vector<std::string_view> kRuntimeStandardHeaders = {
+    "array",  "bit",   "compare",     "concepts", "cstddef", "cstdint",     "initializer_list",
+    "limits", "tuple", "type_traits", "utility",  "version", "immintrin.h", "arm_neon.h"};
+
+}  // namespace nlo::properties
