@@ -39,7 +39,9 @@ using SilentInverse = InverseMap<MixedMlp<float, kIn, 2>>;
 using Kkl = KklModel<float, 2, 2, 3, 1, SilentInverse<6>, 1>;
 using Failing = KklModel<float, 2, 2, 3, 1, SilentInverse<7>, 1, Hold::kZeroOrder, 1>;  // the second may be missing
 using Driven = DrivenKklModel<float, 2, 2, 3, 1, 1, SilentInverse<5>, Silent<2, 3>>;
-using Gated = GatedModel<float, 2, 2, 3, Silent<6, 6>, Silent<6, 3>, SilentInverse<6>, 1>;
+template <int kOut>
+using SilentLayer = LearnedMap<Mlp<Activation::kTanh, PackedDense<float, 6, kOut>>>;
+using Gated = GatedModel<float, 2, 2, 3, SilentLayer<6>, SilentLayer<3>, SilentInverse<6>, 1>;
 using General = GeneralModel<float, 2, 2, 2, Silent<5, 2>, Silent<2, 2>, 1>;
 using Luenberger = LuenbergerModel<float, 2, 2, Silent<2, 2>, 1>;
 using Window = WindowModel<float, 2, 2, 4, Silent<12, 2>, 1>;

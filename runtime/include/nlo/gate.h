@@ -12,13 +12,6 @@
 
 namespace nlo {
 
-/// (1 + t) / 2 of t = tanh(a). T is a scalar or a vector.
-template <Arithmetic kArithmetic = Arithmetic::kFast, class T>
-constexpr T gate_of(T t) {
-  constexpr auto kHalf = simd::literal<T>(0.5);
-  return multiply_add<kArithmetic, T>(t, T{} + kHalf, T{} + kHalf);
-}
-
 /// log(1 + t) for 0 <= t <= 1, relative error below 4 rounding units: 2 atanh(t / (2 + t)), whose series in
 /// (t / (2 + t))^2 <= 1/9 has dropped below the rounding of a double after 16 terms.
 template <class T>
@@ -44,6 +37,8 @@ constexpr T gate_over(T a, T periods) {
 
 namespace nlo::kernels {
 
+using simd::load;
+using simd::store;
 #define NLO_CODE NLO_INLINE
 #include "nlo/kernels/per_isa/gated.inc"
 #undef NLO_CODE
@@ -67,14 +62,14 @@ template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Can
 __attribute__((noinline, NLO_TARGET_AVX2)) void gated_step_avx2(const Gates& gates, const Candidate& candidate,
                                                                 Scalar* in, Scalar* gate, Scalar* target,
                                                                 Scalar (&z)[kNz], Scalar periods) {
-  avx2::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+  avx2::gated_units<kArithmetic, kRegular, avx2::OnePlant, kNz>(gates, candidate, in, gate, target, z, periods);
 }
 
 template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_avx512(const Gates& gates, const Candidate& candidate,
                                                                     Scalar* in, Scalar* gate, Scalar* target,
                                                                     Scalar (&z)[kNz], Scalar periods) {
-  avx512::gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+  avx512::gated_units<kArithmetic, kRegular, avx512::OnePlant, kNz>(gates, candidate, in, gate, target, z, periods);
 }
 
 }  // namespace x86
@@ -90,7 +85,11 @@ NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scala
           [&] { x86::gated_step_avx2<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); }))
     return;
 #endif
-  gated_units<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods);
+  gated_units<kArithmetic, kRegular, OnePlant, kNz>(gates, candidate, in, gate, target, z, periods);
 }
 
 }  // namespace nlo::kernels
+
+namespace nlo {
+using kernels::gate_of;
+}  // namespace nlo

@@ -5,11 +5,67 @@
 
 #include "nlo/gate.h"
 #include "nlo/gated_observer.h"
-#include "nlo/kernels/activation.h"
 #include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/batch.h"
 #include "nlo/kernels/simd.h"
-#include "nlo/mlp_batch.h"
+#include "nlo/mlp.h"
 #include "nlo/sampled_batch.h"
+
+namespace nlo::kernels {
+
+#if defined(NLO_DISPATCHES)
+namespace x86 {
+
+template <Arithmetic kArithmetic, int kPlants, int kNz, class Gates, class Candidate, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX2)) void gated_batch_avx2(const Gates& gates, const Candidate& candidate,
+                                                                 Scalar* in, Scalar* gate, Scalar* target, Scalar* z) {
+  avx2::gated_units<kArithmetic, true, avx2::PlantsBeside<kPlants>, kNz>(gates, candidate, in, gate, target, z,
+                                                                         Scalar(1));
+}
+
+template <Arithmetic kArithmetic, int kPlants, int kNz, class Gates, class Candidate, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX512)) void gated_batch_avx512(const Gates& gates, const Candidate& candidate,
+                                                                     Scalar* in, Scalar* gate, Scalar* target,
+                                                                     Scalar* z) {
+  avx512::gated_units<kArithmetic, true, avx512::PlantsBeside<kPlants>, kNz>(gates, candidate, in, gate, target, z,
+                                                                             Scalar(1));
+}
+
+}  // namespace x86
+#endif
+
+/// A step of one sample period of kPlants plants, [unit][plant], as for_batch_block() has chosen; see gated_units().
+template <Arithmetic kArithmetic, int kPlants, int kNz, class Gates, class Candidate, class Scalar>
+NLO_INLINE void gated_batch(const Gates& gates, const Candidate& candidate, Scalar* in, Scalar* gate, Scalar* target,
+                            Scalar* z) {
+#if defined(NLO_DISPATCHES)
+  const x86::Level level = x86::level();
+  if constexpr (kPlants == kBatchBlock<Scalar, 64>) {
+    if (level == x86::Level::kAvx512)
+      return x86::gated_batch_avx512<kArithmetic, kPlants, kNz>(gates, candidate, in, gate, target, z);
+  }
+  if constexpr (kPlants == kBatchBlock<Scalar, 32>) {
+    if (level == x86::Level::kAvx2)
+      return x86::gated_batch_avx2<kArithmetic, kPlants, kNz>(gates, candidate, in, gate, target, z);
+  }
+#endif
+#if NLO_HAS_VECTORS
+  if constexpr (kPlants == kBatchBlock<Scalar, NLO_NATIVE_BYTES>)
+    gated_units<kArithmetic, true, native::PlantsBeside<kPlants>, kNz>(gates, candidate, in, gate, target, z,
+                                                                       Scalar(1));
+#else
+  for (int n = 0; n < kPlants; ++n) {
+    LayerBuffer<Scalar, Gates::kIn> own_in;
+    Scalar own_z[kNz];
+    for (int i = 0; i < Gates::kIn; ++i) own_in.values[i] = in[i * kPlants + n];
+    for (int r = 0; r < kNz; ++r) own_z[r] = z[r * kPlants + n];
+    gated_step<kArithmetic, true>(gates, candidate, own_in.values, gate, target, own_z, Scalar(1));
+    for (int r = 0; r < kNz; ++r) z[r * kPlants + n] = own_z[r];
+  }
+#endif
+}
+
+}  // namespace nlo::kernels
 
 namespace nlo {
 
@@ -30,27 +86,22 @@ class GatedBatch : public SampledBatch<GatedBatch<Model, kPlants, kArithmetic>, 
  private:
   template <int kTogether>
   void advance_block(const Rows& y, int first) {
-    const auto tanh = [](P a) { return tanh_rational<Activation::kTanh, kArithmetic>(a); };
-    alignas(Base::kAlignment) Scalar in[(kNz + kNr) * kTogether], gate[2 * kNz * kTogether], target[kNz * kTogether];
+    alignas(Base::kAlignment) Scalar in[(kNz + kNr) * kTogether], z[kNz * kTogether];
+    alignas(Base::kAlignment) Scalar gate[2 * kNz * kTogether], target[kNz * kTogether];
     for (int v = 0; v < kTogether; v += kWidth) {
       P y_k[kNr], y_next[kNr];
       this->take(y, first + v, y_k, y_next);
-      for (int r = 0; r < kNz; ++r) simd::store(&in[r * kTogether + v], simd::load<P>(&this->z_[r][first + v]));
+      for (int r = 0; r < kNz; ++r) {
+        const P own = simd::load<P>(&this->z_[r][first + v]);
+        simd::store(&in[r * kTogether + v], own);
+        simd::store(&z[r * kTogether + v], own);
+      }
       for (int j = 0; j < kNr; ++j) simd::store(&in[(kNz + j) * kTogether + v], y_next[j]);
     }
-    evaluate_batch<kArithmetic, kTogether>(this->model_->gates.mlp, in, gate);
-    for (int at = 0; at < kNz * kTogether; at += kWidth) {
-      const P reset = gate_of<kArithmetic>(tanh(simd::load<P>(&gate[kNz * kTogether + at])));
-      simd::store(&in[at], simd::load<P>(&in[at]) * reset);
-    }
-    evaluate_batch<kArithmetic, kTogether>(this->model_->candidate.mlp, in, target);
+    kernels::gated_batch<kArithmetic, kTogether, kNz>(this->model_->gates.mlp.layer, this->model_->candidate.mlp.layer,
+                                                      in, gate, target, z);
     for (int r = 0; r < kNz; ++r) {
-      for (int v = 0; v < kTogether; v += kWidth) {
-        const int at = r * kTogether + v;
-        const P z = simd::load<P>(&this->z_[r][first + v]);
-        const P share = gate_of<kArithmetic>(tanh(simd::load<P>(&gate[at])));
-        this->keep(r, first + v, multiply_add<kArithmetic, P>(share, tanh(simd::load<P>(&target[at])) - z, z));
-      }
+      for (int v = 0; v < kTogether; v += kWidth) this->keep(r, first + v, simd::load<P>(&z[r * kTogether + v]));
     }
   }
 };

@@ -42,8 +42,9 @@ struct GatedModel {
   static constexpr bool kHasSteadyState = false;
   static constexpr bool kMayDiverge = false;
   static_assert(kNx > 0 && kNy > 0 && kNz > 0 && kNu >= 0);
-  static_assert(Gates::kIn == kNz + kNr && Gates::kOut == 2 * kNz, "gates map [z; y] to 2 n_z, by one layer");
+  static_assert(Gates::kIn == kNz + kNr && Gates::kOut == 2 * kNz, "gates map [z; y] to 2 n_z");
   static_assert(Candidate::kIn == kNz + kNr && Candidate::kOut == kNz, "the candidate maps [g z; y] to n_z");
+  static_assert(decltype(Gates::mlp)::kLayers == 1 && decltype(Candidate::mlp)::kLayers == 1, "one layer each");
   static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
   static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
 
