@@ -6,20 +6,16 @@
 #include <limits>
 #include <numbers>
 
+#include "codegen/base/splitmix.h"
 namespace nlo::codegen {
 namespace {
 
-/// splitmix64 in [0, 1): the same on every platform. Source: Steele, Lea, Flood 2014.
+/// In [0, 1), the same on every platform.
 class Uniform {
  public:
   explicit Uniform(std::uint64_t seed) : state_(seed) {}
 
-  double operator()() {
-    std::uint64_t bits = state_ += 0x9e3779b97f4a7c15U;
-    bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9U;
-    bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebU;
-    return static_cast<double>((bits ^ (bits >> 31)) >> 11) * 0x1p-53;
-  }
+  double operator()() { return static_cast<double>(splitmix64(state_) >> 11) * 0x1p-53; }
 
  private:
   std::uint64_t state_;

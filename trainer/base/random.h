@@ -10,18 +10,12 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "codegen/base/splitmix.h"
 #include "nlo/kernels/simd.h"
 
 namespace nlo::trainer {
 
-/// SplitMix64 (Steele, Lea, Flood 2014): one step of the sequence from `state`; also a good 64-bit hash.
-constexpr std::uint64_t splitmix64(std::uint64_t& state) {
-  state += 0x9e3779b97f4a7c15ULL;
-  std::uint64_t z = state;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
+using codegen::splitmix64;
 
 /// What a stream is drawn for: streams of different purposes never meet.
 enum class Purpose : std::uint64_t { kWeights = 1, kSegments, kTicks, kNoise, kValidationNoise, kOutages };

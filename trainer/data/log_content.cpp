@@ -6,17 +6,12 @@
 #include <algorithm>
 #include <bit>
 
+#include "codegen/base/splitmix.h"
+
 namespace nlo::trainer {
 namespace {
 
 using Eigen::Index;
-
-/// Finaliser of splitmix64: every bit of the result depends on every bit of `x`.
-std::uint64_t mixed(std::uint64_t x) {
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 std::vector<std::uint64_t> row_hashes(const LogFile& log, const std::vector<std::string>& headings) {
   std::vector<std::uint64_t> hashes(static_cast<std::size_t>(log.time_s.size()), 0);
@@ -24,8 +19,8 @@ std::vector<std::uint64_t> row_hashes(const LogFile& log, const std::vector<std:
     const Eigen::VectorXd& values = log.column(heading);
     // + 0.0: a file may write -0 for 0.
     for (std::size_t k = 0; k < hashes.size(); ++k)
-      hashes[k] =
-          mixed(hashes[k] + 0x9e3779b97f4a7c15u + std::bit_cast<std::uint64_t>(values[static_cast<Index>(k)] + 0.0));
+      hashes[k] = codegen::mixed(hashes[k] + 0x9e3779b97f4a7c15u +
+                                 std::bit_cast<std::uint64_t>(values[static_cast<Index>(k)] + 0.0));
   }
   return hashes;
 }
@@ -47,7 +42,7 @@ LogContent content_of(const LogFile& log, const std::vector<std::string>& headin
     hash = hash * kBase + rows[k] - (k >= kWindow ? leaving * rows[k - kWindow] : 0);
     if (k > 0 && rows[k] != rows[k - 1]) ++changes;
     if (k >= kWindow && rows[k - kWindow + 1] != rows[k - kWindow]) --changes;
-    if (k + 1 >= kWindow && changes >= kWindow / 2) content.windows.push_back(mixed(hash));
+    if (k + 1 >= kWindow && changes >= kWindow / 2) content.windows.push_back(codegen::mixed(hash));
   }
   std::sort(content.windows.begin(), content.windows.end());
   content.windows.erase(std::unique(content.windows.begin(), content.windows.end()), content.windows.end());

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "codegen/base/splitmix.h"
+#include "trainer/base/engine_draws.h"
 #include "trainer/base/interpolate.h"
 #include "trainer/base/noise_table.h"
 #include "trainer/base/number_text.h"
@@ -15,16 +17,9 @@
 namespace nlo::trainer {
 namespace {
 
-/// SplitMix64 (Steele, Lea, Flood 2014): a bijection that scatters neighbouring seeds.
-constexpr std::uint64_t split_mix(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
-
-double uniform01_of(std::mt19937_64& engine) {
-  return static_cast<double>(engine() >> 11) * 0x1p-53;
+/// Scatters neighbouring seeds.
+std::uint64_t scattered(std::uint64_t seed) {
+  return codegen::splitmix64(seed);
 }
 
 /// The sensor of each row: sine and cosine of an angle share theirs.
@@ -46,17 +41,17 @@ std::vector<std::size_t> sensors_of(Eigen::Index rows, const std::vector<Encoded
 
 MeasurementNoise::MeasurementNoise(const NoiseConfig& config, std::uint64_t seed, std::uint64_t run)
     : config_(config),
-      engine_(split_mix(split_mix(seed) + run)),
-      timing_(split_mix(split_mix(seed ^ 0x74696d65ULL) + run)) {
+      engine_(scattered(scattered(seed) + run)),
+      timing_(scattered(scattered(seed ^ 0x74696d65ULL) + run)) {
   for (const SensorNoise& sensor : config_.sensors)
     biases_.push_back(sensor.bias > 0.0 ? sensor.bias * uniform() : 0.0);
   if (std::ranges::none_of(config_.sensors, [](const SensorNoise& own) { return own.common_bias > 0.0; })) return;
-  const double common = 2.0 * uniform01_of(timing_) - 1.0;
+  const double common = 2.0 * trainer::uniform01(timing_) - 1.0;
   for (std::size_t i = 0; i < biases_.size(); ++i) biases_[i] += config_.sensors[i].common_bias * common;
 }
 
 double MeasurementNoise::uniform01() {
-  return uniform01_of(engine_);
+  return trainer::uniform01(engine_);
 }
 
 double MeasurementNoise::uniform() {
@@ -72,16 +67,10 @@ double MeasurementNoise::normal() {
     has_spare_ = false;
     return spare_normal_;
   }
-  double v1, v2, q;
-  do {
-    v1 = 2.0 * uniform01() - 1.0;
-    v2 = 2.0 * uniform01() - 1.0;
-    q = v1 * v1 + v2 * v2;
-  } while (q >= 1.0 || q == 0.0);
-  const double factor = std::sqrt(-2.0 * std::log(q) / q);
-  spare_normal_ = v2 * factor;
+  const auto [first, second] = normal_pair(engine_);
+  spare_normal_ = second;
   has_spare_ = true;
-  return v1 * factor;
+  return first;
 }
 
 double MeasurementNoise::draw(std::size_t sensor) {
@@ -123,13 +112,13 @@ Eigen::MatrixXd MeasurementNoise::when_measured(const Eigen::MatrixXd& outputs,
   for (std::size_t sensor = 0; !sensors.empty() && sensor <= sensors.back(); ++sensor) {
     const SensorNoise& own = config_.of(sensor);
     const bool drawn = own.delay_low < own.delay_high;
-    delays.push_back(own.delay_low + (drawn ? (own.delay_high - own.delay_low) * uniform01_of(timing_) : 0.0));
+    delays.push_back(own.delay_low + (drawn ? (own.delay_high - own.delay_low) * trainer::uniform01(timing_) : 0.0));
   }
   const bool jitters = std::any_of(config_.sensors.begin(), config_.sensors.end(),
                                    [](const SensorNoise& own) { return own.jitter > 0.0; });
   Eigen::MatrixXd shifted = outputs;
   for (Eigen::Index k = 0; k < outputs.cols(); ++k) {
-    const double off = jitters ? 2.0 * uniform01_of(timing_) - 1.0 : 0.0;
+    const double off = jitters ? 2.0 * trainer::uniform01(timing_) - 1.0 : 0.0;
     for (Eigen::Index row = 0; row < outputs.rows(); ++row) {
       const std::size_t sensor = sensors[static_cast<std::size_t>(row)];
       const SensorNoise& own = config_.of(sensor);
@@ -150,7 +139,7 @@ void MeasurementNoise::fail_sensors(Eigen::MatrixXd& noisy, const std::vector<En
         const OutageRate& rate = config_.of(sensor).outages[i];
         if (rate.share == 0.0) continue;
         const OutageOdds odds = outage_odds(rate);
-        out[sensor][i] = uniform01_of(timing_) < (out[sensor][i] ? odds.goes_on : odds.begins);
+        out[sensor][i] = trainer::uniform01(timing_) < (out[sensor][i] ? odds.goes_on : odds.begins);
       }
     for (Eigen::Index row = 0; row < noisy.rows(); ++row) {
       const std::size_t sensor = sensors[static_cast<std::size_t>(row)];

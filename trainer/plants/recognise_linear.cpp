@@ -6,13 +6,10 @@
 #include <limits>
 #include <random>
 
+#include "trainer/base/engine_draws.h"
+
 namespace nlo::trainer {
 namespace {
-
-/// In [0, 1), the same everywhere.
-double uniform(std::mt19937_64& engine) {
-  return static_cast<double>(engine() >> 11) * 0x1p-53;
-}
 
 /// Columns of either sign, each entry from a thousandth to a thousand times its scale.
 Eigen::MatrixXd random_points(const Eigen::VectorXd& scale) {
@@ -20,8 +17,8 @@ Eigen::MatrixXd random_points(const Eigen::VectorXd& scale) {
   constexpr double kDecades = 3.0;
   std::mt19937_64 engine(1);
   return Eigen::MatrixXd::NullaryExpr(scale.size(), kPoints, [&](Eigen::Index i, Eigen::Index) {
-    const double size = scale(i) * std::pow(10.0, kDecades * (2.0 * uniform(engine) - 1.0));
-    return uniform(engine) < 0.5 ? -size : size;
+    const double size = scale(i) * std::pow(10.0, kDecades * (2.0 * uniform01(engine) - 1.0));
+    return uniform01(engine) < 0.5 ? -size : size;
   });
 }
 

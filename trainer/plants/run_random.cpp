@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trainer/base/engine_draws.h"
 #include "trainer/base/random.h"
 
 namespace nlo::trainer {
@@ -54,7 +55,7 @@ RunRandom::RunRandom(std::uint64_t engine_seed, RunPurpose purpose, std::uint64_
     : engine_(stream_seed(~engine_seed, static_cast<Purpose>(purpose), part, run)) {}
 
 double RunRandom::uniform() {
-  return static_cast<double>(engine_() >> 11) * 0x1p-53;
+  return uniform01(engine_);
 }
 
 double RunRandom::between(double low, double high) {
@@ -68,11 +69,7 @@ double RunRandom::log_between(double low, double high) {
 }
 
 double RunRandom::normal() {
-  for (;;) {
-    const double v1 = 2.0 * uniform() - 1.0, v2 = 2.0 * uniform() - 1.0;
-    const double q = v1 * v1 + v2 * v2;
-    if (q > 0.0 && q < 1.0) return v1 * std::sqrt(-2.0 * portable_log(q) / q);
-  }
+  return normal_pair(engine_, portable_log).first;
 }
 
 std::size_t RunRandom::index(std::size_t count) {

@@ -27,13 +27,6 @@ std::vector<Scalar> rows(int count, std::size_t stride) {
   return std::vector<Scalar>(static_cast<std::size_t>(count) * stride, Scalar(0));
 }
 
-/// values[i] <- work(values[i]...) a register at a time; `count` is a multiple of eight.
-template <class Scalar, class Work>
-NLO_INLINE void for_registers(std::size_t count, const Work& work) {
-  using P = typename One<Scalar>::P;
-  for (std::size_t i = 0; i < count; i += One<Scalar>::kWidth) work(P{}, i);
-}
-
 template <class Math, class Scalar>
 void product(const Scalar* w, int row_count, int columns, const Scalar* bias, const Scalar* in, Scalar* out) {
   Math::product(w, row_count, columns, bias, in, [=](int row, int s, typename Math::P v) NLO_INLINE_LAMBDA {
@@ -94,30 +87,47 @@ void GatedUnits<Scalar>::gather_readings(const GatedRun<Scalar>& run, int time) 
   }
 }
 
+/// The gates and the target of columns side by side, as gated.inc of the runtime:
+///   in          [z; readings]
+///   raw_share   what the share of the way is made of, before its tanh; null: not wanted
+///   gate        tanh of the share's, then of the reset's
+///   reset_in    its readings are there, z becomes that of `in` after the reset; may be `in`
+template <class Scalar>
+template <class Math>
+void GatedUnits<Scalar>::pull(const Scalar* in, Scalar* raw_share, Scalar* gate, Scalar* reset_in,
+                              Scalar* target) const {
+  using P = typename Math::P;
+  const auto size = static_cast<std::size_t>(units_) * static_cast<std::size_t>(Math::kStride);
+  product<Math>(weights(0), 2 * units_, columns_, bias(0), in, gate);
+  if (raw_share != nullptr) std::copy_n(gate, size, raw_share);
+  for (std::size_t i = 0; i < size; i += Math::kWidth) {
+    const P reset = smooth_tanh(simd::load<P>(gate + size + i));
+    simd::store(gate + size + i, reset);
+    simd::store(gate + i, smooth_tanh(simd::load<P>(gate + i)));
+    simd::store(reset_in + i, simd::load<P>(in + i) * gate_of(reset));
+  }
+  product<Math>(weights(2 * units_), units_, columns_, bias(2 * units_), reset_in, target);
+  for (std::size_t i = 0; i < size; i += Math::kWidth) simd::store(target + i, smooth_tanh(simd::load<P>(target + i)));
+}
+
 template <class Scalar>
 void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run) {
+  using P = typename One<Scalar>::P;
   const std::size_t size = z_.size();
+  std::vector<Scalar>& share = pulled_;
   std::fill(z_.begin(), z_.end(), Scalar(0));
   for (int k = 0; k < run.length; ++k) {
     std::copy(z_.begin(), z_.end(), in_.begin());
     gather_readings(run, k);
-    product<One<Scalar>>(weights(0), 2 * units_, columns_, bias(0), in_.data(), gate_.data());
-    Scalar* share = gate_.data();
-    if (run.periods != nullptr)
-      for (std::size_t i = 0; i < size; ++i)
-        share[i] = gate_over(share[i], run.periods[k * kGroup + static_cast<int>(i % kGroup)]);
-    for_registers<Scalar>(size, [&](auto none, std::size_t i) NLO_INLINE_LAMBDA {
-      using P = decltype(none);
-      if (run.periods == nullptr) simd::store(share + i, gate_of(smooth_tanh(simd::load<P>(share + i))));
-      const P reset = gate_of(smooth_tanh(simd::load<P>(gate_.data() + size + i)));
-      simd::store(in_.data() + i, simd::load<P>(z_.data() + i) * reset);
-    });
-    product<One<Scalar>>(weights(2 * units_), units_, columns_, bias(2 * units_), in_.data(), target_.data());
-    for_registers<Scalar>(size, [&](auto none, std::size_t i) NLO_INLINE_LAMBDA {
-      using P = decltype(none);
-      const P z = simd::load<P>(z_.data() + i), c = smooth_tanh(simd::load<P>(target_.data() + i));
-      simd::store(z_.data() + i, z + simd::load<P>(share + i) * (c - z));
-    });
+    const bool regular = run.periods == nullptr;
+    pull<One<Scalar>>(in_.data(), regular ? nullptr : share.data(), gate_.data(), in_.data(), target_.data());
+    for (std::size_t i = 0; !regular && i < size; ++i)
+      share[i] = gate_over(share[i], run.periods[k * kGroup + static_cast<int>(i % kGroup)]);
+    for (std::size_t i = 0; i < size; i += One<Scalar>::kWidth) {
+      const P z = simd::load<P>(z_.data() + i), c = simd::load<P>(target_.data() + i);
+      const P s = regular ? gate_of(simd::load<P>(gate_.data() + i)) : simd::load<P>(share.data() + i);
+      simd::store(z_.data() + i, z + s * (c - z));
+    }
     for (int r = 0; r < units_; ++r)
       std::copy_n(z_.data() + static_cast<std::ptrdiff_t>(r) * kGroup, kGroup,
                   run.latent + (static_cast<std::ptrdiff_t>(r) * run.length + k) * kGroup);
@@ -127,7 +137,6 @@ void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run) {
 /// Gates and targets of a chunk, from the z that forward() has stored. Columns past it are zero.
 template <class Scalar>
 void GatedUnits<Scalar>::repeat(const GatedRun<Scalar>& run, Chunk chunk) {
-  using P = typename Many<Scalar>::P;
   const int used = chunk.count * kGroup;
   const auto row_of = [](std::vector<Scalar>& rows, int row) {
     return rows.data() + static_cast<std::size_t>(row) * kStride<Scalar>;
@@ -147,23 +156,8 @@ void GatedUnits<Scalar>::repeat(const GatedRun<Scalar>& run, Chunk chunk) {
     for (int i = 0; i < used; ++i) to[i] = (y[i] - mean_[row]) * inverse_scale_[row];
     std::copy_n(to, kChunkColumns, row_of(chunk_reset_in_, units_ + j));
   }
-  product<Many<Scalar>>(weights(0), 2 * units_, columns_, bias(0), chunk_in_.data(), chunk_gate_.data());
-  if (run.periods != nullptr)
-    std::copy_n(chunk_gate_.begin(), static_cast<std::ptrdiff_t>(chunk_raw_.size()), chunk_raw_.begin());
-  for (int r = 0; r < units_; ++r) {
-    Scalar *share = row_of(chunk_gate_, r), *reset = row_of(chunk_gate_, units_ + r), *to = row_of(chunk_reset_in_, r);
-    const Scalar* z = row_of(chunk_in_, r);
-    for (int i = 0; i < kChunkColumns; i += Many<Scalar>::kWidth) {
-      const P g = smooth_tanh(simd::load<P>(reset + i));
-      simd::store(share + i, smooth_tanh(simd::load<P>(share + i)));
-      simd::store(reset + i, g);
-      simd::store(to + i, simd::load<P>(z + i) * gate_of(g));
-    }
-  }
-  product<Many<Scalar>>(weights(2 * units_), units_, columns_, bias(2 * units_), chunk_reset_in_.data(),
-                        chunk_target_.data());
-  for (std::size_t i = 0; i < chunk_target_.size(); i += Many<Scalar>::kWidth)
-    simd::store(chunk_target_.data() + i, smooth_tanh(simd::load<P>(chunk_target_.data() + i)));
+  pull<Many<Scalar>>(chunk_in_.data(), run.periods != nullptr ? chunk_raw_.data() : nullptr, chunk_gate_.data(),
+                     chunk_reset_in_.data(), chunk_target_.data());
 }
 
 /// p_ at a sample becomes p_ at the one before, but for that sample's own cotangent; `column` is the sample's first.

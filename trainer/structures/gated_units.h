@@ -60,6 +60,8 @@ class GatedUnits {
   const Scalar* weights(int row) const { return theta_ + row * columns_; }
   const Scalar* bias(int row) const { return theta_ + 3 * units_ * columns_ + row; }
   void gather_readings(const GatedRun<Scalar>& run, int time);
+  template <class Math>
+  void pull(const Scalar* in, Scalar* raw_share, Scalar* gate, Scalar* reset_in, Scalar* target) const;
   void repeat(const GatedRun<Scalar>& run, Chunk chunk);
   void pull_back(const GatedRun<Scalar>& run, int time, int column);
 
