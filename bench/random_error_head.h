@@ -11,7 +11,7 @@
 namespace nlo::bench {
 
 template <class Map>
-using SureMap = InverseMap<decltype(Map::mlp), NoLinearPath, ErrorHead<float, decltype(Map::mlp)::kHidden, 2>>;
+using SureMap = LearnedMap<decltype(Map::mlp), NoLinearPath, ErrorHead<float, decltype(Map::mlp)::kHidden, 2>>;
 
 /// `map` with a random head whose sigma stays within 1/16 and 4.
 template <class Map>

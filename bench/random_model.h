@@ -49,7 +49,7 @@ constexpr auto random_mlp() {
 template <Activation kKind, int kWidth, int kDepth, class Weight = float>
 constexpr auto random_kkl_model() {
   using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2, Weight>());
-  using Model = KklModel<float, 2, 1, 3, 1, InverseMap<Network>>;
+  using Model = KklModel<float, 2, 1, 3, 1, LearnedMap<Network>>;
   Model model{};
   model.sample_period_s = 0.02F;
   model.stale_after = 10;

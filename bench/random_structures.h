@@ -46,7 +46,7 @@ template <Activation kKind, int kWidth, int kDepth>
 constexpr auto random_general_model() {
   using Dynamics = decltype(random_mlp<kKind, 4, kWidth, kDepth, 3>());
   using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());
-  GeneralModel<float, 2, 1, 3, LearnedMap<Dynamics, LinearPath<float, 4, 3>>, InverseMap<Network>> model{};
+  GeneralModel<float, 2, 1, 3, LearnedMap<Dynamics, LinearPath<float, 4, 3>>, LearnedMap<Network>> model{};
   set_sampling(model);
   model.hold = Hold::kFirstOrder;
   model.dynamics.mlp = random_mlp<kKind, 4, kWidth, kDepth, 3>();
@@ -65,7 +65,7 @@ constexpr auto random_gated_model() {
   using Gates = decltype(make_mlp<kKind>(random_dense<kUnits + 1, 2 * kUnits>(1)));
   using Candidate = decltype(make_mlp<kKind>(random_dense<kUnits + 1, kUnits>(2)));
   using Network = decltype(random_mlp<kKind, kUnits, kUnits, 1, 2>());
-  GatedModel<float, 2, 1, kUnits, LearnedMap<Gates>, LearnedMap<Candidate>, InverseMap<Network>> model{};
+  GatedModel<float, 2, 1, kUnits, LearnedMap<Gates>, LearnedMap<Candidate>, LearnedMap<Network>> model{};
   set_sampling(model);
   model.gates.mlp = make_mlp<kKind>(random_dense<kUnits + 1, 2 * kUnits>(1));
   model.candidate.mlp = make_mlp<kKind>(random_dense<kUnits + 1, kUnits>(2));
@@ -78,7 +78,7 @@ template <Activation kKind, int kWidth, int kDepth>
 constexpr auto random_driven_model(Hold input_hold = Hold::kZeroOrder) {
   using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());
   using Forward = decltype(random_mlp<kKind, 2, kWidth, kDepth, 3>());
-  DrivenKklModel<float, 2, 1, 3, 1, 1, InverseMap<Network>, LearnedMap<Forward>> model{};
+  DrivenKklModel<float, 2, 1, 3, 1, 1, LearnedMap<Network>, LearnedMap<Forward>> model{};
   const auto plain = random_kkl_model<kKind, kWidth, kDepth>();
   set_sampling(model);
   model.input_hold = input_hold;

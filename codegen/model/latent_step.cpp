@@ -6,11 +6,11 @@
 namespace nlo::codegen {
 namespace {
 
-LatentStep discretised(const Model& m, Hold hold, double dt_s) {
+StepMatrices discretised(const Model& m, Hold hold, double dt_s) {
   const LinearLatent& latent = *linear_latent(m);
   const Eigen::MatrixXd& f = latent.output_injection;
   const Eigen::VectorXd& eigenvalues = latent.eigenvalues;
-  LatentStep step{Eigen::VectorXd(m.nz()), Eigen::MatrixXd(m.nz(), m.nr()), Eigen::MatrixXd(m.nz(), m.nr())};
+  StepMatrices step{Eigen::VectorXd(m.nz()), Eigen::MatrixXd(m.nz(), m.nr()), Eigen::MatrixXd(m.nz(), m.nr())};
   for (int r = 0; r < 2 * latent.pairs; r += 2) {
     const auto mode = discretise(hold, Complex<double>{eigenvalues(r), eigenvalues(r + 1)}, dt_s);
     step.a_minus_1.segment<2>(r) << mode.a_minus_1.re, mode.a_minus_1.im;
@@ -30,14 +30,14 @@ LatentStep discretised(const Model& m, Hold hold, double dt_s) {
 
 }  // namespace
 
-LatentStep latent_step(const Model& m, double dt_s) {
+StepMatrices latent_step(const Model& m, double dt_s) {
   const bool exact = m.hold == Hold::kRk4 && dt_s != m.sample_period_s;
   return discretised(m, exact ? Hold::kFirstOrder : m.hold, dt_s);
 }
 
-ForcedLatentStep forced_latent_step(const Model& m, double dt_s) {
+ForcedStepMatrices forced_latent_step(const Model& m, double dt_s) {
   const LinearLatent& latent = *linear_latent(m);
-  ForcedLatentStep step{discretised(m, m.hold == Hold::kRk4 ? Hold::kFirstOrder : m.hold, 0.5 * dt_s), {}};
+  ForcedStepMatrices step{discretised(m, m.hold == Hold::kRk4 ? Hold::kFirstOrder : m.hold, 0.5 * dt_s), {}};
   for (int r = 0; r < m.nz(); ++r) {
     const bool paired = r < 2 * latent.pairs;
     const auto mode =

@@ -10,21 +10,21 @@
 
 namespace nlo::codegen {
 
-struct LatentStep {
+struct StepMatrices {
   Eigen::VectorXd a_minus_1;  ///< n_z, laid out as the eigenvalues are: (re, im) of each pair, then real modes
   Eigen::MatrixXd b0, b1;     ///< n_z x n_r
 };
 
 /// Discretises (D, F) over a step of `dt_s`. An rk4 model is stepped by the first-order hold when `dt_s` is not its
 /// sample period: its coefficients approximate that hold, and are stable only near the period.
-LatentStep latent_step(const Model& model, double dt_s);
+StepMatrices latent_step(const Model& model, double dt_s);
 
 /// What a driven KKL observer needs beside it: D and F over half the step, and the weights of phi(z) u.
-struct ForcedLatentStep {
-  LatentStep half;
+struct ForcedStepMatrices {
+  StepMatrices half;
   ForcedWeights<Eigen::VectorXd> weights;  ///< n_z each, laid out as the eigenvalues are
 };
-ForcedLatentStep forced_latent_step(const Model& model, double dt_s);
+ForcedStepMatrices forced_latent_step(const Model& model, double dt_s);
 
 /// A mode's coefficients (laid out as the eigenvalues are) as a block-diagonal matrix, n_z x n_z.
 Eigen::MatrixXd block_diagonal(const Model& model, const Eigen::VectorXd& modes);

@@ -4,7 +4,7 @@
 namespace nlo::codegen {
 
 template <class Scalar>
-LinearStep<Scalar>::LinearStep(const Model& m, const LatentStep& step)
+LinearStep<Scalar>::LinearStep(const Model& m, const StepMatrices& step)
     : a_minus_identity(block_diagonal(m, step.a_minus_1).template cast<Scalar>()),
       b0(step.b0.template cast<Scalar>()),
       b1(step.b1.template cast<Scalar>()) {}

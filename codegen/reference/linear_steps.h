@@ -16,7 +16,7 @@ struct LinearStep {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-  LinearStep(const Model& model, const LatentStep& step);
+  LinearStep(const Model& model, const StepMatrices& step);
   void advance(Vector& z, const Vector& y, const Vector& y_next) const;
 
   Matrix a_minus_identity, b0, b1;

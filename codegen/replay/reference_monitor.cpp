@@ -64,7 +64,7 @@ double ReferenceMonitor::innovation(Index j, double y) const {
   return change / monitor_.deviation(j) - predicted_(j);
 }
 
-VectorXd ReferenceMonitor::screened(const VectorXd& y) {
+VectorXd ReferenceMonitor::trusted(const VectorXd& y) {
   VectorXd kept = y;
   const Index measured = model_.measured();
   for (Index j = 0; j < measured; ++j) {
@@ -143,7 +143,7 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
   bool started = false;
   for (Index k = 0; k < samples; ++k) {
     const VectorXd u = inputs.size() == 0 ? VectorXd() : VectorXd(inputs.col(k));
-    const VectorXd y = watch.screened(outputs.col(k));
+    const VectorXd y = watch.trusted(outputs.col(k));
     if (time_s.size() == 0 || k == 0)
       observer.step(y, u);
     else

@@ -25,7 +25,7 @@ class ReferenceMonitor {
   void reset();
 
   /// The outputs (n_y) as the observer should be given them: NaN beyond the gate.
-  Eigen::VectorXd screened(const Eigen::VectorXd& y);
+  Eigen::VectorXd trusted(const Eigen::VectorXd& y);
 
   /// After the observer's step: z, readings as it took them (n_r, angles unwrapped) and x_hat.
   void watch(const Eigen::VectorXd& z, const Eigen::VectorXd& readings, const Eigen::VectorXd& x_hat);

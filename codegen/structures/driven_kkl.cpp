@@ -172,7 +172,7 @@ class DrivenKklHeader final : public KklHeader {
   CppNetwork forward_map() const { return network("drive.forward_map", "ForwardLayer", "ForwardNetwork", "x"); }
 
   const DrivenKkl& own_;
-  const ForcedLatentStep forced_;
+  const ForcedStepMatrices forced_;
   const Eigen::Index nu_;
 };
 

@@ -96,7 +96,7 @@ class KklModule final : public StructureModule {
   }
   std::map<std::string, std::string> c99(const ExportSource& source) const override {
     const LinearLatent& latent = own_part<Kkl>(source.model).latent;
-    const LatentStep& step = source.folded.step;
+    const StepMatrices& step = source.folded.step;
     return {{"LATENT", "c99/kkl.c.in"},
             {"WARM_START", "c99/warm_start.h.in"},
             {"WARM_START_BODY", "c99/warm_start.c.in"},

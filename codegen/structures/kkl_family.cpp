@@ -96,7 +96,7 @@ void check_linear_latent(const Model& m) {
 
 Eigen::VectorXd largest_latent(const Model& m) {
   const LinearLatent& latent = *linear_latent(m);
-  const LatentStep step = latent_step(m, m.sample_period_s);
+  const StepMatrices step = latent_step(m, m.sample_period_s);
   const Eigen::VectorXd readings = largest_readings(m);
   const Eigen::VectorXd slopes = latent.output_injection.cwiseAbs() * readings;
   const Eigen::VectorXd pushes = (step.b0.cwiseAbs() + step.b1.cwiseAbs()) * readings;
@@ -218,7 +218,7 @@ std::string KklHeader::latent_fields() const {
   return text + "    },\n";
 }
 
-std::string KklHeader::step(const LatentStep& step, std::size_t indent) const {
+std::string KklHeader::step(const StepMatrices& step, std::size_t indent) const {
   const std::string space(indent, ' ');
   return fmt::format("{{.a_minus_1 = {},\n{}.b0 = {},\n{}.b1 = {}}}", init_.vector(step.a_minus_1, "A"), space,
                      init_.matrix(step.b0, "B0"), space, init_.matrix(step.b1, "B1"));

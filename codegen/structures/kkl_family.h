@@ -53,7 +53,7 @@ class KklHeader : public CppStructureBase {
   bool may_saturate() const override { return true; }
   Eigen::Index linear_multiply_adds() const { return nz_ + 2 * latent_.pairs + 2 * nz_ * nr_; }
   std::string latent_fields() const;
-  std::string step(const LatentStep& step, std::size_t indent) const;
+  std::string step(const StepMatrices& step, std::size_t indent) const;
 
   const LinearLatent& latent_;
 };

@@ -64,7 +64,7 @@ std::string argument(const std::vector<Channel>& channels, bool is_scalar) {
 std::string example(const Source& s) {
   const bool scalars = s.model.measured() == 1 && s.model.nu() <= 1, watched = s.model.monitor.has_value();
   std::string arguments = argument(measured_channels(s.model), scalars);
-  if (watched) arguments = fmt::format("monitor.screened({}, observer)", arguments);
+  if (watched) arguments = fmt::format("monitor.trusted({}, observer)", arguments);
   if (s.model.nu() > 0) arguments += ", " + argument(inputs(s.model), scalars);
   return fmt::format(
       "// Use\n"

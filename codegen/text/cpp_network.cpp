@@ -116,7 +116,7 @@ std::string CppNetwork::map_type(const Initialiser& init) const {
                                    : "";
   const std::string head =
       error ? fmt::format(", ErrorHead<{}, {}, {}>", init.scalar_name(), error->layer.weights.cols() / 2, out) : "";
-  return (quantised ? "QuantisedMap" : map) + "<" + type + path + head + ">";
+  return std::string(quantised ? "QuantisedMap" : "LearnedMap") + "<" + type + path + head + ">";
 }
 
 std::string CppNetwork::initialiser(const Initialiser& init, const std::string& member) const {

@@ -17,7 +17,6 @@ struct CppNetwork {
   std::string field;  ///< in the model, for messages: "inverse_map"
   std::string layer;  ///< layers are weights::kLayer1, ... for "Layer"
   std::string type;   ///< name of its mlp's type: "Network"
-  std::string map;    ///< the runtime's template around it: InverseMap or LearnedMap
   std::string reads;  ///< "[z; y]"
   const QuantisedNetwork* quantised = nullptr;
   const FoldedErrorHead* error = nullptr;  ///< of T*, where it has one
@@ -30,7 +29,7 @@ struct CppNetwork {
   /// `using Network = decltype(make_mlp<...>(weights::kLayer1, ...));`
   std::string using_declaration() const;
 
-  /// `InverseMap<Network, LinearPath<float, 3, 2>>`
+  /// `LearnedMap<Network, LinearPath<float, 3, 2>>`
   std::string map_type(const Initialiser& init) const;
 
   /// `    .inverse_map = {...},`

@@ -260,7 +260,7 @@ const Row kRows[] = {
 
 /// Readings that jump between the ends of their ranges, in the time of each mode and at random.
 double share_reached(const Model& m) {
-  const LatentStep step = latent_step(m, m.sample_period_s);
+  const StepMatrices step = latent_step(m, m.sample_period_s);
   const Eigen::MatrixXd a = block_diagonal(m, step.a_minus_1) + Eigen::MatrixXd::Identity(m.nz(), m.nz());
   const Eigen::VectorXd low = reading_min(m), high = reading_max(m), largest = largest_latent(m);
   double share = 0.0;

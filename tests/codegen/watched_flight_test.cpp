@@ -42,11 +42,11 @@ TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
   int alarms = 0, rejected = 0, different = 0;
   double furthest = 0.0;
   for (const float y : measurements()) {
-    const float kept = monitor.screened(y, observer);
+    const float kept = monitor.trusted(y, observer);
     (void)observer.step(kept);
     const Alarm alarm = monitor.watch(observer, observer.estimate());
     const Eigen::VectorXd given = Eigen::VectorXd::Constant(1, static_cast<double>(y));
-    const Eigen::VectorXd screened = watch.screened(given);
+    const Eigen::VectorXd screened = watch.trusted(given);
     reference.step(screened);
     watch.watch(reference.latent(), reference.output(), reference.estimate());
     ASSERT_EQ(std::isnan(kept), std::isnan(screened(0)));
@@ -77,7 +77,7 @@ TEST(WatchedFlight, OfAWholeRunIsThatOfItsSteps) {
   ReferenceObserver<float> observer(model);
   ReferenceMonitor watch(model, *model.monitor);
   for (Eigen::Index k = 0; k < samples; ++k) {
-    observer.step(watch.screened(y.col(k)));
+    observer.step(watch.trusted(y.col(k)));
     watch.watch(observer.latent().cast<double>(), observer.output(), observer.estimate().cast<double>());
     ASSERT_TRUE(watch.levels().isApprox(run.levels.col(k), 1e-12) || k == 0) << k;
   }

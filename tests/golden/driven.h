@@ -108,7 +108,7 @@ inline constexpr Dense<float, 12, 3> kForwardLayer2 = {
 using Network = decltype(make_mlp<Activation::kTanh>(weights::kLayer1, weights::kLayer2));
 using ForwardNetwork = decltype(make_mlp<Activation::kTanh>(weights::kForwardLayer1, weights::kForwardLayer2));
 using Model = DrivenKklModel<float, 2, 1, 3, 2, 1,  // n_x, n_y, n_z, n_u, complex pairs
-                             InverseMap<Network, LinearPath<float, 4, 2>>,
+                             LearnedMap<Network, LinearPath<float, 4, 2>>,
                              LearnedMap<ForwardNetwork, LinearPath<float, 2, 3>>>;
 using Observer = DrivenKklObserver<Model>;
 

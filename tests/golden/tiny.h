@@ -64,7 +64,7 @@ inline constexpr Dense<float, 4, 1> kLayer2 = {
 }  // namespace weights
 
 using Network = decltype(make_mlp<Activation::kTanh>(weights::kLayer1, weights::kLayer2));
-using Model = KklModel<float, 1, 1, 2, 0, InverseMap<Network>>;  // n_x, n_y, n_z, complex pairs
+using Model = KklModel<float, 1, 1, 2, 0, LearnedMap<Network>>;  // n_x, n_y, n_z, complex pairs
 using Observer = KklObserver<Model>;
 
 inline constexpr Model kModel = {

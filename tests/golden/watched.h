@@ -22,7 +22,7 @@
 //   constinit static nlo::watched::Monitor monitor{nlo::watched::kMonitor};
 //
 //   void on_timer() {  // every 0.02 s
-//     if (observer.step(monitor.screened(read_y(), observer)) != nlo::StepStatus::kOk) note_fault(observer.status());
+//     if (observer.step(monitor.trusted(read_y(), observer)) != nlo::StepStatus::kOk) note_fault(observer.status());
 //     if (!observer.in_domain()) return enter_safe_mode();
 //     const auto x_hat = observer.estimate();
 //     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();
@@ -67,7 +67,7 @@ inline constexpr Dense<float, 4, 1> kLayer2 = {
 }  // namespace weights
 
 using Network = decltype(make_mlp<Activation::kTanh>(weights::kLayer1, weights::kLayer2));
-using Model = KklModel<float, 1, 1, 2, 0, InverseMap<Network>>;  // n_x, n_y, n_z, complex pairs
+using Model = KklModel<float, 1, 1, 2, 0, LearnedMap<Network>>;  // n_x, n_y, n_z, complex pairs
 using Observer = KklObserver<Model>;
 
 inline constexpr Model kModel = {

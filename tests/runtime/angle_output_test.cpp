@@ -56,8 +56,8 @@ double worst_difference(double low, bool starts_steady, double offset) {
 
 TEST(Angle, OfMoreTurnsThanCanBeCountedStaysAsItIs) {
   const auto turns = [](float angle) {
-    const float fast = OutputRange<float, 1>::whole_turns<Arithmetic::kFast>(angle, 1e-8F);
-    EXPECT_EQ(fast, (OutputRange<float, 1>::whole_turns<Arithmetic::kDeterministic>(angle, 1e-8F))) << angle;
+    const float fast = ReadingRange<float, 1>::whole_turns<Arithmetic::kFast>(angle, 1e-8F);
+    EXPECT_EQ(fast, (ReadingRange<float, 1>::whole_turns<Arithmetic::kDeterministic>(angle, 1e-8F))) << angle;
     return fast;
   };
   EXPECT_EQ(turns(10.0F), 1e9F);

@@ -34,7 +34,7 @@ constexpr Samples kGood = {1.0F, -2.0F, 0.5F};
 template <int kIn, int kOut>
 using Silent = LearnedMap<MixedMlp<float, kIn, kOut>>;
 template <int kIn>
-using SilentInverse = InverseMap<MixedMlp<float, kIn, 2>>;
+using SilentInverse = LearnedMap<MixedMlp<float, kIn, 2>>;
 
 using Kkl = KklModel<float, 2, 2, 3, 1, SilentInverse<6>, 1>;
 using Failing = KklModel<float, 2, 2, 3, 1, SilentInverse<7>, 1, Hold::kZeroOrder, 1>;  // the second may be missing

@@ -50,7 +50,7 @@ Scalar any_measurement(std::mt19937& random) {
 template <class Scalar, Arithmetic kArithmetic>
 void expect_plain_screening() {
   // A length, an angle, a length.
-  constexpr OutputRange<Scalar, 3> kRange{{-3, -3, 1}, {3, 3, 2}, {0, Scalar(6.2831853), 0}};
+  constexpr ReadingRange<Scalar, 3> kRange{{-3, -3, 1}, {3, 3, 2}, {0, Scalar(6.2831853), 0}};
   std::mt19937 random(1);
   Scalar accepted[3] = {0, 0, 1}, expected[3] = {0, 0, 1};
   Fate fate[3] = {};

@@ -114,7 +114,7 @@ TEST(DrivenKklObserver, AGapIsWhatItsSamplesWouldHaveBeen) {
 struct DrivenOscillator {
   static constexpr double kPeriod = 1e-3;
   using Linear = Mlp<Activation::kTanh, PackedDense<double, 2, 2>>;
-  using Model = DrivenKklModel<double, 2, 1, 2, 1, 0, InverseMap<Linear>, LearnedMap<Linear>>;
+  using Model = DrivenKklModel<double, 2, 1, 2, 1, 0, LearnedMap<Linear>, LearnedMap<Linear>>;
   Model model{};
 
   /// `input_gain` 1: as the plant has it.

@@ -43,7 +43,7 @@ TEST(PowerOfTwo, IsExactForWholeNumbers) {
 
 // One output, three latent states, T* [z; y] to 8 tanh to 2, with an error head.
 template <class Scalar>
-using Map = InverseMap<testing::MixedMlp<Scalar, 4, 2>, NoLinearPath, ErrorHead<Scalar, 8, 2>>;
+using Map = LearnedMap<testing::MixedMlp<Scalar, 4, 2>, NoLinearPath, ErrorHead<Scalar, 8, 2>>;
 template <class Scalar>
 using SureModel = KklModel<Scalar, 2, 1, 3, 1, Map<Scalar>>;
 

@@ -161,7 +161,7 @@ template <int kIn>
 constexpr auto sum_of(const double (&weights)[kIn]) {
   Dense<double, kIn, 1> layer{};
   for (int i = 0; i < kIn; ++i) layer.weights[0][i] = weights[i];
-  return InverseMap<Mlp<Activation::kTanh, PackedDense<double, kIn, 1>>>{make_mlp<Activation::kTanh>(layer), {}};
+  return LearnedMap<Mlp<Activation::kTanh, PackedDense<double, kIn, 1>>>{make_mlp<Activation::kTanh>(layer), {}};
 }
 
 TEST(KnownInputs, ALuenbergerObserverFollowsAPlantThatItsInputDrives) {

@@ -36,7 +36,7 @@ Matrix solve_sylvester(const Matrix& p, const Matrix& q, const Matrix& r) {
 }
 
 template <class Scalar>
-using Model = KklModel<Scalar, 2, 1, 3, 1, InverseMap<Mlp<Activation::kTanh, PackedDense<Scalar, 3, 2>>>>;
+using Model = KklModel<Scalar, 2, 1, 3, 1, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 3, 2>>>>;
 
 /// x1' = x2, x2' = -x1, y = x1, seen by a pair at -2 +- 1.5i and a real mode at -1.
 template <class Scalar>

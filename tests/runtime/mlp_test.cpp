@@ -151,8 +151,8 @@ TEST(InverseMap, AddsItsLinearPath) {
   const auto last = random_dense<float, 16, 3>(random);
   const auto network = make_mlp<Activation::kTanh>(first, last);
   using Path = LinearPath<float, 5, 3>;
-  const InverseMap<decltype(network), Path> with{network, Path{{{1, 2, 3, 4, 5}, {0, 0, 0, 0, 0}, {-1, 0, 0, 0, 8}}}};
-  const InverseMap<decltype(network)> without{network, {}};
+  const LearnedMap<decltype(network), Path> with{network, Path{{{1, 2, 3, 4, 5}, {0, 0, 0, 0, 0}, {-1, 0, 0, 0, 8}}}};
+  const LearnedMap<decltype(network)> without{network, {}};
   const float in[5] = {0.5F, -0.25F, 1.0F, 2.0F, -1.0F};
   float full[3], plain[3];
   with.evaluate(in, full);

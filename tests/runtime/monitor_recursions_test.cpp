@@ -124,7 +124,7 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
       y[j] = want.y[j] + (want.predicted[j] + e) / m.per_deviation[j];
       if (j == j_wrong && kind == kMissing && k % 20 != 0) y[j] = std::numeric_limits<double>::quiet_NaN();
     }
-    const auto kept = monitor.screened(y, observer);
+    const auto kept = monitor.trusted(y, observer);
     want.screen(y);
     for (int j = 0; j < 2; ++j) {
       ASSERT_EQ(std::isnan(kept[j]), want.missing[j]) << k;

@@ -76,7 +76,7 @@ TEST(Monitor, TakesAStateAtTheEndsOfWhatWatchingReaches) {
   state.distance[0] = 25.0;
   auto& own = state.outputs[0];
   own.rejected = kMostRejected;
-  own.missing = 1;  // between screened() and watch()
+  own.missing = 1;  // between trusted() and watch()
   own.missing_share = 1.0;
   own.last = -5.0;
   own.predicted = 1e6;
@@ -129,7 +129,7 @@ TEST(Monitor, StaysFiniteWhateverArrives) {
   std::mt19937_64 engine(3);
   const auto bits = [&] { return std::bit_cast<double>(static_cast<std::uint64_t>(engine())); };
   for (int k = 0; k < 100000; ++k) {
-    const double kept = monitor.screened(bits(), observer);
+    const double kept = monitor.trusted(bits(), observer);
     if (!std::isnan(kept)) observer.y = kept;
     observer.z = bits();
     (void)monitor.watch(observer, Vector<double, 1>{{bits()}});
@@ -153,7 +153,7 @@ constexpr bool watches_at_compile_time() {
   m.gate_squared = 1.0;
   Monitor<Model> monitor(m);
   Fake observer;
-  return monitor.screened(0.5, observer) == 0.5 && monitor.watch(observer, {{0.0}}) == Alarm::kNone;
+  return monitor.trusted(0.5, observer) == 0.5 && monitor.watch(observer, {{0.0}}) == Alarm::kNone;
 }
 static_assert(watches_at_compile_time());
 

@@ -59,7 +59,7 @@ TEST(Monitor, PredictionIsItsRowOfLatentStateReadingsAndEstimate) {
   Monitor<Model> monitor(m);
   Fake observer;
   observer.z = 3.0;
-  observer.y = monitor.screened(-1.0, observer);
+  observer.y = monitor.trusted(-1.0, observer);
   (void)monitor.watch(observer, Vector<double, 1>{{0.75}});
   EXPECT_EQ(monitor.save().outputs[0].predicted, 0.125 + 0.5 * 3.0 - 0.25 * -1.0 + 2.0 * 0.75);
 }
@@ -72,13 +72,13 @@ TEST(Monitor, AtItsLimitThereIsNoAlarmAndAtTheGateNoOutlier) {
   observer.z = 1.0;  // one deviation: d stays at 1
   for (int k = 0; k < 5; ++k) EXPECT_EQ(seen(monitor, observer, 0.0), Alarm::kNone);
   EXPECT_EQ(monitor.level(), 1.0);
-  EXPECT_EQ(monitor.screened(8.0, observer), 8.0) << "four deviations, and less noise than in training";
-  EXPECT_TRUE(std::isnan(monitor.screened(8.001, observer)));
+  EXPECT_EQ(monitor.trusted(8.0, observer), 8.0) << "four deviations, and less noise than in training";
+  EXPECT_TRUE(std::isnan(monitor.trusted(8.001, observer)));
   auto state = monitor.save();
   state.outputs[0].windows[0].variance = 1.5;  // of the shortest window, and not of another
   ASSERT_TRUE(monitor.restore(state));
-  EXPECT_EQ(monitor.screened(9.79, observer), 9.79) << "4.895 of 4 sqrt(1.5) = 4.899 deviations";
-  EXPECT_TRUE(std::isnan(monitor.screened(9.81, observer)));
+  EXPECT_EQ(monitor.trusted(9.79, observer), 9.79) << "4.895 of 4 sqrt(1.5) = 4.899 deviations";
+  EXPECT_TRUE(std::isnan(monitor.trusted(9.81, observer)));
   (void)monitor.watch(observer, {{0.0}});
   EXPECT_EQ(monitor.save().outputs[0].missing, 0) << "of one sample";
 }
@@ -129,12 +129,12 @@ TEST(Monitor, OutliersAreKeptFromTheObserverAndSoOnesThatStayAreBelieved) {
   std::mt19937 engine(1);
   std::normal_distribution<double> noise(0.0, 2.0);  // one deviation
   for (int k = 0; k < 200; ++k) (void)seen(monitor, observer, noise(engine));
-  EXPECT_FALSE(std::isnan(monitor.screened(7.0, observer)));  // 3.5 deviations
-  EXPECT_TRUE(std::isnan(monitor.screened(40.0, observer)));  // 20
-  EXPECT_TRUE(std::isnan(monitor.screened(-40.0, observer)));
+  EXPECT_FALSE(std::isnan(monitor.trusted(7.0, observer)));  // 3.5 deviations
+  EXPECT_TRUE(std::isnan(monitor.trusted(40.0, observer)));  // 20
+  EXPECT_TRUE(std::isnan(monitor.trusted(-40.0, observer)));
   (void)seen(monitor, observer, 0.0);
   int rejected = 0;
-  while (std::isnan(monitor.screened(40.0, observer)) && rejected < 100) ++rejected;
+  while (std::isnan(monitor.trusted(40.0, observer)) && rejected < 100) ++rejected;
   EXPECT_EQ(rejected, kMostRejected);
 }
 
@@ -149,7 +149,7 @@ TEST(Monitor, GateWidensWithTheNoise) {
   int rejected = 0;
   for (int k = 0; k < 5000; ++k) {
     const double y = noise(engine);
-    if (k > 100 && std::isnan(monitor.screened(y, observer))) ++rejected;
+    if (k > 100 && std::isnan(monitor.trusted(y, observer))) ++rejected;
     (void)seen(monitor, observer, y);
   }
   EXPECT_LT(rejected, 250);  // 5 %
@@ -187,7 +187,7 @@ TEST(Monitor, OfAnObserverThatIsResetIsNotArmedAndSaysSo) {
   };
   arm();
   observer.started = 0;
-  (void)monitor.screened(0.0, observer);  // before the step that starts it
+  (void)monitor.trusted(0.0, observer);  // before the step that starts it
   EXPECT_FALSE(monitor.armed());
   EXPECT_EQ(monitor.alarm(), Alarm::kNone);
   observer.started = 1;

@@ -92,12 +92,12 @@ constexpr GeneralTestModel<Scalar> general_model(double network_scale = 0.3) {
 
 /// pair_model (a pair and a real mode, one output) with two inputs, bilinear; T* reads [z; y].
 template <class Scalar>
-using DrivenTestModel = DrivenKklModel<Scalar, 2, 1, 3, 2, 1, InverseMap<MixedMlp<Scalar, 4, 2>>,
+using DrivenTestModel = DrivenKklModel<Scalar, 2, 1, 3, 2, 1, LearnedMap<MixedMlp<Scalar, 4, 2>>,
                                        LearnedMap<MixedMlp<Scalar, 2, 3>, LinearPath<Scalar, 2, 3>>>;
 
 /// The plain KKL observer with the same D, F and T*.
 template <class Scalar>
-using UndrivenTestModel = KklModel<Scalar, 2, 1, 3, 1, InverseMap<MixedMlp<Scalar, 4, 2>>>;
+using UndrivenTestModel = KklModel<Scalar, 2, 1, 3, 1, LearnedMap<MixedMlp<Scalar, 4, 2>>>;
 
 template <class Scalar>
 constexpr DrivenTestModel<Scalar> driven_model(Hold hold, Hold input_hold) {
@@ -132,7 +132,7 @@ constexpr UndrivenTestModel<Scalar> undriven_model(Hold hold) {
 template <class Scalar>
 using GatedTestModel =
     GatedModel<Scalar, 2, 1, 5, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 10>>>,
-               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 5>>>, InverseMap<MixedMlp<Scalar, 6, 2>>>;
+               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 5>>>, LearnedMap<MixedMlp<Scalar, 6, 2>>>;
 
 template <class Scalar>
 constexpr GatedTestModel<Scalar> gated_model(double network_scale = 1.0) {

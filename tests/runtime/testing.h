@@ -83,7 +83,7 @@ template <class Scalar, int kN>
 constexpr auto identity_map() {
   Dense<Scalar, kN, kN> layer{};
   for (int i = 0; i < kN; ++i) layer.weights[i][i] = Scalar(1);
-  return InverseMap<Mlp<Activation::kTanh, PackedDense<Scalar, kN, kN>>>{make_mlp<Activation::kTanh>(layer), {}};
+  return LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, kN, kN>>>{make_mlp<Activation::kTanh>(layer), {}};
 }
 
 /// One output in [-10, 10], a complex pair and a real mode, 50 Hz.
@@ -120,7 +120,7 @@ constexpr PairModel<Scalar> pair_model(Hold hold, bool starts_steady = false) {
 /// plain output's mode: z0 - angle, (z1, z2) - S angle, z3.
 template <class Scalar>
 using AngleModel =
-    KklModel<Scalar, 4, 2, 4, 1, InverseMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 4>>, NoLinearPath>>;
+    KklModel<Scalar, 4, 2, 4, 1, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 6, 4>>, NoLinearPath>>;
 
 template <class Scalar>
 constexpr AngleModel<Scalar> angle_model(double low = -kPi, double high = kPi, bool starts_steady = true) {

@@ -46,7 +46,7 @@ codegen::Model linear_observer() {
   codegen::Kkl& own = m.structure.emplace<codegen::Kkl>();
   own.latent.eigenvalues = Vector2d(-0.8, -2.0);
   own.latent.output_injection = Vector2d(1.0, 2.0);
-  const codegen::LatentStep step = codegen::latent_step(m, kPeriod);
+  const codegen::StepMatrices step = codegen::latent_step(m, kPeriod);
   const Matrix2d e = transition();
   MatrixXd map(2, 2);
   for (int i = 0; i < 2; ++i) {
@@ -64,7 +64,7 @@ codegen::Model linear_observer() {
 
 /// Of x_hat - x once the start is forgotten: T P T', P of z driven by white noise through z+ = A z + B0 v_k + B1 v_k+1.
 Vector2d true_deviation(const codegen::Model& m) {
-  const codegen::LatentStep step = codegen::latent_step(m, kPeriod);
+  const codegen::StepMatrices step = codegen::latent_step(m, kPeriod);
   Matrix2d p;
   for (int i = 0; i < 2; ++i)
     for (int j = 0; j < 2; ++j) {

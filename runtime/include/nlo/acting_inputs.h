@@ -13,7 +13,7 @@ template <class Scalar, int kNu>
 struct InputMemory {
   Scalar u[kNu];
 
-  /// Takes the inputs that are finite, and holds the others. As screen() of OutputRange.
+  /// Takes the inputs that are finite, and holds the others. As screen() of ReadingRange.
   constexpr Fate take(const Vector<Scalar, kNu>& given, Fate* fate) {
     Fate worst = 0;
     for (int i = 0; i < kNu; ++i) {

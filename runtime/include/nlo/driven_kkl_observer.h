@@ -66,7 +66,7 @@ struct DrivenKklModel {
   Hold input_hold;            ///< kZeroOrder: the u given has acted since the last sample; kFirstOrder: a ramp up to it
   LatentModel<Scalar, kNz, kNy> latent;
   ForcedStep<Scalar, kNz, kNy> forced;  ///< over one sample period
-  OutputRange<Scalar, kNy> outputs;
+  ReadingRange<Scalar, kNy> outputs;
   Domain<Scalar, kNz> domain;
   InputField<Scalar, kNx, kNu> input_field;  ///< g
   InverseMap inverse_map;                    ///< T*

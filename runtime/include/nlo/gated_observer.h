@@ -49,9 +49,9 @@ struct GatedModel {
   static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
-  Scalar initial[kNz];               ///< z before the first measurement
-  OutputRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
+  std::uint16_t stale_after;          ///< this many held measurements in a row make the status kStale
+  Scalar initial[kNz];                ///< z before the first measurement
+  ReadingRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
   Domain<Scalar, kNz> domain;
   Gates gates;             ///< a_s, then a_g
   Candidate candidate;     ///< before its tanh

@@ -36,10 +36,10 @@ struct GeneralModel {
   static_assert(InverseMap::kIn == kNz && InverseMap::kOut == kNx, "G maps n_z to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
-  Hold hold;                         ///< y between samples: kZeroOrder, or a ramp
-  Scalar initial[kNz];               ///< z before the first measurement
-  OutputRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
+  std::uint16_t stale_after;          ///< this many held measurements in a row make the status kStale
+  Hold hold;                          ///< y between samples: kZeroOrder, or a ramp
+  Scalar initial[kNz];                ///< z before the first measurement
+  ReadingRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
   Domain<Scalar, kNz> domain;
   Dynamics dynamics;       ///< F
   InverseMap inverse_map;  ///< G

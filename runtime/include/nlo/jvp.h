@@ -54,10 +54,10 @@ void jvp(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>:
 
 /// The same of a map.
 template <class Net, class LinearPath, class ErrorHead>
-void jvp(const InverseMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
+void jvp(const LearnedMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
          const typename Net::Scalar* direction, typename Net::Scalar* out) {
   jvp(map.mlp, in, direction, out);
-  if constexpr (InverseMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
+  if constexpr (LearnedMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
     for (int o = 0; o < Net::kOut; ++o) {
       typename Net::Scalar total = out[o];
       for (int i = 0; i < Net::kIn; ++i) total += map.linear_path.weights[o][i] * direction[i];

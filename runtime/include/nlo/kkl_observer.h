@@ -89,7 +89,7 @@ struct KklModel {
   Scalar sample_period_s;
   std::uint16_t stale_after;  ///< this many held measurements in a row make the status kStale
   LatentModel<Scalar, kNz, kNr> latent;
-  OutputRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
+  ReadingRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
   Domain<Scalar, kNz> domain;
   InverseMap inverse_map;
   [[no_unique_address]] LatentReach<Scalar, kNz, kNr, kSaturation> reach{};  ///< as far as T* follows z

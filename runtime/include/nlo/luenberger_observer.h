@@ -35,12 +35,12 @@ struct LuenbergerModel {
   static_assert(Nonlinearity::kIn == kNx && Nonlinearity::kOut == kNx, "g_hat maps n_x to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
-  Hold hold;                         ///< y between samples: kZeroOrder, or a ramp
-  Scalar error_matrix[kNx][kNx];     ///< A - G C: how an error dies out where g is known
-  Scalar gain[kNx][kNr];             ///< G; with inputs [G, B]
-  Scalar initial[kNx];               ///< x_hat before the first measurement
-  OutputRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
+  std::uint16_t stale_after;          ///< this many held measurements in a row make the status kStale
+  Hold hold;                          ///< y between samples: kZeroOrder, or a ramp
+  Scalar error_matrix[kNx][kNx];      ///< A - G C: how an error dies out where g is known
+  Scalar gain[kNx][kNr];              ///< G; with inputs [G, B]
+  Scalar initial[kNx];                ///< x_hat before the first measurement
+  ReadingRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
   Domain<Scalar, kNx> domain;
   Nonlinearity nonlinearity;  ///< g_hat
 

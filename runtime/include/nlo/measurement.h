@@ -35,7 +35,7 @@ constexpr StepStatus status_of(Fate fate, std::uint16_t stale_after) {
 }
 
 template <class Scalar, int kNy>
-struct OutputRange {
+struct ReadingRange {
   Scalar min[kNy];
   Scalar max[kNy];
   Scalar wrap[kNy];  ///< full turn of an angle (2 pi); 0: not an angle
@@ -97,6 +97,8 @@ struct OutputRange {
     return select<kArithmetic>(none, Scalar(0), static_cast<Scalar>(static_cast<std::int32_t>(turns + half)));
   }
 };
+template <class Scalar, int kNy>
+using OutputRange [[deprecated("it is called ReadingRange")]] = ReadingRange<Scalar, kNy>;
 
 /// Outputs that may be missing (sensor_failures.h), which none may unless a model says so.
 template <class Scalar, int kNf>

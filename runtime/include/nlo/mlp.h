@@ -115,7 +115,7 @@ struct NoErrorHead {};
 
 /// A learned map: network plus linear path. Of T*, where the model knows how wrong it is, a second head too.
 template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead>
-struct InverseMap {
+struct LearnedMap {
   using Scalar = typename Mlp_::Scalar;
   static constexpr int kIn = Mlp_::kIn;
   static constexpr int kOut = Mlp_::kOut;
@@ -146,8 +146,8 @@ struct InverseMap {
   }
 };
 
-/// The same for a map that is not an inverse: T, F, g_hat.
-template <class Mlp_, class LinearPath_ = NoLinearPath>
-using LearnedMap = InverseMap<Mlp_, LinearPath_>;
+/// Its name in headers of version 0.2.
+template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead>
+using InverseMap [[deprecated("it is called LearnedMap")]] = LearnedMap<Mlp_, LinearPath_, ErrorHead_>;
 
 }  // namespace nlo

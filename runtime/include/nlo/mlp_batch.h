@@ -20,10 +20,10 @@ void evaluate_batch(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, 
 }
 
 template <Arithmetic kArithmetic, int kPlants, class Net, class LinearPath, class ErrorHead>
-void evaluate_batch(const InverseMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
+void evaluate_batch(const LearnedMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
                     typename Net::Scalar* out) {
   evaluate_batch<kArithmetic, kPlants>(map.mlp, in, out);
-  if constexpr (InverseMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
+  if constexpr (LearnedMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
     for (int o = 0; o < Net::kOut; ++o) {
       for (int i = 0; i < Net::kIn; ++i) {
         for (int n = 0; n < kPlants; ++n) {

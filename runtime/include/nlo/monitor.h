@@ -109,7 +109,7 @@ class Monitor {
   constexpr explicit Monitor(const Model& model) : model_(&model) { reset(); }
   explicit Monitor(const Model&&) = delete;
 
-  /// After a gap. With the observer's reset() too, unless screened() or watch() sees it before its next measurement.
+  /// After a gap. With the observer's reset() too, unless trusted() or watch() sees it before its next measurement.
   constexpr void reset() {
     state_ = State{};
     for (auto& output : state_.outputs)
@@ -120,7 +120,7 @@ class Monitor {
   /// The measurements as `observer` should be given them: those beyond the gate are not-a-number, which it holds. For
   /// the sample that watch() sees next.
   template <class Observer>
-  [[nodiscard]] constexpr Measured<Observer> screened(Measured<Observer> y, const Observer& observer) {
+  [[nodiscard]] constexpr Measured<Observer> trusted(Measured<Observer> y, const Observer& observer) {
     if (observer.save().started != 1) reset();  // what comes is its first measurement
     for (int j = 0; j < kMeasured<Observer>; ++j) {
       OutputState& own = state_.outputs[j];
@@ -140,8 +140,12 @@ class Monitor {
     return y;
   }
   template <class Observer>
-  [[nodiscard]] constexpr Scalar screened(Scalar y, const Observer& observer) requires(kMeasured<Observer> == 1) {
-    return screened(Measured<Observer>{{y}}, observer)[0];
+  [[nodiscard]] constexpr Scalar trusted(Scalar y, const Observer& observer) requires(kMeasured<Observer> == 1) {
+    return trusted(Measured<Observer>{{y}}, observer)[0];
+  }
+  template <class Y, class Observer>
+  [[deprecated("it is called trusted()")]] [[nodiscard]] constexpr auto screened(const Y& y, const Observer& observer) {
+    return trusted(y, observer);
   }
 
   /// After each step of `observer`, with its estimate of the same sample. kReset where that step has reset the
@@ -167,7 +171,7 @@ class Monitor {
   }
 
   /// It has seen as many samples as it takes to tell: before, watch() says kNone whatever the level. Not so after the
-  /// observer's reset(), from the next screened() or watch() on.
+  /// observer's reset(), from the next trusted() or watch() on.
   [[nodiscard]] constexpr bool armed() const { return state_.samples > model_->armed_after; }
 
   [[nodiscard]] constexpr State save() const { return state_; }
@@ -219,7 +223,7 @@ class Monitor {
   constexpr Scalar innovation(int j, Scalar y, Scalar turn) const {
     const OutputState& own = state_.outputs[j];
     Scalar change = y - own.y;
-    if (turn > Scalar(0)) change = OutputRange<Scalar, 1>::template wrapped<Arithmetic::kFast>(change, turn);
+    if (turn > Scalar(0)) change = ReadingRange<Scalar, 1>::template wrapped<Arithmetic::kFast>(change, turn);
     return limited(change * model_->per_deviation[j] - own.predicted, kFar);
   }
 

@@ -37,7 +37,7 @@ template <class M>
 concept HasValues = requires(const M& model) {
   model.sample_period_s;
   model.stale_after;
-  model.outputs.min[M::kNr - 1];  // OutputRange of all readings
+  model.outputs.min[M::kNr - 1];  // ReadingRange of all readings
   model.domain.latent_min[M::kNz - 1];
   model.initial_latent()[M::kNz - 1];  // z before the first measurement
 };
@@ -267,7 +267,7 @@ class ObserverCore {
   constexpr void start(const Scalar (&y)[kNr], bool steady) {
     for (int j = 0; j < kNr; ++j) {
       const Scalar turn = model_->outputs.wrap[j];
-      state_.y[j] = turn > Scalar(0) ? OutputRange<Scalar, kNr>::template wrapped<kArithmetic>(y[j], turn) : y[j];
+      state_.y[j] = turn > Scalar(0) ? ReadingRange<Scalar, kNr>::template wrapped<kArithmetic>(y[j], turn) : y[j];
     }
     if (steady) add_steady_state(*model_, state_.y, state_.z);
     if constexpr (requires { model_->template start<kArithmetic>(state_.y, state_.z); })

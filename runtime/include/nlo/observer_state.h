@@ -42,7 +42,7 @@ constexpr bool is_reachable(const Scalar (&z)[kNz]) {
 /// The same of a whole state: z and inputs finite, y in its range (0 before the first measurement), flags valid.
 template <class Scalar, int kNy, int kNz, int kNu>
 constexpr bool is_reachable(const ObserverState<Scalar, kNy, kNz, kNu>& state,
-                            const OutputRange<Scalar, kNy>& outputs) {
+                            const ReadingRange<Scalar, kNy>& outputs) {
   if (!is_reachable(state.z) || state.started > 1 || state.status > StepStatus::kReset) return false;
   if (!state.input.is_reachable()) return false;
   if (state.started == 1) return outputs.may_hold(state.y);

@@ -50,7 +50,7 @@ constexpr void turn_back(const Model& model, Scalar (&y)[kNy], Scalar (&z)[kNz])
     for (int j = 0; j < kNy; ++j) {
       const Scalar turn = model.outputs.wrap[j];
       if (!(turn > Scalar(0))) continue;
-      const Scalar turns = OutputRange<Scalar, kNy>::template whole_turns<kArithmetic>(y[j], turn);
+      const Scalar turns = ReadingRange<Scalar, kNy>::template whole_turns<kArithmetic>(y[j], turn);
       const Scalar back = rounded<Scalar>(turn * turns);
       if (may_skip<kArithmetic>(back == Scalar(0))) continue;  // taking away 0 changes nothing: z is never -0
       y[j] -= back;

@@ -37,9 +37,9 @@ struct WindowModel {
   static_assert(InverseMap::kIn == kNz && InverseMap::kOut == kNx, "T* maps (n_y + n_u) n readings to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;         ///< this many held measurements in a row make the status kStale
-  Hold hold;                         ///< y in a gap: kZeroOrder, or a ramp
-  OutputRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
+  std::uint16_t stale_after;          ///< this many held measurements in a row make the status kStale
+  Hold hold;                          ///< y in a gap: kZeroOrder, or a ramp
+  ReadingRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
   Domain<Scalar, kNz> domain;
   InverseMap inverse_map;
 
