@@ -27,9 +27,6 @@ std::string forms() {
          "+stuck or +dead with :SHARE or :SHARE:SAMPLES_IN_A_ROW";
 }
 
-/// In the order of OutageKind.
-constexpr std::array<std::string_view, kOutageKinds.size()> kOutageWords = {"missing", "stuck", "dead"};
-
 /// Numbers that stand alone behind their word.
 struct OneNumber {
   std::string_view word;
@@ -101,8 +98,8 @@ void add_fault(const Part& part, SensorNoise& noise) {
     noise.*each.number = part.number(1);
     return part.expect(1);
   }
-  for (std::size_t i = 0; i < kOutageWords.size(); ++i)
-    if (part.word() == kOutageWords[i]) return add_outage(part, noise.outages[i]);
+  for (const OutageKind kind : kOutageKinds)
+    if (part.word() == outage_word(kind)) return add_outage(part, noise.outage(kind));
   if (part.word() == "outliers") {
     noise.outlier_share = part.number(1);
     noise.outlier_amplitude = part.number(2);
@@ -143,6 +140,11 @@ SensorNoise parse_sensor(std::string_view text) {
 }
 
 }  // namespace
+
+std::string_view outage_word(OutageKind kind) {
+  constexpr std::array<std::string_view, kOutageKinds.size()> kWords = {"missing", "stuck", "dead"};
+  return kWords[static_cast<std::size_t>(kind)];
+}
 
 bool SensorNoise::has_tails() const {
   return noise_row(kind).tails || outlier_share > 0.0;
@@ -188,9 +190,9 @@ std::string format_noise(const SensorNoise& noise) {
   if (noise.delayed()) text += "+delay:" + shortest_text(noise.delay_low);
   if (noise.delay_low < noise.delay_high) text += ":" + shortest_text(noise.delay_high);
   if (noise.jitter > 0.0) text += "+jitter:" + shortest_text(noise.jitter);
-  for (std::size_t i = 0; i < kOutageWords.size(); ++i) {
-    const auto& [share, samples] = noise.outages[i];
-    if (share > 0.0) text += fmt::format("+{}:{}", kOutageWords[i], shortest_text(share));
+  for (const OutageKind kind : kOutageKinds) {
+    const auto& [share, samples] = noise.outage(kind);
+    if (share > 0.0) text += fmt::format("+{}:{}", outage_word(kind), shortest_text(share));
     if (share > 0.0 && samples > 0.0) text += ":" + shortest_text(samples);
   }
   return text;

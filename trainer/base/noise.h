@@ -23,6 +23,9 @@ enum class NoiseKind { kNone, kGaussian, kUniform, kStudent };
 enum class OutageKind : std::uint8_t { kMissing, kStuck, kDead };
 inline constexpr std::array kOutageKinds = {OutageKind::kMissing, OutageKind::kStuck, OutageKind::kDead};
 
+/// "missing", "stuck" or "dead".
+std::string_view outage_word(OutageKind kind);
+
 struct OutageRate {
   double share = 0.0;    ///< of the samples
   double samples = 0.0;  ///< mean length in a row; 0: each sample by itself

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/data/measurement_noise.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -204,10 +206,9 @@ std::string sensor_title(const SensorNoise& noise) {
     title += ", " + shortest_text(noise.delay_low) +
              (noise.delay_low < noise.delay_high ? " to " + shortest_text(noise.delay_high) : "") + " samples late";
   if (noise.jitter > 0.0) title += ", jitter of " + shortest_text(100.0 * noise.jitter) + " % of the period";
-  constexpr std::array kWords = {" % missing", " % stuck", " % dead"};
-  for (std::size_t i = 0; i < kWords.size(); ++i) {
-    const auto& [share, samples] = noise.outages[i];
-    if (share > 0.0) title += ", " + shortest_text(100.0 * share) + kWords[i];
+  for (const OutageKind kind : kOutageKinds) {
+    const auto& [share, samples] = noise.outage(kind);
+    if (share > 0.0) title += fmt::format(", {} % {}", shortest_text(100.0 * share), outage_word(kind));
     if (share > 0.0 && samples > 0.0) title += " in bursts of " + shortest_text(samples);
   }
   return title;

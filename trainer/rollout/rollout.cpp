@@ -203,8 +203,6 @@ void Rollout::fill_missing(SegmentGroup& group) const {
 void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const NoiseConfig& input_noise,
                         const float* level, std::uint64_t stream) const {
   LaneNumbers random(stream);
-  float common[kGroup];  // of a stream of its own, so that no noise changes
-  RandomLanes(stream ^ 0x636f6d6d6f6eULL).uniform(common);
   for (const auto& [sensor, row, rows, wrap] : data_->sensors) {
     const bool encoded = rows == 2;
     const SensorNoise& own = noise_of(noise, input_noise, row, sensor);
@@ -220,8 +218,12 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
       const float* u = random.uniform01();
       for (int l = 0; l < kGroup; ++l) bias[l] = level[l] * static_cast<float>(own.bias) * unit * (2.0F * u[l] - 1.0F);
     }
-    for (int l = 0; own.common_bias > 0.0 && l < kGroup; ++l)
-      bias[l] += level[l] * static_cast<float>(own.common_bias) * unit * (2.0F * common[l] - 1.0F);
+    if (own.common_bias > 0.0) {
+      float common[kGroup];  // the same for each sensor, of a stream of its own, so that no noise changes
+      RandomLanes(stream ^ 0x636f6d6d6f6eULL).uniform(common);
+      for (int l = 0; l < kGroup; ++l)
+        bias[l] += level[l] * static_cast<float>(own.common_bias) * unit * (2.0F * common[l] - 1.0F);
+    }
     const auto quantum = static_cast<float>(own.quantum), limit = static_cast<float>(own.limit);
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
