@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
+#include <random>
 #include <set>
 
 #include "codegen/base/error.h"
@@ -115,6 +117,35 @@ TEST(LeftOut, ANetworkThatKnowsItsLogsByHeartDoesNotShip) {
   EXPECT_LE(by_groups.readout[1].shipped, 1.02 * by_groups.readout[1].constant);
   EXPECT_EQ(by_groups.groups, 6U);
   EXPECT_LT(by_groups.readout[0].shipped, 0.1) << "control: a state that is known anywhere keeps what reads it";
+}
+
+/// "grip" is a smooth function of the level, off by .3 this way or that from log to log: what a network knows by heart
+/// on its own logs, and nobody on another.
+Dataset logs_off_by_a_bias_each(int logs, unsigned seed) {
+  Dataset data = logs_with_a_level_each(logs, 1);
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < logs; ++i) {
+    Trajectory& run = data.trajectories[static_cast<std::size_t>(i)];
+    run.outputs.array() -= 2.5 * i;  // levels half a unit apart: half a period of the function
+    run.states.row(1).setConstant(std::sin(0.5 * i) + (random() % 2 == 0 ? 0.3 : -0.3));
+  }
+  return data;
+}
+
+TEST(LeftOut, IntervalsHoldOnLogsThatNoTrainingHasSeen) {
+  const Dataset training = logs_off_by_a_bias_each(8, 1);
+  const auto coverage = [&](int folds) {
+    Experiment experiment = experiment_of_logs(folds);
+    experiment.inverse_map.error = true;
+    TrainOptions options;
+    options.left_out = {logs_off_by_a_bias_each(8, 2)};
+    const TrainingResult result = train_by_groups(experiment, training, training, options);
+    const auto ratios = result.left_out.at(0).scores.ratios.row(1).array();
+    return static_cast<double>((ratios <= result.model.error->factor_95(1)).count()) /
+           static_cast<double>(ratios.size());
+  };
+  EXPECT_LT(coverage(0), 0.8) << "control: calibrated on its own logs, an interval is too narrow elsewhere";
+  EXPECT_GE(coverage(4), 0.9);
 }
 
 TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {

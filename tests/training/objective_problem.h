@@ -91,6 +91,12 @@ inline const std::vector<Variant>& variants() {
          e.loss.reduction = Reduction::kIntegral;
          e.loss.weights["eigenvalue_penalty"] = 0.01;
        }},
+      {"logarithm",
+       [](Experiment& e) {
+         e.loss.reduction = Reduction::kLogarithm;
+         e.loss.weights["terminal"] = 0.3;
+         e.loss.weights["state_error"] = 0.5;
+       }},
       {"terminal_beside_running",
        [](Experiment& e) {
          e.loss.weights["terminal"] = 0.8;

@@ -146,6 +146,19 @@ TEST(Objective, IntegralIsTheMeanTimesTheMeanLengthOfTheSegments) {
   }
 }
 
+TEST(Objective, ALogarithmCountsEightRunsAsMuchAsTheNextWhateverTheirErrors) {
+  // |x - x_hat|^2 = 1e-2 in the first eight of 11 runs and 100 in the other three: the mean of both logarithms.
+  Experiment experiment = full_batch();
+  experiment.loss.reduction = Reduction::kLogarithm;
+  Blank blank(experiment);
+  for (std::size_t run = 0; run < kUnequal.size(); ++run)
+    std::ranges::fill(blank.truth(run, 0), run < 8 ? 0.1F : 10.0F);
+  double floor = 0.0;
+  for (const float scale : blank.structure.state_scale) floor += std::pow(0.005 * static_cast<double>(scale), 2);
+  const double expected = 0.5 * (std::log(1e-2 + floor) + std::log(100.0 + floor));
+  EXPECT_NEAR(blank.loss(blank.parameters, 0), expected, kFloatSums * std::log(100.0));
+}
+
 TEST(Objective, TerminalCostIsTheMeanOverTheEndsOfSegments) {
   // |x - x_hat|^2 = 9 at ends alone: of `ends` of 11 runs, and of as many of 396 samples.
   Experiment experiment = full_batch();

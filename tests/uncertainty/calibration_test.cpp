@@ -68,7 +68,7 @@ const double kShareTolerance = 5.0 * std::sqrt(2.0 * 0.68 * 0.32 / kDraws);
 TEST(Calibration, OfNormalErrorsGivesTheNormalFactors) {
   std::normal_distribution<double> normal;
   codegen::ErrorHead head = head_of(1.0);
-  calibrate(head, samples_of([&](auto& random) { return normal(random); }, 1));
+  calibrate(head, {error_scores(head, samples_of([&](auto& random) { return normal(random); }, 1))});
   // A quantile's deviation is sqrt(p (1 - p) / N) / density: .0033 / .486 and .0015 / .117 of |normal|.
   EXPECT_NEAR(head.factor_68(0), 0.99446, 5.0 * 0.0068);
   EXPECT_NEAR(head.factor_95(0), kNormal95, 5.0 * 0.0132);
@@ -82,10 +82,19 @@ TEST(Calibration, MendsASigmaOfAnySizeAndErrorsOfAnyTail) {
     codegen::ErrorHead head = head_of(scale);
     EXPECT_GT(std::abs(share_within(head, fresh, head.factor_95(0)) - 0.95), kShareTolerance)
         << "the control: uncalibrated, this must be seen to be wrong";
-    calibrate(head, samples_of(draw, 2));
+    calibrate(head, {error_scores(head, samples_of(draw, 2))});
     EXPECT_NEAR(share_within(head, fresh, 1.0), 0.68, kShareTolerance);
     EXPECT_NEAR(share_within(head, fresh, head.factor_95(0) / head.factor_68(0)), 0.95, kShareTolerance);
   }
+}
+
+TEST(Calibration, IsOfTheHardLogsHoweverManyEasyOnesThereAre) {
+  const ErrorScores easy{MatrixXd::Constant(1, 900, 1.0), VectorXd::Ones(900)};
+  const ErrorScores hard{MatrixXd::Constant(1, 100, 5.0), VectorXd::Ones(100)};
+  codegen::ErrorHead head = head_of(1.0);
+  calibrate(head, {easy, easy, easy, hard});
+  EXPECT_EQ(head.factor_68(0), 1.0) << "on three of four";
+  EXPECT_EQ(head.factor_95(0), 5.0) << "pooled, 96 % of the errors would be within 1";
 }
 
 TEST(Calibration, SeesASigmaThatIsWrongByATenth) {

@@ -104,7 +104,7 @@ TEST(ErrorHead, OfALinearPlantReachesTheDeviationOfTheLyapunovEquation) {
   const Vector2d truth = true_deviation(m);
   const ErrorSamples samples = run_observer(m, 15.0, 1);
   codegen::ErrorHead head = fit_error_head(samples, samples);
-  calibrate(head, run_observer(m, 15.0, 2));
+  calibrate(head, {error_scores(head, run_observer(m, 15.0, 2))});
   const MatrixXd sigma = codegen::deviations(head, samples.hidden, samples.known);
   // 48,000 samples whose errors are correlated over the slow mode's 25 of them: 2,000 draws, of which a deviation is
   // known to 1 / sqrt(2 * 2000) = 1.6 %. The single sigma also moves with the features' noise, some times as much.
@@ -157,7 +157,7 @@ TEST(ErrorHead, IsFiniteForAStateThatIsExactAndForOneThatStandsStill) {
                        std::vector<bool>(100, true)};
   samples.errors.row(1).setConstant(0.5);
   codegen::ErrorHead head = fit_error_head(samples, samples);
-  calibrate(head, samples);
+  calibrate(head, {error_scores(head, samples)});
   EXPECT_TRUE(head.weights.allFinite() && head.bias.allFinite());
   const MatrixXd sigma = codegen::deviations(head, samples.hidden, samples.known);
   EXPECT_TRUE((sigma.array() > 0.0).all() && sigma.allFinite());

@@ -76,10 +76,10 @@ inline constexpr NameTable<ReadoutChoice, 2> kNames<ReadoutChoice>{
     {{ReadoutChoice::kSelected, "selected"}, {ReadoutChoice::kNetwork, "network"}}};
 
 /// Of running costs over time; the integral is larger by the horizon.
-enum class Reduction { kMean, kIntegral };
+enum class Reduction { kMean, kIntegral, kLogarithm };
 template <>
-inline constexpr NameTable<Reduction, 2> kNames<Reduction>{
-    {{Reduction::kMean, "mean"}, {Reduction::kIntegral, "integral"}}};
+inline constexpr NameTable<Reduction, 3> kNames<Reduction>{
+    {{Reduction::kMean, "mean"}, {Reduction::kIntegral, "integral"}, {Reduction::kLogarithm, "logarithm"}}};
 
 /// Where the plant's equations (5) are asked for: at the samples, or at points of a box.
 enum class EquationPoints { kData, kBox };

@@ -254,8 +254,11 @@ const std::vector<Key<LossConfig>>& keys() {
     std::vector<Key<L>> all;
     for (const LossTerm& term : loss_terms()) all.push_back(weight_key(term));
     // Models record their experiment with the keys in this order: reduction behind the first weight.
-    all.insert(all.begin() + 1, key("reduction", &L::reduction, names_of<Reduction>(),
-                                    "of running costs over time; the integral is larger by the horizon"));
+    all.insert(
+        all.begin() + 1,
+        key("reduction", &L::reduction, names_of<Reduction>(),
+            "of running costs: over time, the integral is larger by the horizon; or the mean logarithm of eight runs' "
+            "each, so that runs of little noise count as much as others"));
     all.insert(
         all.end(),
         {key("collocation", &L::collocation, names_of<EquationPoints>(), "where (5) is asked for"),

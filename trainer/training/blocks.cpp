@@ -2,6 +2,7 @@
 #include "trainer/training/blocks.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "trainer/losses/registry.h"
 
@@ -36,6 +37,9 @@ void Blocks::draw(const Experiment& experiment, const Rollout& rollout, long ste
   std::vector<SampleSet>& samples = all ? all_samples_ : samples_;
   if (!all || samples.empty()) samples = draw_samples(experiment, rollout, step, all, pool);
   add(BlockKind::kRunning, samples);
+  shares_.assign(samples.size(), 1.0);
+  group_weights_.clear();
+  for (const SampleSet& set : samples) group_weights_.push_back(set.total_weight);
   total_weight_ = 0.0;
   for (const SampleSet& set : samples) total_weight_ += set.total_weight;
   if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
@@ -57,6 +61,18 @@ void Blocks::draw(const Experiment& experiment, const Rollout& rollout, long ste
     ends_ = segment_ends(rollout);
     add(BlockKind::kTerminal, ends_);
   }
+}
+
+double Blocks::share_by_logarithm(const std::vector<double>& squares, double floor) {
+  const auto groups = static_cast<double>(squares.size());
+  double cost = 0.0;
+  for (std::size_t g = 0; g < squares.size(); ++g) {
+    if (group_weights_[g] <= 0.0) continue;
+    const double level = squares[g] / group_weights_[g] + floor;
+    shares_[g] = total_weight_ / (groups * group_weights_[g] * level);
+    cost += std::log(level) / groups;
+  }
+  return cost;
 }
 
 void Blocks::add(BlockKind kind, const std::vector<SampleSet>& sets) {

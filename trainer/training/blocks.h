@@ -31,9 +31,17 @@ class Blocks {
   /// Index of the first terminal one; they are the last.
   std::size_t first_terminal() const { return first_terminal_; }
 
-  double total_weight() const { return total_weight_; }      ///< of the running samples
-  double horizon_s() const { return horizon_s_; }            ///< mean length of the segments for the integral, else 1
-  double running_share() const { return running_share_; }    ///< of a sample with weight 1 in the running cost
+  /// The running cost becomes mean log(m + floor) over the groups, where m is a group's mean squared error: a run of
+  /// little noise then counts as much as one of much. Its gradient at a sample is 1 / (m + floor) of the mean's, so the
+  /// shares are set to that. Returns the cost.
+  ///   squares  of each group: the sum of weighted squared errors
+  double share_by_logarithm(const std::vector<double>& squares, double floor);
+
+  double total_weight() const { return total_weight_; }    ///< of the running samples
+  double horizon_s() const { return horizon_s_; }          ///< mean length of the segments for the integral, else 1
+  double running_share() const { return running_share_; }  ///< of a sample with weight 1 in the running cost
+  /// The same of a group, where groups count by the logarithm of their errors.
+  double running_share(int group) const { return running_share_ * shares_[static_cast<std::size_t>(group)]; }
   double terminal_share() const { return terminal_share_; }  ///< of a segment's end in the terminal cost
 
  private:
@@ -41,6 +49,7 @@ class Blocks {
 
   std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
   std::vector<Block> blocks_;
+  std::vector<double> shares_, group_weights_;  // of each group
   std::size_t first_terminal_ = 0;
   double total_weight_ = 0.0, horizon_s_ = 1.0, running_share_ = 0.0, terminal_share_ = 0.0;
 };

@@ -64,7 +64,6 @@ TrainingResult train_by_groups(const Experiment& experiment, const Dataset& trai
   if (folds.empty()) return train(experiment, training, validation, options);
   Experiment shorter = experiment;
   shorter.training.steps = std::max(1, experiment.training.steps / kShorter);
-  shorter.inverse_map.error = false;
   shorter.source_text = format_experiment(shorter);
   if (!options.resume && !options.directory.empty()) forget(options.directory);
   TrainOptions all = options;

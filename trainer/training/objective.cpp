@@ -14,6 +14,9 @@ namespace {
 /// gradient of its own, and these are added in order: the same bytes from any number of threads.
 constexpr int kChunks = 16;
 
+/// Of a state's deviation: an error below it gains nothing more by its logarithm.
+constexpr double kLogarithmFloor = 0.005;
+
 }  // namespace
 
 Objective::Objective(const Experiment& experiment, const ObserverStructure& structure, const TrainingData& data,
@@ -73,8 +76,8 @@ void Objective::estimate_losses(const Block& block, const float* network, Worksp
   for (std::size_t i = 0; running && i < estimate.states(); ++i) result.squares += estimate.squares(i);
   for_each_loss<EstimateLoss>(*loss_, [&](const EstimateLoss& term, double weight) {
     if (term.at == at)
-      term.add(estimate, weight * (running ? blocks_.running_share() : blocks_.terminal_share()), backward,
-               result.loss);
+      term.add(estimate, weight * (running ? blocks_.running_share(block.samples.group) : blocks_.terminal_share()),
+               backward, result.loss);
   });
   if (backward) estimate.backward(network, transposed_.data());
 }
@@ -145,11 +148,41 @@ void Objective::run_chunk(std::size_t begin, std::size_t end, const float* netwo
   for (std::size_t i = 0; i < inverse_size; ++i) result.gradient[i] += inverse_part[i];
 }
 
+/// Where the cost is of logarithms: weighs the groups by their errors at these parameters, which takes a pass of T* by
+/// itself. Returns what the weighted sum lacks of the cost.
+double Objective::share_by_logarithm(const float* network) {
+  if (loss_->reduction != Reduction::kLogarithm) return 0.0;
+  const std::vector<Block>& blocks = blocks_.all();
+  std::vector<double> of_block(blocks.size(), 0.0), of_group(rollout_.groups().size(), 0.0);
+  double floor = 0.0;
+  pool_->run(static_cast<int>(blocks.size()), [&](int b, int thread) {
+    const auto at = static_cast<std::size_t>(b);
+    if (blocks[at].kind != BlockKind::kRunning) return;
+    EstimateBlock& estimate = workspaces_[static_cast<std::size_t>(thread)].estimate;
+    estimate.evaluate(rollout_, blocks[at].samples, network);
+    for (std::size_t i = 0; i < estimate.states(); ++i) of_block[at] += estimate.squares(i);
+  });
+  const EstimateBlock& any = workspaces_.front().estimate;
+  for (std::size_t i = 0; i < any.states(); ++i) {
+    const double scale = structure_->state_scale[i];
+    floor += kLogarithmFloor * kLogarithmFloor * scale * scale * static_cast<double>(any.per_unit(i));
+  }
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    if (blocks[b].kind == BlockKind::kRunning)
+      of_group[static_cast<std::size_t>(blocks[b].samples.group)] += of_block[b];
+  const double cost = blocks_.share_by_logarithm(of_group, floor);
+  double weighted = 0.0;
+  for (std::size_t g = 0; g < of_group.size(); ++g)
+    weighted += blocks_.running_share(static_cast<int>(g)) * of_group[g];
+  return loss_->weight("state_error") * (cost - weighted);
+}
+
 ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
   const bool backward = gradient != nullptr;
   const float* network = parameters + structure_->dynamics_parameters();
   const std::vector<double> eigenvalues = structure_->eigenvalues_at(parameters);
   prepare_networks(network, eigenvalues, backward);
+  const double by_logarithm = share_by_logarithm(network);
   // The end of a segment may be a running sample too: two threads must not add to its cotangent at a time.
   used_chunks_ = 0;
   const std::size_t ends = blocks_.first_terminal();
@@ -163,6 +196,7 @@ ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
     used_chunks_ += kChunks;
   }
   ObjectiveValue value;
+  value.loss = by_logarithm;
   for (const ChunkResult& chunk : results()) {
     value.loss += chunk.loss;
     value.rmse += chunk.squares / blocks_.total_weight();

@@ -71,6 +71,7 @@ class Objective {
   /// Whether the losses drawn last train T.
   bool trains_maps() const { return structure_->forward_map && needs_forward_map(*loss_); }
   void prepare_networks(const float* network, const std::vector<double>& eigenvalues, bool backward);
+  double share_by_logarithm(const float* network);
   void run_chunk(std::size_t begin, std::size_t end, const float* network, Workspace& workspace, ChunkResult& result,
                  bool backward);
   ObjectiveValue accumulate(const float* parameters, float* gradient);

@@ -25,18 +25,24 @@ double shipped_rmse(const TrainingEnd& training, const Readout& readout) {
   return std::sqrt(squares);
 }
 
-/// Fitted on training runs as flown and on segments as drawn, of whatever length and noise; calibrated on whole
-/// validation runs.
+constexpr Eigen::Index kCalibrated = 200000;  // samples of a set
+
+/// Fitted on training runs as flown and on segments as drawn, of whatever length and noise; calibrated on groups of logs
+/// that other trainings have left out, and on whole validation runs unless these are the training's.
 codegen::ErrorHead error_head(const codegen::Model& model, const float* parameters, const Rollout& flight,
-                              Objective& objective, Objective& validator) {
-  constexpr Eigen::Index kFitted = 30000, kCalibrated = 200000;
+                              Objective& objective, Objective& validator, const TrainingEnd& training) {
+  constexpr Eigen::Index kFitted = 30000;
   constexpr int kDraws = 6;
   ErrorSamples samples = error_samples(model, flight, kFitted);
   for (int draw = 0; draw < kDraws; ++draw)
     samples.append(error_samples(model, objective.roll_out_draw(parameters, -2 - draw), kFitted / kDraws));
   const ErrorSamples validation = error_samples(model, validator.roll_out_runs(parameters), kCalibrated);
   codegen::ErrorHead head = fit_error_head(samples, validation);
-  calibrate(head, validation);
+  std::vector<ErrorScores> scores;
+  for (const LeftOutGroup& group : training.options.evidence) scores.push_back(group.scores);
+  const bool seen = training.experiment.log && training.experiment.log->validation_files.empty();
+  if (scores.empty() || !seen) scores.push_back(error_scores(head, validation));
+  calibrate(head, scores);
   return head;
 }
 
@@ -52,22 +58,39 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   const Rollout& rollout = objective.roll_out_flight(best);
   ShippedModel shipped{to_model(structure, best, experiment, dataset, rollout), {}, {}};
   codegen::Model& model = shipped.model;
-  for (const Dataset& group : options.left_out) {
-    const TrainingData data(group, failures, experiment.training.mirror);
-    Objective judge(experiment, structure, data, pool);
-    SetSquares squares = left_out_squares(model, rollout, judge.roll_out_runs(best));
-    if (!squares.empty()) shipped.left_out.push_back(std::move(squares));
-  }
+  const auto for_each_left_out = [&](const auto& judge_on) {
+    for (const Dataset& group : options.left_out) {
+      const TrainingData data(group, failures, experiment.training.mirror);
+      Objective judge(experiment, structure, data, pool);
+      judge_on(judge.roll_out_runs(best));
+    }
+  };
+  for_each_left_out([&](const Rollout& runs) {
+    SetSquares squares = left_out_squares(model, rollout, runs);
+    if (!squares.empty()) shipped.left_out.push_back({std::move(squares), {}});
+  });
   const bool selects = selects_readout(experiment);
-  if (selects)
+  if (selects) {
+    // What chooses here chooses for all logs, too: so a training without some of them ships what that one will.
+    std::vector<SetSquares> chooses;
+    for (const LeftOutGroup& group : options.evidence.empty() ? shipped.left_out : options.evidence)
+      chooses.push_back(group.squares);
     shipped.readout =
-        choose_readout(model, rollout, validator.roll_out_runs(best), experiment.inverse_map.error, options.evidence);
+        choose_readout(model, rollout, validator.roll_out_runs(best), experiment.inverse_map.error, chooses);
+  }
   shipped.validation_rmse = shipped_rmse(training, shipped.readout);
   note_provenance(experiment, dataset, data_hash, state, shipped.validation_rmse, model);
   if (selects && structure.module->has_inverse_map())
     model.provenance.insert(model.provenance.end() - 1,
                             {"readout", readout_fact(shipped.readout, options.evidence.size())});
-  if (experiment.inverse_map.error) model.error = error_head(model, best, rollout, objective, validator);
+  if (experiment.inverse_map.error) {
+    model.error = error_head(model, best, rollout, objective, validator, training);
+    auto next = shipped.left_out.begin();
+    for_each_left_out([&](const Rollout& runs) {
+      const ErrorSamples samples = error_samples(model, runs, kCalibrated);
+      if (samples.size() > 0) (next++)->scores = error_scores(*model.error, samples);
+    });
+  }
   return shipped;
 }
 

@@ -27,9 +27,9 @@ struct TrainingEnd {
 
 struct ShippedModel {
   codegen::Model model;
-  Readout readout;                   ///< empty unless selects_readout()
-  std::vector<SetSquares> left_out;  ///< see TrainingResult
-  double validation_rmse = 0.0;      ///< of the model as it ships, on validation data, in the units of the loss
+  Readout readout;                     ///< empty unless selects_readout()
+  std::vector<LeftOutGroup> left_out;  ///< see TrainingResult
+  double validation_rmse = 0.0;        ///< of the model as it ships, on validation data, in the units of the loss
 };
 
 bool selects_readout(const Experiment& experiment);

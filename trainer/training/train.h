@@ -14,6 +14,7 @@
 #include "trainer/data/dataset.h"
 #include "trainer/training/checkpoint.h"
 #include "trainer/training/readout.h"
+#include "trainer/uncertainty/calibration.h"
 
 namespace nlo::trainer {
 
@@ -24,6 +25,12 @@ struct TrainProgress {
   double steps_per_s = 0.0, elapsed_s = 0.0, left_s = 0.0;
 };
 
+/// How a training without a group of logs estimates the states of that group.
+struct LeftOutGroup {
+  SetSquares squares;  ///< of T* as trained
+  ErrorScores scores;  ///< of what ships, where it has an error head
+};
+
 struct TrainOptions {
   std::string directory;  ///< for checkpoint.bin and metrics.csv; empty: nothing is written
   bool resume = false;    ///< go on from the directory's checkpoint
@@ -31,8 +38,8 @@ struct TrainOptions {
   const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
   /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
   std::vector<Dataset> left_out = {};
-  /// What such trainings have told: it chooses what ships (choose_readout()).
-  std::vector<SetSquares> evidence = {};
+  /// What such trainings have told: it chooses what ships (choose_readout()), and sets the size of its error head.
+  std::vector<LeftOutGroup> evidence = {};
 };
 
 enum class TrainOutcome {
@@ -45,10 +52,10 @@ enum class TrainOutcome {
 
 struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
-  codegen::Model model;              ///< of the lowest validation error so far
-  Readout readout;                   ///< what its states read, and what else they might
-  std::size_t groups = 0;            ///< that were left out of other trainings and chose `readout`; 0: its own data did
-  std::vector<SetSquares> left_out;  ///< of TrainOptions::left_out, without those that have no truth; T* as trained
+  codegen::Model model;    ///< of the lowest validation error so far
+  Readout readout;         ///< what its states read, and what else they might
+  std::size_t groups = 0;  ///< that were left out of other trainings and chose `readout`; 0: its own data did
+  std::vector<LeftOutGroup> left_out;  ///< of TrainOptions::left_out, without those that have no truth
   std::vector<MetricsRow> metrics;
   long steps_done = 0;
   double elapsed_s = 0.0;

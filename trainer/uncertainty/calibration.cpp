@@ -22,14 +22,22 @@ double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& w
   return values(order.back());
 }
 
-void calibrate(codegen::ErrorHead& head, const ErrorSamples& samples) {
-  constexpr double kLeast = 1e-3, kMost = 1e3;  // what a model file may have
-  head.factor_68.setOnes();
+ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& samples) {
   const Eigen::MatrixXd sigma = codegen::deviations(head, samples.hidden, samples.known);
-  for (Eigen::Index i = 0; i < sigma.rows(); ++i) {
-    const Eigen::VectorXd scores = samples.errors.row(i).cwiseAbs().cwiseQuotient(sigma.row(i));
+  return {samples.errors.cwiseAbs().cwiseQuotient(sigma), samples.weights};
+}
+
+void calibrate(codegen::ErrorHead& head, const std::vector<ErrorScores>& sets) {
+  constexpr double kLeast = 1e-3, kMost = 1e3;  // what a model file may have
+  const auto count = static_cast<Eigen::Index>(sets.size());
+  for (Eigen::Index i = 0; i < head.factor_68.size(); ++i) {
     const auto factor = [&](double p) {
-      return std::clamp(weighted_quantile(scores, samples.weights, p), kLeast, kMost);
+      Eigen::VectorXd of_set(count);
+      for (Eigen::Index s = 0; s < count; ++s) {
+        const ErrorScores& set = sets[static_cast<std::size_t>(s)];
+        of_set(s) = weighted_quantile(set.ratios.row(i), set.weights, p);
+      }
+      return std::clamp(weighted_quantile(of_set, Eigen::VectorXd::Ones(count), p), kLeast, kMost);
     };
     head.factor_68(i) = factor(0.68);
     head.factor_95(i) = factor(0.95);

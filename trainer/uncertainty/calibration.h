@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "codegen/model/error_head.h"
 #include "trainer/uncertainty/error_samples.h"
@@ -17,7 +18,16 @@ inline constexpr double kNormal95 = 1.959963984540054;  ///< 95 % of a normal di
 /// The smallest of `values` that at least the share `p` of the weight does not exceed; 0 < p <= 1. N >= 1 each.
 double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& weights, double p);
 
-/// Sets factor_68 and factor_95 of each state.
-void calibrate(codegen::ErrorHead& head, const ErrorSamples& samples);
+/// |error| / sigma by the head of the model that made the errors.
+struct ErrorScores {
+  Eigen::MatrixXd ratios;   ///< n_x x N
+  Eigen::VectorXd weights;  ///< N, > 0
+};
+
+ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& samples);
+
+/// Sets factor_68 and factor_95 of each state: 68 % of the errors are within the first on 68 % of the sets, 95 % within
+/// the second on 95 % of them. Pooled, many easy logs would speak for a hard one. At least one set, none of them empty.
+void calibrate(codegen::ErrorHead& head, const std::vector<ErrorScores>& sets);
 
 }  // namespace nlo::trainer
