@@ -15,6 +15,7 @@
 namespace nlo {
 namespace {
 
+using testing::carried_model;
 using testing::driven_model;
 using testing::gated_model;
 using testing::general_model;
@@ -25,15 +26,22 @@ using testing::window_model;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+/// All entries one value.
+template <class Vector, class Scalar>
+Vector filled(Scalar value) {
+  Vector all{};
+  for (auto& entry : all) entry = value;
+  return all;
+}
+
 /// A step of any observer, with inputs where it takes them.
 template <class Observer, class Scalar, class... Dt>
 StepStatus step(Observer& observer, Scalar y, Scalar u, Dt... dt_s) {
+  const auto output = filled<typename Observer::Output>(y);
   if constexpr (Observer::kDriven) {
-    typename Observer::Input input{};
-    for (auto& entry : input) entry = u;
-    return observer.step({{y}}, input, dt_s...);
+    return observer.step(output, filled<typename Observer::Input>(u), dt_s...);
   } else {
-    return observer.step(y, dt_s...);
+    return observer.step(output, dt_s...);
   }
 }
 
@@ -45,6 +53,7 @@ struct Structures {
   DrivenKklObserver<testing::DrivenTestModel<Scalar>> driven;
   GatedObserver<testing::GatedTestModel<Scalar>> gated;
   WindowObserver<testing::WindowTestModel<Scalar>> window;
+  CarriedObserver<testing::CarriedTestModel<Scalar>> carried;
 
   template <class Check>
   static void each(const Check& check) {
@@ -54,14 +63,17 @@ struct Structures {
     static const auto driven = driven_model<Scalar>(Hold::kFirstOrder, Hold::kFirstOrder);
     static const auto gated = gated_model<Scalar>();
     static const auto window = window_model<Scalar>();
+    static const auto carried = carried_model<Scalar>();
     Structures s{KklObserver(kkl),          LuenbergerObserver(luenberger), GeneralObserver(general),
-                 DrivenKklObserver(driven), GatedObserver(gated),           WindowObserver(window)};
+                 DrivenKklObserver(driven), GatedObserver(gated),           WindowObserver(window),
+                 CarriedObserver(carried)};
     check(s.kkl);
     check(s.luenberger);
     check(s.general);
     check(s.driven);
     check(s.gated);
     check(s.window);
+    check(s.carried);
   }
 };
 
@@ -229,12 +241,18 @@ TEST(EveryStructure, SeesABitFlippedBeyondAllNumbersAndBeginsAnew) {
 
 TEST(EveryStructure, StartsFromAGivenLatentState) {
   Structures<float>::each([](auto& observer) {
+    using Observer = std::remove_reference_t<decltype(observer)>;
+    const auto reset_to = [&](const typename Observer::Latent& z0) {
+      const auto y0 = filled<typename Observer::Output>(2.0F);
+      if constexpr (Observer::kReadsInputs) return observer.reset(z0, y0, filled<typename Observer::Input>(0.3F));
+      if constexpr (!Observer::kReadsInputs) return observer.reset(z0, y0);
+    };
     auto z0 = observer.latent();
     z0[0] = 1.25F;
-    ASSERT_TRUE(observer.reset(z0, {{2.0F}}));
+    ASSERT_TRUE(reset_to(z0));
     ASSERT_EQ(observer.latent()[0], 1.25F);
     z0[0] = kInfinity;
-    ASSERT_FALSE(observer.reset(z0, {{2.0F}}));
+    ASSERT_FALSE(reset_to(z0));
     ASSERT_EQ(observer.latent()[0], 1.25F);
   });
 }

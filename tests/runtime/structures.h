@@ -3,6 +3,7 @@
 // with the same linear error dynamics, a driven KKL one. Networks may be silenced to leave what is linear.
 #pragma once
 
+#include <nlo/carried_observer.h>
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/gated_observer.h>
 #include <nlo/general_observer.h>
@@ -160,6 +161,23 @@ constexpr WindowTestModel<Scalar> window_model() {
   set_sampling(model);
   model.hold = Hold::kFirstOrder;
   model.inverse_map.mlp = mixed_mlp<Scalar, 4, 2>(1.0, 5);
+  return model;
+}
+
+/// One vector measured, one estimated; a pair and a real mode for each component.
+template <class Scalar, bool kReadsOutput = true, bool kUnitLength = true>
+using CarriedTestModel = CarriedModel<Scalar, 3, 3, 3, 1, kReadsOutput, kUnitLength>;
+
+template <class Scalar, bool kReadsOutput = true, bool kUnitLength = true>
+constexpr CarriedTestModel<Scalar, kReadsOutput, kUnitLength> carried_model(Hold hold = Hold::kFirstOrder) {
+  CarriedTestModel<Scalar, kReadsOutput, kUnitLength> model{};
+  set_sampling(model);
+  for (int j = 0; j < 6; ++j) {
+    model.outputs.min[j] = Scalar(-10);
+    model.outputs.max[j] = Scalar(10);
+  }
+  model.latent = pair_model<Scalar>(hold, true).latent;
+  for (int f = 0; f < model.kFeatures; ++f) model.weights[0][f] = Scalar(0.7 - 0.4 * f);
   return model;
 }
 

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// The carried observer: a KKL observer (16) of vectors that a known rotation carries. A rigid body turns with the rate w
+// (a gyroscope, three inputs); a vector that stands still in the world moves in the body's axes by x' = -w x x. So do
+// the latent states, three rows for each mode of D:
+//   z' = D z + F y - w x z,   x_hat = sum_k c_k z_k   (of unit length where the model says so)
+// In axes that do not turn this is the linear system z' = D z + F y, so D has the eigenvalues of the errors, whatever w
+// is. Turning the sensor's axes turns z and x_hat with them, to rounding: nothing of that need be learned.
+//
+//   observer.step({{ax, ay, az}}, {{wx, wy, wz}});   // w in rad/s, of the axes that y is measured in
+//
+// A step turns z and the last y by the exact rotation (rotation.h), then steps D and F exactly (latent.h), y on a ramp
+// between the last one, turned, and the next.
+#pragma once
+
+#include <cstdint>
+
+#include "nlo/explicit_rk.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kkl_observer.h"
+#include "nlo/latent.h"
+#include "nlo/measurement.h"
+#include "nlo/observer_state.h"
+#include "nlo/rotation.h"
+#include "nlo/sampled_observer.h"
+
+namespace nlo {
+
+/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+/// Outputs and states are vectors one behind the other. The rows of z are component by component of them:
+/// kModes rows of the first component of the first vector, then of its second one.
+template <class Scalar_, int kNx_, int kNy_, int kModes_, int kPairs_, bool kReadsOutput_, bool kUnitLength_,
+          Hold kInputHold_ = Hold::kZeroOrder>
+struct CarriedModel {
+  using Scalar = Scalar_;
+  static constexpr int kNx = kNx_;
+  static constexpr int kNy = kNy_;
+  static constexpr int kModes = kModes_;  ///< rows of D for one component
+  static constexpr int kPairs = kPairs_;  ///< of them complex
+  static constexpr int kNz = kNy * kModes;
+  static constexpr int kNu = 3;  ///< w
+  static constexpr int kNf = 0;
+  static constexpr int kNr = kNy + kNu;
+  static constexpr Hold kInputHold = kInputHold_;
+  static constexpr bool kReadsOutput = kReadsOutput_;  ///< x_hat is made of z and of the latest y
+  static constexpr bool kUnitLength = kUnitLength_;
+  static constexpr int kLongestGap = kMostPieces;
+  static constexpr bool kHasSteadyState = false;  ///< it moves with w
+  static constexpr bool kMayDiverge = false;
+  static constexpr int kFeatures = kNy / 3 * (kModes + (kReadsOutput ? 1 : 0));  ///< vectors that x_hat is made of
+  static_assert(kNx > 0 && kNy > 0 && kNx % 3 == 0 && kNy % 3 == 0, "states and outputs are vectors of three");
+  static_assert(kModes > 0 && kPairs >= 0 && 2 * kPairs <= kModes);
+
+  Scalar sample_period_s;
+  std::uint16_t stale_after;              ///< this many held measurements in a row make the status kStale
+  LatentModel<Scalar, kModes, 1> latent;  ///< of one component
+  ReadingRange<Scalar, kNr> outputs;      ///< and of w, behind them
+  Domain<Scalar, kNz> domain;
+  Scalar weights[kNx / 3][kFeatures];  ///< c: for each output vector its modes; then for each, where it is read, 1
+
+  constexpr const Scalar (&initial_latent() const)[kNz] { return kZero; }
+
+  /// z of the first measurement: as if it had stood for ever, where the model starts steady.
+  template <Arithmetic = Arithmetic::kFast>
+  constexpr void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
+    for (int r = 0; latent.starts_steady && r < kNz; ++r) z[r] = latent.steady_gain[r % kModes][0] * y[r / kModes];
+  }
+
+  /// z over dt_s (0: one sample period).
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
+    if (dt_s == Scalar(0)) return advance_by<kArithmetic, kUsualDoublings>(latent.step, sample_period_s, z, y, y_next);
+    advance_by<kArithmetic, kMostDoublings>(
+        discretise<kPairs>(latent.exact_hold(), latent.eigenvalues, latent.output_injection, dt_s), dt_s, z, y, y_next);
+  }
+
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  constexpr void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx]) const {
+    for (int s = 0; s < kNx; s += 3) {
+      Scalar sum[3]{};
+      for (int f = 0; f < kFeatures; ++f) {
+        const int row = f < kNy / 3 * kModes ? f / kModes * 3 * kModes + f % kModes : 0;
+        for (int c = 0; c < 3; ++c) {
+          const Scalar value = f < kNy / 3 * kModes ? z[row + c * kModes] : y[3 * f - kNz + c];
+          sum[c] = multiply_add<kArithmetic>(weights[s / 3][f], value, sum[c]);
+        }
+      }
+      if constexpr (kUnitLength) make_unit<kArithmetic>(sum);
+      for (int c = 0; c < 3; ++c) x_hat[s + c] = sum[c];
+    }
+  }
+
+ private:
+  static constexpr Scalar kZero[kNz]{};
+  // Export refuses a w that turns by more than 4 in a sample period: with the coning of its ranges, theta is below 8 in
+  // one, and below 2^13 in the longest gap.
+  static constexpr int kUsualDoublings = 3, kMostDoublings = 13;
+
+  template <Arithmetic kArithmetic, int kDoublings>
+  constexpr void advance_by(const LatentStep<Scalar, kModes, 1>& step, Scalar h, Scalar (&z)[kNz],
+                            const Scalar (&y)[kNr], const Scalar (&y_next)[kNr]) const {
+    Scalar w[3]{}, w_next[3]{}, theta[3]{};
+    for (int c = 0; c < 3; ++c) {
+      w[c] = y[kNy + c];
+      w_next[c] = y_next[kNy + c];
+    }
+    rotation_vector(w, w_next, h, theta);
+    const Rotation<Scalar> rotation = Rotation<Scalar>::template of<kDoublings>(theta);
+    for (int j = 0; j < kNy; j += 3) {
+      Scalar turned[3][kModes]{};
+      for (int m = 0; m < kModes; ++m) {
+        Scalar vector[3] = {z[j * kModes + m], z[(j + 1) * kModes + m], z[(j + 2) * kModes + m]};
+        rotation.template turn<kArithmetic>(vector);
+        for (int c = 0; c < 3; ++c) turned[c][m] = vector[c];
+      }
+      Scalar last[3] = {y[j], y[j + 1], y[j + 2]};
+      rotation.template turn<kArithmetic>(last);
+      for (int c = 0; c < 3; ++c) {
+        const Scalar from[1] = {last[c]}, to[1] = {y_next[j + c]};
+        nlo::advance<kPairs, kArithmetic>(step, turned[c], from, to);
+        for (int m = 0; m < kModes; ++m) z[(j + c) * kModes + m] = turned[c][m];
+      }
+    }
+  }
+};
+
+/// The observer of a CarriedModel. Deterministic arithmetic is one more word, as for KklObserver.
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class CarriedObserver : public SampledObserver<Model, kArithmetic> {
+ public:
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
+};
+template <class Model>
+CarriedObserver(const Model&) -> CarriedObserver<Model>;
+
+}  // namespace nlo
