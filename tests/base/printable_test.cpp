@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "trainer/base/nearest_name.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -43,6 +45,26 @@ TEST(Printable, NoTwoBytesLeaveAControlCharacterOrChangeTheirLengthUnseen) {
 TEST(Printable, ASequenceThatEndsEarlyIsShownByteByByte) {
   EXPECT_EQ(printable("\xe8\xa7"), "\\xe8\\xa7");
   EXPECT_EQ(printable("\xe8(x"), "\\xe8(x");
+}
+
+TEST(NearestName, CountsEdits) {
+  EXPECT_EQ(edit_distance("", ""), 0u);
+  EXPECT_EQ(edit_distance("", "abc"), 3u);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
+  EXPECT_EQ(edit_distance("sitting", "kitten"), 3u);
+}
+
+TEST(NearestName, FindsATypo) {
+  EXPECT_EQ(nearest_name("eigen_values", {"pairs", "eigenvalues", "hold"}), "eigenvalues");
+}
+
+TEST(NearestName, TakesTheFirstOfEquals) {
+  EXPECT_EQ(nearest_name("ab1", {"ab2", "ab3"}), "ab2");
+}
+
+TEST(NearestName, DoesNotGuessWildly) {
+  EXPECT_EQ(nearest_name("voltage", {"theta", "time"}), "");
+  EXPECT_EQ(nearest_name("x", {}), "");
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "codegen/targets/replay.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -22,12 +23,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 std::string error_of(const Model& model, const ExportOptions& options = {}) {
-  try {
-    c99(PreparedExport(model, options));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { c99(PreparedExport(model, options)); });
 }
 
 TEST(C99, IsTheCommittedOne) {

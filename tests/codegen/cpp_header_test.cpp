@@ -23,6 +23,7 @@
 #include "codegen/text/generated_text.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -31,12 +32,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 std::string error_of(const Model& model, const ExportOptions& options = {}) {
-  try {
-    cpp_header(PreparedExport(model, options));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { cpp_header(PreparedExport(model, options)); });
 }
 
 /// All files of an export, one behind the other.

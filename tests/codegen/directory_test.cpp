@@ -15,6 +15,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "codegen/base/temporary.h"
+#include "tests/support/scratch_directory.h"
 
 namespace nlo::codegen {
 namespace {
@@ -24,11 +25,7 @@ using testing::HasSubstr;
 
 class Directory : public testing::Test {
  protected:
-  Directory() : base_(fs::temp_directory_path() / ("nlo_directory_test_" + std::to_string(::getpid()))) {
-    fs::create_directory(base_);
-  }
-  ~Directory() override { fs::remove_all(base_); }
-  std::string path(const std::string& name) const { return (base_ / name).string(); }
+  std::string path(const std::string& name) const { return base_.path(name); }
 
   /// What check and write have to say, the same of both.
   std::string refusal(const std::string& name) const {
@@ -55,9 +52,11 @@ class Directory : public testing::Test {
   }
 
   /// Nothing temporary is left beside what was written.
-  std::ptrdiff_t beside() const { return std::distance(fs::directory_iterator(base_), fs::directory_iterator()); }
+  std::ptrdiff_t beside() const {
+    return std::distance(fs::directory_iterator(base_.path()), fs::directory_iterator());
+  }
 
-  fs::path base_;
+  ScratchDirectory base_;
 };
 
 TEST_F(Directory, HasItsFilesInTheirFolders) {

@@ -9,8 +9,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "codegen/base/error.h"
 #include "codegen/base/temporary.h"
+#include "tests/support/scratch_directory.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -20,22 +21,12 @@ using testing::HasSubstr;
 
 class File : public testing::Test {
  protected:
-  File() : folder_(fs::temp_directory_path() / ("nlo_file_test_" + std::to_string(::getpid()))) {
-    fs::create_directory(folder_);
-  }
-  ~File() override { fs::remove_all(folder_); }
-  std::string path(const char* name) const { return (folder_ / name).string(); }
-  std::ptrdiff_t files() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
-  static std::string message_of(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+  std::string path(const char* name) const { return folder_.path(name); }
+  std::ptrdiff_t files() const {
+    return std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator());
   }
 
-  fs::path folder_;
+  ScratchDirectory folder_;
 };
 
 TEST_F(File, ReadsWhatWasWritten) {
@@ -77,9 +68,9 @@ TEST_F(File, WritesThroughALinkToAFileThatIsNotThereYet) {
   EXPECT_EQ(read_file(path("d/later")), "two");
 
   fs::create_symlink("no/such/folder", path("broken"));
-  EXPECT_THAT(message_of([&] { write_file_atomically(path("broken"), "x"); }), HasSubstr("No such file"));
+  EXPECT_THAT(thrown_message([&] { write_file_atomically(path("broken"), "x"); }), HasSubstr("No such file"));
   fs::create_symlink("round", path("round"));
-  EXPECT_THAT(message_of([&] { write_file_atomically(path("round"), "x"); }), HasSubstr("symbolic links"));
+  EXPECT_THAT(thrown_message([&] { write_file_atomically(path("round"), "x"); }), HasSubstr("symbolic links"));
   EXPECT_EQ(files(), 4);
 }
 
@@ -102,11 +93,11 @@ TEST_F(File, IsRewrittenOnlyAsLongAsItIsWhatWasRead) {
   rewrite_file_atomically(path("x"), "read", "rewritten");
   EXPECT_EQ(read_file(path("x")), "rewritten");
   write_file_atomically(path("x"), "somebody else's");
-  EXPECT_THAT(message_of([&] { rewrite_file_atomically(path("x"), "rewritten", "lost"); }),
+  EXPECT_THAT(thrown_message([&] { rewrite_file_atomically(path("x"), "rewritten", "lost"); }),
               HasSubstr("has changed since"));
   EXPECT_EQ(read_file(path("x")), "somebody else's");
   fs::remove(path("x"));
-  EXPECT_THAT(message_of([&] { rewrite_file_atomically(path("x"), "rewritten", "lost"); }),
+  EXPECT_THAT(thrown_message([&] { rewrite_file_atomically(path("x"), "rewritten", "lost"); }),
               HasSubstr("x: cannot open"));
   EXPECT_FALSE(fs::exists(path("x")));
 }
@@ -121,20 +112,20 @@ TEST_F(File, SeveralAreReplacedTogetherOrNotAtAll) {
   EXPECT_EQ(read_file(path("x")) + read_file(path("y")), "12");
   write_files_atomically({{path("x"), "3"}, {path("y"), "4"}});
   EXPECT_EQ(read_file(path("x")) + read_file(path("y")), "34");
-  for (const std::string& bad : {path("no/y"), folder_.string(), std::string("/dev/null")}) {
-    EXPECT_NE(message_of([&] { write_files_atomically({{path("x"), "5"}, {bad, "6"}}); }), "no error");
+  for (const std::string& bad : {path("no/y"), folder_.path(), std::string("/dev/null")}) {
+    EXPECT_NE(thrown_message([&] { write_files_atomically({{path("x"), "5"}, {bad, "6"}}); }), "no error");
     EXPECT_EQ(read_file(path("x")), "3") << bad;
   }
   EXPECT_EQ(files(), 2);
 }
 
 TEST_F(File, ErrorsNameThePathAndTheReason) {
-  EXPECT_THAT(message_of([&] { read_file(path("none")); }),
+  EXPECT_THAT(thrown_message([&] { read_file(path("none")); }),
               testing::AllOf(HasSubstr(path("none")), HasSubstr("No such file")));
-  EXPECT_THAT(message_of([&] { read_file(folder_.string()); }), HasSubstr("Is a directory"));
-  EXPECT_THAT(message_of([&] { write_file_atomically(folder_.string(), "x"); }), HasSubstr("Is a directory"));
-  EXPECT_THAT(message_of([&] { write_file_atomically(path("no/x"), "x"); }), HasSubstr("No such file"));
-  EXPECT_THAT(message_of([&] { read_file("/dev/zero", 1000); }), HasSubstr("larger than the 1000 bytes"));
+  EXPECT_THAT(thrown_message([&] { read_file(folder_.path()); }), HasSubstr("Is a directory"));
+  EXPECT_THAT(thrown_message([&] { write_file_atomically(folder_.path(), "x"); }), HasSubstr("Is a directory"));
+  EXPECT_THAT(thrown_message([&] { write_file_atomically(path("no/x"), "x"); }), HasSubstr("No such file"));
+  EXPECT_THAT(thrown_message([&] { read_file("/dev/zero", 1000); }), HasSubstr("larger than the 1000 bytes"));
   EXPECT_EQ(files(), 0);
 }
 

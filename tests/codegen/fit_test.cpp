@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "codegen/base/error.h"
 #include "tests/codegen/example_models.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -18,16 +18,6 @@ ExportOptions in(ScalarType scalar) {
   ExportOptions options;
   options.scalar = scalar;
   return options;
-}
-
-template <class Call>
-std::string error_of(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(Budget, ReadsAnySubset) {
@@ -44,7 +34,7 @@ TEST(Budget, ReadsAnySubset) {
 TEST(Budget, BadOnesAreRefused) {
   for (const char* text : {"", "flash", "flash=", "=1", "flash=x", "flash=0", "ram=-1", "ram=nan", "flash=32KB",
                            "flash=1,", "flash=1,flash=2", "mac=1e300", "core=m3", "size=1"})
-    EXPECT_THAT(error_of([&] { budget(text); }), HasSubstr("--fit")) << text;
+    EXPECT_THAT(thrown_message([&] { budget(text); }), HasSubstr("--fit")) << text;
 }
 
 TEST(Needs, WhatTheModelDecidesIsExact) {
@@ -70,8 +60,8 @@ TEST(Needs, LargerNetworksNeedMoreOfEverything) {
 }
 
 TEST(Needs, WhatTheTableDoesNotKnowIsRefused) {
-  EXPECT_THAT(error_of([] { needs(PreparedExport(driven_model(), {})); }), HasSubstr("this model is driven_kkl"));
-  EXPECT_THAT(error_of([] { needs(PreparedExport(tiny_model(), in(ScalarType::kDouble))); }),
+  EXPECT_THAT(thrown_message([] { needs(PreparedExport(driven_model(), {})); }), HasSubstr("this model is driven_kkl"));
+  EXPECT_THAT(thrown_message([] { needs(PreparedExport(tiny_model(), in(ScalarType::kDouble))); }),
               HasSubstr("emulate double"));
 }
 

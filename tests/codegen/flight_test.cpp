@@ -9,12 +9,12 @@
 #include <limits>
 #include <string>
 
-#include "codegen/base/error.h"
 #include "codegen/base/vlq.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/model_file/validate.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/flown.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -96,12 +96,7 @@ std::string refusal(const std::string& find, const std::string& replace, const M
   const auto at = json.find(find, json.find("\"flight\""));
   EXPECT_NE(at, std::string::npos) << find;
   if (at != std::string::npos) json.replace(at, find.size(), replace);
-  try {
-    parse_model(json, "m.json");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { parse_model(json, "m.json"); });
 }
 
 TEST(FlightInModelFile, WhatIsBrokenNamesItsField) {
@@ -126,12 +121,7 @@ TEST(FlightInModelFile, HasALimitOfSamplesAndOfTheirSize) {
   const auto message = [](const auto& spoil) -> std::string {
     Model m = flown(tiny_model(), 1, 20);
     spoil(m.flight);
-    try {
-      parse_model(to_json(m), "m.json");
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+    return thrown_message([&] { parse_model(to_json(m), "m.json"); });
   };
   EXPECT_THAT(message([](Flight& f) { f.runs[0].outputs = Eigen::MatrixXi::Zero(1, kMostFlightSamples + 1); }),
               HasSubstr("flight.runs: have more than 1048576 samples in all; leave some out"));

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "tests/codegen/example_models.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -27,12 +27,7 @@ std::ostream& operator<<(std::ostream& out, const Row& row) {
 }
 
 std::string message_of(const std::string& json) {
-  try {
-    parse_model(json, "m.json");
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { parse_model(json, "m.json"); });
 }
 
 std::string edited(std::string json, const std::string& find, const std::string& replace) {

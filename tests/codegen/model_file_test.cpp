@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -16,6 +15,8 @@
 #include "codegen/base/file.h"
 #include "codegen/model_file/validate.h"
 #include "tests/codegen/example_models.h"
+#include "tests/support/scratch_directory.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -97,19 +98,15 @@ TEST(ModelFile, TextsWithQuotesAndLinesSurvive) {
 }
 
 TEST(ModelFile, IsWrittenOnlyWhenItCanBeReadAgain) {
-  const auto path = std::filesystem::temp_directory_path() / ("nlo_model_" + std::to_string(::getpid()) + ".json");
+  const ScratchDirectory scratch;
+  const std::string path = scratch.path("model.json");
   Model m = tiny_model();
-  write_model(m, path.string());
-  EXPECT_EQ(to_json(read_model(path.string())), to_json(m));
+  write_model(m, path);
+  EXPECT_EQ(to_json(read_model(path)), to_json(m));
   inverse_map(m)->layers[1].weights(0, 2) = std::numeric_limits<double>::quiet_NaN();
-  try {
-    write_model(m, path.string());
-    ADD_FAILURE() << "a NaN was written";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("layers[1].weights[0][2] is not finite"));
-  }
-  EXPECT_EQ(to_json(read_model(path.string())), to_json(tiny_model()));
-  std::filesystem::remove(path);
+  EXPECT_THAT(thrown_message([&] { write_model(m, path); }),
+              testing::HasSubstr("layers[1].weights[0][2] is not finite"));
+  EXPECT_EQ(to_json(read_model(path)), to_json(tiny_model()));
 }
 
 }  // namespace

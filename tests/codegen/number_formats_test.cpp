@@ -26,6 +26,7 @@
 #include "codegen/targets/replay.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/golden.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -101,12 +102,7 @@ TEST(HalfWeights, LeaveBiasesAndLinearPathsAsTheyAre) {
 
 std::string refusal_of(const Model& model, const ExportOptions& options,
                        std::string (*text)(const PreparedExport&) = cpp_header) {
-  try {
-    text(PreparedExport(model, options));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { text(PreparedExport(model, options)); });
 }
 
 TEST(HalfWeights, BeyondTheirRangeNameTheLayerAndTheMend) {

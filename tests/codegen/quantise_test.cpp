@@ -13,6 +13,7 @@
 #include "codegen/model/activations.h"
 #include "codegen/reference/network.h"
 #include "tests/codegen/example_models.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -142,12 +143,7 @@ TEST(Quantise, CannotOverflowAndStaysWithinItsBound) {
 }
 
 std::string error_of(const Model& m) {
-  try {
-    expect_no_overflow(quantise(m, fold(m)));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { expect_no_overflow(quantise(m, fold(m))); });
 }
 
 TEST(Quantise, SaysWhatItSupports) {

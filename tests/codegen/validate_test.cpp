@@ -10,11 +10,11 @@
 #include <ostream>
 #include <string>
 
-#include "codegen/base/error.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/structures/kkl_family.h"
 #include "tests/codegen/example_models.h"
 #include "tests/codegen/flown.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -22,12 +22,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::string message_of(const Model& model) {
-  try {
-    validate(model);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { validate(model); });
 }
 
 struct Row {

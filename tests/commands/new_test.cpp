@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 // nlo new: what it writes can be read, and says what it guessed.
+// Experiments that leave out what a recipe derives, as a user would give them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <regex>
 #include <sstream>
@@ -52,7 +54,7 @@ TEST(NewPlant, IsAnExperimentThatTrainsAsItIs) {
   EXPECT_THAT(text, AllOf(HasSubstr("name = \"swing\""), HasSubstr("# inputs = "), HasSubstr("# [feedback]")));
   const Experiment e = parse_draft(text, "swing.toml").experiment;
   EXPECT_EQ(e.plant->states.size(), 2U);
-  // With eigenvalues given nothing is left to derive, which takes its time; draft_test.cpp trains what leaves them out.
+  // With eigenvalues given nothing is left to derive, which takes its time; the tests of drafts below do that.
   const ProgramResult train =
       scratch.run({"train", "swing.toml", "--set", "observer.eigenvalues=[-3, -6, -9]", "--set", "training.steps=300",
                    "--set", "simulation.trajectories=20", "--set", "inverse_map.hidden=[8]", "-o", "run"});
@@ -173,6 +175,59 @@ TEST(NewFile, IsNeverWrittenOverAnotherUnlessForced) {
   EXPECT_EQ(scratch.run({"new", "log", "nowhere.csv"}).exit_code, 2);
   EXPECT_THAT(scratch.run({"new", "plant", "--states", "x", "-o", "p.toml"}).err, HasSubstr("takes no logs"));
   EXPECT_FALSE(scratch.has("log.toml"));
+}
+
+std::string draft() {
+  return with(kTinyExperiment, "eigenvalues = [-1.0, -2.0, -3.0]\n", "");
+}
+
+TEST(DraftProgram, TrainsToTheBytesOfWhatItDerived) {
+  const Scratch scratch;
+  scratch.write("draft.toml", draft());
+  const auto train = scratch.run({"train", "draft.toml", "-o", "a"});
+  ASSERT_EQ(train.exit_code, 0) << train.err;
+  EXPECT_THAT(train.err, HasSubstr("derived  eigenvalues"));
+  EXPECT_THAT(scratch.read("a/derived.toml"), AllOf(HasSubstr("hidden = [8]"), HasSubstr("steps = 20")));
+  const auto again = scratch.run({"train", "a/derived.toml", "-o", "b"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, Not(HasSubstr("derived  eigenvalues")));
+  EXPECT_TRUE(scratch.read("a/model.json") == scratch.read("b/model.json"));
+  EXPECT_FALSE(scratch.has("b/derived.toml"));
+}
+
+TEST(DraftProgram, ResumesToTheSameBytes) {
+  const Scratch scratch;
+  scratch.write("draft.toml", draft());
+  ASSERT_EQ(scratch.run({"train", "draft.toml", "-o", "a", "-q"}).exit_code, 0);
+  const std::string model = scratch.read("a/model.json");
+  EXPECT_THAT(scratch.run({"train", "draft.toml", "-o", "a", "--resume"}).out, HasSubstr("already done"));
+  std::filesystem::remove(scratch.path() + "/a/finished.json");
+  const auto resumed = scratch.run({"train", "draft.toml", "-o", "a", "--resume"});
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_TRUE(scratch.read("a/model.json") == model);
+}
+
+TEST(DraftProgram, IsQuietWhenAsked) {
+  const Scratch scratch;
+  scratch.write("draft.toml", draft());
+  EXPECT_EQ(scratch.run({"train", "draft.toml", "-q"}).err, "");
+}
+
+TEST(DraftProgram, SimulatesWithoutAnObserver) {
+  const Scratch scratch;
+  scratch.write("draft.toml", draft());
+  EXPECT_EQ(scratch.run({"simulate", "draft.toml", "-o", "run.csv"}).exit_code, 0);
+  EXPECT_TRUE(scratch.has("run.csv"));
+}
+
+TEST(DraftProgram, DerivesFromLogs) {
+  const Scratch scratch;
+  scratch.write("draft.toml", kTinyLogExperiment.substr(0, kTinyLogExperiment.find("[observer]")));
+  double phase = 0.0;
+  for (const char* file : {"a.csv", "b.csv", "c.csv"}) scratch.write(std::string("logs/") + file, tiny_log(phase++));
+  const auto train = scratch.run({"train", "draft.toml", "--data", "logs", "--set", "training.steps=20", "-o", "r"});
+  EXPECT_NE(train.exit_code, 2) << train.err;  // 1: so few steps need not gain anything
+  EXPECT_THAT(scratch.read("r/derived.toml"), AllOf(HasSubstr("learn_eigenvalues = false"), HasSubstr("clocks_s = [")));
 }
 
 }  // namespace

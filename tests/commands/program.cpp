@@ -102,35 +102,14 @@ std::string with(std::string text, const std::string& old, const std::string& re
   return text;
 }
 
-Scratch::Scratch() {
-  std::string name = (fs::temp_directory_path() / "nlo_cli_XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-  path_ = name;
-}
-
-Scratch::~Scratch() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
-void Scratch::write(const std::string& file, const std::string& text) const {
-  const fs::path path = fs::path(path_) / file;
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << text;
-}
-
-std::string Scratch::read(const std::string& file) const {
-  return slurp(fs::path(path_) / file);
-}
-
 bool Scratch::has(const std::string& file) const {
-  return fs::exists(fs::path(path_) / file);
+  return fs::exists(path(file));
 }
 
 std::map<std::string, std::string> Scratch::contents() const {
   std::map<std::string, std::string> found;
-  for (const auto& entry : fs::recursive_directory_iterator(path_)) {
-    const std::string name = fs::relative(entry.path(), path_).string();
+  for (const auto& entry : fs::recursive_directory_iterator(path())) {
+    const std::string name = fs::relative(entry.path(), path()).string();
     if (entry.is_directory()) {
       found[name + "/"] = "";
     } else {
@@ -146,7 +125,7 @@ ProgramResult Scratch::run(const std::vector<std::string>& arguments, const std:
 
 ProgramResult Scratch::run_program(const std::string& program, const std::vector<std::string>& arguments,
                                    const std::string& interrupt_at) const {
-  const std::string out = path_ + ".out", err = path_ + ".err";  // beside it: they are none of the program's files
+  const std::string out = path() + ".out", err = path() + ".err";  // beside it: they are none of the program's files
   std::vector<char*> argv = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -154,7 +133,7 @@ ProgramResult Scratch::run_program(const std::string& program, const std::vector
   if (child == 0) {
     constexpr unsigned kLongest_s = 60;
     ::alarm(kLongest_s);
-    const bool ready = ::chdir(path_.c_str()) == 0 && std::freopen("/dev/null", "r", stdin) != nullptr &&
+    const bool ready = ::chdir(path().c_str()) == 0 && std::freopen("/dev/null", "r", stdin) != nullptr &&
                        std::freopen(out.c_str(), "w", stdout) != nullptr &&
                        std::freopen(err.c_str(), "w", stderr) != nullptr;
     if (ready) ::execv(program.c_str(), argv.data());

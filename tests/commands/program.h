@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/scratch_directory.h"
+
 namespace nlo::trainer {
 
 struct ProgramResult {
@@ -13,17 +15,9 @@ struct ProgramResult {
   std::string out, err;
 };
 
-/// A new directory below the system's temporary one, removed at the end.
-class Scratch {
+/// A directory to run programs in.
+class Scratch : public ScratchDirectory {
  public:
-  Scratch();
-  ~Scratch();
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-
-  const std::string& path() const { return path_; }
-  void write(const std::string& file, const std::string& text) const;  ///< makes its folders too
-  std::string read(const std::string& file) const;
   bool has(const std::string& file) const;
 
   /// Every file below it with its bytes, and every folder (with a trailing slash).
@@ -34,9 +28,6 @@ class Scratch {
   /// The same of another program.
   ProgramResult run_program(const std::string& program, const std::vector<std::string>& arguments,
                             const std::string& interrupt_at = "") const;
-
- private:
-  std::string path_;
 };
 
 /// A plant experiment that trains in a moment, and one on logs.

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "tests/data/loading_logs.h"
+#include "tests/data/testing.h"
 
 namespace nlo::trainer {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "tests/data/loading_logs.h"
+#include "tests/data/testing.h"
 
 namespace nlo::trainer {
 namespace {
@@ -135,7 +135,7 @@ TEST_F(LogDataset, RefusesLogsThatAreTooShort) {
               AllOf(HasSubstr("log.csv: "), HasSubstr("samples are too few")));
   log_.samples = 60;  // 0.3 s
   EXPECT_THAT(error_in(config, log_.csv()), HasSubstr("within mask_edges_s = 0.2 s of its ends"));
-  EXPECT_THAT(error_of([&] { load_logs(config, scratch_.path(), {}); }), HasSubstr("no logs are named"));
+  EXPECT_THAT(thrown_message([&] { load_logs(config, scratch_.path(), {}); }), HasSubstr("no logs are named"));
 }
 
 TEST_F(LogDataset, NamesAFileWithoutTheColumn) {

@@ -18,7 +18,7 @@ LogConfig with_columns(std::vector<ColumnConfig> columns) {
   return config;
 }
 std::string error_in(std::vector<ColumnConfig> columns) {
-  return error_of([&] { resolve_columns(with_columns(std::move(columns))); });
+  return thrown_message([&] { resolve_columns(with_columns(std::move(columns))); });
 }
 
 const ColumnConfig kTime = column("t", ColumnRole::kTime, {.column = "time"});
@@ -142,7 +142,7 @@ TEST(LogSchema, ReadsTimeInItsUnit) {
 
 TEST(LogSchema, DoesWithoutATimeColumnWhenThePeriodIsGiven) {
   LogConfig config = with_columns({kAngle, kVelocity});
-  EXPECT_THAT(error_of([&] { resolve_columns(config); }),
+  EXPECT_THAT(thrown_message([&] { resolve_columns(config); }),
               HasSubstr("no column has role \"time\" and sample_period_s is not given"));
   config.sample_period_s = 0.004;
   EXPECT_EQ(resolve_columns(config).time_heading, "");

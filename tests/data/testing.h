@@ -1,64 +1,23 @@
 // SPDX-License-Identifier: MIT
-// What the tests of the loader share: a scratch directory, the message of an error, columns in one line, and a small
-// log of a rig that does not exist.
+// What the tests of the loader share: columns in one line, a small log of
+// a rig that does not exist, and a fixture that loads one log from a text.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
 #include <string>
-#include <utility>
 
-#include "codegen/base/error.h"
+#include "tests/support/scratch_directory.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/config/experiment.h"
+#include "trainer/data/log_dataset.h"
 
 namespace nlo::trainer {
 
 inline constexpr double kTurn = 2.0 * std::numbers::pi;
-
-/// A directory of the running test's own, removed with what is in it.
-class ScratchDirectory {
- public:
-  ScratchDirectory() {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::path(::testing::TempDir()) /
-            (std::string("nlo_data_") + test->test_suite_name() + "_" + test->name());
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-  ~ScratchDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-
-  std::string path() const { return path_.string(); }
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << text;
-    return file(name);
-  }
-
- private:
-  std::filesystem::path path_;
-};
-
-/// The message of the codegen::Error that `action` throws; empty when it throws none.
-template <typename Action>
-std::string error_of(Action&& action) {
-  try {
-    std::forward<Action>(action)();
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return {};
-}
 
 struct ColumnOptions {
   std::string column = {}, unit = {};
@@ -111,6 +70,24 @@ struct SyntheticLog {
     log.sample_period_s = 0.005;
     return log;
   }
+};
+
+inline constexpr double kPrinted = 1e-10;  // the synthetic log is written with 12 digits
+
+/// Loads one log from a text.
+class LoadingLogs : public ::testing::Test {
+ protected:
+  Dataset load(const LogConfig& config, const std::string& csv) {
+    scratch_.write("log.csv", csv);
+    return load_logs(config, scratch_.path(), {"log.csv"}, &report_);
+  }
+  std::string error_in(const LogConfig& config, const std::string& csv) {
+    return thrown_message([&] { load(config, csv); });
+  }
+
+  ScratchDirectory scratch_;
+  LogReport report_;
+  SyntheticLog log_;
 };
 
 }  // namespace nlo::trainer

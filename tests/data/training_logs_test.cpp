@@ -104,8 +104,8 @@ TEST_F(TrainingLogsTest, FactIsPlainTextWhateverTheFileIsCalled) {
   EXPECT_EQ(read.logs[0].name, "run 1, a.csv");
   EXPECT_EQ(read.logs[0].rows, 12);
   EXPECT_EQ(read.outputs[0].high, 1e-3);
-  EXPECT_THAT(error_of([] { parse_training_logs("log x  a.csv"); }), HasSubstr("\"x\" is not a number"));
-  EXPECT_THAT(error_of([] { parse_training_logs("lag 1  a.csv"); }), HasSubstr("a line begins with \"lag\""));
+  EXPECT_THAT(thrown_message([] { parse_training_logs("log x  a.csv"); }), HasSubstr("\"x\" is not a number"));
+  EXPECT_THAT(thrown_message([] { parse_training_logs("lag 1  a.csv"); }), HasSubstr("a line begins with \"lag\""));
 }
 
 TEST(LogContent, WindowsAtRestCountForNothing) {

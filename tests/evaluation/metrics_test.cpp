@@ -8,6 +8,8 @@
 #include <numbers>
 
 #include "codegen/base/error.h"
+#include "tests/support/thrown_message.h"
+#include "trainer/evaluation/metrics_config.h"
 
 namespace nlo::trainer {
 namespace {
@@ -129,13 +131,9 @@ TEST(Metrics, NonFiniteEstimateIsNamed) {
   const Trajectory run = constant_run(Eigen::Vector2d::Ones(), 1.0, 0.1);
   Eigen::MatrixXd estimate = run.states;
   estimate(1, 4) = std::numeric_limits<double>::quiet_NaN();
-  try {
-    metrics_of(kTwoStates, run, estimate, 0.1);
-    FAIL() << "a NaN went through";
-  } catch (const codegen::Error& error) {
-    EXPECT_NE(std::string(error.what()).find("x2"), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("sample 4"), std::string::npos) << error.what();
-  }
+  const std::string message = thrown_message([&] { metrics_of(kTwoStates, run, estimate, 0.1); });
+  EXPECT_THAT(message, testing::HasSubstr("x2"));
+  EXPECT_THAT(message, testing::HasSubstr("sample 4"));
 }
 
 TEST(Metrics, EmptyTestIsAnError) {
@@ -221,6 +219,16 @@ TEST(Metrics, LongerRunWeighsMore) {
   EXPECT_NEAR(sum.metrics().norm, std::sqrt(11.0 / 42.0), kRounding);
   EXPECT_NEAR(sum.metrics().curve[5], std::sqrt(0.5), kRounding);
   EXPECT_EQ(sum.metrics().curve[20], 0.0);
+}
+
+TEST(MetricsConfig, KnowsARateOfDecayWhereThereIsAD) {
+  Experiment experiment;
+  experiment.observer.eigenvalues = {-100.0};
+  EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 0.05);
+  for (const char* structure : {"general", "luenberger"}) {
+    experiment.observer.structure = structure;  // F of (11) starts from eigenvalues and leaves them
+    EXPECT_EQ(metrics_config(experiment, 50.0).windows[2].from_s, 10.0) << structure;
+  }
 }
 
 }  // namespace

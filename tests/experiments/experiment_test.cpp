@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// Text from anywhere: an error or an experiment, never a crash, never a hang.
 #include "trainer/config/experiment.h"
 
 #include <gmock/gmock.h>
@@ -6,6 +7,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <random>
 
 #include "tests/experiments/experiment_text.h"
 
@@ -14,6 +16,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 TEST(Config, ReadsWhatIsWritten) {
   const Experiment e = parse_experiment(kPlantExperiment, "e.toml");
@@ -101,6 +104,120 @@ TEST(Config, HelpNamesEveryKeyOnce) {
   for (const char* key : {"eigenvalues", "horizon_s", "derivative_of", "cutoff_hz", "linear_path", "early_share"})
     EXPECT_THAT(help, HasSubstr(std::string("\n  ") + key + " ")) << key;
   EXPECT_THAT(help, HasSubstr("default \"first_order\""));
+}
+
+Experiment overridden(const std::string& assignment) {
+  return parse_experiment(kPlantExperiment, "e.toml", {assignment});
+}
+
+TEST(Override, ReplacesAValue) {
+  EXPECT_EQ(overridden("training.steps=25").training.steps, 25);
+  EXPECT_EQ(overridden("seed=9").seed, 9u);
+  EXPECT_THAT(overridden("observer.eigenvalues=[-3, -4]").observer.eigenvalues, ElementsAre(-3.0, -4.0));
+  EXPECT_EQ(overridden("plant.parameters.mu=2").plant->parameters[0].second, 2.0);
+  EXPECT_EQ(overridden("training.noise=\"uniform:3\"").training.noise.of(0).kind, NoiseKind::kUniform);
+}
+
+TEST(Override, MakesASectionThatTheFileLeftOut) {
+  EXPECT_THAT(overridden("inverse_map.hidden=[8]").inverse_map.hidden, ElementsAre(8));
+}
+
+TEST(Override, TakesABareWordAsText) {
+  EXPECT_EQ(overridden("training.mode=full_batch").training.mode, TrainingMode::kFullBatch);
+  EXPECT_EQ(overridden("training.noise=uniform:3").training.noise.of(0).scale, 3.0);
+  EXPECT_FALSE(overridden("observer.learn_eigenvalues=false").observer.learn_eigenvalues);
+}
+
+TEST(Override, TheLastOneWins) {
+  EXPECT_EQ(parse_experiment(kPlantExperiment, "e", {"training.steps=2", "training.steps=3"}).training.steps, 3);
+}
+
+TEST(Override, IsPartOfTheRecordedText) {
+  const Experiment e = overridden("training.steps=25");
+  EXPECT_EQ(parse_experiment(e.source_text, "s").training.steps, 25);
+}
+
+TEST(Override, ErrorsNameIt) {
+  const auto error = [](const std::string& assignment) { return error_of(kPlantExperiment, {assignment}); };
+  EXPECT_THAT(error("training.stepz=3"),
+              StartsWith("--set training.stepz=3: unknown key \"stepz\" in [training]; did you mean \"steps\"?"));
+  EXPECT_THAT(error("training.steps=-3"), StartsWith("--set training.steps=-3: [training] steps is -3"));
+  EXPECT_THAT(error("training.steps=[1"), StartsWith("--set training.steps=[1: "));
+  EXPECT_THAT(error("training.steps="), StartsWith("--set training.steps=: "));
+  EXPECT_THAT(error("training.steps"), HasSubstr("no KEY=VALUE"));
+  EXPECT_THAT(error("=3"), HasSubstr("no KEY=VALUE"));
+  EXPECT_THAT(error("training..steps=3"), HasSubstr("the key is not SECTION.KEY"));
+  EXPECT_THAT(error("training.=3"), HasSubstr("the key is not SECTION.KEY"));
+  EXPECT_THAT(error("name.x=3"), HasSubstr("\"name\" is not a section"));
+  EXPECT_THAT(error("training.steps=1\nseed=2"), HasSubstr("more than one line"));
+  EXPECT_THAT(error("training=3"), HasSubstr("it must be a section: [training]"));
+  EXPECT_THAT(error("observer.hold=rk5"),
+              StartsWith("--set observer.hold=rk5: [observer] hold is \"rk5\"; use \"rk4\"?"));
+}
+
+std::string repeated(const std::string& text, int times) {
+  std::string result;
+  for (int i = 0; i < times; ++i) result += text;
+  return result;
+}
+
+TEST(HostileToml, DeepNestingIsAnError) {
+  EXPECT_THAT(error_of("x = " + std::string(100000, '[')),
+              HasSubstr("e.toml:1: brackets are nested more than 32 deep"));
+  EXPECT_THAT(error_of("x = " + repeated("{a=", 100000)), HasSubstr("nested more than"));
+  EXPECT_THAT(error_of("\n\nx" + repeated(".a", 100000) + " = 1"), HasSubstr("e.toml:3: a key has more than 16 dots"));
+  EXPECT_THAT(error_of("[x" + repeated(" . \"a\"", 100000) + "]"), HasSubstr("dots"));
+}
+
+TEST(HostileToml, BracketsInStringsAndCommentsDoNotCount) {
+  const std::string brackets(200, '[');
+  EXPECT_EQ(error_of("# " + brackets + "\n" + kPlantExperiment + "# " + brackets), "no error");
+  EXPECT_THAT(error_of("x = \"\\\"" + brackets + "\""), HasSubstr("unknown key \"x\""));
+  EXPECT_THAT(error_of("x = '''\n\"" + brackets + "'''"), HasSubstr("unknown key \"x\""));
+  EXPECT_THAT(error_of("x = \"\"\"\\\"\"\"" + brackets + "\"\"\"\""), HasSubstr("unknown key \"x\""));
+  EXPECT_THAT(error_of("x = '" + brackets + "\ny = " + brackets), HasSubstr("nested more than"));
+}
+
+TEST(HostileToml, TooBigNotTextOrBroken) {
+  EXPECT_THAT(error_of(std::string(2'000'000, '#')), HasSubstr("too big"));
+  EXPECT_THAT(error_of("name = \"x\"\ny = \"\xff\""), HasSubstr("e.toml:2: byte 0xFF is not text"));
+  EXPECT_THAT(error_of(std::string("a\0b", 3)), HasSubstr("byte 0x00"));
+  EXPECT_THAT(error_of("a = \"\xed\xa0\x80\""), HasSubstr("byte 0xED"));  // a surrogate
+  EXPECT_THAT(error_of(""), HasSubstr("no name"));
+  EXPECT_THAT(error_of("a = 1\na = 2"), HasSubstr("e.toml:2: "));
+  EXPECT_THAT(error_of("a = [1,\n2\n"), HasSubstr("e.toml:"));
+  EXPECT_THAT(error_of("a = 'x"), HasSubstr("e.toml:1: "));
+}
+
+TEST(HostileToml, ManyKeysAreRefusedBeforeTheyCostTime) {
+  std::string text;
+  for (int i = 0; i < 60000; ++i) text.append("a").append(std::to_string(i)).append(" = 1\n");
+  EXPECT_THAT(error_of(text), HasSubstr("has 60000 keys"));
+}
+
+TEST(HostileToml, SurvivesRandomEdits) {
+  std::mt19937 engine(12345);
+  const std::string alphabet = "[]{}\"'=.,#\n\\ ax1-_\t\r\xc3";
+  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(engine()) % n; };
+  int accepted = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::string text = round % 2 == 0 ? kPlantExperiment : kLogExperiment;
+    for (std::size_t edits = 1 + below(4); edits > 0; --edits) {
+      const std::size_t at = below(text.size());
+      switch (below(3)) {
+        case 0:
+          text[at] = alphabet[below(alphabet.size())];
+          break;
+        case 1:
+          text.insert(at, 1, alphabet[below(alphabet.size())]);
+          break;
+        default:
+          text.erase(at, 1 + below(5));
+      }
+    }
+    accepted += error_of(text) == "no error";
+  }
+  EXPECT_GT(accepted, 0);  // control: else every edit met the same early error
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/base/error.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/config/experiment.h"
 #include "trainer/experiments/load_experiment.h"
 
@@ -72,12 +72,7 @@ inline std::string with(std::string text, const std::string& old, const std::str
 }
 
 inline std::string error_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  try {
-    parse_experiment(text, "e.toml", overrides);
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { parse_experiment(text, "e.toml", overrides); });
 }
 
 /// What is broken where, and what the message begins with and has.

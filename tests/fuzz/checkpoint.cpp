@@ -21,7 +21,7 @@ namespace {
 struct Rig {
   Dataset training = testing::harmonics({30, 30}, false), validation = testing::harmonics({20}, false, 2);
   Experiment experiment = testing::small_experiment();
-  testing::ScratchDirectory directory;
+  ScratchDirectory directory;
   std::string whole;
 
   Rig() {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A log and the experiment that says what its columns are: TOML, the line "#--log", CSV.
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "tests/fuzz/fuzz.h"
@@ -12,7 +11,7 @@
 using namespace nlo;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  static const trainer::testing::ScratchDirectory directory;
+  static const ScratchDirectory directory;
   static const std::string path = directory.path("log.csv");
   const fuzzing::Parts parts = fuzzing::split_at(fuzzing::text_of(bytes, size), "\n#--log\n");
   fuzzing::takes([&] {

@@ -5,19 +5,21 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <numbers>
 
 #include "codegen/base/error.h"
+#include "codegen/base/identifier.h"
+#include "tests/support/scratch_directory.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/base/number_text.h"
 #include "trainer/guess/column_numbers.h"
+#include "trainer/guess/csv_format.h"
+#include "trainer/guess/heading.h"
 
 namespace nlo::trainer {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -26,22 +28,12 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 
 class LogGuess : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "nlo_guess_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// A log of `rows` rows; `cells` writes row k.
   std::string write(const std::string& file, const std::string& header, const std::function<std::string(int)>& cells,
                     int rows = 200) const {
-    const fs::path path = folder_ / file;
-    fs::create_directories(path.parent_path());
-    std::ofstream out(path);
-    out << header << "\n";
-    for (int k = 0; k < rows; ++k) out << cells(k) << "\n";
-    return path.string();
+    std::string text = header + "\n";
+    for (int k = 0; k < rows; ++k) text += cells(k) + "\n";
+    return folder_.write(file, text);
   }
 
   GuessedLog guess(const std::string& header, const std::function<std::string(int)>& cells,
@@ -49,7 +41,7 @@ class LogGuess : public testing::Test {
     return guess_log({write("log.csv", header, cells)}, hints);
   }
 
-  fs::path folder_;
+  ScratchDirectory folder_;
 };
 
 /// Cells, each f(k), with commas between.
@@ -113,16 +105,14 @@ TEST_F(LogGuess, LeavesOpenWhatNumbersDoNotTell) {
 }
 
 TEST_F(LogGuess, NamesTheNearestColumnOfAHintThatIsNone) {
-  try {
-    guess("time,position,velocity",
-          [](int k) {
-            return row({0.01 * k, 1.0 * (k % 5), 1.0 * (k % 3)});
-          },
-          {{"velocty"}, {}, {}, 0.0});
-    FAIL();
-  } catch (const codegen::Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--states velocty: there is no such column; did you mean \"velocity\"?"));
-  }
+  EXPECT_THAT(thrown_message([&] {
+                guess("time,position,velocity",
+                      [](int k) {
+                        return row({0.01 * k, 1.0 * (k % 5), 1.0 * (k % 3)});
+                      },
+                      {{"velocty"}, {}, {}, 0.0});
+              }),
+              HasSubstr("--states velocty: there is no such column; did you mean \"velocity\"?"));
 }
 
 TEST_F(LogGuess, SeesWhichAnglesJumpByATurn) {
@@ -196,7 +186,7 @@ TEST_F(LogGuess, SplitsByFilesAndLeavesCopiesOut) {
   EXPECT_THAT(four.train, ElementsAre("run10.csv", "run11.csv"));
   EXPECT_THAT(four.validation, ElementsAre("run12.csv"));
   EXPECT_THAT(four.test, ElementsAre("run13.csv"));
-  EXPECT_EQ(four.directory, (folder_ / "set").string());
+  EXPECT_EQ(four.directory, folder_.path("set"));
   const GuessedLog ten = split(10);
   EXPECT_THAT(ten.validation, ElementsAre("run12.csv", "run17.csv"));
   EXPECT_THAT(ten.test, ElementsAre("run14.csv", "run19.csv"));
@@ -214,6 +204,68 @@ TEST_F(LogGuess, ReadsOtherSeparatorsAndDecimals) {
   EXPECT_EQ(log.format.decimal, ',');
   EXPECT_NEAR(log.clock.period_s, 0.01, 1e-9);
   EXPECT_NEAR(column(log, "y").high, 1.0, 1e-2);
+}
+
+struct Row {
+  const char *heading, *name, *unit;
+};
+
+TEST(Heading, TellsNameAndUnitApart) {
+  for (const Row& row : std::vector<Row>{{"height_m", "height", "m"},
+                                         {"gyro x [rad/s]", "gyro_x", "rad/s"},
+                                         {"temp (degC)", "temp", "degC"},
+                                         {"Temp (°C)", "temp", "degC"},
+                                         {"baro_hpa", "baro", "hPa"},
+                                         {"wheelSpeed_m_s", "wheel_speed", "m/s"},
+                                         {"acc_mps2", "acc", "m/s^2"},
+                                         {"omega_dps", "omega", "deg/s"},
+                                         {"current_a", "current", "A"},
+                                         {"thrust %", "thrust", ""},
+                                         {"thrust_pct", "thrust", "%"},
+                                         {"time_ms", "time", "ms"},
+                                         {"angle", "angle", ""},
+                                         {"m", "m", ""},
+                                         {"x (-)", "x", ""}}) {
+    const Heading heading = read_heading(row.heading, {row.heading});
+    EXPECT_EQ(heading.name, row.name) << row.heading;
+    EXPECT_EQ(heading.unit, row.unit) << row.heading;
+  }
+}
+
+TEST(Heading, TakesALetterOfASeriesForNoUnit) {
+  EXPECT_EQ(read_heading("phase_a", {"phase_a", "phase_b"}).unit, "");
+  EXPECT_EQ(read_heading("phase_a", {"phase_a", "phase_b"}).name, "phase_a");
+  EXPECT_EQ(read_heading("phase_a", {"phase_a"}).unit, "A");
+}
+
+TEST(Heading, MakesAnIdentifierOfAnything) {
+  for (const char* heading : {"", "2nd sensor", "while", "größe", "__", "a  -  b", "[m]", "class_m"})
+    EXPECT_TRUE(codegen::is_identifier(read_heading(heading, {heading}).name))
+        << heading << ": " << read_heading(heading, {heading}).name;
+}
+
+void expect(const char* text, char separator, char decimal) {
+  const CsvFormat format = guess_csv_format(text);
+  EXPECT_EQ(format.separator, separator) << text;
+  EXPECT_EQ(format.decimal, decimal) << text;
+}
+
+TEST(CsvFormatGuess, SeesSeparatorAndDecimal) {
+  expect("t,x\n0,1.5\n1,2.5\n", ',', '.');
+  expect("t;x\n0;1.5\n1;2.5\n", ';', '.');
+  expect("t;x\n0,0;1,5\n0,1;2,5\n", ';', ',');
+  expect("t;x\n0;1\n1;2\n", ';', '.');
+  expect("t\tx\n0\t1,5\n1\t-2,5e-3\n", '\t', ',');
+  expect("t x y\n0 1.5 2\n1   2.5 3\n", ' ', '.');
+  expect("# recorded: a; b, c\nt;x\n0;1,5\n", ';', ',');
+}
+
+TEST(CsvFormatGuess, LeavesToTheReaderWhatIsNoTable) {
+  expect("", ',', '.');
+  expect("x\n1\n2\n", ',', '.');
+  expect("\"a;b\",c\n1,2\n", ',', '.');           // quotes hold a separator
+  expect("gyro x,gyro y\n1,2\n3,4\n", ',', '.');  // blanks in headings separate nothing
+  expect("t;x\n0;1,5\n1;2.5\n", ';', '.');        // both: whatever it is, it is said by the reader
 }
 
 }  // namespace

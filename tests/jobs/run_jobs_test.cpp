@@ -1,21 +1,36 @@
 // SPDX-License-Identifier: MIT
 // Lists of jobs: what is run, found, stopped and failed.
+// The bar over many trainings.
+// Trainings that are kept in a folder, whatever happens to it.
 #include "trainer/jobs/run_jobs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "tests/support/scratch_directory.h"
+#include "trainer/evaluation/text.h"
+#include "trainer/jobs/jobs_progress.h"
+#include "trainer/jobs/kept_training.h"
+
 namespace nlo::trainer {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
 
 Job job(const std::string& name, std::function<JobEnd(const JobContext&)> work) {
   return {name, 1.0, std::move(work)};
@@ -113,6 +128,81 @@ TEST(RunJobs, TheDisplayCountsWhatIsTrainedAndForgetsWhatIsFound) {
   EXPECT_THAT(text, testing::StartsWith("25 %, 0/2 models"));
   EXPECT_THAT(text, testing::HasSubstr("\n75 %, 1/2 models"));
   EXPECT_THAT(text, testing::EndsWith("\n100 %, 2/2 models, took 0 s\n"));
+}
+
+const JobsState kHalf{0.5, 3, 6, "training van_der_pol_fast, seed 2", 60.0, 60.0};
+
+TEST(JobsBar, FitsItsColumns) {
+  for (const bool utf8 : {true, false})
+    for (std::size_t columns = 1; columns < 140; ++columns)
+      EXPECT_LE(display_width(jobs_bar_line(kHalf, columns, utf8)), columns) << columns;
+}
+
+TEST(JobsBar, TellsShareModelsTimeAndTask) {
+  const std::string line = jobs_bar_line(kHalf, 120, true);
+  for (const char* fact : {"50 %", "3/6 models", "1:00 left", "seed 2"}) EXPECT_THAT(line, HasSubstr(fact));
+}
+
+TEST(JobsLog, IsOneLineOfFacts) {
+  EXPECT_EQ(jobs_log_line(kHalf), "50 %, 3/6 models, 1:00 left: training van_der_pol_fast, seed 2");
+  EXPECT_EQ(jobs_log_line({0.001, 0, 6, "", 1.0, 999.0}), "0 %, 0/6 models");  // too early to tell the time left
+}
+
+/// What a run of 200 advances writes to a log.
+std::string logged_run() {
+  std::FILE* file = std::tmpfile();
+  {
+    StatusLine line(file, StatusLine::Mode::kLog, true);
+    JobsProgress progress(line);
+    progress.expect(3.0, 2);
+    progress.expect(-2.0, -1);
+    for (int i = 0; i < 200; ++i) progress.advance(1.0 / 200, "training");
+    progress.model_done(0.0, "a, seed 1");
+    progress.finish();
+  }
+  std::rewind(file);
+  std::string text(10000, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), file));
+  std::fclose(file);
+  return text;
+}
+
+TEST(JobsProgress, ALogGetsALineForEachTenthAndSaysHundredPercentOnce) {
+  const std::string text = logged_run();
+  EXPECT_THAT(text, StartsWith("0 %"));
+  EXPECT_THAT(text, HasSubstr("\n100 %, 1/1 models, took 0 s\n"));
+  const auto lines = std::count(text.begin(), text.end(), '\n');
+  EXPECT_GE(lines, 10);
+  EXPECT_LE(lines, 13) << text;
+}
+
+const JobContext kContext{"a", 1, nullptr, [](double) {}};
+
+TEST(KeptTraining, ADamagedCheckpointCostsItsStepsAndNotTheRun) {
+  const ScratchDirectory scratch;
+  const std::string folder = scratch.path("kept");
+  std::vector<bool> resumed;
+  const Train train = [&](const TrainOptions& options) {
+    resumed.push_back(options.resume);
+    if (options.resume) throw codegen::InputError("a damaged file");
+    return TrainingResult{};
+  };
+  train_in(folder, kContext, train);
+  EXPECT_EQ(resumed, std::vector<bool>{false}) << "there was nothing to go on from";
+  scratch.write("kept/checkpoint.bin", "damaged");
+  train_in(folder, kContext, train);
+  EXPECT_EQ(resumed, (std::vector<bool>{false, true, false}));
+  // Control: what fails without a checkpoint fails.
+  std::filesystem::remove_all(folder);
+  const Train refuses = [](const TrainOptions&) -> TrainingResult { throw codegen::InputError("wrong input"); };
+  EXPECT_THROW(train_in(folder, kContext, refuses), codegen::InputError);
+  EXPECT_THROW(train_in("", kContext, refuses), codegen::InputError);
+}
+
+TEST(KeptTraining, HasAFolderForEachExperimentAndData) {
+  std::set<std::string> folders;
+  for (const FinishedRun& inputs : {FinishedRun{1, 0}, {2, 0}, {1, 2}, {12, 0}, {1, 20}})
+    EXPECT_TRUE(folders.insert(kept_folder("root", inputs)).second) << inputs.experiment << " " << inputs.data;
 }
 
 }  // namespace

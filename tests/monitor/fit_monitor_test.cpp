@@ -6,18 +6,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
+#include <vector>
 
-#include "codegen/base/error.h"
 #include "codegen/model_file/validate.h"
 #include "codegen/replay/reference_monitor.h"
 #include "tests/codegen/example_models.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/monitor/monitor_study.h"
+#include "trainer/monitor/time_constant.h"
 
 namespace nlo::trainer {
 namespace {
 
 using codegen::Monitor;
+using codegen::WatchedRun;
 
 TEST(ExceededAtRate, OfExponentialBlocksIsTheQuantile) {
   // P(value > t) = exp(-t); 10,000 blocks in 20 h are 500 an hour, so once an hour is t = log 500.
@@ -113,15 +117,60 @@ TEST(FitMonitor, TooLittleIsRefused) {
   const codegen::Model model = codegen::tiny_model();
   const RunSource none{[](int) { return waves(3, 1, 0.1, 0.0, 50); }, 1};
   const auto message = [&](const SensedRuns& fit, const RunSource& limits) -> std::string {
-    try {
+    return thrown_message([&] {
       (void)fit_monitor(model, fit, limits, std::nullopt, {1.0, 40.0 * model.sample_period_s, 1});
-    } catch (const codegen::Error& error) {
-      return error.what();
-    }
-    return "no error";
+    });
   };
   EXPECT_THAT(message(waves(1, 5, 0.1), none), testing::HasSubstr("too few to set limits on; give longer runs"));
   EXPECT_THAT(message(waves(1, 1, 0.1, 0.0, 20), none), testing::HasSubstr("samples are too few to make a monitor"));
+}
+
+/// One statistic of 100 samples at 10 Hz, armed after 10: above its limit at these samples.
+WatchedRun run(const std::vector<int>& above) {
+  WatchedRun made;
+  made.levels = Eigen::MatrixXd::Constant(1, 100, 0.5);
+  for (const int k : above) made.levels(0, k) = 2.0;
+  made.armed_after = 10;
+  return made;
+}
+
+TEST(AlarmCount, OneAlarmIsCountedUntilATimeConstantIsQuiet) {
+  // Time constant 1 s: 10 samples. 20, 25 and 34 are one alarm, 60 another; 5 is before it is armed.
+  const AlarmCount count = count_alarms({run({5, 20, 25, 34, 60}), run({})}, {Alarm::kInnovationMean}, 0.1, 1.0);
+  EXPECT_DOUBLE_EQ(count.per_hour, 2.0 / (2 * 90 * 0.1 / 3600.0));
+  EXPECT_DOUBLE_EQ(count.seen, 0.5);
+  EXPECT_DOUBLE_EQ(count.median_delay_s.value(), 1.0);
+  EXPECT_EQ(count.most, Alarm::kInnovationMean);
+}
+
+TEST(AlarmCount, SeenMeansWithinFiveTimeConstants) {
+  EXPECT_DOUBLE_EQ(count_alarms({run({60})}, {Alarm::kMissing}, 0.1, 1.0).seen, 1.0);  // 5.0 s after being armed
+  EXPECT_DOUBLE_EQ(count_alarms({run({61})}, {Alarm::kMissing}, 0.1, 1.0).seen, 0.0);
+  EXPECT_FALSE(count_alarms({run({})}, {Alarm::kMissing}, 0.1, 1.0).median_delay_s);
+}
+
+TEST(TimeConstant, OfALinearLatentSystemIsThatOfItsSlowestModeButClocks) {
+  // rig_model: pairs at -40 and -25, real -60 and -15 [1/s]; the clock at -2 reads no output.
+  EXPECT_DOUBLE_EQ(time_constant_s(codegen::rig_model(), {}), 1.0 / 15.0);
+}
+
+TEST(TimeConstant, OfOtherStructuresIsThePeriodOfTheOutputs) {
+  const codegen::Model model = codegen::gated_model();
+  ASSERT_EQ(codegen::linear_latent(model), nullptr);
+  const double period_s = 200.0 * model.sample_period_s;
+  SensedRuns runs;
+  std::mt19937 engine(1);
+  std::normal_distribution<double> noise(0.0, 0.5);
+  for (int i = 0; i < 4; ++i) {
+    Eigen::MatrixXd y(model.ny(), 2000);
+    for (Eigen::Index k = 0; k < y.cols(); ++k)
+      y.col(k).setConstant(3.0 + std::sin(2.0 * std::numbers::pi * static_cast<double>(k) / 200.0 + i) + noise(engine));
+    runs.outputs.push_back(y);
+    runs.inputs.emplace_back();
+  }
+  // The integral of cos from 0 to a quarter is 1 / (2 pi) of the period. Noise is not in lag 1 on; 2,000 samples of a
+  // wave of 200 and the sum in place of the integral are good for some percent.
+  EXPECT_NEAR(time_constant_s(model, runs), period_s, 0.06 * period_s);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "codegen/base/error.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::trainer {
 namespace {
@@ -120,13 +121,8 @@ TEST(Optimiser, GivesEachGroupItsOwnRate) {
 }
 
 TEST(Optimiser, ListsTheNamesItKnowsWhenItDoesNotKnowOne) {
-  try {
-    Optimiser("adamw", {});
-    FAIL() << "an unknown optimiser was accepted";
-  } catch (const codegen::Error& error) {
-    for (const std::string& name : optimiser_names()) {
-      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
-    }
+  for (const std::string& name : optimiser_names()) {
+    EXPECT_THAT(thrown_message([&] { Optimiser("adamw", {}); }), testing::HasSubstr(name));
   }
 }
 

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "codegen/base/error.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -27,12 +27,7 @@ PlantConfig van_der_pol_by_expressions() {
 }
 
 std::string error_of(const PlantConfig& config) {
-  try {
-    make_plant(config);
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { make_plant(config); });
 }
 
 TEST(ExpressionPlant, EqualsTheBuiltInToRounding) {

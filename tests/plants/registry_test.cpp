@@ -9,6 +9,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/identifier.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/simulate.h"
 
@@ -119,12 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Registry, EveryPlant, testing::ValuesIn(names()),
 TEST(PlantRegistry, SuggestsTheNearestName) {
   PlantConfig config;
   config.model = "van_der_pole";
-  try {
-    make_plant(config);
-    FAIL();
-  } catch (const codegen::Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("did you mean \"van_der_pol\"?"));
-  }
+  EXPECT_THAT(thrown_message([&] { make_plant(config); }), HasSubstr("did you mean \"van_der_pol\"?"));
 }
 
 TEST(PlantRegistry, ParametersChangeThePlant) {

@@ -9,8 +9,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "codegen/base/error.h"
 #include "tests/sensitivity/plain_latent.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/registry.h"
@@ -209,12 +209,7 @@ TEST(Transient, TheFilterOfTrainingSeesTheSamePairs) {
 
 std::string lead_in_error(const Plant& plant, const Eigen::MatrixXd& initial, double length_s, double factor) {
   Dataset data = simulate_from(plant, sampled(0.02), initial);
-  try {
-    add_lead_in(plant, length_s, factor, data);
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { add_lead_in(plant, length_s, factor, data); });
 }
 
 TEST(Transient, NamesWhereTheBackwardFlowEscapes) {
@@ -243,12 +238,8 @@ TEST(Transient, RefusesAPastThatGrowsFasterThanTheFilterForgets) {
 
 TEST(Transient, DropNamesTheRunThatIsTooShort) {
   Dataset data = simulate_from(oscillator(), sampled(0.02), kInitial);
-  try {
-    drop_transient(data, 12.5);
-    FAIL();
-  } catch (const codegen::Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("simulation 0: transient = \"drop\" leaves no sample of its 12 s"));
-  }
+  EXPECT_THAT(thrown_message([&] { drop_transient(data, 12.5); }),
+              HasSubstr("simulation 0: transient = \"drop\" leaves no sample of its 12 s"));
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 
 #include "codegen/base/error.h"
+#include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/recipe/mode_banks.h"
+#include "trainer/recipe/readout_probe.h"
 
 namespace nlo::trainer {
 namespace {
@@ -111,6 +114,89 @@ samples_per_step = 256
 TEST(Recipe, DoesNotMirrorWhatStartsOnOneSide) {
   EXPECT_TRUE(derived(kDraft).experiment.training.mirror);
   EXPECT_FALSE(derived(kDraft, {"simulation.initial_low=[0.0, -1.0]"}).experiment.training.mirror);
+}
+
+/// x1' = x2, x2' = -x1, y = x1: linear, so that a linear readout of z is exact once the start is forgotten.
+Experiment oscillator(const std::string& observer, const std::string& outputs = R"("a")") {
+  return parse_experiment(R"(name = "oscillator"
+[plant]
+states = ["a", "b"]
+derivative = ["b", "-a"]
+output_names = ["y"]
+outputs = [)" + outputs + R"(]
+[simulation]
+horizon_s = 40.0
+sample_period_s = 0.05
+trajectories = 40
+initial_low = [-1.0, -1.0]
+initial_high = [1.0, 1.0]
+[observer]
+output_injection = "unit_gain"
+start = "steady"
+)" + observer,
+                          "o.toml");
+}
+
+ReadoutError error_of(const Experiment& experiment, const std::string& threads = "1") {
+  Experiment threaded = experiment;
+  threaded.threads = std::stoi(threads);
+  const TrainingSets sets = simulate_training_sets(threaded);
+  return ReadoutProbe(threaded, sets.training).error(threaded, 64, 4000);
+}
+
+TEST(ReadoutProbe, FindsALinearPlantInALinearReadout) {
+  const ReadoutError fast = error_of(oscillator("eigenvalues = [-2.0, -4.0]"));
+  const ReadoutError slow = error_of(oscillator("eigenvalues = [-0.02, -0.03]"));
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_LT(fast.linear[i], 0.2);                   // the transient alone: 2 of 40 s
+    EXPECT_GT(slow.linear[i], 2.0 * fast.linear[i]);  // never forgets where it started
+  }
+  EXPECT_LT(fast.mean_log(), slow.mean_log());
+}
+
+TEST(ReadoutProbe, SeesThatACurvedPlantWantsACurvedReadout) {
+  const ReadoutError line = error_of(oscillator("eigenvalues = [-2.0, -4.0]"));
+  const ReadoutError curve = error_of(oscillator("eigenvalues = [-2.0, -4.0]", "\"exp(2*a)\""));
+  EXPECT_LT(curve.curved[0], 0.6 * curve.linear[0]);
+  EXPECT_LT(line.linear[0], curve.linear[0]);
+}
+
+TEST(ReadoutProbe, SaysThatAStateIsNotSeen) {
+  const ReadoutError error = error_of(oscillator("eigenvalues = [-2.0, -4.0]", R"("0.0")"));
+  for (const double share : error.linear) EXPECT_NEAR(share, 1.0, 0.05);
+}
+
+TEST(ReadoutProbe, GivesTheSameNumbersForAnyNumberOfThreads) {
+  const Experiment experiment = oscillator("eigenvalues = [-2.0, -4.0]\n[training]\nnoise = \"gaussian:0.1\"");
+  const ReadoutError one = error_of(experiment, "1"), three = error_of(experiment, "3");
+  EXPECT_EQ(one.linear, three.linear);
+  EXPECT_EQ(one.curved, three.curved);
+}
+
+constexpr double kRounding = 0.01;  // banks are told to three digits
+
+TEST(ModeBanks, ForgetWithinARunAndKeepBelowTheSampleRate) {
+  for (const double period_s : {1e-4, 0.02, 1.0})
+    for (const double samples : {200.0, 2500.0, 20000.0}) {
+      const auto banks = mode_banks(period_s, samples * period_s, 100);
+      ASSERT_GE(banks.size(), 10U);
+      for (const ModeBank& bank : banks) {
+        EXPECT_GE(bank.slowest() * samples * period_s, 1.0 - kRounding);
+        EXPECT_LE(bank.fastest() * period_s, 1.5 + kRounding);
+      }
+    }
+}
+
+TEST(ModeBanks, ScaleWithTheUnitOfTime) {
+  const auto seconds = mode_banks(0.01, 10.0, 100), milliseconds = mode_banks(10.0, 10000.0, 100);
+  ASSERT_EQ(seconds.size(), milliseconds.size());
+  for (std::size_t i = 0; i < seconds.size(); ++i)
+    EXPECT_NEAR(seconds[i].slowest(), 1000.0 * milliseconds[i].slowest(), kRounding * seconds[i].slowest());
+}
+
+TEST(ModeBanks, HaveAtMostAsManyRowsAsManyChannelsAllow) {
+  for (const int most : {1, 2, 4})
+    for (const ModeBank& bank : mode_banks(0.01, 10.0, most)) EXPECT_LE(bank.rows(), std::max(most, 2));
 }
 
 }  // namespace

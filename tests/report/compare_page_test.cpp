@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: MIT
+// What a run leaves in files and a report reads back: curves of its training, and its control loop.
 #include "trainer/report/compare_page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <complex>
 #include <regex>
 #include <set>
 
+#include "codegen/base/error.h"
 #include "tests/report/html_checks.h"
+#include "tests/support/thrown_message.h"
+#include "trainer/report/control_loop_result.h"
+#include "trainer/report/training_curves.h"
 
 namespace nlo::trainer {
 namespace {
@@ -60,6 +67,45 @@ TEST(ComparePage, DrawsALineForEachConditionInSixColoursTheObserverInFront) {
   EXPECT_GE(colours.size(), 5U);
   EXPECT_EQ(last, "rgb(217, 114,  26)") << "the observer's";
   EXPECT_THAT(page, HasSubstr("error / error of the EKF, tuned"));
+}
+
+TEST(TrainingCurves, ReadBackByHeading) {
+  const TrainingCurves curves = parse_training_curves(
+      "loss,step,unknown,lambda_1_im,lambda_1_re\r\n0.5,0,7,2,-1\r\n,100,7,2.5,-1.5\r\n", "metrics.csv");
+  EXPECT_EQ(curves.step[1], 100.0);
+  EXPECT_EQ(curves.loss[0], 0.5);
+  EXPECT_TRUE(std::isnan(curves.loss[1]));
+  ASSERT_EQ(curves.eigenvalues.size(), 1U);
+  EXPECT_EQ(curves.eigenvalues[0][1], std::complex<double>(-1.5, 2.5));
+}
+
+TEST(TrainingCurves, DamageIsNamedByLine) {
+  const auto message = [](const char* csv) -> std::string {
+    return thrown_message([&] { parse_training_curves(csv, "metrics.csv"); });
+  };
+  EXPECT_THAT(message(""), HasSubstr("metrics.csv: is empty"));
+  EXPECT_THAT(message("loss\n1\n"), HasSubstr("no column \"step\""));
+  EXPECT_THAT(message("step,loss\n1,2\n3\n"), HasSubstr("metrics.csv:3: has 1 cells"));
+  EXPECT_THAT(message("step\n0x7\n"), HasSubstr("metrics.csv:2: \"0x7\" is not a number"));
+}
+
+TEST(ControlLoopResult, ReadsWhatTheExampleWrites) {
+  const ControlLoopResult result = parse_control_loop(R"({"rate_hz": 1000, "ticks": 500, "sample_period_s": 0.02,
+    "noise_std": 0.5, "seed": 1, "rms_error": 0.17, "settled_rms_error": 0.08, "missed_deadlines": 2, "faults": 0,
+    "outside_domain": 3, "real_time_priority": true, "memory_locked": false,
+    "step_and_estimate_ns": {"p50": 200, "p99": 300, "p99_9": 400, "max": 5000},
+    "wake_up_lateness_ns": {"p50": 1, "p99": 2, "p99_9": 3, "max": 4},
+    "step_and_estimate_histogram": [{"below_ns": 244, "count": 499}, {"below_ns": 305, "count": 1}]})",
+                                                      "control_loop.json");
+  EXPECT_EQ(result.missed_deadlines, 2);
+  EXPECT_EQ(result.step_and_estimate.p99_9, 400.0);
+  ASSERT_EQ(result.histogram.size(), 2U);
+  EXPECT_EQ(result.histogram[0].count, 499.0);
+}
+
+TEST(ControlLoopResult, NamesWhatIsMissing) {
+  for (const char* text : {"", "[]", "{\"rate_hz\": 1000}", "{\"rate_hz\": \"fast\"}"})
+    EXPECT_THROW(parse_control_loop(text, "control_loop.json"), codegen::Error) << text;
 }
 
 }  // namespace

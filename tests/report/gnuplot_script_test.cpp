@@ -3,23 +3,24 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <regex>
 #include <set>
 #include <tuple>
 
+#include "tests/support/scratch_directory.h"
 #include "trainer/report/gnuplot.h"
 #include "trainer/report/html.h"
+#include "trainer/report/svg_text.h"
 
 namespace nlo::trainer {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 /// Contrast of two colours "#rrggbb" by WCAG 2: 1 to 21.
 double contrast(const std::string& a, const std::string& b) {
@@ -63,11 +64,9 @@ TEST(Page, TextHasEnoughContrastInLightAndDark) {
 
 /// The commands that draw one panel.
 std::string script_of(Panel panel) {
-  const auto directory = std::filesystem::temp_directory_path() / ("nlo-script-" + std::to_string(getpid()));
-  std::filesystem::create_directory(directory);
+  const ScratchDirectory directory;
   bool written = true;
-  std::string script = figure_script({"", 400, 200, false, {std::move(panel)}}, 0, directory, written);
-  std::filesystem::remove_all(directory);
+  std::string script = figure_script({"", 400, 200, false, {std::move(panel)}}, 0, directory.path(), written);
   EXPECT_TRUE(written);
   return script;
 }
@@ -123,6 +122,52 @@ TEST(Thinned, KeepsTheFirstAndStaysBelowTheLimit) {
   EXPECT_EQ(thinned(values, 800)[0], 0.0);
   EXPECT_EQ(thinned(values, 2501), values);
   EXPECT_EQ(thinned(Eigen::VectorXd(), 10).size(), 0);
+}
+
+TEST(ShortPath, IsRelativeInTenthsOfAPixel) {
+  EXPECT_EQ(short_path("M81.90,149.36 L941.79,149.36  "), "M81.9,149.4l859.9,0");
+  EXPECT_EQ(short_path("M1.00,2.00 L1.50,1.70 L2.00,\n\tM7,8 L9,8"),
+            "M1.00,2.00 L1.50,1.70 L2.00,\n\tM7,8 L9,8");  // damaged
+  EXPECT_EQ(short_path("M1.00,2.00 L1.50,1.70\n\tL2.00,3.00 M7,8 L9,8 Z"), "M1,2l.5,-.3 .5,1.3M7,8l2,0Z");
+}
+
+TEST(ShortPath, RoundingDoesNotAddUp) {
+  std::string path = "M0.00,0.00";
+  for (int i = 1; i <= 1000; ++i) path += " L" + std::to_string(0.04 * i) + ",0.00";
+  const std::string brief = short_path(path);
+  double x = 0.0;
+  for (std::size_t at = brief.find('l'); at != std::string::npos; at = brief.find(' ', at + 1))
+    x += std::stod(brief.substr(at + 1));
+  EXPECT_NEAR(x, 40.0, 0.05);
+}
+
+TEST(ShortPath, LeavesOtherPathsAlone) {
+  for (const char* path : {"M-1,0 h2 M0,-1 v2", "", "M1", "m1,2 l3,4", "M1,2 Lx,3"}) EXPECT_EQ(short_path(path), path);
+}
+
+TEST(InlineSvg, DropsGroupsThatHoldNothing) {
+  const std::string svg = inline_svg(
+      "<?xml?>\n<svg>\n<g fill=\"none\">\n</g>\n<g id=\"x\">\n\t<path d='M1.00,2.00 L3.00,2.00'/></g>\n"
+      "<g a=\"b\"> </g>\n</svg>");
+  EXPECT_EQ(svg, "<svg>\n<g id=\"x\">\n\t<path d='M1,2l2,0'/></g>\n</svg>");
+  EXPECT_EQ(inline_svg("no picture"), "");
+}
+
+TEST(InlineSvg, IsAnImageWithALabelInsteadOfGnuplotsNames) {
+  const std::string svg = inline_svg(
+      "<svg width=\"1\"><title>Gnuplot</title>\n<g id=\"gnuplot_plot_1a\"><title>gnuplot_plot_1a</title>\n<path/></g>"
+      "<g id=\"gnuplot_plot_2a\"><title>truth</title><path/></g></svg>",
+      "x1 [m] over \"time\"");
+  EXPECT_EQ(svg,
+            "<svg role=\"img\" aria-label=\"x1 [m] over &quot;time&quot;\" width=\"1\">\n<g>\n<path/></g>"
+            "<g><title>truth</title><path/></g></svg>");
+}
+
+TEST(StandaloneSvg, StandsOnWhite) {
+  const std::string drawn = "<svg>\n<rect x=\"0\" y=\"0\" fill=\"none\"/>\n<g fill=\"none\"></g></svg>";
+  EXPECT_THAT(standalone_svg(drawn), HasSubstr("<rect x=\"0\" y=\"0\" fill=\"white\"/>"));
+  EXPECT_THAT(standalone_svg(drawn), HasSubstr("<g fill=\"none\">"));
+  EXPECT_THAT(drawn, Not(HasSubstr("white")));
 }
 
 }  // namespace

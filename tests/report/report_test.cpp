@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <regex>
@@ -13,6 +12,7 @@
 #include "codegen/base/file.h"
 #include "tests/report/html_checks.h"
 #include "tests/report/sample_report.h"
+#include "tests/support/scratch_directory.h"
 #include "trainer/report/figures.h"
 
 namespace nlo::trainer {
@@ -218,21 +218,20 @@ TEST(Report, BalanceCheckFindsAnOpenTag) {  // control
 }
 
 TEST(ReportOf, TakesWhatLiesInTheRunDirectory) {
-  const auto directory = std::filesystem::temp_directory_path() / ("nlo-report-test-" + std::to_string(getpid()));
-  std::filesystem::create_directory(directory);
+  const ScratchDirectory directory;
   codegen::Model model;
   model.name = "m";
-  EXPECT_FALSE(report_of(model, directory.string()).training.has_value());
-  codegen::write_file_atomically((directory / "metrics.csv").string(), "step,loss\n0,1\n");
-  codegen::write_file_atomically((directory / "control_loop.json").string(), "{}");
-  codegen::write_file_atomically((directory / "model.json").string(), "{}");
+  EXPECT_FALSE(report_of(model, directory.path()).training.has_value());
+  directory.write("metrics.csv", "step,loss\n0,1\n");
+  directory.write("control_loop.json", "{}");
+  directory.write("model.json", "{}");
   // A result older than the model is another model's: left out, and not even read.
-  std::filesystem::last_write_time(directory / "control_loop.json",
-                                   std::filesystem::last_write_time(directory / "model.json") - std::chrono::hours(1));
-  const ReportData data = report_of(model, directory.string());
+  std::filesystem::last_write_time(
+      directory.path("control_loop.json"),
+      std::filesystem::last_write_time(directory.path("model.json")) - std::chrono::hours(1));
+  const ReportData data = report_of(model, directory.path());
   EXPECT_TRUE(data.training.has_value());
   EXPECT_FALSE(data.control_loop.has_value());
-  std::filesystem::remove_all(directory);
 }
 
 TEST(SampleReport, WriteForViewing) {

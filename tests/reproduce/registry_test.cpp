@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "codegen/base/error.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/jobs/finished_run.h"
 #include "trainer/plants/initial_states.h"
@@ -25,12 +25,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 std::string refusal(const std::string& what) {
-  try {
-    select_items(what);
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "";
+  return thrown_message([&] { select_items(what); });
 }
 
 TEST(Registry, CoversThePapersTablesAndFigures) {

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // `nlo reproduce` end to end on its smallest item: the cache, interruption, the page.
+// Numbers beside the paper's: statistics, marks, CSV.
 #include "trainer/reproduce/run.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -15,8 +16,11 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
+#include "tests/support/scratch_directory.h"
 #include "trainer/jobs/kept_training.h"
+#include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/jobs.h"
+#include "trainer/reproduce/section.h"
 
 namespace nlo::trainer::reproduction {
 namespace {
@@ -30,15 +34,10 @@ constexpr Size kTiny{.steps = 0.02, .test_trajectories = 2, .map_points = 3};
 
 class Reproduction : public testing::Test {
  protected:
-  Reproduction() : path_(fs::temp_directory_path() / ("nlo-reproduce-" + std::to_string(getpid()))) {
-    fs::remove_all(path_);
-  }
-  ~Reproduction() override { fs::remove_all(path_); }
-
   Request tiny(const std::string& directory = "a") const {
     Request request;
     request.what = kItem;
-    request.directory = (path_ / directory).string();
+    request.directory = scratch_.path(directory);
     request.size = kTiny;
     request.quick = true;
     request.seeds = 1;
@@ -57,7 +56,7 @@ class Reproduction : public testing::Test {
     return kept_folder(request.directory + "/cache", {run_identity(experiment)}) + "/model.json";
   }
 
-  const fs::path path_;
+  const ScratchDirectory scratch_;
 };
 
 TEST_F(Reproduction, ASecondRunTrainsNothingAndGivesTheSameBytes) {
@@ -171,6 +170,42 @@ TEST_F(Reproduction, AnUnknownItemWritesNothing) {
   request.what = "table9";
   EXPECT_THROW(run(request), codegen::Error);
   EXPECT_FALSE(fs::exists(request.directory));
+}
+
+TEST(Spread, IsMeanAndPopulationDeviation) {
+  const Spread s = spread({1.0, 2.0, 3.0});
+  EXPECT_DOUBLE_EQ(s.mean, 2.0);
+  EXPECT_DOUBLE_EQ(s.deviation, std::sqrt(2.0 / 3.0));  // divided by n, not n - 1
+  EXPECT_TRUE(std::isnan(spread({}).mean));
+}
+
+TEST(Cell, IsMarkedBeyondThirtyFivePercentInThePaperLikeReading) {
+  const double inside = 1.34, outside = 1.36;
+  EXPECT_FALSE(is_outside({1.0, {5.0}, {inside}}));
+  EXPECT_TRUE(is_outside({1.0, {1.0}, {outside}}));
+  EXPECT_TRUE(is_outside({1.0, {1.0}, {2.0 - outside}}));
+  EXPECT_FALSE(is_outside({std::nullopt, {1.0}, {99.0}}));
+}
+
+Section two_cells() {
+  Section section;
+  section.tables.push_back(
+      {"", "noise", {"a, quoted", "b"}, {"none"}, {{{0.5, {1.0, 3.0}, {0.25, 0.75}}, {std::nullopt, {2.0}, {}}}}});
+  return section;
+}
+
+TEST(NumbersCsv, HasALinePerCellAndReading) {
+  EXPECT_EQ(numbers_csv(two_cells()),
+            "table,row,column,reading,metric,paper,mean,deviation,relative_to_paper,seed_1,seed_2\n"
+            ",none,\"a, quoted\",strict,norm,0.5,2,1,,1,3\n"
+            ",none,\"a, quoted\",paper-like,nrmse,0.5,0.5,0.25,0,0.25,0.75\n"
+            ",none,b,strict,norm,,2,0,,2\n");
+  EXPECT_EQ(numbers_csv({}), "");
+}
+
+TEST(ColumnsCsv, WritesColumnsSideBySide) {
+  const Eigen::VectorXd time = Eigen::Vector2d(0.0, 0.5), x = Eigen::Vector2d(-1.0, 0.1);
+  EXPECT_EQ(columns_csv({{"time_s", time}, {"x1", x}}), "time_s,x1\n0,-1\n0.5,0.1\n");
 }
 
 }  // namespace

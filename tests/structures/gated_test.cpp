@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/replay/reference_observer.h"
+#include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/structures/gated_units.h"
@@ -228,12 +228,7 @@ TEST(Gated, ThreadsDoNotChangeItsBytes) {
 
 TEST(Gated, RefusesWhatItHasNoUseFor) {
   const auto message = [](const std::string& line) -> std::string {
-    try {
-      gated_experiment(line + "\n");
-    } catch (const codegen::Error& error) {
-      return error.what();
-    }
-    return "no error";
+    return thrown_message([&] { gated_experiment(line + "\n"); });
   };
   EXPECT_EQ(message("units = 4"), "no error");
   EXPECT_EQ(message("rates = [0.5, 20.0]"), "no error");

@@ -9,9 +9,9 @@
 #include <random>
 #include <string>
 
-#include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/replay/reference_observer.h"
+#include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/experiments/load_experiment.h"
@@ -164,7 +164,7 @@ TEST(Inputs, TheGeneralRouteMeetsTheExactFilterOnCommands) {
 }
 
 std::string refused(const std::string& observer, const std::string& loss) {
-  try {
+  return thrown_message([&] {
     parse_experiment(
         "name = \"rig\"\n[log]\nsample_period_s = 0.1\ntrain_files = [\"a.csv\"]\n[[log.columns]]\nname = \"y\"\n"
         "role = \"output\"\n[[log.columns]]\nname = \"u\"\nrole = \"input\"\n[[log.columns]]\nname = \"x\"\nrole = "
@@ -172,14 +172,11 @@ std::string refused(const std::string& observer, const std::string& loss) {
         "[observer]\neigenvalues = [-1.0]\n" +
             observer + "[loss]\n" + loss,
         "rig.toml");
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "";
+  });
 }
 
 TEST(Inputs, WhatTheyCannotMeanIsRefusedWithTheMend) {
-  EXPECT_EQ(refused("", ""), "") << "control";
+  EXPECT_EQ(refused("", ""), "no error") << "control";
   EXPECT_THAT(
       refused("hold = \"zero_order\"\ninput_hold = \"first_order\"\n", ""),
       ::testing::AllOf(::testing::HasSubstr("rig.toml:17"), ::testing::HasSubstr("set hold = \"first_order\"")));

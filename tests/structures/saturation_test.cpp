@@ -7,8 +7,8 @@
 #include <cmath>
 #include <string>
 
-#include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/structures/module.h"
 #include "trainer/structures/table.h"
@@ -68,12 +68,7 @@ TEST(Saturation, FarOutsideTheEstimateStaysNearWhatTrainingHasSeen) {
 }
 
 std::string saturation_refusal(const std::string& structure, const std::string& saturation) {
-  try {
-    parse_experiment(saturating_experiment(structure, saturation), "s.toml");
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "";
+  return thrown_message([&] { parse_experiment(saturating_experiment(structure, saturation), "s.toml"); });
 }
 
 TEST(Saturation, WhatCannotBeIsRefusedByItsKey) {

@@ -8,8 +8,8 @@
 #include <random>
 #include <string>
 
-#include "codegen/base/error.h"
 #include "codegen/replay/reference_observer.h"
+#include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/rollout/sampling.h"
@@ -181,12 +181,7 @@ TEST(FailingSensors, WithMirrorAnOddOneRestsAtZero) {
 }
 
 std::string refusal(const std::string& observer) {
-  try {
-    parse_experiment(experiment_text(observer, ""), "f.toml");
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "";
+  return thrown_message([&] { parse_experiment(experiment_text(observer, ""), "f.toml"); });
 }
 
 TEST(FailingSensors, WhatCannotBeIsRefusedWithTheFix) {

@@ -49,7 +49,7 @@ std::string message_of(const std::string& path, const CheckpointOwner& owner = k
 }
 
 TEST(Checkpoint, ReadsBackWhatWasWritten) {
-  const testing::ScratchDirectory directory;
+  const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   const TrainingState state = some_state();
   write_checkpoint(state, kExperiment, path);
@@ -68,7 +68,7 @@ TEST(Checkpoint, ReadsBackWhatWasWritten) {
 }
 
 TEST(Checkpoint, RefusesAFlippedBitInAnyByte) {
-  const testing::ScratchDirectory directory;
+  const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   write_checkpoint(some_state(), kExperiment, path);
   const std::string whole = codegen::read_file(path);
@@ -83,7 +83,7 @@ TEST(Checkpoint, RefusesAFlippedBitInAnyByte) {
 }
 
 TEST(Checkpoint, RefusesEveryTruncationAndWhatIsNoCheckpoint) {
-  const testing::ScratchDirectory directory;
+  const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   write_checkpoint(some_state(), kExperiment, path);
   const std::string whole = codegen::read_file(path);
@@ -99,7 +99,7 @@ TEST(Checkpoint, RefusesEveryTruncationAndWhatIsNoCheckpoint) {
 }
 
 TEST(Checkpoint, RefusesOneOfAnotherExperiment) {
-  const testing::ScratchDirectory directory;
+  const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   write_checkpoint(some_state(), kExperiment, path);
   CheckpointOwner other = kOwner;
@@ -109,7 +109,7 @@ TEST(Checkpoint, RefusesOneOfAnotherExperiment) {
 
 /// write_checkpoint() makes the checksum right whatever the state: what follows are forgeries.
 TEST(Checkpoint, RefusesEverySizeThatIsNotTheExperimentsWhereTheChecksumIsRight) {
-  const testing::ScratchDirectory directory;
+  const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   using Forge = void (*)(TrainingState&);
   const std::pair<const char*, Forge> forgeries[] = {
@@ -133,7 +133,7 @@ TEST(Checkpoint, RefusesEverySizeThatIsNotTheExperimentsWhereTheChecksumIsRight)
 }
 
 TEST(Checkpoint, RefusesEveryNumberThatNoTrainingWritesWhereTheChecksumIsRight) {
-  const testing::ScratchDirectory directory;
+  const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   using Forge = void (*)(TrainingState&);
@@ -167,7 +167,7 @@ TEST(Checkpoint, RefusesEveryNumberThatNoTrainingWritesWhereTheChecksumIsRight) 
 }
 
 TEST(Checkpoint, OfATrainingThatDivergedIsReadForItsBest) {
-  const testing::ScratchDirectory directory;
+  const ScratchDirectory directory;
   const std::string path = directory.path("checkpoint.bin");
   TrainingState state = some_state();
   state.parameters[0] = state.memory[2] = std::numeric_limits<float>::infinity();

@@ -19,7 +19,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using testing::ScratchDirectory;
 
 /// y moves a little about a level of its log's own, and "grip" is 1 or -1 from log to log in turn: the level tells it
 /// on these logs, and nothing tells it on another.

@@ -5,14 +5,13 @@
 #include <atomic>
 #include <string>
 
-#include "codegen/base/error.h"
+#include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
 
 using testing::harmonics;
-using testing::ScratchDirectory;
 using testing::small_experiment;
 
 inline Dataset training_set() {
@@ -47,12 +46,7 @@ inline TrainingResult train_for(const Experiment& experiment, const std::string&
 
 inline std::string error_of(const Experiment& experiment, const Dataset& training, const Dataset& validation,
                             const TrainOptions& options = {}) {
-  try {
-    (void)train(experiment, training, validation, options);
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { (void)train(experiment, training, validation, options); });
 }
 
 }  // namespace nlo::trainer

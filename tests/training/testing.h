@@ -2,10 +2,7 @@
 // Small data sets and experiments for the tests of training, and a trained model run plainly in double.
 #pragma once
 
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
 #include <random>
 #include <string>
 
@@ -13,30 +10,12 @@
 #include "codegen/replay/reference_observer.h"
 #include "tests/nn/plain_network.h"
 #include "tests/sensitivity/plain_latent.h"
+#include "tests/support/scratch_directory.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/structures/observer_gain.h"
 
 namespace nlo::trainer::testing {
-
-/// A directory of this test's own, gone at its end.
-class ScratchDirectory {
- public:
-  ScratchDirectory() {
-    static int number = 0;
-    path_ = std::filesystem::temp_directory_path() /
-            ("nlo_trainer_test_" + std::to_string(getpid()) + "_" + std::to_string(number++));
-    std::filesystem::create_directories(path_);
-  }
-  ~ScratchDirectory() { std::filesystem::remove_all(path_); }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-  std::string path(const std::string& file) const { return (path_ / file).string(); }
-  std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// Two states and one output of random harmonics: smooth, of no plant. Long runs move further than short ones.
 inline Dataset harmonics(const std::vector<int>& samples, bool jittered, unsigned seed = 1) {
