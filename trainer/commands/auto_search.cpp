@@ -16,7 +16,6 @@
 #include "trainer/commands/model_cost.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
-#include "trainer/commands/search_judge.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/jobs/interrupt.h"
 #include "trainer/jobs/kept_training.h"

@@ -7,28 +7,105 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <string_view>
+#include <utility>
 
+#include "codegen/base/error.h"
 #include "codegen/base/file.h"
+#include "codegen/model/model.h"
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/noise_table.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
 #include "trainer/bounds/bound_study.h"
 #include "trainer/bounds/bound_text.h"
+#include "trainer/bounds/latent_system.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/directory_lock.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
-#include "trainer/commands/scaled_training.h"
 #include "trainer/compare/strict_study.h"
+#include "trainer/config/experiment.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/training_sets.h"
 #include "trainer/jobs/interrupt.h"
+#include "trainer/jobs/kept_training.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/report/bound_page.h"
+#include "trainer/structures/linear_latent_start.h"
+#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {
+
+/// `experiment` with k times the eigenvalues that `model` has learned, clocks k times as fast, and `steps` of training
+/// (0: its own, at most 2,000). Throws codegen::Error when rk4 would diverge, or when the eigenvalues of several
+/// outputs have been learned apart, which no experiment can hold.
+Experiment scaled_experiment(const Experiment& experiment, const codegen::Model& model, double k, int steps) {
+  constexpr int kShort = 2000;  // the eigenvalues stand still: T* alone is learned
+  constexpr double kSame = 1e-6;
+  Experiment again = experiment;
+  ObserverConfig& observer = again.observer;
+  const std::size_t outputs = static_cast<std::size_t>(model.nr()), pairs = observer.pairs.size(),
+                    real = observer.eigenvalues.size();
+  const auto expected = outputs * (2 * pairs + real) + observer.clocks_s.size();
+  if (static_cast<std::size_t>(model.nz()) != expected ||
+      static_cast<std::size_t>(codegen::linear_latent(model)->pairs) != outputs * pairs)
+    throw codegen::Error(
+        fmt::format("model {}: has {} latent states, but its config describes {}; the file was changed: train it again",
+                    model.name, model.nz(), expected));
+  // As make_structure() lays them out: the pairs of each output, then the real ones of each output, then the clocks.
+  const auto learned = [&](std::size_t first, std::size_t per_output, std::size_t i) {
+    const double value = codegen::linear_latent(model)->eigenvalues(static_cast<Eigen::Index>(first + i));
+    for (std::size_t j = 1; j < outputs; ++j) {
+      const double other =
+          codegen::linear_latent(model)->eigenvalues(static_cast<Eigen::Index>(first + j * per_output + i));
+      if (std::abs(other - value) > kSame * std::abs(value))
+        throw codegen::Error(
+            fmt::format("model {}: its outputs have learned different eigenvalues ({:.6g} and {:.6g}), which cannot be "
+                        "trained again "
+                        "as one set; train it with learn_eigenvalues = false, or ask for --k 1 alone",
+                        model.name, value, other));
+    }
+    return k * value;
+  };
+  if (k != 1.0) {
+    for (std::size_t i = 0; i < pairs; ++i)
+      observer.pairs[i] = {learned(0, 2 * pairs, 2 * i), learned(0, 2 * pairs, 2 * i + 1)};
+    for (std::size_t i = 0; i < real; ++i) observer.eigenvalues[i] = learned(2 * pairs * outputs, real, i);
+    for (double& tau_s : observer.clocks_s) tau_s /= k;
+  }
+  observer.learn_eigenvalues = false;
+  again.training.steps = steps > 0 ? steps : std::min(experiment.training.steps, kShort);
+  try {
+    check_latent_step(observer, again.simulation.sample_period_s);
+  } catch (const codegen::Error& error) {
+    throw codegen::Error(fmt::format("k = {}: {}", shortest_text(k), error.what()));
+  }
+  again.source_text = format_experiment(again);
+  return again;
+}
+
+/// Trains it on its own simulations and keeps that below `output`, if there is one; F stays that of `model`, which it
+/// becomes. Throws codegen::Error when the training diverges.
+JobEnd train_scaled(const Experiment& experiment, const std::string& output, const JobContext& context,
+                    codegen::Model& model) {
+  const codegen::Model original = std::move(model);
+  const FinishedRun inputs{run_identity(experiment)};
+  const Train train_it = [&](const TrainOptions& options) {
+    Experiment own = experiment;
+    own.threads = context.threads;
+    const TrainingSets sets = simulate_training_sets(own);
+    return train(own, sets.training, sets.validation, options);
+  };
+  const JobEnd end =
+      train_kept(output.empty() ? "" : kept_folder(output + "/retrained", inputs), inputs, context, train_it, model);
+  if (end != JobEnd::kStopped)
+    model = with_injection(std::move(model), codegen::linear_latent(original)->output_injection);
+  return end;
+}
 
 struct BoundArguments {
   std::string model, factors = "1,2,4,8", noise, disturbance = "0", output;
@@ -189,36 +266,27 @@ void add_bound(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<BoundArguments>();
   CLI::App* command =
       app.add_subcommand("bound", "Trade speed against noise: the robustness bound for faster and slower eigenvalues");
-  command->add_option("MODEL", arguments->model, "model.json of nlo train, trained on a plant")->required();
-  command->add_option("--k", arguments->factors, "factors for all eigenvalues, separated by commas")
-      ->type_name("K,K,...")
-      ->capture_default_str();
-  command->add_option("--noise", arguments->noise,
-                      "bounded noise: uniform:HALF_WIDTH or none (default: uniform, as strong as in training)");
-  command->add_option("--disturbance", arguments->disturbance, "largest |w| on the state's derivative")
-      ->type_name("W")
-      ->capture_default_str();
-  command->add_option("--trajectories", arguments->test.trajectories, "number of measured runs")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
-  command
-      ->add_option("--steps", arguments->steps,
-                   "training steps of T* for each k except 1 (default: the experiment's, at most 2000)")
+  Options options(*command);
+  options.value("MODEL", arguments->model, "model.json of nlo train, trained on a plant")->required();
+  options.shown("--k", arguments->factors, "factors for all eigenvalues, separated by commas", "K,K,...");
+  options.value("--noise", arguments->noise,
+                "bounded noise: uniform:HALF_WIDTH or none (default: uniform, as strong as in training)");
+  options.shown("--disturbance", arguments->disturbance, "largest |w| on the state's derivative", "W");
+  options.number("--trajectories", arguments->test.trajectories, 1, 10000, "number of measured runs");
+  options
+      .value("--steps", arguments->steps,
+             "training steps of T* for each k except 1 (default: the experiment's, at most 2000)")
       ->check(CLI::Range(1, 100000000));
-  command->add_option("--seed", arguments->test.seed, "seed of the initial states, the noise and the disturbance")
-      ->check(check_seed)
-      ->capture_default_str();
-  command
-      ->add_option("--boxes", arguments->test.boxes,
-                   "most boxes in the search for the Lipschitz constant of T* (default: as many as take some 2 s)")
+  options.seed(arguments->test.seed, "seed of the initial states, the noise and the disturbance");
+  options
+      .value("--boxes", arguments->test.boxes,
+             "most boxes in the search for the Lipschitz constant of T* (default: as many as take some 2 s)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{100000000}));
-  command->add_option("--threads", arguments->test.threads, "0: all cores; does not change the result")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "directory for bound.html and bound.csv")->type_name("DIR");
-  CLI::Option* json = command->add_flag("--json", arguments->json, "one JSON object instead of the table");
-  command->add_flag("--csv", arguments->csv, "CSV instead of the table")->excludes(json);
-  command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");
+  options.threads(arguments->test.threads);
+  options.directory("-o,--output", arguments->output, "directory for bound.html and bound.csv");
+  CLI::Option* json = options.flag("--json", arguments->json, "one JSON object instead of the table");
+  options.flag("--csv", arguments->csv, "CSV instead of the table")->excludes(json);
+  options.flag("-q,--quiet", arguments->quiet, "no progress on stderr");
   command->footer(
       "With -o trainings are kept in DIR/retrained: the same k and steps train nothing again.\n"
       "Examples:\n"

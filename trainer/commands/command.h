@@ -30,12 +30,6 @@ auto run_phase(Work&& work) {
   }
 }
 
-/// Checks of options, for CLI11: empty when the text is fine, else what it must be. CLI11's own let -1 wrap round to a
-/// big unsigned number, and NaN through every range.
-std::string check_seed(const std::string& text);
-std::string check_scale(const std::string& text);
-std::string check_minutes(const std::string& text);
-
 /// Each adds a subcommand; when it was chosen, parsing sets `action` to what it does.
 using Action = std::function<void()>;
 void add_bound(CLI::App& app, Action& action);

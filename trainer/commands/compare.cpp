@@ -10,6 +10,7 @@
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/compare/compare_study.h"
@@ -118,51 +119,35 @@ void add_compare(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command =
       app.add_subcommand("compare", "Observers against filters that know the plant, under many conditions");
-  command->add_option("MODEL", arguments->models, "model.json of nlo train, trained on a plant; several of one plant")
+  Options options(*command);
+  options.value("MODEL", arguments->models, "model.json of nlo train, trained on a plant; several of one plant")
       ->required();
-  command
-      ->add_option("--against", arguments->test.against,
-                   fmt::format("{} (all); particle knows each condition: the floor", fmt::join(rivals(), ", ")))
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("FILTER,...")
+  options
+      .list("--against", arguments->test.against,
+            fmt::format("{} (all); particle knows each condition: the floor", fmt::join(rivals(), ", ")), "FILTER,...")
       ->check(CLI::IsMember(rivals()));
-  CLI::Option* conditions = command->add_option(
+  CLI::Option* conditions = options.value(
       "--conditions", arguments->conditions,
       "[[condition]] tables: name, noise, parameters, parameter_factor, process_noise, box_scale, set, input, "
-      "input_noise (twenty that fit any plant)");
-  conditions->type_name("FILE.toml");
-  command
-      ->add_flag("--as-trained", arguments->as_trained,
-                 "one condition: noise and plant as in the first model's training")
+      "input_noise (twenty that fit any plant)",
+      "FILE.toml");
+  options
+      .flag("--as-trained", arguments->as_trained, "one condition: noise and plant as in the first model's training")
       ->excludes(conditions);
-  command
-      ->add_option("--set", arguments->changes,
-                   "test on a changed plant in every condition: plant.KEY=VALUE, simulation.KEY=VALUE, "
-                   "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated; filters know the nominal one")
-      ->allow_extra_args(false)
-      ->type_name("KEY=VALUE");
-  command->add_option("--seeds", arguments->test.seeds, "test seeds, for means and standard errors")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
-  command->add_option("--trajectories", arguments->test.trajectories, "runs for each seed")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  command->add_option("--seed", arguments->test.seed, "first test seed")->check(check_seed)->capture_default_str();
-  command->add_flag("--no-tuning", arguments->no_tuning, "only filters as shipped");
-  command->add_option("--tuning-runs", arguments->test.tuning_trajectories, "runs of each condition to tune filters on")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
-  command->add_option("--particles", arguments->test.particles, "particles of the particle filter")
-      ->check(CLI::Range(10, 1000000))
-      ->capture_default_str();
-  command->add_flag("--quick", arguments->quick, "at most 3 seeds, 6 runs to tune on, 200 particles");
-  command->add_option("--threads", arguments->test.threads, "0: all cores; does not change the errors")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "directory for compare.html and compare.json")
-      ->type_name("DIR");
-  command->add_flag("--json", arguments->json, "one JSON object instead of the tables");
+  options.changes(arguments->changes,
+                  "test on a changed plant in every condition: plant.KEY=VALUE, simulation.KEY=VALUE, "
+                  "excitation.KEY=VALUE, feedback.KEY=VALUE; may be repeated; filters know the nominal one");
+  options.number("--seeds", arguments->test.seeds, 1, 10000, "test seeds, for means and standard errors");
+  options.number("--trajectories", arguments->test.trajectories, 1, 100000, "runs for each seed");
+  options.seed(arguments->test.seed, "first test seed");
+  options.flag("--no-tuning", arguments->no_tuning, "only filters as shipped");
+  options.number("--tuning-runs", arguments->test.tuning_trajectories, 1, 10000,
+                 "runs of each condition to tune filters on");
+  options.number("--particles", arguments->test.particles, 10, 1000000, "particles of the particle filter");
+  options.flag("--quick", arguments->quick, "at most 3 seeds, 6 runs to tune on, 200 particles");
+  options.threads(arguments->test.threads, "0: all cores; does not change the errors");
+  options.directory("-o,--output", arguments->output, "directory for compare.html and compare.json");
+  options.flag("--json", arguments->json, "one JSON object instead of the tables");
   command->footer(
       "Filters know the nominal plant and the nominal variance of the noise; tuned ones have Q, R, P0 and a gate on "
       "the\n"

@@ -13,6 +13,7 @@
 #include "trainer/commands/crossvalidate_text.h"
 #include "trainer/commands/directory_lock.h"
 #include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/data/log_dataset.h"
@@ -181,37 +182,21 @@ void add_crossvalidate(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<CrossvalidateArguments>();
   CLI::App* command =
       app.add_subcommand("crossvalidate", "Leave each log, or each group of logs, out of the training once");
-  command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one")
+  Options options(*command);
+  options.value("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one")
       ->required();
-  command->add_option("--data", arguments->data, "directory of the logs that [log] names: all splits together")
-      ->type_name("DIR");
-  command
-      ->add_option(
-          "--group", arguments->group,
-          "leave out together the logs in whose names this regular expression finds the same text (else [validation] "
-          "groups)")
-      ->type_name("REGEX");
-  command
-      ->add_option("--logs", arguments->sizes,
-                   "a learning curve: train on this many of the others; several: a row for each")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("COUNT");
-  command->add_option("--seeds", arguments->seeds, "trainings of each, from the experiment's seed on")
-      ->check(CLI::Range(1, 100))
-      ->capture_default_str();
-  command
-      ->add_option("--set", arguments->experiment.overrides,
-                   "SECTION.KEY=VALUE instead of what the file says; may be repeated")
-      ->allow_extra_args(false)
-      ->type_name("KEY=VALUE");
-  command->add_option("--seed", arguments->experiment.seed, "seed in place of the file's")->check(check_seed);
-  command->add_option("--threads", arguments->experiment.threads, "0: all cores; does not change the result");
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "directory that keeps each training, so that a run that was stopped or killed goes on")
-      ->type_name("DIR");
-  command->add_flag("--json", arguments->json, "one JSON array instead of tables: an object for each training");
+  options.directory("--data", arguments->data, "directory of the logs that [log] names: all splits together");
+  options.value("--group", arguments->group,
+                "leave out together the logs in whose names this regular expression finds the same text (else "
+                "[validation] groups)",
+                "REGEX");
+  options.list("--logs", arguments->sizes,
+               "a learning curve: train on this many of the others; several: a row for each", "COUNT");
+  options.number("--seeds", arguments->seeds, 1, 100, "trainings of each, from the experiment's seed on");
+  options.experiment(arguments->experiment);
+  options.directory("-o,--output", arguments->output,
+                    "directory that keeps each training, so that a run that was stopped or killed goes on");
+  options.flag("--json", arguments->json, "one JSON array instead of tables: an object for each training");
   command->footer(
       "Nothing is written without -o. The model of a training is chosen by its error on the very logs that it is "
       "trained on.\n"

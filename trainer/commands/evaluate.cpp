@@ -2,20 +2,27 @@
 // nlo evaluate: a model on new trajectories of its plant, or on logs it was not trained on.
 #include <fmt/core.h>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
-#include "trainer/commands/evaluate_options.h"
 #include "trainer/commands/log_columns.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/patient_progress.h"
+#include "trainer/commands/run_files.h"
+#include "trainer/compare/runs_under.h"
+#include "trainer/compare/strict_study.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/data/log_starts.h"
 #include "trainer/data/training_logs.h"
+#include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/evaluation/evaluation_text.h"
 #include "trainer/experiments/load_experiment.h"
@@ -25,6 +32,95 @@
 
 namespace nlo::trainer {
 namespace {
+
+struct EvaluateArguments {
+  std::vector<std::string> models, noise_words, data, missing;
+  std::vector<double> from_s;
+  std::string columns, input_noise = "none";
+  RunFiles files;
+  StrictTest test;
+  Condition common;  ///< what all noises are tested under
+  std::vector<NoiseConfig> noises;
+  bool json = false;
+  std::string plant_option;  ///< the first that was given of those that are for plants
+};
+
+/// Parsing fills `arguments`. Returns the options that are for plants.
+std::vector<CLI::Option*> add_evaluate_options(CLI::App* command, EvaluateArguments& arguments) {
+  Options options(*command);
+  options
+      .value("MODEL", arguments.models, "model.json of nlo train; several of one experiment: means over training seeds")
+      ->required();
+  options.repeated(
+      "--noise", arguments.noise_words,
+      "noise of the outputs: none, gaussian:SIGMA, uniform:HALF_WIDTH, student:SCALE:FREEDOM, and behind it "
+      "+outliers:SHARE:AMPLITUDE, +bias:HALF_WIDTH, +common_bias:HALF_WIDTH, +clipped:LIMIT, +quantised:STEP, "
+      "+delay:SAMPLES, +jitter:SHARE_OF_PERIOD, +missing:SHARE:SAMPLES_IN_A_ROW, likewise +stuck (its last value) "
+      "and +dead (zero); or one for each output with commas between; may be repeated");
+  options.seed(arguments.test.seed, "seed of the initial states and the noise");
+  std::vector<std::string> against = alternative_names();
+  against.emplace_back(kTrueEkf);
+  const std::vector<CLI::Option*> for_plants = {
+      options.number("--seeds", arguments.test.test_sets, 1, 10000,
+                     "number of test sets, from --seed on: means and standard errors"),
+      options
+          .shown("--box-scale", arguments.common.box_scale,
+                 "initial states from the training box times this (circle: its axes; list: about its mean)")
+          ->check(check_scale),
+      options.number("--trajectories", arguments.test.trajectories, 1, 100000,
+                     "number of new trajectories in a test set"),
+      options.repeated("--input", arguments.common.inputs,
+                       "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order; else as the "
+                       "experiment's [excitation] says",
+                       "EXPR"),
+      options
+          .value("--input-noise", arguments.input_noise,
+                 "noise of the inputs that the observer reads, in the same words; the plant has none", "NOISE")
+          ->allow_extra_args(false),
+      options.changes(arguments.common.changes,
+                      "test on a changed plant: plant.KEY=VALUE, simulation.KEY=VALUE, excitation.KEY=VALUE, "
+                      "feedback.KEY=VALUE; may be repeated"),
+      options
+          .list("--against", arguments.test.against,
+                "ekf, ukf, mhe, high_gain (know the plant trained for), ekf_true (knows the changed plant), "
+                "static_ridge (knows no plant); constant and ridge are always shown")
+          ->check(CLI::IsMember(against))};
+  options.value("--data", arguments.data, "CSV logs (or globs) to evaluate on, instead of the plant");
+  options.value("--columns", arguments.columns,
+                "roles of the logs' columns: [[log.columns]] as in an experiment; else those the model was trained "
+                "with, or headings that are the names of its outputs and states, and \"time\"",
+                "FILE.toml");
+  options.list("--from", arguments.from_s,
+               "with --data: start the observer this long after a log's first sample [s]; several: once for each",
+               "SECONDS");
+  options.list("--missing", arguments.missing,
+               "with --data: an output that fails at the first sample; may be repeated, or with commas between",
+               "OUTPUT");
+  options.value("--figure", arguments.files.figure,
+                "with --data: a picture of each log, estimate over truth, the error below, shaded outside of the "
+                "training domain; for several logs or starts FILE_1.svg, FILE_2.svg...",
+                "FILE.svg");
+  options.value("--estimates", arguments.files.estimates,
+                "with --data: inputs and estimates of the observer, sample by sample; several as above", "FILE.csv");
+  options.threads(arguments.test.threads, "0: all cores");
+  options.flag("--json", arguments.json, "one JSON array instead of tables: an object for each noise");
+  command->footer(
+      "Beside the observer stand a constant and a ridge regression on the observer's own features; on logs the sensor\n"
+      "itself, polynomials and a ridge regression on products of readings, too. These are fitted on the training logs\n"
+      "where they lie in the same folder, else on the very logs of the test, in hindsight.\n"
+      "Examples:\n"
+      "  nlo evaluate runs/van_der_pol/model.json --noise none --noise gaussian:0.5 --against ekf\n"
+      "  nlo evaluate runs/s1/model.json runs/s2/model.json runs/s3/model.json --seeds 20 --noise gaussian:0.5\n"
+      "  nlo evaluate runs/van_der_pol/model.json --set plant.parameters.mu=1.2 --against ekf,ekf_true\n"
+      "  nlo evaluate runs/van_der_pol/model.json --noise uniform:3 --seed 7 --box-scale 2 --json\n"
+      "  nlo evaluate runs/van_der_pol/model.json --input \"0.5*sin(2*t)\" --against ekf\n"
+      "  nlo evaluate runs/qube/model.json --data logs/run8.csv logs/run9.csv\n"
+      "  nlo evaluate runs/battery/model.json --data logs/cycle.csv --from 0,600,3000\n"
+      "  nlo evaluate runs/car/model.json --data logs/run8.csv --missing wheel_speed\n"
+      "  nlo evaluate runs/car/model.json --data logs/run8.csv --figure run8.svg --estimates run8_estimates.csv\n"
+      "  nlo evaluate runs/van_der_pol/model.json --data bench.csv --columns bench.toml");
+  return for_plants;
+}
 
 void check_channels(const codegen::Model& model, std::size_t nx, std::size_t ny, const std::string& path) {
   if (model.states.size() == nx && model.outputs.size() == ny) return;

@@ -19,7 +19,8 @@
 #include "codegen/targets/write_export.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
-#include "trainer/commands/ignored_inputs.h"
+#include "trainer/commands/input_facts.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 
 namespace nlo::trainer {
@@ -121,34 +122,29 @@ void run_export(const ExportArguments& arguments) {
 void add_export(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand("export", "Turn a model into a header of constants for firmware");
-  command->add_option("MODEL", arguments->model, "model.json of nlo train")->required();
+  Options options(*command);
+  options.value("MODEL", arguments->model, "model.json of nlo train")->required();
   std::string targets;
   for (const codegen::ExportTarget& target : codegen::export_targets())
     targets += fmt::format("{}{}: {}", targets.empty() ? "" : "; ", target.name, target.description);
-  command->add_option("--target", arguments->target, targets)->capture_default_str();
-  command->add_option("--scalar", arguments->scalar, "arithmetic on the target: float, double, or int16 (kkl)")
-      ->capture_default_str();
-  command
-      ->add_option("--weights", arguments->weights,
-                   "stored weights: float, or half the bytes in bf16 or fp16 (cpp, replay); arithmetic stays in float")
-      ->capture_default_str();
-  command->add_option("--name", arguments->name,
-                      "namespace of the generated code, an identifier (default: the model's name)");
-  command
-      ->add_option("--max-error", arguments->max_error,
-                   "refuse when a state's largest error in the model's domain is beyond VALUE, or STATE=VALUE,...; in "
-                   "float, take the cheapest tanh that keeps within it")
-      ->type_name("VALUE");
-  command
-      ->add_option("--fit", arguments->fit,
-                   "print what M0+, M4F, M7 and M33 need; refuse more than flash=32K,ram=2K,mac=5000,core=m4f (any "
-                   "of them)")
-      ->type_name("BUDGET");
-  command->add_flag("-q,--quiet", arguments->quiet,
-                    "print nothing when the export succeeds, except what it leaves out");
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "file or folder to write, in a folder that is made where there is none; - for stdout")
+  options.shown("--target", arguments->target, targets);
+  options.shown("--scalar", arguments->scalar, "arithmetic on the target: float, double, or int16 (kkl)");
+  options.shown("--weights", arguments->weights,
+                "stored weights: float, or half the bytes in bf16 or fp16 (cpp, replay); arithmetic stays in float");
+  options.value("--name", arguments->name,
+                "namespace of the generated code, an identifier (default: the model's name)");
+  options.value("--max-error", arguments->max_error,
+                "refuse when a state's largest error in the model's domain is beyond VALUE, or STATE=VALUE,...; in "
+                "float, take the cheapest tanh that keeps within it",
+                "VALUE");
+  options.value("--fit", arguments->fit,
+                "print what M0+, M4F, M7 and M33 need; refuse more than flash=32K,ram=2K,mac=5000,core=m4f (any of "
+                "them)",
+                "BUDGET");
+  options.flag("-q,--quiet", arguments->quiet, "print nothing when the export succeeds, except what it leaves out");
+  options
+      .value("-o,--output", arguments->output,
+             "file or folder to write, in a folder that is made where there is none; - for stdout")
       ->required();
   command->footer(
       "Examples:\n"

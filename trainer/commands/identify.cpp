@@ -14,6 +14,7 @@
 #include "trainer/base/parallel.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/data/log_dataset.h"
@@ -114,21 +115,18 @@ void add_identify(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<IdentifyArguments>();
   CLI::App* command = app.add_subcommand(
       "identify", "Find a plant's parameters from logs, with standard errors, and judge EKF and UKF that know it");
-  command->add_option("IDENTIFICATION", arguments->experiment,
-                      "file with [plant], [log] and [identify], or the name of a shipped one");
-  command->add_option("--data", arguments->data, "directory of the logs that [log] names")->type_name("DIR");
-  command->add_option("-o,--output", arguments->output, "directory for identified.json (default: runs/NAME)")
-      ->type_name("DIR");
-  command->add_option("--set", arguments->overrides, "SECTION.KEY=VALUE instead of what the file says; may be repeated")
-      ->allow_extra_args(false)
-      ->type_name("KEY=VALUE");
-  command->add_option("--threads", arguments->threads, "0: all cores; does not change the result")
+  Options options(*command);
+  options.value("IDENTIFICATION", arguments->experiment,
+                "file with [plant], [log] and [identify], or the name of a shipped one");
+  options.directory("--data", arguments->data, "directory of the logs that [log] names");
+  options.directory("-o,--output", arguments->output, "directory for identified.json (default: runs/NAME)");
+  options.changes(arguments->overrides);
+  options.value("--threads", arguments->threads, "0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024));
-  command->add_flag("--no-filters", arguments->no_filters, "parameters alone");
-  command->add_flag("--json", arguments->json, "print identified.json instead of tables");
-  command->add_flag("--force", arguments->force, "replace what another identification left in the directory");
-  command->add_flag("--help-config", arguments->help_config,
-                    "list the keys of [identify] with their defaults and stop");
+  options.flag("--no-filters", arguments->no_filters, "parameters alone");
+  options.flag("--json", arguments->json, "print identified.json instead of tables");
+  options.flag("--force", arguments->force, "replace what another identification left in the directory");
+  options.flag("--help-config", arguments->help_config, "list the keys of [identify] with their defaults and stop");
   std::string names;
   for (const ShippedExperiment& shipped : shipped_identifications())
     names += (names.empty() ? "" : ", ") + std::string(shipped.name);

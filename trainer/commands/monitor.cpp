@@ -2,34 +2,95 @@
 // nlo monitor: gives a model what says, in flight, that it is wrong.
 #include <fmt/core.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <system_error>
 
 #include "codegen/base/file.h"
+#include "codegen/model/model.h"
 #include "codegen/model_file/model_file.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/directory_lock.h"
-#include "trainer/commands/input_delays.h"
+#include "trainer/commands/input_facts.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/compare/compare_study.h"
 #include "trainer/compare/strict_study.h"
 #include "trainer/data/log_dataset.h"
+#include "trainer/evaluation/text.h"
 #include "trainer/monitor/fit_monitor.h"
 #include "trainer/monitor/monitor_study.h"
-#include "trainer/monitor/monitor_text.h"
 #include "trainer/monitor/sensed_runs.h"
 #include "trainer/monitor/time_constant.h"
 
 namespace nlo::trainer {
 namespace {
+
+/// "innovation_mean"; "" for none.
+const char* alarm_name(nlo::Alarm alarm) {
+  constexpr std::array<const char*, 6> kNames = {
+      "", "innovation_mean", "innovation_variance", "innovation_correlation", "latent_distance", "missing"};
+  return kNames[static_cast<std::size_t>(alarm)];
+}
+
+std::string monitor_text(const codegen::Monitor& monitor, const MonitorStudy& study) {
+  std::string text = fmt::format(
+      "limits for {} false alarms an hour, from {} h of runs as in training; gate at {} deviations of the innovation\n",
+      significant(monitor.false_alarms_per_hour), significant(monitor.hours), significant(monitor.gate));
+  if (study.on_logs)
+    text += fmt::format("on the test logs, {} h: {} alarms an hour{}{}\n", significant(study.log_hours),
+                        significant(study.on_logs->per_hour), study.on_logs->most == Alarm::kNone ? "" : ", mostly ",
+                        alarm_name(study.on_logs->most));
+  if (study.rows.empty()) return text;
+  text += fmt::format(
+      "{} runs of {} s a condition, time constant {} s, once armed after one. error: norm of x - x_hat; ratio: over "
+      "that of\n"
+      "the first row; seen: runs with an alarm within five time constants; gated: error behind the gate\n\n",
+      study.runs, significant(study.horizon_s), significant(study.time_constant_s));
+  Table table{{"condition", "error", "ratio", "seen", "median [s]", "alarms/h", "gated", "rejected", "first alarm"}};
+  for (const MonitorRow& row : study.rows)
+    table.add_row({row.condition, significant(row.error), significant(row.ratio),
+                   fixed(100.0 * row.alarms.seen, 1) + " %", significant(row.alarms.median_delay_s),
+                   significant(row.alarms.per_hour), significant(row.gated), fixed(100.0 * row.rejected, 2) + " %",
+                   alarm_name(row.alarms.most)});
+  text += table.to_text(2, 110);
+  if (!study.left_out.empty())
+    text += fmt::format("\nleft out, for the plant has no parameters: {}\n", fmt::join(study.left_out, ", "));
+  return text;
+}
+
+std::string monitor_json(const codegen::Monitor& monitor, const MonitorStudy& study) {
+  nlohmann::ordered_json json;
+  json["false_alarms_per_hour"] = monitor.false_alarms_per_hour;
+  json["hours"] = monitor.hours;
+  json["gate"] = monitor.gate;
+  json["time_constant_s"] = monitor.windows_s(1);
+  json["runs"] = study.runs;
+  if (study.on_logs) json["test_logs"] = {{"hours", study.log_hours}, {"alarms_per_hour", study.on_logs->per_hour}};
+  for (const MonitorRow& row : study.rows) {
+    nlohmann::ordered_json& one = json["conditions"][row.condition];
+    one["error"] = row.error;
+    one["ratio"] = row.ratio;
+    one["seen"] = row.alarms.seen;
+    if (row.alarms.median_delay_s) one["median_delay_s"] = *row.alarms.median_delay_s;
+    one["alarms_per_hour"] = row.alarms.per_hour;
+    one["first_alarm"] = alarm_name(row.alarms.most);
+    one["error_behind_the_gate"] = row.gated;
+    one["rejected"] = row.rejected;
+  }
+  return json.dump(2) + "\n";
+}
 
 constexpr double kHour = 3600.0;
 constexpr int kFitRuns = 100;
@@ -172,44 +233,29 @@ void add_monitor(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<MonitorArguments>();
   CLI::App* command = app.add_subcommand(
       "monitor", "Give a model a monitor: alarms, in flight, when its estimates are not to be trusted");
-  command
-      ->add_option("MODEL", arguments->model,
-                   "model.json of nlo train; it gets the monitor, in place of one that it has")
+  Options options(*command);
+  options.value("MODEL", arguments->model, "model.json of nlo train; it gets the monitor, in place of one that it has")
       ->required();
-  command->add_option("--data", arguments->data, "directory of the logs it was trained on")->type_name("DIR");
-  command
-      ->add_option("--false-alarms-per-hour", arguments->request.false_alarms_per_hour,
-                   "false alarms in an hour of the plant's time, with sensors and plant as in training")
-      ->check(CLI::Range(1e-3, 1e3))
-      ->capture_default_str();
-  command
-      ->add_option("--time-constant", arguments->request.time_constant_s,
-                   "time constant of the averages [s] (default: of the slowest mode, or the period of the outputs)")
-      ->check(CLI::Range(1e-9, 1e9))
-      ->type_name("S");
-  command->add_option("--noise", arguments->noise, "noise of the sensors in flight (default: that of the training)");
-  command
-      ->add_option("--hours", arguments->hours,
-                   "hours of simulated runs that set the limits; at most 4 million samples")
-      ->check(CLI::Range(1e-3, 1e4))
-      ->capture_default_str();
-  command
-      ->add_option("--conditions", arguments->conditions,
-                   "conditions to test it under, as for nlo compare (default: twenty that fit any plant)")
-      ->type_name("FILE.toml");
-  command->add_option("--runs", arguments->runs, "test runs of each condition; 0: no test")
-      ->check(CLI::Range(0, 100000))
-      ->capture_default_str();
-  command->add_option("--seed", arguments->seed, "seed of the test runs")->check(check_seed)->capture_default_str();
-  command->add_flag("--quick", arguments->quick,
-                    "at most an hour of runs for the limits, and 20 test runs of each condition");
-  command->add_option("--threads", arguments->request.threads, "0: all cores; does not change the result")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "file for the model with its monitor (default: MODEL)")
-      ->type_name("FILE.json");
-  command->add_flag("--dry-run", arguments->dry_run, "print the table, write no model");
-  command->add_flag("--json", arguments->json, "one JSON object instead of the table");
+  options.directory("--data", arguments->data, "directory of the logs it was trained on");
+  options.number("--false-alarms-per-hour", arguments->request.false_alarms_per_hour, 1e-3, 1e3,
+                 "false alarms in an hour of the plant's time, with sensors and plant as in training");
+  options
+      .value("--time-constant", arguments->request.time_constant_s,
+             "time constant of the averages [s] (default: of the slowest mode, or the period of the outputs)", "S")
+      ->check(CLI::Range(1e-9, 1e9));
+  options.value("--noise", arguments->noise, "noise of the sensors in flight (default: that of the training)");
+  options.number("--hours", arguments->hours, 1e-3, 1e4,
+                 "hours of simulated runs that set the limits; at most 4 million samples");
+  options.value("--conditions", arguments->conditions,
+                "conditions to test it under, as for nlo compare (default: twenty that fit any plant)", "FILE.toml");
+  options.number("--runs", arguments->runs, 0, 100000, "test runs of each condition; 0: no test");
+  options.seed(arguments->seed, "seed of the test runs");
+  options.flag("--quick", arguments->quick,
+               "at most an hour of runs for the limits, and 20 test runs of each condition");
+  options.threads(arguments->request.threads);
+  options.value("-o,--output", arguments->output, "file for the model with its monitor (default: MODEL)", "FILE.json");
+  options.flag("--dry-run", arguments->dry_run, "print the table, write no model");
+  options.flag("--json", arguments->json, "one JSON object instead of the table");
   command->footer(
       "Examples:\n"
       "  nlo monitor runs/van_der_pol/model.json\n"

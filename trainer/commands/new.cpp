@@ -16,6 +16,7 @@
 #include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_templates.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/product_search.h"
@@ -168,21 +169,21 @@ void run_new(NewArguments arguments) {
 void add_new(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<NewArguments>();
   CLI::App* command = app.add_subcommand("new", "Write an experiment file to begin from, of a plant or of logs");
-  command->add_option("KIND", arguments->kind, "plant: a template of equations; log: from what stands in the FILES")
+  Options options(*command);
+  options.value("KIND", arguments->kind, "plant: a template of equations; log: from what stands in the FILES")
       ->required()
       ->check(CLI::IsMember({"plant", "log"}));
-  command->add_option("FILES", arguments->files, "log: CSV files of one rig, or their folder");
-  command->add_option("-o,--output", arguments->output, "file to write (plant.toml, log.toml); - for stdout");
-  const auto names = [&](const char* option, std::vector<std::string>& to, const char* meaning) {
-    command->add_option(option, to, meaning)->delimiter(',')->allow_extra_args(false)->type_name("COLUMN,...");
-  };
-  names("--outputs", arguments->hints.outputs, "log: columns that sensors give in flight");
-  names("--inputs", arguments->hints.inputs, "log: columns that a controller commands or knows in flight");
-  names("--states", arguments->hints.states, "log: columns of the truth, which is to be estimated");
-  command->add_option("--period", arguments->hints.period_s, "log: seconds between rows, where no column is a time")
-      ->check(CLI::PositiveNumber)
-      ->type_name("SECONDS");
-  command->add_flag("--force", arguments->force, "replace the file");
+  options.value("FILES", arguments->files, "log: CSV files of one rig, or their folder");
+  options.value("-o,--output", arguments->output, "file to write (plant.toml, log.toml); - for stdout");
+  options.list("--outputs", arguments->hints.outputs, "log: columns that sensors give in flight", "COLUMN,...");
+  options.list("--inputs", arguments->hints.inputs, "log: columns that a controller commands or knows in flight",
+               "COLUMN,...");
+  options.list("--states", arguments->hints.states, "log: columns of the truth, which is to be estimated",
+               "COLUMN,...");
+  options
+      .value("--period", arguments->hints.period_s, "log: seconds between rows, where no column is a time", "SECONDS")
+      ->check(CLI::PositiveNumber);
+  options.flag("--force", arguments->force, "replace the file");
   command->footer(
       "Roles, units, wraps of angles, the clock, separators and a split into training, validation and test are "
       "guessed\n"

@@ -7,6 +7,7 @@
 
 #include "codegen/model_file/model_file.h"
 #include "trainer/commands/command.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_report.h"
 #include "trainer/plants/registry.h"
@@ -49,24 +50,15 @@ void run_report(ReportArguments arguments) {
 void add_report(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand("report", "Write the report.html of a run again");
-  command->add_option("DIR", arguments->directory, "directory that nlo train wrote")->required();
-  command
-      ->add_option("--noise", arguments->noises,
-                   "noise, as for nlo evaluate; may be repeated (default: none, and that of the training)")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--against", arguments->test.against,
-                   "alternatives: ekf, ukf, mhe, high_gain (know the plant exactly)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
+  Options options(*command);
+  options.value("DIR", arguments->directory, "directory that nlo train wrote")->required();
+  options.repeated("--noise", arguments->noises,
+                   "noise, as for nlo evaluate; may be repeated (default: none, and that of the training)");
+  options.list("--against", arguments->test.against, "alternatives: ekf, ukf, mhe, high_gain (know the plant exactly)")
       ->check(CLI::IsMember(alternative_names()));
-  command->add_option("--seed", arguments->test.seed, "seed of the initial states and the noise")
-      ->check(check_seed)
-      ->capture_default_str();
-  command->add_option("-o,--output", arguments->output, "file to write (DIR/report.html); - for stdout")
-      ->type_name("FILE");
-  command->add_option("--data", arguments->data, "directory of the logs, for a model trained on logs")
-      ->type_name("DIR");
+  options.seed(arguments->test.seed, "seed of the initial states and the noise");
+  options.value("-o,--output", arguments->output, "file to write (DIR/report.html); - for stdout", "FILE");
+  options.directory("--data", arguments->data, "directory of the logs, for a model trained on logs");
   command->footer(
       "Example:\n"
       "  nlo report runs/van_der_pol --noise none --noise gaussian:0.5 --noise uniform:3 --against ekf");

@@ -12,6 +12,7 @@
 #include "trainer/base/printable.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_files.h"
 #include "trainer/data/angle.h"
@@ -112,32 +113,23 @@ void run_simulate(const SimulateArguments& arguments) {
 void add_simulate(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* command = app.add_subcommand("simulate", "Write trajectories of a plant as CSV logs");
-  command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one")
+  Options options(*command);
+  options.value("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one")
       ->required();
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "CSV file, - for stdout; FILE_1.csv, FILE_2.csv... for several trajectories")
+  options
+      .value("-o,--output", arguments->output,
+             "CSV file, - for stdout; FILE_1.csv, FILE_2.csv... for several trajectories")
       ->required();
-  command->add_option("--trajectories", arguments->trajectories, "number of trajectories, each in its own file")
-      ->check(CLI::Range(1, kMostTrajectories))
-      ->capture_default_str();
-  command
-      ->add_option("--noise", arguments->noise,
-                   "noise of the column NAME_measured, as for nlo evaluate, or one for each output with commas between")
-      ->capture_default_str();
-  command
-      ->add_option("--input", arguments->inputs,
-                   "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order")
-      ->allow_extra_args(false)
-      ->type_name("EXPR");
-  command->add_flag("--draw-parameters", arguments->draw_parameters,
-                    "draw parameters that are ranges for each trajectory, as training does; else their middle");
-  command->add_option("--seed", arguments->seed, "seed of the initial states and the noise")
-      ->check(check_seed)
-      ->capture_default_str();
-  command->add_option("--set", arguments->experiment.overrides, "SECTION.KEY=VALUE instead of what the file says")
-      ->allow_extra_args(false)
-      ->type_name("KEY=VALUE");
+  options.number("--trajectories", arguments->trajectories, 1, kMostTrajectories,
+                 "number of trajectories, each in its own file");
+  options.shown("--noise", arguments->noise,
+                "noise of the column NAME_measured, as for nlo evaluate, or one for each output with commas between");
+  options.repeated("--input", arguments->inputs,
+                   "excite the plant: u(t), as \"cos(12*t)\"; once for each of its inputs, in order", "EXPR");
+  options.flag("--draw-parameters", arguments->draw_parameters,
+               "draw parameters that are ranges for each trajectory, as training does; else their middle");
+  options.seed(arguments->seed, "seed of the initial states and the noise");
+  options.changes(arguments->experiment.overrides);
   command->footer(
       "Columns: trajectory, time [s], each output, each output as measured, each state, with --input or [excitation] "
       "each input. "

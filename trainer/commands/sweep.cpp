@@ -14,6 +14,7 @@
 #include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/commands/sweep_collect.h"
@@ -162,23 +163,20 @@ void run_sweep(const SweepArguments& arguments) {
 void add_sweep(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<SweepArguments>();
   CLI::App* command = app.add_subcommand("sweep", "Many trainings from one plan: a line for each job; then collect");
-  command
-      ->add_option("PLAN", arguments->words,
-                   "plan: experiment, seeds, [grid], [[zip]], [[point]]; after \"collect\": what came of its jobs")
+  Options options(*command);
+  options
+      .value("PLAN", arguments->words,
+             "plan: experiment, seeds, [grid], [[zip]], [[point]]; after \"collect\": what came of its jobs",
+             "[collect] PLAN.toml")
       ->required()
-      ->expected(1, 2)
-      ->type_name("[collect] PLAN.toml");
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "directory for the folders of the jobs and sweep.csv (default: runs/PLAN)")
-      ->type_name("DIR");
-  command->add_option("--shard", arguments->shard, "only part I of N, I from 0 to N - 1: every N-th job")
-      ->type_name("I/N");
-  command->add_flag("--run", arguments->run, "run the jobs here, one after the other, instead of writing them");
-  command->add_option("--threads", arguments->threads, "threads of each job; 0: all cores; does not change the result")
+      ->expected(1, 2);
+  options.directory("-o,--output", arguments->output,
+                    "directory for the folders of the jobs and sweep.csv (default: runs/PLAN)");
+  options.value("--shard", arguments->shard, "only part I of N, I from 0 to N - 1: every N-th job", "I/N");
+  options.flag("--run", arguments->run, "run the jobs here, one after the other, instead of writing them");
+  options.value("--threads", arguments->threads, "threads of each job; 0: all cores; does not change the result")
       ->check(CLI::Range(0, 1024));
-  command->add_flag("--time", arguments->timed,
-                    "collect: also the time of a step and an estimate on this machine [ns]");
+  options.flag("--time", arguments->timed, "collect: also the time of a step and an estimate on this machine [ns]");
   command->footer(
       "A job that is done does nothing when it is run again; one that was killed goes on to the same bytes.\n"
       "collect writes sweep.csv, a row for each job, and pareto.svg: error against multiply-adds, flash\n"

@@ -3,8 +3,12 @@
 #include <fmt/core.h>
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "codegen/base/file.h"
@@ -14,14 +18,14 @@
 #include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/directory_lock.h"
-#include "trainer/commands/ignored_inputs.h"
-#include "trainer/commands/input_delays.h"
+#include "trainer/commands/input_facts.h"
+#include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
-#include "trainer/commands/round_directories.h"
 #include "trainer/commands/run_report.h"
 #include "trainer/commands/train_auto.h"
 #include "trainer/commands/train_command.h"
 #include "trainer/commands/training_data.h"
+#include "trainer/config/experiment.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
@@ -35,6 +39,30 @@
 
 namespace nlo::trainer {
 namespace {
+
+class RoundDirectories {
+ public:
+  RoundDirectories(std::string output, const Experiment& experiment)
+      : output_(std::move(output)), last_(experiment.feedback ? experiment.feedback->rounds : 0) {}
+
+  int last() const { return last_; }
+
+  std::string of(int round) const { return round == last_ ? output_ : output_ + "/round_" + std::to_string(round); }
+
+  /// Whether a round has a checkpoint.
+  bool begun(int round) const { return has_checkpoint(of(round)); }
+
+  /// Removes checkpoints of another run, which a resumed one would take for its own.
+  void forget() const {
+    std::error_code ignored;
+    for (int round = 0; last_ > 0 && round <= last_; ++round)
+      std::filesystem::remove(of(round) + "/checkpoint.bin", ignored);
+  }
+
+ private:
+  std::string output_;
+  int last_;
+};
 
 /// What the rmse of the progress is of, where the states' units do not add up.
 void say_units(const Experiment& experiment, const Dataset& training) {
@@ -196,40 +224,31 @@ void run_train(TrainArguments arguments) {
 void add_train(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<TrainArguments>();
   CLI::App* command = app.add_subcommand("train", "Learn an observer from a plant or from logs");
-  command->add_option("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one");
-  command->add_option("--data", arguments->data, "directory of the logs that [log] names")->type_name("DIR");
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "directory for model.json, metrics.csv and report.html (default: runs/NAME)")
-      ->type_name("DIR");
-  command->add_flag("--resume", arguments->resume,
-                    "continue from the directory's checkpoint, to the same bytes; start if there is none, do nothing "
-                    "if the run is finished");
+  Options options(*command);
+  options.value("EXPERIMENT", arguments->experiment.experiment, "experiment file, or the name of a shipped one");
+  options.directory("--data", arguments->data, "directory of the logs that [log] names");
+  options.directory("-o,--output", arguments->output,
+                    "directory for model.json, metrics.csv and report.html (default: runs/NAME)");
+  options.flag("--resume", arguments->resume,
+               "continue from the directory's checkpoint, to the same bytes; start if there is none, do nothing if the "
+               "run is finished");
   auto budget = std::make_shared<SearchBudget>();
   auto searching = std::make_shared<bool>(false);
-  CLI::Option* automatic = command->add_flag(
+  CLI::Option* automatic = options.flag(
       "--auto", *searching,
       "search for a better experiment near this one: structure, eigenvalues, units, widths, learning rate");
-  command->add_option("--minutes", budget->minutes, "--auto: minutes for the search and the training (default: 10)")
+  options.value("--minutes", budget->minutes, "--auto: minutes for the search and the training (default: 10)")
       ->check(check_minutes)
       ->needs(automatic);
-  command
-      ->add_option("--max-multiply-adds", budget->multiply_adds, "--auto: most multiply-adds of a step and an estimate")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))
-      ->needs(automatic);
-  command->add_option("--max-flash-bytes", budget->flash_bytes, "--auto: most bytes of constants, in float")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))
-      ->needs(automatic);
-  command->add_flag("--force", arguments->force, "replace another experiment's model");
-  command
-      ->add_option("--set", arguments->experiment.overrides,
-                   "SECTION.KEY=VALUE instead of what the file says; may be repeated")
-      ->allow_extra_args(false)
-      ->type_name("KEY=VALUE");
-  command->add_option("--seed", arguments->experiment.seed, "seed in place of the file's")->check(check_seed);
-  command->add_option("--threads", arguments->experiment.threads, "0: all cores; does not change the result");
-  command->add_flag("-q,--quiet", arguments->quiet, "no progress on stderr");
-  command->add_flag("--help-config", arguments->help_config, "list every key of an experiment file");
+  for (const auto& [name, to, meaning] :
+       {std::tuple{"--max-multiply-adds", &budget->multiply_adds,
+                   "--auto: most multiply-adds of a step and an estimate"},
+        {"--max-flash-bytes", &budget->flash_bytes, "--auto: most bytes of constants, in float"}})
+    options.value(name, *to, meaning)->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 31))->needs(automatic);
+  options.flag("--force", arguments->force, "replace another experiment's model");
+  options.experiment(arguments->experiment);
+  options.flag("-q,--quiet", arguments->quiet, "no progress on stderr");
+  options.flag("--help-config", arguments->help_config, "list every key of an experiment file");
   std::string shipped;
   for (const ShippedExperiment& experiment : shipped_experiments())
     shipped += fmt::format("{}{}", shipped.empty() ? "" : ", ", experiment.name);

@@ -7,7 +7,7 @@
 
 #include "trainer/config/key_error.h"
 #include "trainer/experiments/checks.h"
-#include "trainer/experiments/forward_map.h"
+#include "trainer/experiments/observer_channels.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/table.h"

@@ -4,7 +4,6 @@
 #include "trainer/base/number_text.h"
 #include "trainer/config/key_error.h"
 #include "trainer/experiments/checks.h"
-#include "trainer/experiments/forward_map.h"
 #include "trainer/experiments/observer_channels.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/registry.h"

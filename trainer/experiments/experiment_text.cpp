@@ -2,11 +2,11 @@
 // An experiment as text: what is recorded in a model, and what people are told about its keys.
 #include <fmt/format.h>
 
-#include "trainer/experiments/forward_map.h"
 #include "trainer/experiments/identify_keys.h"
 #include "trainer/experiments/keys.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/load_identification.h"
+#include "trainer/experiments/observer_channels.h"
 #include "trainer/structures/table.h"
 
 namespace nlo::trainer {

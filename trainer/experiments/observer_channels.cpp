@@ -2,6 +2,7 @@
 #include "trainer/experiments/observer_channels.h"
 
 #include "trainer/data/log_schema.h"
+#include "trainer/losses/registry.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/table.h"
@@ -20,6 +21,10 @@ ChannelCounts observer_channels(const Experiment& experiment) {
   const auto inputs = static_cast<int>(schema.input_channels.size());
   return {static_cast<int>(schema.state_channels.size()), static_cast<int>(schema.output_channels.size()), inputs,
           structure_of(experiment.observer).reads_inputs() ? inputs : 0, schema.output_channels};
+}
+
+bool uses_forward_map(const Experiment& experiment) {
+  return structure_of(experiment.observer).flies_forward_map() || needs_forward_map(experiment.loss);
 }
 
 }  // namespace nlo::trainer

@@ -1,19 +1,46 @@
 // SPDX-License-Identifier: MIT
 // The paper's figures of example 3: the reverse Duffing oscillator inside and outside of the training box.
 #include <fmt/format.h>
-
 #include <Eigen/Core>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
+#include "codegen/model/model.h"
+#include "codegen/replay/reference_observer.h"
+#include "trainer/base/parallel.h"
+#include "trainer/config/experiment.h"
+#include "trainer/plants/registry.h"
+#include "trainer/plants/simulate.h"
 #include "trainer/reproduce/analyses.h"
 #include "trainer/reproduce/csv.h"
-#include "trainer/reproduce/rmse_map.h"
 #include "trainer/reproduce/trajectories.h"
 
 namespace nlo::trainer::reproduction {
 namespace {
+
+/// sqrt(mean over the run of |x - x_hat|^2), without noise, for a plant of two states.
+///   x1, x2   initial states along each axis
+///   threads  0: all cores; does not change the result
+/// Returns x2.size() x x1.size(). Throws codegen::Error when a run leaves the numbers.
+Eigen::MatrixXd rmse_map(const codegen::Model& model, const PlantConfig& plant, const SimulationConfig& simulation,
+                         const Eigen::VectorXd& x1, const Eigen::VectorXd& x2, int threads) {
+  Eigen::MatrixXd map(x2.size(), x1.size());
+  ThreadPool(threads).run(static_cast<int>(x2.size()), [&](int row, int) {
+    Eigen::MatrixXd initial(2, x1.size());
+    initial.row(0) = x1.transpose();
+    initial.row(1).setConstant(x2[row]);
+    const Dataset runs = simulate_from(*make_plant(plant), simulation, initial);
+    codegen::ReferenceObserver<float> observer(model);
+    for (Eigen::Index column = 0; column < x1.size(); ++column) {
+      const Trajectory& run = runs.trajectories[static_cast<std::size_t>(column)];
+      const Eigen::MatrixXd estimate = observer.run(run.outputs, {}, run.time_s, true).x_hat;
+      map(row, column) = std::sqrt((run.states - estimate).squaredNorm() / static_cast<double>(run.samples()));
+    }
+  });
+  return map;
+}
 
 constexpr const char* kOnX1 = "reverse_duffing_x1";
 constexpr const char* kOnX2 = "reverse_duffing_x2";

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "codegen/base/error.h"
-#include "trainer/experiments/forward_map.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/observer_channels.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/jobs/kept_training.h"
 #include "trainer/losses/registry.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Inputs that an experiment declares and its observer is not given: said where a user would look for them.
+// What a model's provenance says of inputs, which the report and the exported header show: those that its observer is
+// not given, and how old each must be when it is given in flight.
 #pragma once
 
 #include <string>
@@ -13,10 +14,13 @@ namespace nlo::trainer {
 /// equations, or an [excitation] or a [feedback] of any plant.
 std::string ignored_inputs(const Experiment& experiment);
 
-/// Records them in the model's provenance, which the report and the exported header show.
+/// Records them.
 void record_ignored_inputs(const Experiment& experiment, codegen::Model& model);
 
 /// One line for stderr about what the provenance says; empty when it says nothing.
 std::string ignored_inputs_note(const codegen::Model& model);
+
+/// Records [[log.columns]] delay_s of inputs that the model reads, in its samples; nothing where none is delayed.
+void record_input_delays(const Experiment& experiment, codegen::Model& model);
 
 }  // namespace nlo::trainer

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include "trainer/commands/options.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "trainer/base/number_text.h"
-#include "trainer/commands/command.h"
 
 namespace nlo::trainer {
 
@@ -27,6 +28,12 @@ std::string check_minutes(const std::string& text) {
   const auto number = finite_number(text);
   if (number && *number >= kShortest && *number <= kLongest) return "";
   return fmt::format("{} is not a time to search for; write minutes from {} to {}", text, kShortest, kLongest);
+}
+
+void Options::experiment(ExperimentArgument& to) {
+  changes(to.overrides);
+  value("--seed", to.seed, "seed in place of the file's")->check(check_seed);
+  value("--threads", to.threads, kThreads);
 }
 
 }  // namespace nlo::trainer

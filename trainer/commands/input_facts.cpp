@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/commands/ignored_inputs.h"
+#include "trainer/commands/input_facts.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "trainer/data/log_delays.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/table.h"
 
@@ -12,6 +13,12 @@ namespace nlo::trainer {
 namespace {
 
 constexpr const char* kFact = "ignored_inputs";
+
+/// Before the config, which is long: a reader of model.json meets it first.
+void record(codegen::Model& model, const char* name, const std::string& fact) {
+  const auto config = std::ranges::find(model.provenance, "config", [](const auto& each) { return each.first; });
+  model.provenance.insert(config, {name, fact});
+}
 
 }  // namespace
 
@@ -30,11 +37,7 @@ std::string ignored_inputs(const Experiment& experiment) {
 
 void record_ignored_inputs(const Experiment& experiment, codegen::Model& model) {
   const std::string names = ignored_inputs(experiment);
-  if (names.empty()) return;
-  // Before the config, which is long: a reader of model.json meets it first.
-  const auto config = std::find_if(model.provenance.begin(), model.provenance.end(),
-                                   [](const auto& fact) { return fact.first == "config"; });
-  model.provenance.insert(config, {kFact, names});
+  if (!names.empty()) record(model, kFact, names);
 }
 
 std::string ignored_inputs_note(const codegen::Model& model) {
@@ -45,6 +48,12 @@ std::string ignored_inputs_note(const codegen::Model& model) {
           "estimates are off; train with an [excitation], or take structure = \"driven_kkl\"\n",
           codegen::structure_name(model), inputs);
   return "";
+}
+
+void record_input_delays(const Experiment& experiment, codegen::Model& model) {
+  if (!experiment.log || model.nu() == 0) return;
+  const std::string delays = delays_in_flight(*experiment.log, model.sample_period_s);
+  if (!delays.empty()) record(model, "input_delay", "feed u as it was so many samples ago: " + delays);
 }
 
 }  // namespace nlo::trainer
