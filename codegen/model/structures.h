@@ -4,6 +4,7 @@
 
 #include <variant>
 
+#include "codegen/model/carried.h"
 #include "codegen/model/driven_kkl.h"
 #include "codegen/model/gated.h"
 #include "codegen/model/general.h"
@@ -13,6 +14,6 @@
 
 namespace nlo::codegen {
 
-using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Gated, Window>;
+using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Gated, Window, Carried>;
 
 }  // namespace nlo::codegen

@@ -38,6 +38,9 @@ class ReferenceDynamics {
   /// A longer step is refused [s].
   virtual double longest_step_s() const { return std::numeric_limits<double>::infinity(); }
 
+  /// What T* gives, n_x x B, becomes the estimate, in place.
+  virtual void finish(Matrix& x_hat) const { (void)x_hat; }
+
   /// dz/dt, n_z x B, at z (n_z x B) and y (n_y x B); one u (n_u) for all, empty: none.
   virtual Matrix slope(const Matrix& z, const Matrix& y, const Vector& u) const = 0;
 };

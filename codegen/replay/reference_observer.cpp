@@ -153,7 +153,9 @@ Eigen::MatrixXd ReferenceObserver<Scalar>::estimates_in_blocks(const Matrix& z, 
 template <class Scalar>
 auto ReferenceObserver<Scalar>::estimate_of(const Matrix& z, const Matrix& y) const -> Matrix {
   if (!inverse_map_) return z;
-  return (*inverse_map_)(read_by_map(z, y));
+  Matrix x_hat = (*inverse_map_)(read_by_map(z, y));
+  dynamics_->finish(x_hat);
+  return x_hat;
 }
 
 /// z as T* reads it.

@@ -59,6 +59,8 @@ class StructureModule {
   virtual bool computes_outputs() const { return false; }
   /// Model::failures may be there.
   virtual bool reads_stalenesses() const { return false; }
+  /// Its states are directions: vectors of three components and length 1, whose angle to the truth is the error.
+  virtual bool estimates_directions(const Model&) const { return false; }
   /// Model::saturation may be there.
   virtual bool saturates() const { return false; }
   /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.

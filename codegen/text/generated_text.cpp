@@ -19,19 +19,19 @@ namespace {
 // and says when one is missing. By hand, as the formatter gives each name a line.
 // clang-format off
 constexpr std::array kRuntimeNames = {
-    "Activation", "Alarm", "Arithmetic", "Bfloat16", "Complex", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
+    "Activation", "Alarm", "Arithmetic", "Bfloat16", "CarriedLimits", "CarriedModel", "CarriedObserver", "Complex", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
     "DrivenKklObserver", "ErrorHead", "EstimateWithError", "ExpSeries", "Fate", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
     "HasAdvance", "HasDrivenAdvance", "HasEstimate", "HasSizes", "HasStep", "HasValues",
     "Halved", "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "KnowsError", "NoErrorHead",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "Monitor", "MonitorModel", "ModeWeights", "NoLinearPath", "ObserverCore", "ObserverModel", "ObserverState", "OutputRange", "PackedDense",
     "PackedQuantisedDense", "PanelDense", "Phi", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "SensorFailures",
-    "SampledBatch", "Saturation", "StepStatus", "Tableau", "ReadingRange", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
+    "SampledBatch", "Saturation", "StepStatus", "Tableau", "ReadingRange", "Rotation", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
     "add_relative_state", "add_steady_state", "advance", "as_eigen", "between", "decay_minus_1", "discretise", "estrin", "evaluate_batch", "evaluate_inverse",
     "explicit_rk_step", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "gate_of", "gate_over", "horner", "integrate",
-    "is_below", "is_finite", "is_reachable", "is_tanh", "jvp", "restart", "kConstantTime", "kComputed", "kEuler", "kHeldOnce", "kHeun", "kLargestInnovation", "kMostPieces", "kMostRejected", "kRk4",
+    "is_below", "is_finite", "is_reachable", "is_tanh", "jvp", "restart", "rotation_vector", "kConstantTime", "kComputed", "kEuler", "kHeldOnce", "kHeun", "kLargestInnovation", "kMostPieces", "kMostRejected", "kRk4",
     "kTanh5e5MaxError", "kTanh5e6MaxError", "kTanhFit", "kTanhMaxError", "kTanhMaxErrorDouble", "kernels", "log_1_plus", "make_mlp",
-    "make_quantised_mlp", "may_skip", "multiply_add", "native", "next_fate", "pack", "padded_inputs", "pieces_of", "power_of_2",
+    "make_quantised_mlp", "make_unit", "may_skip", "multiply_add", "native", "next_fate", "pack", "padded_inputs", "pieces_of", "power_of_2",
     "quantised_layer", "reciprocal", "rounded", "saturate", "saturated_at", "select", "simd", "starts_steady", "status_of", "tanh_rational", "turn_back", "worse"};
 // clang-format on
 

@@ -504,8 +504,41 @@ Model commanded_window_model() {
   return with_domain(m);
 }
 
+Model carried_model() {
+  Model m = blank("carried", 6, 3);
+  m.output_max *= 2.0;
+  m.output_min *= 2.0;
+  for (const char* name : {"wx", "wy", "wz"}) m.inputs.push_back({name, "rad/s", 0.0});
+  m.input_min = Eigen::VectorXd::Constant(3, -20.0);
+  m.input_max = Eigen::VectorXd::Constant(3, 20.0);
+  m.input_hold = Hold::kFirstOrder;
+  m.initial_latent = Eigen::VectorXd::Zero(18);
+  Carried own{.component = {.pairs = 1,
+                            .eigenvalues = Eigen::Vector3d(-1.5, 2.0, -0.8),
+                            .output_injection = Eigen::Vector3d(1.0, -0.5, 0.8),
+                            .starts_steady = true},
+              .inverse_map = {},
+              .unit_length = true};
+  // Each of the three states: modes of both vectors and the vectors themselves, the same weights.
+  Network& map = own.inverse_map;
+  map.features = Eigen::MatrixXd::Identity(27, 27);
+  map.feature_mean = Eigen::VectorXd::Zero(27);
+  map.feature_scale = Eigen::VectorXd::Constant(27, 2.0);
+  map.output_mean = Eigen::VectorXd::Zero(3);
+  map.output_scale = Eigen::VectorXd::Constant(3, 0.5);
+  map.layers = {{Eigen::MatrixXd::Zero(3, 27), Eigen::VectorXd::Zero(3)}};
+  for (int c = 0; c < 3; ++c)
+    for (int v = 0; v < 2; ++v) {
+      for (int mode = 0; mode < 3; ++mode)
+        map.layers[0].weights(c, (3 * v + c) * 3 + mode) = 0.9 - 0.4 * v - 0.5 * mode;
+      map.layers[0].weights(c, 18 + 3 * v + c) = 0.3 - 0.7 * v;
+    }
+  m.structure = own;
+  return with_domain(m);
+}
+
 std::vector<Model> structure_models() {
-  return {luenberger_model(), general_model(), gated_model(), driven_model(), window_model()};
+  return {luenberger_model(), general_model(), gated_model(), driven_model(), window_model(), carried_model()};
 }
 
 Model with_error(Model m, std::uint64_t seed) {

@@ -70,6 +70,24 @@ TEST_F(LogDataset, CountsEverySampleWhereNoFilterRan) {
   EXPECT_EQ(data.trajectories[0].states, data.trajectories[0].outputs);  // one column, both output and state
 }
 
+TEST_F(LogDataset, CountsTheTruthWhereNoMaskIsZeroOrEmpty) {
+  LogConfig config;
+  config.columns = {column("time", ColumnRole::kTime), column("a", ColumnRole::kOutput),
+                    column("b", ColumnRole::kState), column("moving", ColumnRole::kMask),
+                    column("seen", ColumnRole::kMask)};
+  std::string text = "time,a,b,moving,seen\n";
+  for (int k = 0; k < 100; ++k)
+    text += std::to_string(0.01 * k) + ",1,2," + (k < 40 ? "0" : "1") + "," +
+            (k < 70   ? "0.5"
+             : k < 80 ? ""
+                      : "0") +
+            "\n";
+  const Trajectory run = load(config, text).trajectories[0];
+  for (int k = 0; k < 100; ++k) ASSERT_EQ(run.weight[k], k >= 40 && k < 70 ? 1.0 : 0.0) << k;
+  for (std::size_t at = text.find(",1,0.5"); at != std::string::npos; at = text.find(",1,0.5", at)) text[at + 1] = '0';
+  EXPECT_THAT(thrown_message([&] { (void)load(config, text); }), HasSubstr("role \"mask\""));
+}
+
 TEST_F(LogDataset, EncodesAnglesAsSineAndCosine) {
   LogConfig config = SyntheticLog::config();
   config.columns[1].encoding = Encoding::kSincos;

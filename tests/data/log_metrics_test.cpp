@@ -82,6 +82,19 @@ TEST(LogMetrics, ReadsAnAngleFromItsSineAndCosine) {
   EXPECT_NEAR(metrics.pooled[2].rmse[0], kTurn - 6.2, kMetricRounding);
 }
 
+TEST(LogMetrics, TellsTheAngleBetweenDirectionsToRoundingHoweverSmallOrLarge) {
+  Dataset data = at_rest({{"up_x", "", 0.0}, {"up_y", "", 0.0}, {"up_z", "", 0.0}});
+  data.trajectories[0].states.row(2).setOnes();
+  for (const double degrees : {1e-7, 0.5, 90.0, 179.9999}) {
+    const double angle = degrees * kTurn / 360.0;
+    MatrixXd estimate = MatrixXd::Zero(3, 101);
+    estimate.row(1).setConstant(0.7 * std::sin(angle));  // its length does not matter
+    estimate.row(2).setConstant(0.7 * std::cos(angle));
+    const StateError error = log_metrics(data, {estimate}, {{"up", "deg", 0.0, 0, 3}}).pooled[3];
+    EXPECT_NEAR(error.rmse[0], degrees, 1e-9 * degrees);
+  }
+}
+
 TEST(LogMetrics, PoolsSamplesNotFiles) {
   Dataset data = at_rest({{"v", "", 0.0}});
   data.trajectories.push_back(data.trajectories[0]);

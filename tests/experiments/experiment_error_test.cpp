@@ -52,6 +52,7 @@ TEST(ConfigErrors, Ranges) {
       {
           {"trajectories = 4", "trajectories = 0", "e.toml:9", "trajectories is 0; it must be an integer from 1"},
           {"steps = 10", "learning_rate = 0", "e.toml:19", "learning_rate is 0; it must be a finite number > 0"},
+          {"steps = 10", "steps = 0", "e.toml:19", "steps = 0 ships what training begins with"},
           {"steps = 10", "learning_rate = nan", "e.toml:19", "learning_rate is nan"},
           {"steps = 10", "learning_rate = 1e999", "e.toml:19", "learning_rate"},
           {"steps = 10", "steps = 99999999999999999999", "e.toml:19", "too many digits"},

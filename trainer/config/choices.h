@@ -38,12 +38,14 @@ template <>
 inline constexpr NameTable<Encoding, 2> kNames<Encoding>{
     {{Encoding::kUnwrap, "unwrap"}, {Encoding::kSincos, "sincos"}}};
 
-enum class ColumnRole { kTime, kOutput, kState, kInput, kIgnored };
+/// Of a mask: the truth of a row counts where it is not 0.
+enum class ColumnRole { kTime, kOutput, kState, kInput, kMask, kIgnored };
 template <>
-inline constexpr NameTable<ColumnRole, 5> kNames<ColumnRole>{{{ColumnRole::kTime, "time"},
+inline constexpr NameTable<ColumnRole, 6> kNames<ColumnRole>{{{ColumnRole::kTime, "time"},
                                                               {ColumnRole::kOutput, "output"},
                                                               {ColumnRole::kState, "state"},
                                                               {ColumnRole::kInput, "input"},
+                                                              {ColumnRole::kMask, "mask"},
                                                               {ColumnRole::kIgnored, "ignored"}}};
 
 template <>

@@ -67,6 +67,7 @@ void note_empty_cells(const std::map<std::string, EmptyCells>& cells, std::vecto
           "missing)");
     if (count.input) add("as an input it holds its last value there");
     if (count.state) add("as a state it is not scored there, nor is any other state of the row");
+    if (what.empty()) add("as a mask it lets no truth count there");
     notes.push_back(
         fmt::format("\"{}\" has no value in {:.3g} % of the rows ({} of {}, for up to {:.3g} s, most in {}){}: {}",
                     heading, 100.0 * share, count.empty, count.rows, count.longest_s, count.worst,

@@ -76,7 +76,7 @@ Index rows_without_values(const LogFile& log, Index first, Index rows) {
 
 std::vector<std::string> listed_headings(const LogSchema& schema) {
   std::vector<std::string> headings;
-  for (const auto* columns : {&schema.outputs, &schema.states, &schema.inputs})
+  for (const auto* columns : {&schema.outputs, &schema.states, &schema.inputs, &schema.masks})
     for (const LogColumn& column : *columns)
       if (std::find(headings.begin(), headings.end(), column.heading) == headings.end())
         headings.push_back(column.heading);

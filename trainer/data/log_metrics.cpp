@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "codegen/base/error.h"
 #include "trainer/data/angle.h"
@@ -53,6 +54,16 @@ RowVectorXd wrapped(RowVectorXd error, double wrap) {
   return error;
 }
 
+/// Between vectors, to rounding at any angle (Kahan).
+RowVectorXd between_directions(const MatrixXd& estimate, const MatrixXd& truth, Index first) {
+  const MatrixXd a = estimate.middleRows<3>(first).colwise().normalized(),
+                 b = truth.middleRows<3>(first).colwise().normalized();
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  return 2.0 * kDegrees * (a - b).colwise().norm().binaryExpr((a + b).colwise().norm(), [](double y, double x) {
+    return std::atan2(y, x);
+  });
+}
+
 RowVectorXd angle_row(const MatrixXd& states, const AnglePair& pair) {
   return angle_of(states.row(pair.sine).transpose(), states.row(pair.sine + 1).transpose(), pair.wrap).transpose();
 }
@@ -66,7 +77,10 @@ std::vector<Sums> sums_of(const Dataset& data, const Trajectory& run, const Matr
     sums[next++].add(run, wrapped(estimate.row(row) - run.states.row(row), data.states[i].wrap), windows);
   }
   for (const AnglePair& pair : angle_pairs)
-    sums[next++].add(run, wrapped(angle_row(estimate, pair) - angle_row(run.states, pair), pair.wrap), windows);
+    sums[next++].add(run,
+                     pair.components == 3 ? between_directions(estimate, run.states, pair.sine)
+                                          : wrapped(angle_row(estimate, pair) - angle_row(run.states, pair), pair.wrap),
+                     windows);
   return sums;
 }
 

@@ -177,6 +177,9 @@ LogSchema resolve_columns(const LogConfig& config) {
         append_channels(resolved, schema.input_channels);
         append_mirror(column, false, schema.mirror.inputs);
         break;
+      case ColumnRole::kMask:
+        schema.masks.push_back(resolved);
+        break;
       case ColumnRole::kIgnored:
         break;
     }

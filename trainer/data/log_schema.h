@@ -24,11 +24,12 @@ struct StateSource {
   double wrap = 0.0;  ///< full turn of the measured quantity; 0: not an angle
 };
 
-/// Two neighbouring states, sine and cosine, that are one angle.
+/// Neighbouring states that are one angle: two, its sine and cosine; or three, a vector whose direction counts.
 struct AnglePair {
   std::string name, unit;
   double wrap = 0.0;
-  int sine = 0;  ///< index of the state NAME_sin; NAME_cos is the next
+  int sine = 0;        ///< index of the first state
+  int components = 2;  ///< 3: the angle is that between two such vectors [deg]
 };
 
 struct LogSchema {
@@ -37,6 +38,7 @@ struct LogSchema {
   double time_unit_s = 1.0;                        ///< seconds per unit of the time column
   bool has_time_unit = false;                      ///< it was given; else seconds are assumed
   std::vector<LogColumn> outputs, states, inputs;  ///< of the file
+  std::vector<LogColumn> masks;                    ///< the truth of a row counts where none of them is 0
   /// Outputs that are computed stand behind those of the file.
   std::vector<codegen::Channel> output_channels, state_channels, input_channels;
   Mirror mirror;                            ///< of the channels

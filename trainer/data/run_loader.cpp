@@ -41,6 +41,7 @@ class RunLoader {
     result.states = channels(schema_.states, schema_.state_channels.size(), steps);
     if (!schema_.inputs.empty()) result.inputs = channels(schema_.inputs, schema_.input_channels.size(), steps);
     result.weight = weights();
+    apply_masks(result.weight);
     if (!log_.empty.empty()) {
       result.missing = missing_outputs();
       mask_empty_states(result.weight);
@@ -118,6 +119,15 @@ class RunLoader {
           weight = (time_s_.array() > from_s - mask_s && time_s_.array() < to_s + mask_s).select(0.0, weight);
         weight.segment(first, last - first + 1).setZero();
       });
+  }
+
+  void apply_masks(VectorXd& weight) const {
+    for (const LogColumn& mask : schema_.masks) {
+      weight = (log_.values(mask).segment(run_.first, run_.rows).array() != 0.0).select(weight, 0.0);
+      for (const Index row : empty_rows(log_, run_, mask.heading)) weight[row] = 0.0;
+    }
+    if (!schema_.masks.empty() && weight.sum() == 0.0)
+      throw Error("no row is left whose truth counts by the columns with role \"mask\": use a log where one does");
   }
 
   VectorXd weights() const {

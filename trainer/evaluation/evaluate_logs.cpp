@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "codegen/base/error.h"
+#include "codegen/structures/module.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/examples.h"
@@ -162,6 +163,20 @@ std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<E
   return notes;
 }
 
+/// What states are together: angles by sine and cosine, and of a model that estimates directions each of these, by the
+/// part that the names of its components share.
+std::vector<AnglePair> angles_of(const LogSchema& schema, const codegen::Model& model, std::size_t scored) {
+  std::vector<AnglePair> angles = schema.angle_pairs;
+  if (scored != model.states.size() || !codegen::module_of(model).estimates_directions(model)) return angles;
+  for (std::size_t i = 0; i < scored; i += 3) {
+    const std::string &first = model.states[i].name, &last = model.states[i + 2].name;
+    std::string shared(first.begin(), std::mismatch(first.begin(), first.end(), last.begin(), last.end()).first);
+    while (!shared.empty() && shared.back() == '_') shared.pop_back();
+    angles.push_back({shared.empty() ? first + "_direction" : shared, "deg", 0.0, static_cast<int>(i), 3});
+  }
+  return angles;
+}
+
 void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, const Dataset& judged,
                      const LogSchema& schema, const std::vector<AnglePair>& angles, const EvaluationWindows& windows,
                      const std::function<bool(const std::string& name)>& wanted) {
@@ -207,10 +222,10 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
 
   const Dataset measured = without(with_empty_cells(with_noise(logs, noise, seed)), missing);
   result.missing = missing;
+  const std::vector<AnglePair> angles = angles_of(schema, model, scored.size());
   const auto judge = [&](const std::string& name, std::vector<std::string> describe,
                          const std::vector<Eigen::MatrixXd>& estimates) {
-    result.entries.push_back(
-        {name, std::move(describe), log_metrics(logs, estimates, schema.angle_pairs, config.windows)});
+    result.entries.push_back({name, std::move(describe), log_metrics(logs, estimates, angles, config.windows)});
   };
 
   // One pass of the observer gives its estimates and, kept for later, what the linear readout reads.
@@ -251,7 +266,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   const Dataset fitted_on =
       without(with_empty_cells(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1)), missing);
   double share = 0.3;
-  judge_baselines(result.entries, held(fitted_on), held(measured), schema, schema.angle_pairs, config.windows,
+  judge_baselines(result.entries, held(fitted_on), held(measured), schema, angles, config.windows,
                   [&](const std::string& name) {
                     say(std::exchange(share, share + 0.1), name);
                     return missing.empty() || name == "constant";

@@ -41,6 +41,13 @@ void check_input_noise(const Experiment& e) {
   }
 }
 
+void check_steps(const Experiment& e) {
+  if (e.training.steps == 0 && !e.inverse_map.linear_path)
+    throw KeyError("training.steps",
+                   "[training] steps = 0 ships what training begins with, which without a linear path is chance; set "
+                   "[inverse_map] linear_path = true, or steps");
+}
+
 void check_mirror(const Experiment& e) {
   const auto refuse = [&](const std::string& why) {
     throw KeyError("training.mirror", "[training] mirror = true: " + why);
@@ -53,7 +60,8 @@ void check_mirror(const Experiment& e) {
   if (!e.log) return;
   bool turns = false;
   for (const ColumnConfig& column : e.log->columns) {
-    if (column.role == ColumnRole::kTime || column.role == ColumnRole::kIgnored) continue;
+    if (column.role == ColumnRole::kTime || column.role == ColumnRole::kMask || column.role == ColumnRole::kIgnored)
+      continue;
     turns = turns || column.odd;
     for (const ColumnConfig& source : e.log->columns)
       if (source.name == column.derivative_of && source.derivative_of.empty() && source.odd != column.odd)
@@ -105,6 +113,7 @@ void check_training(const Experiment& e) {
         "inverse_map.error",
         "[inverse_map] error reads the last hidden layer of T*, and hidden = [] leaves it none; give it one, "
         "or remove error");
+  check_steps(e);
   check_input_noise(e);
   if (t.mirror) check_mirror(e);
 }

@@ -277,7 +277,8 @@ const std::vector<Key<TrainingConfig>>& keys() {
   using T = TrainingConfig;
   static const std::vector<Key<T>> kKeys = {
       key("mode", &T::mode, names_of<TrainingMode>(), "what one step sees of the trajectories"),
-      key("steps", &T::steps, between(1, 1e8), "optimiser steps (full_batch: epochs)"),
+      key("steps", &T::steps, between(0, 1e8),
+          "optimiser steps (full_batch: epochs); 0: T* stays the ridge regression of linear_path"),
       key("trajectories_per_step", &T::trajectories_per_step, between(1, 1e6), "random_samples: segments in a step"),
       key("samples_per_step", &T::samples_per_step, between(1, 1e8), "random_samples: samples T* is evaluated at"),
       key("segment_s", &T::segment_s, at_least(0), "random segments of this length [s]; 0: whole trajectories"),

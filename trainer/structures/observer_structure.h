@@ -67,6 +67,7 @@ struct ObserverStructure {
   DynamicsNetwork dynamics;         ///< within the latent system; without one it has no parameters
   ByType own;                       ///< what the module keeps for itself
 
+  int axes = 1;  ///< features and states are vectors of so many components; T* is to be the same for each component
   std::vector<Feature> features;  ///< of T*; empty where the latent state is the estimate
   std::vector<float> state_mean, state_scale;
   NetworkShape network;  ///< T*

@@ -2,6 +2,7 @@
 #include "trainer/structures/structure.h"
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "codegen/base/linear_algebra.h"
 #include "trainer/structures/dynamics_network.h"
@@ -86,6 +87,25 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
     structure.state_mean[i] = static_cast<float>(states[i].mean);
     structure.state_scale[i] = safe_scale(states[i].deviation());
   }
+  // One scale for all components of a vector, and no mean, which would point somewhere.
+  const auto axes = static_cast<std::size_t>(structure.axes);
+  const auto lengths = [&](const std::vector<Moments>& moments, const auto& set) {
+    for (std::size_t first = 0; axes > 1 && first < moments.size(); first += axes) {
+      double squares = 0.0;
+      for (std::size_t c = first; c < first + axes; ++c)
+        squares += moments[c].mean * moments[c].mean + moments[c].deviation() * moments[c].deviation();
+      const float scale = safe_scale(std::sqrt(squares / static_cast<double>(axes)));
+      for (std::size_t c = first; c < first + axes; ++c) set(c, scale);
+    }
+  };
+  lengths(features, [&](std::size_t f, float scale) {
+    structure.features[f].mean = 0.0F;
+    structure.features[f].scale = scale;
+  });
+  lengths(states, [&](std::size_t i, float scale) {
+    structure.state_mean[i] = 0.0F;
+    structure.state_scale[i] = scale;
+  });
   for (std::size_t r = 0; r < latent.size(); ++r) {
     structure.latent_mean[r] = static_cast<float>(latent[r].mean);
     structure.latent_scale[r] = safe_scale(latent[r].deviation());
@@ -107,8 +127,10 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
   }
   if (!linear) return parameters;
 
-  const auto nf = static_cast<Eigen::Index>(structure.features.size());
-  const auto nx = static_cast<Eigen::Index>(structure.state_mean.size());
+  // Of vectors each component is a sample for the same weights.
+  const auto axes = static_cast<Eigen::Index>(structure.axes);
+  const auto nf = static_cast<Eigen::Index>(structure.features.size()) / axes;
+  const auto nx = static_cast<Eigen::Index>(structure.state_mean.size()) / axes;
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(nf, nf);
   Eigen::MatrixXd moment = Eigen::MatrixXd::Zero(nf, nx);
   Eigen::VectorXd u(nf);
@@ -117,25 +139,28 @@ std::vector<float> initial_parameters(const ObserverStructure& structure, const 
   for_each_sample(rollout, [&](const Segment& segment, const SegmentGroup& group, int lane, int time) {
     const auto w = static_cast<double>(weight(rollout, segment, time));
     if (w == 0.0) return;
-    for (Eigen::Index f = 0; f < nf; ++f) {
-      const Feature& feature = structure.features[static_cast<std::size_t>(f)];
-      u(f) = static_cast<double>((feature_value(feature, group, lane, time) - feature.mean) / feature.scale);
+    for (Eigen::Index c = 0; c < axes; ++c) {
+      for (Eigen::Index f = 0; f < nf; ++f) {
+        const Feature& feature = structure.features[static_cast<std::size_t>(f * axes + c)];
+        u(f) = static_cast<double>((feature_value(feature, group, lane, time) - feature.mean) / feature.scale);
+      }
+      for (Eigen::Index i = 0; i < nx; ++i) {
+        const auto s = static_cast<std::size_t>(i * axes + c);
+        x(i) =
+            static_cast<double>((rollout.state(segment, s, time) - structure.state_mean[s]) / structure.state_scale[s]);
+      }
+      gram.selfadjointView<Eigen::Lower>().rankUpdate(u, w);
+      moment.noalias() += w * u * x.transpose();
+      total += w;
     }
-    for (Eigen::Index i = 0; i < nx; ++i) {
-      const auto s = static_cast<std::size_t>(i);
-      x(i) = static_cast<double>((rollout.state(segment, static_cast<std::size_t>(i), time) - structure.state_mean[s]) /
-                                 structure.state_scale[s]);
-    }
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(u, w);
-    moment.noalias() += w * u * x.transpose();
-    total += w;
   });
   gram.diagonal().array() += experiment.inverse_map.ridge * total;  // features have unit power: so has the mean of gram
   const Eigen::MatrixXd path = codegen::solve_symmetric(gram, moment);
   float* out = parameters.data() + structure.dynamics_parameters() + structure.network.linear_path;
-  for (Eigen::Index i = 0; i < nx; ++i) {
-    for (Eigen::Index f = 0; f < nf; ++f) out[i * nf + f] = static_cast<float>(path(f, i));
-  }
+  for (Eigen::Index i = 0; i < nx; ++i)
+    for (Eigen::Index f = 0; f < nf; ++f)
+      for (Eigen::Index c = 0; c < axes; ++c)
+        out[(i * axes + c) * nf * axes + f * axes + c] = static_cast<float>(path(f, i));
   return parameters;
 }
 

@@ -14,7 +14,6 @@
 
 #include <cstdint>
 
-#include "nlo/explicit_rk.h"
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kkl_observer.h"
 #include "nlo/latent.h"
@@ -24,6 +23,13 @@
 #include "nlo/sampled_observer.h"
 
 namespace nlo {
+
+/// Within these a rotation takes a fixed number of operations: export refuses a w that turns further in a sample period.
+/// With the coning of such rates, theta is below 8 in a sample period, and below 2^21 in the longest gap.
+struct CarriedLimits {
+  static constexpr double kMostTurn = 4.0;
+  static constexpr int kLongestGap = 1000, kUsualDoublings = 3, kMostDoublings = 21;
+};
 
 /// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
 /// Outputs and states are vectors one behind the other. The rows of z are component by component of them:
@@ -43,7 +49,7 @@ struct CarriedModel {
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr bool kReadsOutput = kReadsOutput_;  ///< x_hat is made of z and of the latest y
   static constexpr bool kUnitLength = kUnitLength_;
-  static constexpr int kLongestGap = kMostPieces;
+  static constexpr int kLongestGap = CarriedLimits::kLongestGap;
   static constexpr bool kHasSteadyState = false;  ///< it moves with w
   static constexpr bool kMayDiverge = false;
   static constexpr int kFeatures = kNy / 3 * (kModes + (kReadsOutput ? 1 : 0));  ///< vectors that x_hat is made of
@@ -68,8 +74,9 @@ struct CarriedModel {
   /// z over dt_s (0: one sample period).
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
-    if (dt_s == Scalar(0)) return advance_by<kArithmetic, kUsualDoublings>(latent.step, sample_period_s, z, y, y_next);
-    advance_by<kArithmetic, kMostDoublings>(
+    if (dt_s == Scalar(0))
+      return advance_by<kArithmetic, CarriedLimits::kUsualDoublings>(latent.step, sample_period_s, z, y, y_next);
+    advance_by<kArithmetic, CarriedLimits::kMostDoublings>(
         discretise<kPairs>(latent.exact_hold(), latent.eigenvalues, latent.output_injection, dt_s), dt_s, z, y, y_next);
   }
 
@@ -91,9 +98,6 @@ struct CarriedModel {
 
  private:
   static constexpr Scalar kZero[kNz]{};
-  // Export refuses a w that turns by more than 4 in a sample period: with the coning of its ranges, theta is below 8 in
-  // one, and below 2^13 in the longest gap.
-  static constexpr int kUsualDoublings = 3, kMostDoublings = 13;
 
   template <Arithmetic kArithmetic, int kDoublings>
   constexpr void advance_by(const LatentStep<Scalar, kModes, 1>& step, Scalar h, Scalar (&z)[kNz],
