@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Carried observer: a KKL observer of vectors in the axes of a body that turns with the rate w, its three inputs,
 //   z' = D z + F y - w x z,   x_hat = sum_k c_k z_k
-// Outputs and states are vectors of three components, one behind the other. D and F are those of one component; the rows
-// of z are the modes of the first component of the first output vector, then those of its second component.
+// Outputs and states are vectors of three components, one behind the other. D and F are those of one component; the
+// rows of z are the modes of the first component of the first output vector, then those of its second component.
 #pragma once
 
 #include "codegen/model/kkl.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How carried vectors run between two samples (nlo/carried_observer.h), by Rodrigues' formula and one component's latent
-// system for each of them.
+// How carried vectors run between two samples (nlo/carried_observer.h), by Rodrigues' formula and one component's
+// latent system for each of them.
 #pragma once
 
 #include <nlo/carried_observer.h>

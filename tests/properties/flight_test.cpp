@@ -17,6 +17,7 @@
 #include "bench/random_model.h"
 #include "bench/random_structures.h"
 #include "tests/properties/traps.h"
+#include "tests/runtime/structures.h"
 
 namespace nlo {
 namespace {
@@ -36,10 +37,14 @@ void fly(Observer& observer, int steps) {
   bench::RandomUniform random{7};
   // With an input where the observer takes one.
   const auto step = [&](float y, auto... dt_s) {
+    typename Observer::Output output{};
+    for (float& entry : output) entry = y;
     if constexpr (Observer::kDriven) {
-      return observer.step(y, random(), dt_s...);
+      typename Observer::Input input{};
+      for (float& entry : input) entry = random();
+      return observer.step(output, input, dt_s...);
     } else {
-      return observer.step(y, dt_s...);
+      return observer.step(output, dt_s...);
     }
   };
   for (int k = 0; k < steps; ++k) {
@@ -139,16 +144,19 @@ TEST(Flight, NorDoesAnyStructureNorEitherPolicy) {
   static constexpr auto kLuenberger = bench::random_luenberger_model<Activation::kTanh, 16, 2>();
   static constexpr auto kGeneral = bench::random_general_model<Activation::kSilu, 16, 2>();
   static constexpr auto kDriven = bench::random_driven_model<Activation::kTanh, 16, 2>();
+  static constexpr auto kCarried = testing::carried_model<float>();
   KklObserver paper{kPaper};
   KklObserver<decltype(kPaper), Arithmetic::kDeterministic> deterministic{kPaper};
   LuenbergerObserver luenberger{kLuenberger};
   GeneralObserver general{kGeneral};
   DrivenKklObserver driven{kDriven};
+  CarriedObserver carried{kCarried};
   expect_nothing_happens(paper, kSteps / 500);
   expect_nothing_happens(deterministic, kSteps / 500);
   expect_nothing_happens(luenberger, kSteps / 500);
   expect_nothing_happens(general, kSteps / 500);
   expect_nothing_happens(driven, kSteps / 500);
+  expect_nothing_happens(carried, kSteps / 500);
 }
 
 /// Runs `work` in a process of its own in which the kernel kills whoever asks it for anything. Returns the exit code,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Vectors carried by a rotation: exact where the solution is known, of order four where it is not, and the same whatever
-// axes the sensor has.
+// Vectors carried by a rotation: exact where the solution is known, of order four where it is not, and the same
+// whatever axes the sensor has.
 #include <nlo/carried_observer.h>
 
 #include <gtest/gtest.h>

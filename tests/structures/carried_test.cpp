@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Carried vectors as they train: what is rolled out is what flies, gradients, least squares that find the weights, and an
-// estimate that turns with the sensor.
+// Carried vectors as they train: what is rolled out is what flies, gradients, least squares that find the weights, and
+// an estimate that turns with the sensor.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ Experiment experiment_of(const std::string& observer, const std::string& trainin
   return experiment;
 }
 
-/// A sensor that turns at random and is shaken: the vertical in its axes, what it measures of that, and its rate. `axes`:
-/// how it is mounted.
+/// A sensor that turns at random and is shaken: the vertical in its axes, what it measures of that, and its rate.
+/// `axes`: how it is mounted.
 Dataset turned_sensor(unsigned seed, bool jittered, const Matrix3d& axes = Matrix3d::Identity()) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;

@@ -22,8 +22,7 @@ struct Trajectory {
   Eigen::VectorXd time_s;   ///< N, strictly increasing, from the first sample; a lead-in (lead_in.h) has t < 0
   Eigen::MatrixXd outputs;  ///< n_y x N, noise-free when simulated, as measured when logged
   Eigen::MatrixXd states;   ///< n_x x N, the truth to learn
-  Eigen::VectorXd
-      weight;  ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter, a mask column)
+  Eigen::VectorXd weight;   ///< N: 1 where the truth counts, 0 where it is masked (edges of a zero-phase filter)
   /// Before it the latent state only settles (a dropped transient, a lead-in): no estimate is asked for there, in
   /// training or in flight.
   Eigen::Index first_estimate = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Carried observer (nlo/carried_observer.h): z' = D z + F y - w x z of vectors, x_hat = sum_k c_k z_k. The eigenvalues of
-// D and the weights c are learned; the rotation is known.
+// Carried observer (nlo/carried_observer.h): z' = D z + F y - w x z of vectors, x_hat = sum_k c_k z_k. The eigenvalues
+// of D and the weights c are learned; the rotation is known.
 #include "codegen/model/carried.h"
 
 #include <fmt/format.h>

@@ -12,7 +12,7 @@ namespace nlo::trainer {
 
 class CarriedLatent final : public LatentDynamics {
  public:
-  /// Readings are `outputs` components of vectors, then the three of the rate; the rows of z are as many for each output.
+  /// Readings are `outputs` components of vectors, then the three of the rate; each output has as many rows of z.
   CarriedLatent(const LatentShape& shape, int outputs, const std::vector<double>& eigenvalues,
                 const std::vector<double>& steps_s, bool fixed);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The carried observer: a KKL observer (16) of vectors that a known rotation carries. A rigid body turns with the rate w
-// (a gyroscope, three inputs); a vector that stands still in the world moves in the body's axes by x' = -w x x. So do
+// The carried observer: a KKL observer (16) of vectors that a known rotation carries. A rigid body turns with the rate
+// w (a gyroscope, three inputs); a vector that stands still in the world moves in the body's axes by x' = -w x x. So do
 // the latent states, three rows for each mode of D:
 //   z' = D z + F y - w x z,   x_hat = sum_k c_k z_k   (of unit length where the model says so)
 // In axes that do not turn this is the linear system z' = D z + F y, so D has the eigenvalues of the errors, whatever w
@@ -24,8 +24,8 @@
 
 namespace nlo {
 
-/// Within these a rotation takes a fixed number of operations: export refuses a w that turns further in a sample period.
-/// With the coning of such rates, theta is below 8 in a sample period, and below 2^21 in the longest gap.
+/// Within these a rotation takes a fixed number of operations: export refuses a w that turns further in a sample
+/// period. With the coning of such rates, theta is below 8 in a sample period, and below 2^21 in the longest gap.
 struct CarriedLimits {
   static constexpr double kMostTurn = 4.0;
   static constexpr int kLongestGap = 1000, kUsualDoublings = 3, kMostDoublings = 21;

@@ -2,6 +2,7 @@
 // Everything that an observer does in flight, as one object file for symbol_audit.sh to look into.
 #include "bench/random_model.h"
 #include "bench/random_structures.h"
+#include "tests/runtime/structures.h"
 
 namespace {
 
@@ -10,6 +11,7 @@ constexpr auto kSiluModel = nlo::bench::random_kkl_model<nlo::Activation::kSilu,
 constexpr auto kLuenbergerModel = nlo::bench::random_luenberger_model<nlo::Activation::kTanh, 16, 2>();
 constexpr auto kGeneralModel = nlo::bench::random_general_model<nlo::Activation::kRelu, 12, 1>();
 constexpr auto kDrivenModel = nlo::bench::random_driven_model<nlo::Activation::kTanh, 16, 2>();
+constexpr auto kCarriedModel = nlo::testing::carried_model<float>();
 using Observer = nlo::KklObserver<decltype(kModel)>;
 using SiluObserver = nlo::KklObserver<decltype(kSiluModel)>;
 
@@ -18,6 +20,7 @@ constinit SiluObserver silu_observer{kSiluModel};
 constinit nlo::LuenbergerObserver luenberger_observer{kLuenbergerModel};
 constinit nlo::GeneralObserver general_observer{kGeneralModel};
 constinit nlo::DrivenKklObserver driven_observer{kDrivenModel};
+constinit nlo::CarriedObserver carried_observer{kCarriedModel};
 
 }  // namespace
 
@@ -42,9 +45,11 @@ extern "C" int audited_structures(float y, float u, float dt_s, float* x_hat) {
   status += static_cast<int>(driven_observer.step(y, u));
   status += static_cast<int>(driven_observer.step(y, u, dt_s));
   status += static_cast<int>(driven_observer.step_missed({{u}}));
+  status += static_cast<int>(carried_observer.step({{y, y, y}}, {{u, u, u}}));
+  status += static_cast<int>(carried_observer.step({{y, y, y}}, {{u, u, u}}, dt_s));
   x_hat[0] = luenberger_observer.estimate()[0];
   x_hat[1] = general_observer.estimate()[0];
-  x_hat[2] = driven_observer.estimate()[0];
+  x_hat[2] = driven_observer.estimate()[0] + carried_observer.estimate()[0];
   return status + (driven_observer.in_domain() && general_observer.in_domain() ? 0 : 100);
 }
 
