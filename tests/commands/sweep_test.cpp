@@ -213,8 +213,8 @@ TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
     EXPECT_EQ(result.out, "");
     return result.err;
   };
-  EXPECT_THAT(refusal("[grid]\ntraining.steps = [10,\n0]\n"),
-              HasSubstr("nlo: error: plans/p.toml:4: [training] steps is 0; it must be"));
+  EXPECT_THAT(refusal("[grid]\ntraining.steps = [10,\n-1]\n"),
+              HasSubstr("nlo: error: plans/p.toml:4: [training] steps is -1; it must be"));
   EXPECT_THAT(refusal("[grid]\ntraining.stepps = [10]\n"),
               HasSubstr("plans/p.toml:3: unknown key \"stepps\" in [training]; did you mean \"steps\"?"));
   EXPECT_THAT(refusal("[grid]\nobserver.hold = [\"rk4\"]\nobserver.eigenvalues = [[-1.0], [-60.0]]\n"),

@@ -184,9 +184,10 @@ TEST(ConfigErrors, UnstableStep) {
 
 TEST(ConfigErrors, Sources) {
   EXPECT_THAT(error_of("name = \"x\"\n[observer]\neigenvalues = [-1]"), HasSubstr("neither [plant] nor [log]"));
-  EXPECT_THAT(error_of(kLogExperiment + "[plant]\nmodel = \"van_der_pol\""), HasSubstr("both [plant] and [log]"));
+  EXPECT_THAT(error_of(kLogExperiment + "[plant]\nmodel = \"van_der_pol\""),
+              HasSubstr("[simulation] initial_low is missing"));
   EXPECT_THAT(error_of(kLogExperiment + "[simulation]\nhorizon_s = 3"),
-              StartsWith("e.toml:26: [simulation] has no use for [log]"));
+              StartsWith("e.toml:26: [simulation] has no use for [log] alone"));
   EXPECT_THAT(error_of(with(kPlantExperiment, "eigenvalues = [-1.0, -2.0]\npairs = [[-0.5, 1.0]]\n", "")),
               StartsWith("e.toml:13: [observer] has no latent state"));
   EXPECT_THAT(error_of(with(kPlantExperiment, "[training]", "[[training]]")),

@@ -181,7 +181,7 @@ TEST(ExcitationErrors, NameTheKeyAndTheMend) {
           {"steps = 10", "transient = \"backward\"", "e.toml:19", "and there is [excitation]; use \"drop\""},
       });
   EXPECT_THAT(error_of(kLogExperiment + "[excitation]\nlow = [-1]\nhigh = [1]\n"),
-              HasSubstr("[excitation] has no use for [log]"));
+              HasSubstr("[excitation] has no use for [log] alone"));
 }
 
 TEST(ExcitationErrors, ProcessNoiseHasANumberForEachState) {

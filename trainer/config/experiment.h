@@ -51,6 +51,9 @@ struct SimulationConfig {
   std::vector<std::vector<double>> initial_axes;    ///< its half axes a and b, n_x each: an ellipse in any plane
   std::vector<std::vector<double>> initial_states;  ///< the list, n_x each
   std::vector<double> process_noise;                ///< n_x, standard deviation per sqrt(s); empty: none
+  // Of runs that are trained on beside logs:
+  NoiseConfig noise;    ///< of their sensors, drawn once for each run; logs have their own
+  double share = 0.35;  ///< of a step's segments
 };
 
 /// [excitation]: the inputs of simulated trajectories, drawn for each trajectory and input (plants/drawn_inputs.h).
@@ -222,6 +225,13 @@ struct EvaluationConfig {
   double settling_window_s = 0.0;  ///< errors are averaged over it before the settling time is read; 0: derived
 };
 
+/// [plant] beside [log]: what is known of the rig (experiments/known_plant.h).
+struct KnownPlant {
+  PlantConfig plant;
+  SimulationConfig simulation;
+  std::optional<ExcitationConfig> excitation;
+};
+
 struct Experiment {
   std::string name;  ///< an identifier: names the model and what is exported
   unsigned long long seed = 1;
@@ -231,6 +241,7 @@ struct Experiment {
   std::optional<ExcitationConfig> excitation;  ///< none: a plant's inputs stay at 0
   std::optional<FeedbackConfig> feedback;      ///< none: no loop is closed
   std::optional<LogConfig> log;
+  std::optional<KnownPlant> known;  ///< where there are logs; `plant` is then none
   ObserverConfig observer;
   DynamicsConfig dynamics;
   InverseMapConfig inverse_map;

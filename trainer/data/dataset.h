@@ -70,6 +70,7 @@ struct Dataset {
   bool reads_inputs = false;             ///< the observer reads them beside the outputs
   std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
   Mirror mirror = {};
+  double simulated_share = 0.0;  ///< of a step's segments: from runs without a log, which stand behind all others
 
   /// The inputs that the observer reads beside the outputs.
   std::vector<Channel> inputs_read() const { return reads_inputs ? inputs : std::vector<Channel>{}; }

@@ -49,6 +49,11 @@ std::string format_experiment(const Experiment& experiment) {
     if (experiment.excitation) text += format_keys(*experiment.excitation, "[excitation]");
     if (experiment.feedback) text += format_keys(*experiment.feedback, "[feedback]");
   }
+  if (const auto& known = experiment.known) {
+    text += format_keys(known->plant, "[plant]");
+    text += format_keys(known->simulation, "[simulation]");
+    if (known->excitation) text += format_keys(*known->excitation, "[excitation]");
+  }
   if (experiment.log) {
     text += format_keys(*experiment.log, "[log]");
     text += format_keys(experiment.log->velocity_filter, "[log.velocity_filter]");

@@ -131,6 +131,9 @@ const std::vector<Key<SimulationConfig>>& keys() {
           "list: states to start from, each as often as the others; one alone: always there"),
       key("process_noise", &S::process_noise, at_least(0),
           "white noise on dx/dt, its standard deviation per sqrt(s), one for each state; none unless given"),
+      only_when_given(key("noise", &S::noise, any(),
+                          "beside [log]: noise of the sensors of simulated runs; a list: one for each output")),
+      only_when_given(key("share", &S::share, share_below_one(), "beside [log]: of a step's segments, simulated ones")),
   };
   return kKeys;
 }

@@ -18,6 +18,7 @@
 #include "trainer/config/value.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/experiments/checks.h"
+#include "trainer/experiments/known_plant.h"
 #include "trainer/experiments/observer_channels.h"
 #include "trainer/experiments/section_tables.h"
 #include "trainer/structures/table.h"
@@ -29,11 +30,15 @@ void check_sources(const Experiment& e, const Places& places) {
   if (e.name.empty()) throw KeyError("", "the experiment has no name; begin the file with name = \"my_observer\"");
   if (!e.plant && !e.log)
     throw KeyError("", "neither [plant] nor [log]; say what to learn from: a plant to simulate, or logs");
-  if (e.plant && e.log) throw KeyError("log", "both [plant] and [log]; keep one: a plant to simulate, or logs");
-  if (e.log && e.excitation) throw KeyError("excitation", "[excitation] has no use for [log]; remove it");
+  if (e.log && e.excitation) throw KeyError("excitation", "[excitation] has no use for [log] alone; remove it");
   if (e.log && e.feedback)
     throw KeyError("feedback", "[feedback] simulates a loop, and logs are as they were recorded; remove it");
-  if (e.log && places.has("simulation")) throw KeyError("simulation", "[simulation] has no use for [log]; remove it");
+  if (e.log && !e.known && places.has("simulation"))
+    throw KeyError("simulation", "[simulation] has no use for [log] alone; add the [plant] to simulate, or remove it");
+  for (const char* key : {"noise", "share"})
+    if (!e.known && places.has(fmt::format("simulation.{}", key)))
+      throw KeyError(fmt::format("simulation.{}", key),
+                     fmt::format("[simulation] {} is of runs beside a [log]; [training] has that of a plant's", key));
 }
 
 void check_log(const Experiment& e) {
@@ -93,6 +98,7 @@ void check_experiment(const Experiment& e, const Places& places) try {
   if (e.plant) check_excitation(e);
   if (e.log) check_log(e);
   check_observer(e);
+  if (e.known) check_known_plant(e);
   if (e.plant) check_feedback(e);
   check_angles(e);
   check_losses(e);
@@ -157,6 +163,15 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
   if (const Toml* table = reader.section(root, "feedback", "feedback"))
     reader.read(*table, "feedback", experiment.feedback.emplace());
   if (const Toml* table = reader.section(root, "log", "log")) experiment.log = read_log_section(reader, *table);
+  if (experiment.plant && experiment.log) {
+    SimulationConfig simulation = std::exchange(experiment.simulation, {});
+    if (!places.has("simulation.sample_period_s") && experiment.log->sample_period_s > 0.0)
+      simulation.sample_period_s = experiment.log->sample_period_s;
+    experiment.known =
+        KnownPlant{std::move(*experiment.plant), std::move(simulation), std::move(experiment.excitation)};
+    experiment.plant.reset();
+    experiment.excitation.reset();
+  }
   reader.read_if_there(root, "observer", experiment.observer);
   reader.read_if_there(root, "dynamics", experiment.dynamics);
   reader.read_if_there(root, "inverse_map", experiment.inverse_map);

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <numeric>
+#include <span>
 
 namespace nlo::trainer {
 
@@ -63,12 +66,19 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
     segments = whole_runs(data);
   } else {
     const int wanted = static_cast<int>(std::lround(segment_length_s(training, step) / data.sample_period_s)) + 1;
-    int all_samples = 0;
-    for (const auto& run : data.runs) all_samples += run.samples;
+    const std::span<const TrainingData::Run> runs(data.runs);
+    const auto samples_of = [](std::span<const TrainingData::Run> all) {
+      return std::transform_reduce(all.begin(), all.end(), 0, std::plus<>{},
+                                   [](const auto& run) { return run.samples; });
+    };
+    const int of_logs = samples_of(runs.first(data.logged)), of_others = samples_of(runs.subspan(data.logged));
     for (int i = 0; i < training.trajectories_per_step; ++i) {
       Segment segment;
+      const bool both = of_logs > 0 && of_others > 0;
+      const bool simulated = both ? random.unit() < static_cast<float>(data.simulated_share) : of_logs == 0;
+      if (simulated) segment.run = static_cast<int>(data.logged);
       // Runs weigh by their length, so that every sample is as likely.
-      int at = random.below(all_samples);
+      int at = random.below(simulated ? of_others : of_logs);
       while (at >= data.runs[static_cast<std::size_t>(segment.run)].samples) {
         at -= data.runs[static_cast<std::size_t>(segment.run++)].samples;
       }
@@ -96,7 +106,7 @@ std::vector<Segment> flight_segments(const Experiment& experiment, const Trainin
       segments.push_back(run);
     }
   }
-  for (Segment& run : runs_with_failures(data)) segments.push_back(std::move(run));
+  for (Segment& run : runs_with_failures(data, experiment.training.dropout)) segments.push_back(std::move(run));
   if (experiment.training.mode == TrainingMode::kFullBatch) return segments;
   constexpr long kNoStep = -1;  // a draw that no step of the training makes
   for (const Segment& segment : draw_segments(experiment, data, kNoStep)) segments.push_back(segment);

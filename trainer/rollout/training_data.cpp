@@ -109,6 +109,12 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     }
     runs.push_back(std::move(run));
   }
+  logged = runs.size();
+  if (dataset.simulated_share > 0.0) {
+    simulated_share = dataset.simulated_share;
+    logged = static_cast<std::size_t>(std::ranges::count_if(
+        dataset.trajectories, [](const Trajectory& trajectory) { return !trajectory.log.empty(); }));
+  }
   for (int row = 0; row < given(); ++row) {
     const bool turns = row < ny && dataset.outputs[static_cast<std::size_t>(row)].wrap > 0.0;
     const bool odd = mirrored && reading_mirror[static_cast<std::size_t>(row)] < 0.0F;
@@ -127,8 +133,9 @@ std::vector<Segment> whole_runs(const TrainingData& data) {
   return segments;
 }
 
-std::vector<Segment> runs_with_failures(const TrainingData& data) {
+std::vector<Segment> runs_with_failures(const TrainingData& data, double dropout) {
   std::vector<Segment> segments;
+  if (dropout == 0.0) return segments;
   for (std::size_t i = 0; i < data.failures.outputs.size(); ++i) {
     if (data.is_computed(data.failures.outputs[i])) continue;  // missing where what it is computed of is
     for (Segment run : whole_runs(data)) {

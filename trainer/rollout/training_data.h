@@ -32,6 +32,8 @@ struct TrainingData {
     double wrap = 0.0;      ///< full turn of such an angle
   };
   std::vector<Run> runs;
+  std::size_t logged = 0;  ///< runs of logs; those behind them are simulated, `simulated_share` of a step's segments
+  double simulated_share = 0.0;
   Points collocation;
   std::vector<Sensor> sensors;  ///< those of inputs behind those of outputs; what is computed has none
   /// One entry when uniform; else the distinct steps, to 1/16384 of a period: coefficients are made once for each, and
@@ -78,7 +80,7 @@ struct Segment {
 /// All runs from their start, at full length.
 std::vector<Segment> whole_runs(const TrainingData& data);
 
-/// The same with one sensor missing throughout, for each that may fail.
-std::vector<Segment> runs_with_failures(const TrainingData& data);
+/// The same with one sensor missing throughout, for each that may fail; none where `dropout` is 0: no step trains that.
+std::vector<Segment> runs_with_failures(const TrainingData& data, double dropout);
 
 }  // namespace nlo::trainer

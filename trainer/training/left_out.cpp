@@ -10,6 +10,7 @@
 #include <set>
 
 #include "trainer/data/log_groups.h"
+#include "trainer/experiments/known_plant.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/training/checkpoint.h"
 
@@ -18,6 +19,14 @@ namespace {
 
 constexpr std::size_t kFewestGroups = 3;  // without one of two, a training has seen a single log
 constexpr int kShorter = 2;  // times fewer steps: enough to tell a network that generalises from one that does not
+
+/// The logs, and the runs of what is known of the rig behind them; `own` holds them where there are any.
+const Dataset& with_simulated_runs(const Experiment& experiment, const Dataset& logs, Dataset& own) {
+  if (!experiment.known) return logs;
+  own = logs;
+  add_simulated_runs(experiment, own);
+  return own;
+}
 
 std::string folder_of(const std::string& directory, std::size_t fold) {
   return directory.empty() ? "" : fmt::format("{}/without_{}", directory, fold + 1);
@@ -58,9 +67,11 @@ std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Datase
   return folds;
 }
 
-TrainingResult train_by_groups(const Experiment& experiment, const Dataset& training, const Dataset& validation,
+TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
                                const TrainOptions& options, const TrainingBegins& begins) {
-  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, training);
+  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, logs);
+  Dataset simulated;
+  const Dataset& training = with_simulated_runs(experiment, logs, simulated);
   if (folds.empty()) return train(experiment, training, validation, options);
   Experiment shorter = experiment;
   shorter.training.steps = std::max(1, experiment.training.steps / kShorter);
@@ -76,7 +87,9 @@ TrainingResult train_by_groups(const Experiment& experiment, const Dataset& trai
     own.left_out = fold.left_out;
     // Without validation logs the training logs are both.
     const bool has_validation = !experiment.log->validation_files.empty();
-    TrainingResult result = train(shorter, fold.kept, has_validation ? validation : fold.kept, own);
+    Dataset kept;
+    TrainingResult result =
+        train(shorter, with_simulated_runs(experiment, fold.kept, kept), has_validation ? validation : fold.kept, own);
     if (result.outcome == TrainOutcome::kInterrupted) {
       result.model = {};
       result.message = fmt::format("training {} of {} without some of the logs", f + 1, folds.size());

@@ -20,7 +20,7 @@ const Rollout& Objective::roll_out_draw(const float* parameters, long step) {
 
 const Rollout& Objective::roll_out_runs(const float* parameters) {
   std::vector<Segment> runs = whole_runs(*data_);
-  for (Segment& run : runs_with_failures(*data_)) runs.push_back(std::move(run));
+  for (Segment& run : runs_with_failures(*data_, experiment_->training.dropout)) runs.push_back(std::move(run));
   roll_out(parameters, runs, Purpose::kValidationNoise, 0);
   return rollout_;
 }

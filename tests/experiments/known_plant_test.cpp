@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/experiments/known_plant.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/experiments/experiment_text.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/rollout/sampling.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::HasSubstr;
+
+/// A pendulum whose logs name its channels in another order than its equations do.
+const std::string kBoth = kLogExperiment + R"toml(
+[plant]
+states = ["rate", "angle"]
+state_wraps = [0.0, 6.283185307179586]
+derivative = ["-9.81 * sin(angle)", "rate"]
+output_names = ["angle"]
+output_units = ["rad"]
+output_wraps = [6.283185307179586]
+outputs = ["angle"]
+estimated = ["rate"]
+
+[simulation]
+horizon_s = 1.0
+trajectories = 6
+initial_low = [-1.0, -1.0]
+initial_high = [1.0, 1.0]
+noise = "none+quantised:0.01"
+share = 0.25
+)toml";
+
+/// What the logs of kBoth are: three runs that stand still.
+Dataset logs_at_rest() {
+  Dataset logs;
+  logs.outputs = {{"angle", "rad", 2.0 * M_PI}};
+  logs.states = {{"rate", "", 0.0}};
+  logs.sample_period_s = 0.01;
+  logs.uniform = true;
+  for (int i = 0; i < 3; ++i)
+    logs.trajectories.push_back({.source = "a.csv",
+                                 .time_s = Eigen::VectorXd::LinSpaced(300, 0.0, 2.99),
+                                 .outputs = Eigen::MatrixXd::Zero(1, 300),
+                                 .states = Eigen::MatrixXd::Zero(1, 300),
+                                 .weight = Eigen::VectorXd::Ones(300),
+                                 .log = "a.csv"});
+  return logs;
+}
+
+TEST(KnownPlant, ItsRunsHaveTheChannelsThePeriodAndTheSensorsOfTheLogs) {
+  const Experiment experiment = parse_experiment(kBoth, "e.toml");
+  Dataset both = logs_at_rest();
+  add_simulated_runs(experiment, both);
+  ASSERT_EQ(both.trajectories.size(), 9U);
+  EXPECT_EQ(both.simulated_share, 0.25);
+  for (std::size_t i = 3; i < both.trajectories.size(); ++i) {
+    const Trajectory& run = both.trajectories[i];
+    ASSERT_EQ(run.outputs.rows(), 1);
+    ASSERT_EQ(run.states.rows(), 1);
+    EXPECT_NEAR(run.time_s(1) - run.time_s(0), 0.01, 1e-12);
+    // The rate is the derivative of the angle: central differences of what is quantised to .01 are within .01 / .1.
+    for (Eigen::Index k = 5; k + 5 < run.samples(); k += 5) {
+      const double slope = (run.outputs(0, k + 5) - run.outputs(0, k - 5)) / 0.1;
+      EXPECT_NEAR(run.states(0, k), slope, 0.12) << "and .02 of the curve";
+      EXPECT_NEAR(std::remainder(run.outputs(0, k), 0.01), 0.0, 1e-9);
+    }
+  }
+}
+
+TEST(KnownPlant, TakesItsShareOfAStepsSegmentsAndLogsTheRest) {
+  const auto simulated = [](const Experiment& experiment, const Dataset& dataset) {
+    const TrainingData data(dataset);
+    int count = 0;
+    for (long step = 0; step < 100; ++step)
+      for (const Segment& segment : draw_segments(experiment, data, step)) count += segment.run >= 3;
+    return count;
+  };
+  Experiment experiment = parse_experiment(kBoth, "e.toml");
+  experiment.training.trajectories_per_step = 40;
+  Dataset both = logs_at_rest();
+  EXPECT_EQ(simulated(experiment, both), 0);
+  add_simulated_runs(experiment, both);
+  EXPECT_NEAR(simulated(experiment, both), 1000, 5.0 * std::sqrt(4000 * 0.25 * 0.75)) << "five binomial deviations";
+  both.simulated_share = 0.0;
+  EXPECT_NEAR(simulated(experiment, both), 4000 * 606.0 / 1506.0, 5.0 * std::sqrt(4000 * 0.4 * 0.6))
+      << "control: without a share runs weigh by their length";
+}
+
+TEST(KnownPlant, TextReadsBackToTheSameExperiment) {
+  const Experiment experiment = parse_experiment(kBoth, "e.toml");
+  ASSERT_TRUE(experiment.known);
+  EXPECT_FALSE(experiment.plant);
+  const Experiment again = parse_experiment(experiment.source_text, "again.toml");
+  EXPECT_EQ(again.source_text, experiment.source_text);
+  EXPECT_EQ(again.known->simulation.share, 0.25);
+}
+
+TEST(KnownPlant, WhatDoesNotFitTheLogsIsRefusedByName) {
+  expect_rows(kBoth, {
+                         {"estimated = [\"rate\"]", "estimated = [\"angle\"]", "e.toml:27",
+                          "[plant] has no state \"rate\" as the logs have; name its channels"},
+                         {"output_units = [\"rad\"]", "output_units = [\"deg\"]", "e.toml:27",
+                          "[plant] has no output \"angle\" in rad as the logs have; units and wraps"},
+                         {"share = 0.25", "share = 1.0", "e.toml:43", "share is 1; it must be"},
+                         {"initial_low = [-1.0, -1.0]", "initial_low = [-1.0]", "e.toml:40", "initial_low"},
+                     });
+  EXPECT_THAT(error_of(kPlantExperiment, {"simulation.share=0.5"}), HasSubstr("is of runs beside a [log]"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer
