@@ -185,6 +185,9 @@ class CarriedModule final : public StructureModule {
   std::optional<double> fastest_mode(const Model& m) const override {
     return fastest_driven_mode(own_part<Carried>(m).component);
   }
+  std::optional<double> slowest_mode(const Model& m) const override {
+    return slowest_driven_mode(own_part<Carried>(m).component);
+  }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations) const override {
     return std::make_unique<CarriedDynamics<float>>(m);

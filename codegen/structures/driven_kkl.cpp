@@ -238,6 +238,9 @@ class DrivenKklModule final : public StructureModule {
   std::optional<double> fastest_mode(const Model& m) const override {
     return fastest_driven_mode(own_part<DrivenKkl>(m).latent);
   }
+  std::optional<double> slowest_mode(const Model& m) const override {
+    return slowest_driven_mode(own_part<DrivenKkl>(m).latent);
+  }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
     return std::make_unique<DrivenDynamics<float>>(m, a);

@@ -78,6 +78,9 @@ class KklModule final : public StructureModule {
   std::optional<double> fastest_mode(const Model& m) const override {
     return fastest_driven_mode(own_part<Kkl>(m).latent);
   }
+  std::optional<double> slowest_mode(const Model& m) const override {
+    return slowest_driven_mode(own_part<Kkl>(m).latent);
+  }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations) const override {
     return std::make_unique<KklDynamics<float>>(m);

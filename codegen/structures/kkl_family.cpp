@@ -30,6 +30,17 @@ std::complex<float> step_factor(std::complex<double> lambda, double h, Hold hold
   return {static_cast<float>(1.0 + mode.a_minus_1.re), static_cast<float>(mode.a_minus_1.im)};
 }
 
+/// Of each mode that reads an output: clocks forget nothing of y.
+std::vector<double> driven_rates(const LinearLatent& latent) {
+  std::vector<double> rates;
+  for (int r = 0; r < latent.eigenvalues.size(); ++r) {
+    const bool paired = r < 2 * latent.pairs;
+    if (!latent.output_injection.middleRows(r, paired ? 2 : 1).isZero(0.0)) rates.push_back(-latent.eigenvalues(r));
+    if (paired) ++r;
+  }
+  return rates;
+}
+
 }  // namespace
 
 void read_linear_latent(const Field& file, LinearLatent& latent) {
@@ -148,13 +159,14 @@ void check_latent_map(const Model& m) {
 
 double fastest_driven_mode(const LinearLatent& latent) {
   double fastest = 0.0;
-  for (int r = 0; r < latent.eigenvalues.size(); ++r) {
-    const bool paired = r < 2 * latent.pairs;
-    if (latent.output_injection.middleRows(r, paired ? 2 : 1).isZero(0.0)) continue;  // a clock
-    fastest = std::max(fastest, -latent.eigenvalues(r));
-    if (paired) ++r;
-  }
+  for (const double rate : driven_rates(latent)) fastest = std::max(fastest, rate);
   return fastest;
+}
+
+std::optional<double> slowest_driven_mode(const LinearLatent& latent) {
+  const std::vector<double> rates = driven_rates(latent);
+  if (rates.empty()) return std::nullopt;
+  return *std::min_element(rates.begin(), rates.end());
 }
 
 Eigen::Index reads_of(const Network& map, const Model& m) {

@@ -25,8 +25,9 @@ Eigen::VectorXd largest_latent(const Model& model);
 /// sums stay in float wherever readings lead z.
 void check_latent_map(const Model& model);
 
-/// Rate of the fastest mode that reads an output [1/s].
+/// Rates of the fastest and the slowest mode that reads an output [1/s].
 double fastest_driven_mode(const LinearLatent& latent);
+std::optional<double> slowest_driven_mode(const LinearLatent& latent);
 
 /// How many of [z; y] the inverse map reads: z alone where y has no weight.
 Eigen::Index reads_of(const Network& inverse_map, const Model& model);

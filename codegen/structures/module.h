@@ -63,8 +63,9 @@ class StructureModule {
   virtual bool estimates_directions(const Model&) const { return false; }
   /// Model::saturation may be there.
   virtual bool saturates() const { return false; }
-  /// Rate of the fastest mode that reads an output [1/s]; nothing where no mode is known.
+  /// Rates of the fastest and the slowest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
+  virtual std::optional<double> slowest_mode(const Model&) const { return std::nullopt; }
 
   // The equations as they stand in the paper: codegen/replay/reference_observer.h steps them.
   // The model must outlive the result.

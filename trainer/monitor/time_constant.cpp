@@ -5,21 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "codegen/structures/module.h"
+
 namespace nlo::trainer {
 namespace {
 
 using Eigen::Index;
-
-/// Rows of F that are zero are clocks: they forget nothing of y.
-double slowest_mode_s(const codegen::LinearLatent& latent) {
-  double slowest = 0.0;
-  for (Index r = 0; r < latent.eigenvalues.size(); ++r) {
-    const bool is_imaginary_part = r < 2 * latent.pairs && r % 2 == 1;
-    if (is_imaginary_part || latent.output_injection.row(r).isZero(0.0)) continue;
-    slowest = std::max(slowest, 1.0 / std::abs(latent.eigenvalues(r)));
-  }
-  return slowest;
-}
 
 /// Of one output over all runs, in samples. Samples that did not arrive count as the mean.
 double correlation_samples(const SensedRuns& runs, Index output) {
@@ -50,10 +41,7 @@ double correlation_samples(const SensedRuns& runs, Index output) {
 }  // namespace
 
 double time_constant_s(const codegen::Model& model, const SensedRuns& runs) {
-  if (const codegen::LinearLatent* latent = codegen::linear_latent(model)) {
-    const double slowest = slowest_mode_s(*latent);
-    if (slowest > 0.0) return slowest;
-  }
+  if (const auto slowest = codegen::module_of(model).slowest_mode(model)) return 1.0 / *slowest;
   double longest = 0.0;
   for (Index j = 0; j < model.ny(); ++j) longest = std::max(longest, correlation_samples(runs, j));
   return 2.0 * std::numbers::pi * longest * model.sample_period_s;

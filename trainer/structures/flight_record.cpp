@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
+
+#include "codegen/structures/module.h"
 
 namespace nlo::trainer {
 namespace {
@@ -29,14 +32,8 @@ struct Place {
 /// Eight time constants of the slowest mode: the transient is over for most of a piece.
 int piece_length(const codegen::Model& model) {
   constexpr double kShortest = 500.0, kLongest = 3000.0, kTimeConstants = 8.0;
-  double slowest = 0.0;  // time constant in sample periods
-  const codegen::LinearLatent* latent = codegen::linear_latent(model);
-  for (Index r = 0; latent != nullptr && r < latent->eigenvalues.size(); ++r) {
-    const Index rows = r < 2 * latent->pairs ? 2 : 1;
-    if (!latent->output_injection.middleRows(r, rows).isZero(0.0))  // else a clock
-      slowest = std::max(slowest, -1.0 / (latent->eigenvalues(r) * model.sample_period_s));
-    r += rows - 1;
-  }
+  const std::optional<double> rate = codegen::module_of(model).slowest_mode(model);
+  const double slowest = rate ? 1.0 / (*rate * model.sample_period_s) : 0.0;  // time constant in sample periods
   return static_cast<int>(std::clamp(kTimeConstants * slowest, kShortest, kLongest));
 }
 
