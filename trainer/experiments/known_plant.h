@@ -14,8 +14,8 @@ Experiment on_known_plant(const Experiment& experiment);
 /// Throws KeyError unless the plant has each measured output, state and input of the logs, by name, unit and wrap.
 void check_known_plant(const Experiment& experiment);
 
-/// Adds the plant's runs, at the logs' sample period, to those of the logs, with the sensors' noise ([simulation] noise), which logs have already.
-/// Nothing without a known plant. Throws codegen::Error where a run leaves the numbers.
+/// Adds the plant's runs, at the logs' sample period, to those of the logs, with the sensors' noise ([simulation]
+/// noise), which logs have already. Nothing without a known plant. Throws codegen::Error where a run leaves the numbers.
 void add_simulated_runs(const Experiment& experiment, Dataset& logs);
 
 }  // namespace nlo::trainer

@@ -27,8 +27,8 @@ double shipped_rmse(const TrainingEnd& training, const Readout& readout) {
 
 constexpr Eigen::Index kCalibrated = 200000;  // samples of a set
 
-/// Fitted on training runs as flown and on segments as drawn, of whatever length and noise; calibrated on groups of logs
-/// that other trainings have left out, and on whole validation runs unless these are the training's.
+/// Fitted on training runs as flown and on segments as drawn, of whatever length and noise; calibrated on groups of
+/// logs that other trainings have left out, and on whole validation runs unless these are the training's.
 codegen::ErrorHead error_head(const codegen::Model& model, const float* parameters, const Rollout& flight,
                               Objective& objective, Objective& validator, const TrainingEnd& training) {
   constexpr Eigen::Index kFitted = 30000;
