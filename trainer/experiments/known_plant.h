@@ -15,7 +15,7 @@ Experiment on_known_plant(const Experiment& experiment);
 void check_known_plant(const Experiment& experiment);
 
 /// Adds the plant's runs, at the logs' sample period, to those of the logs, with the sensors' noise ([simulation]
-/// noise), which logs have already. Nothing without a known plant. Throws codegen::Error where a run leaves the numbers.
+/// noise), which logs have already. Nothing without a known plant. Throws codegen::Error where a run overflows.
 void add_simulated_runs(const Experiment& experiment, Dataset& logs);
 
 }  // namespace nlo::trainer
