@@ -70,7 +70,7 @@ TEST(Noise, RefusesTimesThatCannotBe) {
                                   {"none+missing:1", "all samples missing"},
                                   {"none+missing:0.5:0.5", "less than one sample"},
                                   {"none+missing:0.8:2", "bursts that short"}}) {
-    EXPECT_THAT(thrown_message([&] { parse_noise(text); }), testing::HasSubstr(why));
+    EXPECT_THAT(thrown_message([refused = text] { parse_noise(refused); }), testing::HasSubstr(why));
   }
 }
 

@@ -164,7 +164,7 @@ double Objective::share_by_logarithm(const float* network) {
   });
   const EstimateBlock& any = workspaces_.front().estimate;
   for (std::size_t i = 0; i < any.states(); ++i) {
-    const double scale = structure_->state_scale[i];
+    const double scale = static_cast<double>(structure_->state_scale[i]);
     floor += kLogarithmFloor * kLogarithmFloor * scale * scale * static_cast<double>(any.per_unit(i));
   }
   for (std::size_t b = 0; b < blocks.size(); ++b)

@@ -58,10 +58,10 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   const Rollout& rollout = objective.roll_out_flight(best);
   ShippedModel shipped{to_model(structure, best, experiment, dataset, rollout), {}, {}};
   codegen::Model& model = shipped.model;
-  const auto for_each_left_out = [&](const auto& judge_on) {
-    for (const Dataset& group : options.left_out) {
-      const TrainingData data(group, failures, experiment.training.mirror);
-      Objective judge(experiment, structure, data, pool);
+  const auto for_each_left_out = [&training, &pool, best](const auto& judge_on) {
+    for (const Dataset& group : training.options.left_out) {
+      const TrainingData data(group, training.failures, training.experiment.training.mirror);
+      Objective judge(training.experiment, training.structure, data, pool);
       judge_on(judge.roll_out_runs(best));
     }
   };
