@@ -16,7 +16,8 @@ namespace {
 using testing::HasSubstr;
 
 /// A pendulum whose logs name its channels in another order than its equations do.
-const std::string kBoth = kLogExperiment + R"toml(
+std::string both() {
+  return kLogExperiment + R"toml(
 [plant]
 states = ["rate", "angle"]
 state_wraps = [0.0, 6.283185307179586]
@@ -35,8 +36,9 @@ initial_high = [1.0, 1.0]
 noise = "none+quantised:0.01"
 share = 0.25
 )toml";
+}
 
-/// What the logs of kBoth are: three runs that stand still.
+/// What the logs of that are: three runs that stand still.
 Dataset logs_at_rest() {
   Dataset logs;
   logs.outputs = {{"angle", "rad", 2.0 * M_PI}};
@@ -54,13 +56,13 @@ Dataset logs_at_rest() {
 }
 
 TEST(KnownPlant, ItsRunsHaveTheChannelsThePeriodAndTheSensorsOfTheLogs) {
-  const Experiment experiment = parse_experiment(kBoth, "e.toml");
-  Dataset both = logs_at_rest();
-  add_simulated_runs(experiment, both);
-  ASSERT_EQ(both.trajectories.size(), 9U);
-  EXPECT_EQ(both.simulated_share, 0.25);
-  for (std::size_t i = 3; i < both.trajectories.size(); ++i) {
-    const Trajectory& run = both.trajectories[i];
+  const Experiment experiment = parse_experiment(both(), "e.toml");
+  Dataset all = logs_at_rest();
+  add_simulated_runs(experiment, all);
+  ASSERT_EQ(all.trajectories.size(), 9U);
+  EXPECT_EQ(all.simulated_share, 0.25);
+  for (std::size_t i = 3; i < all.trajectories.size(); ++i) {
+    const Trajectory& run = all.trajectories[i];
     ASSERT_EQ(run.outputs.rows(), 1);
     ASSERT_EQ(run.states.rows(), 1);
     EXPECT_NEAR(run.time_s(1) - run.time_s(0), 0.01, 1e-12);
@@ -81,19 +83,19 @@ TEST(KnownPlant, TakesItsShareOfAStepsSegmentsAndLogsTheRest) {
       for (const Segment& segment : draw_segments(experiment, data, step)) count += segment.run >= 3;
     return count;
   };
-  Experiment experiment = parse_experiment(kBoth, "e.toml");
+  Experiment experiment = parse_experiment(both(), "e.toml");
   experiment.training.trajectories_per_step = 40;
-  Dataset both = logs_at_rest();
-  EXPECT_EQ(simulated(experiment, both), 0);
-  add_simulated_runs(experiment, both);
-  EXPECT_NEAR(simulated(experiment, both), 1000, 5.0 * std::sqrt(4000 * 0.25 * 0.75)) << "five binomial deviations";
-  both.simulated_share = 0.0;
-  EXPECT_NEAR(simulated(experiment, both), 4000 * 606.0 / 1506.0, 5.0 * std::sqrt(4000 * 0.4 * 0.6))
+  Dataset all = logs_at_rest();
+  EXPECT_EQ(simulated(experiment, all), 0);
+  add_simulated_runs(experiment, all);
+  EXPECT_NEAR(simulated(experiment, all), 1000, 5.0 * std::sqrt(4000 * 0.25 * 0.75)) << "five binomial deviations";
+  all.simulated_share = 0.0;
+  EXPECT_NEAR(simulated(experiment, all), 4000 * 606.0 / 1506.0, 5.0 * std::sqrt(4000 * 0.4 * 0.6))
       << "control: without a share runs weigh by their length";
 }
 
 TEST(KnownPlant, TextReadsBackToTheSameExperiment) {
-  const Experiment experiment = parse_experiment(kBoth, "e.toml");
+  const Experiment experiment = parse_experiment(both(), "e.toml");
   ASSERT_TRUE(experiment.known);
   EXPECT_FALSE(experiment.plant);
   const Experiment again = parse_experiment(experiment.source_text, "again.toml");
@@ -102,14 +104,14 @@ TEST(KnownPlant, TextReadsBackToTheSameExperiment) {
 }
 
 TEST(KnownPlant, WhatDoesNotFitTheLogsIsRefusedByName) {
-  expect_rows(kBoth, {
-                         {"estimated = [\"rate\"]", "estimated = [\"angle\"]", "e.toml:27",
-                          "[plant] has no state \"rate\" as the logs have; name its channels"},
-                         {"output_units = [\"rad\"]", "output_units = [\"deg\"]", "e.toml:27",
-                          "[plant] has no output \"angle\" in rad as the logs have; units and wraps"},
-                         {"share = 0.25", "share = 1.0", "e.toml:43", "share is 1; it must be"},
-                         {"initial_low = [-1.0, -1.0]", "initial_low = [-1.0]", "e.toml:40", "initial_low"},
-                     });
+  expect_rows(both(), {
+                          {"estimated = [\"rate\"]", "estimated = [\"angle\"]", "e.toml:27",
+                           "[plant] has no state \"rate\" as the logs have; name its channels"},
+                          {"output_units = [\"rad\"]", "output_units = [\"deg\"]", "e.toml:27",
+                           "[plant] has no output \"angle\" in rad as the logs have; units and wraps"},
+                          {"share = 0.25", "share = 1.0", "e.toml:43", "share is 1; it must be"},
+                          {"initial_low = [-1.0, -1.0]", "initial_low = [-1.0]", "e.toml:40", "initial_low"},
+                      });
   EXPECT_THAT(error_of(kPlantExperiment, {"simulation.share=0.5"}), HasSubstr("is of runs beside a [log]"));
 }
 
