@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/export/cpp_cost.h"
 
+#include "codegen/structures/module.h"
+
 namespace nlo::codegen {
 
 CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialiser& init) {
@@ -22,6 +24,10 @@ CppCost cpp_cost(const Model& m, const CppStructure& structure, const Initialise
       (2 * channels + 2 + bytes - 1) / bytes;                   // that what became of each channel, and flags, take
   cost.observer_bytes = bytes * (1 + nz + channels + scalars);  // pointer (32 bit, padded), z, y, u
   return cost;
+}
+
+CppCost cpp_cost(const PreparedExport& prepared) {
+  return cpp_cost(prepared.model(), *module_of(prepared.model()).cpp(prepared.source()), prepared.initialiser());
 }
 
 }  // namespace nlo::codegen

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include "codegen/export/prepared_export.h"
 #include "codegen/model/model.h"
 #include "codegen/text/cpp_structure.h"
 #include "codegen/text/generated_text.h"
@@ -15,7 +16,10 @@ struct CppCost {
   Eigen::Index estimate_multiply_adds = 0, estimate_activations = 0;
   Eigen::Index constant_bytes = 0;  ///< sizeof(Model)
   Eigen::Index observer_bytes = 0;  ///< sizeof(Observer) where pointers have 32 bits
+
+  Eigen::Index multiply_adds() const { return step_multiply_adds + estimate_multiply_adds; }
 };
 CppCost cpp_cost(const Model& model, const CppStructure& structure, const Initialiser& init);
+CppCost cpp_cost(const PreparedExport& prepared);
 
 }  // namespace nlo::codegen

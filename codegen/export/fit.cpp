@@ -138,11 +138,11 @@ std::vector<Need> needs(const PreparedExport& prepared) {
     fail("--fit does not know what weights in {} take; leave --weights out", weight_name(options.weights));
   const FoldedNetwork& map = *prepared.folded().inverse_map();
   const QuantisedNetwork* q = prepared.quantised();
-  const CppCost cost = cpp_cost(m, *module_of(m).cpp(prepared.source()), prepared.initialiser());
+  const CppCost cost = cpp_cost(prepared);
   std::vector<Need> all;
   for (const Core& core : kCores)
     all.push_back({core.name, core.title, cost.constant_bytes, code_bytes(m, map, core, q), cost.observer_bytes,
-                   stack_bytes(m, map, core, q != nullptr), cost.step_multiply_adds + cost.estimate_multiply_adds});
+                   stack_bytes(m, map, core, q != nullptr), cost.multiply_adds()});
   return all;
 }
 

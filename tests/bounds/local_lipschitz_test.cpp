@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The Lipschitz constant of T* over its domain: no slope that can be found is above it, it is never above the global
 // one, and where the answer is known it is met.
-#include "trainer/bounds/local_lipschitz.h"
+#include "trainer/bounds/lipschitz.h"
 
 #include <gtest/gtest.h>
 

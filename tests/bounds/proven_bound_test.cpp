@@ -68,8 +68,8 @@ TEST_P(LinearPlants, NoMeasurementBreaksTheProvenBound) {
       test.threads = 1;
       for (const double k : {1.0, 3.0, 8.0}) {
         const BoundMeasurement measured = exact_result(plant, model, k, test).measured;
-        EXPECT_LE(measured.ratio_weights, 1.0) << hold << ", seed " << seed << ", k = " << k;
-        EXPECT_GT(measured.ratio_weights, 0.05) << "control: the bound is of the size of what it bounds";
+        EXPECT_LE(measured.ratio[kWeightsBound], 1.0) << hold << ", seed " << seed << ", k = " << k;
+        EXPECT_GT(measured.ratio[kWeightsBound], 0.05) << "control: the bound is of the size of what it bounds";
       }
     }
   }
@@ -105,7 +105,7 @@ TEST(ProvenBound, NoiseMatchedToTheImpulseResponseKeepsToTheBound) {
       const auto run = codegen::ReferenceObserver<double>(observer).run(v, {}, time_s, true);
       worst = std::max(worst, run.x_hat.colwise().norm().maxCoeff());
     }
-    EXPECT_LE(worst, result.bounds.weights.steady) << "k = " << k;
+    EXPECT_LE(worst, result.bounds[kWeightsBound].steady) << "k = " << k;
     EXPECT_GT(worst, result.measured.steady_max) << "control: it is worse than random noise";
   }
 }
@@ -119,8 +119,8 @@ TEST(ProvenBound, ConstantNoiseReachesTheBoundOfAScalarPlant) {
         exact_result(scalar_plant(), model_of(scalar_plant(), Eigen::VectorXd::Constant(1, -1.0)), k, test, 40.0);
     // T = 1 / (k - 0.1), e = V / k: by hand.
     EXPECT_NEAR(result.measured.offset_max, 0.5 * (k - 0.1) / k, 1e-4) << "the hold's error";
-    EXPECT_LE(result.measured.offset_max, result.bounds.weights.steady);
-    EXPECT_GT(result.measured.offset_max, 0.99 * result.bounds.weights.steady)
+    EXPECT_LE(result.measured.offset_max, result.bounds[kWeightsBound].steady);
+    EXPECT_GT(result.measured.offset_max, 0.99 * result.bounds[kWeightsBound].steady)
         << "control: a hundredth less would break";
   }
 }
@@ -152,8 +152,8 @@ TEST(ProvenBound, FasterEigenvaluesForgetSoonerAndAmplifyMore) {
                     fast = exact_result(oscillator(), model, 8.0, test);
   EXPECT_LT(*fast.measured.transient_s, 0.5 * *slow.measured.transient_s);
   EXPECT_GT(fast.measured.steady_rms, 2.0 * slow.measured.steady_rms);
-  EXPECT_LT(fast.transient_weights_s, slow.transient_weights_s);
-  EXPECT_GT(fast.bounds.weights.steady, slow.bounds.weights.steady);
+  EXPECT_LT(fast.transient_s[kWeightsBound], slow.transient_s[kWeightsBound]);
+  EXPECT_GT(fast.bounds[kWeightsBound].steady, slow.bounds[kWeightsBound].steady);
 }
 
 /// x'' = -2 zeta x' - x.
@@ -177,7 +177,8 @@ TEST(ProvenBound, TheTransientEndsBeforeItsBoundSays) {
       for (const double k : {1.0, 2.0, 4.0, 8.0}) {
         const BoundResult result = study.at(k, study.exact_observer(k), "pseudo-inverse");
         ASSERT_TRUE(result.measured.transient_s) << which << ", " << hold << ", k = " << k;
-        EXPECT_LE(*result.measured.transient_s, result.transient_weights_s) << which << ", " << hold << ", k = " << k;
+        EXPECT_LE(*result.measured.transient_s, result.transient_s[kWeightsBound])
+            << which << ", " << hold << ", k = " << k;
       }
     }
   };

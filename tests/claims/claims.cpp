@@ -16,8 +16,7 @@
 #include "codegen/base/file.h"
 #include "tests/claims/flight.h"
 #include "tests/claims/ledger.h"
-#include "trainer/base/shell_word.h"
-#include "trainer/jobs/interrupt.h"
+#include "trainer/base/printable.h"
 #include "trainer/jobs/run_jobs.h"
 
 namespace {

@@ -14,7 +14,7 @@
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
-#include "trainer/base/shell_word.h"
+#include "trainer/base/printable.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/measurement_noise.h"

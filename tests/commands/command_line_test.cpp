@@ -210,9 +210,7 @@ TEST(ManPage, HasEveryCommandAndNoComplaintOfGroff) {
 
 TEST(Program, CompletesOnlyForShellsThatItKnows) {
   const Scratch scratch;
-  const auto result = scratch.run({"completion", "fish"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("bash"));
+  EXPECT_THAT(scratch.refusal(2, {"completion", "fish"}), HasSubstr("bash"));
   EXPECT_EQ(scratch.run({"completion"}).exit_code, 2);
 }
 

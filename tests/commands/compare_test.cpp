@@ -28,7 +28,7 @@ class CompareCommand : public testing::Test {
  protected:
   void SetUp() override {
     scratch.write("tiny.toml", kTinyExperiment);
-    ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run", "-q"}).exit_code, 0);
+    scratch.ok({"train", "tiny.toml", "-o", "run", "-q"});
     scratch.write("mine.toml", kConditions);
   }
 
@@ -41,8 +41,7 @@ class CompareCommand : public testing::Test {
                                           "--particles",    "50",
                                           "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramResult result = scratch.run(arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const ProgramResult result = scratch.ok(arguments);
     return Json::parse(result.out);
   }
 
@@ -71,8 +70,7 @@ TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
                                          "--json"};
     compare.insert(compare.end(), changed.begin(), changed.end());
     evaluate.insert(evaluate.end(), changed.begin(), changed.end());
-    const ProgramResult evaluated = scratch.run(evaluate);
-    ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
+    const ProgramResult evaluated = scratch.ok(evaluate);
     const Json evaluation = Json::parse(evaluated.out)[0], columns = figures(compare)["conditions"]["noise"]["columns"];
     EXPECT_NEAR(columns["observer"]["norm"], evaluation["norm"], 1e-9);
     // Another form of the same filters: rounding, and differences over another width.
@@ -88,9 +86,8 @@ TEST_F(CompareCommand, TestsOnTheRunsOfEvaluate) {
 }
 
 TEST_F(CompareCommand, WritesAPageThatStandsByItself) {
-  const ProgramResult result = scratch.run({"compare", "run/model.json", "--conditions", "mine.toml", "--quick",
-                                            "--against", "ekf,high_gain", "--trajectories", "2", "-o", "out"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"compare", "run/model.json", "--conditions", "mine.toml", "--quick",
+                                           "--against", "ekf,high_gain", "--trajectories", "2", "-o", "out"});
   EXPECT_THAT(result.out, HasSubstr("observer"));
   EXPECT_THAT(result.out, HasSubstr("The worst run of each"));
   EXPECT_THAT(result.out, HasSubstr("report   out/compare.html"));
@@ -108,10 +105,9 @@ TEST_F(CompareCommand, RefusesWhatItCannotCompareBeforeAnythingRuns) {
   const auto refusal = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"compare", "run/model.json", "-o", "out"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramResult result = scratch.run(arguments);
-    EXPECT_EQ(result.exit_code, 2) << result.err;
+    const std::string result = scratch.refusal(2, arguments);
     EXPECT_FALSE(scratch.has("out"));
-    return result.err;
+    return result;
   };
   EXPECT_THAT(refusal({"--conditions", "bad.toml"}),
               HasSubstr("bad.toml:1: condition \"a\" changes the parameter \"mi\""));
@@ -123,7 +119,7 @@ TEST_F(CompareCommand, RefusesWhatItCannotCompareBeforeAnythingRuns) {
   EXPECT_THAT(refusal({"--against", "ekv"}), HasSubstr("ekv"));
   EXPECT_THAT(refusal({"--conditions", "mine.toml", "--seeds", "0"}), HasSubstr("--seeds"));
   scratch.write("other.toml", with(kTinyExperiment, "van_der_pol", "harmonic_oscillator"));
-  ASSERT_EQ(scratch.run({"train", "other.toml", "-o", "other", "-q"}).exit_code, 0);
+  scratch.ok({"train", "other.toml", "-o", "other", "-q"});
   EXPECT_THAT(refusal({"other/model.json"}), HasSubstr("other/model.json: has another plant than run/model.json"));
 }
 
@@ -138,10 +134,9 @@ TEST_F(CompareCommand, StopsOnInterruptAndLeavesNothing) {
 TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run", "-q"}).exit_code, 0);
-  const auto bound = scratch.run({"bound", "run/model.json", "--k", "2,1", "--steps", "5", "--trajectories", "4",
-                                  "--noise", "uniform:0.2", "--seed", "3", "--boxes", "200", "--json"});
-  ASSERT_EQ(bound.exit_code, 0) << bound.err;
+  scratch.ok({"train", "tiny.toml", "-o", "run", "-q"});
+  const auto bound = scratch.ok({"bound", "run/model.json", "--k", "2,1", "--steps", "5", "--trajectories", "4",
+                                 "--noise", "uniform:0.2", "--seed", "3", "--boxes", "200", "--json"});
   EXPECT_THAT(bound.err, HasSubstr("training T* for k = 2"));
   const auto json = nlohmann::json::parse(bound.out);
   EXPECT_EQ(json["plant"], "van_der_pol");
@@ -182,18 +177,16 @@ TEST(BoundCommand, TrainsAgainForEachFactorAndSaysHowFarToTrustEachConstant) {
 TEST(BoundCommand, KeepsItsTrainingsAndGoesOnWithThem) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-o", "run", "-q"});
   std::vector<std::string> arguments = {"bound",  "run/model.json", "--k", "1,2,4",   "--steps",
                                         "10000",  "--trajectories", "4",   "--boxes", "200",
                                         "--json", "--threads",      "1"};
-  const ProgramResult whole = scratch.run(arguments);
-  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  const ProgramResult whole = scratch.ok(arguments);
   arguments.insert(arguments.end(), {"-o", "out"});
   const ProgramResult stopped = scratch.run(arguments, "1/2 models");
   EXPECT_EQ(stopped.exit_code, 1);
   EXPECT_THAT(stopped.err, HasSubstr("interrupted with 1 of 2 trainings left; this goes on: the same command"));
-  const ProgramResult resumed = scratch.run(arguments);
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  const ProgramResult resumed = scratch.ok(arguments);
   EXPECT_EQ(resumed.out, whole.out);
   EXPECT_THAT(resumed.err, HasSubstr("0/1 models")) << "one was found";
   arguments.insert(arguments.end(), {"--noise", "uniform:0.3"});
@@ -205,9 +198,8 @@ TEST(BoundCommand, SaysWhatAnAffinePlantLacks) {
   scratch.write("affine.toml", with(kTinyExperiment, "model = \"van_der_pol\"",
                                     "states = [\"p\", \"v\"]\nderivative = [\"v\", \"-p - 0.2 * v + 0.1\"]\n"
                                     "output_names = [\"y\"]\noutputs = [\"p\"]"));
-  ASSERT_EQ(scratch.run({"train", "affine.toml", "-o", "run", "-q"}).exit_code, 0);
-  const auto bound = scratch.run({"bound", "run/model.json", "--k", "1", "--trajectories", "3", "--boxes", "20", "-q"});
-  ASSERT_EQ(bound.exit_code, 0) << bound.err;
+  scratch.ok({"train", "affine.toml", "-o", "run", "-q"});
+  const auto bound = scratch.ok({"bound", "run/model.json", "--k", "1", "--trajectories", "3", "--boxes", "20", "-q"});
   EXPECT_THAT(bound.out, HasSubstr("linear but for offsets"));
   EXPECT_THAT(bound.out, HasSubstr("estimates, not proofs"));
   EXPECT_THAT(bound.out, Not(HasSubstr("from below")));
@@ -216,10 +208,9 @@ TEST(BoundCommand, SaysWhatAnAffinePlantLacks) {
 TEST(BoundCommand, IsExactOnALinearPlantAndWritesASelfContainedPage) {
   const Scratch scratch;
   scratch.write("linear.toml", with(kTinyExperiment, "van_der_pol", "harmonic_oscillator"));
-  ASSERT_EQ(scratch.run({"train", "linear.toml", "-o", "run", "-q"}).exit_code, 0);
+  scratch.ok({"train", "linear.toml", "-o", "run", "-q"});
   const auto bound =
-      scratch.run({"bound", "run/model.json", "--disturbance", "0.1", "--trajectories", "6", "-o", "out"});
-  ASSERT_EQ(bound.exit_code, 0) << bound.err;
+      scratch.ok({"bound", "run/model.json", "--disturbance", "0.1", "--trajectories", "6", "-o", "out"});
   EXPECT_THAT(bound.out, HasSubstr("every constant is exact, and no measurement exceeds the bound"));
   EXPECT_THAT(bound.out, HasSubstr("L_Tkx <= L_Tx / k fails for k = 2, 4, 8"));
   EXPECT_THAT(bound.out, Not(HasSubstr("sampled"))) << "nothing is";

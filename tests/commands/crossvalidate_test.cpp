@@ -28,8 +28,7 @@ class Crossvalidate : public testing::Test {
   nlohmann::json run(std::vector<std::string> more) const {
     std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs", "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramResult result = scratch_.run(arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const ProgramResult result = scratch_.ok(arguments);
     return nlohmann::json::parse(result.out);
   }
 
@@ -77,8 +76,7 @@ TEST_F(Crossvalidate, InterruptedItGoesOnToTheSameFiguresAndTrainsWhatIsLeft) {
   EXPECT_THAT(stopped.err, HasSubstr("of 4 trainings left; this goes on: nlo crossvalidate tiny.toml --data logs "
                                      "--json -o 'kept it'"));
   const auto before = scratch_.contents();
-  const ProgramResult resumed = scratch_.run(arguments);
-  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  const ProgramResult resumed = scratch_.ok(arguments);
   EXPECT_EQ(nlohmann::json::parse(resumed.out), run({}));
   int models = 0;
   for (const auto& [file, text] : before)
@@ -102,9 +100,9 @@ TEST_F(Crossvalidate, NoPatternTakesForEver) {
   for (const char* last : {"1.csv", "2.csv"}) scratch_.write("long/day" + std::string(100, 'a') + last, tiny_log());
   for (const char* pattern : {"^day(a+)+$", "^day(a|a)*$", "^day(a|aa)+$", "(a*)*b", "(.*a){20}x"}) {
     const auto begin = std::chrono::steady_clock::now();
-    const ProgramResult result = scratch_.run({"crossvalidate", "tiny.toml", "--data", "long", "--group", pattern});
-    EXPECT_EQ(result.exit_code, 2);
-    EXPECT_THAT(result.err, HasSubstr("finds nothing in")) << pattern;
+    EXPECT_THAT(scratch_.refusal(2, {"crossvalidate", "tiny.toml", "--data", "long", "--group", pattern}),
+                HasSubstr("finds nothing in"))
+        << pattern;
     EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20)) << pattern;
   }
 }
@@ -113,9 +111,7 @@ TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
   const auto error = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"crossvalidate", "tiny.toml", "--data", "logs"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramResult result = scratch_.run(arguments);
-    EXPECT_EQ(result.exit_code, 2);
-    return result.err;
+    return scratch_.refusal(2, arguments);
   };
   EXPECT_THAT(error({"--group", "^day"}), HasSubstr("needs two groups at least"));
   EXPECT_THAT(error({"--group", "night"}), HasSubstr("finds nothing in \"day1_a.csv\""));
@@ -126,9 +122,7 @@ TEST_F(Crossvalidate, WhatLeavesNothingIsRefusedBeforeAnythingIsTrained) {
   EXPECT_THAT(error({"--logs", "2,1,2"}), HasSubstr("--logs 2: is twice there"));
   EXPECT_THAT(error({"--logs", "4"}), HasSubstr("between 1 and 3 are left"));
   scratch_.write("plant.toml", kTinyExperiment);
-  const ProgramResult plant = scratch_.run({"crossvalidate", "plant.toml"});
-  EXPECT_EQ(plant.exit_code, 2);
-  EXPECT_THAT(plant.err, HasSubstr("use nlo evaluate"));
+  EXPECT_THAT(scratch_.refusal(2, {"crossvalidate", "plant.toml"}), HasSubstr("use nlo evaluate"));
 }
 
 const std::string kPendulumFolder = NLO_SOURCE_DIR "/tests/data/pendulum";
@@ -185,11 +179,7 @@ TEST_F(Identify, DoesNotReplaceWhatAnotherWrote) {
 }
 
 TEST_F(Identify, ErrorsNamePlaceAndMend) {
-  const auto error = [&](const std::vector<std::string>& arguments) {
-    const ProgramResult result = scratch_.run(arguments);
-    EXPECT_EQ(result.exit_code, 2);
-    return result.err;
-  };
+  const auto error = [&](const std::vector<std::string>& arguments) { return scratch_.refusal(2, arguments); };
   EXPECT_THAT(error({"identify", "qub"}), HasSubstr("did you mean \"qube\"?"));
   EXPECT_THAT(error({"identify"}), HasSubstr("IDENTIFICATION is required"));
   EXPECT_THAT(error({"identify", "qube", "--data", kPendulumFolder}), HasSubstr("example_csv_fin[1-6].csv"));

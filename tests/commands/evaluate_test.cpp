@@ -21,13 +21,11 @@ using testing::StartsWith;
 TEST(Evaluate, ManyTestSetsAndTrainingSeedsHaveStandardErrors) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  for (const char* seed : {"1", "2"})
-    ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q", "--seed", seed, "-o", seed}).exit_code, 0);
+  for (const char* seed : {"1", "2"}) scratch.ok({"train", "tiny.toml", "-q", "--seed", seed, "-o", seed});
   const auto run = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"evaluate", "1/model.json", "--trajectories", "3", "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto result = scratch.run(arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const auto result = scratch.ok(arguments);
     return nlohmann::json::parse(result.out);
   };
   const auto both = run({"2/model.json", "--seeds", "3", "--seed", "4", "--noise", "none", "--noise", "gaussian:0.5"});
@@ -46,10 +44,9 @@ TEST(Evaluate, ManyTestSetsAndTrainingSeedsHaveStandardErrors) {
 TEST(Evaluate, AChangedPlantIsKnownToTheTrueFilterAlone) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "a"}).exit_code, 0);
-  const auto run = scratch.run({"evaluate", "a/model.json", "--trajectories", "3", "--json", "--set",
-                                "plant.parameters.mu=1.5", "--against", "ekf,ekf_true"});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  scratch.ok({"train", "tiny.toml", "-q", "-o", "a"});
+  const auto run = scratch.ok({"evaluate", "a/model.json", "--trajectories", "3", "--json", "--set",
+                               "plant.parameters.mu=1.5", "--against", "ekf,ekf_true"});
   const auto result = nlohmann::json::parse(run.out)[0];
   EXPECT_EQ(result["changed"], "plant.parameters.mu=1.5");
   EXPECT_EQ(result["against"]["ekf"]["label"], "ekf, nominal parameters");
@@ -59,10 +56,9 @@ TEST(Evaluate, AChangedPlantIsKnownToTheTrueFilterAlone) {
 TEST(Evaluate, APlantsModelCanBeEvaluatedOnLogs) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "a"}).exit_code, 0);
-  ASSERT_EQ(scratch.run({"simulate", "tiny.toml", "--seed", "4", "-o", "run.csv"}).exit_code, 0);
-  const auto by_heading = scratch.run({"evaluate", "a/model.json", "--data", "run.csv", "--json"});
-  ASSERT_EQ(by_heading.exit_code, 0) << by_heading.err;
+  scratch.ok({"train", "tiny.toml", "-q", "-o", "a"});
+  scratch.ok({"simulate", "tiny.toml", "--seed", "4", "-o", "run.csv"});
+  const auto by_heading = scratch.ok({"evaluate", "a/model.json", "--data", "run.csv", "--json"});
   const auto result = nlohmann::json::parse(by_heading.out)[0];
   EXPECT_EQ(result["per_state"].size(), 2U);
   EXPECT_EQ(result["samples"], 241);
@@ -86,8 +82,7 @@ column = "v"
 role = "state"
 )");
   const auto by_table =
-      scratch.run({"evaluate", "a/model.json", "--data", "renamed.csv", "--columns", "columns.toml", "--json"});
-  ASSERT_EQ(by_table.exit_code, 0) << by_table.err;
+      scratch.ok({"evaluate", "a/model.json", "--data", "renamed.csv", "--columns", "columns.toml", "--json"});
   EXPECT_NEAR(nlohmann::json::parse(by_table.out)[0]["norm"].get<double>(), result["norm"].get<double>(), 1e-9);
 }
 
@@ -101,7 +96,7 @@ TEST(Evaluate, ColumnsInAnotherUnitThanTheModelsConvertAndOfAnotherKindAreRefuse
   scratch.write("logs/b.csv", tiny_log(1.0));
   scratch.write("cm.csv", centimetres);
   scratch.write("log.toml", kTinyLogExperiment);
-  ASSERT_EQ(scratch.run({"train", "log.toml", "--data", "logs", "-o", "a", "-q"}).exit_code, 0);
+  scratch.ok({"train", "log.toml", "--data", "logs", "-o", "a", "-q"});
   const auto columns = [&](const std::string& position, const std::string& velocity) {
     scratch.write("columns.toml",
                   "[[log.columns]]\nname = \"time\"\nrole = \"time\"\nunit = \"s\"\n[[log.columns]]\nname = "
@@ -110,8 +105,7 @@ TEST(Evaluate, ColumnsInAnotherUnitThanTheModelsConvertAndOfAnotherKindAreRefuse
                       "\"\nderivative_of = \"y\"\n");
     return scratch.run({"evaluate", "a/model.json", "--data", "cm.csv", "--columns", "columns.toml", "--json"});
   };
-  const auto own = scratch.run({"evaluate", "a/model.json", "--data", "logs/a.csv", "--json"});
-  ASSERT_EQ(own.exit_code, 0) << own.err;
+  const auto own = scratch.ok({"evaluate", "a/model.json", "--data", "logs/a.csv", "--json"});
   const double expected = nlohmann::json::parse(own.out)[0]["norm"].get<double>();
   const auto converted = columns("cm", "cm/s");
   ASSERT_EQ(converted.exit_code, 0) << converted.err;
@@ -141,14 +135,13 @@ TEST(Evaluate, WithoutTestLogsTheModelIsJudgedByTheValidationLogsAndSaysSo) {
                                           {kTinyLogExperiment, "b.csv", "These are the validation logs"},
                                           {alone, "a.csv", "These are the training logs"}}) {
     scratch.write("log.toml", config);
-    const auto train = scratch.run({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
-    ASSERT_EQ(train.exit_code, 0) << train.err;
+    const auto train = scratch.ok({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
     EXPECT_THAT(train.out, HasSubstr(said));
     const std::string page = scratch.read("out/report.html");
     EXPECT_THAT(page, HasSubstr(std::string("<figcaption>") + log));
     EXPECT_THAT(page, HasSubstr(said));
     EXPECT_EQ(page.find("These are the") != std::string::npos, *said != '\0');
-    ASSERT_EQ(scratch.run({"report", "out", "--data", "logs"}).exit_code, 0);
+    scratch.ok({"report", "out", "--data", "logs"});
     EXPECT_EQ(scratch.read("out/report.html"), page);
   }
 }
@@ -158,11 +151,10 @@ TEST(Evaluate, EvaluateSaysWhichLogsTrainedTheModelAndWhichHaveAnotherClock) {
   scratch.write("log.toml", kTinyLogExperiment);
   scratch.write("logs/a.csv", tiny_log(0.0, 400));
   scratch.write("logs/b.csv", tiny_log(0.5034, 400));
-  ASSERT_EQ(scratch.run({"train", "log.toml", "--data", "logs", "-o", "out", "-q"}).exit_code, 0);
+  scratch.ok({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
   const auto evaluate = [&](const std::string& name, const std::string& log) {
     scratch.write(name, log);
-    const auto result = scratch.run({"evaluate", "out/model.json", "--data", name});
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const auto result = scratch.ok({"evaluate", "out/model.json", "--data", name});
     return result.out;
   };
   EXPECT_THAT(evaluate("renamed.csv", tiny_log(0.0, 300)), HasSubstr("renamed.csv: trained this model"));
@@ -176,20 +168,18 @@ TEST(Evaluate, EvaluateSaysWhichLogsTrainedTheModelAndWhichHaveAnotherClock) {
 TEST(Evaluate, ExcitesThePlantThatIsSimulatedAndEvaluated) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  const auto simulate = scratch.run({"simulate", "tiny.toml", "--input", "1 + t", "-o", "run.csv"});
-  ASSERT_EQ(simulate.exit_code, 0) << simulate.err;
+  const auto simulate = scratch.ok({"simulate", "tiny.toml", "--input", "1 + t", "-o", "run.csv"});
   const std::string csv = scratch.read("run.csv");
   EXPECT_THAT(csv, StartsWith("trajectory,time,y,y_measured,x1,x2,u\n1,0,"));
   EXPECT_THAT(csv, HasSubstr(",1\n1,0.05,"));
   EXPECT_THAT(csv, HasSubstr(",1.05\n1,0.1,"));
 
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "a", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-o", "a", "-q"});
   const auto norms = [&](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"evaluate",  "a/model.json", "--trajectories", "3",
                                           "--against", "ekf",          "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto run = scratch.run(arguments);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const auto run = scratch.ok(arguments);
     return nlohmann::json::parse(run.out)[0];
   };
   const auto alone = norms({}), excited = norms({"--input", "2*cos(12*t)"});
@@ -202,29 +192,26 @@ TEST(Evaluate, ExcitesThePlantThatIsSimulatedAndEvaluated) {
 TEST(MonitorCommand, GivesTheModelWhatItsHeaderThenHas) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-o", "run", "-q"});
   const std::string before = scratch.read("run/model.json");
-  const auto watched = scratch.run(
+  const auto watched = scratch.ok(
       {"monitor", "run/model.json", "--quick", "--hours", "0.05", "--runs", "3", "-o", "new.json", "--json"});
-  ASSERT_EQ(watched.exit_code, 0) << watched.err;
   EXPECT_EQ(scratch.read("run/model.json"), before);
   const auto json = nlohmann::json::parse(watched.out);
   EXPECT_EQ(json["runs"], 3);
   EXPECT_EQ(json["conditions"]["as_trained"]["ratio"], 1.0);
   EXPECT_TRUE(json["conditions"].contains("parameters_high"));
-  ASSERT_EQ(scratch.run({"export", "new.json", "-o", "tiny.h"}).exit_code, 0);
+  scratch.ok({"export", "new.json", "-o", "tiny.h"});
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("kMonitor"));
   // C99 has no monitor: that is said to who is told nothing else, too.
-  const auto c99 = scratch.run({"export", "new.json", "--target", "c99", "-q", "-o", "firmware/tiny.h"});
-  EXPECT_EQ(c99.exit_code, 0) << c99.err;
+  const auto c99 = scratch.ok({"export", "new.json", "--target", "c99", "-q", "-o", "firmware/tiny.h"});
   EXPECT_THAT(c99.err, testing::StartsWith("warning: the model's monitor is left out: target c99 has none"));
   EXPECT_EQ(c99.out, "");
   EXPECT_TRUE(scratch.has("firmware/tiny.c"));
   EXPECT_EQ(scratch.run({"export", "new.json", "-q", "-o", "tiny.h"}).err, "");
   // Made again from a model that has one it is the same.
-  ASSERT_EQ(scratch.run({"monitor", "new.json", "--hours", "0.05", "--runs", "0", "--threads", "3"}).exit_code, 0);
-  const auto again = scratch.run({"monitor", "run/model.json", "--hours", "0.05", "--runs", "0", "--threads", "1"});
-  ASSERT_EQ(again.exit_code, 0) << again.err;
+  scratch.ok({"monitor", "new.json", "--hours", "0.05", "--runs", "0", "--threads", "3"});
+  const auto again = scratch.ok({"monitor", "run/model.json", "--hours", "0.05", "--runs", "0", "--threads", "1"});
   EXPECT_THAT(again.out, Not(HasSubstr("condition")));
   EXPECT_EQ(scratch.read("new.json"), scratch.read("run/model.json"));
 }
@@ -234,14 +221,12 @@ TEST(MonitorCommand, OfALogModelIsMadeFromItsLogs) {
   scratch.write("log.toml", kTinyLogExperiment);
   scratch.write("a.csv", tiny_log(0.0, 3000));
   scratch.write("b.csv", tiny_log(1.0, 3000));
-  ASSERT_EQ(scratch.run({"train", "log.toml", "--data", ".", "-o", "run", "-q"}).exit_code, 0);
-  const auto watched = scratch.run({"monitor", "run/model.json", "--data", ".", "--time-constant", "0.2"});
-  ASSERT_EQ(watched.exit_code, 0) << watched.err;
+  scratch.ok({"train", "log.toml", "--data", ".", "-o", "run", "-q"});
+  const auto watched = scratch.ok({"monitor", "run/model.json", "--data", ".", "--time-constant", "0.2"});
   EXPECT_THAT(watched.out, HasSubstr("limits for 1.00 false alarms an hour"));
   EXPECT_THAT(scratch.read("run/model.json"), HasSubstr("\"monitor\""));
-  const auto too_long = scratch.run({"monitor", "run/model.json", "--data", ".", "--time-constant", "100"});
-  EXPECT_EQ(too_long.exit_code, 1);
-  EXPECT_THAT(too_long.err, HasSubstr("or a shorter --time-constant"));
+  EXPECT_THAT(scratch.refusal(1, {"monitor", "run/model.json", "--data", ".", "--time-constant", "100"}),
+              HasSubstr("or a shorter --time-constant"));
 }
 
 }  // namespace

@@ -38,14 +38,14 @@ class AtWork {
 TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEndsAndChangesNothing) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-q"});
   const auto before = scratch.contents();
   {
     const AtWork other(scratch.path() + "/runs/tiny");
     for (const char* how : {"--resume", "--force", "--auto"}) {
-      const auto second = scratch.run({"train", "tiny.toml", "-q", "-o", "runs/tiny", how});
-      EXPECT_EQ(second.exit_code, 2) << how;
-      EXPECT_THAT(second.err, AllOf(HasSubstr("runs/tiny: another nlo is at work"), HasSubstr("-o DIR"))) << how;
+      EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "-q", "-o", "runs/tiny", how}),
+                  AllOf(HasSubstr("runs/tiny: another nlo is at work"), HasSubstr("-o DIR")))
+          << how;
     }
     EXPECT_EQ(scratch.run({"train", "tiny.toml", "-q", "-o", "runs/elsewhere"}).exit_code, 0);
   }
@@ -56,7 +56,7 @@ TEST(LastingRuns, ASecondTrainingInAFolderIsRefusedUntilTheFirstEndsAndChangesNo
 TEST(LastingRuns, AMonitorDoesNotReplaceATrainingThatEndedMeanwhile) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-q"});
   const std::string file = scratch.path() + "/runs/tiny/model.json", model = codegen::read_file(file);
   std::atomic<bool> at_work{true};
   std::string last;
@@ -79,24 +79,22 @@ TEST(LastingRuns, AMonitorDoesNotReplaceATrainingThatEndedMeanwhile) {
 TEST(LastingRuns, AMonitorIsNotWrittenWhereATrainingIsAtWork) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-q"});
   const auto before = scratch.contents();
   const AtWork other(scratch.path() + "/runs/tiny");
-  const auto monitor = scratch.run({"monitor", "runs/tiny/model.json", "--hours", "0.05", "--runs", "0"});
-  EXPECT_EQ(monitor.exit_code, 2);
-  EXPECT_THAT(monitor.err, HasSubstr("runs/tiny: another nlo is at work"));
+  EXPECT_THAT(scratch.refusal(2, {"monitor", "runs/tiny/model.json", "--hours", "0.05", "--runs", "0"}),
+              HasSubstr("runs/tiny: another nlo is at work"));
   EXPECT_EQ(scratch.contents(), before);
 }
 
 TEST(LastingRuns, ACheckpointOfAnotherExperimentIsWrongInputAndStaysAsItIs) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-q"});
   const auto before = scratch.contents();
-  const auto resumed = scratch.run({"train", "tiny.toml", "-q", "--resume", "--seed", "77"});
-  EXPECT_EQ(resumed.exit_code, 2);
-  EXPECT_THAT(resumed.err, AllOf(HasSubstr("checkpoint.bin"), HasSubstr("another experiment, seed or data set"),
-                                 HasSubstr("without --resume")));
+  EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "-q", "--resume", "--seed", "77"}),
+              AllOf(HasSubstr("checkpoint.bin"), HasSubstr("another experiment, seed or data set"),
+                    HasSubstr("without --resume")));
   EXPECT_EQ(scratch.contents(), before);
 }
 
@@ -114,7 +112,7 @@ TEST(LastingRuns, TheCommandThatGoesOnCanBeGivenToAShellAsItIsPrinted) {
 TEST(LastingRuns, NamesFromElsewhereSendNothingToTheTerminal) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-q"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-q"});
   const std::string model = scratch.read("runs/tiny/model.json");
   const std::string hostile = "x\\u001b]0;owned\\u0007";
   const auto name = model.find("\"states\"");

@@ -47,8 +47,7 @@ std::string with_examples(const std::string& text) {
 
 TEST(NewPlant, IsAnExperimentThatTrainsAsItIs) {
   const Scratch scratch;
-  const ProgramResult result = scratch.run({"new", "plant", "-o", "swing.toml"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"new", "plant", "-o", "swing.toml"});
   EXPECT_THAT(result.out, HasSubstr("nlo train swing.toml"));
   const std::string text = scratch.read("swing.toml");
   EXPECT_THAT(text, AllOf(HasSubstr("name = \"swing\""), HasSubstr("# inputs = "), HasSubstr("# [feedback]")));
@@ -56,16 +55,15 @@ TEST(NewPlant, IsAnExperimentThatTrainsAsItIs) {
   EXPECT_EQ(e.plant->states.size(), 2U);
   // With eigenvalues given nothing is left to derive, which takes its time; the tests of drafts below do that.
   const ProgramResult train =
-      scratch.run({"train", "swing.toml", "--set", "observer.eigenvalues=[-3, -6, -9]", "--set", "training.steps=300",
-                   "--set", "simulation.trajectories=20", "--set", "inverse_map.hidden=[8]", "-o", "run"});
-  EXPECT_EQ(train.exit_code, 0) << train.err;
+      scratch.ok({"train", "swing.toml", "--set", "observer.eigenvalues=[-3, -6, -9]", "--set", "training.steps=300",
+                  "--set", "simulation.trajectories=20", "--set", "inverse_map.hidden=[8]", "-o", "run"});
   EXPECT_THAT(train.err, Not(HasSubstr("warning:"))) << "its runs stay where they start";
   EXPECT_EQ(scratch.run({"new", "plant", "-o", "-"}).out.substr(0, 20), text.substr(0, 20));
 }
 
 TEST(NewPlant, HasExamplesThatCanBeTaken) {
   const Scratch scratch;
-  ASSERT_EQ(scratch.run({"new", "plant"}).exit_code, 0);
+  scratch.ok({"new", "plant"});
   const std::string all =
       with(with_examples(scratch.read("plant.toml")), "damping * rate\"]", "damping * rate + torque / (l * l)\"]");
   const Experiment e = parse_draft(all, "plant.toml").experiment;
@@ -79,8 +77,7 @@ TEST(NewPlant, HasExamplesThatCanBeTaken) {
 TEST(NewLog, ReadsBackWithTheColumnsOfTheLogs) {
   const Scratch scratch;
   for (int i = 0; i < 3; ++i) scratch.write("logs/run" + std::to_string(i) + ".csv", rig_log(i));
-  const ProgramResult result = scratch.run({"new", "log", "logs", "-o", "rig.toml"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"new", "log", "logs", "-o", "rig.toml"});
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("time: \"time_ms\" in ms"), HasSubstr("a row each 0.0100 s, even"), HasSubstr("a sensor"),
                     HasSubstr("1200 rows; 1 file train, 1 file validate, 1 file test"),
@@ -106,17 +103,14 @@ TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
     text += shortest_text(0.01 * k) + "," + shortest_text(std::sin(0.1 * k)) + "," + shortest_text(std::cos(0.1 * k)) +
             "\n";
   scratch.write("a.csv", text);
-  const ProgramResult open = scratch.run({"new", "log", "a.csv"});
-  ASSERT_EQ(open.exit_code, 0) << open.err;
+  const ProgramResult open = scratch.ok({"new", "log", "a.csv"});
   EXPECT_THAT(open.out, HasSubstr("nlo new log a.csv --force --outputs A,B --inputs C --states D,E"));
   EXPECT_THAT(scratch.read("log.toml"), HasSubstr("# CHOOSE its role"));
   // Asked for: every key is known, and the roles are what is missing.
   EXPECT_THAT(scratch.run({"train", "log.toml", "--data", "."}).err, HasSubstr("no column has role \"output\""));
 
   EXPECT_EQ(scratch.run({"new", "log", "a.csv", "--outputs", "position", "--states", "velocity"}).exit_code, 2);
-  const ProgramResult told =
-      scratch.run({"new", "log", "a.csv", "--outputs", "position", "--states", "position,velocity", "--force"});
-  ASSERT_EQ(told.exit_code, 0) << told.err;
+  scratch.ok({"new", "log", "a.csv", "--outputs", "position", "--states", "position,velocity", "--force"});
   EXPECT_THAT(scratch.read("log.toml"), Not(HasSubstr("# CHOOSE its role")));
   const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
   const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
@@ -135,8 +129,7 @@ TEST(NewLog, ReadsAProductOfChannelsWhereItHelpsOnLogsThatAreLeftOut) {
     }
     scratch.write("run" + std::to_string(log) + ".csv", text);
   }
-  const ProgramResult result = scratch.run({"new", "log", ".", "--outputs", "gyro,speed", "--states", "x"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"new", "log", ".", "--outputs", "gyro,speed", "--states", "x"});
   EXPECT_THAT(result.out, HasSubstr("gyro * speed is computed and read too"));
   const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
   const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
@@ -154,8 +147,7 @@ TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
     text += row;
   }
   scratch.write("a.csv", text);
-  const ProgramResult result = scratch.run({"new", "log", "a.csv", "-o", "a.toml"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"new", "log", "a.csv", "-o", "a.toml"});
   const Experiment e = parse_draft(scratch.read("a.toml"), "a.toml").experiment;
   const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
   EXPECT_EQ(splits.train.trajectories[0].samples(), 50);
@@ -164,9 +156,8 @@ TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
 TEST(NewFile, IsNeverWrittenOverAnotherUnlessForced) {
   const Scratch scratch;
   scratch.write("plant.toml", "mine");
-  const ProgramResult refused = scratch.run({"new", "plant"});
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("plant.toml: is there already; write another one with -o FILE, or replace it"));
+  EXPECT_THAT(scratch.refusal(2, {"new", "plant"}),
+              HasSubstr("plant.toml: is there already; write another one with -o FILE, or replace it"));
   EXPECT_EQ(scratch.read("plant.toml"), "mine");
   EXPECT_EQ(scratch.run({"new", "plant", "--force"}).exit_code, 0);
   EXPECT_THAT(scratch.read("plant.toml"), HasSubstr("[plant]"));
@@ -184,12 +175,10 @@ std::string draft() {
 TEST(DraftProgram, TrainsToTheBytesOfWhatItDerived) {
   const Scratch scratch;
   scratch.write("draft.toml", draft());
-  const auto train = scratch.run({"train", "draft.toml", "-o", "a"});
-  ASSERT_EQ(train.exit_code, 0) << train.err;
+  const auto train = scratch.ok({"train", "draft.toml", "-o", "a"});
   EXPECT_THAT(train.err, HasSubstr("derived  eigenvalues"));
   EXPECT_THAT(scratch.read("a/derived.toml"), AllOf(HasSubstr("hidden = [8]"), HasSubstr("steps = 20")));
-  const auto again = scratch.run({"train", "a/derived.toml", "-o", "b"});
-  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const auto again = scratch.ok({"train", "a/derived.toml", "-o", "b"});
   EXPECT_THAT(again.err, Not(HasSubstr("derived  eigenvalues")));
   EXPECT_TRUE(scratch.read("a/model.json") == scratch.read("b/model.json"));
   EXPECT_FALSE(scratch.has("b/derived.toml"));
@@ -198,12 +187,11 @@ TEST(DraftProgram, TrainsToTheBytesOfWhatItDerived) {
 TEST(DraftProgram, ResumesToTheSameBytes) {
   const Scratch scratch;
   scratch.write("draft.toml", draft());
-  ASSERT_EQ(scratch.run({"train", "draft.toml", "-o", "a", "-q"}).exit_code, 0);
+  scratch.ok({"train", "draft.toml", "-o", "a", "-q"});
   const std::string model = scratch.read("a/model.json");
   EXPECT_THAT(scratch.run({"train", "draft.toml", "-o", "a", "--resume"}).out, HasSubstr("already done"));
   std::filesystem::remove(scratch.path() + "/a/finished.json");
-  const auto resumed = scratch.run({"train", "draft.toml", "-o", "a", "--resume"});
-  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  scratch.ok({"train", "draft.toml", "-o", "a", "--resume"});
   EXPECT_TRUE(scratch.read("a/model.json") == model);
 }
 

@@ -105,14 +105,11 @@ int main(void) {
 TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
   const Scratch scratch;
   scratch.write("pendulum.toml", kPendulum);
-  const auto train = scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});
-  ASSERT_EQ(train.exit_code, 0) << train.err;
-  ASSERT_EQ(scratch.run({"export", "run/model.json", "--target", "c99", "-q", "-o", "pendulum.h"}).exit_code, 0);
+  const auto train = scratch.ok({"train", "pendulum.toml", "-o", "run", "-q"});
+  scratch.ok({"export", "run/model.json", "--target", "c99", "-q", "-o", "pendulum.h"});
   // Over the top within a second, for 4 s: from inside the training box, but a run of its own.
-  const auto simulated =
-      scratch.run({"simulate", "pendulum.toml", "--set", "simulation.initial_low=[2.5, 9.5]", "--set",
-                   "simulation.initial_high=[2.5, 9.5]", "--noise", "gaussian:0.02", "-o", "-"});
-  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const auto simulated = scratch.ok({"simulate", "pendulum.toml", "--set", "simulation.initial_low=[2.5, 9.5]", "--set",
+                                     "simulation.initial_high=[2.5, 9.5]", "--noise", "gaussian:0.02", "-o", "-"});
   const Columns run = columns_of(simulated.out);
   ASSERT_EQ(run.angle.size(), 401u);
   int turns = 0;
@@ -150,9 +147,8 @@ TEST(PlantWithAnAngle, IsTrainedExportedAndFlownThroughFullTurns) {
   EXPECT_NEAR(rms(differences), 2.83, 0.5);
   EXPECT_LT(rms(ours), 0.2 * rms(differences)) << rms(ours) << " rad/s";
 
-  const auto table = scratch.run(
+  const auto table = scratch.ok(
       {"evaluate", "run/model.json", "--noise", "gaussian:0.02", "--trajectories", "20", "--against", "ekf,constant"});
-  EXPECT_EQ(table.exit_code, 0) << table.err;
   EXPECT_THAT(table.out, HasSubstr("RMSE omega [rad/s]"));
   EXPECT_THAT(table.out, Not(HasSubstr("theta")));
 }
@@ -177,8 +173,7 @@ TEST(PlantWithAnAngle, MayGiveItAsSineAndCosine) {
                                              "5",        "--against",      "ekf"};
   scratch.write("pendulum.toml", with(kPendulum, "steps = 600", "steps = 5"));
   (void)scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});  // 5 steps may get nowhere: the model is kept
-  const auto unwrapped = scratch.run(evaluate);
-  ASSERT_EQ(unwrapped.exit_code, 0) << unwrapped.err;
+  const auto unwrapped = scratch.ok(evaluate);
 
   std::string text = with(kPendulum, "estimated = [\"omega\"]",
                           "state_encodings = [\"sincos\", \"unwrap\"]\noutput_encodings = [\"sincos\"]");
@@ -188,15 +183,11 @@ TEST(PlantWithAnAngle, MayGiveItAsSineAndCosine) {
   const auto train = scratch.run({"train", "pendulum.toml", "-o", "run", "-q"});
   for (const char* name : {"RMSE theta_sin", "RMSE theta_cos", "RMSE omega"}) EXPECT_THAT(train.out, HasSubstr(name));
   // One sensor with the same draws, whatever its form: the filter that knows the plant is as good with both.
-  const auto encoded = scratch.run(evaluate);
-  ASSERT_EQ(encoded.exit_code, 0) << encoded.err;
+  const auto encoded = scratch.ok(evaluate);
   EXPECT_EQ(last_cell(encoded.out, "ekf"), last_cell(unwrapped.out, "ekf"));
-  const auto two = scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.02,none"});
-  EXPECT_EQ(two.exit_code, 2);
-  EXPECT_THAT(two.err, HasSubstr("is of 2 outputs, but there is 1"));
-  const auto bound = scratch.run({"bound", "run/model.json"});
-  EXPECT_EQ(bound.exit_code, 2);
-  EXPECT_THAT(bound.err, HasSubstr("gives angles as sine and cosine"));
+  EXPECT_THAT(scratch.refusal(2, {"evaluate", "run/model.json", "--noise", "gaussian:0.02,none"}),
+              HasSubstr("is of 2 outputs, but there is 1"));
+  EXPECT_THAT(scratch.refusal(2, {"bound", "run/model.json"}), HasSubstr("gives angles as sine and cosine"));
 }
 
 TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
@@ -205,8 +196,7 @@ TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
       "states = [\"x1\", \"x2\"]\nderivative = [\"x2\", \"-x1 + u\"]\noutput_names = [\"y\"]\noutputs = [\"x1\"]\n"
       "inputs = [\"u\"]\n";
   scratch.write("tiny.toml", with(kTinyExperiment, "model = \"van_der_pol\"\n", equations));
-  const auto train = scratch.run({"train", "tiny.toml", "-o", "run"});
-  ASSERT_EQ(train.exit_code, 0) << train.err;
+  const auto train = scratch.ok({"train", "tiny.toml", "-o", "run"});
   EXPECT_THAT(train.err, HasSubstr("note: this kkl observer was trained without inputs, so it does not know u"));
   EXPECT_THAT(scratch.read("run/report.html"), HasSubstr("ignored_inputs"));
   const auto exported = scratch.run({"export", "run/model.json", "-o", "tiny.h"});
@@ -222,13 +212,11 @@ TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {
 TEST(PlantWithInputs, IsEvaluatedUnderTheInputsItsExperimentDraws) {
   const Scratch scratch;
   scratch.write("excited.toml", kTinyExperiment + "[excitation]\nkinds = [\"steps\"]\nlow = [-2]\nhigh = [2]\n");
-  const auto train = scratch.run({"train", "excited.toml", "-o", "run"});
-  ASSERT_EQ(train.exit_code, 0) << train.err;
+  const auto train = scratch.ok({"train", "excited.toml", "-o", "run"});
   const auto evaluate = [&](const std::string& run, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"evaluate", run + "/model.json", "--trajectories", "5", "--against", "ekf"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto result = scratch.run(arguments);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const auto result = scratch.ok(arguments);
     return result.out;
   };
   const std::string drawn = evaluate("run", {});
@@ -237,7 +225,7 @@ TEST(PlantWithInputs, IsEvaluatedUnderTheInputsItsExperimentDraws) {
   EXPECT_THAT(evaluate("run", {"--input", "sin(t)"}), HasSubstr("u = sin(t)"));
   // The filter knows each run's inputs: it is as good as without any, and the constant is not.
   scratch.write("quiet.toml", with(kTinyExperiment, "[training]", "[training]\nmirror = true"));
-  ASSERT_EQ(scratch.run({"train", "quiet.toml", "-o", "quiet"}).exit_code, 0);
+  scratch.ok({"train", "quiet.toml", "-o", "quiet"});
   const std::string quiet = evaluate("quiet", {}),
                     set = evaluate("quiet", {"--set", "excitation.low=[-2]", "--set", "excitation.high=[2]"});
   EXPECT_THAT(set, HasSubstr("u = drawn within -2 .. 2 (constant, steps"));

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 
 #include "trainer/base/number_text.h"
 
@@ -121,6 +122,18 @@ std::map<std::string, std::string> Scratch::contents() const {
 
 ProgramResult Scratch::run(const std::vector<std::string>& arguments, const std::string& interrupt_at) const {
   return run_program(NLO_PROGRAM, arguments, interrupt_at);
+}
+
+ProgramResult Scratch::ok(const std::vector<std::string>& arguments) const {
+  ProgramResult result = run(arguments);
+  if (result.exit_code != 0) throw std::runtime_error("nlo " + arguments.front() + " failed: " + result.err);
+  return result;
+}
+
+std::string Scratch::refusal(int exit_code, const std::vector<std::string>& arguments) const {
+  const ProgramResult result = run(arguments);
+  EXPECT_EQ(result.exit_code, exit_code) << result.err;
+  return result.err;
 }
 
 ProgramResult Scratch::run_program(const std::string& program, const std::vector<std::string>& arguments,

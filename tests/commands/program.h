@@ -25,7 +25,11 @@ class Scratch : public ScratchDirectory {
 
   /// Runs the program here. It is killed after a minute. `interrupt_at`: Ctrl-C once its stderr has these words.
   ProgramResult run(const std::vector<std::string>& arguments, const std::string& interrupt_at = "") const;
-  /// The same of another program.
+  /// One that must succeed: the test fails and ends where it does not.
+  ProgramResult ok(const std::vector<std::string>& arguments) const;
+  /// The error of one that must end with `exit_code`.
+  std::string refusal(int exit_code, const std::vector<std::string>& arguments) const;
+  /// run() of another program.
   ProgramResult run_program(const std::string& program, const std::vector<std::string>& arguments,
                             const std::string& interrupt_at = "") const;
 };

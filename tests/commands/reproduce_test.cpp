@@ -89,9 +89,7 @@ TEST(ExperimentsOfThePaper, TrainByTheirPath) {
       {"train", paper, "-q", "-o", "run", "--set", "training.steps=1", "--set", "simulation.trajectories=2"});
   EXPECT_THAT(by_path.err, testing::Not(HasSubstr("no such file")));
   EXPECT_TRUE(scratch.has("run/model.json")) << by_path.err;
-  const ProgramResult by_name = scratch.run({"train", "paper/example1"});
-  EXPECT_EQ(by_name.exit_code, 2);
-  EXPECT_THAT(by_name.err, HasSubstr("no experiment of that name"));
+  EXPECT_THAT(scratch.refusal(2, {"train", "paper/example1"}), HasSubstr("no experiment of that name"));
 }
 
 }  // namespace

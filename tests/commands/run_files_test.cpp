@@ -27,8 +27,7 @@ class RunFiles : public testing::Test {
     scratch.write("log.toml", kTinyLogExperiment);
     scratch.write("logs/a.csv", tiny_log(0.0, 400));
     scratch.write("logs/b.csv", tiny_log(0.5, 400));
-    const ProgramResult train = scratch.run({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
-    ASSERT_EQ(train.exit_code, 0) << train.err;
+    const ProgramResult train = scratch.ok({"train", "log.toml", "--data", "logs", "-o", "out", "-q"});
   }
 
   ProgramResult evaluate(std::vector<std::string> arguments) const {
@@ -61,16 +60,15 @@ std::vector<std::map<std::string, double>> rows(const std::string& csv) {
 TEST(LogsOfAPlant, AreScoredInTheStatesThatTheyHaveATruthOf) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "out", "-q"}).exit_code, 0);
-  ASSERT_EQ(scratch.run({"simulate", "tiny.toml", "-o", "all.csv"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-o", "out", "-q"});
+  scratch.ok({"simulate", "tiny.toml", "-o", "all.csv"});
   std::istringstream lines(scratch.read("all.csv"));
   std::string without;
   for (std::string line; std::getline(lines, line);) without += line.substr(0, line.rfind(',')) + "\n";
   scratch.write("some.csv", without);  // without x2, the last column
 
   const auto all = scratch.run({"evaluate", "out/model.json", "--data", "all.csv"});
-  const auto some = scratch.run({"evaluate", "out/model.json", "--data", "some.csv", "--estimates", "e.csv"});
-  ASSERT_EQ(some.exit_code, 0) << some.err;
+  const auto some = scratch.ok({"evaluate", "out/model.json", "--data", "some.csv", "--estimates", "e.csv"});
   const auto line_of_x1 = [](const std::string& text) {
     const std::string before = "  x1\n    ";
     const auto at = text.find(before + "observer");
@@ -144,8 +142,7 @@ TEST_F(RunFiles, AreRefusedBeforeAnythingIsEvaluated) {
   const auto twice = evaluate({"logs/b.csv", "--noise", "none", "--noise", "gaussian:0.1", "--figure", "b.svg"});
   EXPECT_EQ(twice.exit_code, 2);
   EXPECT_THAT(twice.err, HasSubstr("one --noise"));
-  const auto plant = scratch.run({"evaluate", "out/model.json", "--figure", "b.svg"});
-  EXPECT_EQ(plant.exit_code, 2);
+  const std::string plant = scratch.refusal(2, {"evaluate", "out/model.json", "--figure", "b.svg"});
 }
 
 class Stdout : public testing::Test {
@@ -157,11 +154,10 @@ class Stdout : public testing::Test {
   /// The same file by its name and by stdout.
   void expect_same(std::vector<std::string> command, const std::string& file) {
     command.insert(command.end(), {"-o", file});
-    ASSERT_EQ(scratch_.run(command).exit_code, 0);
+    scratch_.ok(command);
     command.back() = "-";
     const auto before = scratch_.contents();
-    const auto streamed = scratch_.run(command);
-    EXPECT_EQ(streamed.exit_code, 0) << streamed.err;
+    const auto streamed = scratch_.ok(command);
     EXPECT_FALSE(streamed.out.empty());
     EXPECT_TRUE(streamed.out == scratch_.read(file));
     EXPECT_EQ(scratch_.contents(), before) << "a file was left behind";
@@ -192,8 +188,7 @@ TEST_F(Stdout, IsRefusedWhereACommandWritesSeveralFiles) {
 
 TEST_F(Stdout, HasTheBoundAsCsv) {
   const auto bound =
-      scratch_.run({"bound", "run/model.json", "--k", "1", "--trajectories", "4", "--csv", "-q", "-o", "bound"});
-  ASSERT_EQ(bound.exit_code, 0) << bound.err;
+      scratch_.ok({"bound", "run/model.json", "--k", "1", "--trajectories", "4", "--csv", "-q", "-o", "bound"});
   EXPECT_TRUE(bound.out == scratch_.read("bound/bound.csv"));
   EXPECT_EQ(scratch_.run({"bound", "run/model.json", "--csv", "--json"}).exit_code, 2);
 }
@@ -203,22 +198,18 @@ TEST(SeveralNoises, AreOneForEachOutput) {
   const std::string two = with(kTinyExperiment, "model = \"van_der_pol\"",
                                "states = [\"x1\", \"x2\"]\nderivative = [\"x2\", \"-x1\"]\noutputs = [\"x1\", \"x2\"]");
   scratch.write("two.toml", with(two, "\"gaussian:0.1\"", "[\"gaussian:0.1\", \"none\"]"));
-  const auto train = scratch.run({"train", "two.toml", "-o", "run", "-q"});
-  ASSERT_EQ(train.exit_code, 0) << train.err;
+  const auto train = scratch.ok({"train", "two.toml", "-o", "run", "-q"});
   EXPECT_THAT(train.out, HasSubstr("noise gaussian:0.1,none"));
   EXPECT_THAT(scratch.read("run/report.html"), HasSubstr("N(0, 0.1), no noise"));
-  const auto json = scratch.run({"evaluate", "run/model.json", "--noise", "gaussian:0.1,uniform:0.02", "--json",
-                                 "--trajectories", "3", "--against", "ekf"});
-  ASSERT_EQ(json.exit_code, 0) << json.err;
+  const auto json = scratch.ok({"evaluate", "run/model.json", "--noise", "gaussian:0.1,uniform:0.02", "--json",
+                                "--trajectories", "3", "--against", "ekf"});
   EXPECT_THAT(json.out, HasSubstr("gaussian:0.1,uniform:0.02"));
   for (const std::vector<std::string>& command : {std::vector<std::string>{"evaluate", "run/model.json"},
                                                   {"report", "run"},
                                                   {"simulate", "two.toml", "-o", "-"}}) {
     std::vector<std::string> wrong = command;
     wrong.insert(wrong.end(), {"--noise", "none,none,none"});
-    const auto refused = scratch.run(wrong);
-    EXPECT_EQ(refused.exit_code, 2) << command.front();
-    EXPECT_THAT(refused.err, HasSubstr("is of 3 outputs, but there are 2"));
+    EXPECT_THAT(scratch.refusal(2, wrong), HasSubstr("is of 3 outputs, but there are 2"));
   }
   const auto csv = scratch.run({"simulate", "two.toml", "--noise", "none,uniform:1", "-o", "-"});
   EXPECT_THAT(csv.out, StartsWith("trajectory,time,y1,y2,y1_measured,y2_measured,x1,x2\n"));

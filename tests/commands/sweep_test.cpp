@@ -52,8 +52,7 @@ class SweepCommand : public testing::Test {
 
   /// sweep.csv of the jobs in `folder`.
   std::string table(const std::string& folder) const {
-    const ProgramResult result = scratch.run({"sweep", "collect", "plans/p.toml", "-o", folder});
-    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const ProgramResult result = scratch.ok({"sweep", "collect", "plans/p.toml", "-o", folder});
     return scratch.read(folder + "/sweep.csv");
   }
 
@@ -70,8 +69,7 @@ class SweepCommand : public testing::Test {
 
 TEST_F(SweepCommand, WritesALineForEachJobAndNothingElse) {
   const auto before = scratch.contents();
-  const ProgramResult result = scratch.run({"sweep", "plans/p.toml", "--threads", "1"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"sweep", "plans/p.toml", "--threads", "1"});
   const auto lines = job_lines(result.out);
   ASSERT_THAT(lines, SizeIs(4));
   EXPECT_THAT(lines[0], StartsWith("nlo train plans/tiny.toml --set 'inverse_map.hidden=[4]' --seed 1 --threads 1 -o "
@@ -91,16 +89,15 @@ TEST_F(SweepCommand, VariesAShippedExperimentToo) {
 }
 
 TEST_F(SweepCommand, DoesNothingForJobsThatAreDone) {
-  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run"}).exit_code, 0);
+  scratch.ok({"sweep", "plans/p.toml", "--run"});
   const auto before = times();
-  const ProgramResult again = scratch.run({"sweep", "plans/p.toml", "--run"});
-  EXPECT_EQ(again.exit_code, 0) << again.err;
+  const ProgramResult again = scratch.ok({"sweep", "plans/p.toml", "--run"});
   EXPECT_THAT(again.out, HasSubstr("already done"));
   ASSERT_EQ(shell("nlo sweep plans/p.toml | sh -e"), 0);
   EXPECT_EQ(times(), before);
   // Control: two jobs more are run, and leave the others as they are.
   scratch.write("plans/p.toml", with(kPlan, "[1, 2]", "[1, 2, 3]"));
-  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run"}).exit_code, 0);
+  scratch.ok({"sweep", "plans/p.toml", "--run"});
   EXPECT_EQ(times().size(), before.size() + 2 * 6) << "two folders of five files";
   const auto after = times();
   for (const auto& [file, time] : before)
@@ -114,7 +111,7 @@ TEST_F(SweepCommand, GivesTheSameTableHoweverOftenItIsKilled) {
   scratch.write("plans/tiny.toml", with(with(kTinyExperiment, "steps = 20", "steps = 150\ncheckpoint_every_s = 0.01"),
                                         "samples_per_step = 64", "samples_per_step = 512"));
   const auto begun = std::chrono::steady_clock::now();
-  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run", "-o", "whole"}).exit_code, 0);
+  scratch.ok({"sweep", "plans/p.toml", "--run", "-o", "whole"});
   const double whole_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   const std::string whole = table("whole");
   ASSERT_THAT(job_lines(whole), SizeIs(1 + 4));
@@ -151,7 +148,7 @@ TEST_F(SweepCommand, InterruptedItSaysWhatIsLeftAndGoesOn) {
                                      "--threads 1 -o runs/p\n"));
   EXPECT_THAT(stopped.err, testing::Not(HasSubstr("jobs failed")));
   const auto before = times();
-  ASSERT_EQ(scratch.run(arguments).exit_code, 0);
+  scratch.ok(arguments);
   const auto after = times();
   int kept = 0;
   for (const auto& [file, time] : before)
@@ -164,13 +161,12 @@ TEST_F(SweepCommand, InterruptedItSaysWhatIsLeftAndGoesOn) {
 }
 
 TEST_F(SweepCommand, RefusesAFolderOfAnotherExperiment) {
-  ASSERT_EQ(scratch.run({"sweep", "plans/p.toml", "--run"}).exit_code, 0);
+  scratch.ok({"sweep", "plans/p.toml", "--run"});
   scratch.write("plans/tiny.toml", with(kTinyExperiment, "gaussian:0.1", "gaussian:0.2"));
   const auto before = times();
-  const ProgramResult result = scratch.run({"sweep", "plans/p.toml", "--run"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("the checkpoint belongs to another experiment"));
-  EXPECT_THAT(result.err, HasSubstr("4 of 4 jobs failed"));
+  const std::string result = scratch.refusal(2, {"sweep", "plans/p.toml", "--run"});
+  EXPECT_THAT(result, HasSubstr("the checkpoint belongs to another experiment"));
+  EXPECT_THAT(result, HasSubstr("4 of 4 jobs failed"));
   EXPECT_EQ(times(), before);
   EXPECT_THAT(table("runs/p"), HasSubstr(",other,,,,"));
 }
@@ -180,9 +176,7 @@ TEST_F(SweepCommand, GoesOnAfterAJobThatFails) {
       "plans/p.toml",
       "experiment = \"tiny.toml\"\n[grid]\ntraining.learning_rate = [1e30, 0.001]\n[test]\ntrajectories = 5\n");
   for (int run = 0; run < 2; ++run) {  // the second finds it failed and says so again
-    const ProgramResult result = scratch.run({"sweep", "plans/p.toml", "--run"});
-    EXPECT_EQ(result.exit_code, 1);
-    EXPECT_THAT(result.err, HasSubstr("1 of 2 jobs failed"));
+    EXPECT_THAT(scratch.refusal(1, {"sweep", "plans/p.toml", "--run"}), HasSubstr("1 of 2 jobs failed"));
   }
   const std::string csv = table("runs/p");
   EXPECT_THAT(csv, HasSubstr(",failed,,,,"));
@@ -200,9 +194,8 @@ TEST_F(SweepCommand, JudgesObserversOfLogsOnTheirTestLogs) {
   ASSERT_EQ(shell("nlo sweep plans/p.toml | sh -e"), 0);
   EXPECT_EQ(times(), before);
   scratch.write("plans/logs/a.csv", tiny_log(0.5));
-  const ProgramResult changed = scratch.run({"sweep", "plans/p.toml", "--run"});
-  EXPECT_EQ(changed.exit_code, 2);
-  EXPECT_THAT(changed.err, HasSubstr("another experiment, seed or data set")) << "other logs are not what is done";
+  EXPECT_THAT(scratch.refusal(2, {"sweep", "plans/p.toml", "--run"}), HasSubstr("another experiment, seed or data set"))
+      << "other logs are not what is done";
 }
 
 TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
@@ -233,9 +226,8 @@ TEST_F(SweepCommand, ChecksEveryJobBeforeItWritesALine) {
 TEST_F(SweepCommand, JobsThatAreAllRefusedAreWrongInputAndOneThatFailsIsAFailure) {
   scratch.write("plans/p.toml", "experiment = \"log.toml\"\ndata = \"nowhere\"\nseeds = [1, 2]\n");
   scratch.write("plans/log.toml", kTinyLogExperiment);
-  const ProgramResult refused = scratch.run({"sweep", "plans/p.toml", "--run"});
-  EXPECT_EQ(refused.exit_code, 2) << refused.err;
-  EXPECT_THAT(refused.err, HasSubstr("2 of 2 jobs failed, each for its input"));
+  EXPECT_THAT(scratch.refusal(2, {"sweep", "plans/p.toml", "--run"}),
+              HasSubstr("2 of 2 jobs failed, each for its input"));
   scratch.write("file", "");
   EXPECT_EQ(scratch.run({"sweep", "plans/p.toml", "--run", "-o", "file/x"}).exit_code, 2);
   EXPECT_EQ(scratch.run({"sweep", "collect", "plans/p.toml", "-o", "file/x"}).exit_code, 2);

@@ -26,8 +26,7 @@ class TrainAuto : public testing::Test {
 };
 
 TEST_F(TrainAuto, FindsAnExperimentThatTrainsToTheSameModel) {
-  const ProgramResult result = scratch.run({"train", "tiny.toml", "--auto", "--minutes", "0.1", "-o", "found"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"train", "tiny.toml", "--auto", "--minutes", "0.1", "-o", "found"});
   EXPECT_THAT(result.out, AllOf(HasSubstr("as it stands"), HasSubstr("multiply-adds"), HasSubstr("found/auto.html"),
                                 HasSubstr("found/model.json")));
   for (const char* file : {"auto.html", "auto.json", "experiment.toml", "model.json", "report.html", "finished.json"})
@@ -35,7 +34,7 @@ TEST_F(TrainAuto, FindsAnExperimentThatTrainsToTheSameModel) {
   EXPECT_FALSE(scratch.has("found/auto/")) << "the trainings of the search leave nothing";
   EXPECT_THAT(scratch.read("found/experiment.toml"),
               StartsWith("# Found by: nlo train tiny.toml --auto --minutes 0.1 -o found\n"));
-  ASSERT_EQ(scratch.run({"train", "found/experiment.toml", "-o", "again"}).exit_code, 0);
+  scratch.ok({"train", "found/experiment.toml", "-o", "again"});
   EXPECT_EQ(scratch.read("again/model.json"), scratch.read("found/model.json"));
   // The experiment as it stands was trained as it says, beside the others of the last rung.
   const json trials = record("found")["rungs"].back();
@@ -56,8 +55,7 @@ TEST_F(TrainAuto, GoesOnWhereItWasInterrupted) {
 
   std::vector<std::string> more = arguments;
   more.push_back("--resume");
-  const ProgramResult resumed = scratch.run(more);
-  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  scratch.ok(more);
   const json after = record("run");
   ASSERT_EQ(after["candidates"].size(), before["candidates"].size());
   for (std::size_t c = 0; c < before["candidates"].size(); ++c)
@@ -70,8 +68,7 @@ TEST_F(TrainAuto, GoesOnWhereItWasInterrupted) {
   }
   // All is done: nothing is trained again.
   const std::string model = scratch.read("run/model.json");
-  const ProgramResult again = scratch.run(more);
-  EXPECT_EQ(again.exit_code, 0) << again.err;
+  const ProgramResult again = scratch.ok(more);
   EXPECT_THAT(again.out, HasSubstr("already done"));
   EXPECT_EQ(scratch.read("run/model.json"), model);
   // Another budget is another search.
@@ -82,9 +79,8 @@ TEST_F(TrainAuto, GoesOnWhereItWasInterrupted) {
 }
 
 TEST_F(TrainAuto, KeepsToABudgetOfMultiplyAddsAndBytes) {
-  const ProgramResult result = scratch.run({"train", "tiny.toml", "--auto", "--minutes", "0.1", "--max-multiply-adds",
-                                            "200", "--max-flash-bytes", "800", "-o", "small"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = scratch.ok({"train", "tiny.toml", "--auto", "--minutes", "0.1", "--max-multiply-adds",
+                                           "200", "--max-flash-bytes", "800", "-o", "small"});
   const json candidates = record("small")["candidates"];
   EXPECT_GT(candidates.size(), 1U);
   for (const json& candidate : candidates) {
@@ -92,7 +88,7 @@ TEST_F(TrainAuto, KeepsToABudgetOfMultiplyAddsAndBytes) {
     EXPECT_LE(candidate["flash_bytes"].get<int>(), 800);
   }
   // Control: others were drawn, which cost more.
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "--auto", "--minutes", "0.1", "-o", "any"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "--auto", "--minutes", "0.1", "-o", "any"});
   int most = 0;
   const json any = record("any")["candidates"];
   for (const json& candidate : any) most = std::max(most, candidate["multiply_adds"].get<int>());
@@ -110,8 +106,7 @@ TEST_F(TrainAuto, ChoosesByLogsThatTrainingHasNotSeen) {
                                       "[\"log_?.csv\"]"));
   for (int i = 0; i < 5; ++i) scratch.write("logs/log_" + std::to_string(i) + ".csv", tiny_log(0.3 * i));
   const ProgramResult result =
-      scratch.run({"train", "tiny_log.toml", "--data", "logs", "--auto", "--minutes", "0.1", "-o", "run"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+      scratch.ok({"train", "tiny_log.toml", "--data", "logs", "--auto", "--minutes", "0.1", "-o", "run"});
   EXPECT_THAT(result.out, HasSubstr("took these from training to choose by, and what it found is trained on all: "
                                     "log_3.csv."));
   EXPECT_THAT(scratch.read("run/experiment.toml"), HasSubstr("train_files = [\"log_?.csv\"]"));
@@ -125,32 +120,26 @@ TEST_F(TrainAuto, ChoosesByLogsThatTrainingHasNotSeen) {
 }
 
 TEST_F(TrainAuto, RefusesATimeThatTrainsNothingAndLeavesWhatIsThere) {
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-o", "run"});
   scratch.write("tiny.toml", with(kTinyExperiment, "steps = 20", "steps = 50000000"));
   const auto before = scratch.contents();
-  const ProgramResult result = scratch.run({"train", "tiny.toml", "--auto", "--minutes", "0.05", "-o", "run"});
-  EXPECT_EQ(result.exit_code, 1) << result.err;
-  EXPECT_THAT(result.err,
+  EXPECT_THAT(scratch.refusal(1, {"train", "tiny.toml", "--auto", "--minutes", "0.05", "-o", "run"}),
               AllOf(HasSubstr("--minutes 0.05 is too little"), HasSubstr("of the experiment's 50000000 steps"),
                     HasSubstr("or more"), Not(HasSubstr("--resume"))));
   EXPECT_EQ(scratch.contents(), before);
 }
 
 TEST_F(TrainAuto, IsAskedForBeforeItsOptions) {
-  const ProgramResult result = scratch.run({"train", "tiny.toml", "--minutes", "1"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--auto"));
-  const ProgramResult never = scratch.run({"train", "tiny.toml", "--auto", "--minutes", "nan"});
-  EXPECT_EQ(never.exit_code, 2);
-  EXPECT_THAT(never.err, HasSubstr("nan is not a time to search for"));
+  EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "--minutes", "1"}), HasSubstr("--auto"));
+  EXPECT_THAT(scratch.refusal(2, {"train", "tiny.toml", "--auto", "--minutes", "nan"}),
+              HasSubstr("nan is not a time to search for"));
 }
 
 TEST_F(TrainAuto, LeavesAnotherExperimentsModelAlone) {
-  ASSERT_EQ(scratch.run({"train", "tiny.toml", "-o", "run"}).exit_code, 0);
+  scratch.ok({"train", "tiny.toml", "-o", "run"});
   scratch.write("other.toml", with(kTinyExperiment, "\"tiny\"", "\"other\""));
   const auto before = scratch.contents();
-  const ProgramResult result = scratch.run({"train", "other.toml", "--auto", "--minutes", "0.1", "-o", "run"});
-  EXPECT_EQ(result.exit_code, 2);
+  const std::string result = scratch.refusal(2, {"train", "other.toml", "--auto", "--minutes", "0.1", "-o", "run"});
   EXPECT_EQ(scratch.contents(), before);
 }
 

@@ -9,7 +9,6 @@
 #include "codegen/base/error.h"
 #include "tests/compare/plants.h"
 #include "tests/evaluation/van_der_pol_set.h"
-#include "trainer/compare/filter_search.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/closed_loop.h"
 #include "trainer/evaluation/estimator_words.h"

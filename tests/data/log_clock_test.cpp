@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/data/log_clock.h"
+#include "trainer/data/time_stamps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +10,6 @@
 #include <sstream>
 
 #include "tests/data/testing.h"
-#include "trainer/data/time_stamps.h"
 
 namespace nlo::trainer {
 namespace {

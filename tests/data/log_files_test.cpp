@@ -7,7 +7,6 @@
 #include "codegen/base/error.h"
 #include "tests/data/testing.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/data/log_starts.h"
 
 namespace nlo::trainer {
 namespace {

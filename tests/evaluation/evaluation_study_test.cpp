@@ -7,7 +7,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "trainer/evaluation/comparison.h"
 #include "trainer/evaluation/evaluation_text.h"
 #include "trainer/evaluation/text.h"
 

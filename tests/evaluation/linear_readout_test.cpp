@@ -10,6 +10,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
+#include "tests/evaluation/van_der_pol_set.h"
 #include "tests/training/testing.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/training/train.h"
@@ -88,7 +89,7 @@ Experiment oscillator_experiment() {
 
 codegen::Model trained(Experiment experiment, bool error) {
   experiment.inverse_map.error = error;
-  return train(experiment, testing::van_der_pol(40, 20.0, 1), testing::van_der_pol(40, 20.0, 2), {}).model;
+  return train(experiment, test::van_der_pol_set(40, 20.0, 1, 2.0), test::van_der_pol_set(40, 20.0, 2, 2.0), {}).model;
 }
 
 TEST(ErrorTraining, ChangesNothingElseOfTheModel) {
@@ -110,7 +111,7 @@ TEST(ErrorTraining, GivesTheSameBytesForAnyNumberOfThreads) {
 
 TEST(ErrorTraining, CoversWhatItSaysOnRunsThatItHasNotSeen) {
   const codegen::Model model = trained(oscillator_experiment(), true);
-  const Dataset fresh = testing::van_der_pol(100, 20.0, 3);
+  const Dataset fresh = test::van_der_pol_set(100, 20.0, 3, 2.0);
   const NoiseConfig noise{NoiseKind::kGaussian, 0.2};
   const auto found = evaluate("", observer_estimator(model, true), fresh, noise, 7, 1).coverage;
   ASSERT_TRUE(found);

@@ -9,7 +9,6 @@
 
 #include "codegen/base/error.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/evaluation/metrics_config.h"
 
 namespace nlo::trainer {
 namespace {

@@ -17,13 +17,13 @@ inline Eigen::MatrixXd van_der_pol(const Eigen::MatrixXd& x) {
   return dx;
 }
 
-/// Initial states uniform over [-1, 1]^2, RK4 at 0.02 s.
-inline Dataset van_der_pol_set(int trajectories, double horizon_s, unsigned long long seed) {
+/// Initial states uniform over [-half_width, half_width]^2, RK4 at 0.02 s.
+inline Dataset van_der_pol_set(int trajectories, double horizon_s, unsigned long long seed, double half_width = 1.0) {
   constexpr double kStep = 0.02;
   const auto samples = static_cast<Eigen::Index>(std::lround(horizon_s / kStep)) + 1;
   Dataset set{{{"y", "", 0.0}}, {{"x1", "", 0.0}, {"x2", "", 0.0}}, kStep, true, {}};
   std::mt19937_64 engine(seed);
-  const auto draw = [&] { return 2.0 * static_cast<double>(engine() >> 11) * 0x1p-53 - 1.0; };
+  const auto draw = [&] { return half_width * (2.0 * static_cast<double>(engine() >> 11) * 0x1p-53 - 1.0); };
   for (int i = 0; i < trajectories; ++i) {
     Trajectory run{"simulation " + std::to_string(i), Eigen::VectorXd(samples), Eigen::MatrixXd(1, samples),
                    Eigen::MatrixXd(2, samples), Eigen::VectorXd::Ones(samples)};

@@ -64,8 +64,7 @@ class Fault : public testing::TestWithParam<Case> {
     scratch_.write("logs/b.csv", tiny_log(1.0));
     scratch_.write("plan.toml", "experiment = \"tiny.toml\"\n[grid]\ninverse_map.hidden = [[4], [8]]\n");
     for (const Words& words : GetParam().before) {
-      const ProgramResult result = scratch_.run(words);
-      EXPECT_EQ(result.exit_code, 0) << result.err;
+      scratch_.ok(words);
     }
     files_ = scratch_.contents();
     old_ = comparable(files_);
@@ -219,8 +218,8 @@ TEST(FaultyFileSystem, WithoutExchangeOfNamesAFolderIsReplacedAllTheSame) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);
   const Words folder = {"export", "run/model.json", "-q", "--target", "arduino", "-o", "lib"};
-  ASSERT_EQ(scratch.run(kTrain).exit_code, 0);
-  ASSERT_EQ(scratch.run(folder).exit_code, 0);
+  scratch.ok(kTrain);
+  scratch.ok(folder);
   const Files made = scratch.contents();
   const ProgramResult result = run_with(scratch, folder, "exchange");
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -259,7 +258,7 @@ TEST(Faultless, CommandsThatOnlyPrintChangeNoFile) {
   scratch.write("tiny_log.toml", kTinyLogExperiment);
   scratch.write("logs/a.csv", tiny_log());
   scratch.write("logs/b.csv", tiny_log(1.0));
-  ASSERT_EQ(scratch.run(kTrain).exit_code, 0);
+  scratch.ok(kTrain);
   const Files before = scratch.contents();
   const Words commands[] = {
       {"crossvalidate", "tiny_log.toml", "--data", "logs"},

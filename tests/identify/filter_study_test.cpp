@@ -10,7 +10,6 @@
 #include "tests/identify/identified_pendulum.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/experiments/load_identification.h"
-#include "trainer/identify/filter_tuning.h"
 #include "trainer/identify/identified_filter.h"
 
 namespace nlo::trainer {

@@ -15,7 +15,7 @@
 #include "tests/codegen/example_models.h"
 #include "tests/support/thrown_message.h"
 #include "trainer/monitor/monitor_study.h"
-#include "trainer/monitor/time_constant.h"
+#include "trainer/monitor/sensed_runs.h"
 
 namespace nlo::trainer {
 namespace {

@@ -121,16 +121,6 @@ TEST(DrawnInputs, StepsAreHeldBetweenTheShortestAndTheLongestTime) {
   EXPECT_GT(found, 100);
 }
 
-TEST(DrawnInputs, EveryKindHasARowAndStaysInItsRange) {
-  for (const auto& [kind, name] : kNames<InputSignal>)
-    for (std::uint64_t run = 0; run < kRuns; ++run) {
-      const Eigen::RowVectorXd u = drawn(of_kind(kind), run);
-      EXPECT_TRUE(u.allFinite()) << name;
-      EXPECT_GE(u.minCoeff(), -1.0) << name;
-      EXPECT_LE(u.maxCoeff(), 3.0) << name;
-    }
-}
-
 TEST(DrawnInputs, ARandomBinarySequenceHasTwoLevelsAndOneClock) {
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     const Eigen::RowVectorXd u = drawn(of_kind(InputSignal::kPrbs), run);

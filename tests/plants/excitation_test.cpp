@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/plants/excitation.h"
+#include "trainer/plants/logged_inputs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +15,6 @@
 #include "tests/support/thrown_message.h"
 #include "trainer/plants/drawn_inputs.h"
 #include "trainer/plants/linear.h"
-#include "trainer/plants/logged_inputs.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 

@@ -10,7 +10,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/identifier.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/plants/affine_input_field.h"
+#include "trainer/plants/plant_form.h"
 #include "trainer/plants/simulate.h"
 
 namespace nlo::trainer {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/plants/simulate.h"
+#include "trainer/plants/run_range.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +14,6 @@
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/registry.h"
-#include "trainer/plants/run_range.h"
 #include "trainer/plants/simulate_runs.h"
 
 namespace nlo::trainer {

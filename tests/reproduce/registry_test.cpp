@@ -11,7 +11,7 @@
 
 #include "tests/support/thrown_message.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/jobs/finished_run.h"
+#include "trainer/jobs/kept_training.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/run_range.h"

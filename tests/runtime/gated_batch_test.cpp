@@ -4,15 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <random>
 #include <type_traits>
-#include <vector>
 
 #include "bench/random_structures.h"
-#include "tests/runtime/testing.h"
+#include "tests/runtime/batch_twin.h"
 
 namespace nlo {
 namespace {
@@ -26,40 +22,11 @@ constexpr auto model() {
   return m;
 }
 
-/// Good measurements, missed ones, ones out of range, late first ones.
-float measurement(std::mt19937& random, int sample, int plant) {
-  if (sample < plant % 4) return std::numeric_limits<float>::quiet_NaN();
-  const float draw = testing::uniform<float>(random, -1, 1);
-  return draw > 0.95F ? 5.0F : draw < -0.95F ? std::numeric_limits<float>::quiet_NaN() : 0.9F * draw;
-}
-
-/// The largest difference of z and x_hat from those of single observers of `other`; statuses must be theirs.
+/// From single observers of `other`.
 template <int kPlants, Arithmetic kArithmetic, class Model>
 float off(const Model& batched, const Model& other) {
-  GatedBatch<Model, kPlants, kArithmetic> batch{batched};
-  std::vector<GatedObserver<Model, kArithmetic>> observers(kPlants, GatedObserver<Model, kArithmetic>{other});
-  std::mt19937 random(7);
-  float worst_off = 0;
-  for (int sample = 0; sample < 60; ++sample) {
-    float y[1][kPlants], x_hat[2][kPlants];
-    // Now and then all plants are well, which takes the quick way.
-    for (int n = 0; n < kPlants; ++n)
-      y[0][n] = sample % 3 == 2 ? 0.1F * static_cast<float>(n % 9) - 0.4F : measurement(random, sample, n);
-    const StepStatus status = batch.step(y);
-    StepStatus worst = StepStatus::kOk;
-    batch.estimate(x_hat);
-    for (int n = 0; n < kPlants; ++n) {
-      auto& observer = observers[static_cast<std::size_t>(n)];
-      worst = std::max(worst, observer.step(y[0][n]));
-      EXPECT_EQ(batch.status(n), observer.status()) << "plant " << n << ", sample " << sample;
-      const auto want = observer.estimate();
-      for (int r = 0; r < kUnits; ++r)
-        worst_off = std::max(worst_off, std::abs(batch.latent(n)[r] - observer.latent()[r]));
-      for (int i = 0; i < 2; ++i) worst_off = std::max(worst_off, std::abs(x_hat[i][n] - want[i]));
-    }
-    EXPECT_EQ(status, worst) << sample;
-  }
-  return worst_off;
+  return testing::off_observers<kPlants>(GatedBatch<Model, kPlants, kArithmetic>{batched},
+                                         GatedObserver<Model, kArithmetic>{other}, testing::AnyMeasurement{});
 }
 
 constexpr auto kModel = model();

@@ -12,7 +12,7 @@
 #include <limits>
 #include <random>
 
-#include "tests/runtime/testing.h"
+#include "tests/runtime/batch_twin.h"
 
 namespace nlo {
 namespace {
@@ -126,34 +126,37 @@ TEST(KnownInputs, AStateWithAnImpossibleInputIsRefused) {
 }
 
 template <Hold kInputHold>
-void expect_a_batch_as_observers() {
+float batch_off_observers() {
   constexpr int kPlants = 21;  // blocks and a rest
   static constexpr auto kModel = two_modes<float, kInputHold>(Hold::kFirstOrder);
-  KklBatch<std::remove_cvref_t<decltype(kModel)>, kPlants, Arithmetic::kDeterministic> batch{kModel};
-  using Observer = KklObserver<std::remove_cvref_t<decltype(kModel)>, Arithmetic::kDeterministic>;
-  std::vector<Observer> observers(kPlants, Observer{kModel});
+  using Model = std::remove_cvref_t<decltype(kModel)>;
   std::mt19937 random(3);
-  for (int k = 0; k < 50; ++k) {
-    float y[1][kPlants], u[1][kPlants];
-    for (int n = 0; n < kPlants; ++n) {
-      y[0][n] = testing::uniform<float>(random, -5, 5);
-      u[0][n] =
-          k % 5 == 4 && n % 6 == 1 ? std::numeric_limits<float>::quiet_NaN() : testing::uniform<float>(random, -8, 12);
-    }
-    StepStatus worst = StepStatus::kOk;
-    for (int n = 0; n < kPlants; ++n) {
-      const auto one = static_cast<std::size_t>(n);
-      worst = std::max(worst, observers[one].step(y[0][n], u[0][n]));
-    }
-    ASSERT_EQ(batch.step(y, u), worst);
-    for (int n = 0; n < kPlants; ++n)
-      ASSERT_TRUE(testing::same_latent(batch.save(n), observers[static_cast<std::size_t>(n)].save())) << n;
-  }
+  return testing::off_observers<kPlants>(
+      KklBatch<Model, kPlants, Arithmetic::kDeterministic>{kModel},
+      KklObserver<Model, Arithmetic::kDeterministic>{kModel}, [&](int sample, int plant, int channel) {
+        if (channel == 0) return testing::uniform<float>(random, -5, 5);
+        return sample % 5 == 4 && plant % 6 == 1 ? std::numeric_limits<float>::quiet_NaN()
+                                                 : testing::uniform<float>(random, -8, 12);
+      });
 }
 
 TEST(KnownInputs, ABatchGivesWhatAsManyObserversGive) {
-  expect_a_batch_as_observers<Hold::kZeroOrder>();
-  expect_a_batch_as_observers<Hold::kFirstOrder>();
+  EXPECT_EQ(batch_off_observers<Hold::kZeroOrder>(), 0.0F);
+  EXPECT_EQ(batch_off_observers<Hold::kFirstOrder>(), 0.0F);
+}
+
+/// 100 Hz, readings in +-100.
+template <class Model>
+Model sampled_at_100_hz() {
+  Model m{};
+  m.sample_period_s = 0.01;
+  m.stale_after = 5;
+  m.hold = Hold::kFirstOrder;
+  for (int j = 0; j < 2; ++j) {
+    m.outputs.min[j] = -100.0;
+    m.outputs.max[j] = 100.0;
+  }
+  return m;
 }
 
 /// A map of kIn values to one: their weighted sum.
@@ -167,17 +170,10 @@ constexpr auto sum_of(const double (&weights)[kIn]) {
 TEST(KnownInputs, ALuenbergerObserverFollowsAPlantThatItsInputDrives) {
   // x' = -x + 2 u, y = x: with B = 2 the error is that of the start alone, exp(-(1 + G) t).
   using Map = decltype(sum_of<1>({0.0}));
-  LuenbergerModel<double, 1, 1, Map, 1> m{};
-  m.sample_period_s = 0.01;
-  m.stale_after = 5;
-  m.hold = Hold::kFirstOrder;
+  auto m = sampled_at_100_hz<LuenbergerModel<double, 1, 1, Map, 1>>();
   m.error_matrix[0][0] = -1.0 - 4.0;
   m.gain[0][0] = 4.0;
   m.gain[0][1] = 2.0;
-  for (int j = 0; j < 2; ++j) {
-    m.outputs.min[j] = -100.0;
-    m.outputs.max[j] = 100.0;
-  }
   m.nonlinearity = sum_of<1>({0.0});
   LuenbergerObserver observer(m);
   double x = 3.0;
@@ -193,14 +189,7 @@ TEST(KnownInputs, AGeneralObserverIsGivenThemBehindTheOutputs) {
   // F = -z + 10 u reads [z; y; u].
   using Dynamics = decltype(sum_of<3>({0.0, 0.0, 0.0}));
   using Map = decltype(sum_of<1>({0.0}));
-  GeneralModel<double, 1, 1, 1, Dynamics, Map, 1> m{};
-  m.sample_period_s = 0.01;
-  m.stale_after = 5;
-  m.hold = Hold::kFirstOrder;
-  for (int j = 0; j < 2; ++j) {
-    m.outputs.min[j] = -100.0;
-    m.outputs.max[j] = 100.0;
-  }
+  auto m = sampled_at_100_hz<GeneralModel<double, 1, 1, 1, Dynamics, Map, 1>>();
   m.dynamics = sum_of<3>({-1.0, 0.0, 10.0});
   m.inverse_map = sum_of<1>({1.0});
   GeneralObserver observer(m);
@@ -215,14 +204,7 @@ TEST(KnownInputs, AGeneralObserverIsGivenThemBehindTheOutputs) {
 
 TEST(KnownInputs, AWindowHoldsThemBehindTheOutputs) {
   using Map = decltype(sum_of<4>({0.0, 0.0, 0.0, 0.0}));
-  WindowModel<double, 1, 1, 2, Map, 1> m{};
-  m.sample_period_s = 0.01;
-  m.stale_after = 5;
-  m.hold = Hold::kFirstOrder;
-  for (int j = 0; j < 2; ++j) {
-    m.outputs.min[j] = -100.0;
-    m.outputs.max[j] = 100.0;
-  }
+  auto m = sampled_at_100_hz<WindowModel<double, 1, 1, 2, Map, 1>>();
   m.inverse_map = sum_of<4>({0.0, 0.0, 0.0, 1.0});  // the input of the sample before
   WindowObserver observer(m);
   ASSERT_EQ(observer.step(1.0, 10.0), StepStatus::kOk);

@@ -10,9 +10,8 @@
 #include <cmath>
 #include <random>
 #include <type_traits>
-#include <vector>
 
-#include "tests/runtime/testing.h"
+#include "tests/runtime/batch_twin.h"
 
 namespace nlo {
 namespace {
@@ -182,36 +181,22 @@ TEST(Saturation, SteppingDoesNotNoticeIt) {
 }
 
 template <Saturation kSaturation, Arithmetic kArithmetic, class Base>
-void expect_a_batch_as_observers(const Base& base, float tolerance) {
-  constexpr int kPlants = 19, kNx = Base::kNx, kNy = Base::kNy;
+float batch_off_observers(const Base& base) {
+  constexpr int kPlants = 19;
   const auto model = saturating<kSaturation>(base, 0.3);
   using Model = std::remove_cvref_t<decltype(model)>;
-  KklBatch<Model, kPlants, kArithmetic> batch{model};
-  std::vector<KklObserver<Model, kArithmetic>> observers(kPlants, KklObserver<Model, kArithmetic>{model});
-  std::mt19937 random(6);
-  for (int k = 0; k < 60; ++k) {
-    float y[kNy][kPlants], x_hat[kNx][kPlants];
-    for (int n = 0; n < kPlants; ++n) {
-      typename KklObserver<Model, kArithmetic>::Output measured{};
-      for (int j = 0; j < kNy; ++j) measured[j] = y[j][n] = testing::uniform<float>(random, -1, 1);
-      ASSERT_EQ(observers[static_cast<std::size_t>(n)].step(measured), StepStatus::kOk);
-    }
-    ASSERT_EQ(batch.step(y), StepStatus::kOk);
-    batch.estimate(x_hat);
-    for (int n = 0; n < kPlants; ++n) {
-      const auto want = observers[static_cast<std::size_t>(n)].estimate();
-      for (int i = 0; i < kNx; ++i) ASSERT_NEAR(x_hat[i][n], want[i], tolerance) << "sample " << k << ", plant " << n;
-    }
-  }
+  return testing::off_observers<kPlants>(KklBatch<Model, kPlants, kArithmetic>{model},
+                                         KklObserver<Model, kArithmetic>{model}, testing::AnyMeasurement{});
 }
 
 TEST(Saturation, ABatchGivesWhatAsManyObserversGive) {
   const auto pair = testing::pair_model<float>(Hold::kFirstOrder);
   const auto angle = testing::angle_model<float>();
-  expect_a_batch_as_observers<Saturation::kLatent, Arithmetic::kDeterministic>(pair, 0.0F);
-  expect_a_batch_as_observers<Saturation::kRelativeLatent, Arithmetic::kDeterministic>(angle, 0.0F);
-  expect_a_batch_as_observers<Saturation::kLatent, Arithmetic::kFast>(pair, 1e-5F);  // sums in another order
-  expect_a_batch_as_observers<Saturation::kRelativeLatent, Arithmetic::kFast>(angle, 1e-5F);
+  EXPECT_EQ((batch_off_observers<Saturation::kLatent, Arithmetic::kDeterministic>(pair)), 0.0F);
+  EXPECT_EQ((batch_off_observers<Saturation::kRelativeLatent, Arithmetic::kDeterministic>(angle)), 0.0F);
+  constexpr float kOtherOrder = 1e-5F;  // of sums
+  EXPECT_LE((batch_off_observers<Saturation::kLatent, Arithmetic::kFast>(pair)), kOtherOrder);
+  EXPECT_LE((batch_off_observers<Saturation::kRelativeLatent, Arithmetic::kFast>(angle)), kOtherOrder);
 }
 
 }  // namespace

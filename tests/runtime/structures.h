@@ -181,4 +181,24 @@ constexpr CarriedTestModel<Scalar, kReadsOutput, kUnitLength> carried_model(Hold
   return model;
 }
 
+/// One observer of each structure.
+template <class Scalar, class Check>
+void each_structure(const Check& check) {
+  static const auto kkl = undriven_model<Scalar>(Hold::kFirstOrder);
+  static const auto luenberger = luenberger_model<Scalar>();
+  static const auto general = general_model<Scalar>();
+  static const auto driven = driven_model<Scalar>(Hold::kFirstOrder, Hold::kFirstOrder);
+  static const auto gated = gated_model<Scalar>();
+  static const auto window = window_model<Scalar>();
+  static const auto carried = carried_model<Scalar>();
+  const auto with = [&check](auto observer) { check(observer); };
+  with(KklObserver(kkl));
+  with(LuenbergerObserver(luenberger));
+  with(GeneralObserver(general));
+  with(DrivenKklObserver(driven));
+  with(GatedObserver(gated));
+  with(WindowObserver(window));
+  with(CarriedObserver(carried));
+}
+
 }  // namespace nlo::testing

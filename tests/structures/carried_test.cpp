@@ -9,9 +9,10 @@
 #include <random>
 #include <string>
 
-#include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/replay/reference_observer.h"
+#include "tests/support/thrown_message.h"
+#include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/structures/carried_latent.h"
 #include "trainer/training/train.h"
@@ -22,6 +23,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
+using testing::reference_rmse;
 
 std::string text_of(const std::string& observer, const std::string& map = "readout = \"network\"\n") {
   std::string text = "name = \"down\"\n[log]\nsample_period_s = 0.02\ntrain_files = [\"a.csv\"]\n";
@@ -83,16 +85,6 @@ Dataset turned_sensor(unsigned seed, bool jittered, const Matrix3d& axes = Matri
   return data;
 }
 
-double flown_error(const codegen::Model& model, const Dataset& data) {
-  codegen::ReferenceObserver<double> observer(model);
-  double squares = 0.0, samples = 0.0;
-  for (const Trajectory& run : data.trajectories) {
-    squares += (observer.run(run.outputs, run.inputs, run.time_s, data.uniform).x_hat - run.states).squaredNorm();
-    samples += static_cast<double>(run.samples());
-  }
-  return std::sqrt(squares / samples);
-}
-
 TEST(Carried, RollsOutWhatFlies) {
   // The validation error is of the trainer's roll-out in float, rounding included.
   for (const bool jittered : {false, true})
@@ -102,7 +94,7 @@ TEST(Carried, RollsOutWhatFlies) {
       const TrainingResult result = train(experiment_of(observer, "steps = 0\n"), data, data, {});
       ASSERT_EQ(result.outcome, TrainOutcome::kFinished) << result.message;
       ASSERT_EQ(result.model.nz(), 6);
-      EXPECT_NEAR(result.validation_rmse, flown_error(result.model, data), 1e-3 * result.validation_rmse)
+      EXPECT_NEAR(result.validation_rmse, reference_rmse(result.model, data), 1e-3 * result.validation_rmse)
           << hold << jittered;
     }
 }
@@ -114,7 +106,7 @@ TEST(Carried, LeastSquaresEstimateWhatShakingHides) {
   for (const Trajectory& run : unseen.trajectories)
     for (Eigen::Index k = 0; k < run.samples(); ++k, samples += 1.0)
       accelerometer += (run.outputs.col(k).normalized() - run.states.col(k)).squaredNorm();
-  EXPECT_LT(flown_error(model, unseen), 0.3 * std::sqrt(accelerometer / samples));
+  EXPECT_LT(reference_rmse(model, unseen), 0.3 * std::sqrt(accelerometer / samples));
   codegen::ReferenceObserver<double> observer(model);
   const Trajectory& run = unseen.trajectories.front();
   const Eigen::MatrixXd x_hat = observer.run(run.outputs, run.inputs, run.time_s, true).x_hat;
@@ -128,8 +120,8 @@ TEST(Carried, ASensorMountedOtherwiseTrainsTheSameObserverAndIsInItsDomain) {
   const codegen::Model model = train(experiment, data, data, {}).model;
   const codegen::Model other = train(experiment, mounted, mounted, {}).model;
   constexpr double kFloat = 1e-4;  // of roll-outs in float, and of a ridge regression on them
-  EXPECT_NEAR(flown_error(model, mounted), flown_error(model, data), 1e-9) << "to rounding of double";
-  EXPECT_NEAR(flown_error(other, data), flown_error(model, data), kFloat * flown_error(model, data));
+  EXPECT_NEAR(reference_rmse(model, mounted), reference_rmse(model, data), 1e-9) << "to rounding of double";
+  EXPECT_NEAR(reference_rmse(other, data), reference_rmse(model, data), kFloat * reference_rmse(model, data));
   for (int r = 0; r < model.nz(); ++r)
     EXPECT_EQ(model.latent_max(r), model.latent_max(r % 2)) << "one range for all axes";
 }
@@ -196,12 +188,7 @@ TEST(CarriedLatent, GradientMeetsDifferences) {
 }
 
 std::string refused(const std::string& text) {
-  try {
-    parse_experiment(text, "down.toml");
-  } catch (const codegen::Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return thrown_message([&] { parse_experiment(text, "down.toml"); });
 }
 
 std::string without(std::string text, const std::string& what, const std::string& instead = "") {

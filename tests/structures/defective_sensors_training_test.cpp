@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "codegen/replay/reference_observer.h"
+#include "tests/training/testing.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
@@ -30,18 +30,14 @@ Experiment pushed_mass(const std::string& training) {
 }
 
 /// Of the last 200 samples, under sensors that do what is declared in `noise` and `input_noise`.
-double settled_error(const codegen::Model& model, const Dataset& data, const std::string& noise,
+double settled_error(const codegen::Model& model, Dataset data, const std::string& noise,
                      const std::string& input_noise) {
-  codegen::ReferenceObserver<double> observer(model);
-  double squares = 0.0, samples = 0.0;
   for (std::size_t i = 0; i < data.trajectories.size(); ++i) {
-    const Trajectory& run = data.trajectories[i];
-    const Eigen::MatrixXd y = MeasurementNoise(parse_noise(noise), 1, i).on(run.outputs);
-    const Eigen::MatrixXd u = held(MeasurementNoise(parse_noise(input_noise), 2, i).on(run.inputs));
-    squares += (observer.run(y, u, run.time_s, true).x_hat - run.states).rightCols(200).squaredNorm();
-    samples += 200.0;
+    Trajectory& run = data.trajectories[i];
+    run.outputs = MeasurementNoise(parse_noise(noise), 1, i).on(run.outputs);
+    run.inputs = held(MeasurementNoise(parse_noise(input_noise), 2, i).on(run.inputs));
   }
-  return std::sqrt(squares / samples);
+  return testing::settled_rmse(model, data, 200);
 }
 
 struct Gain {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/replay/reference_observer.h"
+#include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/rollout/rollout.h"
@@ -34,15 +34,7 @@ Experiment integrator(bool excited, const std::vector<std::string>& changes = {}
 }
 
 double settled_error(const codegen::Model& model, const Dataset& data) {
-  codegen::ReferenceObserver<double> observer(model);
-  double squares = 0.0, samples = 0.0;
-  for (const Trajectory& run : data.trajectories) {
-    const Eigen::MatrixXd none;
-    const codegen::Run flown = observer.run(run.outputs, model.nu() > 0 ? run.inputs : none, run.time_s, data.uniform);
-    squares += (flown.x_hat - run.states).rightCols(200).squaredNorm();
-    samples += 200.0;
-  }
-  return std::sqrt(squares / samples);
+  return testing::settled_rmse(model, data, 200);
 }
 
 TEST(ExcitedTraining, AnObserverThatWasExcitedKnowsItsInputs) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "codegen/export/prepared_export.h"
+#include "tests/evaluation/van_der_pol_set.h"
 #include "tests/training/testing.h"
 #include "trainer/training/train.h"
 
@@ -37,7 +38,7 @@ Index start_in(const VectorXd& run, const Trajectory& trajectory, double toleran
 }
 
 TEST(FlightRecord, HasStretchesOfAllTheDataHalfOfThemFromTheFirstSample) {
-  const Dataset data = testing::van_der_pol(60, 14.0, 1);  // 701 samples each
+  const Dataset data = test::van_der_pol_set(60, 14.0, 1, 2.0);  // 701 samples each
   const codegen::Model model = trained_on(data);
   EXPECT_GE(model.flight.samples(), 12000);
   EXPECT_LT(model.flight.samples(), 13000);
@@ -62,7 +63,7 @@ TEST(FlightRecord, HasStretchesOfAllTheDataHalfOfThemFromTheFirstSample) {
 }
 
 TEST(FlightRecord, HasTheNoiseOfTraining) {
-  const Dataset data = testing::van_der_pol(1, 10.0, 1);
+  const Dataset data = test::van_der_pol_set(1, 10.0, 1, 2.0);
   const codegen::Model model = trained_on(data, 0.3);
   ASSERT_EQ(model.flight.runs.size(), 1U);
   const VectorXd off = flown_output(model, model.flight.runs[0]) - data.trajectories[0].outputs.row(0).transpose();
@@ -96,7 +97,7 @@ TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
   experiment.forward_map.hidden = {5};
   experiment.loss.weights["map_consistency"] = 1.0;
   experiment.training.steps = 2;
-  Dataset data = testing::van_der_pol(1, 8.0, 1);
+  Dataset data = test::van_der_pol_set(1, 8.0, 1, 2.0);
   data.inputs = {{"u", "", 0.0}};
   data.input_field = {Eigen::MatrixXd::Zero(2, 2), Eigen::Vector2d(0.0, 1.0)};
   const codegen::Model quiet = train(experiment, data, data, {}).model;
@@ -111,7 +112,7 @@ TEST(FlightRecord, HasTheInputsOfADrivenPlantZeroWhereNothingExcitedIt) {
 }
 
 TEST(FlightRecord, IsWhatTheErrorOfAnExportIsStatedOver) {
-  const codegen::Model model = trained_on(testing::van_der_pol(40, 12.0, 2), 0.1);
+  const codegen::Model model = trained_on(test::van_der_pol_set(40, 12.0, 2, 2.0), 0.1);
   EXPECT_GE(codegen::PreparedExport(model).error().recorded, 10000);
 }
 

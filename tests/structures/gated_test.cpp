@@ -110,18 +110,6 @@ Experiment gated_experiment(const std::string& observer, int steps = 60, const s
   return experiment;
 }
 
-double flown_rmse(const codegen::Model& model, const Dataset& data, double* largest = nullptr) {
-  codegen::ReferenceObserver<double> observer(model);
-  double squares = 0.0, samples = 0.0;
-  for (const Trajectory& run : data.trajectories) {
-    const codegen::Run flown = observer.run(run.outputs, {}, run.time_s, data.uniform);
-    if (largest != nullptr) *largest = std::fmax(*largest, flown.z.cwiseAbs().maxCoeff());
-    squares += (flown.x_hat - run.states).squaredNorm();
-    samples += static_cast<double>(run.samples());
-  }
-  return std::sqrt(squares / samples);
-}
-
 TEST(Gated, RollsOutWhatFlies) {
   for (const bool jittered : {false, true}) {
     Dataset data = harmonics({60, 90, 75}, jittered);
@@ -130,7 +118,8 @@ TEST(Gated, RollsOutWhatFlies) {
       const TrainingResult result = train(gated_experiment(std::string("units = 5\n") + features), data, data, {});
       ASSERT_EQ(result.model.nz(), 5);
       // Against double: the roll-out's float and the runtime's tanh.
-      EXPECT_NEAR(result.validation_rmse, flown_rmse(result.model, data), 1e-4 * result.validation_rmse) << features;
+      EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, data), 1e-4 * result.validation_rmse)
+          << features;
     }
   }
 }

@@ -10,7 +10,6 @@
 #include <string>
 
 #include "codegen/model_file/model_file.h"
-#include "codegen/replay/reference_observer.h"
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/data/log_delays.h"
@@ -90,17 +89,6 @@ Experiment experiment_of(const std::string& structure) {
   return experiment;
 }
 
-double rms(const codegen::Model& model, const Dataset& data) {
-  codegen::ReferenceObserver<double> observer(model);
-  double squares = 0.0, samples = 0.0;
-  for (const Trajectory& run : data.trajectories) {
-    const codegen::Run flown = observer.run(run.outputs, run.inputs, run.time_s, data.uniform);
-    squares += ((flown.x_hat - run.states).cwiseAbs2() * run.weight).sum();
-    samples += run.weight.sum();
-  }
-  return std::sqrt(squares / samples);
-}
-
 class EveryStructure : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(EveryStructure, RollsOutWithInputsWhatFlies) {
@@ -112,7 +100,9 @@ TEST_P(EveryStructure, RollsOutWithInputsWhatFlies) {
     ASSERT_EQ(result.model.nu(), 1);
     ASSERT_EQ(result.model.nr(), 2);
     // The validation error is of the trainer's roll-out in float, rounding included.
-    EXPECT_NEAR(result.validation_rmse, rms(result.model, data), 2e-3 * result.validation_rmse + 2e-6) << hold;
+    EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, data),
+                2e-3 * result.validation_rmse + 2e-6)
+        << hold;
   }
 }
 
@@ -138,8 +128,8 @@ TEST(Inputs, AKklObserverThatReadsUEstimatesALinearPlantAndOneWithoutItDoesNot) 
   Dataset blind = pushed_oscillator(false, 5);
   const codegen::Model without = train(experiment_of("kkl"), pushed_oscillator(false, 1), blind, {}).model;
   // With the modes of y on u, x is a linear function of z; what is left is the ramp of y between samples.
-  EXPECT_LT(rms(with, unseen), 4e-3);
-  EXPECT_GT(rms(without, blind), 10.0 * rms(with, unseen));
+  EXPECT_LT(testing::reference_rmse(with, unseen), 4e-3);
+  EXPECT_GT(testing::reference_rmse(without, blind), 10.0 * testing::reference_rmse(with, unseen));
 }
 
 TEST(Inputs, TheGeneralRouteMeetsTheExactFilterOnCommands) {
@@ -205,8 +195,8 @@ TEST(LateInputs, AreWorthDeclaring) {
     declared.trajectories[i].inputs.row(0) = delayed(run.time_s, column.row(0).transpose(), kLate_s).transpose();
   }
   const Experiment experiment = experiment_of("kkl");
-  const double with = rms(train(experiment, declared, declared, {}).model, declared);
-  const double without = rms(train(experiment, as_logged, as_logged, {}).model, as_logged);
+  const double with = testing::reference_rmse(train(experiment, declared, declared, {}).model, declared);
+  const double without = testing::reference_rmse(train(experiment, as_logged, as_logged, {}).model, as_logged);
   EXPECT_LT(with, 0.7 * without) << "with delay_s, without it: " << with << ", " << without;
 }
 

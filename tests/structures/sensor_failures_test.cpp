@@ -68,14 +68,9 @@ Experiment failing_experiment(const std::string& observer, const std::string& tr
 }
 
 double error_of(const codegen::Model& model, Dataset data, bool without_good) {
-  codegen::ReferenceObserver<double> observer(model);
-  double squares = 0.0, samples = 0.0;
-  for (Trajectory& run : data.trajectories) {
+  for (Trajectory& run : data.trajectories)
     if (without_good) run.outputs.row(0).setConstant(std::numeric_limits<double>::quiet_NaN());
-    squares += (observer.run(run.outputs, {}, run.time_s, data.uniform).x_hat - run.states).squaredNorm();
-    samples += static_cast<double>(run.samples());
-  }
-  return std::sqrt(squares / samples);
+  return testing::reference_rmse(model, data);
 }
 
 TEST(FailingSensors, OneModelLivesWithAndWithoutOne) {

@@ -10,7 +10,7 @@
 
 #include "codegen/base/error.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/base/shell_word.h"
+#include "trainer/base/printable.h"
 #include "trainer/config/toml.h"
 #include "trainer/sweep/jobs.h"
 

@@ -6,8 +6,8 @@
 
 #include "codegen/base/error.h"
 #include "tests/support/thrown_message.h"
+#include "trainer/report/pages.h"
 #include "trainer/report/pareto_figure.h"
-#include "trainer/report/search_page.h"
 #include "trainer/sweep/search_record.h"
 #include "trainer/sweep/search_text.h"
 

@@ -10,7 +10,6 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/structures/table.h"
-#include "trainer/sweep/halving.h"
 
 namespace nlo::trainer {
 namespace {

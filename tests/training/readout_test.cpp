@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "codegen/model_file/validate.h"
+#include "tests/evaluation/van_der_pol_set.h"
 #include "tests/training/testing.h"
 #include "trainer/base/ridge.h"
 #include "trainer/training/train.h"
@@ -113,7 +114,7 @@ TEST(Readout, ATrainedNetworkThatIsBetterShipsAsItIs) {
   Experiment experiment = small_experiment();
   experiment.training.steps = 400;
   experiment.observer.eigenvalues = {-1.0, -4.0};
-  const Dataset training = testing::van_der_pol(12, 8.0, 1), validation = testing::van_der_pol(6, 8.0, 2);
+  const Dataset training = test::van_der_pol_set(12, 8.0, 1, 2.0), validation = test::van_der_pol_set(6, 8.0, 2, 2.0);
   experiment.inverse_map.hidden = {16, 16};
   const TrainingResult network = train(experiment, training, validation, {});
   experiment.inverse_map.readout = ReadoutChoice::kSelected;

@@ -50,38 +50,6 @@ inline Dataset harmonics(const std::vector<int>& samples, bool jittered, unsigne
   return data;
 }
 
-/// Van der Pol (22), x1' = x2, x2' = (1 - x1^2) x2 - x1, y = x1: RK4 at the sample period.
-inline Dataset van_der_pol(int trajectories, double horizon_s, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-2.0, 2.0);
-  Dataset data;
-  data.outputs = {{"y", "", 0.0}};
-  data.states = {{"x1", "", 0.0}, {"x2", "", 0.0}};
-  data.sample_period_s = 0.02;
-  const int n = static_cast<int>(std::lround(horizon_s / data.sample_period_s)) + 1;
-  const auto f = [](const Eigen::Vector2d& x) { return Eigen::Vector2d(x(1), (1.0 - x(0) * x(0)) * x(1) - x(0)); };
-  for (int r = 0; r < trajectories; ++r) {
-    Trajectory run;
-    run.source = "simulation " + std::to_string(r);
-    run.time_s = Eigen::VectorXd::LinSpaced(n, 0.0, data.sample_period_s * (n - 1));
-    run.states.resize(2, n);
-    run.weight = Eigen::VectorXd::Ones(n);
-    Eigen::Vector2d x(uniform(random), uniform(random));
-    for (int k = 0; k < n; ++k) {
-      run.states.col(k) = x;
-      const double h = data.sample_period_s;
-      const Eigen::Vector2d k1 = f(x);
-      const Eigen::Vector2d k2 = f(x + 0.5 * h * k1);
-      const Eigen::Vector2d k3 = f(x + 0.5 * h * k2);
-      const Eigen::Vector2d k4 = f(x + h * k3);
-      x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-    }
-    run.outputs = run.states.row(0);
-    data.trajectories.push_back(run);
-  }
-  return data;
-}
-
 /// A small experiment: quick to run, with every part of an observer in it.
 inline Experiment small_experiment() {
   Experiment experiment;
@@ -177,17 +145,24 @@ inline double plain_rmse(const codegen::Model& model, const Dataset& data) {
   return std::sqrt(squares / total);
 }
 
-/// The same by the observer that exports are tested against.
+/// The same by the observer that exports are tested against, which is given the inputs that its model reads.
 inline double reference_rmse(const codegen::Model& model, const Dataset& data) {
   codegen::ReferenceObserver<double> observer(model);
   double squares = 0.0;
   double total = 0.0;
   for (const Trajectory& run : data.trajectories) {
-    const Eigen::MatrixXd error = observer.run(run.outputs, {}, run.time_s, data.uniform).x_hat - run.states;
+    const Eigen::MatrixXd inputs = model.nu() > 0 ? run.inputs : Eigen::MatrixXd();
+    const Eigen::MatrixXd error = observer.run(run.outputs, inputs, run.time_s, data.uniform).x_hat - run.states;
     squares += error.colwise().squaredNorm().dot(run.weight);
     total += run.weight.sum();
   }
   return std::sqrt(squares / total);
+}
+
+/// Of the last samples of each run alone.
+inline double settled_rmse(const codegen::Model& model, Dataset data, Eigen::Index samples) {
+  for (Trajectory& run : data.trajectories) run.weight.head(run.samples() - samples).setZero();
+  return reference_rmse(model, data);
 }
 
 }  // namespace nlo::trainer::testing

@@ -10,6 +10,7 @@
 
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
+#include "tests/evaluation/van_der_pol_set.h"
 #include "tests/training/small_trainings.h"
 
 namespace nlo::trainer {
@@ -212,11 +213,11 @@ TEST(Train, AShortVanDerPolRunLowersTheValidationErrorFarBelowItsStart) {
   experiment.training.noise = {NoiseKind::kGaussian, 0.05};
   experiment.training.validate_every = 50;
   const TrainingResult result =
-      train(experiment, testing::van_der_pol(20, 15.0, 1), testing::van_der_pol(4, 15.0, 2), {});
+      train(experiment, test::van_der_pol_set(20, 15.0, 1, 2.0), test::van_der_pol_set(4, 15.0, 2, 2.0), {});
   EXPECT_EQ(result.outcome, TrainOutcome::kFinished);
   // What is left is the transient from z = 0, which no map of z can undo.
   EXPECT_LT(result.validation_rmse, 0.3 * result.metrics.front().validation_rmse);
-  EXPECT_LT(testing::plain_rmse(result.model, testing::van_der_pol(4, 15.0, 3)), 0.5)
+  EXPECT_LT(testing::plain_rmse(result.model, test::van_der_pol_set(4, 15.0, 3, 2.0)), 0.5)
       << "on runs it has never seen, noise-free, the transient from z = 0 included";
 }
 

@@ -14,4 +14,7 @@ std::string printable(std::string_view text);
 /// `text` with a ? for each byte that is not printable ASCII.
 std::string ascii(std::string_view text);
 
+/// `text` as one word of a POSIX shell, quoted where it must be.
+std::string shell_word(const std::string& text);
+
 }  // namespace nlo::trainer

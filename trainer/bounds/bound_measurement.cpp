@@ -2,6 +2,7 @@
 // What the observers of a BoundStudy do: their errors without noise, with random noise and with the worst constant one,
 // each run beside its bounds.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -32,7 +33,7 @@ BoundMeasurement BoundStudy::measure(const codegen::Model& observer, const MapCo
   enum Kind { kQuiet, kUniform, kAbove, kBelow, kKinds };
   struct Sums {
     double squares[kKinds] = {}, largest[kKinds] = {};
-    double paper = 0.0, weights = 0.0, box = 0.0, slopes = 0.0;
+    std::array<double, kBoundKinds> ratio{};
     Eigen::VectorXd quiet_squares;
   };
   const auto runs = quiet_.set.trajectories.size();
@@ -56,11 +57,7 @@ BoundMeasurement BoundStudy::measure(const codegen::Model& observer, const MapCo
       const double e0 = (run.z.col(0) - map.start.col(task)).norm();
       const BoundSet& bounds = kind == kQuiet ? quiet : noisy;
       for (Eigen::Index n = 0; n < samples; ++n) {
-        const double t = truth.time_s(n);
-        widen(sum.paper, error(n), bounds.paper.at(t, e0));
-        widen(sum.weights, error(n), bounds.weights.at(t, e0));
-        widen(sum.box, error(n), bounds.box.at(t, e0));
-        widen(sum.slopes, error(n), bounds.slopes.at(t, e0));
+        for (std::size_t b = 0; b < kBoundKinds; ++b) widen(sum.ratio[b], error(n), bounds[b].at(truth.time_s(n), e0));
       }
       sum.squares[kind] = error.tail(samples - half).squaredNorm();
       sum.largest[kind] = error.tail(samples - half).maxCoeff();
@@ -78,10 +75,7 @@ BoundMeasurement BoundStudy::measure(const codegen::Model& observer, const MapCo
     curve += sum.quiet_squares;
     m.steady_max = std::max(m.steady_max, sum.largest[kUniform]);
     m.offset_max = std::max({m.offset_max, sum.largest[kAbove], sum.largest[kBelow]});
-    m.ratio_paper = std::max(m.ratio_paper, sum.paper);
-    m.ratio_weights = std::max(m.ratio_weights, sum.weights);
-    m.ratio_box = std::max(m.ratio_box, sum.box);
-    m.ratio_slopes = std::max(m.ratio_slopes, sum.slopes);
+    for (std::size_t b = 0; b < kBoundKinds; ++b) m.ratio[b] = std::max(m.ratio[b], sum.ratio[b]);
   }
   m.steady_rms = std::sqrt(uniform / count);
   m.quiet_rms = std::sqrt(still / count);

@@ -12,7 +12,6 @@
 #include "codegen/model/latent_step.h"
 #include "codegen/reference/network.h"
 #include "trainer/bounds/lipschitz.h"
-#include "trainer/bounds/local_lipschitz.h"
 #include "trainer/plants/initial_states.h"
 
 namespace nlo::trainer {
@@ -166,11 +165,12 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
   const Proposition2 proposition{plant_.nx(), system.nz(), slowest(base), base_.l_t, base_.l_tx};
   const auto bounds = [&](const Eigen::VectorXd& v, const Eigen::VectorXd& held, double w) {
     const double z = steady_latent_error(system, v + held, w, map.row_slopes);
-    BoundSet set{bound_19(proposition, k, w, injected_bound(system.injection, v + held)),
-                 {upper.latent, lambda, upper.latent * z + upper.output * v.norm() + approximation},
-                 {box.latent, lambda, box.latent * z + box.output * v.norm() + approximation},
-                 {lower.latent, lambda, lower.latent * z + lower.output * v.norm() + approximation}};
-    set.paper.steady += approximation;
+    const auto of = [&](const LipschitzConstants& l) -> ErrorBound {
+      return {l.latent, lambda, l.latent * z + l.output * v.norm() + approximation};
+    };
+    BoundSet set{of(lower), of(box), of(upper),
+                 bound_19(proposition, k, w, injected_bound(system.injection, v + held))};
+    set[kPaperBound].steady += approximation;
     return set;
   };
   result.bounds = bounds(noise, hold, test_.disturbance);
@@ -210,11 +210,8 @@ BoundResult BoundStudy::at(double k, const codegen::Model& observer, const std::
   result.l_tkx = map.l_tx;
 
   result.measured = measure(observer, map, result.bounds, quiet, approximation);
-  const double level = result.measured.transient_level;
-  result.transient_paper_s = quiet.paper.transient_s(e0, level);
-  result.transient_weights_s = quiet.weights.transient_s(e0, level);
-  result.transient_box_s = quiet.box.transient_s(e0, level);
-  result.transient_slopes_s = quiet.slopes.transient_s(e0, level);
+  for (std::size_t i = 0; i < kBoundKinds; ++i)
+    result.transient_s[i] = quiet[i].transient_s(e0, result.measured.transient_level);
   return result;
 }
 

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -20,7 +21,7 @@
 #include "trainer/evaluation/disturbed_runs.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/plant.h"
-#include "trainer/plants/recognise_linear.h"
+#include "trainer/plants/plant_form.h"
 
 namespace nlo::trainer {
 
@@ -48,13 +49,15 @@ struct BoundConstant {
   double value = 0.0;  ///< infinite or NaN where it has none
 };
 
-/// The bounds of |x - x_hat|. On a linear plant all but the first are the same.
-struct BoundSet {
-  ErrorBound paper;    ///< (19) as printed, plus the approximation error
-  ErrorBound weights;  ///< the remark with T*'s Lipschitz constant from its weights, each mode at its own rate
-  ErrorBound box;      ///< with that over the domain's box instead: while z and T(x) are in it
-  ErrorBound slopes;   ///< with T*'s largest slope at samples instead
+/// The bounds of |x - x_hat|. On a linear plant all but the last are the same.
+enum BoundKind {
+  kSlopesBound,   ///< as kWeightsBound, with T*'s largest slope at samples instead
+  kBoxBound,      ///< with T*'s Lipschitz constant over the domain's box instead: while z and T(x) are in it
+  kWeightsBound,  ///< the remark with T*'s Lipschitz constant from its weights, each mode at its own rate
+  kPaperBound,    ///< (19) as printed, plus the approximation error
+  kBoundKinds
 };
+using BoundSet = std::array<ErrorBound, kBoundKinds>;
 
 /// What the observer did. "Steady": the second half of the horizon.
 struct BoundMeasurement {
@@ -64,8 +67,7 @@ struct BoundMeasurement {
   double transient_level = 0.0;               ///< see BoundResult
   std::optional<double> transient_s;          ///< see BoundResult; none: still above at the end of the horizon
   std::optional<double> settling_s;           ///< the same above a tenth plus quiet_rms, which no bound covers
-  /// Largest error / bound over runs and time.
-  double ratio_paper = 0.0, ratio_weights = 0.0, ratio_box = 0.0, ratio_slopes = 0.0;
+  std::array<double, kBoundKinds> ratio{};    ///< largest error / bound over runs and time
 };
 
 struct BoundResult {
@@ -78,7 +80,7 @@ struct BoundResult {
   /// Without noise and disturbance: when |x - x_hat| was last above transient_level = a tenth of its initial value plus
   /// eps, the approximation error, which stays whatever the time. Measured: root mean square over the runs, at its last
   /// sample above. Bounds: all of the bound, eps and the hold's error included; infinite where it settles above. [s]
-  double transient_paper_s = 0.0, transient_weights_s = 0.0, transient_box_s = 0.0, transient_slopes_s = 0.0;
+  std::array<double, kBoundKinds> transient_s{};
 
   double l_tkx = 0.0;             ///< |dT_k/dx|; infinite: T_k is not differentiable
   bool power_claim_holds = true;  ///< L_Tk <= k^n_z L_T

@@ -5,14 +5,43 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <string_view>
 
+#include "trainer/base/noise.h"
 #include "trainer/base/number_text.h"
+#include "trainer/evaluation/json_numbers.h"
 #include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {
 
 using Value = std::function<double(const BoundResult&)>;
+
+/// How a bound is called: in the table, and where all its constants are exact ("" where it is left out), and as a key.
+struct BoundWords {
+  BoundKind kind;
+  std::string_view name, exact_name, key;
+};
+constexpr BoundWords kBounds[] = {
+    {kSlopesBound, "slope of T* at samples", "", "slopes"},
+    {kBoxBound, "Lipschitz constant of T* over the domain's box", "", "box"},
+    {kWeightsBound, "Lipschitz constant of T* from weights", "L of this T*, each mode at its rate", "weights"},
+    {kPaperBound, "(19)", "(19)", "19"}};
+
+/// What was measured, as a key.
+struct Measured {
+  const char* key;
+  double (*value)(const BoundMeasurement&);
+};
+constexpr Measured kMeasured[] = {
+    {"steady_rms", [](const BoundMeasurement& m) { return m.steady_rms; }},
+    {"steady_max", [](const BoundMeasurement& m) { return m.steady_max; }},
+    {"offset_max", [](const BoundMeasurement& m) { return m.offset_max; }},
+    {"quiet_rms", [](const BoundMeasurement& m) { return m.quiet_rms; }},
+    {"transient_level", [](const BoundMeasurement& m) { return m.transient_level; }},
+    {"transient_s", [](const BoundMeasurement& m) { return m.transient_s.value_or(std::nan("")); }},
+    {"settling_s", [](const BoundMeasurement& m) { return m.settling_s.value_or(std::nan("")); }}};
 
 /// "k = 2, 4", of the results for which `holds`; empty for none.
 std::string those(const BoundReport& report, const std::function<bool(const BoundResult&)>& holds) {
@@ -38,7 +67,25 @@ Table bound_table(const BoundReport& report) {
     auto& cells = table.rows.emplace_back(std::vector<std::string>{what, evidence});
     for (const BoundResult& result : report.results) cells.push_back(significant(value(result)));
   };
-  const std::string bound = report.exact ? "proven" : "estimated";
+  const auto measured = [&](const std::string& what, double (*value)(const BoundMeasurement&)) {
+    row(what, "measured", [value](const BoundResult& r) { return value(r.measured); });
+  };
+  /// A row for each bound: of "bound: its name" or, of a comparison with one, of the name alone.
+  const auto of_bounds = [&](bool compared, const std::function<double(const BoundResult&, BoundKind)>& value) {
+    for (const BoundWords& words : kBounds) {
+      const std::string_view name = report.exact ? words.exact_name : words.name;
+      if (name.empty()) continue;
+      const bool paper = words.kind == kPaperBound;
+      row(compared ? std::string(name)
+          : paper  ? "bound (19), as printed"
+                   : fmt::format("bound: {}", name),
+          compared       ? "measured"
+          : paper        ? "claimed"
+          : report.exact ? "proven"
+                         : "estimated",
+          [&value, kind = words.kind](const BoundResult& r) { return value(r, kind); });
+    }
+  };
   table.rows.push_back({"Constants"});
   for (std::size_t i = 0; i < report.results.front().constants.size(); ++i) {
     const BoundConstant& constant = report.results.front().constants[i];
@@ -46,50 +93,25 @@ Table bound_table(const BoundReport& report) {
         [i](const BoundResult& r) { return r.constants[i].value; });
   }
   table.rows.push_back({"Steady error |x - x_hat|, second half of the horizon"});
-  row("measured, rms", "measured", [](const BoundResult& r) { return r.measured.steady_rms; });
-  row("measured, largest", "measured", [](const BoundResult& r) { return r.measured.steady_max; });
-  row("measured, largest with all noise at +V or -V", "measured",
-      [](const BoundResult& r) { return r.measured.offset_max; });
-  if (report.exact) {
-    row("bound: L of this T*, each mode at its rate", bound,
-        [](const BoundResult& r) { return r.bounds.weights.steady; });
-  } else {
-    row("bound: slope of T* at samples", bound, [](const BoundResult& r) { return r.bounds.slopes.steady; });
-    row("bound: Lipschitz constant of T* over the domain's box", bound,
-        [](const BoundResult& r) { return r.bounds.box.steady; });
-    row("bound: Lipschitz constant of T* from weights", bound,
-        [](const BoundResult& r) { return r.bounds.weights.steady; });
-  }
-  row("bound (19), as printed", "claimed", [](const BoundResult& r) { return r.bounds.paper.steady; });
+  measured("measured, rms", [](const BoundMeasurement& m) { return m.steady_rms; });
+  measured("measured, largest", [](const BoundMeasurement& m) { return m.steady_max; });
+  measured("measured, largest with all noise at +V or -V", [](const BoundMeasurement& m) { return m.offset_max; });
+  of_bounds(false, [](const BoundResult& r, BoundKind kind) { return r.bounds[kind].steady; });
   table.rows.push_back({"Transient [s]: |x - x_hat| is last above a tenth of its start + eps, without noise"});
-  row("that level: rms over the runs", "measured", [](const BoundResult& r) { return r.measured.transient_level; });
-  row("measured, rms over the runs", "measured",
-      [](const BoundResult& r) { return r.measured.transient_s.value_or(std::nan("")); });
-  if (!report.exact) {
-    row("bound: slope of T* at samples", bound, [](const BoundResult& r) { return r.transient_slopes_s; });
-    row("bound: Lipschitz constant of T* over the domain's box", bound,
-        [](const BoundResult& r) { return r.transient_box_s; });
-  }
-  row(report.exact ? "bound: L of this T*" : "bound: Lipschitz constant of T* from weights", bound,
-      [](const BoundResult& r) { return r.transient_weights_s; });
-  row("bound (19), as printed", "claimed", [](const BoundResult& r) { return r.transient_paper_s; });
-  row("measured, with its own settled rms for eps", "measured",
-      [](const BoundResult& r) { return r.measured.settling_s.value_or(std::nan("")); });
+  measured("that level: rms over the runs", [](const BoundMeasurement& m) { return m.transient_level; });
+  measured("measured, rms over the runs",
+           [](const BoundMeasurement& m) { return m.transient_s.value_or(std::nan("")); });
+  of_bounds(false, [](const BoundResult& r, BoundKind kind) { return r.transient_s[kind]; });
+  measured("measured, with its own settled rms for eps",
+           [](const BoundMeasurement& m) { return m.settling_s.value_or(std::nan("")); });
   table.rows.push_back({"Largest error / bound, over all runs and times"});
-  if (!report.exact) {
-    row("slope of T* at samples", "measured", [](const BoundResult& r) { return r.measured.ratio_slopes; });
-    row("Lipschitz constant of T* over the domain's box", "measured",
-        [](const BoundResult& r) { return r.measured.ratio_box; });
-  }
-  row(report.exact ? "L of this T*" : "Lipschitz constant of T* from weights", "measured",
-      [](const BoundResult& r) { return r.measured.ratio_weights; });
-  row("(19)", "measured", [](const BoundResult& r) { return r.measured.ratio_paper; });
+  of_bounds(true, [](const BoundResult& r, BoundKind kind) { return r.measured.ratio[kind]; });
   return table;
 }
 
 std::string broken_bound(const BoundReport& report) {
   if (!report.exact) return "";
-  return those(report, [](const BoundResult& r) { return !(r.measured.ratio_weights <= 1.0); });
+  return those(report, [](const BoundResult& r) { return !(r.measured.ratio[kWeightsBound] <= 1.0); });
 }
 
 std::vector<std::string> bound_findings(const BoundReport& report) {
@@ -101,7 +123,8 @@ std::vector<std::string> bound_findings(const BoundReport& report) {
         shortest_text(slow.k), shortest_text(fast.k), significant(slow.measured.settling_s, 2),
         significant(fast.measured.settling_s, 2), significant(slow.measured.steady_max, 2),
         significant(fast.measured.steady_max, 2)));
-  const std::string above = those(report, [](const BoundResult& r) { return !(r.measured.ratio_slopes <= 1.0); });
+  const std::string above =
+      those(report, [](const BoundResult& r) { return !(r.measured.ratio[kSlopesBound] <= 1.0); });
   if (report.exact) {
     found.push_back(above.empty()
                         ? "Linear plant: every constant is exact, and no measurement exceeds the bound."
@@ -166,26 +189,62 @@ std::string bound_csv(const BoundReport& report) {
       if (c == ' ') c = '_';
     csv += "," + name;
   }
-  csv +=
-      ",measured_steady_rms,measured_steady_max,measured_offset_max,measured_transient_s,measured_settling_s,bound_"
-      "weights_steady,"
-      "bound_box_steady,bound_slopes_steady,bound_19_steady,transient_level,bound_weights_transient_s,"
-      "bound_box_transient_s,bound_slopes_transient_s,bound_19_transient_s,ratio_weights,ratio_box,ratio_slopes,"
-      "ratio_19\n";
+  for (const Measured& measured : kMeasured) csv += fmt::format(",measured_{}", measured.key);
+  for (const BoundWords& bound : kBounds)
+    csv += fmt::format(",bound_{0}_steady,bound_{0}_transient_s,ratio_{0}", bound.key);
+  csv += "\n";
   for (const BoundResult& r : report.results) {
     csv += fmt::format("{},\"{}\"", shortest_text(r.k), r.inverse_map);
     const auto add = [&](double value) { csv += "," + (std::isnan(value) ? std::string() : shortest_text(value)); };
     for (const BoundConstant& constant : r.constants) add(constant.value);
-    const BoundMeasurement& m = r.measured;
-    for (const double value :
-         {m.steady_rms, m.steady_max, m.offset_max, m.transient_s.value_or(std::nan("")),
-          m.settling_s.value_or(std::nan("")), r.bounds.weights.steady, r.bounds.box.steady, r.bounds.slopes.steady,
-          r.bounds.paper.steady, m.transient_level, r.transient_weights_s, r.transient_box_s, r.transient_slopes_s,
-          r.transient_paper_s, m.ratio_weights, m.ratio_box, m.ratio_slopes, m.ratio_paper})
-      add(value);
+    for (const Measured& measured : kMeasured) add(measured.value(r.measured));
+    for (const BoundWords& bound : kBounds)
+      for (const double value : {r.bounds[bound.kind].steady, r.transient_s[bound.kind], r.measured.ratio[bound.kind]})
+        add(value);
     csv += "\n";
   }
   return csv;
+}
+
+namespace {
+
+Json result_json(const BoundResult& r) {
+  Json json = {{"k", r.k}, {"inverse_map", r.inverse_map}};
+  for (const BoundConstant& constant : r.constants)
+    json["constants"].push_back({{"symbol", constant.symbol},
+                                 {"value", json_number(constant.value)},
+                                 {"evidence", evidence_name(constant.evidence)},
+                                 {"meaning", constant.meaning}});
+  for (const BoundWords& words : kBounds) {
+    const ErrorBound& bound = r.bounds[words.kind];
+    json["bounds"][words.kind == kPaperBound ? "paper_19" : std::string(words.key)] = {
+        {"gain", json_number(bound.gain)},
+        {"rate_per_s", json_number(bound.rate)},
+        {"steady", json_number(bound.steady)},
+        {"transient_s", json_number(r.transient_s[words.kind])},
+        {"largest_error_over_bound", json_number(r.measured.ratio[words.kind])}};
+  }
+  for (const Measured& measured : kMeasured) json["measured"][measured.key] = json_number(measured.value(r.measured));
+  json["proof_steps"] = {{"L_Tk <= k^n_z L_T", r.power_claim_holds}, {"L_Tkx <= L_Tx / k", r.slope_claim_holds}};
+  json["pde_residual"] = json_number(r.pde_residual);
+  return json;
+}
+
+}  // namespace
+
+std::string bound_json(const BoundReport& report) {
+  Json json = {{"model", report.model},
+               {"plant", report.plant},
+               {"exact", report.exact},
+               {"noise", format_noise(NoiseConfig{NoiseKind::kUniform, report.test.noise})},
+               {"disturbance", report.test.disturbance},
+               {"trajectories", report.test.trajectories},
+               {"horizon_s", report.horizon_s},
+               {"seed", report.test.seed},
+               {"results", Json::array()},
+               {"findings", bound_findings(report)}};
+  for (const BoundResult& result : report.results) json["results"].push_back(result_json(result));
+  return json_text(json) + "\n";
 }
 
 }  // namespace nlo::trainer

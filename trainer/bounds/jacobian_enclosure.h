@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How large the Jacobian of a network can be over a box of its inputs: a proven bound of its spectral norm that gets
-// sharp as the box gets small. What local_lipschitz.h searches with.
+// sharp as the box gets small. What lipschitz.h searches with.
 //
 // With the slopes of layer l as D_l(x) and C_l in their place at the centre, differences of products telescope:
 //   J(x) - J_C = sum over l of A_l (D_l(x) - C_l) V_l(x),   A_l = W_L C_(L-1) ... W_(l+1),   V_l = W_l D_(l-1) ... W_1

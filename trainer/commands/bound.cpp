@@ -29,11 +29,11 @@
 #include "trainer/config/experiment.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
-#include "trainer/jobs/interrupt.h"
 #include "trainer/jobs/kept_training.h"
+#include "trainer/jobs/run_jobs.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
-#include "trainer/report/bound_page.h"
+#include "trainer/report/pages.h"
 #include "trainer/structures/linear_latent_start.h"
 #include "trainer/training/train.h"
 

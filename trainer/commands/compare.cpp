@@ -17,9 +17,9 @@
 #include "trainer/compare/compare_text.h"
 #include "trainer/compare/filter_table.h"
 #include "trainer/compare/strict_study.h"
-#include "trainer/data/channel_names.h"
-#include "trainer/jobs/interrupt.h"
-#include "trainer/report/compare_page.h"
+#include "trainer/data/dataset.h"
+#include "trainer/jobs/run_jobs.h"
+#include "trainer/report/pages.h"
 
 namespace nlo::trainer {
 namespace {

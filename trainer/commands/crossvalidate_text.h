@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/data/log_groups.h"
+#include "trainer/data/log_files.h"
 #include "trainer/evaluation/evaluate_logs.h"
 
 namespace nlo::trainer {

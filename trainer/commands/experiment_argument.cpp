@@ -7,7 +7,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/base/nearest_name.h"
-#include "trainer/base/shell_word.h"
+#include "trainer/base/printable.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 

@@ -22,7 +22,7 @@
 #include "trainer/evaluation/text.h"
 #include "trainer/experiments/load_identification.h"
 #include "trainer/identify/identification_text.h"
-#include "trainer/jobs/interrupt.h"
+#include "trainer/jobs/run_jobs.h"
 
 namespace nlo::trainer {
 namespace {

@@ -32,7 +32,6 @@
 #include "trainer/monitor/fit_monitor.h"
 #include "trainer/monitor/monitor_study.h"
 #include "trainer/monitor/sensed_runs.h"
-#include "trainer/monitor/time_constant.h"
 
 namespace nlo::trainer {
 namespace {

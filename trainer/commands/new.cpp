@@ -13,7 +13,6 @@
 #include "codegen/base/identifier.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
-#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_templates.h"
 #include "trainer/commands/options.h"

@@ -8,7 +8,7 @@
 #include "codegen/base/error.h"
 #include "trainer/data/log_files.h"
 #include "trainer/evaluation/evaluate.h"
-#include "trainer/evaluation/metrics_config.h"
+#include "trainer/evaluation/metrics.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"

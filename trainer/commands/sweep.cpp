@@ -11,7 +11,6 @@
 
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/printable.h"
-#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/experiment_argument.h"
 #include "trainer/commands/options.h"
@@ -19,7 +18,6 @@
 #include "trainer/commands/patient_progress.h"
 #include "trainer/commands/sweep_collect.h"
 #include "trainer/commands/train_command.h"
-#include "trainer/jobs/interrupt.h"
 #include "trainer/jobs/run_jobs.h"
 #include "trainer/sweep/jobs.h"
 

@@ -17,7 +17,7 @@
 #include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
-#include "trainer/jobs/finished_run.h"
+#include "trainer/jobs/kept_training.h"
 #include "trainer/report/pareto_figure.h"
 #include "trainer/report/svg_text.h"
 

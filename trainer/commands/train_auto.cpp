@@ -8,11 +8,10 @@
 
 #include "codegen/base/file.h"
 #include "trainer/base/printable.h"
-#include "trainer/base/shell_word.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/report/search_page.h"
+#include "trainer/report/pages.h"
 #include "trainer/sweep/search_text.h"
 #include "trainer/training/checkpoint.h"
 

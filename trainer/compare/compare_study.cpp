@@ -12,11 +12,10 @@
 
 #include "codegen/base/error.h"
 #include "trainer/base/parallel.h"
-#include "trainer/compare/compared_columns.h"
 #include "trainer/compare/compared_runs.h"
-#include "trainer/compare/filter_search.h"
 #include "trainer/compare/filter_table.h"
 #include "trainer/compare/runs_under.h"
+#include "trainer/compare/table_filter.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/filters/particle_filter.h"
 #include "trainer/plants/excitation.h"

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Runs of a plant under one condition, with what its sensors gave, and the error of an estimator on them.
+// The columns of a comparison: what each is made of, what it is called, and what a step of it costs.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "trainer/compare/compare_study.h"
+#include "trainer/compare/filter_table.h"
 #include "trainer/compare/runs_under.h"
 #include "trainer/data/dataset.h"
 #include "trainer/evaluation/evaluate.h"
@@ -35,5 +39,24 @@ Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const C
 /// The same for estimates of the channels of run `index` (n x N), from sample `first` on.
 double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates,
                      Eigen::Index first = 0);
+
+/// What one column is made of: an observer, a filter, one of simple_names(), or, of nothing, the floor.
+struct MadeOf {
+  const ComparedModel* model = nullptr;
+  const FilterRow* filter = nullptr;
+  bool tuned = false;
+  std::string simple = {};
+};
+
+struct ComparedColumn {
+  CompareColumn column;
+  MadeOf made_of;
+};
+
+/// The observers, then of what `test` wants: filters as shipped and tuned, what knows no plant, the floor.
+///   nominal           the experiment with its nominal parameters
+///   joint_parameters  that filters of state and parameters estimate
+std::vector<ComparedColumn> compared_columns(const std::vector<ComparedModel>& models, const Experiment& nominal,
+                                             const std::vector<std::string>& joint_parameters, const CompareTest& test);
 
 }  // namespace nlo::trainer

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "codegen/base/error.h"
-#include "trainer/data/channel_names.h"
+#include "trainer/data/dataset.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/filters/filter_bank.h"
 #include "trainer/filters/high_gain.h"

@@ -13,7 +13,7 @@
 #include "trainer/config/experiment.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluation_study.h"
-#include "trainer/evaluation/metrics_config.h"
+#include "trainer/evaluation/metrics.h"
 
 namespace nlo::trainer {
 

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The filters of filter_table(), untuned, as estimators of a plant's channels: over a run that is there, with what they
 // say of their own errors, and in the loop that [feedback] closes.
+// Tuning of a filter on runs whose truth is known: a grid over Q, R and the gate,
+// then a coordinate search from its best.
 #pragma once
 
+#include <atomic>
+#include <string>
 #include <string_view>
 
+#include "trainer/compare/compared_runs.h"
 #include "trainer/compare/filter_table.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/plants/loop_estimator.h"
@@ -20,5 +25,17 @@ EstimatorFactory table_filter(std::string_view name, const Experiment& nominal, 
                               bool held_inputs, bool with_intervals = false);
 
 LoopEstimators filter_in_loop(std::string_view name, const Experiment& nominal, const NoiseConfig& noise);
+
+struct TunedFilter {
+  FilterTuning tuning;
+  std::string text;   ///< "Q x 100, R x 3.2, gate 3.5": what differs from the filter as shipped
+  double norm = 0.0;  ///< on the runs it was tuned on
+  int evaluations = 0;
+};
+
+/// The tuning of `row` with the least error on `runs`. The same for any number of threads, as it uses one. `stop`:
+/// gives the best so far.
+TunedFilter tune_filter(const FilterRow& row, const FilterContext& context, const ComparedRuns& runs,
+                        const std::atomic<bool>* stop = nullptr);
 
 }  // namespace nlo::trainer

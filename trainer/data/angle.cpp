@@ -36,4 +36,36 @@ Eigen::VectorXd angle_of(const Eigen::VectorXd& sine, const Eigen::VectorXd& cos
   return sine.binaryExpr(cosine, [per_radian](double s, double c) { return per_radian * std::atan2(s, c); });
 }
 
+Eigen::MatrixXd angles_encoded(const Eigen::MatrixXd& values, const std::vector<codegen::Channel>& channels) {
+  std::vector<Eigen::VectorXd> rows;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const Eigen::VectorXd row = values.row(static_cast<Eigen::Index>(i));
+    if (channels[i].wrap > 0.0) {
+      rows.push_back(sine_of(row, channels[i].wrap));
+      rows.push_back(cosine_of(row, channels[i].wrap));
+    } else {
+      rows.push_back(row);
+    }
+  }
+  Eigen::MatrixXd result(static_cast<Eigen::Index>(rows.size()), values.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i) result.row(static_cast<Eigen::Index>(i)) = rows[i].transpose();
+  return result;
+}
+
+Eigen::MatrixXd angles_decoded(const Eigen::MatrixXd& rows, const std::vector<codegen::Channel>& channels) {
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(channels.size()), rows.cols());
+  Eigen::Index next = 0;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double wrap = channels[i].wrap;
+    if (wrap > 0.0) {
+      values.row(row) = angle_of(rows.row(next).transpose(), rows.row(next + 1).transpose(), wrap).transpose();
+      next += 2;
+    } else {
+      values.row(row) = rows.row(next++);
+    }
+  }
+  return values;
+}
+
 }  // namespace nlo::trainer

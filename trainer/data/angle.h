@@ -3,6 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
+
+#include "codegen/model/network.h"
 
 namespace nlo::trainer {
 
@@ -23,5 +26,9 @@ Eigen::VectorXd unwrap(const Eigen::VectorXd& angle, double wrap);
 Eigen::VectorXd sine_of(const Eigen::VectorXd& angle, double wrap);
 Eigen::VectorXd cosine_of(const Eigen::VectorXd& angle, double wrap);
 Eigen::VectorXd angle_of(const Eigen::VectorXd& sine, const Eigen::VectorXd& cosine, double wrap);
+
+/// Channels as a regression takes them: an angle is its sine and its cosine, all else as it is. And back.
+Eigen::MatrixXd angles_encoded(const Eigen::MatrixXd& values, const std::vector<codegen::Channel>& channels);
+Eigen::MatrixXd angles_decoded(const Eigen::MatrixXd& rows, const std::vector<codegen::Channel>& channels);
 
 }  // namespace nlo::trainer

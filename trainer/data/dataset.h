@@ -91,4 +91,10 @@ struct Dataset {
   void compute_outputs();
 };
 
+inline std::vector<std::string> channel_names(const std::vector<codegen::Channel>& channels) {
+  std::vector<std::string> names;
+  for (const codegen::Channel& channel : channels) names.push_back(channel.name);
+  return names;
+}
+
 }  // namespace nlo::trainer

@@ -2,16 +2,19 @@
 #include "trainer/data/log_files.h"
 
 #include <fmt/format.h>
-#include <glob.h>
 
+#include <glob.h>
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <string_view>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
+#include "trainer/base/number_text.h"
 
 namespace nlo::trainer {
 namespace {
@@ -106,6 +109,103 @@ std::string content_hash(const std::vector<std::string>& files) {
   Fnv1a hash;
   for (const std::string& file : files) hash.add(codegen::read_file(file));
   return hash.hex();
+}
+
+namespace {
+
+Trajectory tail_of(const Trajectory& run, Eigen::Index first, double start_s) {
+  Trajectory tail = run.from(first);
+  if (first == 0) return tail;
+  const std::string behind = fmt::format(" from {} s", shortest_text(start_s));
+  tail.source += behind;
+  if (!tail.log.empty()) tail.log += behind;
+  return tail;
+}
+
+}  // namespace
+
+Dataset started_at(const Dataset& logs, const std::vector<double>& from_s) {
+  Dataset result = logs;
+  result.trajectories.clear();
+  for (const double start_s : from_s) {
+    if (!(start_s >= 0.0))
+      throw codegen::Error(
+          fmt::format("--from {}: a start lies 0 s or more behind a log's first sample", shortest_text(start_s)));
+    bool any = false;
+    double longest_s = 0.0;
+    for (const Trajectory& run : logs.trajectories) {
+      const double* end = run.time_s.data() + run.samples();
+      // A start that is a sample but for the rounding of stamps is that sample.
+      const double at_s = run.time_s(0) + start_s - 1e-6 * logs.sample_period_s;
+      const Eigen::Index first = std::lower_bound(run.time_s.data(), end, at_s) - run.time_s.data();
+      longest_s = std::max(longest_s, run.time_s(run.samples() - 1) - run.time_s(0));
+      if (run.samples() - first < 2) continue;
+      result.trajectories.push_back(tail_of(run, first, start_s));
+      any = true;
+    }
+    if (!any)
+      throw codegen::Error(fmt::format("--from {}: the longest log ends after {} s; start before that",
+                                       shortest_text(start_s), shortest_text(longest_s)));
+  }
+  return result;
+}
+
+namespace {
+
+/// For patterns whose matching takes no more than the product of theirs and the name's size: no references back, and
+/// not too many states, which counts multiply: of (a{9}){9} there are 81. Throws std::regex_error.
+std::regex bounded_regex(const std::string& pattern) {
+  constexpr std::size_t kLongestPattern = 200;
+  constexpr double kMostCopies = 1000.0;
+  double copies = 1.0;
+  for (std::size_t at = pattern.find('{'); at != std::string::npos; at = pattern.find('{', at + 1)) {
+    double most = 1.0;
+    for (const char* c = pattern.c_str() + at + 1; *c != '\0' && *c != '}';) {
+      char* end = nullptr;
+      most = std::max(most, std::strtod(c, &end));
+      c = end == c ? c + 1 : end;
+    }
+    copies *= most;
+  }
+  if (pattern.size() > kLongestPattern || !(copies <= kMostCopies))
+    throw std::regex_error(std::regex_constants::error_space);
+  // Of libstdc++: without it a search may go back and forth for longer than anybody waits, ^(a+)+$ for one.
+  return std::regex(pattern, std::regex::ECMAScript | std::regex_constants::__polynomial);
+}
+
+}  // namespace
+
+std::string file_name(const std::string& path) {
+  return path.substr(path.rfind('/') + 1);
+}
+
+std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const std::string& pattern,
+                                 const std::string& key) {
+  std::map<std::string, std::vector<std::string>> groups;
+  try {
+    const std::regex regex = bounded_regex(pattern);
+    for (const std::string& file : files) {
+      const std::string name = file_name(file);
+      std::smatch match;
+      if (pattern.empty()) {
+        groups[name].push_back(file);
+      } else if (std::regex_search(name, match, regex)) {
+        groups[match[match.size() > 1 ? 1 : 0].str()].push_back(file);
+      } else {
+        throw codegen::Error(fmt::format("{} {}: finds nothing in \"{}\"; write a pattern that every log's name has",
+                                         key, pattern, name));
+      }
+    }
+  } catch (const std::regex_error& error) {
+    if (error.code() == std::regex_constants::error_space || error.code() == std::regex_constants::error_complexity)
+      throw codegen::Error(fmt::format(
+          "{} {}: is too large a pattern, or refers back (\\1); write for example \"^[a-z]+\"", key, pattern));
+    throw codegen::Error(
+        fmt::format("{} {}: is not a regular expression; write for example \"^[a-z]+\"", key, pattern));
+  }
+  std::vector<LogGroup> result;
+  for (auto& [name, members] : groups) result.push_back({name, std::move(members)});
+  return result;
 }
 
 }  // namespace nlo::trainer

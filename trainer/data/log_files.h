@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Which files a run reads: names and globs below a directory, expanded and sorted, split into training, validation and
 // test by file. Neighbouring samples of one log are nearly copies: a log in two splits would report its own training.
+// Logs begun in their middle: an observer may be switched on at any time, and most logs begin where it is easy.
+// Logs that belong together: what is like a log that is left out should be left out with it.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
 
 namespace nlo::trainer {
 
@@ -25,5 +28,24 @@ SplitFiles expand_splits(const LogConfig& config, const std::string& directory);
 /// FNV-1a (64 bit, 16 hex digits) over the files' bytes and lengths in the order given: says in a model which data it
 /// was trained on. Names and folders do not enter. It finds mistakes, not forgeries.
 std::string content_hash(const std::vector<std::string>& files);
+
+/// Each run once for each of `from_s` [s since its first sample]: from there to its end, with time and latent state
+/// counted from there. A run that has not two samples left is left out. Throws codegen::Error when a start is negative
+/// or beyond all runs.
+Dataset started_at(const Dataset& logs, const std::vector<double>& from_s);
+
+struct LogGroup {
+  std::string name;
+  std::vector<std::string> files;
+};
+
+/// A path's last part.
+std::string file_name(const std::string& path);
+
+/// One group for each text that the regular expression `pattern` finds in the files' names (its first group, or all of
+/// the match), sorted by that text; without a pattern one for each file. `key`: who gave the pattern, for messages.
+/// Throws codegen::Error for a pattern that is wrong, too large, or finds nothing in a name.
+std::vector<LogGroup> log_groups(const std::vector<std::string>& files, const std::string& pattern,
+                                 const std::string& key);
 
 }  // namespace nlo::trainer

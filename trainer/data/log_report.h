@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "trainer/data/empty_cells.h"
-#include "trainer/data/log_content.h"
 #include "trainer/data/time_stamps.h"
+#include "trainer/data/training_logs.h"
 
 namespace nlo::trainer {
 

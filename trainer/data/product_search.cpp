@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "trainer/data/angle.h"
 #include "trainer/data/static_ridge.h"
 
 namespace nlo::trainer {

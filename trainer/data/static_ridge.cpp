@@ -18,22 +18,6 @@ constexpr Index kBlock = 4096;  // samples at a time: their products take memory
 
 }  // namespace
 
-MatrixXd angles_encoded(const MatrixXd& values, const std::vector<Channel>& channels) {
-  std::vector<VectorXd> rows;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const VectorXd row = values.row(static_cast<Index>(i));
-    if (channels[i].wrap > 0.0) {
-      rows.push_back(sine_of(row, channels[i].wrap));
-      rows.push_back(cosine_of(row, channels[i].wrap));
-    } else {
-      rows.push_back(row);
-    }
-  }
-  MatrixXd result(static_cast<Index>(rows.size()), values.cols());
-  for (std::size_t i = 0; i < rows.size(); ++i) result.row(static_cast<Index>(i)) = rows[i].transpose();
-  return result;
-}
-
 MatrixXd StaticRidge::channels_of(const Trajectory& run) const {
   const MatrixXd y = angles_encoded(run.outputs, outputs_);
   MatrixXd both(y.rows() + run.inputs.rows(), run.samples());
@@ -105,19 +89,7 @@ MatrixXd StaticRidge::estimate(const Trajectory& run) const {
     const Index block = std::min(kBlock, run.samples() - from);
     rows.middleCols(from, block) = weights_ * with_one(features_of(c, from, 1, block));
   }
-  MatrixXd x_hat(static_cast<Index>(states_.size()), run.samples());
-  Index next = 0;
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    const auto row = static_cast<Index>(i);
-    if (states_[i].wrap > 0.0) {
-      x_hat.row(row) =
-          angle_of(rows.row(next).transpose(), rows.row(next + 1).transpose(), states_[i].wrap).transpose();
-      next += 2;
-    } else {
-      x_hat.row(row) = rows.row(next++);
-    }
-  }
-  return x_hat;
+  return angles_decoded(rows, states_);
 }
 
 }  // namespace nlo::trainer

@@ -9,9 +9,6 @@
 
 namespace nlo::trainer {
 
-/// Rows of `values`, one for each channel; of one that wraps its sine and cosine: what a regression can read and fit.
-Eigen::MatrixXd angles_encoded(const Eigen::MatrixXd& values, const std::vector<Channel>& channels);
-
 /// x_hat_k = W phi_k,  phi_k = [1; c; c_i c_j (i <= j)],  c = channels at samples k, k - 1, ... k - `samples` + 1
 /// with outputs and inputs as channels of unit deviation, an angle as its sine and cosine; the first sample stands for
 /// those before it. W minimises the squared error on the training logs + `ridge` |W|^2 relative to the features' power.

@@ -65,7 +65,7 @@ struct Evaluation {
   std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: its name, u(t)
   std::optional<DomainShare> domain = {};                            ///< of the observer
   std::string label = {};                   ///< the estimator for people, where its name does not say all
-  std::vector<std::string> notes = {};      ///< of the observer: see comparison.h
+  std::vector<std::string> notes = {};      ///< of the observer: see evaluation_study.h
   std::optional<ClosedLoopCost> loop = {};  ///< of an estimator in its own loop
   std::optional<Coverage> coverage = {};    ///< of an estimator that knows how wrong it is
   std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...

@@ -13,8 +13,8 @@
 #include "trainer/data/dataset.h"
 #include "trainer/data/log_metrics.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/evaluation/comparison.h"
 #include "trainer/evaluation/evaluate.h"
+#include "trainer/evaluation/evaluation_study.h"
 #include "trainer/evaluation/metrics.h"
 #include "trainer/filters/step_cost.h"
 

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/evaluation/evaluation_study.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
-#include "trainer/evaluation/comparison.h"
+#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
+
 std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity) {
   Eigen::MatrixXd values(static_cast<Eigen::Index>(study.models.size()), static_cast<Eigen::Index>(study.test_sets()));
   for (Eigen::Index m = 0; m < values.rows(); ++m)
@@ -101,6 +104,27 @@ DomainShare study_domain(const EvaluationStudy& study) {
       sum.first_inside += share.first_inside;
     }
   return sum;
+}
+
+std::vector<std::string> comparison_notes(const std::vector<ComparedState>& states) {
+  std::vector<std::string> notes;
+  for (const ComparedState& state : states) {
+    if (!std::isfinite(state.observer)) continue;
+    const auto shown = [&](double error) { return significant(error) + (state.unit.empty() ? "" : " " + state.unit); };
+    const auto is_no_better_than = [&](double other) {
+      return std::isfinite(other) && state.observer >= kNoBetterThanConstant * other;
+    };
+    if (is_no_better_than(state.constant))
+      notes.push_back(
+          fmt::format("{} is not seen: its error, {}: {}, is no better than that of a constant, {}. These "
+                      "outputs may not determine it.",
+                      state.name, state.window, shown(state.observer), shown(state.constant)));
+    else if (is_no_better_than(state.simple))
+      notes.push_back(fmt::format("{} needs no network: its error, {}: {}, is no better than that of {}, {}.",
+                                  state.name, state.window, shown(state.observer), state.simple_name,
+                                  shown(state.simple)));
+  }
+  return notes;
 }
 
 }  // namespace nlo::trainer

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One row of a test over several test sets and several trained models: means with their standard errors. One test set
 // is one draw: on Van der Pol the norms of single sets scatter by more than the differences between observers.
+// Plain words on what an observer's errors are worth beside those of knowing nothing, a constant, and of the best of
+// the simple estimators: the same for plants and for logs.
 #pragma once
 
 #include <functional>
@@ -31,7 +33,7 @@ using Quantity = std::function<std::optional<double>(const ErrorMetrics&)>;
 /// does not define the quantity: the mean of those that do would flatter.
 std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity);
 
-/// Notes of comparison.h on the observer's mean errors in the settled window; needs the estimators "constant" and
+/// Notes (comparison_notes) on the observer's mean errors in the settled window; needs the estimators "constant" and
 /// "ridge"; and of each loop what it costs.
 std::vector<std::string> study_notes(const EvaluationStudy& study);
 
@@ -43,5 +45,19 @@ std::optional<Coverage> study_coverage(const EvaluationStudy& study, std::size_t
 
 /// The observer's domain over all models and test sets.
 DomainShare study_domain(const EvaluationStudy& study);
+
+/// A state whose error exceeds this share of another estimator's is not estimated better by the observer.
+inline constexpr double kNoBetterThanConstant = 0.95;
+
+/// Errors of one state in one window; NaN where there is none.
+struct ComparedState {
+  std::string name, unit;
+  std::string window;                 ///< in words: "settled (t >= 10 s)"
+  double observer, constant, simple;  ///< simple: the best of the others, such as a linear readout
+  std::string simple_name = "a ridge regression on the same features";
+};
+
+/// A note for each state that is not seen, and for each that something simple estimates as well. None is good news.
+std::vector<std::string> comparison_notes(const std::vector<ComparedState>& states);
 
 }  // namespace nlo::trainer

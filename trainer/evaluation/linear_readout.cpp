@@ -31,7 +31,6 @@ LinearReadout::LinearReadout(const codegen::Model& model, std::vector<codegen::C
     mean_ = VectorXd::Zero(map_.rows());
     scale_ = VectorXd::Ones(map_.rows());
   }
-  for (const codegen::Channel& state : states_) targets_ += state.wrap > 0.0 ? 2 : 1;
 }
 
 MatrixXd LinearReadout::features(const codegen::Run& run) const {
@@ -41,24 +40,8 @@ MatrixXd LinearReadout::features(const codegen::Run& run) const {
   return (u.colwise() - mean_).array().colwise() / scale_.array();
 }
 
-MatrixXd LinearReadout::targets(const MatrixXd& states) const {
-  MatrixXd rows(targets_, states.cols());
-  Index next = 0;
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    const VectorXd state = states.row(static_cast<Index>(i));
-    const double wrap = states_[i].wrap;
-    if (wrap > 0.0) {
-      rows.row(next++) = sine_of(state, wrap).transpose();
-      rows.row(next++) = cosine_of(state, wrap).transpose();
-    } else {
-      rows.row(next++) = state.transpose();
-    }
-  }
-  return rows;
-}
-
 void LinearReadout::add(const codegen::Run& run, const Trajectory& truth) {
-  ridge_.add(features(run), targets(truth.states), truth.weight);
+  ridge_.add(features(run), angles_encoded(truth.states, states_), truth.weight);
 }
 
 void LinearReadout::fit() {
@@ -67,20 +50,7 @@ void LinearReadout::fit() {
 }
 
 MatrixXd LinearReadout::estimate(const codegen::Run& run) const {
-  const MatrixXd rows = weights_ * with_one(features(run));
-  MatrixXd x_hat(static_cast<Index>(states_.size()), rows.cols());
-  Index next = 0;
-  for (std::size_t i = 0; i < states_.size(); ++i) {
-    const double wrap = states_[i].wrap;
-    if (wrap > 0.0) {
-      x_hat.row(static_cast<Index>(i)) =
-          angle_of(rows.row(next).transpose(), rows.row(next + 1).transpose(), wrap).transpose();
-      next += 2;
-    } else {
-      x_hat.row(static_cast<Index>(i)) = rows.row(next++);
-    }
-  }
-  return x_hat;
+  return angles_decoded(weights_ * with_one(features(run)), states_);
 }
 
 }  // namespace nlo::trainer

@@ -33,14 +33,12 @@ class LinearReadout {
 
  private:
   Eigen::MatrixXd features(const codegen::Run& run) const;
-  Eigen::MatrixXd targets(const Eigen::MatrixXd& states) const;
 
   std::vector<codegen::Channel> states_;
   Eigen::MatrixXd map_;           ///< [z; y] or z to features, n_u x n_in
   Eigen::VectorXd mean_, scale_;  ///< n_u, as training normalised them
-  Eigen::Index targets_ = 0;      ///< states, those of angles counted twice
   Ridge ridge_;
-  Eigen::MatrixXd weights_;  ///< W, targets x (1 + n_u)
+  Eigen::MatrixXd weights_;  ///< W, states (an angle twice) x (1 + n_u)
 };
 
 }  // namespace nlo::trainer

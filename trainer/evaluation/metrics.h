@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How good an estimate is: the error metrics of the strict protocol, gathered trajectory by trajectory so that a large
 // test never has to be held in memory.
+// How an experiment has its runs judged.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
 #include "trainer/data/evaluation_windows.h"
 
@@ -90,5 +92,11 @@ class ErrorAccumulator {
   std::int64_t samples_ = 0;
   std::vector<Instant> instants_;
 };
+
+/// Windows and settling as the experiment says, else by its observer and this horizon.
+MetricsConfig metrics_config(const Experiment& experiment, double horizon_s);
+
+/// The same with the longest of these logs as the horizon.
+MetricsConfig metrics_config(const Experiment& experiment, const Dataset& logs);
 
 }  // namespace nlo::trainer

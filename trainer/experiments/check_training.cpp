@@ -9,7 +9,7 @@
 #include "trainer/data/transient.h"
 #include "trainer/experiments/checks.h"
 #include "trainer/experiments/observer_channels.h"
-#include "trainer/plants/odd_symmetry.h"
+#include "trainer/plants/plant_form.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/linear_latent_start.h"
 

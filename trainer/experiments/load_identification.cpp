@@ -9,7 +9,7 @@
 #include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/config/key_error.h"
-#include "trainer/data/channel_names.h"
+#include "trainer/data/dataset.h"
 #include "trainer/data/log_schema.h"
 #include "trainer/experiments/identify_keys.h"
 #include "trainer/experiments/section_tables.h"

@@ -14,7 +14,6 @@
 #include "trainer/guess/column_numbers.h"
 #include "trainer/guess/csv_format.h"
 #include "trainer/guess/heading.h"
-#include "trainer/guess/role_words.h"
 #include "trainer/guess/split_files.h"
 
 namespace nlo::trainer {

@@ -2,6 +2,7 @@
 // A list of trainings, for every command that has one: several at once or one by one, with one display. A job keeps its
 // own state in files (kept_training.h); a list that was stopped or killed is run again,
 // and each job finds what is done.
+// Ctrl-C while something long runs.
 #pragma once
 
 #include <atomic>
@@ -58,5 +59,9 @@ struct JobsResult {
 
 /// Runs them in their order. What a job throws is its failure, unless `stop` is set: then the job counts as stopped.
 JobsResult run_jobs(const std::vector<Job>& jobs, const JobsOptions& options);
+
+/// From now on the first SIGINT or SIGTERM sets the flag returned, and the run is to save and stop; a second one kills,
+/// as everywhere.
+const std::atomic<bool>& stop_on_interrupt();
 
 }  // namespace nlo::trainer

@@ -14,9 +14,7 @@ double add_penalty(double share, double lambda, double& loss) {
 LossTerm eigenvalue_penalty_loss() {
   return {.name = "eigenvalue_penalty",
           .meaning = "gamma of gamma |lambda|^2 (20)",
-          .needs_forward_map = false,
           .needs_eigenvalues = true,
-          .needs_equations = false,
           .form = EigenvalueLoss{add_penalty}};
 }
 

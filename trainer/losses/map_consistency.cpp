@@ -35,7 +35,6 @@ LossTerm map_consistency_loss() {
           .meaning = "weight of |z - T(x)|^2",
           .needs_forward_map = true,
           .needs_eigenvalues = true,
-          .needs_equations = false,
           .form = MapLoss{map_consistency<float, kBlock>}};
 }
 

@@ -39,7 +39,6 @@ LossTerm reconstruction_loss() {
           .meaning = "weight of |x - T*(T(x))|^2",
           .needs_forward_map = true,
           .needs_eigenvalues = true,
-          .needs_equations = false,
           .form = MapLoss{reconstruction<float, kBlock>}};
 }
 

@@ -44,11 +44,11 @@ struct EigenvalueLoss {
 };
 
 struct LossTerm {
-  std::string_view name;     ///< the key of its weight
-  std::string_view meaning;  ///< a line of help
-  bool needs_forward_map;    ///< trains T
-  bool needs_eigenvalues;    ///< is about D: KKL observers alone have it
-  bool needs_equations;      ///< asks the plant for f and h
+  std::string_view name;           ///< the key of its weight
+  std::string_view meaning;        ///< a line of help
+  bool needs_forward_map = false;  ///< trains T
+  bool needs_eigenvalues = false;  ///< is about D: KKL observers alone have it
+  bool needs_equations = false;    ///< asks the plant for f and h
   std::variant<EstimateLoss, MapLoss, EquationLoss, EigenvalueLoss> form;
 
   /// Nothing is learned from it alone.

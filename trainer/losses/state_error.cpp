@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/losses/state_error.h"
-
+#include "trainer/losses/estimate_block.h"
 #include "trainer/losses/terms.h"
 
 namespace nlo::trainer {
+namespace {
 
+/// share sum_s w_s |x - x_hat|^2 over a block, each state in its unit or normalised.
 void add_state_error(EstimateBlock& block, double share, bool backward, double& loss) {
   const float* weights = block.weights();
   for (std::size_t i = 0; i < block.states(); ++i) {
@@ -16,13 +17,18 @@ void add_state_error(EstimateBlock& block, double share, bool backward, double& 
   }
 }
 
+}  // namespace
+
 LossTerm state_error_loss() {
   return {.name = "state_error",
           .meaning = "weight of the running cost |x - x_hat|^2 (12)",
-          .needs_forward_map = false,
-          .needs_eigenvalues = false,
-          .needs_equations = false,
           .form = EstimateLoss{EstimateLoss::At::kSamples, add_state_error}};
+}
+
+LossTerm terminal_loss() {
+  return {.name = "terminal",
+          .meaning = "weight of the terminal cost |x - x_hat|^2 at a segment's end",
+          .form = EstimateLoss{EstimateLoss::At::kSegmentEnds, add_state_error}};
 }
 
 }  // namespace nlo::trainer

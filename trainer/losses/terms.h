@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The entries that registry.cpp lists, each defined in the file of its name.
+// The entries that registry.cpp lists, each defined in the file of its name; terminal in that of the state error.
 #pragma once
 
 #include "trainer/losses/registry.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Runs as an observer's sensors give them: what a monitor is made and tried on.
+// How long an observer and its plant remember: the time scale of a monitor.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +8,7 @@
 #include <functional>
 #include <vector>
 
+#include "codegen/model/model.h"
 #include "trainer/base/noise.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
@@ -36,5 +38,10 @@ struct RunSource {
   std::function<SensedRuns(int chunk)> chunk;  ///< 0 ... chunks - 1
   int chunks = 0;
 };
+
+/// Of the slowest mode that reads an output, 1 / min |Re lambda|, where the latent system is linear; else 2 pi times
+/// the outputs' correlation time (the integral of their autocorrelation up to its first zero), which is the period of
+/// what oscillates. [s]
+double time_constant_s(const codegen::Model& model, const SensedRuns& runs);
 
 }  // namespace nlo::trainer

@@ -15,7 +15,7 @@
 #include "trainer/base/draws.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/quantile.h"
-#include "trainer/plants/odd_symmetry.h"
+#include "trainer/plants/plant_form.h"
 #include "trainer/plants/registry.h"
 #include "trainer/recipe/gated_rival.h"
 #include "trainer/recipe/mode_banks.h"

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/report/bound_page.h"
+#include "trainer/report/pages.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <functional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "trainer/bounds/bound_text.h"
 #include "trainer/report/gnuplot.h"
 #include "trainer/report/html.h"
-#include "trainer/report/page.h"
 
 namespace nlo::trainer {
 namespace {
@@ -40,6 +40,12 @@ double measured_s(const BoundResult& r) {
 double measured_error(const BoundResult& r) {
   return r.measured.steady_max;
 }
+Value bounds_s(BoundKind kind) {
+  return [kind](const BoundResult& r) { return r.transient_s[kind]; };
+}
+Value bounds_error(BoundKind kind) {
+  return [kind](const BoundResult& r) { return r.bounds[kind].steady; };
+}
 
 Panel logarithmic(const char* x_label, const char* y_label) {
   Panel panel;
@@ -63,24 +69,15 @@ Figure over_k(const BoundReport& report) {
   add(noise, report, "measured, all noise at ±V", kOffset, Style::kThinLine, k_of,
       [](const BoundResult& r) { return r.measured.offset_max; });
   add(speed, report, "measured", kMeasured, Style::kLine, k_of, measured_s);
-  if (!report.exact) {
-    add(noise, report, "bound, slopes at samples", kSlopes, Style::kDashes, k_of,
-        [](const BoundResult& r) { return r.bounds.slopes.steady; });
-    add(speed, report, "bound, slopes at samples", kSlopes, Style::kDashes, k_of,
-        [](const BoundResult& r) { return r.transient_slopes_s; });
-    add(noise, report, "bound, domain's box", kBox, Style::kDashes, k_of,
-        [](const BoundResult& r) { return r.bounds.box.steady; });
-    add(speed, report, "bound, domain's box", kBox, Style::kDashes, k_of,
-        [](const BoundResult& r) { return r.transient_box_s; });
-  }
   const char* sharp = report.exact ? "bound, exact constants" : "bound, weights";
-  add(noise, report, sharp, kWeights, Style::kDashes, k_of,
-      [](const BoundResult& r) { return r.bounds.weights.steady; });
-  add(speed, report, sharp, kWeights, Style::kDashes, k_of, [](const BoundResult& r) { return r.transient_weights_s; });
-  add(noise, report, "bound (19)", kPaper, Style::kDashes, k_of,
-      [](const BoundResult& r) { return r.bounds.paper.steady; });
-  add(speed, report, "bound (19)", kPaper, Style::kDashes, k_of,
-      [](const BoundResult& r) { return r.transient_paper_s; });
+  for (const auto& [kind, title, colour] : {std::tuple{kSlopesBound, "bound, slopes at samples", kSlopes},
+                                            {kBoxBound, "bound, domain's box", kBox},
+                                            {kWeightsBound, sharp, kWeights},
+                                            {kPaperBound, "bound (19)", kPaper}}) {
+    if (report.exact && (kind == kSlopesBound || kind == kBoxBound)) continue;
+    add(noise, report, title, colour, Style::kDashes, k_of, bounds_error(kind));
+    add(speed, report, title, colour, Style::kDashes, k_of, bounds_s(kind));
+  }
   Figure figure;
   figure.panel_height = 300;
   figure.panels = {std::move(noise), std::move(speed)};
@@ -94,10 +91,8 @@ Figure over_k(const BoundReport& report) {
 Figure trade_off(const BoundReport& report) {
   Panel panel = logarithmic("transient [s]", "steady error");
   add(panel, report, "measured", kMeasured, Style::kLine, measured_s, measured_error);
-  add(
-      panel, report, report.exact ? "bound, exact constants" : "bound, slopes at samples",
-      report.exact ? kWeights : kSlopes, Style::kDashes, [](const BoundResult& r) { return r.transient_slopes_s; },
-      [](const BoundResult& r) { return r.bounds.slopes.steady; });
+  add(panel, report, report.exact ? "bound, exact constants" : "bound, slopes at samples",
+      report.exact ? kWeights : kSlopes, Style::kDashes, bounds_s(kSlopesBound), bounds_error(kSlopesBound));
   Figure figure;
   figure.panel_height = 340;
   figure.width = 700;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/report/compare_page.h"
+#include "trainer/report/pages.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,6 @@
 #include "trainer/compare/compare_text.h"
 #include "trainer/report/gnuplot.h"
 #include "trainer/report/html.h"
-#include "trainer/report/page.h"
 #include "trainer/report/run_figure.h"
 
 namespace nlo::trainer {

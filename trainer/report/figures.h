@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "trainer/evaluation/evaluate.h"
-#include "trainer/report/control_loop_result.h"
 #include "trainer/report/gnuplot.h"
-#include "trainer/report/training_curves.h"
+#include "trainer/report/run_results.h"
 
 namespace nlo::trainer {
 

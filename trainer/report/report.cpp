@@ -14,7 +14,6 @@
 #include "trainer/evaluation/evaluation_text.h"
 #include "trainer/report/figures.h"
 #include "trainer/report/html.h"
-#include "trainer/report/page.h"
 #include "trainer/report/report_summary.h"
 #include "trainer/report/run_figure.h"
 

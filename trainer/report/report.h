@@ -12,8 +12,7 @@
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluate_logs.h"
-#include "trainer/report/control_loop_result.h"
-#include "trainer/report/training_curves.h"
+#include "trainer/report/run_results.h"
 
 namespace nlo::trainer {
 

@@ -8,7 +8,7 @@
 
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/report/gnuplot.h"
-#include "trainer/report/page.h"
+#include "trainer/report/html.h"
 
 namespace nlo::trainer {
 

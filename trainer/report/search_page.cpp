@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/report/search_page.h"
+#include "trainer/report/pages.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "trainer/report/html.h"
-#include "trainer/report/page.h"
 #include "trainer/report/pareto_figure.h"
 
 namespace nlo::trainer {

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "trainer/base/number_text.h"
 #include "trainer/evaluation/text.h"
 #include "trainer/report/html.h"
+#include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/section.h"
 
 namespace nlo::trainer::reproduction {
@@ -69,24 +69,15 @@ std::string contest_html(const Contest& contest) {
 }
 
 std::string contests_csv(const std::vector<Contest>& contests) {
-  std::string lines;
-  std::size_t seeds = 0;
+  NumbersCsv csv;
   for (const Contest& contest : contests)
     for (const Contender& cell : contest.cells)
       for (const ContestReading& reading : kContestReadings) {
         const auto& values = cell.*reading.values;
-        const Spread ours = spread(values);
-        seeds = std::max(seeds, values.size());
-        lines += fmt::format("{},{},\"{}\",{},smape,{},{},{},{}", contest.title, cell.model, cell.condition,
-                             reading.name, cell.published ? shortest_text(*cell.published) : "",
-                             shortest_text(ours.mean), shortest_text(ours.deviation),
-                             cell.published ? shortest_text(ours.mean / *cell.published - 1.0) : "");
-        for (const double value : values) lines += "," + shortest_text(value);
-        lines += '\n';
+        csv.add({contest.title, cell.model, cell.condition, reading.name, "smape"}, cell.published, values,
+                cell.published ? std::optional(spread(values).mean / *cell.published - 1.0) : std::nullopt);
       }
-  std::string heading = "table,row,column,reading,metric,paper,mean,deviation,relative_to_paper";
-  for (std::size_t seed = 1; seed <= seeds; ++seed) heading += fmt::format(",seed_{}", seed);
-  return heading + "\n" + lines;
+  return csv.text();
 }
 
 }  // namespace nlo::trainer::reproduction

@@ -30,8 +30,7 @@ std::string contest_score(const Contest& contest);
 std::string contest_text(const Contest& contest);
 std::string contest_html(const Contest& contest);
 
-/// The columns of numbers_csv() (csv.h): row the model, column the condition, paper the published number. Titles and
-/// models without commas.
+/// As numbers_csv() (csv.h): row the model, column the condition, paper the published number.
 std::string contests_csv(const std::vector<Contest>& contests);
 
 }  // namespace nlo::trainer::reproduction

@@ -22,41 +22,39 @@ std::string field(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string cell_lines(const ComparisonTable& table, std::size_t row, std::size_t column) {
-  const Cell& cell = table.cells[row][column];
-  std::string text;
-  const auto line = [&](const char* reading, const char* metric, const std::vector<double>& values, bool compare) {
-    if (values.empty()) return;
-    const Spread ours = spread(values);
-    const auto relative = compare ? deviation_from_paper(cell) : std::nullopt;
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{}", field(table.title), field(table.rows[row]),
-                    field(table.columns[column]), reading, metric, cell.paper ? shortest_text(*cell.paper) : "",
-                    shortest_text(ours.mean), shortest_text(ours.deviation), relative ? shortest_text(*relative) : "");
-    for (const double value : values) text += "," + shortest_text(value);
-    text += '\n';
-  };
-  line("strict", "norm", cell.strict, false);
-  line("paper-like", "nrmse", cell.paper_like, true);
-  return text;
-}
-
 }  // namespace
 
+void NumbersCsv::add(const std::vector<std::string>& cell, const std::optional<double>& paper,
+                     const std::vector<double>& values, const std::optional<double>& relative_to_paper) {
+  if (values.empty()) return;
+  const auto number = [](const std::optional<double>& value) { return value ? shortest_text(*value) : ""; };
+  const Spread ours = spread(values);
+  for (const std::string& text : cell) lines_ += field(text) + ",";
+  lines_ += fmt::format("{},{},{},{}", number(paper), shortest_text(ours.mean), shortest_text(ours.deviation),
+                        number(relative_to_paper));
+  for (const double value : values) lines_ += "," + shortest_text(value);
+  lines_ += '\n';
+  seeds_ = std::max(seeds_, values.size());
+}
+
+std::string NumbersCsv::text() const {
+  if (lines_.empty()) return "";
+  std::string heading = "table,row,column,reading,metric,paper,mean,deviation,relative_to_paper";
+  for (std::size_t seed = 1; seed <= seeds_; ++seed) heading += fmt::format(",seed_{}", seed);
+  return heading + "\n" + lines_;
+}
+
 std::string numbers_csv(const Section& section) {
-  std::size_t seeds = 0;
-  std::string lines;
+  NumbersCsv csv;
   for (const ComparisonTable& table : section.tables)
     for (std::size_t row = 0; row < table.rows.size(); ++row)
       for (std::size_t column = 0; column < table.columns.size(); ++column) {
-        lines += cell_lines(table, row, column);
         const Cell& cell = table.cells[row][column];
-        seeds = std::max({seeds, cell.strict.size(), cell.paper_like.size()});
+        csv.add({table.title, table.rows[row], table.columns[column], "strict", "norm"}, cell.paper, cell.strict, {});
+        csv.add({table.title, table.rows[row], table.columns[column], "paper-like", "nrmse"}, cell.paper,
+                cell.paper_like, deviation_from_paper(cell));
       }
-  if (lines.empty()) return "";
-  std::string heading = "table,row,column,reading,metric,paper,mean,deviation,relative_to_paper";
-  for (std::size_t seed = 1; seed <= seeds; ++seed) heading += fmt::format(",seed_{}", seed);
-  return heading + "\n" + lines;
+  return csv.text();
 }
 
 std::string columns_csv(const std::vector<std::pair<std::string, Eigen::VectorXd>>& columns) {

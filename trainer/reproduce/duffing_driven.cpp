@@ -65,13 +65,9 @@ Section duffing_driven(const Workbench& bench) {
   section.figures = {runs_figure(curves, kShownS, "x(0) = (-0.5, 0.5), u = cos 12t, no noise."), error_figure(curves)};
   section.csv = runs_csv(curves);
   const Cell &with = table.cells[0][0], &without = table.cells[1][0];
-  Ordering limit{"with phi(z) u the error after 5 s is at most 0.015 (this run)", "strict", {}};
-  Ordering ratio{"and at most a quarter of the error without it", "strict", {}};
-  for (std::size_t seed = 0; seed < with.strict.size(); ++seed) {
-    limit.held.push_back(with.strict[seed] <= kLimit);
-    ratio.held.push_back(kRatio * with.strict[seed] <= without.strict[seed]);
-  }
-  section.orderings = {std::move(limit), std::move(ratio)};
+  section.orderings = {at_most("with phi(z) u the error after 5 s is at most 0.015 (this run)", with, kLimit),
+                       per_seed("and at most a quarter of the error without it", with.strict.size(),
+                                [&](std::size_t s) { return kRatio * with.strict[s] <= without.strict[s]; })};
   section.seen = fmt::format(
       "After 5 s the error (strict) of this run is {} with phi(z) u and {} without it; over the training box {} and "
       "{}.",

@@ -31,13 +31,6 @@ const std::array<Row, 4> kRows = {{{"reverse_duffing_x1", "T* alone, by the stat
                                    {"reverse_duffing_pde", "with the PDE term at the samples", 0.86},
                                    {"reverse_duffing_pde_x2", "with the PDE term over X2", std::nullopt}}};
 
-Ordering better(const ComparisonTable& table, std::string claim, std::size_t row, std::size_t than) {
-  Ordering ordering{std::move(claim), "strict", {}};
-  for (std::size_t seed = 0; seed < table.cells[row][0].strict.size(); ++seed)
-    ordering.held.push_back(table.cells[row][0].strict[seed] < table.cells[than][0].strict[seed]);
-  return ordering;
-}
-
 }  // namespace
 
 Section duffing_pde(const Workbench& bench) {
@@ -56,9 +49,10 @@ Section duffing_pde(const Workbench& bench) {
   section.figures.push_back(runs_figure(
       curves, 15.0, "x(0) = (3, 0), far outside of the training box X1 = [-1, 1] x [-1, 1]. No noise, no input."));
   section.csv = runs_csv(curves);
-  section.orderings = {better(table, "the PDE term at the samples of X1 helps from (3, 0)", 2, 1),
-                       better(table, "the PDE term over X2 helps from (3, 0)", 3, 1),
-                       better(table, "it helps more where it is asked for: over X2, not only on X1", 3, 2)};
+  const auto cell = [&](std::size_t row) -> const Cell& { return table.cells[row][0]; };
+  section.orderings = {better("the PDE term at the samples of X1 helps from (3, 0)", cell(2), cell(1)),
+                       better("the PDE term over X2 helps from (3, 0)", cell(3), cell(1)),
+                       better("it helps more where it is asked for: over X2, not only on X1", cell(3), cell(2))};
   section.seen = fmt::format(
       "From (3, 0) the error (strict) is {} without the PDE term, {} with it at the samples, which all come from X1, "
       "and "

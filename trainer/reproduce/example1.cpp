@@ -51,9 +51,8 @@ Section luenberger_like(const Workbench& bench) {
       row.push_back(bench.measure({experiment, initial}, std::nullopt, kStabilisedS));
     bench.progress(0.5 * static_cast<double>(table.cells.size()));
   }
-  Ordering limit{"error at most 0.10 after 5 s where the plant stays in the training box", "strict", {}};
-  for (const double error : table.cells[0][2].strict) limit.held.push_back(error <= kLimit);
-  section.orderings.push_back(std::move(limit));
+  section.orderings = {
+      at_most("error at most 0.10 after 5 s where the plant stays in the training box", table.cells[0][2], kLimit)};
   section.seen = fmt::format(
       "After 5 s the error (strict) is {} in this run, {} over the training box and {} where the plant stays in the "
       "box "

@@ -11,8 +11,6 @@
 
 #include "codegen/base/error.h"
 #include "codegen/export/cpp_cost.h"
-#include "codegen/export/prepared_export.h"
-#include "codegen/structures/module.h"
 #include "trainer/base/parallel.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/evaluate.h"
@@ -104,13 +102,6 @@ std::pair<double, double> smape_of(const codegen::Model& model, const Dataset& r
   return {spread(components).mean, spread(norms).mean};
 }
 
-long multiply_adds(const codegen::Model& model) {
-  const codegen::PreparedExport prepared(model);
-  const auto structure = codegen::module_of(prepared.model()).cpp(prepared.source());
-  const codegen::CppCost cost = codegen::cpp_cost(prepared.model(), *structure, prepared.initialiser());
-  return cost.step_multiply_adds + cost.estimate_multiply_adds;
-}
-
 Contender contender(const Workbench& bench, const BenchmarkPlant& plant, const InputRange& range, const Dataset& runs,
                     const NoiseConfig& noise) {
   Contender cell{plant.title, range.title, {}, {}, {}};
@@ -144,8 +135,8 @@ Section hyperkkl(const Workbench& bench) {
     }
     for (const InputRange& range : kFarInputs)
       far.cells.push_back(contender(bench, plant, range, truth_of(experiment, range, cell++, runs), {}));
-    costs +=
-        fmt::format("{}{} {}", costs.empty() ? "" : ", ", plant.title, multiply_adds(bench.model(plant.experiment, 0)));
+    costs += fmt::format("{}{} {}", costs.empty() ? "" : ", ", plant.title,
+                         codegen::cpp_cost(codegen::PreparedExport(bench.model(plant.experiment, 0))).multiply_adds());
     bench.progress(static_cast<double>(&plant - kBenchmarkPlants.data() + 1) /
                    static_cast<double>(kBenchmarkPlants.size()));
   }

@@ -7,12 +7,12 @@
 #include <memory>
 #include <string>
 
-#include "trainer/base/shell_word.h"
+#include "trainer/base/printable.h"
 #include "trainer/commands/directory_lock.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/program.h"
 #include "trainer/commands/reproduce_options.h"
-#include "trainer/jobs/interrupt.h"
+#include "trainer/jobs/run_jobs.h"
 #include "trainer/reproduce/page.h"
 #include "trainer/reproduce/run.h"
 #include "trainer/terminal/status_line.h"

@@ -10,7 +10,6 @@
 
 #include "trainer/evaluation/text.h"
 #include "trainer/report/html.h"
-#include "trainer/report/page.h"
 #include "trainer/reproduce/trajectories.h"
 
 namespace nlo::trainer::reproduction {

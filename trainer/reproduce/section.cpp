@@ -26,4 +26,13 @@ bool is_outside(const Cell& cell) {
   return deviation && std::abs(*deviation) > kTolerance;
 }
 
+Ordering at_most(std::string claim, const Cell& cell, double limit) {
+  return per_seed(std::move(claim), cell.strict.size(), [&](std::size_t seed) { return cell.strict[seed] <= limit; });
+}
+
+Ordering better(std::string claim, const Cell& cell, const Cell& than) {
+  return per_seed(std::move(claim), cell.strict.size(),
+                  [&](std::size_t seed) { return cell.strict[seed] < than.strict[seed]; });
+}
+
 }  // namespace nlo::trainer::reproduction

@@ -3,8 +3,10 @@
 // page.cpp turns it into HTML and CSV.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "trainer/report/gnuplot.h"
@@ -40,6 +42,18 @@ struct Ordering {
   std::string claim, reading;
   std::vector<bool> held;  ///< one per seed
 };
+
+/// `holds` is asked about each of `seeds` seeds.
+template <class Holds>
+Ordering per_seed(std::string claim, std::size_t seeds, const Holds& holds, std::string reading = "strict") {
+  Ordering ordering{std::move(claim), std::move(reading), {}};
+  for (std::size_t seed = 0; seed < seeds; ++seed) ordering.held.push_back(holds(seed));
+  return ordering;
+}
+
+/// The strict error of `cell` is at most `limit`; it is less than that of another.
+Ordering at_most(std::string claim, const Cell& cell, double limit);
+Ordering better(std::string claim, const Cell& cell, const Cell& than);
 
 /// Why a cell is not near the paper's number.
 struct Explanation {

@@ -48,16 +48,15 @@ constexpr Reading kReadings[] = {{"strict", &Cell::strict}, {"paper-like", &Cell
 /// `holds(a, b)`-style claims over one row: looked at for each seed and in both readings.
 template <class Claim>
 void add_orderings(Section& section, const std::string& claim, int seeds, const Claim& holds) {
-  for (const Reading& reading : kReadings) {
-    Ordering ordering{claim, reading.name, {}};
-    for (int seed = 0; seed < seeds; ++seed) {
-      const auto at = [&](std::size_t row, std::size_t column) {
-        return (section.tables.front().cells[row][column].*reading.values)[static_cast<std::size_t>(seed)];
-      };
-      ordering.held.push_back(holds(at));
-    }
-    section.orderings.push_back(std::move(ordering));
-  }
+  for (const Reading& reading : kReadings)
+    section.orderings.push_back(per_seed(
+        claim, static_cast<std::size_t>(seeds),
+        [&](std::size_t seed) {
+          return holds([&](std::size_t row, std::size_t column) {
+            return (section.tables.front().cells[row][column].*reading.values)[seed];
+          });
+        },
+        reading.name));
 }
 
 std::string near_paper_text(const Section& section) {

@@ -34,14 +34,6 @@ std::string early_and_late(const Runs& runs) {
                      kTransientS, spread_text(errors_between(runs, kTransientS, kEndS)));
 }
 
-/// Claims over single seeds.
-template <class Claim>
-Ordering per_seed(const Workbench& bench, std::string claim, const Claim& holds) {
-  Ordering ordering{std::move(claim), "strict", {}};
-  for (int seed = 0; seed < bench.seeds; ++seed) ordering.held.push_back(holds(static_cast<std::size_t>(seed)));
-  return ordering;
-}
-
 Section compared(const Workbench& bench, const NoiseConfig& noise, const char* caption) {
   const std::vector<std::string_view> experiments{"van_der_pol_baseline_fast", "van_der_pol_baseline_slow",
                                                   "van_der_pol_noise"};
@@ -54,17 +46,15 @@ Section compared(const Workbench& bench, const NoiseConfig& noise, const char* c
   section.tables.push_back(run_errors(bench, curves, experiments, kStart, {noise, noise, noise}));
   section.seen = fmt::format("Error (strict): fast D {}; slow D {}; learned {}.", early_and_late(curves[0]),
                              early_and_late(curves[1]), early_and_late(curves[2]));
-  section.orderings.push_back(
-      per_seed(bench, "the slow D converges later than the learned one (error before 10 s)", [&](std::size_t seed) {
-        return error_between(curves[1].by_seed[seed], 0.0, kTransientS) >
-               error_between(curves[2].by_seed[seed], 0.0, kTransientS);
-      }));
+  const auto worse_than_learned = [&](std::size_t curve, double from_s, double to_s, const char* claim) {
+    const std::vector<double> own = errors_between(curves[curve], from_s, to_s),
+                              learned = errors_between(curves[2], from_s, to_s);
+    section.orderings.push_back(per_seed(claim, own.size(), [&](std::size_t s) { return own[s] > learned[s]; }));
+  };
+  worse_than_learned(1, 0.0, kTransientS, "the slow D converges later than the learned one (error before 10 s)");
   if (!noise.none())
-    section.orderings.push_back(per_seed(
-        bench, "the fast D suffers more from noise than the learned one (error after 10 s)", [&](std::size_t seed) {
-          return error_between(curves[0].by_seed[seed], kTransientS, kEndS) >
-                 error_between(curves[2].by_seed[seed], kTransientS, kEndS);
-        }));
+    worse_than_learned(0, kTransientS, kEndS,
+                       "the fast D suffers more from noise than the learned one (error after 10 s)");
   return section;
 }
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "codegen/base/error.h"
-#include "trainer/base/shell_word.h"
+#include "trainer/base/printable.h"
 #include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // What nlo train --auto tries: experiments about a given one, with other structures, eigenvalues or units, widths and
 // learning rates.
+// Successive halving (Jamieson and Talwalkar 2016): many trainings begin short; the best quarter is trained four times
+// as long; and so on. Rungs take the same time each.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "trainer/config/experiment.h"
 
@@ -25,5 +29,39 @@ Difference difference(const Experiment& base, const Experiment& other);
 
 /// So many steps, with validation errors twenty times or as often as before. Its source_text says so.
 void set_steps(Experiment& experiment, int steps);
+
+struct Rung {
+  std::size_t candidates = 0;
+  double seconds = 0.0;  ///< of the training of each
+};
+
+inline constexpr std::size_t kKeptPart = 4;  ///< one in so many goes on, two at least
+
+/// Rungs of so many candidates that take `seconds` together with one more training as long as the last rung's: that of
+/// the winner, for its model. `candidates` > 0, `seconds` > 0.
+std::vector<Rung> halving_rungs(std::size_t candidates, double seconds);
+
+/// As many candidates as get two seconds in the first rung, or three times what a training needs before its first step
+/// where that is more, 4 to 64.
+std::size_t candidates_for(double seconds, double setup_s);
+
+/// What is measured of a training before it is begun.
+struct TrainingPace {
+  double setup_s = 0.0, steps_per_s = 0.0;
+};
+
+/// Steps of a training in `seconds`: what is left after its setup, a quarter of the time at least.
+double steps_within(const TrainingPace& pace, double seconds);
+
+/// A search ships a model that is trained for this share of the experiment's steps, or none.
+inline constexpr double kLeastShareOfSteps = 0.1;
+
+/// Whole minutes of a search whose last rung gives each training `steps` steps, when looking for candidates takes its
+/// share first.
+double minutes_for(const TrainingPace& pace, double steps);
+
+/// Which of a rung go on: the `count` of least error, in that order; equal ones by their place. One without an error
+/// (its training diverged) never does.
+std::vector<std::size_t> best_of(const std::vector<std::optional<double>>& errors, std::size_t count);
 
 }  // namespace nlo::trainer

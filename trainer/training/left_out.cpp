@@ -9,7 +9,7 @@
 #include <iterator>
 #include <set>
 
-#include "trainer/data/log_groups.h"
+#include "trainer/data/log_files.h"
 #include "trainer/experiments/known_plant.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/training/checkpoint.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Expressions that are linear are seen to be, and what only looks like it is not taken for it.
-#include "trainer/plants/odd_symmetry.h"
+#include "trainer/plants/plant_form.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "tests/support/thrown_message.h"
-#include "trainer/plants/affine_input_field.h"
 #include "trainer/plants/linear.h"
-#include "trainer/plants/recognise_linear.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {

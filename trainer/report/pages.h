@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Results as pages that stand by themselves. Without a working gnuplot a page says so in place of its plots.
+#pragma once
+
+#include <string>
+
+#include "trainer/bounds/bound_study.h"
+#include "trainer/compare/compare_study.h"
+#include "trainer/sweep/search_text.h"
+
+namespace nlo::trainer {
+
+/// bound.html: Proposition 2 of one model, the trade-off between speed and noise, the constants.
+std::string bound_page(const BoundReport& report, const std::string& gnuplot = "gnuplot");
+
+/// compare.html: observers and filters under many conditions.
+std::string compare_page(const Comparison& comparison, const std::string& gnuplot = "gnuplot");
+
+/// auto.html: what a search has tried and found.
+std::string search_page(const SearchStory& story, const std::string& gnuplot = "gnuplot");
+
+}  // namespace nlo::trainer
