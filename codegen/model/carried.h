@@ -9,6 +9,8 @@
 
 namespace nlo::codegen {
 
+inline constexpr int kAxes = 3;  ///< components of a vector
+
 struct Carried {
   LinearLatent component;    ///< F is one column
   Network inverse_map;       ///< T*: [z; y] -> x_hat, the same sum for each component: no bias, no hidden layer

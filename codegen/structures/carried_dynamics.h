@@ -14,8 +14,6 @@
 
 namespace nlo::codegen {
 
-inline constexpr int kAxes = 3;
-
 /// D and F of one component as a KKL observer of it, whose output is as large as the vectors are long: what is true of
 /// its z is true of the length of the vectors that its modes carry.
 inline Model component_of(const Model& m) {

@@ -52,8 +52,7 @@ MatrixXd rows(const MatrixXd& of, const std::vector<Index>& chosen) {
   return of(chosen, Eigen::all);
 }
 
-}  // namespace
-
+/// The experiment on the known plant alone, as if there were no logs.
 Experiment on_known_plant(const Experiment& experiment) {
   Experiment alone = experiment;
   alone.plant = experiment.known->plant;
@@ -64,6 +63,8 @@ Experiment on_known_plant(const Experiment& experiment) {
   alone.training.segment_s = 0.0;  // of logs, which are longer
   return alone;
 }
+
+}  // namespace
 
 void check_known_plant(const Experiment& experiment) {
   const Experiment alone = on_known_plant(experiment);

@@ -8,9 +8,6 @@
 
 namespace nlo::trainer {
 
-/// The experiment on the known plant alone, as if there were no logs.
-Experiment on_known_plant(const Experiment& experiment);
-
 /// Throws KeyError unless the plant has each measured output, state and input of the logs, by name, unit and wrap.
 void check_known_plant(const Experiment& experiment);
 

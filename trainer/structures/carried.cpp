@@ -18,7 +18,7 @@
 namespace nlo::trainer {
 namespace {
 
-constexpr int kAxes = 3;
+using codegen::kAxes;
 
 /// Keys of [observer] that this structure alone has.
 struct CarriedConfig {

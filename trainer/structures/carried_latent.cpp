@@ -7,12 +7,11 @@
 #include <array>
 #include <utility>
 
+#include "codegen/model/carried.h"
+
 namespace nlo::trainer {
-namespace {
 
-constexpr int kAxes = 3;
-
-}  // namespace
+using codegen::kAxes;
 
 CarriedLatent::CarriedLatent(const LatentShape& shape, int outputs, const std::vector<double>& eigenvalues,
                              const std::vector<double>& steps_s, bool fixed)

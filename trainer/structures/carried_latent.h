@@ -21,8 +21,6 @@ class CarriedLatent final : public LatentDynamics {
   void backward(SegmentGroup& group, int thread) override;
 
  private:
-  using Axes = float[3][3];
-
   /// Of each sample and lane, the axes of the body in those of its first sample.
   std::vector<float> attitudes(const SegmentGroup& group) const;
   /// Turns vectors whose components are `stride` rows apart into the axes of the first sample, or back from them.

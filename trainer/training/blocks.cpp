@@ -65,14 +65,14 @@ void Blocks::draw(const Experiment& experiment, const Rollout& rollout, long ste
 
 double Blocks::share_by_logarithm(const std::vector<double>& squares, double floor) {
   const auto groups = static_cast<double>(squares.size());
-  double cost = 0.0;
+  double lacking = 0.0;
   for (std::size_t g = 0; g < squares.size(); ++g) {
     if (group_weights_[g] <= 0.0) continue;
-    const double level = squares[g] / group_weights_[g] + floor;
+    const double mean = squares[g] / group_weights_[g], level = mean + floor;
     shares_[g] = total_weight_ / (groups * group_weights_[g] * level);
-    cost += std::log(level) / groups;
+    lacking += (std::log(level) - mean / level) / groups;
   }
-  return cost;
+  return lacking;
 }
 
 void Blocks::add(BlockKind kind, const std::vector<SampleSet>& sets) {

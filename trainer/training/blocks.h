@@ -33,7 +33,7 @@ class Blocks {
 
   /// The running cost becomes mean log(m + floor) over the groups, where m is a group's mean squared error: a run of
   /// little noise then counts as much as one of much. Its gradient at a sample is 1 / (m + floor) of the mean's, so the
-  /// shares are set to that. Returns the cost.
+  /// shares are set to that. Returns what the sum of squares by these shares lacks of the cost.
   ///   squares  of each group: the sum of weighted squared errors
   double share_by_logarithm(const std::vector<double>& squares, double floor);
 

@@ -20,11 +20,22 @@ namespace {
 constexpr std::size_t kFewestGroups = 3;  // without one of two, a training has seen a single log
 constexpr int kShorter = 2;  // times fewer steps: enough to tell a network that generalises from one that does not
 
-/// The logs, and the runs of what is known of the rig behind them; `own` holds them where there are any.
-const Dataset& with_simulated_runs(const Experiment& experiment, const Dataset& logs, Dataset& own) {
-  if (!experiment.known) return logs;
+/// The runs of what is known of the rig beside its logs; none where nothing is.
+Dataset simulated_runs(const Experiment& experiment, const Dataset& logs) {
+  Dataset simulated;
+  if (!experiment.known) return simulated;
+  simulated = logs;
+  simulated.trajectories.clear();
+  add_simulated_runs(experiment, simulated);
+  return simulated;
+}
+
+/// Both, the logs first; `own` holds them where there are any simulated runs.
+const Dataset& joined(const Dataset& logs, const Dataset& simulated, Dataset& own) {
+  if (simulated.trajectories.empty()) return logs;
   own = logs;
-  add_simulated_runs(experiment, own);
+  own.trajectories.insert(own.trajectories.end(), simulated.trajectories.begin(), simulated.trajectories.end());
+  own.simulated_share = simulated.simulated_share;
   return own;
 }
 
@@ -70,8 +81,9 @@ std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Datase
 TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
                                const TrainOptions& options, const TrainingBegins& begins) {
   const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, logs);
-  Dataset simulated;
-  const Dataset& training = with_simulated_runs(experiment, logs, simulated);
+  const Dataset simulated = simulated_runs(experiment, logs);
+  Dataset both;
+  const Dataset& training = joined(logs, simulated, both);
   if (folds.empty()) return train(experiment, training, validation, options);
   Experiment shorter = experiment;
   shorter.training.steps = std::max(1, experiment.training.steps / kShorter);
@@ -89,7 +101,7 @@ TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs
     const bool has_validation = !experiment.log->validation_files.empty();
     Dataset kept;
     TrainingResult result =
-        train(shorter, with_simulated_runs(experiment, fold.kept, kept), has_validation ? validation : fold.kept, own);
+        train(shorter, joined(fold.kept, simulated, kept), has_validation ? validation : fold.kept, own);
     if (result.outcome == TrainOutcome::kInterrupted) {
       result.model = {};
       result.message = fmt::format("training {} of {} without some of the logs", f + 1, folds.size());

@@ -149,7 +149,7 @@ void Objective::run_chunk(std::size_t begin, std::size_t end, const float* netwo
 }
 
 /// Where the cost is of logarithms: weighs the groups by their errors at these parameters, which takes a pass of T* by
-/// itself. Returns what the weighted sum lacks of the cost.
+/// itself. Returns what the weighted squares lack of the cost.
 double Objective::share_by_logarithm(const float* network) {
   if (loss_->reduction != Reduction::kLogarithm) return 0.0;
   const std::vector<Block>& blocks = blocks_.all();
@@ -170,11 +170,7 @@ double Objective::share_by_logarithm(const float* network) {
   for (std::size_t b = 0; b < blocks.size(); ++b)
     if (blocks[b].kind == BlockKind::kRunning)
       of_group[static_cast<std::size_t>(blocks[b].samples.group)] += of_block[b];
-  const double cost = blocks_.share_by_logarithm(of_group, floor);
-  double weighted = 0.0;
-  for (std::size_t g = 0; g < of_group.size(); ++g)
-    weighted += blocks_.running_share(static_cast<int>(g)) * of_group[g];
-  return loss_->weight("state_error") * (cost - weighted);
+  return loss_->weight("state_error") * blocks_.share_by_logarithm(of_group, floor);
 }
 
 ObjectiveValue Objective::accumulate(const float* parameters, float* gradient) {
