@@ -28,7 +28,7 @@ using testing::MixedMlp;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
-constexpr int kOutputs = 2, kChannels = 3, kStaleAfter = 3;
+constexpr int kChannels = 3, kStaleAfter = 3;
 using Samples = std::array<float, kChannels>;  // outputs, then the input
 constexpr Samples kGood = {1.0F, -2.0F, 0.5F};
 
