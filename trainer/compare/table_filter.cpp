@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "codegen/base/error.h"
@@ -24,8 +25,9 @@ using Eigen::VectorXd;
 /// What makes filters of one name. Copies are for other threads: each has a plant of its own.
 class Maker {
  public:
-  Maker(std::string_view name, const Experiment& nominal, const NoiseConfig& noise)
+  Maker(std::string_view name, const Experiment& nominal, const NoiseConfig& noise, FilterTuning tuning = {})
       : row_(find_filter(name)),
+        tuning_(std::move(tuning)),
         context_(filter_context(nominal, noise, {})),
         channels_(*nominal.plant, *make_plant(*nominal.plant)) {
     if (row_ == nullptr)
@@ -33,16 +35,18 @@ class Maker {
     const std::string unfit = row_->unfit(context_);
     if (!unfit.empty()) throw codegen::Error(fmt::format("{} does not fit this plant: {}", name, unfit));
   }
-  Maker(const Maker& other) : row_(other.row_), context_(other.context_), channels_(other.channels_) {
+  Maker(const Maker& other)
+      : row_(other.row_), tuning_(other.tuning_), context_(other.context_), channels_(other.channels_) {
     context_.plant = lane_plant(make_plant(context_.config));
   }
 
-  std::unique_ptr<LaneFilter> make() const { return row_->make(context_, {FilterTuning{}}, 1); }
+  std::unique_ptr<LaneFilter> make() const { return row_->make(context_, {tuning_}, 1); }
   const FilterContext& context() const { return context_; }
   const PlantChannels& channels() const { return channels_; }
 
  private:
   const FilterRow* row_;
+  FilterTuning tuning_;
   FilterContext context_;
   PlantChannels channels_;
 };
@@ -69,8 +73,8 @@ class InLoop final : public LoopEstimator {
 }  // namespace
 
 EstimatorFactory table_filter(std::string_view name, const Experiment& nominal, const NoiseConfig& noise,
-                              bool held_inputs, bool with_intervals) {
-  return [maker = Maker(name, nominal, noise), held_inputs, with_intervals]() -> Estimator {
+                              bool held_inputs, bool with_intervals, const FilterTuning& tuning) {
+  return [maker = Maker(name, nominal, noise, tuning), held_inputs, with_intervals]() -> Estimator {
     return [own = maker, held_inputs, with_intervals](const MatrixXd& outputs, const MatrixXd& inputs,
                                                       const VectorXd& time_s) -> Estimates {
       const PlantChannels& channels = own.channels();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The filters of filter_table(), untuned, as estimators of a plant's channels: over a run that is there, with what they
+// The filters of filter_table() as estimators of a plant's channels: over a run that is there, with what they
 // say of their own errors, and in the loop that [feedback] closes.
 // Tuning of a filter on runs whose truth is known: a grid over Q, R and the gate,
 // then a coordinate search from its best.
@@ -21,8 +21,9 @@ namespace nlo::trainer {
 ///   held_inputs     the u of a sample has acted since the sample before; else a ramp from there
 ///   with_intervals  of the normal distribution by its covariance, where it has one and the channels are
 ///                   the plant's own
+///   tuning          that of tune_filter(); as shipped unless given
 EstimatorFactory table_filter(std::string_view name, const Experiment& nominal, const NoiseConfig& noise,
-                              bool held_inputs, bool with_intervals = false);
+                              bool held_inputs, bool with_intervals = false, const FilterTuning& tuning = {});
 
 LoopEstimators filter_in_loop(std::string_view name, const Experiment& nominal, const NoiseConfig& noise);
 

@@ -39,4 +39,7 @@ Section duffing_pde(const Workbench& bench);
 // hyperkkl.cpp
 Section hyperkkl(const Workbench& bench);
 
+// lorenz.cpp
+Section lorenz(const Workbench& bench);
+
 }  // namespace nlo::trainer::reproduction

@@ -52,7 +52,7 @@ void run_reproduce(const ReproduceArguments& arguments) {
 }
 
 std::string names_of_items() {
-  std::string names = "all, example1, example2, example3";
+  std::string names = "all, example1, example2, example3, exams";
   for (const reproduction::Item& item : reproduction::items()) names += fmt::format(",\n  {}", item.name);
   return names;
 }

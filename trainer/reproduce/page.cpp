@@ -269,6 +269,7 @@ std::string page_html(const Request& request, const Result& result, const Workbe
                           reports_html(*item, section)));
     for (const Figure& figure : section.figures) page.figure(figure);
     for (const Contest& contest : section.contests) page.text(contest_html(contest));
+    for (const ExamTable& exam : section.exams) page.text(exam_html(exam));
     page.text(tables_html(section) + explanations_html(section, request.quick) + orderings_html(section));
   }
   page.text(method_html(bench));
@@ -290,6 +291,8 @@ std::string summary_text(const Result& result) {
       text += "\n" + lines.to_text(2);
     }
     for (const Contest& contest : section.contests) text += "\n" + contest_text(contest);
+    for (const ExamTable& exam : section.exams) text += "\n" + exam_text(exam);
+    if (!section.exams.empty()) text += "\n  " + section.seen + "\n";
     const Counts counts = count(section);
     if (counts.claims > 0) text += fmt::format("\n  {} of {} claims held for every seed\n", counts.held, counts.claims);
     text += "\n";

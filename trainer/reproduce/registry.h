@@ -18,7 +18,7 @@ namespace nlo::trainer::reproduction {
 
 struct Item {
   std::string_view name;           ///< on the command line, and of its CSV file: "table1", "figure-reg-traj"
-  std::string_view example;        ///< "example1", "example2", "example3", "hyperkkl": the group it can be asked for by
+  std::string_view example;        ///< "example1", "example2", "example3", "exams": the group it can be asked for by
   std::string_view title;          ///< of its section
   std::string_view label;          ///< \label of the paper's figure or table, or where else the numbers are from
   std::string_view paper_reports;  ///< what the paper shows and says

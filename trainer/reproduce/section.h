@@ -11,6 +11,7 @@
 
 #include "trainer/report/gnuplot.h"
 #include "trainer/reproduce/contest.h"
+#include "trainer/reproduce/exam_table.h"
 
 namespace nlo::trainer::reproduction {
 
@@ -64,6 +65,7 @@ struct Section {
   std::string seen;  ///< what we see, in words made from the numbers
   std::vector<ComparisonTable> tables;
   std::vector<Contest> contests;
+  std::vector<ExamTable> exams;
   std::vector<Figure> figures;
   std::vector<Ordering> orderings;
   std::vector<Explanation> explanations;

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// An exam: a task that others set. Our observers, filters that a careful engineer would tune, the simple thing, and
+// what others have published, each with its figure and what a sample costs.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace nlo::trainer::reproduction {
+
+struct ExamRow {
+  std::string name;
+  std::vector<double> values = {};       ///< ours, one for each training seed; one where nothing is drawn
+  std::optional<double> published = {};  ///< of others, on their own test
+  std::optional<double> multiply_adds = {};
+};
+
+struct ExamTable {
+  std::string title, figure;  ///< "MSE [dB]"
+  std::vector<ExamRow> rows;
+};
+
+std::string exam_text(const ExamTable& exam);
+std::string exam_html(const ExamTable& exam);
+
+/// As numbers_csv() (csv.h): row the row's name, column the figure and "multiply-adds".
+std::string exams_csv(const std::vector<ExamTable>& exams);
+
+}  // namespace nlo::trainer::reproduction
