@@ -39,13 +39,13 @@ std::string activation(Activation kind, const std::string& suffix) {
     case Activation::kTanh:
       return "";
     case Activation::kRelu:
-      return fmt::format("static Scalar activated(Scalar v) {{ return v > 0.0{0} ? v : 0.0{0}; }}\n\n", suffix);
+      return fmt::format("static Scalar activated(Scalar v) {{ return (v > 0.0{0}) ? v : 0.0{0}; }}\n\n", suffix);
     case Activation::kSilu:
       return fmt::format(
           "// silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2\n"
           "static Scalar activated(Scalar v) {{\n"
           "  const Scalar half = v * 0.5{};\n"
-          "  return half * tanh_rational(half) + half;\n"
+          "  return (half * tanh_rational(half)) + half;\n"
           "}}\n\n",
           suffix);
     case Activation::kTanh5e6:
@@ -60,14 +60,14 @@ std::string hidden(Activation kind) {
       "static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,\n"
       "                   const Scalar* in, Scalar* out) {{\n"
       "  dense(inputs, outputs, weights, bias, in, out);\n"
-      "  for (int o = 0; o < outputs; ++o) out[o] = {}(out[o]);\n"
+      "  for (int o = 0; o < outputs; ++o) {{ out[o] = {}(out[o]); }}\n"
       "}}\n\n",
       kind == Activation::kTanh ? "tanh_rational" : "activated");
 }
 
 /// Adds the linear path's share of output `o` to `total`.
 std::string add_linear_path(Eigen::Index inputs) {
-  return fmt::format("for (int i = 0; i < {0}; ++i) total += kLinearPath[{0} * o + i] * in[i];\n", inputs);
+  return fmt::format("for (int i = 0; i < {0}; ++i) {{ total += kLinearPath[({0} * o) + i] * in[i]; }}\n", inputs);
 }
 
 /// Integers of whatever type as an initialiser, `columns` to a line.
@@ -83,7 +83,7 @@ std::string integer_activation(Activation kind) {
   if (kind == Activation::kRelu)
     return "// relu in Q15.\n"
            "static int16_t activated(int32_t value) {\n"
-           "  return (int16_t)(value > 32767 ? 32767 : value < 0 ? 0 : value);\n"
+           "  return (int16_t)((value > 32767) ? 32767 : ((value < 0) ? 0 : value));\n"
            "}\n\n";
   return filled(embedded_text("c99/int16_tanh.c.in"), {{"TABLE", integers(kernels::int16::kTanhTable, 16)}});
 }
@@ -205,7 +205,8 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
   text += estimate_head(name, m, folded, init);
   text += fmt::format("  int16_t values[{}];\n  int32_t sums[{}];\n", widest, most_sums);
   text +=
-      fmt::format("  for (int i = 0; i < {}; ++i) values[i] = quantised(in[i] - kCentre[i], kGain[i]);\n", in) + body;
+      fmt::format("  for (int i = 0; i < {}; ++i) {{ values[i] = quantised(in[i] - kCentre[i], kGain[i]); }}\n", in) +
+      body;
   text += fmt::format("  for (int o = 0; o < {}; ++o) {{\n    Scalar total = kScale[o] * (Scalar)sums[o];\n", out);
   if (linear) text += "    " + add_linear_path(in);
   return text + "    x_hat[o] = total;\n  }\n}\n";

@@ -30,8 +30,9 @@ void set_inputs(const Model& m, const std::string& name, const std::string& scal
 
 /// What step() does not take: expressions over what it takes.
 void set_computed(const Model& m, const Initialiser& init, Values& values) {
-  values["COMPUTE"] = "// Outputs that are computed of what is measured.\nstatic void compute(Scalar* r) {\n" +
-                      computed_statements(m, init, "  ", [](const std::string& product) { return product; }) + "}\n\n";
+  values["COMPUTE"] =
+      "// Outputs that are computed of what is measured.\nstatic void compute(Scalar* r) {\n" +
+      computed_statements(m, init, "  ", [](const std::string& product) { return "(" + product + ")"; }) + "}\n\n";
   values["READ"] += "  compute(given);\n";
 }
 
@@ -51,23 +52,23 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
       "static void fill_missing(const {0}_observer* o, Scalar* readings, Scalar keep, bool* missing) {{\n"
       "  static const IN_FLASH Scalar kRest[kNf] = {2};\n"
       "  for (int i = 0; i < kNf; ++i) {{\n"
-      "    const int j = kMayFail[i], s = kNr - kNf + i;\n"
+      "    const int j = kMayFail[i], s = (kNr - kNf) + i;\n"
       "    missing[i] = !is_finite(readings[j]);\n"
-      "    readings[s] = missing[i] ? 1.0{3} - keep * (1.0{3} - o->y[s]) : keep * o->y[s];\n"
-      "    if (missing[i]) readings[j] = kRest[i] + keep * (o->y[j] - kRest[i]);\n"
+      "    readings[s] = missing[i] ? (1.0{3} - (keep * (1.0{3} - o->y[s]))) : (keep * o->y[s]);\n"
+      "    if (missing[i]) {{ readings[j] = kRest[i] + (keep * (o->y[j] - kRest[i])); }}\n"
       "  }}\n"
       "}}\n\n"
       "// It is held while it is missing, and no step towards stale.\n"
       "static void note_missing({0}_observer* o, const bool* missing) {{\n"
       "  for (int i = 0; i < kNf; ++i) {{\n"
-      "    if (!missing[i]) continue;\n"
-      "    o->fate[kMayFail[i]] = 2;\n"
-      "    if (o->status < (uint8_t){0}_HELD) o->status = (uint8_t){0}_HELD;\n"
+      "    if (!missing[i]) {{ continue; }}\n"
+      "    o->fate[kMayFail[i]] = 2U;\n"
+      "    if (o->status < (uint8_t){0}_HELD) {{ o->status = (uint8_t){0}_HELD; }}\n"
       "  }}\n"
       "}}\n\n",
       name, fmt::join(f.outputs.begin(), f.outputs.end(), ", "), init.vector(f.rest, "may_fail.rest"), suffix);
   values["FILL"] = fmt::format(
-      "  bool missing[kNf];\n  fill_missing(o, given, o->started == 1 ? step->keep : 0.0{}, missing);\n", suffix);
+      "  bool missing[kNf];\n  fill_missing(o, given, (o->started == 1U) ? step->keep : 0.0{}, missing);\n", suffix);
   values["NOTE_MISSING"] = "  note_missing(o, missing);\n";
   values["FILL_START"] =
       fmt::format("  bool missing[kNf];\n  fill_missing(observer, given, 0.0{}, missing);\n", suffix);
@@ -86,7 +87,7 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
       init.scalar_name());
   std::string cases;
   for (std::size_t i = 0; i < f.outputs.size(); ++i)
-    cases += fmt::format("output == {} ? observer->y[kNr - kNf + {}] : ", f.outputs[i], i);
+    cases += fmt::format("(output == {}) ? observer->y[kNr - {}] : ", f.outputs[i], f.outputs.size() - i);
   values["STALENESS_BODY"] =
       fmt::format("Scalar {0}_staleness(const {0}_observer* observer, int output) {{\n  return {1}0.0{2};\n}}\n\n",
                   name, cases, suffix);

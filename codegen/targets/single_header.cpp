@@ -30,6 +30,7 @@ std::string word_in_cpp20(const std::string& word) {
       {"SELF_STALE", "Status::kStale"},
       {"SELF_REJECTED", "Status::kRejected"},
       {"SELF_RESET", "Status::kReset"},
+      {"EACH_STORE", "volatile"},
   };
   if (const auto found = words.find(word); found != words.end()) return found->second;
   if (word.starts_with("SELF_")) return word.substr(kSelf.size() + 1);

@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0x6bcab4ca
+#if tiny_c99_EXPORT != 0xa945bc6e
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -25,6 +25,13 @@
 #define REGULAR_STEP ((const Step[]){kStep})  // a copy in RAM, where a step that is computed lies too
 #else
 #error "constants in the flash of an AVR: compile with -std=gnu99 or later, as the Arduino IDE does"
+#endif
+
+// Analysers take it that what is volatile may hold anything.
+#if defined(__FRAMAC__)
+#define EACH_STORE
+#else
+#define EACH_STORE volatile
 #endif
 
 typedef float Scalar;
@@ -61,41 +68,46 @@ static const IN_FLASH Scalar kOutputMax[kNy] = {3.0f};
 static const IN_FLASH Scalar kLatentMin[kNz] = {-4.0f, -1.0f};
 static const IN_FLASH Scalar kLatentMax[kNz] = {4.0f, 1.0f};
 
-// Finite, told from the bits: no compiler flag can reason it away.
+// Finite, told from the bits: no compiler flag can reason it away. `v == v` beside it tells static analysers of NaN.
 static bool is_finite(Scalar value) { return (bits_of(value) & 0x7f800000U) != 0x7f800000U; }
 
 // Volatile, or compilers make a call of it.
 static void copy(Scalar* to, const Scalar* from, int n) {
-  volatile Scalar* target = to;
-  for (int i = 0; i < n; ++i) target[i] = from[i];
+  EACH_STORE Scalar* target = to;
+  for (int i = 0; i < n; ++i) { target[i] = from[i]; }
 }
 
 static void load(Scalar* to, const IN_FLASH Scalar* from, int n) {
-  volatile Scalar* target = to;
-  for (int i = 0; i < n; ++i) target[i] = from[i];
+  EACH_STORE Scalar* target = to;
+  for (int i = 0; i < n; ++i) { target[i] = from[i]; }
 }
 
 // What became of a channel, the worse the larger: 0 used as it came, 1 clamped, 1 + n held for the nth time in a row.
 static tiny_c99_status graded(uint16_t fate) {
-  return fate > kStaleAfter ? tiny_c99_STALE : fate > 1 ? tiny_c99_HELD : fate == 1 ? tiny_c99_CLAMPED : tiny_c99_OK;
+  const tiny_c99_status used = (fate == 1U) ? tiny_c99_CLAMPED : tiny_c99_OK, fresh = (fate > 1U) ? tiny_c99_HELD : used;
+  return (fate > (uint16_t)kStaleAfter) ? tiny_c99_STALE : fresh;
+}
+static uint16_t held_again(uint16_t fate) {
+  const uint16_t before = (fate < 2U) ? 1U : ((fate < 0xffffU) ? fate : 0xfffeU);
+  return (uint16_t)(before + 1U);
 }
 
 // Writes the outputs to use into `accepted`, which holds the last good ones. The worst fate.
 static uint16_t screened(const Scalar* y, Scalar* accepted, uint16_t* fate) {
-  uint16_t worst = 0;
+  uint16_t worst = 0U;
   for (int j = 0; j < kNy; ++j) {
-    const bool outside = y[j] < kOutputMin[j] || y[j] > kOutputMax[j];
-    uint16_t now = 0;
-    if (!is_finite(y[j])) {
-      now = (uint16_t)(fate[j] < 2 ? 2 : fate[j] + (fate[j] < 0xffffU));
-    } else if (outside) {
-      accepted[j] = y[j] < kOutputMin[j] ? kOutputMin[j] : kOutputMax[j];
-      now = 1;
-    } else {
+    const bool finite = is_finite(y[j]);
+    uint16_t now = 0U;
+    if (finite && (y[j] == y[j]) && (y[j] >= kOutputMin[j]) && (y[j] <= kOutputMax[j])) {
       accepted[j] = y[j];
+    } else if (finite) {
+      accepted[j] = (y[j] < kOutputMin[j]) ? kOutputMin[j] : kOutputMax[j];
+      now = 1U;
+    } else {
+      now = held_again(fate[j]);
     }
     fate[j] = now;
-    if (now > worst) worst = now;
+    if (now > worst) { worst = now; }
   }
   return worst;
 }
@@ -103,7 +115,7 @@ static uint16_t screened(const Scalar* y, Scalar* accepted, uint16_t* fate) {
 // |z| is not so large that a step overflows. Of z that is not, a bit of memory has flipped.
 static bool is_reachable(const Scalar* z) {
   bool good = true;
-  for (int r = 0; r < kNz; ++r) good = good && is_finite(z[r]) && z[r] > -kLargest && z[r] < kLargest;
+  for (int r = 0; r < kNz; ++r) { good = good && is_finite(z[r]) && (z[r] == z[r]) && (z[r] > -kLargest) && (z[r] < kLargest); }
   return good;
 }
 
@@ -117,13 +129,13 @@ static tiny_c99_status noted(tiny_c99_observer* o, tiny_c99_status status) {
 // w <= 0.
 static void phi(Scalar w, Scalar* exp_minus_1, Scalar* phi1, Scalar* phi2) {
   int doublings = 0;
-  for (; doublings < 130 && w < -0.5f; ++doublings) w *= 0.5f;
+  for (; (doublings < 130) && (w < -0.5f); ++doublings) { w *= 0.5f; }
   Scalar p2 = 1.0f;
-  for (int k = 15; k >= 1; --k) p2 = w * p2 * (1.0f / (Scalar)(k + 2)) + 1.0f;
+  for (int k = 15; k >= 1; --k) { const int n = k + 2; p2 = (w * p2 * (1.0f / (Scalar)n)) + 1.0f; }
   p2 *= 0.5f;
-  Scalar p1 = w * p2 + 1.0f, e = w * p1;
+  Scalar p1 = (w * p2) + 1.0f, e = w * p1;
   for (; doublings > 0; --doublings) {
-    p2 = (p1 * p1 + p2 * 2.0f) * 0.25f;
+    p2 = ((p1 * p1) + (p2 * 2.0f)) * 0.25f;
     p1 = p1 * (e + 2.0f) * 0.5f;
     e = e * (e + 2.0f);
   }
@@ -149,25 +161,26 @@ static void dense(int inputs, int outputs, const IN_FLASH Scalar* weights, const
     out[1] = sum1;
     out[2] = sum2;
     out[3] = sum3;
-    weights += 4 * inputs;
-    bias += 4;
-    out += 4;
+    weights = &weights[4 * inputs];
+    bias = &bias[4];
+    out = &out[4];
   }
-  for (int rest = outputs % 4; rest > 0; --rest, weights += inputs) {
+  for (int rest = outputs % 4; rest > 0; --rest) {
     Scalar total = *bias++;
-    for (int i = 0; i < inputs; ++i) total += weights[i] * in[i];
+    for (int i = 0; i < inputs; ++i) { total += weights[i] * in[i]; }
     *out++ = total;
+    weights = &weights[inputs];
   }
 }
 
 // x P(x^2) / Q(x^2), degrees 9/8, x clamped to +-7.75: within 5e-7 of tanh.
 static Scalar tanh_rational(Scalar x) {
   const Scalar limit = 7.75f;
-  x = x < limit ? x : limit;
-  x = x > -limit ? x : -limit;
+  x = (x < limit) ? x : limit;
+  x = (x > -limit) ? x : -limit;
   const Scalar s = x * x;
-  const Scalar p = (((1.55599142e-08f * s + 2.20985712e-05f) * s + 0.00358292833f) * s + 0.134537607f) * s + 1.0f;
-  const Scalar q = (((8.646428e-07f * s + 0.000343050633f) * s + 0.0262066592f) * s + 0.467870831f) * s + 1.0f;
+  const Scalar p = (((((((1.55599142e-08f * s) + 2.20985712e-05f) * s) + 0.00358292833f) * s) + 0.134537607f) * s) + 1.0f;
+  const Scalar q = (((((((8.646428e-07f * s) + 0.000343050633f) * s) + 0.0262066592f) * s) + 0.467870831f) * s) + 1.0f;
   return x * p / q;
 }
 
@@ -202,9 +215,9 @@ static void make_step(Scalar h, Step* step) {
 static void advance(const Step* step, Scalar* z, const Scalar* y, const Scalar* y_next) {
   const Scalar* a = step->a_minus_1;
   Scalar change[kNz];
-  for (int r = 0; r < kNz; ++r) change[r] = a[r] * z[r];
+  for (int r = 0; r < kNz; ++r) { change[r] = a[r] * z[r]; }
   for (int r = 0; r < kNz; ++r) {
-    for (int j = 0; j < kNy; ++j) change[r] += step->b0[r][j] * y[j] + step->b1[r][j] * y_next[j];
+    for (int j = 0; j < kNy; ++j) { change[r] += (step->b0[r][j] * y[j]) + (step->b1[r][j] * y_next[j]); }
     z[r] += change[r];
   }
 }
@@ -212,13 +225,13 @@ static void advance(const Step* step, Scalar* z, const Scalar* y, const Scalar* 
 // z on by the steady state of y.
 static void settle(tiny_c99_observer* o) {
   for (int r = 0; r < kNz; ++r) {
-    for (int j = 0; j < kNy; ++j) o->z[r] += kSteadyGain[r][j] * o->y[j];
+    for (int j = 0; j < kNy; ++j) { o->z[r] += kSteadyGain[r][j] * o->y[j]; }
   }
 }
 
 static void start(tiny_c99_observer* o, const Scalar* y) {
   copy(o->y, y, kNy);
-  o->started = 1;
+  o->started = 1U;
 }
 
 // A bit of memory has flipped: the next measurement is the first.
@@ -227,8 +240,7 @@ static tiny_c99_status spoilt(tiny_c99_observer* o) {
   return noted(o, tiny_c99_RESET);
 }
 
-// What a step leaves is what steps can lead to. z shows a reading that a bit has flipped only in time: one that is held
-// is looked at.
+// A step leaves what steps can lead to. A flipped bit of a reading shows in z only in time: held ones are looked at.
 static tiny_c99_status whole(tiny_c99_observer* o, bool held) {
   const bool good = held ? tiny_c99_restore(o, o) : is_reachable(o->z);
   return good ? (tiny_c99_status)o->status : spoilt(o);
@@ -240,25 +252,25 @@ static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* s
   copy(next, o->y, kNy);
   const uint16_t worst = screened(y, next, o->fate);
   (void)noted(o, graded(worst));
-  if (o->started != 1) {
-    if (!tiny_c99_restore(o, o)) return spoilt(o);
-    if (worst > 1) return (tiny_c99_status)o->status;  // nothing to hold yet
+  if (o->started != 1U) {
+    if (!tiny_c99_restore(o, o)) { return spoilt(o); }
+    if (worst > 1U) { return (tiny_c99_status)o->status; }  // nothing to hold yet
     start(o, next);
     return whole(o, false);
   }
   advance(step, o->z, o->y, next);
   // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
-  for (int r = 0; r < kNz; ++r) o->z[r] = o->z[r] < kTiny && o->z[r] > -kTiny ? 0.0f : o->z[r];
+  for (int r = 0; r < kNz; ++r) { o->z[r] = ((o->z[r] < kTiny) && (o->z[r] > -kTiny)) ? 0.0f : o->z[r]; }
   copy(o->y, next, kNy);
-  return whole(o, worst > 1);
+  return whole(o, worst > 1U);
 }
 
 void tiny_c99_reset(tiny_c99_observer* observer) {
   load(observer->z, kInitial, kNz);
   load(observer->y, kNoOutput, kNy);
-  for (int j = 0; j < kNy; ++j) ((volatile uint16_t*)observer->fate)[j] = 0;
+  for (int j = 0; j < kNy; ++j) { ((EACH_STORE uint16_t*)observer->fate)[j] = 0U; }
   observer->status = (uint8_t)tiny_c99_OK;
-  observer->started = 0;
+  observer->started = 0U;
 }
 
 void tiny_c99_init(tiny_c99_observer* observer) { tiny_c99_reset(observer); }
@@ -268,7 +280,7 @@ tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1
   load(accepted, kNoOutput, kNy);
   const uint16_t worst = screened(y, accepted, observer->fate);
   (void)noted(observer, graded(worst));
-  if (worst > 1) return whole(observer, true);
+  if (worst > 1U) { return whole(observer, true); }
   load(observer->z, kInitial, kNz);
   start(observer, accepted);
   settle(observer);
@@ -280,8 +292,8 @@ tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) {
 }
 
 tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
-  const bool possible = is_finite(dt_s) && dt_s > 0.0f && dt_s <= (Scalar)kLongestGap * kSamplePeriod;
-  if (!possible) return noted(observer, tiny_c99_REJECTED);
+  const bool possible = is_finite(dt_s) && (dt_s > 0.0f) && (dt_s <= ((Scalar)kLongestGap * kSamplePeriod));
+  if (!possible) { return noted(observer, tiny_c99_REJECTED); }
   Step step;
   make_step(dt_s, &step);
   return take(observer, y, &step);
@@ -289,42 +301,41 @@ tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], 
 
 tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
   Scalar y[kNy];
-  for (int j = 0; j < kNy; ++j) y[j] = of_bits(0x7f800000U);  // not finite
+  for (int j = 0; j < kNy; ++j) { y[j] = of_bits(0x7f800000U); }  // not finite
   return take(observer, y, REGULAR_STEP);
 }
 
 tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) {
-  return is_reachable(observer->z) && observer->started <= 1 ? (tiny_c99_status)observer->status : tiny_c99_RESET;
+  return (is_reachable(observer->z) && (observer->started <= 1U)) ? (tiny_c99_status)observer->status : tiny_c99_RESET;
 }
 
 tiny_c99_status tiny_c99_status_of(const tiny_c99_observer* observer, int channel) {
   const tiny_c99_status all = tiny_c99_last_status(observer);
-  if (all == tiny_c99_REJECTED || all == tiny_c99_RESET) return all;
-  return channel < 0 || channel >= 1 ? tiny_c99_REJECTED : graded(observer->fate[channel]);
+  if ((all == tiny_c99_REJECTED) || (all == tiny_c99_RESET)) { return all; }
+  return ((channel < 0) || (channel >= 1)) ? tiny_c99_REJECTED : graded(observer->fate[channel]);
 }
 
 bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
   bool inside = true;
   for (int r = 0; r < kNz; ++r) {
     const Scalar relative = observer->z[r];
-    inside = inside && relative >= kLatentMin[r] && relative <= kLatentMax[r];
+    inside = inside && (relative >= kLatentMin[r]) && (relative <= kLatentMax[r]);
   }
   return inside;
 }
 
 bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved) {
-  bool good = saved->started <= 1 && is_reachable(saved->z) &&
-              (saved->status <= (uint8_t)tiny_c99_REJECTED || saved->status == (uint8_t)tiny_c99_RESET);
+  bool good = (saved->started <= 1U) && is_reachable(saved->z) &&
+              ((saved->status <= (uint8_t)tiny_c99_REJECTED) || (saved->status == (uint8_t)tiny_c99_RESET));
   for (int j = 0; j < kNy; ++j) {
     const Scalar y = saved->y[j];
-    const bool none = y <= 0.0f && y >= 0.0f;
-    const bool possible = y >= kOutputMin[j] && y <= kOutputMax[j];
-    good = good && is_finite(y) && (saved->started == 1 ? possible : none);
+    good = good && is_finite(y) && (y == y) && ((saved->started != 1U) ? ((y <= 0.0f) && (y >= 0.0f)) :
+        ((y >= kOutputMin[j]) && (y <= kOutputMax[j])));
   }
-  if (!good) return false;
+  if (!good) { return false; }
   copy(observer->z, saved->z, kNz);
   copy(observer->y, saved->y, kNy);
-  for (int j = 0; j < kNy; ++j) ((volatile uint16_t*)observer->fate)[j] = saved->fate[j];
+  for (int j = 0; j < kNy; ++j) { ((EACH_STORE uint16_t*)observer->fate)[j] = saved->fate[j]; }
   observer->status = saved->status;
   observer->started = saved->started;
   return true;
@@ -346,7 +357,7 @@ static const IN_FLASH Scalar kBias2[1] = {0.5261358f};
 static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,
                    const Scalar* in, Scalar* out) {
   dense(inputs, outputs, weights, bias, in, out);
-  for (int o = 0; o < outputs; ++o) out[o] = tanh_rational(out[o]);
+  for (int o = 0; o < outputs; ++o) { out[o] = tanh_rational(out[o]); }
 }
 
 void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]) {

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+// What eva.sh has Frama-C's EVA analyse with an exported C99 pair NAME: every sequence of calls with every argument, NaN
+// and infinities among them; then every call on an observer whose memory holds anything.
+#include "__fc_builtin.h"
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#define NAME_(word) JOIN(NAME, _##word)
+
+extern volatile int any_int;
+extern volatile SCALAR any_scalar;
+
+#ifdef INPUTS
+#define AND_U , u
+#else
+#define AND_U
+#endif
+
+static void any_call(NAME_(observer) * o, int which) {
+  SCALAR y[NAME_(NY)];
+  for (int j = 0; j < NAME_(NY); ++j) y[j] = any_scalar;
+#ifdef INPUTS
+  SCALAR u[INPUTS];
+  for (int i = 0; i < INPUTS; ++i) u[i] = any_scalar;
+#endif
+  switch (which) {
+    case 0:
+      NAME_(step_dt)(o, y AND_U, any_scalar);
+      break;
+    case 1:
+      NAME_(step_missed)(o AND_U);
+      break;
+    case 2:
+      NAME_(reset)(o);
+      break;
+#ifdef SETTLES
+    case 3:
+      NAME_(warm_start)(o, y AND_U);
+      break;
+#endif
+    default:
+      NAME_(step)(o, y AND_U);
+      break;
+  }
+}
+
+static void any_question(const NAME_(observer) * o) {
+  NAME_(last_status)(o);
+  NAME_(status_of)(o, any_int);
+  NAME_(in_domain)(o);
+#ifdef STALENESS
+  NAME_(staleness)(o, any_int);
+#endif
+}
+
+static void estimate(const NAME_(observer) * o) {
+  SCALAR x_hat[NAME_(NX)];
+  NAME_(estimate)(o, x_hat);
+#ifndef UNIT_LENGTH
+  for (int i = 0; i < NAME_(NX); ++i) {
+    //@ assert estimate: \is_finite(x_hat[i]);
+  }
+#endif
+}
+
+int main(void) {
+  static const SCALAR turns[] = TURNS;
+  NAME_(observer) o, saved;
+  NAME_(init)(&o);
+  while (any_int) {
+    any_question(&o);
+    estimate(&o);
+    if (any_int) {
+      any_call(&o, any_int);
+    } else {
+      Frama_C_make_unknown((char*)&saved, sizeof saved);
+      NAME_(restore)(&o, &saved);
+    }
+    for (int j = 0; j < (int)(sizeof(o.y) / sizeof(o.y[0])); ++j) {
+      // Relations between numbers are not EVA's: that an angle stays within its turn is for angle.gappa.
+      if (turns[j] > 0) {
+        //@ admit angle: \is_finite(o.y[j]) && -turns[j] <= o.y[j] <= turns[j];
+      }
+      //@ assert reading: \is_finite(o.y[j]);
+    }
+    for (int r = 0; r < NAME_(NZ); ++r) {
+      //@ assert latent: \is_finite(o.z[r]) && -LARGEST < o.z[r] < LARGEST;
+    }
+  }
+  // Flipped bits: nothing undefined happens, and a step later z is a number again.
+  Frama_C_make_unknown((char*)&o, sizeof o);
+  any_question(&o);
+  any_call(&o, any_int);
+  Frama_C_make_unknown((char*)&o, sizeof o);
+  any_call(&o, 4);
+  for (int r = 0; r < NAME_(NZ); ++r) {
+    //@ assert healed: \is_finite(o.z[r]) && -LARGEST < o.z[r] < LARGEST;
+  }
+  return 0;
+}
