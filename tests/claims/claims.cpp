@@ -163,6 +163,14 @@ class Claims {
     return claims;
   }
 
+  /// Its logs are not here.
+  bool left_out(const Claim& claim) {
+    if (claim.run.find("{data}") == std::string::npos || fs::is_directory(options_.data)) return false;
+    fmt::print("{}: left out, its logs are not in {}\n", claim.id, options_.data);
+    ++skipped_;
+    return true;
+  }
+
   JobEnd trained(const Experiment& experiment, const std::vector<Claim*>& claims, const std::atomic<bool>& stop) {
     const std::string data = experiment.data.empty() ? "" : data_folder(experiment, options_);
     if (!experiment.data.empty() && data.empty()) {
@@ -195,10 +203,13 @@ class Claims {
     std::map<std::string, std::string> csv;
     for (Claim& claim : ledger_.claims) {
       if (!claim.run.starts_with("reproduce ") || !wanted(claim.id)) continue;
-      const std::string item = claim.run.substr(claim.run.find(' ') + 1);
+      if (left_out(claim)) continue;
+      const std::string arguments = replaced(claim.run, "{data}", shell_word(options_.data));
+      const std::string item =
+          arguments.substr(claim.run.find(' ') + 1, arguments.find(" --") - claim.run.find(' ') - 1);
       if (!csv.contains(item)) {
         const std::string folder = options_.tools.work + "/reproduce";
-        (void)output_of(fmt::format("{} reproduce {} -o {}", shell_word(options_.tools.nlo), item, shell_word(folder)),
+        (void)output_of(fmt::format("{} {} -o {}", shell_word(options_.tools.nlo), arguments, shell_word(folder)),
                         options_.tools.work + "/reproduce.log");
         const std::string numbers = fmt::format("{}/{}-numbers.csv", folder, item);  // beside the data of figures
         csv[item] = nlo::codegen::read_file(fs::exists(numbers) ? numbers : fmt::format("{}/{}.csv", folder, item));
@@ -213,12 +224,7 @@ class Claims {
     std::map<std::string, nlohmann::json> said;
     for (Claim& claim : ledger_.claims) {
       if (!claim.run.starts_with("identify ") || !wanted(claim.id) || (options_.quick && claim.slow)) continue;
-      const bool has_logs = claim.run.find("{data}") == std::string::npos || fs::is_directory(options_.data);
-      if (!has_logs) {
-        fmt::print("{}: left out, its logs are not in {}\n", claim.id, options_.data);
-        ++skipped_;
-        continue;
-      }
+      if (left_out(claim)) continue;
       if (!said.contains(claim.run)) {
         const std::string folder = fmt::format("{}/identify_{}", options_.tools.work, said.size() + 1);
         const std::string arguments =

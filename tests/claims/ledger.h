@@ -30,7 +30,7 @@ struct Experiment {
 ///   sets, {data} for
 ///           the folder of the logs
 ///           "flight": the exported header, compiled and flown over whole runs from their first sample
-///           "reproduce ITEM": of `nlo reproduce`; one run over all seeds
+///           "reproduce ITEM": of `nlo reproduce`; one run over all seeds; "reproduce ITEM --data {data}" of logs
 ///           "identify NAME --data ...": of `nlo identify ... --json`, without an experiment; {data} is the folder of
 ///           all logs kept beside this repository, {source} the repository
 ///   metric  a JSON pointer; the name of a figure of the flight; or "row | column | reading" of the item's CSV

@@ -17,6 +17,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "tests/support/scratch_directory.h"
+#include "tests/support/thrown_message.h"
 #include "trainer/jobs/kept_training.h"
 #include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/jobs.h"
@@ -111,6 +112,15 @@ TEST_F(Reproduction, AnExamsMeasurementHasItsNoiseAndATunedFilterKeepsAChaoticPl
   EXPECT_GT(*exam.rows.front().multiply_adds, 1000.0);
   EXPECT_THAT(codegen::read_file(request.directory + "/lorenz.csv"),
               HasSubstr("\"Lorenz, decimated\",\"EKF, tuned\",MSE [dB],test,figure,,"));
+}
+
+TEST_F(Reproduction, AnExamOnLogsThatAreNotHereIsRefusedWithTheOptionThatNamesThem) {
+  Request request = tiny();
+  request.what = "charge";
+  EXPECT_THAT(thrown_message([&] { run(request); }), HasSubstr("name the folder that holds battery/ by --data"));
+  EXPECT_FALSE(fs::exists(request.directory));
+  request.data = scratch_.path("empty");
+  EXPECT_THAT(thrown_message([&] { run(request); }), HasSubstr("there is no " + request.data + "/battery"));
 }
 
 TEST_F(Reproduction, AnotherConfigOrSeedMissesTheCache) {

@@ -12,6 +12,8 @@ void add_reproduce_options(CLI::App& app, ReproduceArguments& arguments, const s
   app.add_option("-o,--output", arguments.directory, "directory for reproduction.html, the CSV files and cache/")
       ->type_name("DIR")
       ->capture_default_str();
+  app.add_option("--data", arguments.data, "folder of the folders of logs: items of logs are left out without it")
+      ->type_name("DIR");
   app.add_option("--seeds", arguments.seeds, "trained observers per experiment (3; 1 with --quick)")
       ->check(CLI::Range(1, 100));
   app.add_option("--threads", arguments.threads, "0: all cores; does not change the result")

@@ -8,7 +8,7 @@
 namespace nlo::trainer {
 
 struct ReproduceArguments {
-  std::string what, directory = "reproduction";
+  std::string what, directory = "reproduction", data;
   bool quick = false;
   int seeds = 0;    ///< 0: 3, or 1 when quick
   int threads = 0;  ///< 0: all cores; does not change a result

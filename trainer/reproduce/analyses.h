@@ -2,6 +2,8 @@
 // The analysis of each item; registry.cpp says what they are of.
 #pragma once
 
+#include <string_view>
+
 #include "trainer/reproduce/section.h"
 #include "trainer/reproduce/workbench.h"
 
@@ -38,6 +40,17 @@ Section duffing_pde(const Workbench& bench);
 
 // hyperkkl.cpp
 Section hyperkkl(const Workbench& bench);
+
+// log_exams.cpp
+inline constexpr std::string_view kOneVector = "inclination observer.eigenvalues=[-0.3333333]",
+                                  kCharge =
+                                      "battery inverse_map.readout=\"network\" "
+                                      "log.train_files=[\"0degC_Mixed[12456].csv\",\"10degC_Mixed[12456].csv\","
+                                      "\"25degC_Mixed[12456].csv\"] "
+                                      "log.test_files=[\"0degC_Mixed7.csv\",\"10degC_Mixed7.csv\","
+                                      "\"25degC_Mixed7.csv\"]";
+Section inclination(const Workbench& bench);
+Section charge(const Workbench& bench);
 
 // lorenz.cpp
 Section lorenz(const Workbench& bench);

@@ -22,6 +22,10 @@ Table table_of(const ExamTable& exam) {
 
 }  // namespace
 
+ExamRow published(const std::string& name, double figure, std::optional<double> multiply_adds) {
+  return {name, {}, figure, multiply_adds};
+}
+
 std::string exam_text(const ExamTable& exam) {
   return exam.title + "\n" + table_of(exam).to_text(2);
 }

@@ -16,6 +16,9 @@ struct ExamRow {
   std::optional<double> multiply_adds = {};
 };
 
+/// A row of others.
+ExamRow published(const std::string& name, double figure, std::optional<double> multiply_adds = {});
+
 struct ExamTable {
   std::string title, figure;  ///< "MSE [dB]"
   std::vector<ExamRow> rows;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "codegen/base/error.h"
+#include "trainer/data/log_dataset.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/observer_channels.h"
 #include "trainer/experiments/training_sets.h"
@@ -15,6 +16,7 @@
 #include "trainer/losses/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/structures/table.h"
+#include "trainer/training/provenance.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer::reproduction {
@@ -23,6 +25,7 @@ namespace {
 // Measured: floating-point operations of the network's forward and backward pass, and samples of one latent filtered
 // forwards and backwards with their noise.
 constexpr double kFlopsPerSecond = 5e10, kSecondsPerFilteredSample = 4e-9;
+constexpr double kSecondsPerStepOnLogs = 0.01;
 constexpr double kFlopsPerWeight = 6.0;                          // forwards once, backwards twice
 constexpr double kFlopsPerSecondInSteps = 1e10, kOverhead = 40;  // small networks inside Runge-Kutta stages
 
@@ -36,30 +39,38 @@ double weights(double inputs, const std::vector<int>& hidden) {
   return count;
 }
 
+/// Without validation logs the training logs choose the step, as in nlo train.
+TrainingSets logged_sets(const Experiment& experiment, const std::string& folder) {
+  LogSplits splits = load_log_splits(*experiment.log, folder, experiment.training.mirror);
+  if (splits.validation.trajectories.empty()) splits.validation = splits.train;
+  return {std::move(splits.train), std::move(splits.validation)};
+}
+
 }  // namespace
 
 Experiment paper_experiment(std::string_view name, const Size& size, int seed) {
   std::vector<std::string> overrides{fmt::format("seed={}", seed)};
-  std::string shipped_name(name.substr(0, name.find(' ')));
-  if (shipped_name.find('/') == std::string::npos) shipped_name = "paper/" + shipped_name;
+  const std::string own_name(name.substr(0, name.find(' ')));
   for (std::size_t at = name.find(' '); at != std::string_view::npos;) {
     const std::size_t next = name.find(' ', at + 1);
     overrides.emplace_back(name.substr(at + 1, next == std::string_view::npos ? next : next - at - 1));
     at = next;
   }
-  for (const ShippedExperiment& shipped : experiment_texts()) {
-    if (shipped.name != shipped_name) continue;
-    const std::string file = shipped_name + ".toml";
-    const Experiment full = parse_experiment(shipped.text, file, overrides);
-    const int steps = std::max(1, static_cast<int>(std::lround(full.training.steps * size.steps)));
-    overrides.push_back(fmt::format("training.steps={}", steps));
-    return parse_experiment(shipped.text, file, overrides);
-  }
+  for (const auto& all : {experiment_texts(), shipped_experiments()})
+    for (const ShippedExperiment& shipped : all) {
+      if (shipped.name != own_name && shipped.name != "paper/" + own_name) continue;
+      const std::string file = std::string(shipped.name) + ".toml";
+      const Experiment full = parse_experiment(shipped.text, file, overrides);
+      const int steps = static_cast<int>(std::ceil(full.training.steps * size.steps));
+      overrides.push_back(fmt::format("training.steps={}", steps));
+      return parse_experiment(shipped.text, file, overrides);
+    }
   throw codegen::Error(fmt::format("{}: there is no such experiment of the paper", name));
 }
 
 double training_cost_s(const Experiment& experiment) {
   const TrainingConfig& training = experiment.training;
+  if (experiment.log) return 1.0 + training.steps * kSecondsPerStepOnLogs;
   const bool all = training.mode == TrainingMode::kFullBatch;
   const int runs = all ? experiment.simulation.trajectories
                        : std::min(training.trajectories_per_step, experiment.simulation.trajectories);
@@ -79,7 +90,8 @@ double training_cost_s(const Experiment& experiment) {
          (kFlopsPerWeight * networks * evaluated / kFlopsPerSecond + latent * stepped * kSecondsPerFilteredSample);
 }
 
-std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, const Size& size, int seeds) {
+std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, const Size& size, int seeds,
+                                            const std::string& data) {
   std::vector<PlannedTraining> jobs;
   for (const Item* item : items) {
     for (const std::string_view name : item->experiments) {
@@ -88,7 +100,8 @@ std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, 
       for (int seed = 0; seed < seeds; ++seed) {
         Experiment config = paper_experiment(name, size, seed + 1);
         const double cost_s = training_cost_s(config);
-        jobs.push_back({std::string(name), seed, std::move(config), cost_s});
+        jobs.push_back({std::string(name), seed, std::move(config), cost_s,
+                        item->logs.empty() ? "" : data + "/" + std::string(item->logs)});
       }
     }
   }
@@ -103,13 +116,18 @@ JobsResult train_planned(std::span<const PlannedTraining> planned, const std::st
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < planned.size(); ++i) {
     const PlannedTraining& training = planned[i];
-    const FinishedRun inputs{run_identity(training.config)};
     jobs.push_back({fmt::format("{}, seed {}", training.experiment, training.seed + 1), training.cost_s,
-                    [&training, &cache, inputs, &model = trained[i]](const JobContext& context) {
+                    [&training, &cache, &model = trained[i]](const JobContext& context) {
+                      FinishedRun inputs{run_identity(training.config)};
+                      TrainingSets sets;
+                      if (training.config.log) {
+                        sets = logged_sets(training.config, training.logs);
+                        inputs.data = data_fingerprint(sets.training, fingerprint(nullptr, 0));
+                      }
                       const Train train_it = [&](const TrainOptions& how) {
                         Experiment config = training.config;
                         config.threads = context.threads;
-                        const TrainingSets sets = simulate_training_sets(config);
+                        if (!config.log) sets = simulate_training_sets(config);
                         return train(config, sets.training, sets.validation, how);
                       };
                       return train_kept(kept_folder(cache, inputs), inputs, context, train_it, model);

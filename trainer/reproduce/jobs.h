@@ -20,12 +20,13 @@ struct PlannedTraining {
   int seed = 0;            ///< index; the experiment's seed is one more
   Experiment config;       ///< with its seed and its share of the steps
   double cost_s = 1.0;     ///< roughly, on one core
+  std::string logs = {};   ///< their folder; empty: it simulates
 };
 
-/// Those that the items train: "paper/..." and "hyperkkl/...".
+/// Those that the items train and nlo does not ship: "paper/...", "hyperkkl/...", "exams/...".
 std::span<const ShippedExperiment> experiment_texts();
 
-/// An experiment of the paper (or "hyperkkl/...") at this size, trained with `seed` (1, 2, ...). Throws codegen::Error
+/// An experiment of the paper (or "hyperkkl/...", or one that nlo ships) at this size, trained with `seed` (1, 2, ...). Throws codegen::Error
 /// for an unknown name.
 Experiment paper_experiment(std::string_view name, const Size& size, int seed);
 
@@ -33,7 +34,9 @@ Experiment paper_experiment(std::string_view name, const Size& size, int seed);
 double training_cost_s(const Experiment& experiment);
 
 /// One per experiment of the items and seed, the longest first so that the last ones to end are short.
-std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, const Size& size, int seeds);
+/// `data`: folder of the folders of logs.
+std::vector<PlannedTraining> plan_trainings(std::span<const Item* const> items, const Size& size, int seeds,
+                                            const std::string& data = "");
 
 using Models = std::map<Workbench::ModelKey, codegen::Model>;
 

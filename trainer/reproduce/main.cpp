@@ -24,6 +24,7 @@ void run_reproduce(const ReproduceArguments& arguments) {
   reproduction::Request request;
   request.what = arguments.what;
   request.directory = arguments.directory;
+  request.data = arguments.data;
   request.threads = arguments.threads;
   request.quick = arguments.quick;
   if (request.quick) request.size = reproduction::kQuickSize;
@@ -41,7 +42,8 @@ void run_reproduce(const ReproduceArguments& arguments) {
     line.finish();
     if (result.interrupted)
       throw RunFailure(result.trainings.interrupted_text(fmt::format(
-          "nlo reproduce {}{}{} -o {}", request.what, request.quick ? " --quick" : "",
+          "nlo reproduce {}{}{}{} -o {}", request.what, request.quick ? " --quick" : "",
+          request.data.empty() ? "" : " --data " + shell_word(request.data),
           arguments.seeds > 0 ? fmt::format(" --seeds {}", arguments.seeds) : "", shell_word(request.directory))));
     fmt::print("{}", reproduction::summary_text(result));
     fmt::print(

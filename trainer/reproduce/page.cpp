@@ -297,6 +297,7 @@ std::string summary_text(const Result& result) {
     if (counts.claims > 0) text += fmt::format("\n  {} of {} claims held for every seed\n", counts.held, counts.claims);
     text += "\n";
   }
+  for (const std::string& why : result.left_out) text += "left out: " + why + "\n";
   return text;
 }
 

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
+#include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/jobs.h"
@@ -20,6 +22,15 @@ double analysis_cost_s(const Item& item, const Request& request) {
   return item.analysis_s * request.seeds / 3.0 * request.size.test_trajectories / kFullSize.test_trajectories;
 }
 
+/// Empty: it has what it needs.
+std::string no_logs(const Item& item, const std::string& data) {
+  if (item.logs.empty()) return "";
+  if (data.empty()) return fmt::format("{} needs logs: name the folder that holds {}/ by --data", item.name, item.logs);
+  const std::string folder = data + "/" + std::string(item.logs);
+  return std::filesystem::is_directory(folder) ? ""
+                                               : fmt::format("{} needs its logs: there is no {}", item.name, folder);
+}
+
 void write_section(const Item& item, const Section& section, const std::string& directory) {
   const std::string base = directory + "/" + std::string(item.name);
   const std::string numbers = numbers_csv(section);
@@ -30,12 +41,20 @@ void write_section(const Item& item, const Section& section, const std::string& 
 }  // namespace
 
 Result reproduce(const Request& request, JobsProgress& progress) {
-  const std::vector<const Item*> selected = select_items(request.what);
-  const std::vector<PlannedTraining> planned = plan_trainings(selected, request.size, request.seeds);
+  Result result;
+  std::vector<const Item*> selected;
+  for (const Item* item : select_items(request.what)) {
+    if (std::string why = no_logs(*item, request.data); why.empty())
+      selected.push_back(item);
+    else
+      result.left_out.push_back(std::move(why));
+  }
+  if (selected.empty()) throw codegen::Error(result.left_out.front());
+  const std::vector<PlannedTraining> planned = plan_trainings(selected, request.size, request.seeds, request.data);
   for (const Item* item : selected) progress.expect(analysis_cost_s(*item, request));
   std::filesystem::create_directories(request.directory);
   Workbench bench;
-  Result result;
+  bench.data = request.data;
   result.trainings = train_planned(
       planned, request.directory + "/cache",
       {.threads = request.threads, .keep_going = true, .stop = request.stop, .progress = &progress}, bench.models);

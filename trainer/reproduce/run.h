@@ -17,6 +17,7 @@ namespace nlo::trainer::reproduction {
 struct Request {
   std::string what = "all";
   std::string directory = "reproduction";
+  std::string data;  ///< folder of the folders of logs; empty: items of logs are left out
   Size size;
   bool quick = false;  ///< say on the page that the numbers are for a look only
   int seeds = 3;
@@ -28,10 +29,11 @@ struct Result {
   bool interrupted = false;  ///< nothing but the cache was written
   JobsResult trainings;
   std::vector<std::pair<const Item*, Section>> sections;
+  std::vector<std::string> left_out;  ///< a sentence for each item whose logs are not here
 };
 
-/// Writes DIR/reproduction.html, DIR/<item>.csv and DIR/cache/<hash>/. Throws codegen::Error for an unknown item before
-/// anything is written, and when a training diverges or a file cannot be written.
+/// Writes DIR/reproduction.html, DIR/<item>.csv and DIR/cache/<hash>/. Throws codegen::Error for an unknown item, or
+/// one alone whose logs are not here, before anything is written, and when a training diverges or a file cannot be written.
 Result reproduce(const Request& request, JobsProgress& progress);
 
 }  // namespace nlo::trainer::reproduction

@@ -48,8 +48,9 @@ class Workbench {
   using ModelKey = std::pair<std::string, int>;  ///< experiment, index of the seed
 
   Size size;
-  int seeds = 3;    ///< trained models per experiment
-  int threads = 0;  ///< 0: all cores
+  int seeds = 3;     ///< trained models per experiment
+  int threads = 0;   ///< 0: all cores
+  std::string data;  ///< folder of the folders of logs
   std::map<std::string, Experiment, std::less<>> experiments;
   std::map<ModelKey, codegen::Model> models;
   std::function<void(double share)> progress;  ///< of the analysis, in [0, 1]; may throw to stop it
