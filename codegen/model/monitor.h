@@ -17,11 +17,16 @@ struct Monitor {
   Eigen::VectorXd latent_limit;                                   ///< one for each window
   Eigen::VectorXd missing_limit;                                  ///< n_y, a share
   double gate = 0.0;                                              ///< in deviations
+  Eigen::VectorXd most_equal;          ///< n_y, equal readings in a row, then the sensor is frozen; 0: it never is
+  Eigen::VectorXd resting;             ///< n_y, in the outputs' units: the reading that may stay the same while ...
+  Eigen::VectorXd witness;             ///< n_y, ... this output is at rest, too ...
+  Eigen::VectorXd rest_min, rest_max;  ///< n_y, ... within this range
   double armed_after_s = 0.0;
   double false_alarms_per_hour = 0.0;  ///< that the limits were set for ...
   double hours = 0.0;                  ///< ... on so many hours of runs
 
   Eigen::Index windows() const { return windows_s.size(); }
+  bool freezes_none() const { return (most_equal.array() == 0.0).all(); }
 };
 
 /// Samples after a start without alarm.

@@ -27,6 +27,14 @@ constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 8> kVec
     {"latent_limit", &Monitor::latent_limit},
     {"missing_limit", &Monitor::missing_limit},
 }};
+/// Only where a sensor may be frozen.
+constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 5> kFrozen = {{
+    {"most_equal", &Monitor::most_equal},
+    {"resting", &Monitor::resting},
+    {"witness", &Monitor::witness},
+    {"rest_min", &Monitor::rest_min},
+    {"rest_max", &Monitor::rest_max},
+}};
 constexpr std::array<std::pair<const char*, double Monitor::*>, 4> kNumbers = {{
     {"gate", &Monitor::gate},
     {"armed_after_s", &Monitor::armed_after_s},
@@ -54,6 +62,8 @@ std::string monitor_json(const Monitor& monitor, const std::string& indent) {
   for (const auto& [name, member] : kNumbers) object.field(name, literal(monitor.*member));
   for (const auto& [name, member] : kVectors) object.vector(name, monitor.*member);
   for (const auto& [name, member] : kMatrices) object.matrix(name, monitor.*member);
+  if (!monitor.freezes_none())
+    for (const auto& [name, member] : kFrozen) object.vector(name, monitor.*member);
   return object.text();
 }
 
@@ -62,11 +72,14 @@ Monitor monitor(const Field& field) {
   for (const auto& row : kNumbers) keys.push_back(row.first);
   for (const auto& row : kVectors) keys.push_back(row.first);
   for (const auto& row : kMatrices) keys.push_back(row.first);
+  for (const auto& row : kFrozen) keys.push_back(row.first);
   field.allow_only(keys);
   Monitor read;
   for (const auto& [name, member] : kNumbers) read.*member = number(field[name]);
   for (const auto& [name, member] : kVectors) read.*member = vector(field[name]);
   for (const auto& [name, member] : kMatrices) read.*member = matrix(field[name]);
+  for (const auto& [name, member] : kFrozen)
+    read.*member = field.has(name) ? vector(field[name]) : Eigen::VectorXd::Zero(read.deviation.size());
   return read;
 }
 
@@ -107,6 +120,14 @@ void check_monitor(const Model& model) {
   check_within(m.latent_limit, kLeast, kMost, "monitor.latent_limit");
   check_within(m.missing_limit, kLeast, kMost, "monitor.missing_limit");
   for (const auto& [field, limit] : limits) check_within(*limit, kLeast, kMost, field);
+  for (const auto& [name, member] : kFrozen) check_shape(m.*member, model.ny(), fmt::format("monitor.{}", name), "n_y");
+  constexpr double kMostEqual = 65535;  // counted in 16 bits
+  check_within(m.most_equal, 0.0, kMostEqual, "monitor.most_equal");
+  check_within(m.witness, 0.0, model.measured() - 1, "monitor.witness");
+  for (const auto& [name, counts] : {std::pair{"most_equal", &m.most_equal}, {"witness", &m.witness}})
+    if (*counts != counts->array().floor().matrix()) fail("monitor.{} has a number that is not whole", name);
+  for (const Eigen::VectorXd* reading : {&m.resting, &m.rest_min, &m.rest_max})
+    check_within(*reading, -kLargestNumber, kLargestNumber, "monitor.resting, rest_min or rest_max");
   check_within(m.windows_s / model.sample_period_s, 1.0 / kLongest, 4.0 * kLongest,
                "monitor.windows_s / sample period");
   check_positive_number(m.gate, "gate");

@@ -24,7 +24,7 @@ class ReferenceMonitor {
 
   void reset();
 
-  /// The outputs (n_y) as the observer should be given them: NaN beyond the gate.
+  /// The outputs (n_y) as the observer should be given them: NaN beyond the gate or of a frozen sensor.
   Eigen::VectorXd trusted(const Eigen::VectorXd& y);
 
   /// After the observer's step: z, readings as it took them (n_r, angles unwrapped) and x_hat.
@@ -35,13 +35,14 @@ class ReferenceMonitor {
   const Eigen::VectorXd& levels() const { return levels_; }
   bool armed() const { return samples_ > armed_after_; }
   Alarm alarm() const;
-  Eigen::Index rejected() const { return all_rejected_; }  ///< measurements beyond the gate since reset()
+  Eigen::Index rejected() const { return all_rejected_; }  ///< measurements that trusted() kept away since reset()
 
   /// Of a model with these limits, what an entry of levels() tells of.
   static std::vector<Alarm> meanings(const Model& model, const Monitor& monitor);
 
  private:
   double innovation(Eigen::Index j, double y) const;
+  bool is_frozen(Eigen::Index j) const { return monitor_.most_equal(j) > 0.0 && equal_(j) >= monitor_.most_equal(j); }
 
   const Model& model_;
   Monitor monitor_;
@@ -54,7 +55,8 @@ class ReferenceMonitor {
   Eigen::VectorXd distance_, missing_share_, levels_;
   Eigen::VectorXd y_, predicted_, last_;
   Eigen::Array<bool, Eigen::Dynamic, 1> missing_;
-  Eigen::VectorXi rejected_;
+  Eigen::VectorXd raw_;
+  Eigen::VectorXi rejected_, equal_;
   int samples_ = 0;
   Eigen::Index all_rejected_ = 0;
 };

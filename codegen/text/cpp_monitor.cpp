@@ -2,6 +2,7 @@
 #include "codegen/text/cpp_monitor.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "codegen/base/number.h"
 
@@ -37,6 +38,13 @@ std::string cpp_monitor(const Model& model, const Initialiser& init) {
   field("missing_limit", init.vector(m.missing_limit, "monitor.missing_limit"));
   field("gate_squared", init(m.gate * m.gate, "monitor.gate"));
   field("armed_after", std::to_string(armed_after(m, model.sample_period_s)));
+  if (m.freezes_none()) return text + "};\n";
+  const auto counts = [](const Eigen::VectorXd& v) { return fmt::format("{{{}}}", fmt::join(v.cast<int>(), ", ")); };
+  field("most_equal", counts(m.most_equal));
+  field("resting", init.vector(m.resting, "monitor.resting"));
+  field("witness", counts(m.witness));
+  field("rest_min", init.vector(m.rest_min, "monitor.rest_min"));
+  field("rest_max", init.vector(m.rest_max, "monitor.rest_max"));
   return text + "};\n";
 }
 

@@ -76,10 +76,13 @@ class Run {
         fmt::format("{} train {} -o {} --seed {} --threads 1 -q", shell_word(options.tools.nlo),
                     shell_word(train_argument(experiment, options, directory_)), shell_word(directory_), seed);
     for (const std::string& change : experiment.set) command += " --set " + shell_word(change);
-    if (!data.empty() && experiment.trains_on_data) command += " --data " + shell_word(data);
-    if (options.resume) command += " --resume";
+    const std::string logs = !data.empty() && experiment.trains_on_data ? " --data " + shell_word(data) : "";
     fmt::print(stderr, "{}: training seed {}\n", experiment.id, seed);
-    (void)output_of(command, directory_ + "/train.log");
+    (void)output_of(command + logs + (options.resume ? " --resume" : ""), directory_ + "/train.log");
+    if (experiment.watched)
+      (void)output_of(
+          fmt::format("{} monitor {}{}", shell_word(options.tools.nlo), shell_word(directory_ + "/model.json"), logs),
+          directory_ + "/monitor.log");
   }
 
   double figure(const Claim& claim) {

@@ -128,12 +128,12 @@ Ledger read_ledger(const std::string& text, const std::string& file) {
   const toml::value root = toml::parse(stream, file);
   Ledger ledger;
   for (const toml::value& e : toml::find_or<std::vector<toml::value>>(root, "experiment", {}))
-    ledger.experiments.push_back({toml::find<std::string>(e, "id"), toml::find<std::string>(e, "train"),
-                                  toml::find_or<std::string>(e, "data", ""), toml::find_or<int>(e, "seeds", 3),
-                                  toml::find_or<bool>(e, "quick", false), toml::find_or<Texts>(e, "set", Texts{}),
-                                  toml::find_or<Texts>(e, "flight_inputs", Texts{}),
-                                  toml::find_or<std::string>(e, "flight_noise", "none"),
-                                  toml::find_or<bool>(e, "trains_on_data", true)});
+    ledger.experiments.push_back(
+        {toml::find<std::string>(e, "id"), toml::find<std::string>(e, "train"),
+         toml::find_or<std::string>(e, "data", ""), toml::find_or<int>(e, "seeds", 3),
+         toml::find_or<bool>(e, "quick", false), toml::find_or<Texts>(e, "set", Texts{}),
+         toml::find_or<Texts>(e, "flight_inputs", Texts{}), toml::find_or<std::string>(e, "flight_noise", "none"),
+         toml::find_or<bool>(e, "trains_on_data", true), toml::find_or<bool>(e, "watched", false)});
   for (const toml::value& c : toml::find_or<std::vector<toml::value>>(root, "claim", {})) {
     Claim claim{toml::find<std::string>(c, "id"),
                 toml::find_or<std::string>(c, "experiment", ""),
@@ -169,6 +169,7 @@ std::string write_ledger(const Ledger& ledger) {
     text += fmt::format("seeds = {}\n", e.seeds);
     if (e.quick) text += "quick = true\n";
     if (!e.trains_on_data) text += "trains_on_data = false\n";
+    if (e.watched) text += "watched = true\n";
     if (!e.set.empty()) text += fmt::format("set = {}\n", quoted(e.set));
     if (e.flight_noise != "none") text += fmt::format("flight_noise = {}\n", quoted(e.flight_noise));
     if (!e.flight_inputs.empty()) text += fmt::format("flight_inputs = {}\n", quoted(e.flight_inputs));

@@ -23,6 +23,7 @@ struct Experiment {
   std::vector<std::string> flight_inputs = {};  ///< what excites the plant in flight
   std::string flight_noise = "none";
   bool trains_on_data = true;  ///< false: it simulates, and the logs are for its tests alone
+  bool watched = false;        ///< the model gets a monitor, too
 };
 
 /// One figure.

@@ -213,6 +213,10 @@ Model with_monitor(Model m) {
   monitor.latent_limit = Eigen::Vector2d(3.0, 2.0);
   monitor.missing_limit = Eigen::VectorXd::Constant(ny, 0.4);
   monitor.gate = 4.0;
+  monitor.most_equal = Eigen::VectorXd::Constant(ny, 30.0);
+  monitor.resting = monitor.witness = Eigen::VectorXd::Zero(ny);
+  monitor.rest_min = Eigen::VectorXd::Constant(ny, -0.25);
+  monitor.rest_max = Eigen::VectorXd::Constant(ny, 0.5);
   monitor.armed_after_s = 10.0 * m.sample_period_s;
   monitor.false_alarms_per_hour = 1.0;
   monitor.hours = 12.0;

@@ -91,6 +91,35 @@ TEST(EvaluateLogs, BaselinesStandBesideAndDifferencesNeedAMeasurement) {
   EXPECT_FALSE(std::isfinite(result.entries[2].metrics.pooled[1].rmse[0]));  // nothing to difference
 }
 
+TEST(SensorFault, IsMissingStuckOrDeadFromItsSecondOn) {
+  const Dataset logs = swing_logs();
+  const auto q = [&](const std::string& word) -> Eigen::VectorXd {
+    return with_faults(logs, {parse_fault(word)}).trajectories.front().outputs.row(0);
+  };
+  const Eigen::VectorXd clean = logs.trajectories.front().outputs.row(0);
+  constexpr Eigen::Index kSound = 500;  // samples before 5 s
+  for (const char* word : {"q:missing:5", "q:stuck:5", "q:dead:5"}) EXPECT_EQ(q(word).head(kSound), clean.head(kSound));
+  EXPECT_TRUE(q("q:missing:5").tail(701).array().isNaN().all());
+  EXPECT_TRUE((q("q:stuck:5").tail(701).array() == clean[kSound - 1]).all());
+  EXPECT_TRUE((q("q:dead:5").tail(701).array() == 0.0).all());
+  EXPECT_TRUE(q("q").array().isNaN().all());
+  EXPECT_TRUE((q("q:stuck").array() == clean[0]).all());
+  for (const char* word : {"", ":stuck", "q:wrong", "q:stuck:", "q:stuck:soon", "q:stuck:-1", "q:stuck:1:2"})
+    EXPECT_THAT(thrown_message([&] { (void)parse_fault(word); }), HasSubstr("is not OUTPUT, OUTPUT:stuck or")) << word;
+  EXPECT_THAT(thrown_message([&] { (void)q("r:dead"); }), HasSubstr("there is no such output; there are q"));
+}
+
+TEST(EvaluateLogs, NobodyIsToldOfASensorThatLies) {
+  const auto flown = [](std::vector<SensorFault> faults) {
+    return evaluate_on_logs(differentiator(1.0), swing_logs(), swing_schema(), nullptr, {}, 1, after_2_s(), {},
+                            {faults});
+  };
+  const LogEvaluation lies = flown({parse_fault("q:stuck:5")}), told = flown({parse_fault("q:missing:5")});
+  EXPECT_GT(lies.entries.size(), told.entries.size()) << "alternatives read what the sensor says";
+  EXPECT_GT(lies.entries[0].metrics.pooled[0].rmse[0], 2.0 * evaluated().entries[0].metrics.pooled[0].rmse[0]);
+  EXPECT_THAT(evaluation_text("differentiator", lies), HasSubstr("without q:stuck from 5.00 s on, noise"));
+}
+
 TEST(EvaluateLogs, StateThatIsNotSeenIsCalledOutPlainly) {
   const LogEvaluation result = evaluated();
   ASSERT_EQ(result.notes.size(), 2U);                              // control: dq is seen

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Ten million hostile steps, shared among all crafts: see craft.h.
+// Ten million hostile steps, shared among all crafts: see flight.h.
 //   hostile_flight [MILLIONS] [SEED]
 #include <cstdio>
 #include <cstdlib>
 
-#include "tests/fuzz/craft.h"
+#include "tests/fuzz/flight.h"
 
 int main(int argc, char** argv) {
   using namespace nlo::hostile;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Observers and monitors, driven by bytes: the first chooses the craft, all others are what befalls it.
-#include "tests/fuzz/craft.h"
+#include "tests/fuzz/flight.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {

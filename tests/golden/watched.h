@@ -112,6 +112,11 @@ inline constexpr MonitorModel kMonitor = {
     .missing_limit = {0.4f},
     .gate_squared = 16.0f,
     .armed_after = 10,
+    .most_equal = {30},
+    .resting = {0.0f},
+    .witness = {0},
+    .rest_min = {-0.25f},
+    .rest_max = {0.5f},
 };
 
 }  // namespace nlo::watched

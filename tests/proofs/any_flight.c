@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What eva.sh has Frama-C's EVA analyse with an exported C99 pair NAME: every sequence of calls with every argument, NaN
 // and infinities among them; then every call on an observer whose memory holds anything.
-#include "__fc_builtin.h"
+#include <__fc_builtin.h>
 
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)

@@ -53,6 +53,7 @@ TEST(Monitor, RefusesAStateThatWatchingCannotReach) {
                           [](State& s) { s.outputs[0].missing = 2; },
                           [](State& s) { s.outputs[0].missing_share = -2.0; },
                           [](State& s) { s.outputs[0].rejected = 21; },
+                          [](State& s) { s.outputs[0].raw = kNaN; },
                           [](State& s) { s.outputs[0].windows[0].mean = kNaN; },
                           [](State& s) { s.outputs[0].windows[1].power = 1e30; },
                           [](State& s) { s.outputs[0].windows[0].variance = -30.0; },
@@ -77,6 +78,7 @@ TEST(Monitor, TakesAStateAtTheEndsOfWhatWatchingReaches) {
   auto& own = state.outputs[0];
   own.rejected = kMostRejected;
   own.missing = 1;  // between trusted() and watch()
+  own.equal = 65535;
   own.missing_share = 1.0;
   own.last = -5.0;
   own.predicted = 1e6;

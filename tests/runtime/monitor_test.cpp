@@ -3,12 +3,14 @@
 // nothing and y = 0 before, the innovation is y itself over its deviation.
 #include "nlo/monitor.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "tests/runtime/watched_fakes.h"
 
@@ -81,6 +83,60 @@ TEST(Monitor, AtItsLimitThereIsNoAlarmAndAtTheGateNoOutlier) {
   EXPECT_TRUE(std::isnan(monitor.trusted(9.81, observer)));
   (void)monitor.watch(observer, {{0.0}});
   EXPECT_EQ(monitor.save().outputs[0].missing, 0) << "of one sample";
+}
+
+/// Which of these measurements the gate lets through, in order.
+std::vector<bool> taken(const Model& model, const std::vector<double>& measurements) {
+  Monitor<Model> monitor(model);
+  Fake observer;
+  std::vector<bool> through;
+  for (const double y : measurements) {
+    const double kept = monitor.trusted(y, observer);
+    through.push_back(!std::isnan(kept));
+    if (through.back()) observer.y = kept;
+    (void)monitor.watch(observer, Vector<double, 1>{{0.0}});
+  }
+  return through;
+}
+
+TEST(Monitor, ASensorThatRepeatsAReadingForTooLongIsFrozenUntilItMoves) {
+  Model m = quiet_model();
+  m.most_equal[0] = 3;
+  m.resting[0] = 0.5;
+  EXPECT_THAT(taken(m, {1.0, 1.0, 1.0, 1.0, 1.0, 1.25, 1.25}),
+              testing::ElementsAre(true, true, true, false, false, true, true));
+  EXPECT_THAT(taken(m, std::vector<double>(100, 0.5)), testing::Each(true)) << "at rest";
+  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(taken(m, {1.0, 1.0, kMissing, 1.0, 1.0}), testing::ElementsAre(true, true, false, true, false))
+      << "a missing sample moves nothing";
+  m.most_equal[0] = 0;
+  EXPECT_THAT(taken(m, std::vector<double>(100, 1.0)), testing::Each(true)) << "control";
+}
+
+TEST(Monitor, ARestingSensorIsFrozenWhereItsWitnessMoves) {
+  Wide::Model m{};
+  std::fill_n(m.per_deviation, 2, 1.0);
+  m.gate_squared = 1e9;
+  m.most_equal[0] = 3;
+  m.witness[0] = 1;
+  m.rest_min[0] = -0.1;
+  m.rest_max[0] = 0.1;
+  Monitor<Wide::Model> monitor(m);
+  Wide observer;
+  const auto taken = [&](double y, double witness) {
+    const Vector<double, 2> kept = monitor.trusted({{y, witness}}, observer);
+    (void)monitor.watch(observer, {{0.0, 0.0}});
+    return !std::isnan(kept[0]);
+  };
+  for (int k = 0; k < 20; ++k) EXPECT_TRUE(taken(0.0, k % 2 == 0 ? 0.1 : -0.1)) << "both are at rest";
+  for (int k = 1; k <= 5; ++k) EXPECT_EQ(taken(0.0, 0.11), k < 3) << "the witness moves: " << k;
+  EXPECT_FALSE(taken(0.0, 0.0)) << "once frozen it is not believed before it moves";
+  EXPECT_TRUE(taken(0.001, 0.0));
+  EXPECT_TRUE(taken(0.0, 0.0));
+  for (int k = 1; k <= 5; ++k) EXPECT_EQ(taken(0.0, -0.11), k < 3) << "below, too: " << k;
+  constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(taken(0.001, 0.0));
+  for (int k = 0; k < 20; ++k) EXPECT_TRUE(taken(0.0, kMissing)) << "a witness that is missing tells nothing";
 }
 
 TEST(Monitor, InnovationOfAnAngleGoesTheShortWayRound) {

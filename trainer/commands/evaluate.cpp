@@ -37,6 +37,7 @@ struct EvaluateArguments {
   std::vector<std::string> models, noise_words, data, missing;
   std::vector<double> from_s;
   std::string columns, input_noise = "none";
+  LogFlight flight;
   RunFiles files;
   StrictTest test;
   Condition common;  ///< what all noises are tested under
@@ -94,8 +95,11 @@ std::vector<CLI::Option*> add_evaluate_options(CLI::App* command, EvaluateArgume
                "with --data: start the observer this long after a log's first sample [s]; several: once for each",
                "SECONDS");
   options.list("--missing", arguments.missing,
-               "with --data: an output that fails at the first sample; may be repeated, or with commas between",
-               "OUTPUT");
+               "with --data: an output that fails at the first sample, or SECONDS later: it is missing, or lies (stuck "
+               "repeats its last reading, dead is 0); may be repeated, or with commas between",
+               "OUTPUT[:missing|stuck|dead[:SECONDS]]");
+  options.flag("--behind-gate", arguments.flight.behind_gate,
+               "with --data: the observer sees what the gate of its monitor lets through (nlo monitor)");
   options.value("--figure", arguments.files.figure,
                 "with --data: a picture of each log, estimate over truth, the error below, shaded outside of the "
                 "training domain; for several logs or starts FILE_1.svg, FILE_2.svg...",
@@ -237,7 +241,7 @@ void on_logs(const EvaluateArguments& arguments, const std::vector<NamedModel>& 
         return evaluate_on_logs(
             model.model, logs, schema, training ? &*training : nullptr, noise, arguments.test.seed, config,
             [&](double share, const std::string& what) { progress.update((done + share) / all, what); },
-            arguments.missing);
+            arguments.flight);
       });
       evaluation.notes.insert(evaluation.notes.end(), found.notes.begin(), found.notes.end());
       results.push_back(arguments.json ? evaluation_json(model.name, evaluation)
@@ -266,10 +270,15 @@ void run_evaluate(EvaluateArguments arguments) {
     if (!experiment.plant) refuse("was trained on logs; name the logs to evaluate it on: --data FILE...");
     if (!arguments.from_s.empty()) refuse("--from is about logs; name them too: --data FILE...");
     if (!arguments.missing.empty()) refuse("--missing is about logs; name them too: --data FILE...");
+    if (arguments.flight.behind_gate) refuse("--behind-gate is about logs; name them too: --data FILE...");
     if (arguments.files.any()) refuse("--figure and --estimates are about logs; name them too: --data FILE...");
     if (!arguments.columns.empty()) refuse("--columns is about logs; name them too: --data FILE...");
     on_plant(arguments, models, experiment);
   } else {
+    for (const std::string& word : arguments.missing) arguments.flight.faults.push_back(parse_fault(word));
+    for (const NamedModel& model : models)
+      if (arguments.flight.behind_gate && !model.model.monitor)
+        throw codegen::Error(fmt::format("--behind-gate: {} has no monitor; make one: nlo monitor", model.name));
     if (!arguments.plant_option.empty())
       refuse(
           fmt::format("{} is for new trajectories of a plant; logs are evaluated as they are, beside all alternatives: "

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "codegen/base/linear_algebra.h"
 #include "trainer/data/angle.h"
 #include "trainer/data/static_ridge.h"
 
@@ -164,7 +165,7 @@ class ProductSearch {
       const MatrixXd own = log.gram(rows, rows), cross = log.cross(rows, Eigen::all);
       gram.diagonal().array() *= 1.0 + kRidge;
       gram.diagonal().array() += 1e-12 * gram.trace() + 1e-300;
-      const MatrixXd w = gram.ldlt().solve((total_.cross - log.cross)(rows, Eigen::all));
+      const MatrixXd w = codegen::solve_symmetric(gram, (total_.cross - log.cross)(rows, Eigen::all));
       for (Index i = 0; i < nx(); ++i) {
         const double square = log.squares[i] - 2.0 * w.col(i).dot(cross.col(i)) + w.col(i).dot(own * w.col(i));
         const double least = kNothing * kNothing * total_.squares[i] / std::max(total_.weight, 1e-300);

@@ -8,6 +8,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/model/domain.h"
+#include "codegen/replay/reference_monitor.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/parallel.h"
 #include "trainer/data/log_baselines.h"
@@ -64,14 +65,17 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
   return result;
 }
 
-ObserverRun observer_run(const codegen::Model& model, bool uniform_steps) {
+ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool behind_gate) {
   auto observer = std::make_shared<codegen::ReferenceObserver<float>>(model);
+  const auto watched = behind_gate ? std::make_shared<const codegen::Model>(model) : nullptr;
   const Eigen::Index nu = model.nu();
-  return [observer, uniform_steps, nu](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                       const Eigen::VectorXd& time_s) {
+  return [watched, observer, uniform_steps, nu](const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                                const Eigen::VectorXd& time_s) {
     const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? outputs.cols() : 0);
-    const bool takes_inputs = nu > 0 && inputs.size() > 0;
-    return observer->run(outputs, takes_inputs ? inputs : none, time_s, uniform_steps);
+    const Eigen::MatrixXd& given = nu > 0 && inputs.size() > 0 ? inputs : none;
+    if (!watched) return observer->run(outputs, given, time_s, uniform_steps);
+    const Eigen::VectorXd stamps = uniform_steps ? Eigen::VectorXd() : time_s;
+    return codegen::watched_run(*watched, *watched->monitor, outputs, given, stamps).run;
   };
 }
 

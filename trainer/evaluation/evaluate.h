@@ -79,9 +79,10 @@ Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factor
 
 /// A model's whole answer over one run, in float, as it flies; arguments as those of an Estimator. A model without
 /// phi(z) u (25) has no use for the inputs. Not for two threads at once.
+///   behind_gate  of the model's monitor, which it must have
 using ObserverRun = std::function<codegen::Run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
                                                const Eigen::VectorXd& time_s)>;
-ObserverRun observer_run(const codegen::Model& model, bool uniform_steps);
+ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool behind_gate = false);
 
 /// Every step of the data is the model's own sample period: time stamps need not be asked.
 bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);

@@ -26,22 +26,6 @@ Dataset with_empty_cells(Dataset data) {
   return data;
 }
 
-Dataset without(Dataset data, const std::vector<std::string>& missing) {
-  for (const std::string& name : missing) {
-    const auto found = std::find_if(data.outputs.begin(), data.outputs.end(),
-                                    [&](const Channel& output) { return output.name == name; });
-    if (found == data.outputs.end()) {
-      std::string names;
-      for (const Channel& output : data.outputs) names += (names.empty() ? "" : ", ") + output.name;
-      throw Error(fmt::format("--missing {}: there is no such output; there are {}", name, names));
-    }
-    for (Trajectory& run : data.trajectories)
-      run.outputs.row(found - data.outputs.begin()).setConstant(std::numeric_limits<double>::quiet_NaN());
-  }
-  data.compute_outputs();
-  return data;
-}
-
 void require_same_names(const std::vector<Channel>& model, const std::vector<Channel>& data, const char* what) {
   const bool same = std::equal(model.begin(), model.end(), data.begin(), data.end(),
                                [](const Channel& a, const Channel& b) { return a.name == b.name && a.wrap == b.wrap; });
@@ -198,8 +182,7 @@ void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, co
 
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
-                               MetricsConfig config, const LogProgress& progress,
-                               const std::vector<std::string>& missing) {
+                               MetricsConfig config, const LogProgress& progress, const LogFlight& flight) {
   if (logs.trajectories.empty()) throw Error("evaluation: no log to evaluate on");
   require_same_names(model.outputs, logs.outputs, "outputs");
   const std::vector<Eigen::Index> scored = scored_states(model, logs);
@@ -220,8 +203,10 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   result.unscored = find_unscored(logs);
   if (!share_a_unit(logs.states)) config.state_scale = state_deviation(logs);
 
-  const Dataset measured = without(with_empty_cells(with_noise(logs, noise, seed)), missing);
-  result.missing = missing;
+  const Dataset measured = with_faults(with_empty_cells(with_noise(logs, noise, seed)), flight.faults);
+  for (const SensorFault& fault : flight.faults) result.missing.push_back(format_fault(fault));
+  const std::vector<SensorFault> told = missing_alone(flight.faults);
+  result.behind_gate = flight.behind_gate;
   const std::vector<AnglePair> angles = angles_of(schema, model, scored.size());
   const auto judge = [&](const std::string& name, std::vector<std::string> describe,
                          const std::vector<Eigen::MatrixXd>& estimates) {
@@ -229,7 +214,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
   };
 
   // One pass of the observer gives its estimates and, kept for later, what the linear readout reads.
-  const ObserverRun observer = observer_run(model, has_uniform_steps(logs, model));
+  const ObserverRun observer = observer_run(model, has_uniform_steps(logs, model), flight.behind_gate);
   std::vector<codegen::Run> runs;
   std::vector<Eigen::MatrixXd> estimates;
   ErrorAccumulator sum(logs.states, logs.sample_period_s, config);
@@ -264,12 +249,12 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
 
   // The baselines see the noise that the observer sees, with draws of their own for fitting.
   const Dataset fitted_on =
-      without(with_empty_cells(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1)), missing);
+      with_faults(with_empty_cells(with_noise(baseline_logs ? *baseline_logs : logs, noise, seed + 1)), told);
   double share = 0.3;
   judge_baselines(result.entries, held(fitted_on), held(measured), schema, angles, config.windows,
                   [&](const std::string& name) {
                     say(std::exchange(share, share + 0.1), name);
-                    return missing.empty() || name == "constant";
+                    return told.empty() || name == "constant";
                   });
 
   say(0.8, "ridge");

@@ -16,6 +16,7 @@
 #include "trainer/evaluation/evaluate.h"
 #include "trainer/evaluation/evaluation_study.h"
 #include "trainer/evaluation/metrics.h"
+#include "trainer/evaluation/sensor_fault.h"
 #include "trainer/filters/step_cost.h"
 
 namespace nlo::trainer {
@@ -42,6 +43,12 @@ void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, co
                      const LogSchema& schema, const std::vector<AnglePair>& angles, const EvaluationWindows& windows,
                      const std::function<bool(const std::string& name)>& wanted);
 
+/// How the observer flies over a log.
+struct LogFlight {
+  std::vector<SensorFault> faults = {};
+  bool behind_gate = false;  ///< of the model's monitor, which it must have
+};
+
 struct LogEvaluation {
   std::vector<LogEntry> entries;   ///< the observer first, then baselines and "ridge"
   ErrorMetrics metrics;            ///< of the observer over all files
@@ -52,7 +59,8 @@ struct LogEvaluation {
   DomainShare domain;
   std::optional<Coverage> coverage = {};  ///< of a model that knows how wrong it is
   NoiseConfig noise;                      ///< added to the logged outputs
-  std::vector<std::string> missing = {};  ///< outputs that were taken away
+  std::vector<std::string> missing = {};  ///< outputs that were taken away, and how
+  bool behind_gate = false;               ///< of the model's monitor
   std::uint64_t seed = 0;
   std::string split;                     ///< "test", "validation" or "training" of an experiment; empty: other logs
   std::string baselines_fitted_on;       ///< "the training logs", "these logs, in hindsight"
@@ -68,13 +76,13 @@ using LogProgress = std::function<void(double share, const std::string& what)>;
 ///                  are unscored
 ///   baseline_logs  what the baselines may learn from: the training logs; or nullptr, then the very logs they are
 ///                  judged on, in hindsight, which only makes them harder to beat
-///   missing        outputs that fail at the first sample of every log: the observer and the ridge regression are
-///                  given none of them, and other alternatives than a constant are left out
+///   flight         sensors that fail. What is missing the ridge regression does without from the start, and other
+///                  alternatives than a constant are left out; of sensors that lie nobody is told
 ///   config         how errors are read; its state_scale is set here where the states' units differ
 LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
                                const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
                                MetricsConfig config = {}, const LogProgress& progress = {},
-                               const std::vector<std::string>& missing = {});
+                               const LogFlight& flight = {});
 
 /// The share and the place of the samples that have no weight.
 Unscored find_unscored(const Dataset& logs);

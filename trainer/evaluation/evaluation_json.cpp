@@ -155,6 +155,7 @@ std::string evaluation_json(const std::string& model, const LogEvaluation& evalu
   json["seed"] = evaluation.seed;
   json["noise"] = format_noise(evaluation.noise);
   if (!evaluation.missing.empty()) json["missing"] = evaluation.missing;
+  if (evaluation.behind_gate) json["behind_gate"] = true;
   json["norm_of"] = norm_of(metrics.normalised);
   json["samples"] = metrics.samples;
   json["states"] = names_json(evaluation.states);

@@ -168,8 +168,8 @@ Table file_table(const LogEvaluation& evaluation) {
 std::string evaluation_text(const std::string& model, const LogEvaluation& evaluation) {
   const LogMetrics& observer = evaluation.entries.front().metrics;
   std::string text = fmt::format(
-      "{} on {} {}, {}noise added: {}{} (alternatives fitted on {})\n\n", model, observer.files.size(),
-      observer.files.size() == 1 ? "log" : "logs",
+      "{} on {} {}{}, {}noise added: {}{} (alternatives fitted on {})\n\n", model, observer.files.size(),
+      observer.files.size() == 1 ? "log" : "logs", evaluation.behind_gate ? " behind its monitor's gate" : "",
       evaluation.missing.empty() ? "" : fmt::format("without {}, ", fmt::join(evaluation.missing, ", ")),
       format_noise(evaluation.noise), evaluation.noise.none() ? "" : fmt::format(", seed {}", evaluation.seed),
       evaluation.baselines_fitted_on);

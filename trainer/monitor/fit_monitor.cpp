@@ -12,6 +12,7 @@
 #include "codegen/replay/reference_monitor.h"
 #include "trainer/base/parallel.h"
 #include "trainer/evaluation/evaluate.h"
+#include "trainer/monitor/frozen_sensors.h"
 
 namespace nlo::trainer {
 namespace {
@@ -189,6 +190,7 @@ Monitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const Ru
   }
   fit_prediction(monitor, steps);
   fit_innovation(monitor, steps, model);
+  fit_frozen(monitor, fit, model);
   fit_place(monitor, model, steps);
   steps.clear();
 

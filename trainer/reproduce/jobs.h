@@ -26,8 +26,8 @@ struct PlannedTraining {
 /// Those that the items train and nlo does not ship: "paper/...", "hyperkkl/...", "exams/...".
 std::span<const ShippedExperiment> experiment_texts();
 
-/// An experiment of the paper (or "hyperkkl/...", or one that nlo ships) at this size, trained with `seed` (1, 2, ...). Throws codegen::Error
-/// for an unknown name.
+/// An experiment of the paper (or "hyperkkl/...", or one that nlo ships) at this size, trained with `seed` (1, 2, ...).
+/// Throws codegen::Error for an unknown name.
 Experiment paper_experiment(std::string_view name, const Size& size, int seed);
 
 /// Seconds that a training takes, roughly, on one core: its weight in the progress bar.

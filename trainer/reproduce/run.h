@@ -33,7 +33,8 @@ struct Result {
 };
 
 /// Writes DIR/reproduction.html, DIR/<item>.csv and DIR/cache/<hash>/. Throws codegen::Error for an unknown item, or
-/// one alone whose logs are not here, before anything is written, and when a training diverges or a file cannot be written.
+/// one alone whose logs are not here, before anything is written, and when a training diverges or a file cannot be
+/// written.
 Result reproduce(const Request& request, JobsProgress& progress);
 
 }  // namespace nlo::trainer::reproduction

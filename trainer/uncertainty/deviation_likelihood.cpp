@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/uncertainty/deviation_likelihood.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
+
+#include "codegen/base/linear_algebra.h"
 
 namespace nlo::trainer {
 namespace {
@@ -63,7 +64,7 @@ VectorXd most_likely_deviation(const MatrixXd& features, const VectorXd& squares
   parameters(features.rows()) = 0.5 * std::log(weights.dot(squares) / weights.sum());
   for (int step = 0; step < kMostSteps; ++step) {
     const DeviationLikelihood l = deviation_likelihood(features, squares, weights, parameters, ridge);
-    const VectorXd direction = -l.hessian.ldlt().solve(l.gradient);
+    const VectorXd direction = -codegen::solve_symmetric(l.hessian, l.gradient);
     const double promised = -l.gradient.dot(direction);
     if (!(promised > kConverged)) break;
     double length = 1.0;

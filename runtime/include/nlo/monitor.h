@@ -14,7 +14,8 @@
 // one outlier raises no alarm.
 //
 // It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is
-// as noisy as that (the gate widens with sqrt(v)) or it happens often in a row.
+// as noisy as that (the gate widens with sqrt(v)) or it happens often in a row. Nor is a sensor taken that is frozen:
+// it repeats one reading for longer than those of the training, unless it rests and another output, its witness, does.
 //
 // No heap, no exceptions, no libm; whatever arrives, all of it stays finite: statistics that are outside of what steps
 // can lead to, or not numbers, come of a bit of memory that has flipped, and are an alarm of their own, kReset, with
@@ -25,49 +26,10 @@
 #include <limits>
 
 #include "nlo/measurement.h"
+#include "nlo/monitor_model.h"
 #include "nlo/vector.h"
 
 namespace nlo {
-
-/// What a monitor sees.
-enum class Alarm : std::uint8_t {
-  kNone,
-  kInnovationMean,         ///< predictions are off, for longer than noise is: plant, parameters or a bias
-  kInnovationVariance,     ///< more noise than in training
-  kInnovationCorrelation,  ///< errors of predictions follow one another: plant or parameters
-  kLatentDistance,         ///< z where training seldom was
-  kMissing,                ///< too many measurements missing or beyond the gate
-  kReset,                  ///< a bit of memory has flipped, the monitor's or the observer's: it begins again, not armed
-};
-
-/// Constants of a monitor, exported beside its observer's model.
-template <class Scalar_, int kNx_, int kNy_, int kNz_, int kNr_, int kWindows_>
-struct MonitorModel {
-  using Scalar = Scalar_;
-  static constexpr int kNx = kNx_, kNy = kNy_, kNz = kNz_, kNr = kNr_, kWindows = kWindows_;
-  static constexpr int kFeatures = kNz + kNr + kNx;
-
-  Scalar prediction[kNy][kFeatures];  ///< P / deviation
-  Scalar offset[kNy];                 ///< c / deviation
-  Scalar per_deviation[kNy];          ///< 1 / deviation
-  Scalar least_variance[kNy];
-  Scalar latent_mean[kNz];
-  Scalar per_latent_deviation[kNz];
-  Scalar gain[kWindows];  ///< a
-  Scalar mean_limit[kNy][kWindows];
-  Scalar variance_limit[kNy][kWindows];
-  Scalar correlation_limit[kNy][kWindows];
-  Scalar latent_limit[kWindows];
-  Scalar missing_limit[kNy];
-  Scalar gate_squared;  ///< |e| beyond the gate is an outlier
-  int armed_after;      ///< samples after a start without alarm
-};
-
-/// The most that an innovation counts for, in deviations.
-inline constexpr int kLargestInnovation = 5;
-
-/// Measurements in a row that the gate keeps away; then the sensor is believed.
-inline constexpr int kMostRejected = 20;
 
 template <class Model_>
 class Monitor {
@@ -93,6 +55,8 @@ class Monitor {
     Window windows[Model::kWindows];
     Scalar y, predicted, last;  // the last reading, the change foreseen from there [deviations], the last innovation
     Scalar missing_share;
+    Scalar raw;             // the last measurement that was one, whether it was taken or not
+    std::uint16_t equal;    // measurements in a row that repeat it, and not because of rest
     std::uint8_t rejected;  // in a row
     std::uint8_t missing;   // of the sample that watch() sees next; no bool: a flipped bit may make any byte of it
   };
@@ -117,21 +81,23 @@ class Monitor {
     for (Scalar& distance : state_.distance) distance = 1;
   }
 
-  /// The measurements as `observer` should be given them: those beyond the gate are not-a-number, which it holds. For
-  /// the sample that watch() sees next.
+  /// The measurements as `observer` should be given them: those beyond the gate or of a frozen sensor are not-a-number,
+  /// which it holds. For the sample that watch() sees next.
   template <class Observer>
   [[nodiscard]] constexpr Measured<Observer> trusted(Measured<Observer> y, const Observer& observer) {
     if (observer.save().started != 1) reset();  // what comes is its first measurement
     for (int j = 0; j < kMeasured<Observer>; ++j) {
       OutputState& own = state_.outputs[j];
       own.missing = !is_finite(y[j]);
-      if (own.missing == 1 || state_.samples == 0) continue;
+      if (own.missing == 1) continue;
+      count_repeats(own, j, y[j], y[model_->witness[j]]);
+      if (state_.samples == 0) continue;
       const Scalar e = innovation(j, y[j], observer.model().outputs.wrap[j]);
       const Scalar noise = own.windows[0].variance > Scalar(1) ? own.windows[0].variance : Scalar(1);
       const bool beyond = e * e > model_->gate_squared * noise && own.rejected < kMostRejected;
-      own.missing = beyond;
-      own.rejected = static_cast<std::uint8_t>(beyond ? own.rejected + 1 : 0);
-      if (beyond) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
+      own.missing = beyond || is_frozen(own, j);
+      own.rejected = static_cast<std::uint8_t>(own.missing == 1 ? own.rejected + (own.rejected < kMostRejected) : 0);
+      if (own.missing == 1) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
     }
     for (int j = kMeasured<Observer>; j < kNy; ++j) {  // computed: of what may be missing
       state_.outputs[j].missing = 0;
@@ -207,12 +173,25 @@ class Monitor {
     for (const Scalar distance : state.distance) good = good && within(distance, kMostSquare);
     for (const OutputState& own : state.outputs) {
       good = good && is_finite(own.y) && within(own.predicted, kFar) && within(own.last, Scalar(kLargestInnovation)) &&
-             within(own.missing_share, Scalar(1.01)) && own.rejected <= kMostRejected && own.missing <= 1;
+             within(own.missing_share, Scalar(1.01)) && is_finite(own.raw) && own.rejected <= kMostRejected &&
+             own.missing <= 1;
       for (const Window& window : own.windows)
         good = good && within(window.mean, kMostSquare) && within(window.power, kMostSquare) &&
                within(window.variance, kMostSquare) && within(window.correlation, kMostSquare);
     }
     return good;
+  }
+
+  constexpr bool is_frozen(const OutputState& own, int j) const {
+    return model_->most_equal[j] > 0 && own.equal >= model_->most_equal[j];
+  }
+
+  /// Counts measurements that are the same to the bit, but those of a sensor at rest: until it is frozen.
+  constexpr void count_repeats(OutputState& own, int j, Scalar y, Scalar witness) const {
+    const bool moves = witness < model_->rest_min[j] || witness > model_->rest_max[j];  // not so of a missing one
+    const bool at_rest = y == model_->resting[j] && !moves && !is_frozen(own, j);
+    own.equal = static_cast<std::uint16_t>(y != own.raw || at_rest ? 0 : own.equal + (own.equal < 65535));
+    own.raw = y;
   }
 
   static constexpr Scalar limited(Scalar value, Scalar largest) {  // not-a-number too
