@@ -77,7 +77,7 @@ int main(void) {
       NAME_(restore)(&o, &saved);
     }
     for (int j = 0; j < (int)(sizeof(o.y) / sizeof(o.y[0])); ++j) {
-      // Relations between numbers are not EVA's: that an angle stays within its turn is for angle.gappa.
+      // Relations between numbers are not EVA's: that an angle stays within its turn is for gappa.py.
       if (turns[j] > 0) {
         //@ admit angle: \is_finite(o.y[j]) && -turns[j] <= o.y[j] <= turns[j];
       }
