@@ -40,6 +40,11 @@ FilterKnowledge wide_start() {
   return known;
 }
 
+FilterKnowledge an_eighth_of(FilterKnowledge known) {
+  known.initial_covariance /= 64.0;
+  return known;
+}
+
 double error_at_the_end(LaneFilter& filter, const MatrixXd& run) {
   const MatrixXd x = test::estimates_of(filter, test::runs_of(run.row(1), kStep));
   return std::abs(x(0, x.cols() - 1) - run(0, x.cols() - 1));
@@ -49,7 +54,7 @@ TEST(FilterBank, FindsTheStateThatOneFilterMisses) {
   const MatrixXd starts = Eigen::RowVectorXd::LinSpaced(8, -1.5, 3.5);
   double worst_of_one = 0.0;
   for (const double x0 : {-0.5, 2.5}) {
-    FilterBank bank(ambiguous(), wide_start(), starts, {{}}, 1);
+    FilterBank bank(ambiguous(), PointSet::kExtended, an_eighth_of(wide_start()), starts, {{}}, 1);
     EXPECT_LT(error_at_the_end(bank, run_from(x0)), 0.02) << x0;
     EXPECT_NEAR(bank.weights().col(0).sum(), 1.0, 1e-12);
     SigmaPointFilter one(ambiguous(), PointSet::kExtended, wide_start(), {{}}, 1);
@@ -60,7 +65,7 @@ TEST(FilterBank, FindsTheStateThatOneFilterMisses) {
 
 TEST(FilterBank, OfOneMemberIsTheFilterItself) {
   const MatrixXd run = run_from(0.7);
-  FilterBank bank(ambiguous(), wide_start(), MatrixXd::Constant(1, 1, 0.9), {{}}, 1);
+  FilterBank bank(ambiguous(), PointSet::kExtended, wide_start(), MatrixXd::Constant(1, 1, 0.9), {{}}, 1);
   SigmaPointFilter one(ambiguous(), PointSet::kExtended, wide_start(), {{}}, 1);
   const LaneRuns runs = test::runs_of(run.row(1), kStep);
   EXPECT_EQ(test::estimates_of(bank, runs), test::estimates_of(one, runs));
@@ -71,13 +76,28 @@ TEST(FilterBank, TakesEachLaneByItself) {
   const MatrixXd starts = Eigen::RowVectorXd::LinSpaced(4, -1.5, 3.5);
   FilterTuning trusting;
   trusting.output = 0.1;
-  FilterBank all(ambiguous(), wide_start(), starts, {{}, trusting, {}}, 3);
-  FilterBank middle(ambiguous(), wide_start(), starts, {trusting}, 1);
+  FilterBank all(ambiguous(), PointSet::kExtended, wide_start(), starts, {{}, trusting, {}}, 3);
+  FilterBank middle(ambiguous(), PointSet::kExtended, wide_start(), starts, {trusting}, 1);
   for (Eigen::Index k = 0; k < one.samples(); ++k) {
     const MatrixXd x = all.step(three, k);
     EXPECT_NEAR(x(0, 1), middle.step(one, k)(0, 0), 1e-9) << "vector instructions: the same sums but for fused ones";
     EXPECT_NEAR(x(0, 0), x(0, 2), 1e-9);
   }
+}
+
+TEST(FilterBank, TakesTheMeanOfAnglesTheShortWayRound) {
+  // x stands still and nothing tells two filters apart that are .2 from each other across the end of a turn of 6.
+  LanePlant plant = test::decay(0.0);
+  plant.h = [](const MatrixXd& x, const MatrixXd&) { return MatrixXd(0.0 * x); };
+  const LaneRuns run = test::runs_of(MatrixXd::Zero(1, 2), kStep);
+  const auto mean = [&] {
+    FilterBank bank(plant, PointSet::kUnscented, test::scalar_knowledge(1e-3, 0.0, 1.0), Eigen::RowVector2d(3.0, -2.8),
+                    {{}}, 1);
+    return test::estimates_of(bank, run)(0, 1);
+  };
+  EXPECT_NEAR(mean(), 0.1, 1e-9) << "control: of what is not an angle";
+  plant.state_wraps = Eigen::VectorXd::Constant(1, 6.0);
+  EXPECT_NEAR(mean(), 3.1, 1e-9) << "-2.8 is 3.2";
 }
 
 constexpr double kHorizonPeriod = 0.02;

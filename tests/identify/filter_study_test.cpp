@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/identify/filter_study.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "codegen/base/error.h"
 #include "tests/identify/identified_pendulum.h"
@@ -29,10 +32,18 @@ FilterStudy study_of(const Identification& identification, double w2) {
                        pool);
 }
 
+const std::vector<double>& rmse_by_window(const FilterStudy& study, const std::string& estimator) {
+  const auto found = std::find_if(study.entries.begin(), study.entries.end(),
+                                  [&](const LogEntry& entry) { return entry.estimator == estimator; });
+  return found->metrics.pooled.front().rmse;
+}
+
 double rmse(const FilterStudy& study, const std::string& estimator) {
-  for (const LogEntry& entry : study.entries)
-    if (entry.estimator == estimator) return entry.metrics.pooled.front().rmse.front();
-  return std::nan("");
+  return rmse_by_window(study, estimator).front();
+}
+
+double settled_rmse(const FilterStudy& study, const std::string& estimator) {
+  return rmse_by_window(study, estimator).back();
 }
 
 TEST(FilterStudy, FiltersThatKnowThePlantAreAheadOfWhatKnowsNone) {
@@ -51,6 +62,49 @@ TEST(FilterStudy, StartsWhereItIsToldTo) {
   const FilterStudy study = study_of(identification, test::kSquare);
   EXPECT_EQ(study.entries.front().metrics.files.size(), 6u) << "three logs, twice each";
   EXPECT_EQ(study_of(pendulum_identification(), test::kSquare).entries.front().metrics.files.size(), 3u);
+}
+
+/// The rate is measured; the angle may be anywhere at the start, which is what the initial deviation says.
+FilterStudy study_of_hidden_angle(double initial_deviation) {
+  std::string text = test::kPendulumIdentification;
+  const auto replace = [&](const std::string& old, const std::string& by) {
+    text.replace(text.find(old), old.size(), by);
+  };
+  replace("output_names = [\"angle\"]\noutputs = [\"angle\"]", "output_names = [\"rate\"]\noutputs = [\"rate\"]");
+  replace("noise = { angle = 0.01", "noise = { rate = 0.1");
+  replace("initial_state = [0.0, 0.0]", "initial_state = [3.5, 0.0]");
+  replace("initial_deviation = [1.0", fmt::format("initial_deviation = [{}", initial_deviation));
+  replace("role = \"output\"\nwrap", "role = \"state\"\nwrap");
+  replace("name = \"rate\"\nrole = \"state\"", "name = \"rate\"\nrole = \"output\"");
+  const Identification identification =
+      parse_identification(text, "hidden.toml", {"evaluation.windows=[{ name = \"settled\", from_s = 1.0 }]"});
+  LogSplits splits;
+  std::mt19937_64 engine(5);
+  int runs = 0;
+  std::normal_distribution<double> normal;
+  for (const auto& [split, seed] : {std::pair{&splits.train, 11U}, std::pair{&splits.test, 13U}}) {
+    *split = test::pendulum_logs(seed, 3);
+    std::swap(split->outputs, split->states);
+    for (Trajectory& run : split->trajectories) {
+      std::swap(run.outputs, run.states);
+      const double sign = ++runs % 2 == 0 ? -1.0 : 1.0;  // the mirror image is another run of the same plant
+      for (Eigen::MatrixXd* channels : {&run.outputs, &run.states, &run.inputs}) *channels *= sign;
+      for (double& rate : run.outputs.reshaped()) rate += 0.1 * normal(engine);
+    }
+  }
+  ThreadPool pool(2);
+  return study_filters(identification, Eigen::Vector2d(test::kSquare, test::kDamping), splits,
+                       resolve_columns(identification.log), pool);
+}
+
+TEST(FilterStudy, FindsAHiddenAngleWhereverItStarts) {
+  const double anywhere = 2.0 * 3.141592653589793 / std::sqrt(12.0);  // the deviation of any angle
+  const FilterStudy bank = study_of_hidden_angle(1.001 * anywhere), one = study_of_hidden_angle(0.999 * anywhere);
+  for (const char* filter : {"ekf", "ukf"}) {
+    EXPECT_LT(settled_rmse(bank, filter), 0.02) << filter << ", rad; .0116 and .0103";
+    EXPECT_GT(settled_rmse(one, filter), 2.0 * settled_rmse(bank, filter)) << filter << ", control: from 3.5 rad alone";
+  }
+  EXPECT_GT(bank.entries.front().cost.operations, 16.0 * one.entries.front().cost.operations);
 }
 
 TEST(CoordinateSearch, FindsTheLeastCostInDecadesAndNeverTakesNaN) {

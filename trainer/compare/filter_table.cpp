@@ -101,12 +101,14 @@ Index root_state(const FilterContext& c) {
 // ---- A bank of EKFs
 
 Filter ekf_bank(const FilterContext& c, const Tunings& tunings, Index lanes) {
-  return std::make_unique<FilterBank>(c.plant, c.knowledge, c.initial, tunings, lanes);
+  FilterKnowledge of_one = c.knowledge;
+  of_one.initial_covariance *= std::pow(size(c.initial.cols()), -2.0 / size(c.plant.nx));  // K boxes in that of all
+  return std::make_unique<FilterBank>(c.plant, PointSet::kExtended, of_one, c.initial, tunings, lanes);
 }
 
 StepCost cost_of_bank(const FilterContext& c, const PlantCost& plant) {
-  const StepCost weighing{2.0 * size(c.plant.nx) + 4.0 * size(c.plant.ny) + 2.0, size(c.plant.ny) + 1.0};
-  return (cost_of_sigma_points<PointSet::kExtended>(c, plant) + weighing) * size(c.initial.cols());
+  return bank_cost(size(c.initial.cols()), size(c.plant.nx), size(c.plant.ny),
+                   cost_of_sigma_points<PointSet::kExtended>(c, plant));
 }
 
 Index bank_state(const FilterContext& c) {

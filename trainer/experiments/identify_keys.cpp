@@ -45,7 +45,8 @@ const std::vector<Key<IdentifyConfig>>& keys() {
       key("initial_state", &I::initial_state, any(),
           "of the filters and of segments, where no output says it; one number for each state"),
       key("initial_deviation", &I::initial_deviation, at_least(0),
-          "how far from there, one number for each state; 0: exactly there"),
+          "how far from there, one number for each state; 0: exactly there; from turn / sqrt(12) on, an angle that no "
+          "output measures may be anywhere, and filters start all around"),
       key("process_noise", &I::process_noise, at_least(0),
           "of the filters' states per sqrt(s), where their tuning starts; one number for each state"),
       key("fixed", &I::fixed, identifiers(), "parameters that are not looked for"),

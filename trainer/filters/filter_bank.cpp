@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/filters/filter_bank.h"
 
-#include <cmath>
+#include "trainer/data/angle.h"
 
 namespace nlo::trainer {
 namespace {
@@ -11,12 +11,6 @@ using Eigen::ArrayXXd;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-FilterKnowledge of_one(FilterKnowledge knowledge, Index members) {
-  const auto n = static_cast<double>(knowledge.initial_state.size());
-  knowledge.initial_covariance *= std::pow(static_cast<double>(members), -2.0 / n);  // K boxes in the volume of one
-  return knowledge;
-}
-
 std::vector<FilterTuning> times(const std::vector<FilterTuning>& tunings, Index members) {
   std::vector<FilterTuning> all;
   for (Index b = 0; b < members; ++b) all.insert(all.end(), tunings.begin(), tunings.end());
@@ -25,11 +19,12 @@ std::vector<FilterTuning> times(const std::vector<FilterTuning>& tunings, Index 
 
 }  // namespace
 
-FilterBank::FilterBank(const LanePlant& plant, const FilterKnowledge& knowledge, const MatrixXd& starts,
-                       const std::vector<FilterTuning>& tunings, Index lanes)
+FilterBank::FilterBank(const LanePlant& plant, PointSet points, const FilterKnowledge& knowledge,
+                       const MatrixXd& starts, const std::vector<FilterTuning>& tunings, Index lanes)
     : members_(starts.cols()),
       lanes_(lanes),
-      bank_(plant, PointSet::kExtended, of_one(knowledge, members_), times(tunings, members_), members_ * lanes),
+      state_wraps_(plant.state_wraps.size() > 0 ? plant.state_wraps : Eigen::VectorXd::Zero(plant.nx)),
+      bank_(plant, points, knowledge, times(tunings, members_), members_ * lanes),
       log_weight_(ArrayXXd::Zero(members_, lanes)),
       weights_(ArrayXXd::Constant(members_, lanes, 1.0 / static_cast<double>(members_))) {
   MatrixXd all(starts.rows(), members_ * lanes);
@@ -47,14 +42,21 @@ MatrixXd FilterBank::step(const LaneRuns& runs, Index k) {
   const MatrixXd x = bank_.step(samples_, k);
   for (Index b = 0; b < members_; ++b)
     log_weight_.row(b) += bank_.log_likelihood().segment(b * lanes_, lanes_).transpose();
+  MatrixXd estimate(x.rows(), lanes_);
   for (Index lane = 0; lane < lanes_; ++lane) {
     auto log_w = log_weight_.col(lane);
-    log_w = (log_w - log_w.maxCoeff()).max(kLeast).eval();
+    Index likeliest = 0;
+    log_w = (log_w - log_w.maxCoeff(&likeliest)).max(kLeast).eval();
     weights_.col(lane) = log_w.exp() / log_w.exp().sum();
+    const Eigen::VectorXd centre = x.col(likeliest * lanes_ + lane);
+    estimate.col(lane) = centre;
+    for (Index b = 0; b < members_; ++b) {
+      Eigen::VectorXd away = x.col(b * lanes_ + lane) - centre;
+      for (Index i = 0; i < away.size(); ++i)
+        if (state_wraps_[i] > 0.0) away[i] = wrap_difference(away[i], state_wraps_[i]);
+      estimate.col(lane) += weights_(b, lane) * away;
+    }
   }
-  MatrixXd estimate = MatrixXd::Zero(x.rows(), lanes_);
-  for (Index b = 0; b < members_; ++b)
-    estimate.array() += x.middleCols(b * lanes_, lanes_).array().rowwise() * weights_.row(b);
   return estimate;
 }
 

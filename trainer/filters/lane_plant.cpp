@@ -19,8 +19,13 @@ LanePlant lane_plant(const std::shared_ptr<const Plant>& plant) {
     return u.size() == 0 ? plant->derivative(x) : plant->driven_derivative(x, u);
   };
   known.h = [plant](const MatrixXd& x, const MatrixXd&) { return plant->output(x); };
-  known.output_wraps.resize(known.ny);
-  for (Index j = 0; j < known.ny; ++j) known.output_wraps[j] = plant->outputs()[static_cast<std::size_t>(j)].wrap;
+  const auto wraps_of = [](const std::vector<codegen::Channel>& channels) {
+    Eigen::VectorXd wraps(static_cast<Index>(channels.size()));
+    std::transform(channels.begin(), channels.end(), wraps.begin(), [](const auto& channel) { return channel.wrap; });
+    return wraps;
+  };
+  known.output_wraps = wraps_of(plant->outputs());
+  known.state_wraps = wraps_of(plant->states());
   return known;
 }
 

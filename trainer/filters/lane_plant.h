@@ -18,8 +18,9 @@ struct LanePlant {
   using Map = std::function<Eigen::MatrixXd(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u)>;
 
   Eigen::Index nx = 0, ny = 0;
-  Map f, h;                      ///< n_x x B and n_y x B for n_x x B and n_u x B; 0 x 0: u = 0
-  Eigen::VectorXd output_wraps;  ///< full turns of outputs that are angles, else 0; n_y
+  Map f, h;                          ///< n_x x B and n_y x B for n_x x B and n_u x B; 0 x 0: u = 0
+  Eigen::VectorXd output_wraps;      ///< full turns of outputs that are angles, else 0; n_y
+  Eigen::VectorXd state_wraps = {};  ///< the same of states, n_x; empty: no state is an angle
   /// Of RK4: a longer sample period is divided evenly.
   double longest_step_s = std::numeric_limits<double>::infinity();
 };

@@ -74,6 +74,10 @@ StepCost sigma_point_cost(double n, double ny, bool extended, const PlantCost& p
   return cost;
 }
 
+StepCost bank_cost(double members, double n, double ny, const StepCost& one) {
+  return (one + StepCost{2.0 * n + 4.0 * ny + 2.0, ny + 1.0}) * members;  // logarithms, exponentials, the mean
+}
+
 StepCost cost_of_constant_acceleration() {
   // F x 6, F P F' 24 (its zeros and ones left out), q Q 15, gain 4, state 6, Joseph form by its sparse factor 45
   return {100.0, 0.0};

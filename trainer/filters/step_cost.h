@@ -35,6 +35,9 @@ StepCost rk4_cost(double n, const StepCost& f);
 /// Of SigmaPointFilter with n states and ny outputs, EKF or UKF, by `steps` of RK4 in a sample period.
 StepCost sigma_point_cost(double n, double ny, bool extended, const PlantCost& plant, double steps = 1.0);
 
+/// Of FilterBank with so many members, `one` of each.
+StepCost bank_cost(double members, double n, double ny, const StepCost& one);
+
 /// Of the Kalman filter with constant acceleration, for one quantity.
 StepCost cost_of_constant_acceleration();
 

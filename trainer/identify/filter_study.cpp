@@ -82,9 +82,9 @@ class Study {
       const bool extended = kind == PointSet::kExtended;
       const std::string name = extended ? "ekf" : "ukf";
       const CostsOf costs = [&](const std::vector<VectorXd>& points) {
-        const auto estimates =
-            estimates_of(points.size(), logs_.tuning, pool_,
-                         [&](std::size_t i, const Trajectory& run) { return filter.estimate(kind, points[i], run); });
+        const auto estimates = estimates_of(
+            points.size(), logs_.tuning, pool_,
+            [&](std::size_t i, const Trajectory& run) { return filter.estimate_from_nearest(kind, points[i], run); });
         std::vector<double> result;
         for (const auto& each : estimates) result.push_back(relative(rmse_of(logs_.tuning, each)));
         evaluations_ += static_cast<int>(points.size());

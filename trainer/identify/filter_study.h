@@ -30,7 +30,8 @@ using FilterProgress = std::function<void(double share, const std::string& what)
 
 /// EKF and UKF of the plant with parameters `p`: process noise per state, R per output and the scale of P0 are searched
 /// (coordinate_search()) for the least sum over the logged states of RMSE / RMSE of the constant, on the validation
-/// logs, or on the training logs where there are none. The UKF's search starts where the EKF's ended. The
+/// logs, or on the training logs where there are none. The UKF's search starts where the EKF's ended. Where a hidden
+/// angle takes a bank of filters, that one is tuned which starts nearest to the truth, and the bank is judged. The
 /// constant-acceleration filter's q / r likewise, for each state that is a measured quantity or its velocity. Ridge
 /// regression and the baselines learn from the training logs. All start at each of from_s in each log.
 FilterStudy study_filters(const Identification& identification, const Eigen::VectorXd& p, const LogSplits& splits,

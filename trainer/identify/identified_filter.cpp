@@ -7,7 +7,9 @@
 #include <cmath>
 #include <memory>
 
+#include "trainer/data/angle.h"
 #include "trainer/evaluation/text.h"
+#include "trainer/filters/filter_bank.h"
 #include "trainer/plants/parametric_plant.h"
 
 namespace nlo::trainer {
@@ -50,8 +52,28 @@ IdentifiedFilter::IdentifiedFilter(const Identification& identification, VectorX
     output_rows_.push_back(row);
   }
   for (const std::string& input : plant.inputs) input_rows_.push_back(logged_row(logs.inputs, input));
-  for (const Channel& state : logs.states)
-    state_rows_.push_back(std::find(plant.states.begin(), plant.states.end(), state.name) - plant.states.begin());
+  state_wraps_ = VectorXd::Zero(static_cast<Index>(plant.states.size()));
+  for (const Channel& state : logs.states) {
+    const Index row = std::find(plant.states.begin(), plant.states.end(), state.name) - plant.states.begin();
+    const bool measured =
+        std::find(plant.output_names.begin(), plant.output_names.end(), state.name) != plant.output_names.end();
+    const double anywhere = state.wrap / std::sqrt(12.0);  // the deviation of a uniform distribution over the turn
+    const double deviation = identification.identify.initial_deviation[static_cast<std::size_t>(row)];
+    state_wraps_[row] = state.wrap;
+    if (state.wrap > 0.0 && !measured && deviation >= anywhere)
+      hidden_.push_back({row, static_cast<Index>(state_rows_.size()), state.wrap});
+    state_rows_.push_back(row);
+  }
+  if (hidden_.empty()) return;
+  constexpr double kAround = 16.0, kMost = 64.0;  // of one angle; of all together, two starts of each at the least
+  const double each = std::floor(std::pow(kMost, 1.0 / static_cast<double>(hidden_.size())));
+  around_ = static_cast<Index>(std::clamp(each, 2.0, kAround));
+}
+
+Index IdentifiedFilter::members() const {
+  Index count = 1;
+  for (std::size_t i = 0; i < hidden_.size(); ++i) count *= around_;
+  return count;
 }
 
 LanePlant IdentifiedFilter::make_plant() const {
@@ -71,6 +93,7 @@ LanePlant IdentifiedFilter::make_plant() const {
   known.f = by_point(known.nx, [](auto& p, const VectorXd& x, const VectorXd& u) { return p.derivative(x, u); });
   known.h = by_point(known.ny, [](auto& p, const VectorXd& x, const VectorXd& u) { return p.output(x, u); });
   known.output_wraps = output_wraps_;
+  known.state_wraps = state_wraps_;
   if (identification_.identify.longest_step_s > 0.0) known.longest_step_s = identification_.identify.longest_step_s;
   return known;
 }
@@ -97,7 +120,9 @@ FilterKnowledge IdentifiedFilter::knowledge(const VectorXd& tuning) const {
   const auto ny = static_cast<Index>(identification_.plant.output_names.size());
   known.output_deviation.resize(ny);
   for (double& deviation : known.output_deviation) deviation = std::pow(10.0, tuning[next++]);
-  const VectorXd deviation = std::pow(10.0, tuning[next]) * as_vector(identify.initial_deviation);
+  VectorXd deviation = std::pow(10.0, tuning[next]) * as_vector(identify.initial_deviation);
+  for (const HiddenAngle& angle : hidden_)  // to the middle between two starts, whatever else is tuned
+    deviation[angle.state] = 0.5 * angle.wrap / static_cast<double>(around_);
   known.initial_covariance = deviation.cwiseAbs2().asDiagonal();
   return known;
 }
@@ -108,32 +133,65 @@ std::string IdentifiedFilter::describe(const VectorXd& tuning) const {
   for (const double noise : tuned.process_noise) text += " " + significant(noise, 2);
   text += " per sqrt(s), output noise";
   for (const double deviation : tuned.output_deviation) text += " " + significant(deviation, 2);
-  return text + fmt::format(", initial deviation x {}", significant(std::pow(10.0, tuning[tuning.size() - 1]), 2));
+  text += fmt::format(", initial deviation x {}", significant(std::pow(10.0, tuning[tuning.size() - 1]), 2));
+  for (const HiddenAngle& angle : hidden_)
+    text += fmt::format(", {} starts around {}", around_,
+                        identification_.plant.states[static_cast<std::size_t>(angle.state)]);
+  return text + (hidden_.empty() ? "" : ": a filter from each, weighed by its innovations");
+}
+
+MatrixXd IdentifiedFilter::starts(const Trajectory& run) const {
+  const PlantConfig& named = identification_.plant;
+  VectorXd start = as_vector(identification_.identify.initial_state);
+  for (std::size_t i = 0; i < named.states.size(); ++i)
+    for (std::size_t j = 0; j < named.output_names.size(); ++j)
+      if (named.states[i] == named.output_names[j]) start[static_cast<Index>(i)] = run.outputs(output_rows_[j], 0);
+  MatrixXd all = start.replicate(1, members());
+  for (Index b = 0; b < all.cols(); ++b)
+    for (Index place = b, i = 0; i < static_cast<Index>(hidden_.size()); ++i, place /= around_) {
+      const HiddenAngle& angle = hidden_[static_cast<std::size_t>(i)];
+      all(angle.state, b) += angle.wrap * static_cast<double>(place % around_) / static_cast<double>(around_);
+    }
+  return all;
 }
 
 MatrixXd IdentifiedFilter::estimate(PointSet kind, const VectorXd& tuning, const Trajectory& run) const {
+  return estimate_from(starts(run), kind, tuning, run);
+}
+
+MatrixXd IdentifiedFilter::estimate_from_nearest(PointSet kind, const VectorXd& tuning, const Trajectory& run) const {
+  const MatrixXd all = starts(run);
+  VectorXd distance = VectorXd::Zero(all.cols());
+  for (const HiddenAngle& angle : hidden_)
+    for (Index b = 0; b < all.cols(); ++b)
+      distance[b] += std::abs(wrap_difference(all(angle.state, b) - run.states(angle.log_row, 0), angle.wrap));
+  Index nearest = 0;
+  distance.minCoeff(&nearest);
+  return estimate_from(all.col(nearest), kind, tuning, run);
+}
+
+MatrixXd IdentifiedFilter::estimate_from(const MatrixXd& starts, PointSet kind, const VectorXd& tuning,
+                                         const Trajectory& run) const {
   FilterKnowledge known = knowledge(tuning);
   const PlantConfig& named = identification_.plant;
   for (std::size_t i = 0; i < named.states.size(); ++i)
     for (std::size_t j = 0; j < named.output_names.size(); ++j)
-      if (named.states[i] == named.output_names[j]) {  // a state that is measured begins where it is measured
-        const auto row = static_cast<Index>(i);
-        known.initial_state[row] = run.outputs(output_rows_[j], 0);
+      if (const auto row = static_cast<Index>(i); named.states[i] == named.output_names[j])
         known.initial_covariance(row, row) = std::pow(known.output_deviation[static_cast<Index>(j)], 2);
-      }
-  SigmaPointFilter filter(make_plant(), kind, known, {FilterTuning{}}, 1);
+  FilterBank bank(make_plant(), kind, known, starts, {FilterTuning{}}, 1);
   const MatrixXd inputs = input_rows_.empty() ? MatrixXd() : rows_of(run.inputs, input_rows_);
   const bool held = identification_.identify.input_hold == Hold::kZeroOrder;
-  return rows_of(filtered(filter, one_run(rows_of(run.outputs, output_rows_), inputs, run.time_s, held)).x_hat,
+  return rows_of(filtered(bank, one_run(rows_of(run.outputs, output_rows_), inputs, run.time_s, held)).x_hat,
                  state_rows_);
 }
 
 StepCost IdentifiedFilter::step_cost(PointSet kind, double period_s) const {
   const PlantConfig& plant = identification_.plant;
   const double longest_s = identification_.identify.longest_step_s;
-  return sigma_point_cost(static_cast<double>(plant.states.size()), static_cast<double>(plant.outputs.size()),
-                          kind == PointSet::kExtended, plant_cost(plant),
-                          longest_s > 0.0 ? rk4_steps(period_s, longest_s) : 1.0);
+  const auto n = static_cast<double>(plant.states.size()), ny = static_cast<double>(plant.outputs.size());
+  const StepCost one = sigma_point_cost(n, ny, kind == PointSet::kExtended, plant_cost(plant),
+                                        longest_s > 0.0 ? rk4_steps(period_s, longest_s) : 1.0);
+  return hidden_.empty() ? one : bank_cost(static_cast<double>(members()), n, ny, one);
 }
 
 }  // namespace nlo::trainer

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An identified plant as the EKF and the UKF know one, and their estimates of the logged states.
+// An identified plant as the EKF and the UKF know one, and their estimates of the logged states. Of an angle that no
+// output measures and that may start anywhere, one filter finds the start or not: there a bank of them starts around the
+// turn (filter_bank.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -27,16 +29,33 @@ class IdentifiedFilter {
   /// with R's variance. Makes a plant of its own: for any thread.
   Eigen::MatrixXd estimate(PointSet kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
 
+  /// Of that filter of the bank alone which starts nearest to the logged angles: for tuning, in a small part of the
+  /// time. The same as estimate() where one filter is all.
+  Eigen::MatrixXd estimate_from_nearest(PointSet kind, const Eigen::VectorXd& tuning, const Trajectory& run) const;
+
   /// Of a sample `period_s` after the one before.
   StepCost step_cost(PointSet kind, double period_s) const;
 
  private:
+  /// An angle that no output measures, with an initial deviation that leaves all of its turn open.
+  struct HiddenAngle {
+    Eigen::Index state, log_row;
+    double wrap;
+  };
+
   LanePlant make_plant() const;
+  /// Initial states of the bank for a run, n_x x members.
+  Eigen::MatrixXd starts(const Trajectory& run) const;
+  Eigen::MatrixXd estimate_from(const Eigen::MatrixXd& starts, PointSet kind, const Eigen::VectorXd& tuning,
+                                const Trajectory& run) const;
+  Eigen::Index members() const;
 
   const Identification& identification_;
-  Eigen::VectorXd p_, output_wraps_;
+  Eigen::VectorXd p_, output_wraps_, state_wraps_;
   std::vector<Eigen::Index> output_rows_, input_rows_;  ///< of the plant's channels among those of the logs
   std::vector<Eigen::Index> state_rows_;                ///< of the logged states among the plant's
+  std::vector<HiddenAngle> hidden_;
+  Eigen::Index around_ = 1;  ///< starts around the turn of each of them
 };
 
 }  // namespace nlo::trainer
