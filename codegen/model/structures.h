@@ -10,10 +10,11 @@
 #include "codegen/model/general.h"
 #include "codegen/model/kkl.h"
 #include "codegen/model/luenberger.h"
+#include "codegen/model/prior.h"
 #include "codegen/model/window.h"
 
 namespace nlo::codegen {
 
-using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Gated, Window, Carried>;
+using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Gated, Window, Carried, Prior>;
 
 }  // namespace nlo::codegen

@@ -2,12 +2,12 @@
 #include "codegen/model/gated.h"
 
 #include <fmt/format.h>
-#include <nlo/kernels/activation.h>
 
 #include <cmath>
 
 #include "codegen/model/checks.h"
 #include "codegen/model/model_fields.h"
+#include "codegen/structures/gated_units.h"
 #include "codegen/structures/kkl_family.h"
 
 namespace nlo::codegen {
@@ -20,52 +20,23 @@ class GatedDynamics final : public ReferenceDynamics<Scalar> {
   using typename ReferenceDynamics<Scalar>::Matrix;
 
   GatedDynamics(const Model& m, Activations activations)
-      : exact_(activations == Activations::kExact),
-        sample_period_s_(m.sample_period_s),
-        gates_(own_part<Gated>(m).gates),
-        candidate_(own_part<Gated>(m).candidate) {}
+      : sample_period_s_(m.sample_period_s),
+        units_(own_part<Gated>(m).gates, own_part<Gated>(m).candidate, activations) {}
 
-  void start(Matrix& z, const Matrix& y) const override { z = stepped(z, y, Scalar(1)); }
+  void start(Matrix& z, const Matrix& y) const override { z = units_.stepped(z, y, Scalar(1)); }
 
   void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
-    z = stepped(z, over.y_next, static_cast<Scalar>(dt_s / sample_period_s_));
+    z = units_.stepped(z, over.y_next, static_cast<Scalar>(dt_s / sample_period_s_));
   }
-  double longest_step_s() const override { return kLongestGap * sample_period_s_; }
+  double longest_step_s() const override { return ReferenceUnits<Scalar>::kLongestGap * sample_period_s_; }
 
-  /// rate (target - z).
   Matrix slope(const Matrix& z, const Matrix& y, const Vector&) const override {
-    const Pull pull = pulled(z, y);
-    const Scalar period = static_cast<Scalar>(sample_period_s_);
-    return pull.exponent.cwiseProduct(pull.target - z) / period;
+    return units_.slope(z, y) / static_cast<Scalar>(sample_period_s_);
   }
 
  private:
-  static constexpr int kLongestGap = 1000;  // as in nlo/gated_observer.h
-
-  /// Where z is drawn to, and by what exponent over one sample period.
-  struct Pull {
-    Matrix exponent, target;
-  };
-
-  Pull pulled(const Matrix& z, const Matrix& y) const {
-    const Matrix a = gates_(stacked<Scalar>(z, y));
-    const Matrix reset = a.bottomRows(z.rows()).unaryExpr([this](Scalar v) { return (1 + tanh(v)) / 2; });
-    const auto softplus = [](Scalar v) { return std::max(2 * v, Scalar(0)) + std::log1p(std::exp(-std::abs(2 * v))); };
-    return {a.topRows(z.rows()).unaryExpr(softplus),
-            candidate_(stacked<Scalar>(reset.cwiseProduct(z), y)).unaryExpr([this](Scalar v) { return tanh(v); })};
-  }
-
-  Matrix stepped(const Matrix& z, const Matrix& y, Scalar periods) const {
-    const Pull pull = pulled(z, y);
-    const Matrix share = pull.exponent.unaryExpr([&](Scalar rate) { return -std::expm1(-periods * rate); });
-    return z + share.cwiseProduct(pull.target - z);
-  }
-
-  Scalar tanh(Scalar v) const { return exact_ ? std::tanh(v) : tanh_rational(v); }
-
-  bool exact_;
   double sample_period_s_;
-  ReferenceNetwork<Scalar> gates_, candidate_;
+  ReferenceUnits<Scalar> units_;
 };
 
 class GatedHeader final : public CppStructureBase {
@@ -112,15 +83,6 @@ Eigen::VectorXd largest_reads(const Model& m) {
   return largest;
 }
 
-/// Of a single layer without a linear path.
-void check_gate_layer(const Network& n, const Model& m, int outputs, const char* field, const char* meaning) {
-  check_network(n, m.nz() + m.nr(), outputs, field, meaning);
-  if (n.layers.size() != 1 || n.skip.size() != 0)
-    fail("{} has {} layers{}; it must be one layer alone", field, n.layers.size(),
-         n.skip.size() != 0 ? " and a linear path" : "");
-  check_sums(n, largest_reads(m), field);
-}
-
 /// What is claimed is proven by the weights as they are.
 void check_contraction(const Gated& own, const Model& m) {
   if (own.contraction.none()) return;
@@ -161,13 +123,14 @@ class GatedModule final : public StructureModule {
   void check(const Model& m) const override {
     check_no_angles(m);
     const Gated& own = own_part<Gated>(m);
-    check_gate_layer(own.gates, m, 2 * m.nz(), "gates", "n_u x (n_z + n_r)");
-    check_gate_layer(own.candidate, m, m.nz(), "candidate", "n_u x (n_z + n_r)");
+    const Eigen::VectorXd largest = largest_reads(m);
+    check_gate_layer(own.gates, largest, 2 * m.nz(), "gates", "n_u x (n_z + n_r)");
+    check_gate_layer(own.candidate, largest, m.nz(), "candidate", "n_u x (n_z + n_r)");
     for (Eigen::Index r = 0; r < m.nz(); ++r)
       if (!(std::abs(m.initial_latent(r)) <= 1.0))
         fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
     check_network(own.inverse_map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_r)");
-    check_sums(own.inverse_map, largest_reads(m), "inverse_map");
+    check_sums(own.inverse_map, largest, "inverse_map");
     check_contraction(own, m);
   }
 
@@ -202,6 +165,15 @@ class GatedModule final : public StructureModule {
 };
 
 }  // namespace
+
+void check_gate_layer(const Network& n, const Eigen::VectorXd& largest, int outputs, const char* field,
+                      const char* meaning) {
+  check_network(n, static_cast<int>(largest.size()), outputs, field, meaning);
+  if (n.layers.size() != 1 || n.skip.size() != 0)
+    fail("{} has {} layers{}; it must be one layer alone", field, n.layers.size(),
+         n.skip.size() != 0 ? " and a linear path" : "");
+  check_sums(n, largest, field);
+}
 
 const StructureModule& gated_module() {
   static const GatedModule module;

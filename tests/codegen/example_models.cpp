@@ -541,8 +541,31 @@ Model carried_model() {
   return with_domain(m);
 }
 
+Model prior_model() {
+  Model m = blank("prior", 2, 2);
+  m.inputs = {{"torque", "N m", 0.0}};
+  m.input_min = Eigen::VectorXd::Constant(1, -2.0);
+  m.input_max = Eigen::VectorXd::Constant(1, 2.0);
+  m.initial_latent = Eigen::VectorXd::Zero(6);
+  m.initial_latent << 0.1, 0.0, -0.2, 0.0, 0.3, -0.1;
+  Prior own{.equations = {{"x2", "mu * (1 - x1^2) * x2 - x1 + torque / 2"}, {"x1", "x2 - 0.5 * x1"}, {{"mu", 0.9}}},
+            .state_min = Eigen::Vector2d(-2.5, -4.0),
+            .state_max = Eigen::Vector2d(2.5, 3.5),
+            .fine = Eigen::Vector2d(0.1, 0.2),
+            .coarse = Eigen::Vector2d(2.0, 3.0),
+            .gates = random_network({13, 8}, 91, 0.8),
+            .candidate = random_network({13, 4}, 92, 0.9),
+            .correction = random_network({13, 6}, 93, 0.1),
+            .inverse_map = random_network({9, 8, 2}, 94, 1.2)};
+  own.gates.output_scale.setOnes();
+  own.gates.layers[0].bias.head(4) << -3.0, -2.0, -1.0, 0.0;
+  m.structure = own;
+  return with_domain(m);
+}
+
 std::vector<Model> structure_models() {
-  return {luenberger_model(), general_model(), gated_model(), driven_model(), window_model(), carried_model()};
+  return {luenberger_model(), general_model(), gated_model(), driven_model(),
+          window_model(),     carried_model(), prior_model()};
 }
 
 Model with_error(Model m, std::uint64_t seed) {

@@ -76,6 +76,9 @@ Model commanded_window_model();
 /// Two vectors and the rate of rotation that carries them; a pair and a real mode; a unit vector is estimated.
 Model carried_model();
 
+/// A driven Van der Pol oscillator as the prior, two outputs, one input; four units, T* 9-8-2.
+Model prior_model();
+
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.
 Model large_model();
 

@@ -13,7 +13,6 @@
 #include "trainer/evaluation/closed_loop.h"
 #include "trainer/evaluation/estimator_words.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/filters/plant_equations.h"
 #include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "trainer/filters/plant_equations.h"
+#include "trainer/plants/equations.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {

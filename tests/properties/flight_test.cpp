@@ -145,18 +145,21 @@ TEST(Flight, NorDoesAnyStructureNorEitherPolicy) {
   static constexpr auto kGeneral = bench::random_general_model<Activation::kSilu, 16, 2>();
   static constexpr auto kDriven = bench::random_driven_model<Activation::kTanh, 16, 2>();
   static constexpr auto kCarried = testing::carried_model<float>();
+  static constexpr auto kPrior = testing::prior_model<float>();
   KklObserver paper{kPaper};
   KklObserver<decltype(kPaper), Arithmetic::kDeterministic> deterministic{kPaper};
   LuenbergerObserver luenberger{kLuenberger};
   GeneralObserver general{kGeneral};
   DrivenKklObserver driven{kDriven};
   CarriedObserver carried{kCarried};
+  PriorObserver prior{kPrior};
   expect_nothing_happens(paper, kSteps / 500);
   expect_nothing_happens(deterministic, kSteps / 500);
   expect_nothing_happens(luenberger, kSteps / 500);
   expect_nothing_happens(general, kSteps / 500);
   expect_nothing_happens(driven, kSteps / 500);
   expect_nothing_happens(carried, kSteps / 500);
+  expect_nothing_happens(prior, kSteps / 500);
 }
 
 /// Runs `work` in a process of its own in which the kernel kills whoever asks it for anything. Returns the exit code,

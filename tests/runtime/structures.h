@@ -8,6 +8,7 @@
 #include <nlo/gated_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
+#include <nlo/prior_observer.h>
 #include <nlo/window_observer.h>
 
 #include "tests/runtime/testing.h"
@@ -181,6 +182,43 @@ constexpr CarriedTestModel<Scalar, kReadsOutput, kUnitLength> carried_model(Hold
   return model;
 }
 
+/// A Van der Pol oscillator, y = x1.
+template <class Scalar>
+struct OscillatorEquations {
+  static constexpr void derivative(const Scalar (&x)[2], const Scalar*, Scalar (&dx)[2]) {
+    dx[0] = x[1];
+    dx[1] = rounded<Scalar>((Scalar(1) - rounded<Scalar>(x[0] * x[0])) * x[1]) - x[0];
+  }
+  static constexpr void output(const Scalar (&x)[2], Scalar (&y)[1]) { y[0] = x[0]; }
+};
+
+/// Four units; w has two squashed innovations, y and two states.
+template <class Scalar>
+using PriorTestModel =
+    PriorModel<Scalar, 2, 1, 4, OscillatorEquations<Scalar>,
+               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 8>>>,
+               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 4>>>,
+               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 4>>>, LearnedMap<MixedMlp<Scalar, 6, 2>>>;
+
+template <class Scalar>
+constexpr PriorTestModel<Scalar> prior_model() {
+  PriorTestModel<Scalar> model{};
+  set_sampling(model);
+  for (int i = 0; i < 2; ++i) {
+    model.state_min[i] = Scalar(-3);
+    model.state_max[i] = Scalar(3.5);
+  }
+  model.fine[0] = Scalar(0.1);
+  model.coarse[0] = Scalar(2);
+  auto gates = mixed_dense<Scalar, 9, 8>(1.0, 6);
+  for (int r = 0; r < 4; ++r) gates.bias[r] = Scalar(-0.4 * r);
+  model.gates.mlp = make_mlp<Activation::kTanh>(gates);
+  model.candidate.mlp = make_mlp<Activation::kTanh>(mixed_dense<Scalar, 9, 4>(1.0, 7));
+  model.correction.mlp = make_mlp<Activation::kTanh>(mixed_dense<Scalar, 9, 4>(0.1, 8));
+  model.inverse_map.mlp = mixed_mlp<Scalar, 6, 2>(1.0, 9);
+  return model;
+}
+
 /// One observer of each structure.
 template <class Scalar, class Check>
 void each_structure(const Check& check) {
@@ -191,6 +229,7 @@ void each_structure(const Check& check) {
   static const auto gated = gated_model<Scalar>();
   static const auto window = window_model<Scalar>();
   static const auto carried = carried_model<Scalar>();
+  static const auto prior = prior_model<Scalar>();
   const auto with = [&check](auto observer) { check(observer); };
   with(KklObserver(kkl));
   with(LuenbergerObserver(luenberger));
@@ -199,6 +238,7 @@ void each_structure(const Check& check) {
   with(GatedObserver(gated));
   with(WindowObserver(window));
   with(CarriedObserver(carried));
+  with(PriorObserver(prior));
 }
 
 }  // namespace nlo::testing

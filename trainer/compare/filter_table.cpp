@@ -14,6 +14,7 @@
 #include "trainer/filters/high_gain.h"
 #include "trainer/filters/moving_horizon.h"
 #include "trainer/filters/plant_equations.h"
+#include "trainer/plants/equations.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate_runs.h"

@@ -11,7 +11,7 @@
 #include "trainer/base/nearest_name.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/filters/plant_equations.h"
+#include "trainer/plants/equations.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_channels.h"

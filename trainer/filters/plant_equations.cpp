@@ -2,10 +2,9 @@
 #include "trainer/filters/plant_equations.h"
 
 #include <algorithm>
-#include <array>
-#include <string_view>
 #include <utility>
 
+#include "trainer/plants/equations.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -13,18 +12,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-
-struct Equations {
-  std::string_view model;
-  std::array<std::string_view, 2> derivative;
-  bool driven;
-};
-constexpr std::array kBuiltin = {
-    Equations{"van_der_pol", {"x2", "mu * (1 - x1^2) * x2 - x1 + u"}, true},
-    Equations{"reverse_duffing", {"x2^3", "-x1 + u"}, true},
-    Equations{"sine_cosine", {"x2 + sin(x1)", "-x1 + cos(x2)"}, false},
-    Equations{"harmonic_oscillator", {"x2", "-omega^2 * x1 + u"}, true},
-};
 
 double& value_of(PlantConfig& plant, const std::string& parameter) {
   return std::find_if(plant.parameters.begin(), plant.parameters.end(),
@@ -103,26 +90,6 @@ bool is_exact(const AffinePlant& affine, const PlantConfig& plant, const std::ve
 }
 
 }  // namespace
-
-PlantConfig equations_of(const PlantConfig& plant) {
-  if (plant.model.empty()) return plant;
-  const auto own =
-      std::find_if(kBuiltin.begin(), kBuiltin.end(), [&](const auto& e) { return e.model == plant.model; });
-  const auto entry = std::find_if(plant_registry().begin(), plant_registry().end(),
-                                  [&](const PlantEntry& e) { return e.name == plant.model; });
-  if (own == kBuiltin.end() || entry == plant_registry().end())
-    throw codegen::Error("plant " + plant.model + " has no equations as text; add them to plant_equations.cpp");
-  PlantConfig result = plant;
-  result.model.clear();
-  result.states = {"x1", "x2"};
-  result.derivative = {std::string(own->derivative[0]), std::string(own->derivative[1])};
-  result.output_names = {"y"};
-  result.outputs = {"x1"};
-  if (own->driven) result.inputs = {"u"};
-  result.parameters = entry->parameters;
-  for (const auto& [name, value] : plant.parameters) value_of(result, name) = value;
-  return result;
-}
 
 LanePlant joint_plant(const PlantConfig& plant, const std::vector<std::string>& parameters, const MatrixXd& initial) {
   PlantConfig known = plant;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plants as expressions, the built-in ones too: to estimate a parameter beside the states, and to count what f costs.
+// A plant whose parameters are estimated beside its states.
 #pragma once
 
 #include <memory>
@@ -10,9 +10,6 @@
 #include "trainer/filters/lane_plant.h"
 
 namespace nlo::trainer {
-
-/// The same plant by expressions, with all of its parameters.
-PlantConfig equations_of(const PlantConfig& plant);
 
 /// The plant with its state extended by these parameters, x = [x; p], p' = 0. Where f and h are affine in p, which is
 /// tried on states of `initial`, by differences of plants, which are exact then; else by expressions,

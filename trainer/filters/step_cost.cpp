@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/filters/step_cost.h"
+#include "trainer/plants/equations.h"
 
 #include <cctype>
 #include <string>
-
-#include "trainer/filters/plant_equations.h"
 
 namespace nlo::trainer {
 namespace {

@@ -8,7 +8,7 @@
 #include "codegen/base/error.h"
 #include "trainer/base/draws.h"
 #include "trainer/structures/failing_sensors.h"
-#include "trainer/structures/gated_units.h"
+#include "trainer/structures/unit_settings.h"
 
 namespace nlo::trainer {
 
@@ -30,8 +30,8 @@ std::optional<Experiment> gated_rival(const DraftExperiment& draft, const Experi
   e.observer.structure = "gated";
   e.observer.input_hold = base.observer.input_hold;
   e.observer.own = kept_sensors(base.observer);
-  e.observer.own.set<GatedConfig>().rates = {rounded(std::min(3.0 / length_s, 0.1 / period_s)),
-                                             rounded(0.5 / period_s)};
+  e.observer.own.set<UnitSettings>().rates = {rounded(std::min(3.0 / length_s, 0.1 / period_s)),
+                                              rounded(0.5 / period_s)};
   set("inverse_map.hidden", e.inverse_map.hidden, std::vector<int>{32});
   set("inverse_map.linear_path", e.inverse_map.linear_path, false);
   set("loss.scale", e.loss.scale, ErrorScale::kNormalised);

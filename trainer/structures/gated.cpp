@@ -13,13 +13,18 @@
 #include "trainer/config/keys.h"
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/failing_sensors.h"
-#include "trainer/structures/gated_units.h"
-#include "trainer/structures/linear_latent_start.h"
 #include "trainer/structures/model_networks.h"
 #include "trainer/structures/module.h"
+#include "trainer/structures/unit_settings.h"
+#include "trainer/structures/units_latent.h"
 
 namespace nlo::trainer {
 namespace {
+
+/// Keys of [observer] that a gated observer alone has.
+struct GatedConfig {
+  double contraction = 0.0;  ///< > 0: what the units' coupling may reach (codegen/model/contraction.h), below 1
+};
 
 /// What rates are told in.
 struct GatedPeriod {
@@ -31,74 +36,13 @@ struct CouplingLimit {
   double value = 0.0;
 };
 
-/// The units over the segments of a group.
-class GatedLatent final : public LatentDynamics {
- public:
-  GatedLatent(const ObserverStructure& structure, const std::vector<double>& steps_s, int threads)
-      : LatentDynamics(structure.latent.rows),
-        period_s_(structure.own.get<GatedPeriod>().s),
-        steps_s_(steps_s),
-        parameters_(static_cast<std::size_t>(structure.dynamics.shape.parameters)) {
-    const int units = structure.latent.rows;
-    Normalisation readings = structure.dynamics.inputs;
-    readings.mean.erase(readings.mean.begin(), readings.mean.begin() + units);
-    readings.scale.erase(readings.scale.begin(), readings.scale.begin() + units);
-    for (int t = 0; t < threads; ++t) workers_.push_back({std::make_unique<GatedUnits<float>>(units, readings), {}});
-  }
-
-  void prepare(const float* parameters) override {
-    std::copy_n(parameters, parameters_.size(), parameters_.begin());
-    for (Worker& worker : workers_) worker.units->prepare(parameters_.data());
-  }
-
-  void forward(SegmentGroup& group, int thread) override {
-    Worker& worker = workers_[static_cast<std::size_t>(thread)];
-    worker.units->forward(run_of(group, worker));
-  }
-
-  void backward(SegmentGroup& group, int thread) override {
-    Worker& worker = workers_[static_cast<std::size_t>(thread)];
-    GatedRun<float> run = run_of(group, worker);
-    run.cotangent = group.cotangent.data();
-    worker.units->backward(run, group.gradient);
-  }
-
- private:
-  struct Worker {
-    std::unique_ptr<GatedUnits<float>> units;
-    std::vector<float> periods;
-  };
-
-  GatedRun<float> run_of(SegmentGroup& group, Worker& worker) const {
-    GatedRun<float> run{.length = group.length, .readings = group.readings.data(), .latent = group.latent.data()};
-    if (group.step_of.empty()) return run;
-    worker.periods.assign(group.step_of.size(), 1.0F);
-    for (std::size_t i = kGroup; i < group.step_of.size(); ++i) {
-      const double step_s = steps_s_[static_cast<std::size_t>(group.step_of[i - kGroup])];
-      worker.periods[i] = static_cast<float>(step_s / period_s_);
-    }
-    run.periods = worker.periods.data();
-    return run;
-  }
-
-  double period_s_;
-  const std::vector<double>& steps_s_;
-  std::vector<float> parameters_;
-  std::vector<Worker> workers_;
-};
-
 class Gated final : public TrainableStructure {
  public:
   std::string_view name() const override { return "gated"; }
 
   std::vector<Key<ObserverConfig>> own_keys() const override {
     std::vector<Key<ObserverConfig>> keys = failing_sensor_keys();
-    keys.push_back(
-        own_key<ObserverConfig>(key("units", &GatedConfig::units, between(1, 1024), "gated: latent states")));
-    keys.push_back(
-        own_key<ObserverConfig>(key("rates", &GatedConfig::rates, positive(),
-                                    "gated: slowest and fastest rate of a unit at first [1/s]; empty: 0.01 and 0.5 "
-                                    "per sample period")));
+    for (Key<ObserverConfig>& of_units : unit_keys()) keys.push_back(std::move(of_units));
     keys.push_back(own_key<ObserverConfig>(key(
         "contraction", &GatedConfig::contraction, between(0, 0.999),
         "gated: how far units may couple, below 1, so that z provably forgets where it started; 0: as they learn")));
@@ -106,26 +50,8 @@ class Gated final : public TrainableStructure {
   }
 
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
-    const ObserverConfig& o = experiment.observer;
-    const auto refuse = [](const char* key, const char* why) {
-      throw KeyError(fmt::format("observer.{}", key), fmt::format("[observer] {} {}; remove it", key, why));
-    };
-    for (const auto& [key, given] : {std::pair{"eigenvalues", !o.eigenvalues.empty()},
-                                     {"pairs", !o.pairs.empty()},
-                                     {"clocks_s", !o.clocks_s.empty()}})
-      if (given) refuse(key, "has no use in a gated observer, whose units learn their rates");
-    if (o.hold != Hold::kFirstOrder) refuse("hold", "has no use in a gated observer, which steps with the latest y");
-    if (o.features == FeatureSet::kLatentMinusOutput)
-      refuse("features", "compares z with y, and gated units have no unit of y");
-    check_zero_start(o, "a gated observer");
-    if (experiment.training.gradient != LatentGradient::kAutomatic)
-      throw KeyError("training.gradient",
-                     "[training] gradient chooses how a differential equation is trained, and gated units are stepped "
-                     "exactly; remove it");
+    check_units(experiment, "a gated observer");
     check_failing_sensors(experiment, channels);
-    const std::vector<double>& rates = o.own.get<GatedConfig>().rates;
-    if (!rates.empty() && (rates.size() != 2 || rates[0] > rates[1]))
-      throw KeyError("observer.rates", "[observer] rates is a slow one and a fast one, [0.5, 20.0], or left out");
   }
 
   /// As van_der_pol_gated is trained; rates are left to the sample period.
@@ -147,7 +73,7 @@ class Gated final : public TrainableStructure {
   }
 
   void vary(Experiment& experiment, Draws& draws) const override {
-    GatedConfig& own = experiment.observer.own.set<GatedConfig>();
+    UnitSettings& own = experiment.observer.own.set<UnitSettings>();
     constexpr int kVector = 8;  // floats that a kernel takes together
     const double units = own.units * draws.one_of({0.5, 0.75, 1.0, 1.0, 1.5, 2.0});
     own.units = std::clamp(static_cast<int>(std::lround(units / kVector)) * kVector, kVector, 1024);
@@ -162,7 +88,7 @@ class Gated final : public TrainableStructure {
   }
 
   void make(const Experiment& experiment, ObserverStructure& structure) const override {
-    const int units = experiment.observer.own.get<GatedConfig>().units;
+    const int units = experiment.observer.own.get<UnitSettings>().units;
     structure.latent.rows = units;
     structure.own.set<CouplingLimit>().value = experiment.observer.own.get<GatedConfig>().contraction;
     structure.dynamics =
@@ -186,20 +112,12 @@ class Gated final : public TrainableStructure {
     }
   }
 
-  /// Rates spread evenly over their logarithms: (1 + tanh a) / 2 = 1 - exp(-rate period).
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override {
     const NetworkShape& shape = structure.dynamics.shape;
     std::vector<float> parameters = initial_parameters(shape, experiment.seed, 1.0F, kDynamicsStream);
-    const double period_s = structure.own.get<GatedPeriod>().s;
-    std::vector<double> rates = experiment.observer.own.get<GatedConfig>().rates;
-    if (rates.empty()) rates = {0.01 / period_s, 0.5 / period_s};
-    const int units = structure.latent.rows;
-    for (int r = 0; r < units; ++r) {
-      const double part = units > 1 ? static_cast<double>(r) / (units - 1) : 0.5;
-      const double rate = rates[0] * std::pow(rates[1] / rates[0], part);
-      parameters[static_cast<std::size_t>(shape.layers[0].bias + r)] =
-          static_cast<float>(0.5 * std::log(std::expm1(rate * period_s)));
-    }
+    const std::vector<float> rates =
+        initial_rates(experiment.observer.own.get<UnitSettings>(), structure.own.get<GatedPeriod>().s);
+    std::copy(rates.begin(), rates.end(), parameters.begin() + shape.layers[0].bias);
     return parameters;
   }
 
@@ -232,23 +150,21 @@ class Gated final : public TrainableStructure {
 
   std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment&, const ObserverStructure& structure,
                                                   const std::vector<double>& steps_s, int threads) const override {
-    return std::make_unique<GatedLatent>(structure, steps_s, threads);
+    const int units = structure.latent.rows;
+    Normalisation readings = structure.dynamics.inputs;
+    readings.mean.erase(readings.mean.begin(), readings.mean.begin() + units);
+    readings.scale.erase(readings.scale.begin(), readings.scale.begin() + units);
+    return std::make_unique<UnitsLatent<GatedUnits<float>>>(
+        units, structure.dynamics.shape.parameters, structure.own.get<GatedPeriod>().s, steps_s, threads,
+        [&] { return std::make_unique<GatedUnits<float>>(units, readings); });
   }
 
   void to_model(const ObserverStructure& structure, const float* parameters, const Experiment&, const Dataset&,
                 codegen::Model& model) const override {
     const codegen::Network all = dynamics_of(structure.dynamics, parameters);
-    const auto rows = [&all](Eigen::Index first, Eigen::Index count) {
-      codegen::Network part = all;
-      part.layers[0].weights = all.layers[0].weights.middleRows(first, count);
-      part.layers[0].bias = all.layers[0].bias.segment(first, count);
-      part.output_mean = all.output_mean.segment(first, count);
-      part.output_scale = all.output_scale.segment(first, count);
-      return part;
-    };
     const Eigen::Index units = structure.latent.rows;
-    model.structure = codegen::Gated{.gates = rows(0, 2 * units),
-                                     .candidate = rows(2 * units, units),
+    model.structure = codegen::Gated{.gates = rows_of(all, 0, 2 * units),
+                                     .candidate = rows_of(all, 2 * units, units),
                                      .inverse_map = inverse_map_of(structure, parameters, model.nr())};
   }
 

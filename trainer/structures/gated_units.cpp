@@ -37,20 +37,22 @@ void product(const Scalar* w, int row_count, int columns, const Scalar* bias, co
 }  // namespace
 
 template <class Scalar>
-GatedUnits<Scalar>::GatedUnits(int units, const Normalisation& readings)
+GatedUnits<Scalar>::GatedUnits(int units, const Normalisation& readings, int others)
     : units_(units),
       readings_(static_cast<int>(readings.mean.size())),
       columns_(units + readings_),
+      others_(others),
       gates_transposed_(rows<Scalar>(units, static_cast<std::size_t>(2 * units))),
       candidate_transposed_(rows<Scalar>(units, static_cast<std::size_t>(units))),
+      readings_transposed_(rows<Scalar>(readings_, static_cast<std::size_t>(3 * units))),
       in_(rows<Scalar>(columns_, kGroup)),
       gate_(rows<Scalar>(2 * units, kGroup)),
       target_(rows<Scalar>(units, kGroup)),
       z_(rows<Scalar>(units, kGroup)),
       p_(z_),
-      to_gates_(gate_),
-      to_candidate_(z_),
+      to_all_(rows<Scalar>(3 * units, kGroup)),
       pulled_(z_),
+      to_readings_(rows<Scalar>(readings_, kGroup)),
       chunk_in_(rows<Scalar>(columns_, kStride<Scalar>)),
       chunk_reset_in_(chunk_in_),
       chunk_raw_(rows<Scalar>(units, kStride<Scalar>)),
@@ -74,6 +76,9 @@ void GatedUnits<Scalar>::prepare(const Scalar* theta) {
     for (int o = 0; o < units_; ++o)
       candidate_transposed_[static_cast<std::size_t>(i * units_ + o)] = weights(2 * units_ + o)[i];
   }
+  for (int j = 0; j < readings_; ++j)
+    for (int o = 0; o < 3 * units_; ++o)
+      readings_transposed_[static_cast<std::size_t>(j * 3 * units_ + o)] = weights(o)[units_ + j];
 }
 
 /// The readings of a sample, normalised, below z in in_.
@@ -111,13 +116,14 @@ void GatedUnits<Scalar>::pull(const Scalar* in, Scalar* raw_share, Scalar* gate,
 }
 
 template <class Scalar>
-void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run) {
+void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>* loop) {
   using P = typename One<Scalar>::P;
   const std::size_t size = z_.size();
   std::vector<Scalar>& share = pulled_;
   std::fill(z_.begin(), z_.end(), Scalar(0));
   for (int k = 0; k < run.length; ++k) {
     std::copy(z_.begin(), z_.end(), in_.begin());
+    if (loop != nullptr) loop->read(k);
     gather_readings(run, k);
     const bool regular = run.periods == nullptr;
     pull<One<Scalar>>(in_.data(), regular ? nullptr : share.data(), gate_.data(), in_.data(), target_.data());
@@ -131,6 +137,9 @@ void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run) {
     for (int r = 0; r < units_; ++r)
       std::copy_n(z_.data() + static_cast<std::ptrdiff_t>(r) * kGroup, kGroup,
                   run.latent + (static_cast<std::ptrdiff_t>(r) * run.length + k) * kGroup);
+    if (loop == nullptr) continue;
+    std::copy(z_.begin(), z_.end(), in_.begin());
+    loop->stepped(k, in_.data());
   }
 }
 
@@ -166,6 +175,7 @@ void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int co
   using P = typename One<Scalar>::P;
   constexpr int kWidth = One<Scalar>::kWidth;
   const P half = P{} + simd::literal<P>(0.5), one = P{} + simd::literal<P>(1.0);
+  Scalar* to_candidate = to_all_.data() + 2 * p_.size();
   for (int r = 0; r < units_; ++r) {
     const std::size_t at = static_cast<std::size_t>(r) * kStride<Scalar> + static_cast<std::size_t>(column);
     for (int l = 0; l < kGroup; l += kWidth) {
@@ -184,13 +194,13 @@ void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int co
         share = simd::load<P>(shares);
         slope = simd::load<P>(slopes);
       }
-      simd::store(to_gates_.data() + i, p * (c - z) * slope);
-      simd::store(to_candidate_.data() + i, p * share * (one - c * c));
+      simd::store(to_all_.data() + i, p * (c - z) * slope);
+      simd::store(to_candidate + i, p * share * (one - c * c));
       simd::store(p_.data() + i, p * (one - share));
     }
   }
   product<One<Scalar>>(candidate_transposed_.data(), units_, units_, static_cast<const Scalar*>(nullptr),
-                       to_candidate_.data(), pulled_.data());
+                       static_cast<const Scalar*>(to_candidate), pulled_.data());
   const std::size_t size = p_.size();
   for (int r = 0; r < units_; ++r) {
     const std::size_t at = static_cast<std::size_t>(r) * kStride<Scalar> + static_cast<std::size_t>(column);
@@ -199,25 +209,21 @@ void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int co
       const std::size_t in_chunk = at + static_cast<std::size_t>(l);
       const P q = simd::load<P>(pulled_.data() + i), z = simd::load<P>(chunk_in_.data() + in_chunk);
       const P t = simd::load<P>(chunk_gate_.data() + static_cast<std::size_t>(units_) * kStride<Scalar> + in_chunk);
-      simd::store(to_gates_.data() + size + static_cast<std::size_t>(i), q * z * half * (one - t * t));
+      simd::store(to_all_.data() + size + static_cast<std::size_t>(i), q * z * half * (one - t * t));
       simd::store(p_.data() + i, simd::load<P>(p_.data() + i) + q * gate_of(t));
     }
   }
   product<One<Scalar>>(gates_transposed_.data(), units_, 2 * units_, static_cast<const Scalar*>(nullptr),
-                       to_gates_.data(), pulled_.data());
+                       static_cast<const Scalar*>(to_all_.data()), pulled_.data());
   for (std::size_t i = 0; i < size; ++i) p_[i] += pulled_[i];
-  const auto keep = [&](const std::vector<Scalar>& from, int first, int count) {
-    for (int r = 0; r < count; ++r)
-      std::copy_n(from.data() + static_cast<std::ptrdiff_t>(r) * kGroup, kGroup,
-                  chunk_cotangent_.data() + static_cast<std::size_t>(first + r) * kStride<Scalar> +
-                      static_cast<std::size_t>(column));
-  };
-  keep(to_gates_, 0, 2 * units_);
-  keep(to_candidate_, 2 * units_, units_);
+  for (int r = 0; r < 3 * units_; ++r)
+    std::copy_n(
+        to_all_.data() + static_cast<std::ptrdiff_t>(r) * kGroup, kGroup,
+        chunk_cotangent_.data() + static_cast<std::size_t>(r) * kStride<Scalar> + static_cast<std::size_t>(column));
 }
 
 template <class Scalar>
-void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<double>& gradient) {
+void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<double>& gradient, GatedLoop<Scalar>* loop) {
   std::fill(gradient_.begin(), gradient_.end(), Scalar(0));
   std::fill(p_.begin(), p_.end(), Scalar(0));
   const auto add_cotangent = [&](int time) {
@@ -233,13 +239,24 @@ void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
     if (chunk.count < kChunkSamples) std::fill(chunk_cotangent_.begin(), chunk_cotangent_.end(), Scalar(0));
     for (int k = chunk.count - 1; k >= 0; --k) {
       add_cotangent(from + k);
+      if (loop != nullptr) {
+        for (int r = 0; r < units_; ++r)
+          std::copy_n(run.latent + (static_cast<std::ptrdiff_t>(r) * run.length + from + k) * kGroup, kGroup,
+                      in_.data() + static_cast<std::ptrdiff_t>(r) * kGroup);
+        gather_readings(run, from + k);
+        loop->pull_back(from + k, in_.data(), p_.data());
+      }
       pull_back(run, from + k, k * kGroup);
+      if (loop == nullptr) continue;
+      product<One<Scalar>>(readings_transposed_.data(), readings_, 3 * units_, static_cast<const Scalar*>(nullptr),
+                           static_cast<const Scalar*>(to_all_.data()), to_readings_.data());
+      loop->take(from + k, to_readings_.data());
     }
     const Scalar* to_candidate = chunk_cotangent_.data() + static_cast<std::size_t>(2 * units_) * kStride<Scalar>;
     Many<Scalar>::outer_product(chunk_cotangent_.data(), 2 * units_, chunk_in_.data(), columns_, gradient_.data());
     Many<Scalar>::outer_product(to_candidate, units_, chunk_reset_in_.data(), columns_,
                                 gradient_.data() + 2 * units_ * columns_);
-    Many<Scalar>::row_sums(chunk_cotangent_.data(), 3 * units_, gradient_.data() + 3 * units_ * columns_);
+    Many<Scalar>::row_sums(chunk_cotangent_.data(), 3 * units_, gradient_.data() + (3 * units_ + others_) * columns_);
   }
   gradient.assign(gradient_.begin(), gradient_.end());
 }

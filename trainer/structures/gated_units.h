@@ -16,13 +16,6 @@
 
 namespace nlo::trainer {
 
-/// Keys of [observer] that a gated observer alone has.
-struct GatedConfig {
-  int units = 32;                  ///< n_z
-  std::vector<double> rates = {};  ///< slowest and fastest at first [1/s]
-  double contraction = 0.0;        ///< > 0: what the units' coupling may reach (codegen/model/contraction.h), below 1
-};
-
 /// Eight trajectories; arrays are [row][time][8].
 template <class Scalar>
 struct GatedRun {
@@ -33,46 +26,66 @@ struct GatedRun {
   const Scalar* periods = nullptr;    ///< [time][8]: of the step that ends at a sample, in sample periods; null: all 1
 };
 
+/// Readings that depend on the units of the samples before: made as the units go, and told their gradient on the way
+/// back.
+template <class Scalar>
+class GatedLoop {
+ public:
+  virtual ~GatedLoop() = default;
+
+  /// Writes the readings of a sample into what GatedRun::readings points at.
+  virtual void read(int time) = 0;
+  /// The units have stepped. in: [z; readings], those normalised, a row of eight each.
+  virtual void stepped(int time, const Scalar* in) = 0;
+  /// Adds to dl/dz of a sample, from the same `in`.
+  virtual void pull_back(int time, const Scalar* in, Scalar* to_z) = 0;
+  /// Takes dl/d(normalised readings) of that sample.
+  virtual void take(int time, const Scalar* to_readings) = 0;
+};
+
 template <class Scalar>
 class GatedUnits {
  public:
-  /// Parameters: a single layer of 3 n_z rows (s, g, c) over [z; readings], W row by row, then b.
-  GatedUnits(int units, const Normalisation& readings);
+  /// Parameters: a single layer of 3 n_z rows (s, g, c) over [z; readings], W row by row, then b. Behind them the layer
+  /// may have `others` that are not the units'.
+  GatedUnits(int units, const Normalisation& readings, int others = 0);
   GatedUnits(const GatedUnits&) = delete;
   GatedUnits& operator=(const GatedUnits&) = delete;
 
-  int parameters() const { return 3 * units_ * (columns_ + 1); }
+  int columns() const { return columns_; }
+  int parameters() const { return (3 * units_ + others_) * (columns_ + 1); }
+  const Scalar* weights(int row) const { return theta_ + row * columns_; }
+  const Scalar* bias(int row) const { return theta_ + (3 * units_ + others_) * columns_ + row; }
 
   /// Reads theta, which must stay where it is until the next prepare().
   void prepare(const Scalar* theta);
 
-  /// Fills run.latent.
-  void forward(const GatedRun<Scalar>& run);
+  /// Fills run.latent. `loop`: what makes the readings; null: they are there.
+  void forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>* loop = nullptr);
 
-  /// Gradient of the parameters, from run.latent as forward() left it and run.cotangent.
-  void backward(const GatedRun<Scalar>& run, std::vector<double>& gradient);
+  /// Gradient of the parameters, from run.latent as forward() left it, run.cotangent and the readings; 0 for others'.
+  void backward(const GatedRun<Scalar>& run, std::vector<double>& gradient, GatedLoop<Scalar>* loop = nullptr);
 
  private:
   /// Samples [from, from + count) of a run.
   struct Chunk {
     int from, count;
   };
-  const Scalar* weights(int row) const { return theta_ + row * columns_; }
-  const Scalar* bias(int row) const { return theta_ + 3 * units_ * columns_ + row; }
   void gather_readings(const GatedRun<Scalar>& run, int time);
   template <class Math>
   void pull(const Scalar* in, Scalar* raw_share, Scalar* gate, Scalar* reset_in, Scalar* target) const;
   void repeat(const GatedRun<Scalar>& run, Chunk chunk);
   void pull_back(const GatedRun<Scalar>& run, int time, int column);
 
-  int units_, readings_, columns_;
+  int units_, readings_, columns_, others_;
   std::vector<Scalar> mean_, inverse_scale_;
   const Scalar* theta_ = nullptr;
   std::vector<Scalar> gates_transposed_, candidate_transposed_;  ///< of what reads z: n_z x 2 n_z, n_z x n_z
+  std::vector<Scalar> readings_transposed_;                      ///< n_r x 3 n_z
 
   // One sample of eight trajectories.
   std::vector<Scalar> in_, gate_, target_, z_;
-  std::vector<Scalar> p_, to_gates_, to_candidate_, pulled_;
+  std::vector<Scalar> p_, to_all_, pulled_, to_readings_;  ///< to_all_: of a_s, a_g, a_c
   // A chunk of samples, side by side.
   std::vector<Scalar> chunk_in_, chunk_reset_in_, chunk_raw_, chunk_gate_, chunk_target_, chunk_cotangent_, gradient_;
 };

@@ -42,6 +42,15 @@ codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* param
   return network;
 }
 
+codegen::Network rows_of(const codegen::Network& all, Index first, Index count) {
+  codegen::Network part = all;
+  part.layers[0].weights = all.layers[0].weights.middleRows(first, count);
+  part.layers[0].bias = all.layers[0].bias.segment(first, count);
+  part.output_mean = all.output_mean.segment(first, count);
+  part.output_scale = all.output_scale.segment(first, count);
+  return part;
+}
+
 codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Index readings) {
   const auto nf = static_cast<Index>(structure.features.size());
   const Index nz = structure.latent.rows;

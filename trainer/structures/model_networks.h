@@ -10,6 +10,9 @@ namespace nlo::trainer {
 /// The network within the latent system: u = (in - mean) / scale, outputs in their own units.
 codegen::Network dynamics_of(const DynamicsNetwork& dynamics, const float* parameters);
 
+/// Outputs [first, first + count) of a network of one layer.
+codegen::Network rows_of(const codegen::Network& all, Eigen::Index first, Eigen::Index count);
+
 /// T* or G of `structure`, from all its parameters.
 ///   outputs  how many of y it reads beside z: n_y or 0
 codegen::Network inverse_map_of(const ObserverStructure& structure, const float* parameters, Eigen::Index outputs);

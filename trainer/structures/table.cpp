@@ -19,6 +19,7 @@ const TrainableStructure& general_structure();
 const TrainableStructure& gated_structure();
 const TrainableStructure& window_structure();
 const TrainableStructure& carried_structure();
+const TrainableStructure& prior_structure();
 
 std::vector<Key<ObserverConfig>> TrainableStructure::own_keys() const {
   return {};
@@ -27,7 +28,7 @@ std::vector<Key<ObserverConfig>> TrainableStructure::own_keys() const {
 std::span<const TrainableStructure* const> structure_table() {
   static const std::array kTable{&kkl_structure(),     &driven_kkl_structure(), &luenberger_structure(),
                                  &general_structure(), &gated_structure(),      &window_structure(),
-                                 &carried_structure()};
+                                 &carried_structure(), &prior_structure()};
   return kTable;
 }
 

@@ -218,7 +218,7 @@ class Training {
   bool diverged(double loss, bool usable) const {
     if (!std::isfinite(loss)) return true;
     if (!usable && !clips()) return true;
-    return loss > 1e6 * (1.0 + state_.metrics.front().loss);
+    return loss > 1e6 * (1.0 + std::abs(state_.metrics.front().loss));  // one of logarithms may be below zero
   }
 
   /// Where gradients are clipped: parameters have come to where small changes of them explode through time, and what

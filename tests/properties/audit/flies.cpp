@@ -12,6 +12,7 @@ constexpr auto kLuenbergerModel = nlo::bench::random_luenberger_model<nlo::Activ
 constexpr auto kGeneralModel = nlo::bench::random_general_model<nlo::Activation::kRelu, 12, 1>();
 constexpr auto kDrivenModel = nlo::bench::random_driven_model<nlo::Activation::kTanh, 16, 2>();
 constexpr auto kCarriedModel = nlo::testing::carried_model<float>();
+constexpr auto kPriorModel = nlo::testing::prior_model<float>();
 using Observer = nlo::KklObserver<decltype(kModel)>;
 using SiluObserver = nlo::KklObserver<decltype(kSiluModel)>;
 
@@ -21,6 +22,7 @@ constinit nlo::LuenbergerObserver luenberger_observer{kLuenbergerModel};
 constinit nlo::GeneralObserver general_observer{kGeneralModel};
 constinit nlo::DrivenKklObserver driven_observer{kDrivenModel};
 constinit nlo::CarriedObserver carried_observer{kCarriedModel};
+constinit nlo::PriorObserver prior_observer{kPriorModel};
 
 }  // namespace
 
@@ -47,7 +49,9 @@ extern "C" int audited_structures(float y, float u, float dt_s, float* x_hat) {
   status += static_cast<int>(driven_observer.step_missed({{u}}));
   status += static_cast<int>(carried_observer.step({{y, y, y}}, {{u, u, u}}));
   status += static_cast<int>(carried_observer.step({{y, y, y}}, {{u, u, u}}, dt_s));
-  x_hat[0] = luenberger_observer.estimate()[0];
+  status += static_cast<int>(prior_observer.step(y));
+  status += static_cast<int>(prior_observer.step(y, dt_s));
+  x_hat[0] = luenberger_observer.estimate()[0] + prior_observer.estimate()[0];
   x_hat[1] = general_observer.estimate()[0];
   x_hat[2] = driven_observer.estimate()[0] + carried_observer.estimate()[0];
   return status + (driven_observer.in_domain() && general_observer.in_domain() ? 0 : 100);

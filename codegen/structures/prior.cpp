@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/model/prior.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+
+#include "codegen/base/identifier.h"
+#include "codegen/model/checks.h"
+#include "codegen/model/model_fields.h"
+#include "codegen/structures/kkl_family.h"
+#include "codegen/structures/prior_dynamics.h"
+
+namespace nlo::codegen {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// How many entries w has.
+Index reads_of_units(const Model& m) {
+  return 2 * m.ny() + m.nr() + m.nx();
+}
+
+/// A line for each expression: "dx[0] = x[1];".
+std::string statements(const Equations& equations, const char* result, const std::vector<Expression>& expressions,
+                       const Initialiser& init, const char* indent,
+                       const std::function<std::string(const std::string&)>& part_of_sum) {
+  const auto reading = [&](int j) {
+    if (j < equations.first_input()) return fmt::format("x[{}]", j);
+    if (j < equations.first_parameter()) return fmt::format("u[{}]", j - equations.first_input());
+    return init(equations.parameter(j - equations.first_parameter()), "equations.parameters");
+  };
+  const auto number = [&](double value) { return init(value, "equations"); };
+  std::string text;
+  for (std::size_t i = 0; i < expressions.size(); ++i)
+    text += fmt::format("{}{}[{}] = {};\n", indent, result, i, expressions[i].text(reading, number, part_of_sum));
+  return text;
+}
+
+class PriorHeader final : public CppStructureBase {
+ public:
+  explicit PriorHeader(const ExportSource& source)
+      : CppStructureBase(source), own_(own_part<Prior>(source.model)), equations_(prior_equations(source.model)) {}
+
+  std::string title() const override { return "a learned state observer (known equations, corrected)"; }
+  std::string description() const override {
+    return fmt::format("// Prior: RK4 of the plant's equations. Corrected by {} gated units. Map T*: {}.\n", nz_ - nx_,
+                       inverse_map().description()) +
+           input_comment();
+  }
+  std::string header() const override { return "prior_observer.h"; }
+  std::vector<CppNetwork> networks() const override { return {gates(), candidate(), correction(), inverse_map()}; }
+  std::string types() const override {
+    const std::string scalar = init_.scalar_name();
+    std::string text = "/// The plant's known equations: dx/dt = f(x, u), y = h(x).\nstruct Equations {\n";
+    text += function(
+        fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar, nx_),
+        "dx", equations_.derivative());
+    text +=
+        function(fmt::format("output(const {0} (&x)[{1}], {0} (&y)[{2}])", scalar, nx_, ny_), "y", equations_.output());
+    return text + "};\n" +
+           fmt::format(
+               "using Model = PriorModel<{}, {}, {}, {}, Equations, {}, {}, {}, {}{}>;\n"
+               "// n_x, n_y, n_m, equations, gates, candidate, correction, T*{}\n"
+               "using Observer = PriorObserver<Model>;\n",
+               scalar, nx_, ny_, nz_ - nx_, gates().map_type(init_), candidate().map_type(init_),
+               correction().map_type(init_), inverse_map().map_type(init_), input_arguments(), input_words());
+  }
+  std::string leading_fields() const override {
+    return fmt::format(
+        "    .initial = {},\n    .state_min = {},\n    .state_max = {},\n    .fine = {},\n    .coarse = {},\n",
+        init_.vector(m_.initial_latent, "initial_latent"), init_.vector(own_.state_min, "state_min"),
+        init_.vector(own_.state_max, "state_max"), init_.vector(own_.fine, "fine"),
+        init_.vector(own_.coarse, "coarse"));
+  }
+
+  Index step_multiply_adds() const override {
+    constexpr Index kRk4 = 8;  // for each state: three slopes on the way, their weighted sum, the step
+    Index equations = kRk4 * nx_;
+    for (const Expression& f : equations_.derivative()) equations += 4 * f.operations();
+    for (const Expression& h : equations_.output()) equations += h.operations();
+    return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + nx_ * ny_ + equations;
+  }
+  Index step_activations() const override { return 3 * (nz_ - nx_) + 2 * ny_; }  // squashed innovations among them
+  Index own_scalars() const override { return nz_ + 2 * nx_ + 2 * ny_ + 1; }     // stale_after
+
+ private:
+  /// A function of Equations.
+  std::string function(const std::string& head, const char* result, const std::vector<Expression>& expressions) const {
+    return "  static constexpr void " + head + " {\n" +
+           statements(equations_, result, expressions, init_, "    ",
+                      [&](const std::string& product) {
+                        return fmt::format("rounded<{}>({})", init_.scalar_name(), product);
+                      }) +
+           "  }\n";
+  }
+
+  std::string units_read() const { return "[m; s(nu); y; u; x-]"; }
+  CppNetwork gates() const { return network("gates", "GatesLayer", "GatesNetwork", units_read()); }
+  CppNetwork candidate() const { return network("candidate", "CandidateLayer", "CandidateNetwork", units_read()); }
+  CppNetwork correction() const { return network("correction", "CorrectionLayer", "CorrectionNetwork", units_read()); }
+
+  const Prior& own_;
+  Equations equations_;
+};
+
+/// Of [m; w].
+VectorXd largest_reads(const Model& m, const Prior& own) {
+  const VectorXd x = own.state_min.cwiseAbs().cwiseMax(own.state_max.cwiseAbs());
+  VectorXd largest(m.nz() - m.nx() + reads_of_units(m));
+  largest << VectorXd::Ones(m.nz() - m.nx() + 2 * m.ny()), largest_readings(m), x;
+  return largest;
+}
+
+void check_parameters(const EquationTexts& texts) {
+  constexpr double kLargest = 1e15;  // as of a number in an expression
+  for (std::size_t i = 0; i < texts.parameters.size(); ++i) {
+    const auto& [name, value] = texts.parameters[i];
+    if (!is_identifier(name)) fail("equations.parameters[{}] has a name that is not an identifier", i);
+    if (!(std::abs(value) < kLargest))
+      fail("equations.parameters.{} is {}; it must be below {:g}", name, value, kLargest);
+  }
+}
+
+/// From wherever x is kept, a piece of a step and its innovation stay far from float's largest.
+void check_bounded(const Model& m, const Prior& own, const Equations& equations) {
+  constexpr double kLongestPiece = 1.5;  // sample periods
+  std::vector<Interval> x;
+  for (Index i = 0; i < m.nx(); ++i) x.emplace_back(own.state_min(i), own.state_max(i));
+  const auto check = [](Interval of, const char* what, Index i) {
+    if (!(of.low >= -kLargestNumber && of.high <= kLargestNumber))
+      fail(
+          "equations.{}[{}] may reach {} to {} from where state_min and state_max keep x; float32 wants it within +-{}",
+          what, i, of.low, of.high, kLargestNumber);
+  };
+  for (Index j = 0; j < m.ny(); ++j) check(equations.output(static_cast<int>(j), x.data()), "outputs", j);
+  equations.step(x.data(), Interval(0.0, kLongestPiece * m.sample_period_s), [&](double, Interval* u) {
+    for (std::size_t j = 0; j < m.inputs.size(); ++j)
+      u[j] = {m.input_min(static_cast<Index>(j)), m.input_max(static_cast<Index>(j))};
+  });
+  for (Index i = 0; i < m.nx(); ++i) check(x[static_cast<std::size_t>(i)], "derivative", i);
+}
+
+std::vector<std::string> texts(const Field& field) {
+  std::vector<std::string> list;
+  for (std::size_t i = 0; i < field.array_size(); ++i) list.push_back(text(field[i]));
+  return list;
+}
+
+std::string json_texts(const std::vector<std::string>& list) {
+  std::string all;
+  for (const std::string& text : list) all += (all.empty() ? "" : ", ") + json_text(text);
+  return "[" + all + "]";
+}
+
+class PriorModule final : public StructureModule {
+ public:
+  std::string_view name() const override { return "prior"; }
+
+  std::vector<const char*> keys() const override {
+    return {"equations", "state_min", "state_max", "fine", "coarse", "gates", "candidate", "correction", "inverse_map"};
+  }
+  void read(const Field& file, Model& m) const override {
+    const Field equations = file["equations"], parameters = equations["parameters"];
+    equations.allow_only({"derivative", "outputs", "parameters"});
+    EquationTexts known{texts(equations["derivative"]), texts(equations["outputs"])};
+    parameters.expect(parameters.value.is_object(), "an object of numbers");
+    for (const auto& [name, value] : parameters.value.items())
+      known.parameters.emplace_back(name, number({value, parameters.path + "." + name}));
+    m.structure = Prior{std::move(known),           vector(file["state_min"]),   vector(file["state_max"]),
+                        vector(file["fine"]),       vector(file["coarse"]),      network(file["gates"]),
+                        network(file["candidate"]), network(file["correction"]), network(file["inverse_map"])};
+  }
+  void write(const Model& m, JsonObject& file) const override {
+    const Prior& own = own_part<Prior>(m);
+    JsonObject equations(file.inner());
+    equations.field("derivative", json_texts(own.equations.derivative));
+    equations.field("outputs", json_texts(own.equations.outputs));
+    std::string parameters;
+    for (const auto& [name, value] : own.equations.parameters)
+      parameters += (parameters.empty() ? "" : ", ") + json_text(name) + ": " + literal(value);
+    equations.field("parameters", "{" + parameters + "}");
+    file.field("equations", equations.text());
+    file.vector("state_min", own.state_min);
+    file.vector("state_max", own.state_max);
+    file.vector("fine", own.fine);
+    file.vector("coarse", own.coarse);
+    file.network("gates", own.gates);
+    file.network("candidate", own.candidate);
+    file.network("correction", own.correction);
+    file.network("inverse_map", own.inverse_map);
+  }
+  void check(const Model& m) const override {
+    check_no_angles(m);
+    const Prior& own = own_part<Prior>(m);
+    const int units = m.nz() - m.nx();
+    if (units < 1) fail("there are {} latent states for {} states; there must be more", m.nz(), m.nx());
+    check_parameters(own.equations);
+    const Equations equations = prior_equations(m);
+    if (equations.ny() != m.ny())
+      fail("equations.outputs has {} expressions, and there are {} outputs; give one for each", equations.ny(), m.ny());
+    check_shape(own.state_min, m.nx(), "state_min", "n_x");
+    check_shape(own.state_max, m.nx(), "state_max", "n_x");
+    check_range(own.state_min, own.state_max, "state");
+    for (const auto& [limit, field] : {std::pair{&own.fine, "fine"}, std::pair{&own.coarse, "coarse"}}) {
+      check_shape(*limit, m.ny(), field, "n_y");
+      check_positive(*limit, field);
+    }
+    check_bounded(m, own, equations);
+    const VectorXd largest = largest_reads(m, own);
+    check_gate_layer(own.gates, largest, 2 * units, "gates", "n_u x (n_m + n_w)");
+    check_gate_layer(own.candidate, largest, units, "candidate", "n_u x (n_m + n_w)");
+    check_gate_layer(own.correction, largest, m.nx() * (m.ny() + 1), "correction", "n_u x (n_m + n_w)");
+    for (Index r = 0; r < units; ++r)
+      if (!(std::abs(m.initial_latent(r)) <= 1.0))
+        fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
+    for (Index i = 0; i < m.nx(); ++i)
+      if (const double x = m.initial_latent(units + i); !(x >= own.state_min(i) && x <= own.state_max(i)))
+        fail("initial_latent[{}] is {}; x starts within state_min and state_max", units + i, x);
+    check_network(own.inverse_map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_r)");
+    VectorXd read(m.nz() + m.nr());
+    read << VectorXd::Ones(units), largest.tail(m.nx()), largest_readings(m);
+    check_sums(own.inverse_map, read, "inverse_map");
+  }
+
+  std::vector<Named<Network>> networks(Model& m) const override {
+    Prior& own = own_part<Prior>(m);
+    const Index all = m.nz() - m.nx() + reads_of_units(m);
+    return {{"gates", &own.gates, all},
+            {"candidate", &own.candidate, all},
+            {"correction", &own.correction, all},
+            {"inverse_map", &own.inverse_map, reads_of(own.inverse_map, m)}};
+  }
+  Network* inverse_map(Model& m) const override { return &own_part<Prior>(m).inverse_map; }
+  bool reads_stalenesses() const override { return true; }
+
+  std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
+    return std::make_unique<PriorDynamics<float>>(m, a);
+  }
+  std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model& m, Activations a) const override {
+    return std::make_unique<PriorDynamics<double>>(m, a);
+  }
+
+  std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
+    return std::make_unique<PriorHeader>(source);
+  }
+};
+
+}  // namespace
+
+const StructureModule& prior_module() {
+  static const PriorModule module;
+  return module;
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+// The observer with a prior: a plant's known equations step its state, and gated units that are learned correct it.
+//   x-  = x one step on by dx/dt = f(x, u), RK4          the prior
+//   nu  = y - h(x-)                                      the innovation
+//   w   = [s(nu, fine); s(nu, coarse); y; u; x-]         s(v, c) = v / (c + |v|), between -1 and 1
+//   m   gated units (gated_observer.h) that read w where those read y
+//   x   = x- + K s(nu, coarse) + b                       [K; b] = correction([m; w])
+//   x_hat = T*([m; x]),   z = [m; x]
+// x- and x are kept within a range, from which no step overflows: one outlier cannot lead x where f has never been.
+// Where y stands, stalenesses are read beside it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "nlo/explicit_rk.h"
+#include "nlo/gate.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kkl_observer.h"
+#include "nlo/latent.h"
+#include "nlo/measurement.h"
+#include "nlo/mlp.h"
+#include "nlo/observer_state.h"
+#include "nlo/sampled_observer.h"
+#include "nlo/sensor_failures.h"
+
+namespace nlo {
+
+/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+///   Equations  derivative(x, u, dx) and output(x, y), each operation rounded by itself
+template <class Scalar_, int kNx_, int kNy_, int kUnits_, class Equations_, class Gates_, class Candidate_,
+          class Correction_, class InverseMap_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
+struct PriorModel {
+  using Scalar = Scalar_;
+  using Equations = Equations_;
+  using Gates = Gates_;
+  using Candidate = Candidate_;
+  using Correction = Correction_;
+  using InverseMap = InverseMap_;
+  static constexpr int kNx = kNx_;
+  static constexpr int kNy = kNy_;
+  static constexpr int kUnits = kUnits_;  ///< n_m
+  static constexpr int kNz = kUnits + kNx;
+  static constexpr int kNu = kNu_;
+  static constexpr int kNf = kNf_;             ///< outputs that may be missing
+  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, then inputs, then how stale those outputs are
+  static constexpr int kReads = 2 * kNy + kNr + kNx;  ///< n_w
+  static constexpr Hold kInputHold = kInputHold_;
+  static constexpr int kLongestGap = kMostPieces;
+  static constexpr bool kHasSteadyState = false;
+  static constexpr bool kMayDiverge = false;
+  static_assert(kNx > 0 && kNy > 0 && kUnits > 0 && kNu >= 0);
+  static_assert(Gates::kIn == kUnits + kReads && Gates::kOut == 2 * kUnits, "gates map [m; w] to 2 n_m");
+  static_assert(Candidate::kIn == kUnits + kReads && Candidate::kOut == kUnits, "the candidate maps [g m; w] to n_m");
+  static_assert(Correction::kIn == kUnits + kReads && Correction::kOut == kNx * (kNy + 1), "[m; w] to K and b");
+  static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
+  static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
+
+  Scalar sample_period_s;
+  std::uint16_t stale_after;              ///< this many held measurements in a row make the status kStale
+  Scalar initial[kNz];                    ///< m before the first measurement, and the first prior
+  Scalar state_min[kNx], state_max[kNx];  ///< x is kept within
+  Scalar fine[kNy], coarse[kNy];          ///< innovations that s makes 1/2
+  ReadingRange<Scalar, kNr> outputs;      ///< and of the other readings, behind them
+  Domain<Scalar, kNz> domain;
+  Gates gates;             ///< a_s, then a_g
+  Candidate candidate;     ///< before its tanh
+  Correction correction;   ///< K row by row, then b
+  InverseMap inverse_map;  ///< T*
+  [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
+
+  constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
+
+  /// The first measurement corrects the first prior.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
+    correct<kArithmetic, true>(z, y, Scalar(1));
+  }
+
+  /// z over dt_s (0: one sample period) with the measurement at its end. A longer step is as many of RK4.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
+  NLO_INLINE void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
+    if (dt_s == Scalar(0)) {
+      predict<kArithmetic>(z, y, y_next, sample_period_s, 1);
+      correct<kArithmetic, true>(z, y_next, Scalar(1));
+    } else {
+      const int pieces = pieces_of(dt_s, sample_period_s);
+      predict<kArithmetic>(z, y, y_next, dt_s / static_cast<Scalar>(pieces), pieces);
+      correct<kArithmetic, false>(z, y_next, dt_s / sample_period_s);
+    }
+  }
+
+  /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
+  template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
+  void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
+    evaluate_inverse<kArithmetic>(inverse_map, z, y, &x_hat[0], log2_sigma...);
+  }
+
+ private:
+  /// NaN stays what it is: of a state that a bit has flipped, which the step must show.
+  template <Arithmetic kArithmetic>
+  NLO_INLINE Scalar kept_within(Scalar x, int i) const {
+    const Scalar below = select<kArithmetic>(!(x > state_max[i]), x, state_max[i]);
+    return select<kArithmetic>(!(below < state_min[i]), below, state_min[i]);
+  }
+
+  /// The x of z becomes its prior.
+  template <Arithmetic kArithmetic>
+  void predict(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar h, int pieces) const {
+    constexpr Scalar kParts[4] = {Scalar(0), Scalar(0.5), Scalar(0.5), Scalar(1)};
+    constexpr Scalar kWeights[4] = {Scalar(1.0 / 6), Scalar(1.0 / 3), Scalar(1.0 / 3), Scalar(1.0 / 6)};
+    Scalar* x = &z[kUnits];
+    const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
+    // What no step can have led to would come back into the range as if nothing were.
+    for (int r = 0; r < kNx; ++r)
+      x[r] = select<kArithmetic>(is_below(x[r], Scalar(0x1p100)), x[r], std::numeric_limits<Scalar>::quiet_NaN());
+    for (int i = 0; i < pieces; ++i) {
+      Scalar slope[kNx] = {}, sum[kNx] = {};
+      for (int s = 0; s < 4; ++s) {
+        Scalar at[kNx], u[kNu > 0 ? kNu : 1]{};
+        for (int r = 0; r < kNx; ++r) at[r] = multiply_add<kArithmetic>(rounded<Scalar>(h * kParts[s]), slope[r], x[r]);
+        const Scalar part = rounded<Scalar>((static_cast<Scalar>(i) + kParts[s]) * share);
+        for (int j = 0; j < kNu; ++j) u[j] = multiply_add<kArithmetic>(part, y_next[kNy + j] - y[kNy + j], y[kNy + j]);
+        Equations::derivative(at, u, slope);
+        for (int r = 0; r < kNx; ++r) sum[r] = multiply_add<kArithmetic>(kWeights[s], slope[r], sum[r]);
+      }
+      for (int r = 0; r < kNx; ++r) x[r] = kept_within<kArithmetic>(multiply_add<kArithmetic>(h, sum[r], x[r]), r);
+    }
+  }
+
+  /// [m; x-] becomes [m; x].
+  template <Arithmetic kArithmetic, bool kRegular>
+  void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
+    constexpr int kIn = kUnits + kReads;
+    LayerBuffer<Scalar, kIn> in;
+    LayerBuffer<Scalar, 2 * kUnits> gate;
+    LayerBuffer<Scalar, kUnits> target;
+    Scalar m[kUnits], x[kNx], expected[kNy], gain[kNx * (kNy + 1)];
+    for (int r = 0; r < kUnits; ++r) in.values[r] = m[r] = z[r];
+    for (int i = 0; i < kNx; ++i) x[i] = z[kUnits + i];
+    Scalar* w = &in.values[kUnits];
+    Equations::output(x, expected);
+    for (int j = 0; j < kNy; ++j) {
+      const Scalar nu = y[j] - expected[j], size = select<kArithmetic>(nu >= Scalar(0), nu, -nu);
+      w[j] = nu / (fine[j] + size);
+      w[kNy + j] = nu / (coarse[j] + size);
+    }
+    for (int r = 0; r < kNr; ++r) w[2 * kNy + r] = y[r];
+    for (int i = 0; i < kNx; ++i) w[2 * kNy + kNr + i] = x[i];
+    for (int i = kIn; i < kernels::padded(kIn); ++i) in.values[i] = Scalar(0);
+    kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, gate.values,
+                                               target.values, m, periods);
+    for (int r = 0; r < kUnits; ++r) in.values[r] = z[r] = m[r];
+    correction.template evaluate<kArithmetic>(in.values, gain);
+    for (int i = 0; i < kNx; ++i) {
+      Scalar change = gain[kNx * kNy + i];
+      for (int j = 0; j < kNy; ++j) change = multiply_add<kArithmetic>(gain[i * kNy + j], w[kNy + j], change);
+      z[kUnits + i] = kept_within<kArithmetic>(x[i] + change, i);
+    }
+  }
+};
+
+/// The observer of a PriorModel. Deterministic arithmetic is one more word, as for KklObserver.
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class PriorObserver : public SampledObserver<Model, kArithmetic> {
+ public:
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
+};
+template <class Model>
+PriorObserver(const Model&) -> PriorObserver<Model>;
+
+}  // namespace nlo

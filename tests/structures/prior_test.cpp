@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// An observer with a prior as it trains: the gradient through time, equations and range against finite differences, and
+// what is rolled out against what flies.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "codegen/model_file/model_file.h"
+#include "codegen/replay/reference_observer.h"
+#include "tests/support/thrown_message.h"
+#include "tests/training/testing.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/structures/prior_lanes.h"
+#include "trainer/training/train.h"
+
+namespace nlo::trainer {
+namespace {
+
+using testing::harmonics;
+
+/// A driven Van der Pol oscillator, y = x1 + x2 / 4, three units, and a random linear functional of z as the loss.
+struct PriorProblem {
+  int length;
+  std::vector<double> theta, readings, latent, cotangent, periods;
+  PriorSetting setting;
+  std::unique_ptr<PriorLanes<double>> lanes;
+  GatedRun<double> run;
+
+  PriorProblem(int samples, bool jittered, double range, bool commands = false) : length(samples) {
+    setting.equations = codegen::Equations({{"x2", "mu * (1 - x1^2) * x2 - x1 + u"}, {"x1 + x2 / 4"}, {{"mu", 1.1}}},
+                                           {{"x1", ""}, {"x2", ""}}, {{"u", ""}});
+    setting.units = 3;
+    setting.readings = 2;
+    setting.inputs = 1;
+    setting.commands = commands;
+    setting.period_s = 0.1;
+    setting.start = {0.1, -0.2};
+    setting.low = {-range, -1.1 * range};
+    setting.high = {1.2 * range, range};
+    setting.fine = {0.1};
+    setting.coarse = {1.5};
+    setting.scale = {0.4, 0.3, 0.2, 0.25};
+    setting.read = {{0.0, 0.1, 0.2, -0.1, 0.0, 0.1}, {0.5, 0.25, 0.7, 1.4, 1.1, 0.9}};
+    lanes = std::make_unique<PriorLanes<double>>(setting);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const auto draw = [&](std::vector<double>& values, std::size_t count) {
+      values.resize(count);
+      for (double& value : values) value = uniform(random);
+    };
+    const auto row = static_cast<std::size_t>(length) * kGroup;
+    draw(theta, static_cast<std::size_t>(lanes->parameters()));
+    draw(readings, 2 * row);
+    draw(cotangent, 5 * row);
+    latent.resize(5 * row);
+    if (jittered) {
+      draw(periods, row);
+      for (double& m : periods) m = 1.6 + 1.4 * m;  // up to three pieces
+    }
+    run = {length, readings.data(), latent.data(), cotangent.data(), jittered ? periods.data() : nullptr};
+  }
+
+  double loss() {
+    lanes->prepare(theta.data());
+    lanes->forward(run);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < latent.size(); ++i) sum += latent[i] * cotangent[i];
+    return sum;
+  }
+
+  double worst_of_gradient() {
+    loss();
+    std::vector<double> gradient;
+    lanes->backward(run, gradient);
+    double worst = 0.0, largest = 0.0;
+    for (std::size_t p = 0; p < theta.size(); ++p) {
+      constexpr double kStep = 1e-5;
+      const double centre = theta[p];
+      const auto at = [&](double offset) {
+        theta[p] = centre + offset;
+        return loss();
+      };
+      const double expected = (8.0 * (at(kStep) - at(-kStep)) - (at(2.0 * kStep) - at(-2.0 * kStep))) / (12.0 * kStep);
+      theta[p] = centre;
+      worst = std::fmax(worst, std::fabs(gradient[p] - expected));
+      largest = std::fmax(largest, std::fabs(expected));
+    }
+    EXPECT_GT(largest, 0.1) << "control: there is a gradient";
+    return worst / largest;
+  }
+
+  bool touches_range() const {
+    for (int k = 0; k < length * kGroup; ++k)
+      for (int i = 0; i < 2; ++i) {
+        const double x = latent[static_cast<std::size_t>((3 + i) * length * kGroup + k)];
+        if (x == setting.low[static_cast<std::size_t>(i)] || x == setting.high[static_cast<std::size_t>(i)])
+          return true;
+      }
+    return false;
+  }
+};
+
+TEST(PriorLanes, GradientsThroughTimeAgreeWithFiniteDifferences) {
+  // Fourth-order differences: what is left is kStep^4 and the rounding, 1e-16 |loss| / kStep, over some 100 kinks of
+  // |nu|.
+  for (const int samples : {1, 2, 33, 75})
+    for (const bool jittered : {false, true}) {
+      PriorProblem problem(samples, jittered, 30.0, jittered);
+      EXPECT_LT(problem.worst_of_gradient(), 3e-8) << samples << " " << jittered;
+      EXPECT_FALSE(problem.touches_range());
+    }
+}
+
+TEST(PriorLanes, WhatTheRangeCutsOffHasNoGradient) {
+  PriorProblem problem(40, true, 0.6);
+  EXPECT_LT(problem.worst_of_gradient(), 3e-8);
+  EXPECT_TRUE(problem.touches_range()) << "control";
+}
+
+Experiment prior_experiment(const std::string& observer) {
+  Experiment experiment = parse_experiment(
+      "name = \"p\"\n[plant]\nstates = [\"position\", \"velocity\"]\nderivative = [\"velocity\", \"-c * position\"]\n"
+      "outputs = [\"position\"]\nparameters = { c = [3.0, 4.0] }\n[simulation]\ninitial_low = [-1.0, -1.0]\n"
+      "initial_high = [1.0, 1.0]\n[observer]\nstructure = \"prior\"\nunits = 5\n" +
+          observer +
+          "[inverse_map]\nhidden = [8]\nlinear_path = true\n[training]\nsteps = 60\nlearning_rate = 0.01\n"
+          "trajectories_per_step = 8\nsamples_per_step = 600\n",
+      "prior.toml");
+  experiment.threads = 1;
+  return experiment;
+}
+
+TEST(Prior, RollsOutWhatFlies) {
+  for (const bool jittered : {false, true}) {
+    Dataset data = harmonics({60, 90, 75}, jittered);
+    if (jittered) data.trajectories[1].time_s.tail(40).array() += 0.3;  // a gap of seven samples
+    for (const char* features : {"", "features = \"latent_and_output\"\n"}) {
+      const TrainingResult result = train(prior_experiment(features), data, data, {});
+      ASSERT_EQ(result.model.nz(), 7);
+      // Against double: the roll-out's float and the runtime's tanh.
+      codegen::ReferenceObserver<double> observer(result.model);
+      double squares = 0.0, samples = 0.0;
+      for (const Trajectory& run : data.trajectories) {
+        const codegen::Run flown = observer.run(run.outputs, {}, run.time_s, data.uniform);
+        squares += (flown.x_hat - run.states).squaredNorm();
+        samples += static_cast<double>(run.samples());
+      }
+      EXPECT_NEAR(result.validation_rmse, std::sqrt(squares / samples), 1e-3 * result.validation_rmse);
+    }
+  }
+}
+
+TEST(Prior, SurvivesTheModelFile) {
+  const Dataset data = harmonics({60, 90}, false);
+  const codegen::Model model = train(prior_experiment(""), data, data, {}).model;
+  const std::string text = codegen::to_json(model);
+  EXPECT_EQ(codegen::to_json(codegen::parse_model(text, "model.json")), text);
+}
+
+TEST(Prior, RefusesWhatItCannotStep) {
+  const std::string plant = "name = \"p\"\n[plant]\nstates = [\"a\", \"b\"]\noutputs = [\"a\"]\n";
+  const std::string rest =
+      "[simulation]\ninitial_low = [-1.0, -1.0]\ninitial_high = [1.0, 1.0]\n[observer]\nstructure = \"prior\"\n";
+  EXPECT_NO_THROW(parse_experiment(plant + "derivative = [\"b\", \"-a^3 - b / 2\"]\n" + rest, "a.toml"));
+  const std::string message =
+      thrown_message([&] { parse_experiment(plant + "derivative = [\"b\", \"-sin(a)\"]\n" + rest, "a.toml"); });
+  EXPECT_NE(message.find("equations.derivative[1]"), std::string::npos) << message;
+  EXPECT_NE(message.find("sums, products and whole powers"), std::string::npos) << message;
+}
+
+}  // namespace
+}  // namespace nlo::trainer

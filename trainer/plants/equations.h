@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// Plants as expressions, the built-in ones too: for who differentiates, extends, counts or exports f.
+#pragma once
+
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+/// The same plant by expressions, with all of its parameters.
+PlantConfig equations_of(const PlantConfig& plant);
+
+}  // namespace nlo::trainer

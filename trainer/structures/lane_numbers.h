@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// A number of each of eight trajectories, and the same with a derivative, to evaluate known equations side by side.
+#pragma once
+
+#include <algorithm>
+
+#include "trainer/sensitivity/dual.h"
+#include "trainer/sensitivity/linear_latent.h"
+
+namespace nlo::trainer {
+
+template <class Scalar>
+struct Lanes {
+  Scalar at[kGroup];
+
+  Lanes() = default;
+  Lanes(double value) { std::fill_n(at, kGroup, static_cast<Scalar>(value)); }  // NOLINT: a number is one of each
+  explicit Lanes(const Scalar* from) { std::copy_n(from, kGroup, at); }
+
+  template <class Operation>
+  static Lanes each(const Lanes& a, const Lanes& b, const Operation& operation) {
+    Lanes result;
+    for (int l = 0; l < kGroup; ++l) result.at[l] = operation(a.at[l], b.at[l]);
+    return result;
+  }
+  friend Lanes operator+(const Lanes& a, const Lanes& b) {
+    return each(a, b, [](Scalar u, Scalar v) { return u + v; });
+  }
+  friend Lanes operator-(const Lanes& a, const Lanes& b) {
+    return each(a, b, [](Scalar u, Scalar v) { return u - v; });
+  }
+  friend Lanes operator*(const Lanes& a, const Lanes& b) {
+    return each(a, b, [](Scalar u, Scalar v) { return u * v; });
+  }
+  friend Lanes kept_within(Lanes x, double low, double high) {
+    for (Scalar& value : x.at) value = std::clamp(value, static_cast<Scalar>(low), static_cast<Scalar>(high));
+    return x;
+  }
+  friend DualOf<Lanes> kept_within(DualOf<Lanes> x, double low, double high) {
+    for (int l = 0; l < kGroup; ++l) {
+      const Scalar value = x.value.at[l];
+      if (value < static_cast<Scalar>(low) || value > static_cast<Scalar>(high)) x.slope.at[l] = Scalar(0);
+    }
+    x.value = kept_within(x.value, low, high);
+    return x;
+  }
+};
+
+}  // namespace nlo::trainer

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+// Observer with a prior (codegen/model/prior.h): the plant's known equations, corrected by what gated units learn.
+#include "codegen/model/prior.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trainer/config/key_error.h"
+#include "trainer/config/keys.h"
+#include "trainer/plants/equations.h"
+#include "trainer/structures/dynamics_network.h"
+#include "trainer/structures/failing_sensors.h"
+#include "trainer/structures/model_networks.h"
+#include "trainer/structures/module.h"
+#include "trainer/structures/prior_lanes.h"
+#include "trainer/structures/unit_settings.h"
+#include "trainer/structures/units_latent.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// The equations as a model has them.
+struct KnownEquations {
+  codegen::EquationTexts texts;
+  std::vector<codegen::Channel> states, inputs;
+};
+
+std::vector<codegen::Channel> named(const std::vector<std::string>& names) {
+  std::vector<codegen::Channel> channels;
+  for (const std::string& name : names) channels.push_back({name, ""});
+  return channels;
+}
+
+/// Those of the plant; its inputs, where the observer does not read them, are 0.
+KnownEquations equations_of_plant(const Experiment& experiment, bool reads_inputs) {
+  const PlantConfig plant = equations_of(*experiment.plant);
+  KnownEquations known{{plant.derivative, plant.outputs, plant.parameters}, named(plant.states), {}};
+  if (reads_inputs) {
+    known.inputs = named(plant.inputs);
+    for (std::size_t i = 0; i < plant.input_field.size(); ++i)
+      for (std::size_t j = 0; j < plant.inputs.size(); ++j)
+        if (const std::string& g = plant.input_field[i][j]; g != "0")
+          known.texts.derivative[i] += fmt::format(" + ({}) * {}", g, plant.inputs[j]);
+  } else {
+    for (const std::string& input : plant.inputs) known.texts.parameters.emplace_back(input, 0.0);
+  }
+  return known;
+}
+
+void refuse(const char* key, const std::string& why) {
+  throw KeyError(key, why);
+}
+
+void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
+  if (!experiment.plant)
+    refuse("observer.structure",
+           "[observer] structure \"prior\" takes the equations of [plant], and there are logs; take another structure");
+  const PlantConfig& plant = *experiment.plant;
+  if (!plant.estimated.empty())
+    refuse("plant.estimated", "[plant] estimated is of observers without a prior, which steps all states; remove it");
+  const auto turns = [](double wrap) { return wrap != 0.0; };
+  if (std::ranges::any_of(plant.state_wraps, turns) || std::ranges::any_of(plant.output_wraps, turns))
+    refuse("observer.structure", "a prior has no angles that wrap: leave wraps out, or take another structure");
+  const KnownEquations known = equations_of_plant(experiment, channels.read_inputs > 0);
+  try {
+    const codegen::Equations equations(known.texts, known.states, known.inputs);
+    if (equations.ny() != channels.outputs)
+      refuse("plant.outputs",
+             fmt::format("a prior knows each output, and [plant] has {} of {}; leave computed ones out", equations.ny(),
+                         channels.outputs));
+  } catch (const codegen::Error& error) {
+    refuse("plant", fmt::format("[plant] {}", error.what()));
+  }
+}
+
+/// Smallest and largest, and the moments, of each row of a signal.
+struct Range {
+  Moments moments;
+  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+};
+std::vector<Range> ranges_of(const TrainingData& data, std::vector<float> TrainingData::Run::*signal, int rows) {
+  std::vector<Range> ranges(static_cast<std::size_t>(rows));
+  for (const TrainingData::Run& run : data.runs)
+    for (std::size_t row = 0; row < ranges.size(); ++row)
+      for (int k = 0; k < run.samples; ++k) {
+        const auto value = static_cast<double>(
+            (run.*signal)[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]);
+        Range& range = ranges[row];
+        range.moments.add(value, 1.0);
+        range.low = std::min(range.low, value);
+        range.high = std::max(range.high, value);
+      }
+  return ranges;
+}
+
+class PriorStructure final : public TrainableStructure {
+ public:
+  std::string_view name() const override { return "prior"; }
+
+  std::vector<Key<ObserverConfig>> own_keys() const override {
+    std::vector<Key<ObserverConfig>> keys = failing_sensor_keys();
+    for (Key<ObserverConfig>& of_units : unit_keys()) keys.push_back(std::move(of_units));
+    return keys;
+  }
+
+  void check(const Experiment& experiment, const ChannelCounts& channels) const override {
+    check_units(experiment, "an observer with a prior");
+    check_failing_sensors(experiment, channels);
+    check_plant(experiment, channels);
+  }
+
+  bool has_dynamics_network() const override { return true; }
+
+  codegen::SensorFailures failures(const Experiment& experiment, const Dataset& training) const override {
+    return failing_sensors(experiment, training);
+  }
+
+  void make(const Experiment& experiment, ObserverStructure& structure) const override {
+    const KnownEquations known = equations_of_plant(experiment, structure.inputs > 0);
+    PriorSetting& own = structure.own.set<PriorSetting>();
+    own.equations = codegen::Equations(known.texts, known.states, known.inputs);
+    own.units = experiment.observer.own.get<UnitSettings>().units;
+    own.readings = structure.readings;
+    own.inputs = structure.inputs;
+    own.commands = experiment.observer.input_hold == Hold::kZeroOrder;
+    structure.latent.rows = own.units + own.nx();
+    structure.dynamics = dynamics_network({.hidden = {}, .activation = "tanh"}, own.units + own.reads(),
+                                          3 * own.units + own.corrections(), false);
+    for (int row = 0; row < structure.latent.rows; ++row) structure.features.push_back({.latent = row});
+    if (experiment.observer.features == FeatureSet::kLatent) return;
+    for (int j = 0; j < structure.readings; ++j)
+      structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
+  }
+
+  void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool&) const override {
+    // Of a measurement's deviation: what an innovation without noise is, and one with it. Of a step: what may be
+    // corrected of the state's deviation, so that an optimiser's first steps are small ones.
+    constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 0.25;
+    constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
+    PriorSetting& own = structure.own.set<PriorSetting>();
+    own.period_s = data.sample_period_s;
+    const int nx = own.nx(), ny = own.ny();
+    const std::vector<Range> readings = ranges_of(data, &TrainingData::Run::readings, data.given());
+    const std::vector<Range> states = ranges_of(data, &TrainingData::Run::states, nx);
+    const auto scale_of = [](const Range& range) { return static_cast<double>(safe_scale(range.moments.deviation())); };
+    Normalisation& read = own.read;
+    read.mean.assign(static_cast<std::size_t>(own.reads()), 0.0);
+    read.scale.assign(static_cast<std::size_t>(own.reads()), 1.0);
+    const auto set = [&read](int row, double mean, double scale) {
+      read.mean[static_cast<std::size_t>(row)] = mean;
+      read.scale[static_cast<std::size_t>(row)] = scale;
+    };
+    for (int j = 0; j < ny; ++j) {
+      const double deviation = scale_of(readings[static_cast<std::size_t>(j)]);
+      own.fine.push_back(kFine * deviation);
+      own.coarse.push_back(kCoarse * deviation);
+      set(j, 0.0, kFineScale);
+      set(ny + j, 0.0, kCoarseScale);
+    }
+    for (int r = 0; r < data.given(); ++r) {
+      const Range& range = readings[static_cast<std::size_t>(r)];
+      set(2 * ny + r, range.moments.mean, scale_of(range));
+    }
+    for (int i = 0; i < nx; ++i) {
+      const Range& range = states[static_cast<std::size_t>(i)];
+      const double beyond = std::max(kBeyond * (range.high - range.low), 1e-3);
+      own.start.push_back(range.moments.mean);
+      own.low.push_back(range.low - beyond);
+      own.high.push_back(range.high + beyond);
+      set(2 * ny + own.readings + i, range.moments.mean, scale_of(range));
+      for (int j = 0; j < ny; ++j) own.scale.push_back(kGain * kCoarse * scale_of(range));
+    }
+    for (int i = 0; i < nx; ++i) own.scale.push_back(kDrift * scale_of(states[static_cast<std::size_t>(i)]));
+    const auto units = static_cast<std::ptrdiff_t>(own.units);
+    std::copy(read.mean.begin(), read.mean.end(), structure.dynamics.inputs.mean.begin() + units);
+    std::copy(read.scale.begin(), read.scale.end(), structure.dynamics.inputs.scale.begin() + units);
+  }
+
+  /// The units as those of a gated observer; of an innovation a tenth is believed in the states that it is made of.
+  std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override {
+    constexpr double kBelieved = 0.1;
+    const PriorSetting& own = structure.own.get<PriorSetting>();
+    const LayerView& layer = structure.dynamics.shape.layers[0];
+    std::vector<float> parameters =
+        initial_parameters(structure.dynamics.shape, experiment.seed, 1.0F, kDynamicsStream);
+    const std::vector<float> rates = initial_rates(experiment.observer.own.get<UnitSettings>(), own.period_s);
+    std::copy(rates.begin(), rates.end(), parameters.begin() + layer.bias);
+    const int first = 3 * own.units;
+    std::fill_n(parameters.begin() + layer.weights + static_cast<std::ptrdiff_t>(first) * layer.in,
+                own.corrections() * layer.in, 0.0F);
+    std::fill_n(parameters.begin() + layer.bias + first, own.corrections(), 0.0F);
+    for (int j = 0; j < own.ny(); ++j) {
+      const std::vector<double> slopes = output_slopes(own, j);
+      double squares = 0.0;
+      for (const double slope : slopes) squares += slope * slope;
+      for (int i = 0; i < own.nx() && squares > 0.0; ++i) {
+        const int row = i * own.ny() + j;
+        // Of a small innovation s(nu) is nu / coarse.
+        const double gain = kBelieved * slopes[static_cast<std::size_t>(i)] / squares;
+        parameters[static_cast<std::size_t>(layer.bias + first + row)] = static_cast<float>(
+            gain * own.coarse[static_cast<std::size_t>(j)] / own.scale[static_cast<std::size_t>(row)]);
+      }
+    }
+    return parameters;
+  }
+
+  std::unique_ptr<LatentDynamics> latent_dynamics(const Experiment&, const ObserverStructure& structure,
+                                                  const std::vector<double>& steps_s, int threads) const override {
+    const PriorSetting& own = structure.own.get<PriorSetting>();
+    return std::make_unique<UnitsLatent<PriorLanes<float>>>(
+        structure.latent.rows, structure.dynamics.shape.parameters, own.period_s, steps_s, threads,
+        [&own] { return std::make_unique<PriorLanes<float>>(own); });
+  }
+
+  void to_model(const ObserverStructure& structure, const float* parameters, const Experiment& experiment,
+                const Dataset&, codegen::Model& model) const override {
+    const PriorSetting& own = structure.own.get<PriorSetting>();
+    const auto vector = [](const std::vector<double>& values) {
+      return Eigen::VectorXd(
+          Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+    };
+    codegen::Network all = dynamics_of(structure.dynamics, parameters);
+    all.output_scale.tail(own.corrections()) = vector(own.scale);
+    model.initial_latent.tail(own.nx()) = vector(own.start);
+    model.structure = codegen::Prior{.equations = equations_of_plant(experiment, own.inputs > 0).texts,
+                                     .state_min = vector(own.low),
+                                     .state_max = vector(own.high),
+                                     .fine = vector(own.fine),
+                                     .coarse = vector(own.coarse),
+                                     .gates = rows_of(all, 0, 2 * own.units),
+                                     .candidate = rows_of(all, 2 * own.units, own.units),
+                                     .correction = rows_of(all, 3 * own.units, own.corrections()),
+                                     .inverse_map = inverse_map_of(structure, parameters, model.nr())};
+  }
+
+ private:
+  /// dh_j/dx where the states are on average; by a difference, as it only says where training begins.
+  static std::vector<double> output_slopes(const PriorSetting& own, int j) {
+    std::vector<double> slopes;
+    for (std::size_t i = 0; i < own.start.size(); ++i) {
+      const double step = 1e-3 * (own.high[i] - own.low[i]);
+      std::vector<double> x = own.start;
+      x[i] += step;
+      slopes.push_back((own.equations.output(j, x.data()) - own.equations.output(j, own.start.data())) / step);
+    }
+    return slopes;
+  }
+};
+
+}  // namespace
+
+const TrainableStructure& prior_structure() {
+  static const PriorStructure kModule;
+  return kModule;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/structures/unit_settings.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "trainer/config/key_error.h"
+#include "trainer/config/keys.h"
+#include "trainer/structures/linear_latent_start.h"
+
+namespace nlo::trainer {
+
+std::vector<Key<ObserverConfig>> unit_keys() {
+  return {own_key<ObserverConfig>(
+              key("units", &UnitSettings::units, between(1, 1024), "gated, prior: how many gated units")),
+          own_key<ObserverConfig>(key("rates", &UnitSettings::rates, positive(),
+                                      "gated, prior: slowest and fastest rate of a unit at first [1/s]; empty: 0.01 "
+                                      "and 0.5 per sample period"))};
+}
+
+void check_units(const Experiment& experiment, const char* what) {
+  const ObserverConfig& o = experiment.observer;
+  const auto refuse = [](const char* key, const std::string& why) {
+    throw KeyError(fmt::format("observer.{}", key), fmt::format("[observer] {} {}; remove it", key, why));
+  };
+  for (const auto& [key, given] : {std::pair{"eigenvalues", !o.eigenvalues.empty()},
+                                   {"pairs", !o.pairs.empty()},
+                                   {"clocks_s", !o.clocks_s.empty()}})
+    if (given) refuse(key, fmt::format("has no use in {}, whose units learn their rates", what));
+  if (o.hold != Hold::kFirstOrder) refuse("hold", fmt::format("has no use in {}, which steps with the latest y", what));
+  if (o.features == FeatureSet::kLatentMinusOutput)
+    refuse("features", "compares z with y, and gated units have no unit of y");
+  check_zero_start(o, what);
+  if (experiment.training.gradient != LatentGradient::kAutomatic)
+    throw KeyError("training.gradient",
+                   "[training] gradient chooses how a differential equation is trained, and gated units are stepped "
+                   "exactly; remove it");
+  const std::vector<double>& rates = o.own.get<UnitSettings>().rates;
+  if (!rates.empty() && (rates.size() != 2 || rates[0] > rates[1]))
+    throw KeyError("observer.rates", "[observer] rates is a slow one and a fast one, [0.5, 20.0], or left out");
+}
+
+std::vector<float> initial_rates(const UnitSettings& settings, double period_s) {
+  std::vector<double> rates = settings.rates;
+  if (rates.empty()) rates = {0.01 / period_s, 0.5 / period_s};
+  std::vector<float> biases;
+  for (int r = 0; r < settings.units; ++r) {
+    const double part = settings.units > 1 ? static_cast<double>(r) / (settings.units - 1) : 0.5;
+    const double rate = rates[0] * std::pow(rates[1] / rates[0], part);
+    biases.push_back(static_cast<float>(0.5 * std::log(std::expm1(rate * period_s))));
+  }
+  return biases;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// [observer] of structures with gated units: how many, and how fast they are at first.
+#pragma once
+
+#include <vector>
+
+#include "trainer/structures/module.h"
+
+namespace nlo::trainer {
+
+struct UnitSettings {
+  int units = 32;
+  std::vector<double> rates = {};  ///< slowest and fastest at first [1/s]
+};
+
+/// units and rates.
+std::vector<Key<ObserverConfig>> unit_keys();
+
+/// Throws KeyError for what an observer of gated units has no use for. `what`: "a gated observer".
+void check_units(const Experiment& experiment, const char* what);
+
+/// Biases of the units' rates: spread evenly over their logarithms, (1 + tanh a) / 2 = 1 - exp(-rate period).
+std::vector<float> initial_rates(const UnitSettings& settings, double period_s);
+
+}  // namespace nlo::trainer
