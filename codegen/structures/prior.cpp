@@ -246,6 +246,32 @@ class PriorModule final : public StructureModule {
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<PriorHeader>(source);
   }
+  Abilities abilities() const override { return {.c99 = true}; }
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    const Prior& own = own_part<Prior>(source.model);
+    const Initialiser& init = source.init;
+    const Equations equations = prior_equations(source.model);
+    const auto lines = [&](const char* result, const std::vector<Expression>& expressions) {
+      return statements(equations, result, expressions, init, "  ",
+                        [](const std::string& product) { return "(" + product + ")"; });
+    };
+    return {{"LATENT", "c99/prior.c.in"},
+            {"DECAYS", "true"},
+            {"LONGEST_GAP", std::to_string(kMostPieces)},
+            {"FIRST", "    correct(REGULAR_STEP, o->z, o->y);\n"},
+            {"STEP_DT_COST",
+             "Some 200 operations a unit more than a sample period, and the equations once for each period"},
+            {"INPUTS", std::to_string(source.model.inputs.size())},
+            {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
+            {"DERIVATIVE", lines("dx", equations.derivative())},
+            {"OUTPUT", lines("y", equations.output())},
+            {"STATE_MIN", init.vector(own.state_min, "state_min")},
+            {"STATE_MAX", init.vector(own.state_max, "state_max")},
+            {"FINE", init.vector(own.fine, "fine")},
+            {"COARSE", init.vector(own.coarse, "coarse")},
+            {"SIXTH", init(1.0 / 6, "a sixth")},
+            {"THIRD", init(1.0 / 3, "a third")}};
+  }
 };
 
 }  // namespace

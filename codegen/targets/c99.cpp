@@ -135,6 +135,9 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"WARM_START_BODY", ""},
       {"C99", "true"},  // empty in the single header
       {"COMPLEX", ""},
+      {"LONGEST_GAP", "1000"},
+      {"NOT_A_NUMBER", single ? "0x7fc00000U" : "0x7ff8000000000000U"},
+      {"GATE", filled(embedded_text("c99/gate.c.in"), {{"F", suffix}})},
       {"DECAYS", m.failures.none() ? "" : "true"},
       {"FOURS", std::string(embedded_text("c99/dense_fours.c.in"))},
       {"INTEGER_FOURS", std::string(embedded_text("c99/int16_fours.c.in"))},
