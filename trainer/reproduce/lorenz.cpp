@@ -144,7 +144,8 @@ Section lorenz(const Workbench& bench) {
   Section section;
   section.exams = {{"Lorenz, decimated",
                     "MSE [dB]",
-                    {exam.observer("nlo, no equations", "exams/lorenz"), exam.filter("EKF, tuned", "ekf"),
+                    {exam.observer("nlo, no equations", "exams/lorenz"),
+                     exam.observer("nlo, with equations", "exams/lorenz_equations"), exam.filter("EKF, tuned", "ekf"),
                      exam.filter("UKF, tuned", "ukf"), exam.ridge("ridge of products, three samples"),
                      exam.measurement("the measurement itself"), published("KalmanNet", -11.106),
                      published("RTSNet, a smoother", -16.8), published("EKF, Taylor step", -6.3),

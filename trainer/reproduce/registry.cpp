@@ -164,7 +164,7 @@ std::span<const Item> items() {
        "Lorenz, all three states measured with noise",
        "KalmanNet, RTSNet (IEEE TSP)",
        "KalmanNet -11.1 dB, a smoother -16.8 dB, the EKF -6.3 dB with a Taylor step that is frozen over a sample.",
-       {"exams/lorenz"},
+       {"exams/lorenz", "exams/lorenz_equations"},
        20.0,
        lorenz},
   };
