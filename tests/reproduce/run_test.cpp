@@ -86,7 +86,7 @@ TEST_F(Reproduction, ABenchmarkOfOthersHasATableForEachTestAndNumbersForALedger)
   const Result result = run(request);
   ASSERT_EQ(result.sections.size(), 1U);
   const Section& section = result.sections.front().second;
-  ASSERT_EQ(section.contests.size(), 3U);
+  ASSERT_EQ(section.contests.size(), 5U);
   EXPECT_EQ(section.contests[0].cells.size(), 20U);
   for (const Contender& cell : section.contests[0].cells)
     EXPECT_EQ(cell.published.has_value(), cell.model != "Lorenz") << cell.model;
