@@ -104,13 +104,13 @@ TEST(Monitor, ASensorThatRepeatsAReadingForTooLongIsFrozenUntilItMoves) {
   m.most_equal[0] = 3;
   m.resting[0] = 0.5;
   EXPECT_THAT(taken(m, {1.0, 1.0, 1.0, 1.0, 1.0, 1.25, 1.25}),
-              testing::ElementsAre(true, true, true, false, false, true, true));
-  EXPECT_THAT(taken(m, std::vector<double>(100, 0.5)), testing::Each(true)) << "at rest";
+              ::testing::ElementsAre(true, true, true, false, false, true, true));
+  EXPECT_THAT(taken(m, std::vector<double>(100, 0.5)), ::testing::Each(true)) << "at rest";
   constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(taken(m, {1.0, 1.0, kMissing, 1.0, 1.0}), testing::ElementsAre(true, true, false, true, false))
+  EXPECT_THAT(taken(m, {1.0, 1.0, kMissing, 1.0, 1.0}), ::testing::ElementsAre(true, true, false, true, false))
       << "a missing sample moves nothing";
   m.most_equal[0] = 0;
-  EXPECT_THAT(taken(m, std::vector<double>(100, 1.0)), testing::Each(true)) << "control";
+  EXPECT_THAT(taken(m, std::vector<double>(100, 1.0)), ::testing::Each(true)) << "control";
 }
 
 TEST(Monitor, ARestingSensorIsFrozenWhereItsWitnessMoves) {

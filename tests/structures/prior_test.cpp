@@ -154,6 +154,73 @@ TEST(Prior, RollsOutWhatFlies) {
   }
 }
 
+/// A prior beside logs whose truth is v, driven by a and measured; the logs have one more input than the plant.
+constexpr const char* kLogged = R"toml(name = "p"
+[log]
+sample_period_s = 0.05
+train_files = ["a.csv"]
+validation_files = ["b.csv"]
+columns = [{ name = "time", role = "time", unit = "s" }, { name = "y", role = "output" }, { name = "w", role = "input" },
+  { name = "a", role = "input" }, { name = "v", role = "state" }]
+[plant]
+states = ["v"]
+inputs = ["a"]
+derivative = ["a - 0.1 * v"]
+output_names = ["y"]
+outputs = ["v"]
+[simulation]
+initial_low = [-1.0]
+initial_high = [1.0]
+share = 0.0
+[observer]
+structure = "prior"
+units = 4
+[inverse_map]
+hidden = [8]
+linear_path = true
+[training]
+steps = 80
+segment_s = 2.0
+learning_rate = 0.01
+trajectories_per_step = 8
+samples_per_step = 600
+)toml";
+
+TEST(Prior, StepsTheEquationsBesideLogs) {
+  Dataset logs;
+  logs.outputs = {{"y", "", 0.0}};
+  logs.states = {{"v", "", 0.0}};
+  logs.sample_period_s = 0.05;
+  logs.inputs = {{"w", "", 0.0}, {"a", "", 0.0}};
+  logs.reads_inputs = true;
+  std::mt19937 engine(3);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  for (int log = 0; log < 4; ++log) {
+    const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(400, 0.0, 19.95);
+    Trajectory run{"a.csv", t, Eigen::MatrixXd(1, 400), Eigen::MatrixXd(1, 400), Eigen::VectorXd::Ones(400)};
+    run.inputs = Eigen::MatrixXd::Zero(2, 400);
+    // v = sin(t + phase) of a = v' + v / 10.
+    const Eigen::ArrayXd angle = t.array() + 0.7 * log;
+    run.states.row(0) = angle.sin().matrix();
+    run.inputs.row(1) = (angle.cos() + 0.1 * angle.sin()).matrix();
+    for (Eigen::Index k = 0; k < 400; ++k) run.outputs(0, k) = run.states(0, k) + noise(engine);
+    logs.trajectories.push_back(std::move(run));
+  }
+  Experiment experiment = parse_experiment(kLogged, "prior.toml");
+  experiment.threads = 1;
+  const TrainingResult result = train(experiment, logs, logs, {});
+  EXPECT_LT(result.validation_rmse, 0.12) << "the sensor has .3; what the input moved is known";
+  const auto& prior = std::get<codegen::Prior>(result.model.structure);
+  EXPECT_EQ(prior.equations.derivative, std::vector<std::string>{"a - 0.1 * v"});
+  const auto refused = [](std::string text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    return thrown_message([&] { parse_experiment(text, "prior.toml"); });
+  };
+  EXPECT_NE(refused(kLogged, "output_names = [\"y\"]", "output_names = [\"x\"]").find("[plant]"), std::string::npos);
+  EXPECT_NE(refused(kLogged, "share = 0.0", "share = 0.2").find("has no input \"w\""), std::string::npos)
+      << "simulated runs need every input";
+}
+
 TEST(Prior, SurvivesTheModelFile) {
   const Dataset data = harmonics({60, 90}, false);
   const codegen::Model model = train(prior_experiment(""), data, data, {}).model;

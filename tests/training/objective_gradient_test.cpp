@@ -7,8 +7,8 @@
 
 #include "tests/training/objective_problem.h"
 #include "trainer/losses/registry.h"
-#include "trainer/structures/unit_settings.h"
 #include "trainer/structures/table.h"
+#include "trainer/structures/unit_settings.h"
 
 namespace nlo::trainer {
 namespace {

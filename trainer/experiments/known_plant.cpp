@@ -80,11 +80,12 @@ void check_known_plant(const Experiment& experiment) {
   const PlantChannels channels(*alone.plant, *plant);
   rows_of(measured(schema.output_channels), channels.outputs(), "output");
   rows_of(schema.state_channels, channels.states(), "state");
-  rows_of(schema.input_channels, plant->inputs(), "input");
+  if (alone.simulation.share > 0.0) rows_of(schema.input_channels, plant->inputs(), "input");
 }
 
+// Without a share the plant is known to who asks for its equations: a prior.
 void add_simulated_runs(const Experiment& experiment, Dataset& logs) {
-  if (!experiment.known) return;
+  if (!experiment.known || experiment.known->simulation.share == 0.0) return;
   Experiment alone = on_known_plant(experiment);
   alone.simulation.sample_period_s = logs.sample_period_s;
   const Dataset simulated = simulate_training_sets(alone).training;

@@ -12,7 +12,8 @@ namespace nlo::trainer {
 void check_known_plant(const Experiment& experiment);
 
 /// Adds the plant's runs, at the logs' sample period, to those of the logs, with the sensors' noise ([simulation]
-/// noise), which logs have already. Nothing without a known plant. Throws codegen::Error where a run overflows.
+/// noise), which logs have already. Nothing without a known plant or with share = 0. Throws codegen::Error where a run
+/// overflows.
 void add_simulated_runs(const Experiment& experiment, Dataset& logs);
 
 }  // namespace nlo::trainer

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // An identified plant as the EKF and the UKF know one, and their estimates of the logged states. Of an angle that no
-// output measures and that may start anywhere, one filter finds the start or not: there a bank of them starts around the
-// turn (filter_bank.h).
+// output measures and that may start anywhere, one filter finds the start or not: there a bank of them starts around
+// the turn (filter_bank.h).
 #pragma once
 
 #include <Eigen/Core>

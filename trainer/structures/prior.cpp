@@ -10,6 +10,7 @@
 
 #include "trainer/config/key_error.h"
 #include "trainer/config/keys.h"
+#include "trainer/data/log_schema.h"
 #include "trainer/plants/equations.h"
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/failing_sensors.h"
@@ -34,12 +35,19 @@ std::vector<codegen::Channel> named(const std::vector<std::string>& names) {
   return channels;
 }
 
-/// Those of the plant; its inputs, where the observer does not read them, are 0.
+/// What is known: the plant that is simulated, or the one beside the logs; null: there is none.
+const PlantConfig* known_plant(const Experiment& experiment) {
+  if (experiment.plant) return &*experiment.plant;
+  return experiment.known ? &experiment.known->plant : nullptr;
+}
+
+/// Those of the plant; its inputs, where the observer does not read them, are 0. Beside logs they are the logs' inputs,
+/// of which the plant need not have all.
 KnownEquations equations_of_plant(const Experiment& experiment, bool reads_inputs) {
-  const PlantConfig plant = equations_of(*experiment.plant);
+  const PlantConfig plant = equations_of(*known_plant(experiment));
   KnownEquations known{{plant.derivative, plant.outputs, plant.parameters}, named(plant.states), {}};
   if (reads_inputs) {
-    known.inputs = named(plant.inputs);
+    known.inputs = experiment.known ? resolve_columns(*experiment.log).input_channels : named(plant.inputs);
     for (std::size_t i = 0; i < plant.input_field.size(); ++i)
       for (std::size_t j = 0; j < plant.inputs.size(); ++j)
         if (const std::string& g = plant.input_field[i][j]; g != "0")
@@ -55,15 +63,27 @@ void refuse(const char* key, const std::string& why) {
 }
 
 void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
-  if (!experiment.plant)
+  if (known_plant(experiment) == nullptr)
     refuse("observer.structure",
-           "[observer] structure \"prior\" takes the equations of [plant], and there are logs; take another structure");
-  const PlantConfig& plant = *experiment.plant;
+           "[observer] structure \"prior\" takes the equations of [plant], and there are logs alone; add what is "
+           "known, or "
+           "take another structure");
+  const PlantConfig& plant = *known_plant(experiment);
   if (!plant.estimated.empty())
     refuse("plant.estimated", "[plant] estimated is of observers without a prior, which steps all states; remove it");
   const auto turns = [](double wrap) { return wrap != 0.0; };
   if (std::ranges::any_of(plant.state_wraps, turns) || std::ranges::any_of(plant.output_wraps, turns))
     refuse("observer.structure", "a prior has no angles that wrap: leave wraps out, or take another structure");
+  if (experiment.known) {
+    const LogSchema logs = resolve_columns(*experiment.log);
+    const auto same = [](const std::vector<codegen::Channel>& logged, const std::vector<std::string>& names) {
+      return std::ranges::equal(logged, names, {}, &codegen::Channel::name);
+    };
+    if (!same(logs.state_channels, plant.states) || !same(logs.output_channels, plant.output_names))
+      refuse("plant",
+             "a prior steps what the logs have: [plant] states and output_names are the names of the state and "
+             "output columns, in their order");
+  }
   const KnownEquations known = equations_of_plant(experiment, channels.read_inputs > 0);
   try {
     const codegen::Equations equations(known.texts, known.states, known.inputs);
