@@ -102,7 +102,7 @@ std::vector<bool> taken(const Model& model, const std::vector<double>& measureme
 TEST(Monitor, ASensorThatRepeatsAReadingForTooLongIsFrozenUntilItMoves) {
   Model m = quiet_model();
   m.most_equal[0] = 3;
-  m.resting[0] = 0.5;
+  m.resting[0] = m.rest_min[0] = m.rest_max[0] = 0.5;
   EXPECT_THAT(taken(m, {1.0, 1.0, 1.0, 1.0, 1.0, 1.25, 1.25}),
               ::testing::ElementsAre(true, true, true, false, false, true, true));
   EXPECT_THAT(taken(m, std::vector<double>(100, 0.5)), ::testing::Each(true)) << "at rest";

@@ -214,7 +214,10 @@ constexpr PriorTestModel<Scalar> prior_model() {
   for (int r = 0; r < 4; ++r) gates.bias[r] = Scalar(-0.4 * r);
   model.gates.mlp = make_mlp<Activation::kTanh>(gates);
   model.candidate.mlp = make_mlp<Activation::kTanh>(mixed_dense<Scalar, 9, 4>(1.0, 7));
-  model.correction.mlp = make_mlp<Activation::kTanh>(mixed_dense<Scalar, 9, 4>(0.1, 8));
+  auto correction = mixed_dense<Scalar, 9, 4>(0.1, 8);
+  correction.bias[0] = Scalar(0.5);  // K draws every x to what is measured: an oscillator left alone keeps its phase
+  correction.bias[1] = Scalar(0.3);
+  model.correction.mlp = make_mlp<Activation::kTanh>(correction);
   model.inverse_map.mlp = mixed_mlp<Scalar, 6, 2>(1.0, 9);
   return model;
 }
