@@ -61,7 +61,7 @@ TEST(BashCompletion, OffersCommandsOptionsAndTheirValues) {
   EXPECT_THAT(offered({""}), IsSupersetOf({"train", "evaluate", "export", "completion", "man"}));
   EXPECT_THAT(offered({"ev"}), testing::ElementsAre("evaluate"));
   EXPECT_THAT(offered({"--v"}), testing::ElementsAre("--version"));
-  EXPECT_THAT(offered({"evaluate", "--b"}), testing::ElementsAre("--box-scale"));
+  EXPECT_THAT(offered({"evaluate", "--bo"}), testing::ElementsAre("--box-scale"));
   EXPECT_THAT(offered({"evaluate", "model.json", "--against", ""}), IsSupersetOf({"ekf", "constant"}));
   EXPECT_THAT(offered({"export", "--target", "a"}), testing::ElementsAre("arduino"));
   EXPECT_THAT(offered({"completion", ""}), testing::ElementsAre("bash", "zsh"));

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "nlo/kernels/arithmetic.h"  // asks for C++20
+
 namespace nlo {
 
 /// What a monitor sees.
