@@ -103,7 +103,7 @@ TEST(FitMonitor, SeesWhatIsNotAsInTraining) {
 }
 
 /// Runs of failing_model whose second output, which may be missing, rests at 2 for half of the time, then wanders, and
-/// repeats a reading seven times once in 220 samples; the first output moves where the second does.
+/// repeats a reading 20 times once in 440 samples; the first output moves where the second does.
 SensedRuns resting_runs() {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> draw(0.0, 0.01);
@@ -111,13 +111,13 @@ SensedRuns resting_runs() {
   for (int i = 0; i < 4; ++i) {
     Eigen::MatrixXd y(2, 2200), u(2, 2200);
     for (Eigen::Index k = 0; k < y.cols(); ++k) {
-      const Eigen::Index at = k % 220;
+      const Eigen::Index at = k % 440;
       for (Eigen::Index j = 0; j < 2; ++j) {
-        y(j, k) = (j == 1 || at < 110 ? 1.0 : 3.0) + draw(engine);
+        y(j, k) = (j == 1 || at < 220 ? 1.0 : 3.0) + draw(engine);
         u(j, k) = draw(engine);
       }
-      if (at < 110) y(1, k) = 2.0;
-      if (at > 212) y(1, k) = y(1, k - 1);
+      if (at < 220) y(1, k) = 2.0;
+      if (at > 419) y(1, k) = y(1, k - 1);
     }
     runs.outputs.push_back(y);
     runs.inputs.push_back(u);
@@ -132,14 +132,15 @@ TEST(FitMonitor, FrozenIsWhatRepeatsLongerThanNearlyAllOfTheTraining) {
   const RunSource limits{[&](int) { return runs; }, 1};
   const MonitorRequest request{1.0, 40.0 * model.sample_period_s, 1};
   const Monitor monitor = fit_monitor(model, runs, limits, std::nullopt, request);
-  // Of 220 samples 7 repeat a reading that is not the resting one. The last 6 are 2.7 % of all, which may be taken for
-  // frozen; with the one before it were 3.2 %.
-  EXPECT_EQ(monitor.most_equal(1), 2.0);
+  // Of 440 samples 20 repeat a reading that is not the resting one. The last 13 are 2.95 % of all, which may be taken
+  // for frozen; with the one before it were 3.2 %.
+  EXPECT_EQ(monitor.most_equal(1), 8.0);
   EXPECT_EQ(monitor.resting(1), 2.0);
   EXPECT_EQ(monitor.witness(1), 0.0) << "it goes to 3 where the other leaves its rest";
   EXPECT_GT(monitor.rest_min(1), 0.9);
   EXPECT_LT(monitor.rest_max(1), 1.1);
   EXPECT_EQ(monitor.most_equal(0), 0.0) << "control: the observer cannot do without it";
+  EXPECT_EQ(fit_monitor(model, runs, limits, runs, request).most_equal(1), 0.0) << "simulated runs tell nothing";
   SensedRuns without = runs;
   for (Eigen::MatrixXd& y : without.outputs) y.row(0).setOnes();
   EXPECT_EQ(fit_monitor(model, without, limits, std::nullopt, request).witness(1), 1.0) << "control: nothing is one";

@@ -190,7 +190,8 @@ Monitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const Ru
   }
   fit_prediction(monitor, steps);
   fit_innovation(monitor, steps, model);
-  fit_frozen(monitor, fit, model);
+  // How a sensor repeats itself only its logs show: what is simulated has no resolution.
+  fit_frozen(monitor, clean ? SensedRuns{} : fit, model);
   fit_place(monitor, model, steps);
   steps.clear();
 

@@ -20,6 +20,8 @@ using Eigen::VectorXd;
 // of the training's samples. As many of those at rest its witness may be out of its range there; of the others it has
 // to be in most.
 constexpr double kFrozenShare = 0.03, kLeastWitnessed = 0.5;
+// A sensor of high resolution repeats itself now and then, though no log shows it.
+constexpr std::size_t kFewestEqual = 5;
 
 /// The reading of output j that is repeated most.
 double resting_reading(const SensedRuns& runs, Index j) {
@@ -79,7 +81,7 @@ double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
   std::size_t length = samples.size();
   double beyond = 0.0;
   while (length > 0 && (beyond += samples[length - 1]) <= kFrozenShare * all) --length;
-  return std::min(static_cast<double>(length + 1), 65535.0);
+  return std::min(static_cast<double>(std::max(length + 1, kFewestEqual)), 65535.0);
 }
 
 }  // namespace
@@ -88,7 +90,7 @@ void fit_frozen(Monitor& monitor, const SensedRuns& runs, const codegen::Model& 
   monitor.most_equal = monitor.resting = monitor.rest_min = monitor.rest_max = VectorXd::Zero(model.ny());
   monitor.witness = VectorXd::Zero(model.ny());
   for (const int j : model.failures.outputs) {
-    if (j >= model.measured()) continue;
+    if (j >= model.measured() || runs.outputs.empty()) continue;
     const double resting = resting_reading(runs, j);
     Witness best{j, resting, resting, kLeastWitnessed};  // itself: at rest it is never frozen
     for (Index i = 0; i < model.measured(); ++i) {
