@@ -29,6 +29,27 @@ struct Monitor {
   bool freezes_none() const { return (most_equal.array() == 0.0).all(); }
 };
 
+/// Readings of output j in a row that repeat the one before, but those of a sensor at rest, until it is frozen.
+class Repeats {
+ public:
+  bool frozen(const Monitor& monitor, Eigen::Index j) const {
+    return monitor.most_equal(j) > 0.0 && equal_ >= monitor.most_equal(j);
+  }
+  int equal() const { return equal_; }
+
+  /// After a reading, and that of its witness in the same sample (NaN: missing).
+  void add(const Monitor& monitor, Eigen::Index j, double y, double witness) {
+    const bool moves = witness < monitor.rest_min(j) || witness > monitor.rest_max(j);
+    const bool at_rest = y == monitor.resting(j) && !moves && !frozen(monitor, j);
+    equal_ = y != raw_ || at_rest ? 0 : equal_ + 1;
+    raw_ = y;
+  }
+
+ private:
+  double raw_ = 0.0;
+  int equal_ = 0;
+};
+
 /// Samples after a start without alarm.
 int armed_after(const Monitor& monitor, double sample_period_s);
 

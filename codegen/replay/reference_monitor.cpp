@@ -52,8 +52,8 @@ void ReferenceMonitor::reset() {
   distance_ = VectorXd::Ones(windows);
   missing_share_ = y_ = predicted_ = last_ = VectorXd::Zero(ny);
   missing_ = Eigen::Array<bool, Eigen::Dynamic, 1>::Constant(ny, false);
-  raw_ = VectorXd::Zero(ny);
-  rejected_ = equal_ = Eigen::VectorXi::Zero(ny);
+  repeats_.assign(static_cast<std::size_t>(ny), {});
+  rejected_ = Eigen::VectorXi::Zero(ny);
   levels_ = VectorXd::Zero(static_cast<Index>(meanings_.size()));
   samples_ = 0;
   all_rejected_ = 0;
@@ -71,16 +71,13 @@ VectorXd ReferenceMonitor::trusted(const VectorXd& y) {
   for (Index j = 0; j < measured; ++j) {
     missing_(j) = !std::isfinite(y(j));
     if (missing_(j)) continue;
-    const double witness = kept(static_cast<Index>(monitor_.witness(j)));
-    const bool moves = witness < monitor_.rest_min(j) || witness > monitor_.rest_max(j);
-    const bool at_rest = y(j) == monitor_.resting(j) && !moves && !is_frozen(j);
-    equal_(j) = y(j) != raw_(j) || at_rest ? 0 : equal_(j) + 1;
-    raw_(j) = y(j);
+    Repeats& repeats = repeats_[static_cast<std::size_t>(j)];
+    repeats.add(monitor_, j, y(j), kept(static_cast<Index>(monitor_.witness(j))));
     if (samples_ == 0) continue;
     const double noise = std::max(variance_(j, 0), 1.0);
     const bool beyond =
         std::abs(innovation(j, y(j))) > monitor_.gate * std::sqrt(noise) && rejected_(j) < kMostRejected;
-    missing_(j) = beyond || is_frozen(j);
+    missing_(j) = beyond || repeats.frozen(monitor_, j);
     rejected_(j) = missing_(j) ? std::min(rejected_(j) + 1, kMostRejected) : 0;
     if (!missing_(j)) continue;
     kept(j) = std::numeric_limits<double>::quiet_NaN();

@@ -42,7 +42,6 @@ class ReferenceMonitor {
 
  private:
   double innovation(Eigen::Index j, double y) const;
-  bool is_frozen(Eigen::Index j) const { return monitor_.most_equal(j) > 0.0 && equal_(j) >= monitor_.most_equal(j); }
 
   const Model& model_;
   Monitor monitor_;
@@ -55,8 +54,8 @@ class ReferenceMonitor {
   Eigen::VectorXd distance_, missing_share_, levels_;
   Eigen::VectorXd y_, predicted_, last_;
   Eigen::Array<bool, Eigen::Dynamic, 1> missing_;
-  Eigen::VectorXd raw_;
-  Eigen::VectorXi rejected_, equal_;
+  std::vector<Repeats> repeats_;
+  Eigen::VectorXi rejected_;
   int samples_ = 0;
   Eigen::Index all_rejected_ = 0;
 };

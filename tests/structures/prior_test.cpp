@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "codegen/model_file/model_file.h"
-#include "codegen/replay/reference_observer.h"
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
@@ -142,14 +141,7 @@ TEST(Prior, RollsOutWhatFlies) {
       const TrainingResult result = train(prior_experiment(features), data, data, {});
       ASSERT_EQ(result.model.nz(), 7);
       // Against double: the roll-out's float and the runtime's tanh.
-      codegen::ReferenceObserver<double> observer(result.model);
-      double squares = 0.0, samples = 0.0;
-      for (const Trajectory& run : data.trajectories) {
-        const codegen::Run flown = observer.run(run.outputs, {}, run.time_s, data.uniform);
-        squares += (flown.x_hat - run.states).squaredNorm();
-        samples += static_cast<double>(run.samples());
-      }
-      EXPECT_NEAR(result.validation_rmse, std::sqrt(squares / samples), 1e-3 * result.validation_rmse);
+      EXPECT_NEAR(result.validation_rmse, testing::reference_rmse(result.model, data), 1e-3 * result.validation_rmse);
     }
   }
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <map>
 #include <vector>
 
@@ -64,14 +63,11 @@ double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
   std::vector<double> samples;  // [i]: that repeat their reading for the (i + 1)th time
   double all = 0.0;
   for (const MatrixXd& y : runs.outputs) {
-    std::size_t equal = 0;
-    double raw = std::numeric_limits<double>::quiet_NaN();
+    codegen::Repeats repeats;
     for (Index k = 0; k < y.cols(); ++k) {
       if (!std::isfinite(y(j, k))) continue;
-      const double witness = y(static_cast<Index>(monitor.witness(j)), k);
-      const bool moves = witness < monitor.rest_min(j) || witness > monitor.rest_max(j);
-      equal = y(j, k) != raw || (y(j, k) == monitor.resting(j) && !moves) ? 0 : equal + 1;
-      raw = y(j, k);
+      repeats.add(monitor, j, y(j, k), y(static_cast<Index>(monitor.witness(j)), k));
+      const auto equal = static_cast<std::size_t>(repeats.equal());
       all += 1.0;
       if (equal == 0) continue;
       samples.resize(std::max(samples.size(), equal));

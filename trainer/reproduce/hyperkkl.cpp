@@ -157,10 +157,8 @@ Section hyperkkl(const Workbench& bench) {
       clean.cells.push_back(contender(bench, plant, kKnownInputs[i], truth, {}));
       if (plant.published[i] > 0.0) clean.cells.back().published = plant.published[i];
       for (const auto& [contest, factory] : {std::pair{&ekf, &rivals.ekf}, {&ridge, &rivals.ridge}}) {
-        Contender& rival = contest->cells.emplace_back(clean.cells.back());
-        rival.components.clear();
-        rival.norms.clear();
-        add(rival, smape_of(*factory, truth, {}, bench.threads));
+        contest->cells.push_back({plant.title, kKnownInputs[i].title, clean.cells.back().published, {}, {}});
+        add(contest->cells.back(), smape_of(*factory, truth, {}, bench.threads));
       }
       noisy.cells.push_back(
           contender(bench, plant, kKnownInputs[i], truth, {NoiseKind::kGaussian, kNoiseShare * output_rms(truth)}));

@@ -75,8 +75,7 @@ Section inclination(const Workbench& bench) {
   section.csv = exams_csv(section.exams);
   section.seen =
       "Eight undisturbed trials train, a disturbed one tests. One sensor made all of them. Published figures are of "
-      "this "
-      "trial and six that are not here; VQF is tuned on other data.";
+      "this trial and six that are not here; VQF is tuned on other data.";
   return section;
 }
 
@@ -99,8 +98,8 @@ Section charge(const Workbench& bench) {
   section.csv = exams_csv(section.exams);
   section.seen =
       "Five Mixed cycles at each temperature train, Mixed7 tests. Of Wong's split UDDS, LA92 and US06 are not here, "
-      "and "
-      "the label is the cycler's charge, not 0 at each log's own end. What leaks: one cell made all logs, and each of "
+      "and the label is the cycler's charge, not 0 at each log's own end. What leaks: one cell made all logs, and each "
+      "of "
       "them starts full, so counting from full would be nearly exact; no observer is told that.";
   return section;
 }

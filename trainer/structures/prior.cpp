@@ -66,8 +66,7 @@ void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
   if (known_plant(experiment) == nullptr)
     refuse("observer.structure",
            "[observer] structure \"prior\" takes the equations of [plant], and there are logs alone; add what is "
-           "known, or "
-           "take another structure");
+           "known, or take another structure");
   const PlantConfig& plant = *known_plant(experiment);
   if (!plant.estimated.empty())
     refuse("plant.estimated", "[plant] estimated is of observers without a prior, which steps all states; remove it");
