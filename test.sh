@@ -107,6 +107,7 @@ tidy() {
 }
 
 need "${build_packages[@]}" "${test_packages[@]}"
+if [[ $mode == full ]]; then need mkdocs-material doxygen; fi
 if [[ $mode == claims ]]; then
   quietly configure-release cmake --preset release -DNLO_TESTS=ON
   phase 'Release build of the program and the ledger' build build/release nlo claims
