@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
         nlo::trainer::add_bound(app, action);
         nlo::trainer::add_monitor(app, action);
         nlo::trainer::add_export(app, action);
+        nlo::trainer::add_replay(app, action);
         nlo::trainer::add_report(app, action);
         nlo::trainer::add_reproduce(app, argc, argv);
         nlo::trainer::add_simulate(app, action);

@@ -41,6 +41,7 @@ void add_crossvalidate(CLI::App& app, Action& action);
 void add_identify(CLI::App& app, Action& action);
 void add_evaluate(CLI::App& app, Action& action);
 void add_export(CLI::App& app, Action& action);
+void add_replay(CLI::App& app, Action& action);
 void add_report(CLI::App& app, Action& action);
 void add_monitor(CLI::App& app, Action& action);
 void add_new(CLI::App& app, Action& action);

@@ -158,7 +158,14 @@ Eigen::VectorXd CsvTable::column(std::string_view heading, std::vector<Eigen::In
   return read_column(heading, &missing);
 }
 
-Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const {
+std::vector<std::string_view> CsvTable::cells(std::string_view heading) const {
+  std::vector<std::string_view> result;
+  for (auto at = static_cast<std::size_t>(place_of(heading)); at < cells_.size(); at += headings_.size())
+    result.push_back(cells_[at]);
+  return result;
+}
+
+Eigen::Index CsvTable::place_of(std::string_view heading) const {
   const auto found = std::find(headings_.begin(), headings_.end(), heading);
   if (found == headings_.end()) {
     const std::string nearest = nearest_name(heading, headings_);
@@ -168,7 +175,11 @@ Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eige
     throw Error(fmt::format("{}:{}: no column \"{}\" among {}{}", file_, header_line_, shown(heading),
                             fmt::join(shown(headings_), ", "), hint));
   }
-  const auto offset = found - headings_.begin();
+  return found - headings_.begin();
+}
+
+Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const {
+  const Eigen::Index offset = place_of(heading);
   const auto stride = static_cast<Eigen::Index>(headings_.size());
   Eigen::VectorXd values(rows());
   for (Eigen::Index row = 0; row < rows(); ++row) {

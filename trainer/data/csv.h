@@ -40,8 +40,13 @@ class CsvTable {
   /// The same, but cells that are empty, NaN or NA are let pass: NaN, and their rows, increasing, in `missing`.
   Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing) const;
 
+  /// The same cells as they stand in the file.
+  std::vector<std::string_view> cells(std::string_view heading) const;
+
  private:
   CsvTable() = default;
+
+  Eigen::Index place_of(std::string_view heading) const;
 
   Eigen::VectorXd read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const;
 

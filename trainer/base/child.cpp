@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/base/child.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+extern char** environ;
+
+namespace nlo::trainer {
+
+std::string run_child(const std::vector<std::string>& words, const std::string& directory,
+                      std::chrono::seconds patience) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "log.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  std::vector<std::string> copies = words;
+  std::vector<char*> arguments;
+  for (std::string& word : copies) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  pid_t child = 0;
+  const int error = posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) return fmt::format("{} could not be started: {}", words[0], std::strerror(error));
+
+  int status = 0;
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  auto pause = std::chrono::microseconds(200);
+  while (true) {
+    const pid_t done = waitpid(child, &status, WNOHANG);
+    if (done > 0) break;
+    if (done < 0 && errno != EINTR) return fmt::format("{} was lost: {}", words[0], std::strerror(errno));
+    if (std::chrono::steady_clock::now() > deadline) {
+      kill(child, SIGKILL);
+      waitpid(child, &status, 0);
+      return fmt::format("{} did not finish within {} s", words[0], patience.count());
+    }
+    std::this_thread::sleep_for(pause);
+    if (pause < std::chrono::milliseconds(5)) pause *= 2;
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
+  std::ifstream file(directory + "/log.txt", std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  const std::string log = text.str().substr(0, 400);
+  return fmt::format("{} failed{}{}", words[0], log.empty() ? "" : ": ", log);
+}
+
+}  // namespace nlo::trainer

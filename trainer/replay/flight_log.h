@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// A recorded flight: what a firmware gave its observer at each step, and what that answered, from a CSV.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codegen/model/model.h"
+
+namespace nlo::trainer {
+
+/// A column as it was printed.
+struct LoggedColumn {
+  std::string name, heading;
+  Eigen::VectorXd values;      ///< NaN: nothing was logged in this row
+  Eigen::VectorXd half_digit;  ///< half a unit of each cell's last digit; 0: the cell is the number itself
+  int digits = 0;              ///< significant ones, of the cell that has most; 0: whole numbers, names or bits
+  Eigen::Index answer = 0;     ///< row of the answers that it is held against
+};
+
+/// Rows of the answers (flown_export.h); estimates follow.
+enum Answer : Eigen::Index { kAnswerStatus, kAnswerInDomain, kAnswerEstimate };
+/// Rows of what is given; outputs and inputs follow.
+enum Given : Eigen::Index { kGivenCommand, kGivenDt, kGivenReading };
+/// What a call does: bits of the row kGivenCommand.
+inline constexpr double kStep = 0, kStepOverDt = 1, kReset = 2, kWarmStart = 4;
+
+struct FlightLog {
+  std::string file;
+  std::vector<int> lines;              ///< of the file, a row each
+  Eigen::MatrixXd given;               ///< (2 + outputs + inputs) x N, a column for each call
+  std::vector<LoggedColumn> readings;  ///< outputs, then inputs
+  std::vector<LoggedColumn> answers;   ///< estimates first, then status and in_domain where they were logged
+  std::vector<std::string> missing;    ///< estimates that were not
+};
+
+/// Reads `file` for `model`: a column for each output and input under its name, NAME_hat for each state, and where
+/// there are any, dt (of steps over a time of their own; an empty cell: one period), status and in_domain. `headings`:
+/// other headings for these names. Cells: decimals, nothing or NaN, 0x and the bits of a `scalar_bytes` float; statuses
+/// also by name. Throws codegen::Error, with the fix.
+FlightLog read_flight(const std::string& file, const codegen::Model& model, std::size_t scalar_bytes,
+                      const std::vector<std::pair<std::string, std::string>>& headings);
+
+/// What a status is called in a log, and its number; "?" where there is none.
+std::string status_word(double status);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The export that flew, on this machine: generated, compiled beside a small driver, and run over recorded readings. C99
+// has the bits of the deterministic policy and of the single header, whatever the processor; the C++ header those of
+// the fast policy as this compiler and these flags make them.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+
+#include "codegen/base/temporary.h"
+#include "codegen/model/model.h"
+
+namespace nlo::trainer {
+
+/// As the options of nlo export, of which these decide the arithmetic.
+struct Flown {
+  std::string target = "c99", scalar = "float", weights = "float", max_error;
+  std::string compiler;  ///< with its flags, blanks between; empty: cc -O1 or c++ -O2
+};
+
+class FlownExport {
+ public:
+  /// Throws codegen::Error when the model has no such export, or nothing here compiles it.
+  FlownExport(const codegen::Model& model, const Flown& flown);
+
+  /// What it answers to `given` (flight_log.h), from its start: a column for each call.
+  Eigen::MatrixXd run(const Eigen::MatrixXd& given) const;
+
+  bool single() const { return single_; }            ///< its numbers are floats
+  bool settles() const { return settles_; }          ///< it has a steady state to start from
+  const std::string& name() const { return name_; }  ///< "--target c99 --scalar float"
+
+ private:
+  std::unique_ptr<codegen::TemporaryFolder> folder_;
+  Eigen::Index answers_;
+  bool single_ = true, settles_ = false;
+  std::string name_;
+};
+
+}  // namespace nlo::trainer
