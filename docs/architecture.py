@@ -159,7 +159,8 @@ def spread(wanted, widths, weights):
 
 
 def places(rows, ways):
-    """The middle of each node, so that long edges are straight and rooms are above those they include."""
+    """The middle of each node, so that long edges are straight and rooms are above those they include. All are drawn to
+    one middle a little: else rows lean further and further to a side."""
     near = {node: [] for row in rows for node in row}
     for way in ways.values():
         for a, b in zip(way, way[1:]):
@@ -170,7 +171,8 @@ def places(rows, ways):
         x.update(zip(row, spread([0.0] * len(row), [width_of(n) for n in row], [1] * len(row))))
     for sweep in range(60):
         for row in rows if sweep % 2 else rows[::-1]:
-            wanted = [sum(x[n] for n in near[node]) / len(near[node]) for node in row]
+            middle = sum(x.values()) / len(x)
+            wanted = [middle + 0.9 * (sum(x[n] for n in near[node]) / len(near[node]) - middle) for node in row]
             weights = [1 if isinstance(node, str) else 8 for node in row]
             x.update(zip(row, spread(wanted, [width_of(n) for n in row], weights)))
     return x
