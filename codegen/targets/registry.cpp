@@ -6,6 +6,7 @@
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/replay.h"
+#include "codegen/targets/selftest.h"
 #include "codegen/targets/single_header.h"
 
 namespace nlo::codegen {
@@ -30,6 +31,8 @@ const std::vector<ExportTarget>& export_targets() {
                single_header),
       one_file("replay-c99", "C99 header with inputs and the answers that the c99 pair must give", "_replay.h",
                replay_c99),
+      {"selftest", "folder with the c99 pair and a program that replays it on its target and counts cycles",
+       ExportForm::kDirectory, selftest},
       {"arduino", "folder with an Arduino and PlatformIO library: header, runtime, C99 pair, sketch",
        ExportForm::kDirectory, arduino_library},
       {"zephyr", "folder with a Zephyr module: header, runtime, C99 pair, sample", ExportForm::kDirectory,

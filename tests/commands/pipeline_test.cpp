@@ -82,7 +82,7 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_FALSE(scratch.has("other.h"));
   EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "--target", "c99", "-o", "-"}).exit_code, 2);
 
-  for (const char* target : {"arduino", "zephyr"}) {
+  for (const char* target : {"arduino", "zephyr", "selftest"}) {
     const std::string folder = std::string(target) + "_tiny";
     const std::vector<std::string> command = {"export", "runs/tiny/model.json", "--target", target, "-o", folder};
     EXPECT_EQ(scratch.run(command).exit_code, 0);

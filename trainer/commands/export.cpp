@@ -28,6 +28,7 @@ namespace {
 
 struct ExportArguments {
   std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit;
+  int samples = codegen::ExportOptions{}.samples;
   bool quiet = false;
 };
 
@@ -38,7 +39,7 @@ struct Judged {
 
 /// In C99 or made of it: no monitor, no standard deviations, one tanh.
 bool of_c99(const std::string& target) {
-  return target.ends_with("c99") || target == "single";
+  return target.ends_with("c99") || target == "selftest" || target == "single";
 }
 
 /// Throws Error when --max-error or --fit are not understood.
@@ -80,6 +81,7 @@ void run_export(const ExportArguments& arguments) {
   options.scalar = codegen::scalar_type(arguments.scalar);
   options.weights = codegen::weight_type(arguments.weights);
   options.name = arguments.name;
+  options.samples = arguments.samples;
   if (!options.name.empty() && !codegen::is_identifier(options.name))
     throw codegen::Error(
         fmt::format("--name \"{}\" is not an identifier; use a letter, then letters, digits and single "
@@ -141,6 +143,8 @@ void add_export(CLI::App& app, Action& action) {
                 "print what M0+, M4F, M7 and M33 need; refuse more than flash=32K,ram=2K,mac=5000,core=m4f (any of "
                 "them)",
                 "BUDGET");
+  options.number("--samples", arguments->samples, 20, 100000,
+                 "how many a replay or a self-test has: fewer for a small flash");
   options.flag("-q,--quiet", arguments->quiet, "print nothing when the export succeeds, except what it leaves out");
   options
       .value("-o,--output", arguments->output,
@@ -154,6 +158,7 @@ void add_export(CLI::App& app, Action& action) {
       "  nlo export model.json --weights bf16 --max-error 0.02 -o van_der_pol.h\n"
       "  nlo export model.json --target replay -o van_der_pol_replay.h\n"
       "  nlo export model.json --target c99 -o van_der_pol.h                      (and van_der_pol.c)\n"
+      "  nlo export model.json --target selftest -o selftest                      (a program for your board)\n"
       "  nlo export model.json --target arduino -o ~/Arduino/libraries/van_der_pol\n"
       "A folder is replaced only while all of it is as nlo has written it.");
   command->callback([arguments, &action] { action = [arguments] { run_export(*arguments); }; });

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// A program that tests an observer on the target that it flies on: golden replay, and cycles of a step and an estimate.
+#pragma once
+
+#include <vector>
+
+#include "codegen/base/file.h"
+#include "codegen/export/prepared_export.h"
+
+namespace nlo::codegen {
+
+/// The C99 pair, its replay, the test, a header of cycle counters and a main.c. Throws Error as c99() does.
+std::vector<NamedText> selftest(const PreparedExport& prepared);
+
+}  // namespace nlo::codegen
