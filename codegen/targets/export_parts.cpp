@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
 #include "codegen/export/error_limits.h"
 #include "codegen/export/number_formats.h"
@@ -67,6 +68,21 @@ std::string arithmetic_note(const PreparedExport& prepared) {
                         channel_text(m.states[static_cast<std::size_t>(i)]), error.max(i), error.quantile999(i),
                         error.rms(i), error.outside == 0 ? "-" : fmt::format("{:.1e}", error.max_outside(i)));
   return text;
+}
+
+std::vector<NamedText> filled_folder(std::string_view folder, const std::string& name,
+                                     const std::map<std::string, std::string>& values,
+                                     const std::function<bool(std::string_view)>& wanted) {
+  constexpr std::string_view kEnding = ".in";
+  std::vector<NamedText> files;
+  for (const EmbeddedText& text : embedded_texts()) {
+    if (!text.name.starts_with(folder) || !wanted(text.name)) continue;
+    std::string path(text.name.substr(folder.size(), text.name.size() - folder.size() - kEnding.size()));
+    for (std::size_t at = 0; (at = path.find("NAME", at)) != std::string::npos; at += name.size())
+      path.replace(at, 4, name);
+    files.push_back({path, filled(text.text, values)});
+  }
+  return files;
 }
 
 void check_rounding(const Model& m, ScalarType scalar) {

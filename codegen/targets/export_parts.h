@@ -4,9 +4,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "codegen/base/file.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/model/model.h"
 
@@ -27,6 +31,12 @@ std::string facts(const Model& model);
 /// What a reader must know of numbers that are not plainly those of the scalar (int16, weights of 16 bits, a chosen
 /// tanh), as lines of comment; else empty.
 std::string arithmetic_note(const PreparedExport& prepared);
+
+/// The templates below `folder` ("zephyr/") whose name `wanted` takes, filled; their paths inside of it, NAME in them
+/// being `name`.
+std::vector<NamedText> filled_folder(
+    std::string_view folder, const std::string& name, const std::map<std::string, std::string>& values,
+    const std::function<bool(std::string_view)>& wanted = [](std::string_view) { return true; });
 
 /// Throws Error when the sample period or an output's range is lost in the scalar.
 void check_rounding(const Model& model, ScalarType scalar);

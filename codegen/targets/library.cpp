@@ -126,13 +126,9 @@ std::vector<NamedText> library(const PreparedExport& prepared, std::string_view 
       files.push_back({(file.path.ends_with(".h") ? headers : "src/") + file.path, file.text});
   }
   files.push_back({"LICENSE", std::string(embedded_text("LICENSE"))});
-  for (const EmbeddedText& text : embedded_texts()) {
-    if (!text.name.starts_with(kind) || (!c && text.name.find("_c99") != std::string_view::npos)) continue;
-    std::string path(text.name.substr(kind.size(), text.name.size() - kind.size() - 3));  // arduino/PATH.in
-    for (std::size_t at = 0; (at = path.find("NAME", at)) != std::string::npos; at += name.size())
-      path.replace(at, 4, name);
-    files.push_back({path, filled(text.text, values)});
-  }
+  for (NamedText& file : filled_folder(
+           kind, name, values, [c](std::string_view text) { return c || text.find("_c99") == std::string_view::npos; }))
+    files.push_back(std::move(file));
   return files;
 }
 

@@ -4,6 +4,7 @@
 #include "codegen/base/error.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
+#include "codegen/targets/fmu.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/replay.h"
 #include "codegen/targets/selftest.h"
@@ -37,6 +38,8 @@ const std::vector<ExportTarget>& export_targets() {
        ExportForm::kDirectory, arduino_library},
       {"zephyr", "folder with a Zephyr module: header, runtime, C99 pair, sample", ExportForm::kDirectory,
        zephyr_module},
+      {"fmu", "FMU for co-simulation by FMI 3.0: C99 sources, and a binary by $CC or cc", ExportForm::kFile, fmu},
+      {"fmu-sources", "the same without a binary, for importers that compile", ExportForm::kFile, fmu_of_sources},
   };
   return targets;
 }

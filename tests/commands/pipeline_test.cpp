@@ -82,6 +82,9 @@ TEST(Program, TrainsEvaluatesAndExports) {
   EXPECT_FALSE(scratch.has("other.h"));
   EXPECT_EQ(scratch.run({"export", "runs/tiny/model.json", "--target", "c99", "-o", "-"}).exit_code, 2);
 
+  scratch.ok({"export", "runs/tiny/model.json", "--target", "fmu-sources", "-o", "tiny.fmu"});
+  EXPECT_EQ(scratch.read("tiny.fmu").substr(0, 2), "PK");
+
   for (const char* target : {"arduino", "zephyr", "selftest"}) {
     const std::string folder = std::string(target) + "_tiny";
     const std::vector<std::string> command = {"export", "runs/tiny/model.json", "--target", target, "-o", folder};

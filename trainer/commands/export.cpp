@@ -39,7 +39,7 @@ struct Judged {
 
 /// In C99 or made of it: no monitor, no standard deviations, one tanh.
 bool of_c99(const std::string& target) {
-  return target.ends_with("c99") || target == "selftest" || target == "single";
+  return target.ends_with("c99") || target == "selftest" || target == "single" || target.starts_with("fmu");
 }
 
 /// Throws Error when --max-error or --fit are not understood.
@@ -160,6 +160,7 @@ void add_export(CLI::App& app, Action& action) {
       "  nlo export model.json --target c99 -o van_der_pol.h                      (and van_der_pol.c)\n"
       "  nlo export model.json --target selftest -o selftest                      (a program for your board)\n"
       "  nlo export model.json --target arduino -o ~/Arduino/libraries/van_der_pol\n"
+      "  nlo export model.json --target fmu -o van_der_pol.fmu                    (with a binary by $CC, or cc)\n"
       "A folder is replaced only while all of it is as nlo has written it.");
   command->callback([arguments, &action] { action = [arguments] { run_export(*arguments); }; });
 }

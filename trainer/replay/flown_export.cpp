@@ -6,9 +6,9 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <sstream>
 #include <vector>
 
+#include "codegen/base/child.h"
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
@@ -16,7 +16,6 @@
 #include "codegen/targets/c99.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/registry.h"
-#include "trainer/base/child.h"
 #include "trainer/replay/flight_log.h"
 
 namespace nlo::trainer {
@@ -26,13 +25,6 @@ using codegen::Error;
 namespace fs = std::filesystem;
 
 constexpr auto kCompiling = std::chrono::seconds(300), kFlying = std::chrono::seconds(600);
-
-std::vector<std::string> words(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<std::string> result;
-  for (std::string word; in >> word;) result.push_back(word);
-  return result;
-}
 
 void write(const fs::path& folder, const std::string& name, const std::string& text) {
   fs::create_directories((folder / name).parent_path());
@@ -77,13 +69,14 @@ FlownExport::FlownExport(const codegen::Model& model, const Flown& flown) : answ
   folder_ = std::make_unique<codegen::TemporaryFolder>((fs::temp_directory_path() / "nlo-replay").string());
   for (const codegen::NamedText& file : files) write(folder_->name(), file.path, file.text);
 
-  std::vector<std::string> command = words(flown.compiler.empty() ? cpp ? "c++ -O2" : "cc -O1" : flown.compiler);
+  std::vector<std::string> command =
+      codegen::words_of(flown.compiler.empty() ? cpp ? "c++ -O2" : "cc -O1" : flown.compiler);
   if (command.empty()) throw Error("--compiler has no word: name a compiler, with its flags");
   std::vector<std::string> rest = {"-std=c99", "main.c", name + ".c"};
   if (cpp) rest = {"-std=c++20", "-I.", "main.cpp"};
   command.insert(command.end(), rest.begin(), rest.end());
   command.insert(command.end(), {"-o", "flight"});
-  const std::string failure = run_child(command, folder_->name(), kCompiling);
+  const std::string failure = codegen::run_child(command, folder_->name(), kCompiling);
   if (!failure.empty())
     throw Error(
         fmt::format("{}: a flight is replayed by compiling what flew: install a {} compiler (gcc, clang), or "
@@ -96,7 +89,7 @@ Eigen::MatrixXd FlownExport::run(const Eigen::MatrixXd& given) const {
   const std::string_view bytes(reinterpret_cast<const char*>(given.data()),
                                static_cast<std::size_t>(given.size()) * sizeof(double));
   codegen::write_file_atomically((folder / "given.bin").string(), bytes);
-  if (const std::string failure = run_child({"./flight"}, folder.string(), kFlying); !failure.empty())
+  if (const std::string failure = codegen::run_child({"./flight"}, folder.string(), kFlying); !failure.empty())
     throw Error(failure);
   const std::string answered = codegen::read_file((folder / "answers.bin").string(), std::size_t{1} << 34);
   Eigen::MatrixXd answers(answers_, given.cols());

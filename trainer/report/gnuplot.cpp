@@ -11,8 +11,8 @@
 #include <optional>
 #include <sstream>
 
+#include "codegen/base/child.h"
 #include "codegen/base/temporary.h"
-#include "trainer/base/child.h"
 #include "trainer/report/gnuplot_script.h"
 #include "trainer/report/svg_text.h"
 
@@ -66,8 +66,8 @@ Drawing draw(const std::vector<Figure>& figures, const std::string& program) {
   bool written = true;
   for (std::size_t i = 0; i < figures.size(); ++i) script += figure_script(figures[i], i, directory, written);
   written = write_text(directory / "plot.gp", script) && written;
-  drawing.failure =
-      written ? run_child({program, "-d", "plot.gp"}, directory, kPatience) : "the plots' data could not be written";
+  drawing.failure = written ? codegen::run_child({program, "-d", "plot.gp"}, directory, kPatience)
+                            : "the plots' data could not be written";
   if (!drawing.failure.empty()) return drawing;
   for (std::size_t i = 0; i < figures.size(); ++i) {
     drawing.svgs.push_back(inline_svg(file_text(directory / fmt::format("{}.svg", i)), figure_label(figures[i])));

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "codegen/base/xml.h"
 #include "trainer/base/printable.h"
 
 namespace nlo::trainer {
@@ -71,29 +72,7 @@ std::string two_lines(const std::string& cell) {
 }  // namespace
 
 std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : printable(text)) {  // which no page may hold either
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      case '\'':
-        result += "&#39;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
+  return codegen::xml_escaped(printable(text));  // what is not printable no page may hold either
 }
 
 std::string html_table(const Table& table) {

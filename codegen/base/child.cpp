@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/base/child.h"
+#include "codegen/base/child.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -16,7 +16,14 @@
 
 extern char** environ;
 
-namespace nlo::trainer {
+namespace nlo::codegen {
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) words.push_back(word);
+  return words;
+}
 
 std::string run_child(const std::vector<std::string>& words, const std::string& directory,
                       std::chrono::seconds patience) {
@@ -58,4 +65,4 @@ std::string run_child(const std::vector<std::string>& words, const std::string& 
   return fmt::format("{} failed{}{}", words[0], log.empty() ? "" : ": ", log);
 }
 
-}  // namespace nlo::trainer
+}  // namespace nlo::codegen

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// An FMU for co-simulation by FMI 3.0: a zip of what importers read (modelDescription.xml), the C99 pair with the
+// standard's functions around it, and a shared library of both. Each file comes from templates/fmu.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "codegen/base/file.h"
+#include "codegen/export/prepared_export.h"
+
+namespace nlo::codegen {
+
+/// NAME.fmu with the sources alone, for importers that compile: the same bytes for the same model. Throws Error when
+/// c99() does.
+std::vector<NamedText> fmu_of_sources(const PreparedExport& prepared);
+
+/// The same with a shared library by the C compiler of this machine ($CC, or cc): for Linux on the processor that it
+/// compiles for. Throws Error, with what the compiler printed, when there is none.
+std::vector<NamedText> fmu(const PreparedExport& prepared);
+
+}  // namespace nlo::codegen

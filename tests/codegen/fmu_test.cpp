@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/targets/fmu.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <map>
+#include <string>
+
+#include "codegen/base/child.h"
+#include "codegen/base/error.h"
+#include "codegen/base/zip.h"
+#include "tests/codegen/example_models.h"
+#include "tests/support/scratch_directory.h"
+#include "tests/support/thrown_message.h"
+
+namespace nlo::codegen {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// The files of an archive without compression, by their headers.
+std::map<std::string, std::string> unzipped(const std::string& archive) {
+  const auto number = [&](std::size_t at, int count) {
+    std::size_t value = 0;
+    for (int i = count - 1; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(archive.at(at + i));
+    return value;
+  };
+  std::map<std::string, std::string> files;
+  std::size_t at = 0;
+  while (archive.compare(at, 4, "PK\3\4") == 0) {
+    const std::size_t size = number(at + 18, 4), name_size = number(at + 26, 2);
+    const std::string text = archive.substr(at + 30 + name_size, size);
+    EXPECT_EQ(number(at + 14, 4), crc32(text));
+    files[archive.substr(at + 30, name_size)] = text;
+    at += 30 + name_size + size;
+  }
+  EXPECT_EQ(archive.substr(at, 4), "PK\1\2") << "the directory follows";
+  return files;
+}
+
+std::string description_of(const Model& model) {
+  return unzipped(fmu_of_sources(PreparedExport(model)).front().text)["modelDescription.xml"];
+}
+
+std::string token_of(const Model& model) {
+  const std::string text = description_of(model), before = "instantiationToken=\"";
+  return text.substr(text.find(before) + before.size(), 34);
+}
+
+TEST(Zip, HasTheCheckSumThatAllHaveAndEveryByte) {
+  EXPECT_EQ(crc32("123456789"), 0xCBF43926U) << "the check value of CRC-32 in every catalogue of them";
+  const std::string all("\0\1PK\3\4\xff", 7);
+  const auto files = unzipped(zip({{"empty", ""}, {"a/b", all}}));
+  EXPECT_EQ(files.size(), 2U);
+  EXPECT_EQ(files.at("a/b"), all);
+}
+
+TEST(Child, SaysWhyItFailed) {
+  constexpr auto kLong = std::chrono::seconds(60);
+  const ScratchDirectory scratch;
+  EXPECT_EQ(run_child({"true"}, scratch.path(), kLong), "");
+  EXPECT_EQ(run_child({"sh", "-c", "echo some words; exit 3"}, scratch.path(), kLong), "sh failed: some words\n");
+  EXPECT_THAT(run_child({"no-such-program"}, scratch.path(), kLong), HasSubstr("no-such-program could not be started"));
+  EXPECT_EQ(run_child({"sleep", "60"}, scratch.path(), std::chrono::seconds(0)), "sleep did not finish within 0 s");
+}
+
+TEST(Fmu, TokenChangesWithTheModel) {
+  Model m = tiny_model();
+  const std::string token = token_of(m);
+  EXPECT_THAT(token, ::testing::MatchesRegex("\\{[0-9a-f]{32}\\}"));
+  EXPECT_EQ(token_of(tiny_model()), token);
+  m.states[0].unit = "rad/h";
+  EXPECT_NE(token_of(m), token);
+  m = tiny_model();
+  networks(m).back().network->layers.back().weights(0, 0) *= 1.001;
+  EXPECT_NE(token_of(m), token);
+}
+
+TEST(Fmu, UserTextStaysInItsAttribute) {
+  Model m = tiny_model();
+  m.states[0].unit = "\"/><&\x01\n'";
+  EXPECT_THAT(description_of(m), HasSubstr("unit=\"&quot;/&gt;&lt;&amp;_\n&#39;\""));
+}
+
+TEST(Fmu, IsOfObserversThatC99Has) {
+  EXPECT_THAT(thrown_message([] { fmu_of_sources(PreparedExport(driven_model())); }), HasSubstr("target fmu writes"));
+}
+
+}  // namespace
+}  // namespace nlo::codegen

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: MIT
+// An importer of FMI 3.0 for one FMU: loads its library, knows of it what modelDescription.xml says, and goes through
+// all functions, also in ways that are wrong. What it computes is held against the C99 pair, bit for bit.
+// Compiled with NLO_NAME, NLO_SCALAR, NLO_DRIVEN where there are inputs, and what FMU and replay-c99 declare.
+//   load_fmu LIBRARY modelDescription.xml
+#include "tests/fmi/importer.h"
+
+static void replays_and_disturbs_no_other(void) {
+  double time = 3, other_time = 0;
+  fmi3Instance one = begun(time), other = begun(other_time);
+  Observer observer, other_observer, golden;
+  NAMED(init)(&golden);
+  EXPECT(NAMED(first_mismatch)(&golden) == -1);
+  NAMED(init)(&observer);
+  NAMED(init)(&other_observer);
+  for (int k = 0; k < kSamples; ++k) {
+    step_both(one, &time, &observer, k, false);
+    step_both(other, &other_time, &other_observer, k, true);
+  }
+  F(fmi3FreeInstance)(other);
+  EXPECT(F(fmi3Reset)(one) == fmi3OK);
+  EXPECT(F(fmi3EnterInitializationMode)(one, true, 1e-6, 0, false, 0) == fmi3OK &&
+         F(fmi3ExitInitializationMode)(one) == fmi3OK);
+  NAMED(init)(&observer);
+  time = 0;
+  for (int k = 0; k < kSamples / 2; ++k) step_both(one, &time, &observer, k, false);  // as if it were new
+  F(fmi3FreeInstance)(one);
+}
+
+static void continues_from_saved_states(void) {
+  const int half = kSamples / 2;
+  double time = 0;
+  fmi3Instance i = begun(time), fresh = instance_named("fresh", token, false, false);
+  Observer observer, at_half;
+  NAMED(init)(&observer);
+  for (int k = 0; k < half; ++k) step_both(i, &time, &observer, k, false);
+  const double time_at_half = time;
+  at_half = observer;
+  fmi3FMUState state = NULL, loaded = NULL;
+  EXPECT(F(fmi3GetFMUState)(i, &state) == fmi3OK && state != NULL);
+  fmi3FMUState same = state;
+  EXPECT(F(fmi3GetFMUState)(i, &same) == fmi3OK && same == state);  // its memory is used again
+  size_t size = 0;
+  EXPECT(F(fmi3SerializedFMUStateSize)(i, state, &size) == fmi3OK && size > sizeof(Observer));
+  fmi3Byte* bytes = malloc(size);
+  REFUSED(F(fmi3SerializeFMUState)(i, state, bytes, size - 1));
+  REFUSED(F(fmi3SerializeFMUState)(i, state, NULL, size));
+  EXPECT(F(fmi3SerializeFMUState)(i, state, bytes, size) == fmi3OK);
+  for (int k = half; k < kSamples; ++k) step_both(i, &time, &observer, k, false);
+
+  EXPECT(F(fmi3SetFMUState)(i, state) == fmi3OK);
+  EXPECT(F(fmi3FreeFMUState)(i, &state) == fmi3OK && state == NULL && F(fmi3FreeFMUState)(i, &state) == fmi3OK);
+  time = time_at_half;
+  observer = at_half;
+  for (int k = half; k < kSamples; ++k) step_both(i, &time, &observer, k, false);
+
+  EXPECT(F(fmi3DeserializeFMUState)(fresh, bytes, size, &loaded) == fmi3OK);
+  EXPECT(F(fmi3SetFMUState)(fresh, loaded) == fmi3OK && F(fmi3FreeFMUState)(fresh, &loaded) == fmi3OK);
+  time = time_at_half;
+  observer = at_half;
+  for (int k = half; k < kSamples; ++k) step_both(fresh, &time, &observer, k, false);
+
+  REFUSED(F(fmi3DeserializeFMUState)(fresh, bytes, size - 1, &loaded));
+  REFUSED(F(fmi3DeserializeFMUState)(fresh, NULL, size, &loaded));
+  for (size_t n = 0; n < size; ++n) {  // any bit that has flipped is seen
+    bytes[n] ^= (fmi3Byte)(1U << n % 8);
+    REFUSED(F(fmi3DeserializeFMUState)(fresh, bytes, size, &loaded));
+    bytes[n] ^= (fmi3Byte)(1U << n % 8);
+  }
+  EXPECT(loaded == NULL);
+  REFUSED(F(fmi3GetFMUState)(i, NULL));
+  REFUSED(F(fmi3SetFMUState)(i, NULL));
+  REFUSED(F(fmi3FreeFMUState)(i, NULL));
+  REFUSED(F(fmi3SerializedFMUStateSize)(i, NULL, &size));
+  free(bytes);
+  F(fmi3FreeInstance)(i);
+  F(fmi3FreeInstance)(fresh);
+}
+
+static void takes_only_its_own_token(void) {
+  EXPECT(instance_named("x", "{0}", true, false) == NULL && errors_told() == 1 && strstr(last_message, token) != NULL);
+  EXPECT(instance_named("x", NULL, true, false) == NULL && errors_told() == 1);
+  EXPECT(instance_named(NULL, token, true, false) == NULL && errors_told() == 1);
+  EXPECT(instance_named("x", token, true, true) == NULL && errors_told() == 1);
+  EXPECT(F(fmi3InstantiateCoSimulation)("x", "{0}", NULL, 0, 0, 0, 0, NULL, 0, NULL, NULL, NULL) ==
+         NULL);  // nobody to tell
+  EXPECT(F(fmi3InstantiateModelExchange)("x", token, NULL, false, false, told, note) == NULL && errors_told() == 1);
+  EXPECT(F(fmi3InstantiateScheduledExecution)("x", token, NULL, false, false, told, note, NULL, NULL, NULL) == NULL &&
+         errors_told() == 1);
+}
+
+static void refuses_wrong_calls(void) {
+  fmi3Instance i = instance_named("observer", token, false, false);
+  double time = 0, numbers[kNz + kNx + 2] = {0};
+  const fmi3ValueReference wrong[] = {measured, sizeof description, status_reference};
+  REFUSED(F(fmi3ExitInitializationMode)(i));
+  REFUSED(do_step(i, &time, 0.01));
+  REFUSED(F(fmi3Terminate)(i));
+  REFUSED(F(fmi3EnterInitializationMode)(i, false, 0, (double)NAN, false, 0));
+  REFUSED(F(fmi3EnterInitializationMode)(i, false, 0, 1, true, 0));
+  EXPECT(F(fmi3EnterInitializationMode)(i, false, 0, 0, true, 10) == fmi3OK);
+  REFUSED(F(fmi3EnterInitializationMode)(i, false, 0, 0, false, 0));
+
+  // The latent state before the first reading: all of it, finite, and not later.
+  Observer observer;
+  NAMED(init)(&observer);
+  for (int r = 0; r < kNz; ++r) numbers[r] = (double)(observer.z[r] += (Scalar)0.125 * (Scalar)r);
+  EXPECT(F(fmi3SetFloat64)(i, &initial, 1, numbers, kNz) == fmi3OK);
+  Scalar x_hat[kNx];
+  double got[kNz];
+  NAMED(estimate)(&observer, x_hat);
+  EXPECT(F(fmi3GetFloat64)(i, &estimate, 1, got, 1) == fmi3OK && got[0] == (double)x_hat[0]);
+  REFUSED(F(fmi3SetFloat64)(i, &initial, 1, numbers, kNz - 1));
+  numbers[kNz - 1] = (double)NAN;
+  REFUSED(F(fmi3SetFloat64)(i, &initial, 1, numbers, kNz));
+  EXPECT(F(fmi3GetFloat64)(i, &initial, 1, got, kNz) == fmi3OK && got[kNz - 1] == (double)observer.z[kNz - 1]);
+  EXPECT(F(fmi3ExitInitializationMode)(i) == fmi3OK);
+  REFUSED(F(fmi3SetFloat64)(i, &initial, 1, got, kNz));
+
+  numbers[0] = 0.5;
+  EXPECT(F(fmi3SetFloat64)(i, &measured, 1, numbers, 1) == fmi3OK);
+  numbers[0] = 0.75;
+  for (int k = 1; k < 3; ++k) {  // the first is right: it is not taken either
+    const fmi3ValueReference pair[] = {measured, wrong[k]};
+    REFUSED(F(fmi3SetFloat64)(i, pair, 2, numbers, 2));
+    REFUSED(F(fmi3GetFloat64)(i, pair, 2, numbers, 2));
+  }
+  REFUSED(F(fmi3SetFloat64)(i, &estimate, 1, numbers, 1));
+  REFUSED(F(fmi3SetFloat64)(i, &measured, 1, numbers, 2));
+  REFUSED(F(fmi3SetFloat64)(i, NULL, 1, numbers, 1));
+  REFUSED(F(fmi3GetFloat64)(i, &measured, 1, NULL, 1));
+  EXPECT(F(fmi3GetFloat64)(i, &measured, 1, got, 1) == fmi3OK && got[0] == 0.5);
+  EXPECT(F(fmi3GetFloat64)(i, NULL, 0, NULL, 0) == fmi3OK && F(fmi3SetFloat64)(i, NULL, 0, NULL, 0) == fmi3OK);
+  fmi3Int64 number = 0;
+  fmi3Boolean truth = false;
+  REFUSED(F(fmi3GetInt64)(i, &domain, 1, &number, 1));
+  REFUSED(F(fmi3GetInt64)(i, &status_reference, 1, &number, 2));
+  REFUSED(F(fmi3SetInt64)(i, &status_reference, 1, &number, 1));
+  REFUSED(F(fmi3GetBoolean)(i, &status_reference, 1, &truth, 1));
+  REFUSED(F(fmi3SetBoolean)(i, &domain, 1, &truth, 1));
+
+  for (int k = 0; k < 4; ++k) {
+    const double steps[] = {0, -0.01, (double)NAN, HUGE_VAL};
+    REFUSED(do_step(i, &time, steps[k]));
+  }
+  double elsewhere = 1;
+  REFUSED(do_step(i, &elsewhere, 0.01));
+  REFUSED(do_step(i, &time, 10.1));  // behind the stop time
+  REFUSED(F(fmi3DoStep)(i, time, 0.01, true, NULL, &truth, &truth, numbers));
+  EXPECT(F(fmi3GetFloat64)(i, wrong, 1, got, 1) == fmi3OK && got[0] == 0.5);  // and still it runs
+  EXPECT(do_step(i, &time, 0.01) <= fmi3Warning && F(fmi3Terminate)(i) == fmi3OK);
+  REFUSED(do_step(i, &time, 0.01));
+  REFUSED(F(fmi3SetFloat64)(i, &measured, 1, numbers, 1));
+  EXPECT(F(fmi3GetFloat64)(i, &estimate, 1, got, 1) == fmi3OK && F(fmi3Reset)(i) == fmi3OK);
+  F(fmi3FreeInstance)(i);
+  F(fmi3FreeInstance)(NULL);
+
+  EXPECT(F(fmi3Reset)(NULL) == fmi3Error && F(fmi3Terminate)(NULL) == fmi3Error &&
+         do_step(NULL, &time, 0.01) == fmi3Error);
+  EXPECT(F(fmi3GetFloat64)(NULL, &measured, 1, numbers, 1) == fmi3Error &&
+         F(fmi3SetFloat64)(NULL, &measured, 1, numbers, 1) == fmi3Error);
+  EXPECT(F(fmi3GetInt64)(NULL, &status_reference, 1, &number, 1) == fmi3Error &&
+         F(fmi3SetInt64)(NULL, NULL, 0, NULL, 0) == fmi3Error);
+  EXPECT(F(fmi3GetBoolean)(NULL, &domain, 1, &truth, 1) == fmi3Error &&
+         F(fmi3SetBoolean)(NULL, NULL, 0, NULL, 0) == fmi3Error);
+  EXPECT(F(fmi3SetDebugLogging)(NULL, true, 0, NULL) == fmi3Error && F(fmi3SetFMUState)(NULL, NULL) == fmi3Error);
+  EXPECT(F(fmi3EnterInitializationMode)(NULL, 0, 0, 0, 0, 0) == fmi3Error &&
+         F(fmi3ExitInitializationMode)(NULL) == fmi3Error);
+  EXPECT(errors_told() == 0);
+}
+
+static void tells_what_it_is_asked_to(void) {
+  fmi3Instance i = begun(0);
+  double time = 0;
+  told[fmi3Warning] = told[fmi3Discard] = 0;
+  EXPECT(do_step(i, &time, 0.01) == fmi3Warning && told[fmi3Warning] == 0);  // nothing was measured, and it is silent
+  fmi3String categories[] = {"logStatusWarning", "logStatusDiscard"};
+  EXPECT(F(fmi3SetDebugLogging)(i, true, 2, categories) == fmi3OK);
+  EXPECT(F(fmi3Reset)(i) == fmi3OK && F(fmi3EnterInitializationMode)(i, 0, 0, 0, 0, 0) == fmi3OK &&
+         F(fmi3ExitInitializationMode)(i) == fmi3OK);
+  time = 0;
+  EXPECT(do_step(i, &time, 0.01) == fmi3Warning && do_step(i, &time, 0.01) == fmi3Warning);
+  EXPECT(told[fmi3Warning] == 1 && strcmp(last_category, "logStatusWarning") == 0 &&
+         strstr(last_message, "HELD") != NULL);  // once
+  const double before = time;
+  EXPECT(do_step(i, &time, 1e9) == fmi3Discard && told[fmi3Discard] == 1 && time == before);
+  EXPECT(do_step(i, &time, 0.01) == fmi3Warning);  // the long one has left no trace
+  fmi3Int64 status;
+  EXPECT(F(fmi3GetInt64)(i, &status_reference, 1, &status, 1) == fmi3OK && status == NAMED(HELD));
+  EXPECT(F(fmi3SetDebugLogging)(i, false, 0, NULL) == fmi3OK);
+  EXPECT(do_step(i, &time, 1e9) == fmi3Discard && told[fmi3Discard] == 1);
+  fmi3String unknown = "logEverything";
+  REFUSED(F(fmi3SetDebugLogging)(i, true, 1, &unknown));
+  F(fmi3FreeInstance)(i);
+}
+
+// Finite and beyond float is out of range, clamped; infinite is missing.
+static void tells_huge_readings_from_missing_ones(void) {
+  fmi3Instance i = begun(0);
+  double time = 0;
+  for (int k = 0; k < 4; ++k) {
+    const double huge[] = {0.25, 1e300, HUGE_VAL, -1e300};
+    for (unsigned j = 0; j < kNy; ++j) {
+      const fmi3ValueReference reference = measured + j;
+      EXPECT(F(fmi3SetFloat64)(i, &reference, 1, &huge[k], 1) == fmi3OK);
+    }
+    EXPECT(do_step(i, &time, 0.01) <= fmi3Warning);
+  }
+  F(fmi3FreeInstance)(i);
+}
+
+static void refuses_what_an_observer_has_no_use_for(void) {
+  fmi3Instance instances[] = {begun(0), NULL};
+  const fmi3ValueReference r = estimate;
+  size_t sizes[1] = {0};
+  double number = 0;
+  fmi3Boolean truth = false;
+  for (int n = 0; n < 2; ++n) {
+    fmi3Instance i = instances[n];
+#define NO(name, ...) EXPECT(F(name)(i __VA_OPT__(, ) __VA_ARGS__) == fmi3Error && errors_told() == 1 - n)
+#define NO_TYPE(type)                                                    \
+  do {                                                                   \
+    fmi3##type none[1] = {0};                                            \
+    NO(fmi3Get##type, &r, 1, none, 1);                                   \
+    NO(fmi3Set##type, &r, 1, none, 1);                                   \
+    if (n == 0) EXPECT(F(fmi3Get##type)(i, NULL, 0, NULL, 0) == fmi3OK); \
+  } while (0)
+    NO_TYPE(Float32);
+    NO_TYPE(Int8);
+    NO_TYPE(UInt8);
+    NO_TYPE(Int16);
+    NO_TYPE(UInt16);
+    NO_TYPE(Int32);
+    NO_TYPE(UInt32);
+    NO_TYPE(UInt64);
+    NO_TYPE(String);
+    NO(fmi3GetBinary, &r, 1, sizes, NULL, 1);
+    NO(fmi3SetBinary, &r, 1, sizes, NULL, 1);
+    NO(fmi3GetClock, &r, 1, &truth);
+    NO(fmi3SetClock, &r, 1, &truth);
+    NO(fmi3GetNumberOfVariableDependencies, r, sizes);
+    NO(fmi3GetVariableDependencies, r, sizes, NULL, sizes, NULL, 0);
+    NO(fmi3GetDirectionalDerivative, &r, 1, &measured, 1, &number, 1, &number, 1);
+    NO(fmi3GetAdjointDerivative, &r, 1, &measured, 1, &number, 1, &number, 1);
+    NO(fmi3EnterConfigurationMode);
+    NO(fmi3ExitConfigurationMode);
+    NO(fmi3EnterEventMode);
+    NO(fmi3EnterStepMode);
+    NO(fmi3GetIntervalDecimal, &r, 1, &number, NULL);
+    NO(fmi3GetIntervalFraction, &r, 1, NULL, NULL, NULL);
+    NO(fmi3GetShiftDecimal, &r, 1, &number);
+    NO(fmi3GetShiftFraction, &r, 1, NULL, NULL);
+    NO(fmi3SetIntervalDecimal, &r, 1, &number);
+    NO(fmi3SetIntervalFraction, &r, 1, NULL, NULL);
+    NO(fmi3SetShiftDecimal, &r, 1, &number);
+    NO(fmi3SetShiftFraction, &r, 1, NULL, NULL);
+    NO(fmi3EvaluateDiscreteStates);
+    NO(fmi3UpdateDiscreteStates, &truth, &truth, &truth, &truth, &truth, &number);
+    NO(fmi3EnterContinuousTimeMode);
+    NO(fmi3CompletedIntegratorStep, true, &truth, &truth);
+    NO(fmi3SetTime, 0.0);
+    NO(fmi3SetContinuousStates, &number, 1);
+    NO(fmi3GetContinuousStateDerivatives, &number, 1);
+    NO(fmi3GetEventIndicators, &number, 1);
+    NO(fmi3GetContinuousStates, &number, 1);
+    NO(fmi3GetNominalsOfContinuousStates, &number, 1);
+    NO(fmi3GetNumberOfEventIndicators, sizes);
+    NO(fmi3GetNumberOfContinuousStates, sizes);
+    NO(fmi3GetOutputDerivatives, &r, 1, NULL, &number, 1);
+    NO(fmi3ActivateModelPartition, r, 0.0);
+  }
+  F(fmi3FreeInstance)(instances[0]);
+}
+
+int main(int argc, char** argv) {
+  EXPECT(argc == 3);
+  FILE* file = fopen(argv[2], "r");
+  EXPECT(file != NULL && fread(description, 1, sizeof description - 1, file) > 0);
+  fclose(file);
+  library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
+  if (library == NULL) printf("FAILED  %s\n", dlerror()), exit(1);
+  attribute("<fmiModelDescription", "instantiationToken", token, sizeof token);
+  measured = reference_of("measured.");
+  if (kNu > 0) input = reference_of("input.");
+  estimate = reference_of("estimate.");
+  status_reference = reference_of("status\"");
+  domain = reference_of("in_domain\"");
+  latent = reference_of("z\"");
+  initial = reference_of("initial_z\"");
+  EXPECT(strcmp(F(fmi3GetVersion)(), "3.0") == 0);
+
+  takes_only_its_own_token();
+  replays_and_disturbs_no_other();
+  continues_from_saved_states();
+  refuses_wrong_calls();
+  tells_what_it_is_asked_to();
+  tells_huge_readings_from_missing_ones();
+  refuses_what_an_observer_has_no_use_for();
+  return 0;
+}

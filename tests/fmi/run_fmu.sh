@@ -1,0 +1,100 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# FMUs of example models: their descriptions are those of FMI 3.0, their binaries and what their own build description
+# builds, under sanitizers, give the bits of the C99 pair and stand all that load_fmu.c does to them; controls show that each
+# would be seen. With NLO_FMI_SCHEMA, the folder `schema` of the standard's repository, the standard's own schema judges too.
+#   run_fmu.sh EXPORT_MODEL SOURCE_DIR C_COMPILER EXAMPLE:SCALAR... (all: all that C99 has)
+set -euo pipefail
+export_model=$1 source=$2 tests=$2/tests/fmi cc=$3
+shift 3
+for program in "$cc" xmllint unzip; do
+  command -v "$program" >/dev/null || { echo "SKIPPED: no $program here"; exit 77; }
+done
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+strict=(-std=c99 -O1 -g -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror)
+sanitizers=(-fsanitize=address,undefined -fno-sanitize-recover=all)
+fail() { echo "FAILED  $*" && exit 1; }
+
+# valid FILE SCHEMA
+valid() {
+  xmllint --noout --relaxng "$tests/descriptions.rng" "$1" 2>"$work/xmllint.txt" || { cat "$work/xmllint.txt"; return 1; }
+  if [[ -n ${NLO_FMI_SCHEMA:-} ]]; then xmllint --noout --schema "$NLO_FMI_SCHEMA/$2" "$1"; fi
+}
+
+# built FOLDER LIBRARY: what sources/buildDescription.xml of an FMU names, as a shared library.
+built() {
+  local files
+  mapfile -t files < <(sed -n 's/.*<SourceFile name="\([^"]*\)".*/\1/p' "$1/sources/buildDescription.xml")
+  (cd "$1/sources" && "$cc" "${strict[@]}" "${sanitizers[@]}" -fPIC -shared "${files[@]}" -o "$2")
+}
+
+# loaded FOLDER LIBRARY: load_fmu.c of the model named as the folder passes.
+loaded() { "$work/load_$(basename "$1")" "$2" "$1/modelDescription.xml"; }
+
+entries=("$@")
+if [[ $1 == all ]]; then
+  entries=()
+  for example in $("$export_model"); do
+    if "$export_model" "$example" fmu-sources float "$example" "$work/all.fmu" 2>"$work/refused.txt"; then
+      entries+=("$example:float")
+    else
+      grep -q 'target fmu writes' "$work/refused.txt" || { cat "$work/refused.txt" && exit 1; }
+    fi
+  done
+fi
+for entry in "${entries[@]}"; do
+  name=${entry%:*} scalar=${entry#*:} fmu=$work/${entry%:*} driven=()
+  rm -rf "$fmu" && mkdir "$fmu"
+  CC=$cc "$export_model" "$name" fmu "$scalar" "$name" "$work/$name.fmu"
+  unzip -tq "$work/$name.fmu" && unzip -q "$work/$name.fmu" -d "$fmu"
+  "$export_model" "$name" replay-c99 "$scalar" "$name" "$work/${name}_replay.h"
+  valid "$fmu/modelDescription.xml" fmi3ModelDescription.xsd || fail "modelDescription.xml of $name"
+  valid "$fmu/sources/buildDescription.xml" fmi3BuildDescription.xsd || fail "buildDescription.xml of $name"
+  if grep -q "${name}_NU" "$fmu/sources/$name.h"; then driven=(-DNLO_DRIVEN); fi
+  "$cc" -std=gnu11 -O1 -g -Wall -Wextra -Werror "${sanitizers[@]}" -I"$source" -I"$fmu/sources" -DNLO_NAME="$name" -DNLO_SCALAR="${scalar/int16/float}" \
+    "${driven[@]}" -include "$work/${name}_replay.h" -include "${name}_fmi3.h" "$tests/load_fmu.c" "$fmu/sources/$name.c" \
+    -ldl -lm -o "$work/load_$name"
+  built "$fmu" "$work/$name.so"
+  loaded "$fmu" "$fmu/binaries/$(uname -m)-linux/$name.so" && loaded "$fmu" "$work/$name.so" || fail "$entry"
+  echo "ok      $entry"
+done
+
+# The same bytes twice; without a binary but for that the same.
+"$export_model" "$name" fmu-sources "$scalar" "$name" "$work/sources.fmu"
+mkdir "$work/sources" && unzip -q "$work/sources.fmu" -d "$work/sources"
+[[ $(diff -rq "$work/sources" "$fmu") == "Only in $fmu: binaries" ]] || fail 'the FMU of sources has other files'
+CC=$cc "$export_model" "$name" fmu "$scalar" "$name" "$work/again.fmu" && cmp "$work/again.fmu" "$work/$name.fmu"
+
+# Two FMUs in one program, linked: their functions have names of their own.
+"$cc" -std=c99 -DFMI3_FUNCTION_PREFIX="${name}_" -c "$fmu/sources/${name}_fmi3.c" -o "$work/linked.o"
+nm "$work/linked.o" | grep -q " T ${name}_fmi3DoStep" || fail 'the prefix of functions is not taken'
+
+# Without a compiler nothing is written, and it says what to do.
+for compiler in no-such-compiler false; do
+  ! CC=$compiler "$export_model" "$name" fmu "$scalar" "$name" "$work/none.fmu" 2>"$work/said.txt" || fail 'an FMU without a compiler'
+  [[ ! -e $work/none.fmu ]] && grep -q 'no binary for the FMU: .*--target fmu-sources' "$work/said.txt" || fail "$(cat "$work/said.txt")"
+done
+
+# Controls: half a percent on one weight, with the token of the right one; a state that instances share; an estimate that is
+# not of the latest step; attributes that FMI does not have, elements in another order.
+spoilt() { # WHAT: the library that $work/spoilt builds is refused
+  built "$work/spoilt/$name" "$work/spoilt.so"
+  ! loaded "$fmu" "$work/spoilt.so" >"$work/said.txt" || fail "$1 went unseen"
+  grep -q '^FAILED  line' "$work/said.txt" || fail "$1: $(cat "$work/said.txt")"
+}
+fresh() { rm -rf "$work/spoilt" && mkdir "$work/spoilt" && cp -r "$fmu" "$work/spoilt/$name"; }
+fresh
+"$export_model" "$name" c99 "$scalar" "$name" "$work/spoilt/$name/sources/$name.h" 1.005
+spoilt 'a wrong weight'
+fresh
+sed -i 's/Instance\* const i = calloc(1, sizeof(Instance));/static Instance shared; Instance* const i = \&shared;/; s/{ free(instance); }/{ (void)instance; }/' \
+  "$work/spoilt/$name/sources/${name}_fmi3.c"
+spoilt 'a shared state'
+fresh
+sed -i 's/  i->is_estimated = false;//' "$work/spoilt/$name/sources/${name}_fmi3.c"
+spoilt 'an old estimate'
+sed 's/causality="output"/causality="out"/' "$fmu/modelDescription.xml" >"$work/wrong.xml"
+! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong attribute went unseen'
+sed 's/<InitialUnknown/<Swapped/; s/<Output/<InitialUnknown/; s/<Swapped/<Output/' "$fmu/modelDescription.xml" >"$work/wrong.xml"
+! valid "$work/wrong.xml" fmi3ModelDescription.xsd >"$work/said.txt" 2>&1 || fail 'a wrong order went unseen'
