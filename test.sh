@@ -99,10 +99,10 @@ quick_claims() {
   tests/unchanged.py once build/release claims "${programs[@]}" -- "${programs[1]}" --quick
 }
 
-formatting() { sources runtime codegen trainer tests bench examples | xargs clang-format --dry-run --Werror; }
+formatting() { sources runtime codegen trainer bindings tests bench examples | xargs clang-format --dry-run --Werror; }
 
 tidy() {
-  sources codegen trainer examples | grep '\.cpp$' |
+  sources codegen trainer bindings examples | grep '\.cpp$' |
     xargs -P "$jobs" -n 1 clang-tidy -p build/asan --quiet --warnings-as-errors='*' 2>"$logs/clang-tidy.log"
 }
 

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include "codegen/base/error.h"
+#include "codegen/base/fail.h"
 #include "codegen/model_file/validate.h"
 #include "codegen/structures/module.h"
 
@@ -20,6 +22,12 @@ constexpr double kSameStep = 1e-8;
 const Model& validated(const Model& model) {
   validate(model);
   return model;
+}
+
+/// What z may be: as far as the runtime lets it go.
+template <class Vector>
+bool is_latent(const Vector& z) {
+  return z.allFinite() && z.cwiseAbs().maxCoeff() <= typename Vector::Scalar(0x1p100);
 }
 
 template <class Scalar>
@@ -62,6 +70,45 @@ void ReferenceObserver<Scalar>::step(const Eigen::VectorXd& y, const Eigen::Vect
   take(y, u, true, dt_s);
 }
 
+// [started, status, z, what the screening holds]
+template <class Scalar>
+Eigen::Index ReferenceObserver<Scalar>::snapshot_size() const {
+  return 2 + z_.size() + screening_->held_values().size();
+}
+
+template <class Scalar>
+Eigen::VectorXd ReferenceObserver<Scalar>::snapshot() const {
+  Eigen::VectorXd all(snapshot_size());
+  all << (started_ ? 1.0 : 0.0), static_cast<double>(status_), z_.template cast<double>(), screening_->held_values();
+  return all;
+}
+
+template <class Scalar>
+void ReferenceObserver<Scalar>::restore(const Eigen::VectorXd& snapshot) {
+  if (snapshot.size() != snapshot_size())
+    fail("a saved state of \"{}\" has {} numbers, this one has {}: it is of another model", model_->name,
+         snapshot_size(), snapshot.size());
+  const auto whole = [&](Eigen::Index at, double most) {
+    const double value = snapshot(at);
+    if (!(value >= 0.0 && value <= most && value == std::floor(value)))
+      fail("number {} of the saved state is {}, and should be whole, from 0 to {}: it was changed", at, value, most);
+    return value;
+  };
+  const bool started = whole(0, 1.0) == 1.0;
+  const auto status = static_cast<StepStatus>(whole(1, static_cast<double>(StepStatus::kReset)));
+  const Vector z = snapshot.segment(2, z_.size()).template cast<Scalar>();
+  if (!is_latent(z)) fail("z of the saved state is not finite: it was changed");
+  const Eigen::Index counted = snapshot.size() - screening_->counters();
+  for (Eigen::Index k = counted; k < snapshot.size(); ++k) whole(k, std::numeric_limits<int>::max());
+  if (!snapshot.head(counted).allFinite()) fail("a reading of the saved state is not finite: it was changed");
+  screening_->hold(snapshot.tail(snapshot.size() - 2 - z_.size()), started);
+  z_ = z;
+  last_y_ = screening_->y().template cast<Scalar>();
+  last_u_ = screening_->u().template cast<Scalar>();
+  status_ = status;
+  started_ = started;
+}
+
 template <class Scalar>
 auto ReferenceObserver<Scalar>::estimate() const -> Vector {
   return estimate_of(z_, screening_->y().template cast<Scalar>());
@@ -69,7 +116,7 @@ auto ReferenceObserver<Scalar>::estimate() const -> Vector {
 
 template <class Scalar>
 Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
-                                   const Eigen::VectorXd& time_s, bool uniform) {
+                                   const Eigen::VectorXd& time_s, bool uniform, Angles angles) {
   const Eigen::Index samples = outputs.cols();
   const int nu = model_->nu();
   if (nu != inputs.rows() || (nu > 0 && inputs.cols() != samples))
@@ -85,8 +132,9 @@ Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::
   for (Eigen::Index k = 0; k < samples; ++k) {
     const double since_last_s = uniform || k == 0 ? period_s : time_s(k) - time_s(k - 1);
     const bool nominal = std::abs(since_last_s - period_s) <= kSameStep * period_s;
-    take(outputs.col(k), nu > 0 ? Eigen::VectorXd(inputs.col(k)) : Eigen::VectorXd(), false,
+    take(outputs.col(k), nu > 0 ? Eigen::VectorXd(inputs.col(k)) : Eigen::VectorXd(), angles == Angles::kWrapped,
          nominal ? period_s : since_last_s);
+    run.status.push_back(status_);
     z.col(k) = z_;
     y.col(k) = output().template cast<Scalar>();
     run.y.col(k) = output();
@@ -105,7 +153,7 @@ Eigen::MatrixXd ReferenceObserver<Scalar>::estimates(const Eigen::MatrixXd& z, c
 template <class Scalar>
 void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped, double dt_s) {
   status_ = StepStatus::kRejected;
-  if (started_ && !(dt_s <= dynamics_->longest_step_s())) return;
+  if (started_ && !(dt_s > 0.0 && dt_s <= dynamics_->longest_step_s())) return;
   const bool usable = screening_->take(y, u, wrapped, dt_s);
   status_ = screening_->status();
   if (!usable) return;
@@ -130,7 +178,7 @@ void ReferenceObserver<Scalar>::advance(double dt_s) {
   const auto read = static_cast<Eigen::Index>(model_->inputs.size());
   if (model_->input_hold == Hold::kZeroOrder) last_y_.segment(model_->ny(), read) = next_y_.segment(model_->ny(), read);
   dynamics_->advance(candidate_, {last_y_, next_y_, last_u_, next_u_}, dt_s);
-  if (candidate_.allFinite() && candidate_.cwiseAbs().maxCoeff() <= Scalar(0x1p100)) {
+  if (is_latent(candidate_)) {
     z_ = candidate_;
   } else {
     status_ = StepStatus::kDiverged;

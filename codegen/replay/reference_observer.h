@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "codegen/model/domain.h"
 #include "codegen/model/model.h"
@@ -22,7 +23,11 @@ struct Run {
   Eigen::MatrixXd z;           ///< n_z x N
   Eigen::MatrixXd y;           ///< n_r x N, the outputs (then the inputs it reads) as they were taken: held, clamped
   Eigen::MatrixXd sigma = {};  ///< n_x x N, the standard deviations of the errors; 0 x 0 of a model that knows none
+  std::vector<StepStatus> status = {};  ///< N, what the observer said of each step
 };
+
+/// How angles are given: as a sensor has them, within one turn, or continued beyond it.
+enum class Angles { kWrapped, kUnwrapped };
 
 template <class Scalar>
 class ReferenceObserver {
@@ -43,8 +48,8 @@ class ReferenceObserver {
   /// the first good sample, nothing happens.
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u = {});
 
-  /// The same over `dt_s` since the last sample. Structures that are integrated in pieces do nothing when that is more
-  /// than kMostPieces sample periods.
+  /// The same over `dt_s` since the last sample. A step that is not positive, or longer than the structure can span,
+  /// does nothing.
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s);
 
   /// x_hat, n_x.
@@ -63,11 +68,19 @@ class ReferenceObserver {
   /// The last step would have left the finite numbers: z was kept.
   bool diverged() const { return status_ == StepStatus::kDiverged; }
 
-  /// A whole trajectory from reset: `outputs` n_y x N with angles unwrapped, `inputs` n_u x N (0 x 0 where there are
-  /// none), `time_s` N. With `uniform` each step is the sample period, else it is the difference of the time stamps,
-  /// where what is the sample period but for the stamps' rounding counts as it. Estimates are matrix products over
-  /// blocks of samples. Throws Error when the inputs are not those of the model.
-  Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform);
+  /// All that a step changes, as numbers that restore() takes: snapshot_size() of them. An observer of the same model
+  /// goes on from there with the same bits.
+  Eigen::Index snapshot_size() const;
+  Eigen::VectorXd snapshot() const;
+  /// Throws Error, and changes nothing, unless it is one of this model.
+  void restore(const Eigen::VectorXd& snapshot);
+
+  /// A whole trajectory from reset: `outputs` n_y x N, `inputs` n_u x N (0 x 0 where there are none), `time_s` N. With
+  /// `uniform` each step is the sample period, else it is the difference of the time stamps, where what is the sample
+  /// period but for the stamps' rounding counts as it. Estimates are matrix products over blocks of samples. Throws
+  /// Error when the inputs are not those of the model.
+  Run run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs, const Eigen::VectorXd& time_s, bool uniform,
+          Angles angles = Angles::kUnwrapped);
 
   /// x_hat (n_x x N) for the columns of z (n_z x N) and readings y (n_r x N), wherever they come from.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "codegen/fold/fold.h"
 
@@ -25,6 +26,19 @@ void Screening::reset() {
   status_ = StepStatus::kOk;
   held_.assign(static_cast<std::size_t>(y_.size() + u_.size()), 0);
   started_ = false;
+}
+
+Eigen::VectorXd Screening::held_values() const {
+  Eigen::VectorXd all(y_.size() + u_.size() + counters());
+  all << y_, u_, Eigen::Map<const Eigen::VectorXi>(held_.data(), counters()).cast<double>();
+  return all;
+}
+
+void Screening::hold(const Eigen::VectorXd& values, bool started) {
+  y_ = values.head(y_.size());
+  u_ = values.segment(y_.size(), u_.size());
+  Eigen::Map<Eigen::VectorXi>(held_.data(), counters()) = values.tail(counters()).cast<int>();
+  started_ = started;
 }
 
 bool Screening::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
@@ -60,7 +74,7 @@ bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inpu
   bool clamped = false;
   const auto hold = [&](Eigen::Index channel, bool held) {
     int& times = held_[static_cast<std::size_t>(channel)];
-    times = held ? times + 1 : 0;
+    times = held ? std::min(times, std::numeric_limits<int>::max() - 1) + 1 : 0;
   };
   for (int j = 0; j < y.size(); ++j) {
     const double wrap = wrap_[static_cast<std::size_t>(j)];

@@ -25,6 +25,12 @@ class Screening {
   /// sample. False before the first sample that is good in all entries: y() and u() are not to be used.
   bool take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s);
 
+  /// What the next sample meets: y(), u(), and for how many samples each channel has been held (counters() of them).
+  Eigen::VectorXd held_values() const;
+  Eigen::Index counters() const { return static_cast<Eigen::Index>(held_.size()); }
+  /// Goes on from there; `started`: a good sample has been.
+  void hold(const Eigen::VectorXd& values, bool started);
+
   const Eigen::VectorXd& y() const { return y_; }  ///< readings, n_r, as taken: held, clamped, angles unwrapped
   const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are no readings
   StepStatus status() const { return status_; }    ///< kOk, kClamped, kHeld or kStale

@@ -13,7 +13,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-PARTS = ("runtime", "codegen", "trainer", "tests", "bench", "examples")
+PARTS = ("runtime", "codegen", "trainer", "bindings", "tests", "bench", "examples")
 WIDEST = 120
 
 RAW_STRING = re.compile(r'R"(\w*)\((.*?)\)\1"', re.S)

@@ -21,10 +21,11 @@ inline const std::vector<Arrow> kArrows = {
     {"trainer/", {"nlo/", "codegen/", "trainer/"}},
     // An experiment file is values and their places: what they mean to a domain is checked above.
     {"trainer/config/", {"nlo/", "codegen/", "trainer/base/", "trainer/config/"}},
+    {"bindings/c/", {"nlo/", "codegen/", "bindings/"}},
     {"bench/", {"nlo/", "bench/"}},
     {"bench/rt_loop", {"nlo/", "bench/", "examples/control_loop/"}},
     {"bench/training_", {"nlo/", "bench/", "trainer/", "codegen/"}},
-    {"tests/", {"nlo/", "codegen/", "trainer/", "bench/", "examples/", "tests/"}},
+    {"tests/", {"nlo/", "codegen/", "trainer/", "bindings/", "bench/", "examples/", "tests/"}},
     {"examples/", {"nlo/"}},
 };
 

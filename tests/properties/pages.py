@@ -42,7 +42,8 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
 def pages():
-    return [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md")), *sorted((ROOT / "examples").rglob("*.md"))]
+    return [*sorted(ROOT.glob("*.md")),
+            *(page for part in ("docs", "examples", "bindings") for page in sorted((ROOT / part).rglob("*.md")))]
 
 
 def read_by_users(file, text):
@@ -137,7 +138,7 @@ def main():
         faults += [f"{file.relative_to(ROOT)}:{what}" for what in
                    [*words_not_used(file, text), *dead_links(file, text), *too_long(file, text)]]
     sources = [ROOT / "demo.sh", ROOT / "test.sh"]
-    for part in ("runtime", "codegen", "trainer", "examples"):
+    for part in ("runtime", "codegen", "trainer", "bindings", "examples"):
         sources += [file for file in sorted((ROOT / part).rglob("*"))
                     if file.suffix in (".h", ".cpp", ".inc", ".in", ".toml", ".c")]
     for file in sources:

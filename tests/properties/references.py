@@ -12,7 +12,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-PARTS = ("runtime", "codegen", "trainer", "tests", "bench", "examples", "docs", "cmake", "toolchains")
+PARTS = ("runtime", "codegen", "trainer", "bindings", "tests", "bench", "examples", "docs", "cmake", "toolchains")
 COMMENT = {".h": "//", ".cpp": "//", ".inc": "//", ".c": "//", ".sh": "#", ".py": "#", ".cmake": "#", ".txt": "#"}
 
 FILE = re.compile(r"(?<![\w./~<>{}$*-])((?:[\w.-]+/)*[\w-]+\.(?:h|cpp|inc|sh|py|cmake|md))(?![\w/]|\.\w)")

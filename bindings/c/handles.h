@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+// What stands behind the pointers of nlo_model.h, and how what is thrown becomes a code and a text.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <exception>
+#include <memory>
+#include <new>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "bindings/c/nlo_model.h"
+#include "codegen/base/error.h"
+#include "codegen/model/domain.h"
+#include "codegen/model/model.h"
+#include "codegen/replay/reference_observer.h"
+
+namespace nlo::c_interface {
+
+using codegen::Model;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+using ConstRows = Eigen::Map<const MatrixXd>;  // a sample is a column in Eigen's order: the same memory
+using Rows = Eigen::Map<MatrixXd>;
+
+struct BadArgument : codegen::Error {
+  using Error::Error;
+};
+struct NotKnown : codegen::Error {
+  using Error::Error;
+};
+
+/// For nlo_last_error(); returns `code`.
+int keep(int code, const char* text) noexcept;
+
+/// Runs `work`; what it throws becomes a code and a text. `code_of_error`: of an Error that does not say more.
+template <class Work>
+int guarded(int code_of_error, Work&& work) noexcept {
+  try {
+    return std::forward<Work>(work)();
+  } catch (const BadArgument& error) {
+    return keep(NLO_BAD_ARGUMENT, error.what());
+  } catch (const NotKnown& error) {
+    return keep(NLO_NOT_KNOWN, error.what());
+  } catch (const codegen::Error& error) {
+    return keep(code_of_error, error.what());
+  } catch (const std::bad_alloc&) {
+    return keep(NLO_NO_MEMORY, "no memory left");
+  } catch (const std::exception& error) {
+    return keep(NLO_FAILED, error.what());
+  } catch (...) {
+    return keep(NLO_FAILED, "an error without a text");
+  }
+}
+
+/// The same of what makes something; null where it threw.
+template <class Made, class Work>
+Made* made(Work&& work) noexcept {
+  Made* result = nullptr;
+  guarded(NLO_BAD_MODEL, [&] {
+    result = work();
+    return NLO_DONE;
+  });
+  return result;
+}
+
+template <class Pointer>
+void need(Pointer pointer, const char* name) {
+  if (pointer == nullptr) throw BadArgument(std::string(name) + " is NULL");
+}
+
+/// What a model shares with its observers.
+struct Loaded {
+  std::string json, structure;
+  Model model;  ///< without the flights of its training: every observer copies it
+  std::vector<codegen::Channel> outputs, inputs;
+  VectorXd input_min, input_max;
+
+  explicit Loaded(Model read);
+
+  /// Null where there is no such kind.
+  const std::vector<codegen::Channel>* channels(int kind) const;
+
+  /// The outputs y of samples with room for those that are computed, n_y x N.
+  MatrixXd with_computed(const double* y, Eigen::Index samples) const;
+
+  /// n_u x N; 0 x 0 where there are none.
+  MatrixXd given_inputs(const double* u, Eigen::Index samples) const;
+};
+
+using AnyObserver = std::variant<codegen::ReferenceObserver<float>, codegen::ReferenceObserver<double>>;
+AnyObserver observer_of(const Model& model, int precision);
+
+/// Throws BadArgument where that many samples cannot be.
+Eigen::Index columns(std::size_t count);
+
+}  // namespace nlo::c_interface
+
+struct nlo_model {
+  std::shared_ptr<const nlo::c_interface::Loaded> loaded;
+};
+
+struct nlo_observer {
+  std::shared_ptr<const nlo::c_interface::Loaded> loaded;
+  int precision;
+  nlo::c_interface::AnyObserver any;
+  nlo::codegen::LatentDomain domain;
+
+  nlo_observer(std::shared_ptr<const nlo::c_interface::Loaded> of, int wanted)
+      : loaded(std::move(of)),
+        precision(wanted),
+        any(nlo::c_interface::observer_of(loaded->model, wanted)),
+        domain(loaded->model) {}
+};
