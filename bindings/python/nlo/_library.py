@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: MIT
+"""libnlo-model as ctypes sees it (bindings/c/nlo_model.h). ctypes lets other threads run during each call."""
+from __future__ import annotations
+
+import ctypes
+import enum
+import os
+import pathlib
+
+ABI = 1
+FLOAT, DOUBLE = 32, 64
+OUTPUT, INPUT, STATE = 0, 1, 2
+NOT_KNOWN = -4
+
+
+class Error(Exception):
+    """What nlo refuses or fails at; the text names the file, the field or line, and what to change."""
+
+
+class Status(enum.IntEnum):
+    """What became of a measurement; the latent state is finite after each."""
+
+    OK = 0         #: used as it came
+    CLAMPED = 1    #: an output outside of its range was clamped to it
+    HELD = 2       #: an output was not finite, or an angle out of its range: its last good value was used
+    STALE = 3      #: held for more steps in a row than the model allows: do not trust the estimates
+    REJECTED = 4   #: the time step was not positive, or longer than the model can span: nothing was done
+    DIVERGED = 5   #: the step would have overflowed: the last z was kept
+    RESET = 6      #: only of exported observers: a memory fault made z invalid
+
+
+def _found() -> str:
+    """The library: as the environment says, the one of the wheel, or the one that is installed."""
+    if given := os.environ.get("NLO_MODEL_LIBRARY"):
+        return given
+    beside = pathlib.Path(__file__).parent / "lib" / f"libnlo-model.so.{ABI}"
+    return str(beside) if beside.exists() else f"libnlo-model.so.{ABI}"
+
+
+def _loaded() -> ctypes.CDLL:
+    try:
+        library = ctypes.CDLL(_found())
+    except OSError as error:
+        raise ImportError(f"{error}: install libnlo-model, or name it in NLO_MODEL_LIBRARY") from error
+    text, real, whole, pointer, size = ctypes.c_char_p, ctypes.c_double, ctypes.c_int, ctypes.c_void_p, ctypes.c_size_t
+    results = {text: ["version", "last_error", "model_name", "model_structure", "model_channel_name",
+                      "model_channel_unit", "model_json"],
+               real: ["model_sample_period_s", "model_channel_turn"],
+               pointer: ["model_from_bytes", "observer_create", "observer_copy"],
+               None: ["model_free", "observer_free"]}
+    arguments = {"version": [], "last_error": [], "abi_version": [], "model_from_bytes": [text, size],
+                 "model_channel_name": [pointer, whole, whole], "model_channel_unit": [pointer, whole, whole],
+                 "model_channel_turn": [pointer, whole, whole],
+                 "model_channel_range": [pointer, whole, whole, pointer, pointer],
+                 "model_linear_latent": [pointer, pointer, pointer],
+                 "model_inverse_map": [pointer, whole, size, pointer, pointer, pointer],
+                 "model_run": [pointer, whole, size, *[pointer] * 8],
+                 "observer_create": [pointer, whole], "observer_step": [pointer, pointer, pointer],
+                 "observer_step_dt": [pointer, pointer, pointer, real], "observer_estimate": [pointer, pointer],
+                 "observer_estimate_with_error": [pointer, pointer, pointer], "observer_latent": [pointer, pointer],
+                 "observer_save": [pointer, pointer], "observer_restore": [pointer, pointer, size]}
+    of_pointer = ["model_free", "model_name", "model_structure", "model_sample_period_s", "model_ny", "model_nu",
+                  "model_nx", "model_nz", "model_nr", "model_has_sigma", "model_json", "observer_copy", "observer_free",
+                  "observer_reset", "observer_status", "observer_in_domain", "observer_state_size"]
+    for name, types in {**arguments, **dict.fromkeys(of_pointer, [pointer])}.items():
+        getattr(library, "nlo_" + name).argtypes = types
+    for result, names in results.items():
+        for name in names:
+            getattr(library, "nlo_" + name).restype = result
+    if library.nlo_abi_version() != ABI:
+        raise ImportError(f"{_found()} has interface {library.nlo_abi_version()}, this package uses {ABI}: update both")
+    return library
+
+
+library = _loaded()
+__version__: str = library.nlo_version().decode()
+
+
+def text(value: bytes) -> str:
+    return value.decode("utf-8", "replace")
+
+
+def last_error() -> Error:
+    return Error(text(library.nlo_last_error()))
+
+
+def checked(code: int) -> int:
+    """A result of the library; negative ones become an Error with its text."""
+    if code < 0:
+        raise last_error()
+    return code

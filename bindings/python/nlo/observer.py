@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""An observer, sample by sample."""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from nlo import _library as lib
+from nlo._arrays import Array, address, precision_of
+from nlo._library import Error, Status, checked, library
+
+if TYPE_CHECKING:
+    from nlo.model import Model
+
+
+class Observer:
+    """An observer, sample by sample. One thread at a time; copies are independent."""
+
+    def __init__(self, model: Model, precision: str = "float") -> None:
+        self._start(model, library.nlo_observer_create(model._handle, precision_of(precision)))
+
+    def _start(self, model: Model, handle: Optional[int]) -> None:
+        self._free = library.nlo_observer_free
+        self._handle = handle
+        if not handle:
+            raise lib.last_error()
+        self.model = model
+        self._y, self._u = np.zeros(len(model.outputs)), np.zeros(len(model.inputs))
+        self._y_at, self._u_at = address(self._y), address(self._u)
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            self._free(self._handle)
+
+    def step(self, y: npt.ArrayLike, u: Optional[npt.ArrayLike] = None, dt: Optional[float] = None) -> Status:
+        """One sample: outputs y (n_y; NaN: missing) and inputs u (n_u), `dt` seconds after the last one; None: one
+        sample period."""
+        self._take(y, self._y, "y")
+        if u is not None or self.model.inputs:
+            self._take([] if u is None else u, self._u, "u")
+        if dt is None:
+            code = library.nlo_observer_step(self._handle, self._y_at, self._u_at)
+        else:
+            code = library.nlo_observer_step_dt(self._handle, self._y_at, self._u_at, dt)
+        return Status(checked(code))
+
+    def estimate(self) -> Array:
+        """x_hat, n_x."""
+        x_hat = np.empty(len(self.model.states))
+        checked(library.nlo_observer_estimate(self._handle, address(x_hat)))
+        return x_hat
+
+    def estimate_with_error(self) -> tuple[Array, Array]:
+        """x_hat and the standard deviations of its errors, of a model that has_sigma."""
+        x_hat, sigma = np.empty(len(self.model.states)), np.empty(len(self.model.states))
+        checked(library.nlo_observer_estimate_with_error(self._handle, address(x_hat), address(sigma)))
+        return x_hat, sigma
+
+    @property
+    def latent(self) -> Array:
+        """z, n_z."""
+        z = np.empty(self.model.n_z)
+        checked(library.nlo_observer_latent(self._handle, address(z)))
+        return z
+
+    @property
+    def status(self) -> Status:
+        """Of the last step."""
+        return Status(checked(library.nlo_observer_status(self._handle)))
+
+    @property
+    def in_domain(self) -> bool:
+        """z lies where training has been."""
+        return bool(checked(library.nlo_observer_in_domain(self._handle)))
+
+    def reset(self) -> None:
+        """The next sample is the first."""
+        checked(library.nlo_observer_reset(self._handle))
+
+    def copy(self) -> Observer:
+        """Another one that goes on from here."""
+        other = Observer.__new__(Observer)
+        other._start(self.model, library.nlo_observer_copy(self._handle))
+        return other
+
+    def save(self) -> Array:
+        """All that steps change, as numbers to keep."""
+        state = np.empty(checked(library.nlo_observer_state_size(self._handle)))
+        checked(library.nlo_observer_save(self._handle, address(state)))
+        return state
+
+    def restore(self, state: npt.ArrayLike) -> None:
+        """Goes on from a saved state of the same model and precision, with the same bits."""
+        given = np.ascontiguousarray(np.asarray(state, dtype=float))
+        checked(library.nlo_observer_restore(self._handle, address(given), given.size))
+
+    @staticmethod
+    def _take(given: npt.ArrayLike, to: Array, what: str) -> None:
+        numbers = np.asarray(given, dtype=float).reshape(-1)
+        if numbers.size != to.size:
+            raise Error(f"{what} has {numbers.size} numbers: the model takes {to.size}")
+        to[:] = numbers

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: MIT
+"""Training, evaluation and export: by the program `nlo`, with the options of its commands as keywords.
+
+`seeds=20` is --seeds 20, `box_scale=2` is --box-scale 2, a list repeats its option, True is a flag: see `nlo COMMAND
+--help`. What the command writes to stderr in an error is the text of the nlo.Error that is raised.
+"""
+from __future__ import annotations
+
+import contextlib
+import csv
+import dataclasses
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+from nlo import _tables
+from nlo._arrays import Array
+from nlo._library import Error
+from nlo.model import Model
+
+Path = Union[str, os.PathLike]
+ModelOrPath = Union[Model, Path]
+_POLL_S = 0.2
+
+
+@dataclasses.dataclass(frozen=True)
+class Evaluation:
+    """Root mean square errors of an observer under one condition, of each state by its name."""
+
+    noise: str
+    rmse: dict[str, float]
+    norm: float                           #: root of the mean square of the error's norm
+    settled: Optional[float]              #: the same, when the start is forgotten
+    in_domain: float                      #: share of the samples where z is where training has been
+    against: dict[str, dict[str, float]]  #: rmse of the alternatives: "constant", "ridge", "ekf", ...
+    facts: dict[str, Any]                 #: all that `nlo evaluate --json` says
+
+
+@dataclasses.dataclass(frozen=True)
+class Training:
+    """A finished training."""
+
+    model: Model
+    directory: pathlib.Path
+    metrics: dict[str, Array]  #: columns of metrics.csv: step, loss, train_rmse, validation_rmse, lambda_1_re, ...
+    report: pathlib.Path       #: a page with pictures
+    text: str                  #: the table of errors that nlo train prints
+
+
+@dataclasses.dataclass(frozen=True)
+class Export:
+    """What was written, and what the command says of its arithmetic."""
+
+    path: pathlib.Path
+    text: str
+
+
+def program() -> str:
+    """The program `nlo`: as the environment says (NLO_PROGRAM), the one of the wheel, or the one that is installed."""
+    beside = pathlib.Path(__file__).parent / "bin" / "nlo"
+    found = os.environ.get("NLO_PROGRAM") or (str(beside) if beside.exists() else shutil.which("nlo"))
+    if not found:
+        raise Error("the program nlo is not installed: install the package nlo, or name it in NLO_PROGRAM")
+    return found
+
+
+def train(experiment: Union[Path, Mapping[str, Any]], data: Any = None, output: Optional[Path] = None,
+          progress: Optional[Callable[[dict[str, float]], None]] = None, **options: Any) -> Training:
+    """Trains an observer.
+
+    experiment  an experiment file, the name of a shipped one, or its keys as a dict
+    data        the folder of the logs that [log] names; or a DataFrame, or several by the names of their files, which
+                are written as CSV into `output`/data. Where [log] does not name files, names that start with "test" are
+                for the test, others for training
+    output      the folder of the run; None: runs/NAME
+    progress    is called with each new row of metrics.csv: step, loss, train_rmse, validation_rmse, ...
+    options     of `nlo train`: seed, threads, resume, force, auto, minutes, set=["training.steps=500"], ...
+
+    Ctrl-C stops the training where it is; the folder has the best model so far, and resume=True goes on.
+    """
+    tables = None if data is None or isinstance(data, (str, os.PathLike)) else _tables.named(data)
+    name = experiment.get("name") if isinstance(experiment, Mapping) else pathlib.Path(experiment).stem
+    directory = pathlib.Path(output) if output is not None else pathlib.Path("runs") / str(name or "experiment")
+    if isinstance(experiment, Mapping):
+        directory.mkdir(parents=True, exist_ok=True)
+        keys = _tables.with_files(experiment, tables) if tables else experiment
+        experiment = directory / "experiment.toml"
+        experiment.write_text(_tables.toml(keys), encoding="utf-8")
+    if tables is not None:
+        _tables.write(tables, directory / "data")
+        data = directory / "data"
+    words = [os.fspath(experiment), "-o", os.fspath(directory), *_words(options)]
+    if data is not None:
+        words += ["--data", os.fspath(data)]
+    text = _run("train", words, _Rows(directory / "metrics.csv", progress) if progress else None)
+    return Training(Model.load(directory / "model.json"), directory, _columns(directory / "metrics.csv"),
+                    directory / "report.html", text)
+
+
+def evaluate(model: Union[ModelOrPath, Sequence[ModelOrPath]], noise: Union[str, Sequence[str]] = (),
+             data: Any = None, **options: Any) -> list[Evaluation]:
+    """Errors on new runs of the model's plant, one Evaluation for each noise; or on logs that it was not trained on.
+
+    model    a model or its file; several of one experiment give means over training seeds
+    noise    "none", "gaussian:0.5", "uniform:3", ...
+    data     a log's path, several, or DataFrames
+    options  of `nlo evaluate`: seeds, trajectories, against=["ekf"], box_scale, set=["plant.parameters.mu=1.2"], ...
+    """
+    with contextlib.ExitStack() as stack:
+        models = [model] if isinstance(model, (Model, str, os.PathLike)) else list(model)
+        words = [stack.enter_context(_file_of(each)) for each in models]
+        for each in [noise] if isinstance(noise, str) else noise:
+            words += ["--noise", each]
+        if data is not None:
+            if isinstance(data, (str, os.PathLike)):
+                data = [data]
+            paths = isinstance(data, Sequence) and all(isinstance(each, (str, os.PathLike)) for each in data)
+            if not paths:
+                folder = stack.enter_context(tempfile.TemporaryDirectory())
+                data = _tables.write(_tables.named(data), pathlib.Path(folder))
+            words += ["--data", *[os.fspath(each) for each in data]]
+        found = json.loads(_run("evaluate", [*words, "--json", *_words(options)]))
+    return [_evaluation(facts) for facts in found]
+
+
+def export(model: ModelOrPath, target: str = "cpp", path: Path = "", **options: Any) -> Export:
+    """Writes the observer as code: target "cpp", "c99", "single", "arduino", "zephyr", ... of `nlo export`, to a file
+    or folder. options: scalar="int16", weights="bf16", max_error="0.01", fit="flash=32K", name="..."."""
+    if not os.fspath(path):
+        raise Error("path is missing: the file or folder to write")
+    with _file_of(model) as file:
+        text = _run("export", [file, "--target", target, "-o", os.fspath(path), *_words(options)])
+    return Export(pathlib.Path(path), text)
+
+
+def _words(options: Mapping[str, Any]) -> list[str]:
+    words = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if isinstance(value, Mapping):
+            value = [f"{key}={each}" for key, each in value.items()]
+        for each in value if isinstance(value, (list, tuple)) else [value]:
+            if each is True:
+                words.append(option)
+            elif each is not None and each is not False:
+                words += [option, str(each)]
+    return words
+
+
+class _Rows:
+    """Calls `progress` with the rows of a metrics.csv that were not there before; the file is replaced as it grows."""
+
+    def __init__(self, path: pathlib.Path, progress: Callable[[dict[str, float]], None]) -> None:
+        self._path, self._progress, self._begun, self._step = path, progress, time.time(), -1.0
+
+    def __call__(self) -> None:
+        if not self._path.exists() or self._path.stat().st_mtime < self._begun - 1.0:
+            return  # of an earlier run
+        with open(self._path, newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                numbers = {key: float(value) for key, value in row.items()}
+                if numbers["step"] > self._step:
+                    self._step = numbers["step"]
+                    self._progress(numbers)
+
+
+def _columns(path: pathlib.Path) -> dict[str, Array]:
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]} if rows else {}
+
+
+def _run(command: str, words: Sequence[str], watch: Optional[Callable[[], None]] = None) -> str:
+    """stdout of the command. The first KeyboardInterrupt goes on to the command, which ends in good order."""
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as out, tempfile.TemporaryFile("w+", encoding="utf-8") as err:
+        # In a session of its own: Ctrl-C of a terminal reaches it once, from here.
+        child = subprocess.Popen([program(), command, *words], stdin=subprocess.DEVNULL, stdout=out, stderr=err,
+                                 start_new_session=True)
+        try:
+            while child.poll() is None:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.wait(_POLL_S)
+                if watch:
+                    watch()
+        except BaseException as error:  # also what `watch` raises
+            child.send_signal(signal.SIGINT)
+            child.wait()
+            if isinstance(error, KeyboardInterrupt):
+                raise KeyboardInterrupt(_said(err)) from None
+            raise
+        if child.returncode != 0:
+            raise Error(_said(err) or f"nlo {command} ended with {child.returncode}")
+        out.seek(0)
+        return out.read()
+
+
+def _said(stream: Any) -> str:
+    """The error among the lines of stderr."""
+    stream.seek(0)
+    lines = stream.read().strip().splitlines()
+    return lines[-1].removeprefix("nlo: error: ") if lines else ""
+
+
+@contextlib.contextmanager
+def _file_of(model: ModelOrPath) -> Iterator[str]:
+    if not isinstance(model, Model):
+        yield os.fspath(model)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "model.json"
+        model.save(path)
+        yield str(path)
+
+
+def _evaluation(facts: dict[str, Any]) -> Evaluation:
+    names = [state["name"] for state in facts["states"]]
+    if "per_state" in facts:  # on logs
+        against: dict[str, dict[str, float]] = {}
+        for state in facts["per_state"]:
+            for other, windows in state["against"].items():
+                against.setdefault(other, {})[state["name"]] = windows["all"]
+    else:
+        against = {other: dict(zip(names, each["per_component"])) for other, each in facts["against"].items()}
+    return Evaluation(facts["noise"], dict(zip(names, facts["per_component"])), facts["norm"], facts["settled"],
+                      facts["in_domain"]["share"], against, facts)
