@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
+#include "codegen/base/number.h"
 #include "codegen/export/error_limits.h"
 #include "codegen/export/number_formats.h"
 #include "codegen/text/generated_text.h"
@@ -83,6 +86,29 @@ std::vector<NamedText> filled_folder(std::string_view folder, const std::string&
     files.push_back({path, filled(text.text, values)});
   }
   return files;
+}
+
+std::map<std::string, std::string> wrapper_values(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const bool single = prepared.initialiser().scalar_bytes() == 4;
+  return {
+      {"NAME", prepared.name()},
+      {"FLAGS", number_flags(prepared.options()) + (prepared.name() == m.name ? "" : " --name " + prepared.name())},
+      {"SCALAR", prepared.initialiser().scalar_name()},
+      {"LARGEST",
+       literal(single ? static_cast<double>(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max())},
+      {"PERIOD", literal(m.sample_period_s)},
+      {"STATES", channel_list(m.states, true)},
+      {"OUTPUTS", channel_list(measured_channels(m), true)},
+      {"INPUT_PORT", ""},
+      {"INPUT_ROW", ""},
+      {"NX", std::to_string(m.nx())},
+      {"NM", std::to_string(m.measured())},
+      {"NU", std::to_string(m.nu())},
+      {"NZ", std::to_string(m.nz())},
+      {"DRIVEN", m.nu() > 0 ? "true" : ""},
+      {"U", m.nu() > 0 ? ", u" : ""},
+  };
 }
 
 void check_rounding(const Model& m, ScalarType scalar) {

@@ -38,6 +38,9 @@ std::vector<NamedText> filled_folder(
     std::string_view folder, const std::string& name, const std::map<std::string, std::string>& values,
     const std::function<bool(std::string_view)>& wanted = [](std::string_view) { return true; });
 
+/// What templates of wrappers around the C99 pair of `prepared` ask for: names, sizes, the scalar, channels in words.
+std::map<std::string, std::string> wrapper_values(const PreparedExport& prepared);
+
 /// Throws Error when the sample period or an output's range is lost in the scalar.
 void check_rounding(const Model& model, ScalarType scalar);
 

@@ -7,14 +7,12 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <set>
 
 #include "codegen/base/child.h"
 #include "codegen/base/embedded_text.h"
 #include "codegen/base/error.h"
-#include "codegen/base/number.h"
 #include "codegen/base/temporary.h"
 #include "codegen/base/xml.h"
 #include "codegen/base/zip.h"
@@ -100,23 +98,10 @@ std::vector<NamedText> files_of(const PreparedExport& given) {
   const PreparedExport prepared = for_c99(given, "fmu");
   const Model& m = prepared.model();
   const std::string& name = prepared.name();
-  const bool single = prepared.initialiser().scalar_bytes() == 4;
-  Values values = {
-      {"NAME", name},
-      {"MODEL", xml_escaped(m.name)},
-      {"DESCRIPTION", xml_escaped(fmt::format("State observer: estimates {} from {}.", channel_list(m.states, true),
-                                              channel_list(measured_channels(m), true)))},
-      {"PERIOD", literal(m.sample_period_s)},
-      {"SCALAR", prepared.initialiser().scalar_name()},
-      {"LARGEST",
-       literal(single ? static_cast<double>(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max())},
-      {"NX", std::to_string(m.nx())},
-      {"NM", std::to_string(m.measured())},
-      {"NU", std::to_string(m.nu())},
-      {"NZ", std::to_string(m.nz())},
-      {"DRIVEN", m.nu() > 0 ? "true" : ""},
-      {"U", m.nu() > 0 ? ", u" : ""},
-  };
+  Values values = wrapper_values(prepared);
+  values["MODEL"] = xml_escaped(m.name);
+  values["DESCRIPTION"] =
+      xml_escaped(fmt::format("State observer: estimates {} from {}.", values.at("STATES"), values.at("OUTPUTS")));
   values.merge(lists_of(variables(m)));
   std::vector<NamedText> files = c99(prepared);
   for (NamedText& file : files) file.path = "sources/" + file.path;

@@ -8,6 +8,7 @@
 #include "codegen/targets/library.h"
 #include "codegen/targets/replay.h"
 #include "codegen/targets/selftest.h"
+#include "codegen/targets/simulink.h"
 #include "codegen/targets/single_header.h"
 
 namespace nlo::codegen {
@@ -15,10 +16,11 @@ namespace {
 
 /// A target that writes one file: NAME and `ending`.
 ExportTarget one_file(const char* name, const char* description, const char* ending,
-                      std::string (*text)(const PreparedExport&)) {
-  return {name, description, ExportForm::kFile, [=](const PreparedExport& prepared) {
-            return std::vector<NamedText>{{prepared.name() + ending, text(prepared)}};
-          }};
+                      std::string (*text)(const PreparedExport&), bool of_c99 = false) {
+  const auto generate = [=](const PreparedExport& prepared) {
+    return std::vector<NamedText>{{prepared.name() + ending, text(prepared)}};
+  };
+  return {name, description, ExportForm::kFile, generate, of_c99};
 }
 
 }  // namespace
@@ -27,19 +29,20 @@ const std::vector<ExportTarget>& export_targets() {
   static const std::vector<ExportTarget> targets = {
       one_file("cpp", "C++20 header with the observer as a constant", ".h", cpp_header),
       one_file("replay", "C++20 header with inputs and the answers that the cpp header must give", "_replay.h", replay),
-      {"c99", "C99 header and source with the observer, no C++ and no library", ExportForm::kFiles, c99},
+      {"c99", "C99 header and source with the observer, no C++ and no library", ExportForm::kFiles, c99, true},
       one_file("single", "C++20 header that includes nothing of ours, plain loops, to audit; the bits of c99", ".h",
-               single_header),
+               single_header, true),
       one_file("replay-c99", "C99 header with inputs and the answers that the c99 pair must give", "_replay.h",
-               replay_c99),
+               replay_c99, true),
       {"selftest", "folder with the c99 pair and a program that replays it on its target and counts cycles",
-       ExportForm::kDirectory, selftest},
+       ExportForm::kDirectory, selftest, true},
       {"arduino", "folder with an Arduino and PlatformIO library: header, runtime, C99 pair, sketch",
        ExportForm::kDirectory, arduino_library},
       {"zephyr", "folder with a Zephyr module: header, runtime, C99 pair, sample", ExportForm::kDirectory,
        zephyr_module},
-      {"fmu", "FMU for co-simulation by FMI 3.0: C99 sources, and a binary by $CC or cc", ExportForm::kFile, fmu},
-      {"fmu-sources", "the same without a binary, for importers that compile", ExportForm::kFile, fmu_of_sources},
+      {"fmu", "FMU for co-simulation by FMI 3.0: C99 sources, and a binary by $CC or cc", ExportForm::kFile, fmu, true},
+      {"fmu-sources", "the same without a binary, for importers that compile", ExportForm::kFile, fmu_of_sources, true},
+      {"simulink", "folder with a level-2 S-function around the C99 pair", ExportForm::kDirectory, simulink, true},
   };
   return targets;
 }

@@ -9,17 +9,14 @@
 #include <string>
 
 #include "codegen/base/child.h"
-#include "codegen/base/error.h"
 #include "codegen/base/zip.h"
 #include "tests/codegen/example_models.h"
 #include "tests/support/scratch_directory.h"
-#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// The files of an archive without compression, by their headers.
 std::map<std::string, std::string> unzipped(const std::string& archive) {
@@ -83,10 +80,6 @@ TEST(Fmu, UserTextStaysInItsAttribute) {
   Model m = tiny_model();
   m.states[0].unit = "\"/><&\x01\n'";
   EXPECT_THAT(description_of(m), HasSubstr("unit=\"&quot;/&gt;&lt;&amp;_\n&#39;\""));
-}
-
-TEST(Fmu, IsOfObserversThatC99Has) {
-  EXPECT_THAT(thrown_message([] { fmu_of_sources(PreparedExport(driven_model())); }), HasSubstr("target fmu writes"));
 }
 
 }  // namespace

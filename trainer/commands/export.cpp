@@ -37,18 +37,13 @@ struct Judged {
   std::string tables, refusal;
 };
 
-/// In C99 or made of it: no monitor, no standard deviations, one tanh.
-bool of_c99(const std::string& target) {
-  return target.ends_with("c99") || target == "selftest" || target == "single" || target.starts_with("fmu");
-}
-
 /// Throws Error when --max-error or --fit are not understood.
 Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::optional<Eigen::VectorXd> limits;
   std::optional<codegen::Budget> budget;
   if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, prepared.model());
   if (!arguments.fit.empty()) budget = codegen::budget(arguments.fit);
-  if (budget && (arguments.target.starts_with("replay") || of_c99(arguments.target)))
+  if (budget && (arguments.target.starts_with("replay") || codegen::export_target(arguments.target).of_c99))
     throw codegen::Error(fmt::format(
         "--fit knows what the C++ runtime takes, not --target {}; leave it out, or export cpp", arguments.target));
 
@@ -64,12 +59,13 @@ Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arg
 /// Parts of the model that the target has no form for: a firmware that counts on them would not build, or fly without.
 std::string left_out_warnings(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::string warnings;
-  if (prepared.model().error && (!prepared.folded().error || of_c99(arguments.target)))
+  if (prepared.model().error && (!prepared.folded().error || codegen::export_target(arguments.target).of_c99))
     warnings += fmt::format(
         "warning: the standard deviations of its errors are left out: estimate_with_error() is of C++ in float and "
         "double, and this is {}\n",
         prepared.folded().error ? "--target " + arguments.target : "--scalar int16");
-  if (prepared.model().monitor && of_c99(arguments.target) && !arguments.target.starts_with("replay"))
+  if (prepared.model().monitor && codegen::export_target(arguments.target).of_c99 &&
+      !arguments.target.starts_with("replay"))
     warnings += fmt::format("warning: the model's monitor is left out: target {} has none; the cpp header does\n",
                             arguments.target);
   return warnings;
@@ -93,7 +89,7 @@ void run_export(const ExportArguments& arguments) {
         fmt::format("-o -: target {} writes several files, and stdout is one; name where they go", target.name));
   if (!to_stdout && target.form != codegen::ExportForm::kDirectory) check_output_file(arguments.output, true);
   const codegen::Model model = codegen::read_model(arguments.model);
-  const bool has_tiers = !of_c99(arguments.target);  // of tanh; C99 has the most accurate
+  const bool has_tiers = !target.of_c99;  // of tanh; C99 has the most accurate
   const codegen::PreparedExport prepared(model, options, has_tiers ? arguments.max_error : "");
   const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
