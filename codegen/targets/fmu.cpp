@@ -81,7 +81,7 @@ Values lists_of(const std::vector<Variable>& list) {
                                   v.name, v.elements == 1 ? "" : fmt::format("[{}]", v.elements), xml_escaped(v.unit),
                                   xml_escaped(v.description));
     if (!v.is_output()) continue;
-    values["OUTPUTS"] += fmt::format("    <Output valueReference=\"{}\"/>\n", reference);
+    values["STRUCTURE"] += fmt::format("    <Output valueReference=\"{}\"/>\n", reference);
     values["UNKNOWNS"] += fmt::format("    <InitialUnknown valueReference=\"{}\"/>\n", reference);
   }
   return values;

@@ -42,7 +42,7 @@ int main(void) {
 """
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Validation:
     """Exported estimates beside those of the model, over N replay samples."""
 
@@ -60,6 +60,10 @@ class Validation:
     @property
     def passed(self) -> bool:
         return bool((self.max_error <= self.tolerance).all() and self.status_agrees.all())
+
+    def __repr__(self) -> str:
+        return (f"<nlo.Validation {'passed' if self.passed else 'failed'}: {len(self.model)} samples, "
+                f"largest errors {self.max_error}, allowed {self.tolerance}>")
 
 
 def validate(model: ModelOrPath, header: Path, scalar: str = "float") -> Validation:
