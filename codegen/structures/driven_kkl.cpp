@@ -10,6 +10,7 @@
 #include "codegen/model/model_fields.h"
 #include "codegen/reference/integrate.h"
 #include "codegen/reference/linear_steps.h"
+#include "codegen/structures/c99_pieces.h"
 #include "codegen/structures/kkl_family.h"
 
 namespace nlo::codegen {
@@ -190,6 +191,12 @@ void check_inputs(const Model& m) {
   check_network(own.forward_map, m.nx(), m.nz(), "drive.forward_map", "n_u x n_x");
 }
 
+/// Of a Linear in templates/c99/kkl.c.in.
+std::string c99_linear_step(const Model& m, const StepMatrices& step, const Initialiser& init) {
+  return "{" + init.vector(step.a_minus_1, "A") + ",\n     " + init.matrix(step.b0, "B0") +
+         (m.hold == Hold::kZeroOrder ? "" : ",\n     " + init.matrix(step.b1, "B1")) + "}";
+}
+
 class DrivenKklModule final : public StructureModule {
  public:
   std::string_view name() const override { return "driven_kkl"; }
@@ -233,6 +240,7 @@ class DrivenKklModule final : public StructureModule {
   Network* inverse_map(Model& m) const override { return &own_part<DrivenKkl>(m).inverse_map; }
   LinearLatent* linear_latent(Model& m) const override { return &own_part<DrivenKkl>(m).latent; }
   const std::vector<Channel>& inputs(const Model& m) const override { return own_part<DrivenKkl>(m).inputs; }
+  Hold input_hold(const Model& m) const override { return own_part<DrivenKkl>(m).input_hold; }
   bool reads_inputs() const override { return false; }
   Structure without_inputs(const Model& m) const override { return Kkl(own_part<DrivenKkl>(m)); }
   std::optional<double> fastest_mode(const Model& m) const override {
@@ -251,6 +259,46 @@ class DrivenKklModule final : public StructureModule {
 
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<DrivenKklHeader>(source);
+  }
+  Abilities abilities() const override { return {.c99 = true}; }
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    const DrivenKkl& own = own_part<DrivenKkl>(source.model);
+    const Initialiser& init = source.init;
+    const int nx = source.model.nx(), nu = source.model.nu();
+    std::map<std::string, std::string> values = c99_of_linear_latent(source);
+    const ForcedStepMatrices forced = forced_latent_step(source.model, source.model.sample_period_s);
+    Eigen::MatrixXd weights(8, source.model.nz()), field(nu, nx);
+    const auto& w = forced.weights;
+    weights << w.stage2.transpose(), w.stage3_1.transpose(), w.stage3_2.transpose(), w.stage4_1.transpose(),
+        w.stage4_3.transpose(), w.end_1.transpose(), w.end_23.transpose(), w.end_4.transpose();
+    std::string slopes;
+    for (int i = 0; i < nu; ++i) {
+      field.row(i) = own.input_field.bias.segment(i * nx, nx).transpose();
+      slopes += (i > 0 ? ", " : "") +
+                init.matrix(own.input_field.weights.middleRows(i * nx, nx), "drive.input_field.weights");
+    }
+    for (const auto& [key, value] : std::map<std::string, std::string>{
+             {"LATENT", "c99/driven_kkl.c.in"},
+             {"LINEAR", "c99/kkl.c.in"},
+             {"STEP_DT_COST", "For each sample period as much, and some 400 operations per latent state"},
+             {"LINEAR_STEP", "Linear"},
+             {"STEP_TABLE", ""},
+             {"MAKE_LINEAR", "make_linear"},
+             {"ADVANCE_LINEAR", "advance_linear"},
+             {"COMPLEX", "true"},
+             {"DIVERGES", "true"},
+             {"LAST_STATUS", "DIVERGED"},
+             {"LONGEST_GAP", std::to_string(kMostPieces)},
+             {"Y_PART", c99_part(source.model.hold, "part", init)},
+             {"U_PART", c99_part(own.input_hold, "part", init)},
+             {"FULL", c99_linear_step(source.model, source.folded.step, init)},
+             {"HALF", c99_linear_step(source.model, forced.half, init)},
+             {"FORCED", init.matrix(weights, "A")},
+             {"SIXTH", init(1.0 / 6, "a sixth")},
+             {"INPUT_FIELD", init.matrix(field, "drive.input_field.bias")},
+             {"INPUT_FIELD_SLOPE", "{" + slopes + "}"}})
+      values[key] = value;
+    return values;
   }
 };
 

@@ -8,6 +8,7 @@
 #include "codegen/model/hold.h"
 #include "codegen/model/model_fields.h"
 #include "codegen/reference/integrate.h"
+#include "codegen/structures/c99_pieces.h"
 #include "codegen/structures/module.h"
 
 namespace nlo::codegen {
@@ -103,6 +104,10 @@ class GeneralModule final : public StructureModule {
 
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<GeneralHeader>(source);
+  }
+  Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    return c99_of_rk4(source, "c99/general.c.in");
   }
 };
 

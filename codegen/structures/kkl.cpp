@@ -98,24 +98,32 @@ class KklModule final : public StructureModule {
     return std::make_unique<KklHeader>(source);
   }
   std::map<std::string, std::string> c99(const ExportSource& source) const override {
-    const LinearLatent& latent = own_part<Kkl>(source.model).latent;
-    const StepMatrices& step = source.folded.step;
-    return {{"LATENT", "c99/kkl.c.in"},
-            {"WARM_START", "c99/warm_start.h.in"},
-            {"WARM_START_BODY", "c99/warm_start.c.in"},
-            {"STEP_DT_COST", "Some 60 operations per latent state"},
-            {"COMPLEX", latent.pairs > 0 ? "true" : ""},
-            {"PAIRS", std::to_string(latent.pairs)},
-            {"FIRST_ORDER", source.model.hold == Hold::kZeroOrder ? "" : "true"},
-            {"FIRST", latent.starts_steady ? "    settle(o);\n" : ""},
-            {"A_MINUS_1", source.init.vector(step.a_minus_1, "A")},
-            {"B0", source.init.matrix(step.b0, "B0")},
-            {"B1", source.init.matrix(step.b1, "B1")},
-            {"TABLES", c99_tables(source.model, source.folded, source.init)}};
+    return c99_of_linear_latent(source);
   }
 };
 
 }  // namespace
+
+std::map<std::string, std::string> c99_of_linear_latent(const ExportSource& source) {
+  const LinearLatent& latent = *linear_latent(source.model);
+  const StepMatrices& step = source.folded.step;
+  return {{"LATENT", "c99/kkl.c.in"},
+          {"STEP_DT_COST", "Some 60 operations per latent state"},
+          {"LINEAR_STEP", "Step"},
+          {"STEP_TABLE", "true"},
+          {"MAKE_LINEAR", "make_step"},
+          {"ADVANCE_LINEAR", "advance"},
+          {"COMPLEX", latent.pairs > 0 ? "true" : ""},
+          {"WARM_START", "c99/warm_start.h.in"},
+          {"WARM_START_BODY", "c99/warm_start.c.in"},
+          {"PAIRS", std::to_string(latent.pairs)},
+          {"FIRST_ORDER", source.model.hold == Hold::kZeroOrder ? "" : "true"},
+          {"FIRST", latent.starts_steady ? "    settle(o);\n" : ""},
+          {"A_MINUS_1", source.init.vector(step.a_minus_1, "A")},
+          {"B0", source.init.matrix(step.b0, "B0")},
+          {"B1", source.init.matrix(step.b1, "B1")},
+          {"TABLES", c99_tables(source.model, source.folded, source.init)}};
+}
 
 const StructureModule& kkl_module() {
   static const KklModule module;

@@ -32,6 +32,9 @@ std::optional<double> slowest_driven_mode(const LinearLatent& latent);
 /// How many of [z; y] the inverse map reads: z alone where y has no weight.
 Eigen::Index reads_of(const Network& inverse_map, const Model& model);
 
+/// The part of a KKL observer (16) in templates/c99, which others of the family extend.
+std::map<std::string, std::string> c99_of_linear_latent(const ExportSource& source);
+
 /// The header of a KKL observer (16), which other observers of the family extend.
 class KklHeader : public CppStructureBase {
  public:

@@ -13,6 +13,7 @@
 #include "codegen/model/hold.h"
 #include "codegen/model/model_fields.h"
 #include "codegen/reference/integrate.h"
+#include "codegen/structures/c99_pieces.h"
 #include "codegen/structures/module.h"
 
 namespace nlo::codegen {
@@ -189,6 +190,15 @@ class LuenbergerModule final : public StructureModule {
 
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<LuenbergerHeader>(source);
+  }
+  Abilities abilities() const override { return {.c99 = true}; }
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    const Luenberger& own = own_part<Luenberger>(source.model);
+    const auto inputs = static_cast<Eigen::Index>(source.model.inputs.size());
+    std::map<std::string, std::string> values = c99_of_rk4(source, "c99/luenberger.c.in");
+    values["ERROR_MATRIX"] = source.init.matrix(error_matrix(own), "luenberger.state_matrix");
+    values["GAIN"] = source.init.matrix(reading_gain(own, inputs), "luenberger.gain");
+    return values;
   }
 };
 

@@ -53,6 +53,8 @@ class StructureModule {
   virtual const std::vector<Channel>& inputs(const Model& model) const { return model.inputs; }
   /// The same observer, taking no inputs.
   virtual Structure without_inputs(const Model& model) const { return model.structure; }
+  /// How inputs(model) move between two samples.
+  virtual Hold input_hold(const Model& model) const { return model.input_hold; }
   /// Model::inputs may be there.
   virtual bool reads_inputs() const { return true; }
   /// Outputs may be computed of others.

@@ -8,6 +8,7 @@
 #include "codegen/model/hold.h"
 #include "codegen/model/model_fields.h"
 #include "codegen/reference/integrate.h"
+#include "codegen/structures/c99_pieces.h"
 #include "codegen/structures/module.h"
 
 namespace nlo::codegen {
@@ -119,6 +120,16 @@ class WindowModule final : public StructureModule {
 
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<WindowHeader>(source);
+  }
+  Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    return {{"LATENT", "c99/window.c.in"},
+            {"LONGEST_GAP", std::to_string(kMostPieces)},
+            {"PHI", ""},
+            {"FIRST", "    fill(o);\n"},
+            {"STEP_DT_COST", "For each sample period as much"},
+            {"SAMPLES", std::to_string(own_part<Window>(source.model).samples)},
+            {"PART", c99_part(source.model.hold, "(Scalar)s / (Scalar)step->samples", source.init)}};
   }
 };
 

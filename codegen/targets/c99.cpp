@@ -5,6 +5,7 @@
 #include <nlo/latent.h>
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -26,7 +27,7 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
   for (const Channel& channel : measured_channels(m))
     reads += fmt::format("{}read_{}()", reads.empty() ? "" : ", ", channel.name);
   std::string commands;
-  for (const Channel& channel : m.inputs)
+  for (const Channel& channel : inputs(m))
     commands += fmt::format("{}command_{}()", commands.empty() ? "" : ", ", channel.name);
   const std::string u =
       commands.empty() ? "" : fmt::format("//     const {} u[{}_NU] = {{{}}};\n", scalar, name, commands);
@@ -56,7 +57,14 @@ constexpr const char* kDoubleCheck =
 
 /// What a measurement may be, and where z starts and stays.
 std::map<std::string, std::string> ranges(const Model& m, const Initialiser& init) {
-  Eigen::VectorXd wrap(m.nr());
+  // Inputs that act apart from the readings are taken as they come.
+  const int acting = acting_inputs(m), held = m.nr() + acting;
+  const double largest =
+      init.scalar_bytes() == 4 ? double{std::numeric_limits<float>::max()} : std::numeric_limits<double>::max();
+  Eigen::VectorXd wrap = Eigen::VectorXd::Zero(held), least = Eigen::VectorXd::Constant(held, -largest),
+                  most = Eigen::VectorXd::Constant(held, largest);
+  least.head(m.nr()) = reading_min(m);
+  most.head(m.nr()) = reading_max(m);
   const std::vector<Channel> channels = readings(m);
   std::string relatives;
   int relative = 0;
@@ -66,9 +74,9 @@ std::map<std::string, std::string> ranges(const Model& m, const Initialiser& ini
     relatives += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
   }
   return {{"INITIAL", init.vector(m.initial_latent, "initial_latent")},
-          {"NO_OUTPUT", init.vector(Eigen::VectorXd::Zero(m.nr()), "")},
-          {"OUTPUT_MIN", init.vector(reading_min(m), "output_min")},
-          {"OUTPUT_MAX", init.vector(reading_max(m), "output_max")},
+          {"NO_OUTPUT", init.vector(Eigen::VectorXd::Zero(held), "")},
+          {"OUTPUT_MIN", init.vector(least, "output_min")},
+          {"OUTPUT_MAX", init.vector(most, "output_max")},
           {"WRAP", init.vector(wrap, "wrap")},
           {"ANGLES", (wrap.array() > 0.0).any() ? "true" : ""},
           {"RELATIVE_OUTPUTS", relative > 0 ? "true" : ""},
@@ -101,11 +109,11 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
   const Initialiser& init = prepared.initialiser();
   const QuantisedNetwork* quantised = prepared.quantised();
   const std::unique_ptr<CppStructure> parts = module_of(m).cpp(prepared.source());
+  const std::map<std::string, std::string> own = module_of(m).c99(prepared.source());
   const bool single = init.scalar_bytes() == 4;
   const std::string suffix = single ? "f" : "";
 
-  const std::string map =
-      quantised ? c99_int16_map(name, m, folded, *quantised, init) : c99_map(name, m, folded, init, suffix);
+  const std::string map = quantised ? c99_int16_map(name, m, folded, *quantised, init) : c99_map(name, m, folded, init);
   std::map<std::string, std::string> values = {
       {"NAME", name},
       {"SCALAR", init.scalar_name()},
@@ -122,19 +130,28 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"NZ", std::to_string(m.nz())},
       {"STALE_AFTER", std::to_string(folded.stale_after)},
       {"SAMPLE_PERIOD", init(m.sample_period_s, "sample_period_s")},
-      {"NR", std::to_string(m.nr())},
-      {"R", c99_readings_size(m)},
+      {"NR", std::to_string(m.nr() + acting_inputs(m))},
+      {"R", c99_held_size(m)},
+      {"FED", c99_readings_size(m)},
       {"OUTPUTS", c99_positions(name + "_output_", measured_channels(m))},
       {"STATES", c99_positions(name + "_state_", m.states)},
       {"STEP_COST", with_activations(parts->step_multiply_adds(), parts->step_activations())},
       {"ESTIMATE_COST", with_activations(parts->estimate_multiply_adds(), parts->estimate_activations())},
-      {"ARITHMETIC", c99_arithmetic(folded, quantised != nullptr, init, suffix)},
+      {"ARITHMETIC", c99_arithmetic(folded, quantised != nullptr, own.contains("DECAYS"), init, suffix)},
       {"NETWORKS", c99_step_networks(folded, init)},
+      {"FUNCTIONS", c99_functions(folded, init)},
+      {"TANGENTS", c99_tangents(folded, init, suffix)},
       {"MAP", map},
+      {"LINEAR", ""},
+      {"SLOPE", ""},
+      {"PIECES", "c99/pieces.c.in"},
       {"WARM_START", ""},
       {"WARM_START_BODY", ""},
       {"C99", "true"},  // empty in the single header
       {"COMPLEX", ""},
+      {"PHI", "true"},
+      {"DIVERGES", ""},
+      {"LAST_STATUS", "REJECTED"},
       {"LONGEST_GAP", "1000"},
       {"NOT_A_NUMBER", single ? "0x7fc00000U" : "0x7ff8000000000000U"},
       {"GATE", filled(embedded_text("c99/gate.c.in"), {{"F", suffix}})},
@@ -146,8 +163,8 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
   };
   values.merge(c99_readings(m, name, init));
   values.merge(ranges(m, init));
-  for (const auto& [key, value] : module_of(m).c99(prepared.source())) values[key] = value;
-  for (const char* part : {"LATENT", "WARM_START", "WARM_START_BODY"})
+  for (const auto& [key, value] : own) values[key] = value;
+  for (const char* part : {"PIECES", "SLOPE", "LINEAR", "LATENT", "WARM_START", "WARM_START_BODY"})
     if (!values[part].empty()) values[part] = filled(embedded_text(values[part]), values);
   return values;
 }
@@ -161,8 +178,9 @@ std::string c99_top(const PreparedExport& prepared, const char* language, const 
   std::string flags;
   if (options.scalar != ScalarType::kFloat) flags += fmt::format(" --scalar {}", scalar_name(options.scalar));
   if (name != m.name) flags += " --name " + name;
-  const std::size_t bytes = prepared.initialiser().scalar_bytes(), readings = static_cast<std::size_t>(m.nr()),
-                    state = bytes * (static_cast<std::size_t>(m.nz()) + readings) + 2 * readings + 2;
+  const std::size_t bytes = prepared.initialiser().scalar_bytes(),
+                    held = static_cast<std::size_t>(m.nr() + acting_inputs(m)),
+                    state = bytes * (static_cast<std::size_t>(m.nz()) + held) + 2 * held + 2;
   return fmt::format(
              "// {0}: {1} in {6}, generated. Do not edit; make it again by\n"
              "//   nlo export model.json --target {7}{2} -o {0}.h\n"
@@ -170,7 +188,7 @@ std::string c99_top(const PreparedExport& prepared, const char* language, const 
              "// Estimates {3} from {4}, sampled every {5} s.\n",
              name, parts->title(), flags, channel_list(m.states, true),
              channel_list(measured_channels(m), true) +
-                 (m.inputs.empty() ? "" : " and the inputs " + channel_list(m.inputs, true)),
+                 (m.nu() == 0 ? "" : " and the inputs " + channel_list(inputs(m), true)),
              literal(m.sample_period_s), language, target) +
          parts->description() +
          "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "

@@ -6,6 +6,8 @@
 #include <nlo/kernels/activation.h>
 #include <nlo/kernels/int16.h>
 #include <algorithm>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "codegen/base/embedded_text.h"
@@ -33,41 +35,91 @@ std::string tanh_text(const Initialiser& init, const std::string& suffix) {
   return filled(embedded_text("c99/tanh_double.c.in"), {{"P", terms(kFit.p)}, {"Q", terms(kFit.q)}});
 }
 
-/// The body of `activated`, for every activation whose row says that C99 has it.
-std::string activation(Activation kind, const std::string& suffix) {
-  switch (kind) {
-    case Activation::kTanh:
-      return "";
-    case Activation::kRelu:
-      return fmt::format("static Scalar activated(Scalar v) {{ return (v > 0.0{0}) ? v : 0.0{0}; }}\n\n", suffix);
-    case Activation::kSilu:
-      return fmt::format(
-          "// silu: v sigmoid(v), with sigmoid(v) = (1 + tanh(v / 2)) / 2\n"
-          "static Scalar activated(Scalar v) {{\n"
-          "  const Scalar half = v * 0.5{};\n"
-          "  return (half * tanh_rational(half)) + half;\n"
-          "}}\n\n",
-          suffix);
-    case Activation::kTanh5e6:
-    case Activation::kTanh5e5:
-      break;
-  }
-  fail("C99 has no {}; export with --target cpp", activation_row(kind).name);
-}
-
-std::string hidden(Activation kind) {
-  return fmt::format(
-      "static void hidden(int inputs, int outputs, const IN_FLASH Scalar* weights, const IN_FLASH Scalar* bias,\n"
-      "                   const Scalar* in, Scalar* out) {{\n"
-      "  dense(inputs, outputs, weights, bias, in, out);\n"
-      "  for (int o = 0; o < outputs; ++o) {{ out[o] = {}(out[o]); }}\n"
-      "}}\n\n",
-      kind == Activation::kTanh ? "tanh_rational" : "activated");
+/// The keys of layer.c.in and tangent.c.in. Throws Error where C99 has no such activation.
+std::map<std::string, std::string> activation_values(Activation kind, const std::string& suffix) {
+  const ActivationRow& row = activation_row(kind);
+  if (!row.has_c99) fail("C99 has no {}; export with --target cpp", row.name);
+  const std::string name(row.name);
+  const auto if_it_is = [kind](Activation other) { return kind == other ? "true" : ""; };
+  return {{"F", suffix},
+          {"ACTIVATION", name},
+          {"FUNCTION", kind == Activation::kTanh ? "tanh_rational" : name},
+          {"TANH", if_it_is(Activation::kTanh)},
+          {"RELU", if_it_is(Activation::kRelu)},
+          {"SILU", if_it_is(Activation::kSilu)}};
 }
 
 /// Adds the linear path's share of output `o` to `total`.
-std::string add_linear_path(Eigen::Index inputs) {
-  return fmt::format("for (int i = 0; i < {0}; ++i) {{ total += kLinearPath[({0} * o) + i] * in[i]; }}\n", inputs);
+std::string add_linear_path(const std::string& prefix, Eigen::Index inputs, const std::string& in) {
+  return fmt::format("for (int i = 0; i < {0}; ++i) {{ total += k{1}LinearPath[({0} * o) + i] * {2}[i]; }}\n", inputs,
+                     prefix, in);
+}
+
+/// A folded network in C99: its tables, and the calls that evaluate it.
+struct NetworkText {
+  std::string tables, calls;
+};
+
+/// Its tables are called kPREFIX and so on. `calls` read `in` and write `out`; with `tangent` that is the derivative
+/// along `direction`.
+NetworkText network_text(const std::string& prefix, const FoldedNetwork& n, const std::string& out, bool tangent,
+                         const Initialiser& init) {
+  const auto along = [](const std::string& value) { return value == "in" ? "direction" : value + "_tangent"; };
+  const auto at = [&](const std::string& value) { return tangent ? value + ", " + along(value) : value; };
+  NetworkText text;
+  Eigen::Index widest = 0;
+  std::string in = "in", ping = "ping", pong = "pong";
+  for (std::size_t l = 0; l < n.layers.size(); ++l) {
+    const DenseLayer& layer = n.layers[l];
+    const bool last = l + 1 == n.layers.size();
+    const std::string field = fmt::format("{}.layers[{}]", n.field, l);
+    const std::string weights = fmt::format("k{}Weights{}", prefix, l + 1);
+    const std::string bias = tangent && last ? "kNoBias" : fmt::format("k{}Bias{}", prefix, l + 1);
+    text.tables += table(init, weights, layer.weights, field + ".weights");
+    if (bias != "kNoBias")
+      text.tables += fmt::format("static const IN_FLASH Scalar {}[{}] = {};\n", bias, layer.bias.size(),
+                                 init.vector(layer.bias, field + ".bias"));
+    const std::string hidden = tangent ? "tangent" : std::string(activation_row(n.activation).name);
+    text.calls +=
+        fmt::format("  {}({}, {}, {}, {}, {}, {});\n", last ? "dense" : hidden + "_layer", layer.weights.cols(),
+                    layer.weights.rows(), weights, bias, last && tangent ? along(in) : at(in), last ? out : at(ping));
+    in = ping;
+    std::swap(ping, pong);
+    if (!last) widest = std::max(widest, layer.bias.size());
+  }
+  // Ping-pong buffers: one for each layer would be a kilobyte of stack.
+  std::string buffers;
+  for (std::size_t l = 1; l < std::min<std::size_t>(n.layers.size(), 3); ++l) {
+    const std::string buffer = l == 1 ? "ping" : "pong";
+    buffers += fmt::format("{}{}[{}]", l == 1 ? "  Scalar " : ", ", buffer, widest);
+    if (tangent) buffers += fmt::format(", {}[{}]", along(buffer), widest);
+  }
+  if (!buffers.empty()) text.calls.insert(0, buffers + ";\n");
+  if (n.linear_path.size() != 0) {
+    text.tables += table(init, "k" + prefix + "LinearPath", n.linear_path, n.field + ".skip");
+    text.calls += fmt::format(
+        "  for (int o = 0; o < {0}; ++o) {{\n    Scalar total = {1}[o];\n    {2}    {1}[o] = total;\n  }}\n",
+        n.linear_path.rows(), out, add_linear_path(prefix, n.linear_path.cols(), tangent ? "direction" : "in"));
+  }
+  return text;
+}
+
+/// Of a network of a step: `forward_map` of drive.forward_map, and kForwardMap.
+std::string function_name(const FoldedNetwork& n) {
+  return n.field.substr(n.field.rfind('.') + 1);
+}
+std::string table_prefix(const FoldedNetwork& n) {
+  std::string name;
+  bool upper = true;
+  for (const char c : function_name(n)) {
+    if (c != '_') name += upper ? static_cast<char>(c - 'a' + 'A') : c;
+    upper = c == '_';
+  }
+  return name;
+}
+
+bool is_map(const FoldedNetwork& n) {
+  return n.field == "inverse_map";
 }
 
 /// Integers of whatever type as an initialiser, `columns` to a line.
@@ -90,7 +142,8 @@ std::string integer_activation(Activation kind) {
 
 /// The head of NAME_estimate, up to where `in` is what T* reads.
 std::string estimate_head(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
-  const bool reads_output = folded.inverse_map()->inputs() > m.nz();
+  const FoldedNetwork* map = folded.inverse_map();
+  const bool reads_output = map != nullptr && map->inputs() > m.nz();
   const std::string readings = c99_readings_size(m);
   std::string head(m.saturates() ? embedded_text("c99/saturated.c.in") : "");
   head += fmt::format("void {0}_estimate(const {0}_observer* observer, {1} x_hat[{2}]) {{\n", name, init.scalar_name(),
@@ -112,22 +165,29 @@ std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, con
   return text + "}";
 }
 
-std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, const Initialiser& init,
+std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, bool has_gates, const Initialiser& init,
                            const std::string& suffix) {
-  const FoldedNetwork& map = *folded.inverse_map();
-  const bool learned_step = folded.networks.size() > 1;
-  if (has_int16_map && !learned_step) return "";
-  const bool map_reads_tanh = !has_int16_map && map.layers.size() > 1 && map.activation != Activation::kRelu;
-  return std::string(embedded_text("c99/dense.c.in")) + "\n" +
-         (learned_step || map_reads_tanh ? tanh_text(init, suffix) + "\n" : "");
+  std::set<Activation> kinds;
+  bool evaluates = false;
+  for (const FoldedNetwork& n : folded.networks) {
+    if (is_map(n) && has_int16_map) continue;
+    evaluates = true;
+    if (n.layers.size() > 1) kinds.insert(n.activation);
+  }
+  if (!evaluates) return "";
+  std::string text(embedded_text("c99/dense.c.in"));
+  if (has_gates || kinds.contains(Activation::kTanh) || kinds.contains(Activation::kSilu))
+    text += "\n" + tanh_text(init, suffix);
+  for (const Activation kind : kinds)
+    text += "\n" + filled(embedded_text("c99/layer.c.in"), activation_values(kind, suffix));
+  return text + "\n";
 }
 
 std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init) {
   std::string text;
   for (const FoldedNetwork& n : folded.networks) {
-    if (n.field == "inverse_map") continue;
-    std::string name = n.field;  // gates: kGates, kGatesBias
-    name.front() = static_cast<char>(name.front() - 'a' + 'A');
+    if (is_map(n)) continue;
+    const std::string name = table_prefix(n);  // gates: kGates, kGatesBias
     const DenseLayer& layer = n.layers.front();
     text += table(init, "k" + name, layer.weights, n.field + ".layers[0].weights") +
             fmt::format("static const IN_FLASH Scalar k{}Bias[{}] = {};\n", name, layer.bias.size(),
@@ -136,40 +196,41 @@ std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init
   return text;
 }
 
-std::string c99_map(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init,
-                    const std::string& suffix) {
-  const FoldedNetwork& map = *folded.inverse_map();
-  std::string text = "// T*: one neuron per line.\n", body;
-  Eigen::Index widest = 0;
-  std::string in = "in", ping = "ping", pong = "pong";
-  for (std::size_t l = 0; l < map.layers.size(); ++l) {
-    const DenseLayer& layer = map.layers[l];
-    const std::string field = fmt::format("inverse_map.layers[{}]", l);
-    text += table(init, fmt::format("kWeights{}", l + 1), layer.weights, field + ".weights");
-    text += fmt::format("static const IN_FLASH Scalar kBias{}[{}] = {};\n", l + 1, layer.bias.size(),
-                        init.vector(layer.bias, field + ".bias"));
-    const bool last = l + 1 == map.layers.size();
-    body += fmt::format("  {}({}, {}, kWeights{}, kBias{}, {}, {});\n", last ? "dense" : "hidden", layer.weights.cols(),
-                        layer.weights.rows(), l + 1, l + 1, in, last ? "x_hat" : ping);
-    in = ping;
-    std::swap(ping, pong);
-    if (!last) widest = std::max(widest, layer.bias.size());
+std::string c99_functions(const FoldedModel& folded, const Initialiser& init) {
+  std::string text;
+  for (const FoldedNetwork& n : folded.networks) {
+    if (is_map(n)) continue;
+    const NetworkText network = network_text(table_prefix(n), n, "out", false, init);
+    text += network.tables +
+            fmt::format("static void {}(const Scalar* in, Scalar* out) {{\n{}}}\n\n", function_name(n), network.calls);
   }
-  if (map.linear_path.size() != 0) {
-    text += table(init, "kLinearPath", map.linear_path, "inverse_map.skip");
-    body += fmt::format(
-        "  for (int o = 0; o < {}; ++o) {{\n    Scalar total = x_hat[o];\n    {}    x_hat[o] = total;\n  }}\n",
-        map.linear_path.rows(), add_linear_path(map.linear_path.cols()));
-  }
-  text += "\n";
-  if (map.layers.size() > 1) text += activation(map.activation, suffix) + hidden(map.activation);
+  return text;
+}
 
-  text += estimate_head(name, m, folded, init);
-  // Ping-pong buffers: one for each layer would be a kilobyte of stack.
-  if (map.layers.size() > 1) text += fmt::format("  Scalar ping[{}]", widest);
-  if (map.layers.size() > 2) text += fmt::format(", pong[{}]", widest);
-  if (map.layers.size() > 1) text += ";\n";
-  return text + body + "}\n";
+std::string c99_tangents(const FoldedModel& folded, const Initialiser& init, const std::string& suffix) {
+  std::string text;
+  for (const FoldedNetwork& n : folded.networks) {
+    if (is_map(n)) continue;
+    std::map<std::string, std::string> values = activation_values(n.activation, suffix);
+    Eigen::Index widest = 0;
+    for (const DenseLayer& layer : n.layers) widest = std::max(widest, layer.bias.size());
+    values["WIDEST"] = std::to_string(widest);
+    values["NO_BIAS"] = init.vector(Eigen::VectorXd::Zero(widest), "");
+    values["LAYERED"] = n.layers.size() > 1 ? "true" : "";
+    const NetworkText network = network_text(table_prefix(n), n, "out", true, init);
+    text += filled(embedded_text("c99/tangent.c.in"), values) + network.tables +
+            fmt::format("static void {}_tangent(const Scalar* in, const Scalar* direction, Scalar* out) {{\n{}{}}}\n\n",
+                        function_name(n), n.layers.size() > 1 ? "" : "  (void)in;\n", network.calls);
+  }
+  return text;
+}
+
+std::string c99_map(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
+  if (folded.inverse_map() == nullptr)  // z is the estimate
+    return estimate_head(name, m, folded, init) + "  copy(x_hat, in, kNx);\n}\n";
+  const NetworkText text = network_text("", *folded.inverse_map(), "x_hat", false, init);
+  return "// T*: one neuron per line.\n" + text.tables + "\n" + estimate_head(name, m, folded, init) + text.calls +
+         "}\n";
 }
 
 std::string c99_int16_map(const std::string& name, const Model& m, const FoldedModel& folded,
@@ -208,7 +269,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
       fmt::format("  for (int i = 0; i < {}; ++i) {{ values[i] = quantised(in[i] - kCentre[i], kGain[i]); }}\n", in) +
       body;
   text += fmt::format("  for (int o = 0; o < {}; ++o) {{\n    Scalar total = kScale[o] * (Scalar)sums[o];\n", out);
-  if (linear) text += "    " + add_linear_path(in);
+  if (linear) text += "    " + add_linear_path("", in, "in");
   return text + "    x_hat[o] = total;\n  }\n}\n";
 }
 

@@ -11,17 +11,21 @@
 
 namespace nlo::codegen {
 
-/// `dense` and `tanh_rational` in the scalar of `init`, as far as the step and the map need them;
+/// `dense`, activations and layers with them in the scalar of `init`, as far as the step and the map need them;
 /// `suffix` ends literals.
-std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, const Initialiser& init,
+std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, bool has_gates, const Initialiser& init,
                            const std::string& suffix);
 
 /// The tables of the networks that a step evaluates, each of one layer; empty where there is none.
 std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init);
 
+/// The networks of a step as functions of their names: `dynamics(in, out)`. And their derivatives along a direction:
+/// `dynamics_tangent(in, direction, out)`.
+std::string c99_functions(const FoldedModel& folded, const Initialiser& init);
+std::string c99_tangents(const FoldedModel& folded, const Initialiser& init, const std::string& suffix);
+
 /// The functions of a map in the scalar of `init`, up to NAME_estimate.
-std::string c99_map(const std::string& name, const Model& model, const FoldedModel& folded, const Initialiser& init,
-                    const std::string& suffix);
+std::string c99_map(const std::string& name, const Model& model, const FoldedModel& folded, const Initialiser& init);
 
 /// The same in int16, all around it in float.
 std::string c99_int16_map(const std::string& name, const Model& model, const FoldedModel& folded,

@@ -6,18 +6,20 @@
 
 #include <cmath>
 
+#include "codegen/structures/module.h"
+
 namespace nlo::codegen {
 namespace {
 
 using Values = std::map<std::string, std::string>;
 
 void set_inputs(const Model& m, const std::string& name, const std::string& scalar, Values& values) {
-  const bool command = m.input_hold == Hold::kZeroOrder;
-  const auto size = m.inputs.size();
+  const bool command = module_of(m).input_hold(m) == Hold::kZeroOrder;
+  const int size = m.nu();
   values["PUBLIC_SIZES"] = fmt::format(", {}_NU = {}", name, size);
   values["MORE_SIZES"] += fmt::format(", kNu = {}", size);
   values["SIZES_MORE"] = ", inputs";
-  values["INPUT_POSITIONS"] = fmt::format("enum {{ {} }};\n", c99_positions(name + "_input_", m.inputs));
+  values["INPUT_POSITIONS"] = fmt::format("enum {{ {} }};\n", c99_positions(name + "_input_", inputs(m)));
   values["AND_MORE"] += " and input";
   values["U_PARAMETER"] = fmt::format(", const {} u[{}]", scalar, size);
   values["U_TAKEN"] = ", const Scalar* u";
@@ -26,6 +28,12 @@ void set_inputs(const Model& m, const std::string& name, const std::string& scal
                                      command ? "what has acted since the last sample" : "measured with y");
   if (command) values["HOLD_INPUTS"] = "  copy(o->y + kNy, next + kNy, kNu);  // u has acted since the last sample\n";
   values["READ"] += "  copy(given + kNy, u, kNu);\n";
+  if (acting_inputs(m) > 0) {
+    values["START_READ"] += "  load(given + kNy, kNoOutput, kNu);\n";
+  } else {
+    values["START_READ"] += "  copy(given + kNy, u, kNu);\n";
+    values["START_U"] = values["U_PARAMETER"];
+  }
 }
 
 /// What step() does not take: expressions over what it takes.
@@ -33,7 +41,7 @@ void set_computed(const Model& m, const Initialiser& init, Values& values) {
   values["COMPUTE"] =
       "// Outputs that are computed of what is measured.\nstatic void compute(Scalar* r) {\n" +
       computed_statements(m, init, "  ", [](const std::string& product) { return "(" + product + ")"; }) + "}\n\n";
-  values["READ"] += "  compute(given);\n";
+  for (const char* key : {"READ", "START_READ"}) values[key] += "  compute(given);\n";
 }
 
 /// As nlo/sensor_failures.h.
@@ -101,6 +109,14 @@ std::string c99_positions(const std::string& prefix, const std::vector<Channel>&
   return text;
 }
 
+int acting_inputs(const Model& m) {
+  return m.nu() - static_cast<int>(m.inputs.size());
+}
+
+std::string c99_held_size(const Model& m) {
+  return m.nr() + acting_inputs(m) == m.ny() ? "kNy" : "kNr";
+}
+
 std::string c99_readings_size(const Model& m) {
   return m.nr() == m.ny() ? "kNy" : "kNr";
 }
@@ -108,21 +124,23 @@ std::string c99_readings_size(const Model& m) {
 std::map<std::string, std::string> c99_readings(const Model& m, const std::string& name, const Initialiser& init) {
   Values values;
   for (const char* key :
-       {"MORE_SIZES",   "PUBLIC_SIZES", "SIZES_MORE",     "INPUT_POSITIONS",   "AND_MORE", "U_PARAMETER",
-        "U_TAKEN",      "U_PASSED",     "INPUT_NOTE",     "HOLD_INPUTS",       "READ",     "NOTE_MISSING",
-        "COMPUTE",      "KEEP_FIELD",   "KEEP_VALUE",     "KEEP_OVER",         "FILL",     "FILL_START",
-        "FILL_MISSING", "STALENESS",    "STALENESS_BODY", "NOTE_MISSING_START"})
+       {"MORE_SIZES", "PUBLIC_SIZES", "SIZES_MORE",   "INPUT_POSITIONS", "AND_MORE",       "U_PARAMETER",
+        "U_TAKEN",    "START_U",      "START_READ",   "U_PASSED",        "INPUT_NOTE",     "HOLD_INPUTS",
+        "READ",       "NOTE_MISSING", "COMPUTE",      "KEEP_FIELD",      "KEEP_VALUE",     "KEEP_OVER",
+        "FILL",       "FILL_START",   "FILL_MISSING", "STALENESS",       "STALENESS_BODY", "NOTE_MISSING_START"})
     values[key] = "";
   values["READINGS"] = "y";
-  values["CHANNELS"] = std::to_string(m.ny() + static_cast<int>(m.inputs.size()));
+  values["CHANNELS"] = std::to_string(m.ny() + m.nu());
   values["CHANNEL_NOTE"] =
-      m.inputs.empty() ? "an output's position" : fmt::format("an output's position, or {} + an input's", m.ny());
-  if (m.nr() == m.measured()) return values;
-  if (m.nr() > m.ny()) values["MORE_SIZES"] = fmt::format(", kNr = {}", m.nr());
-  values["READ"] = fmt::format("  Scalar given[{}];\n  copy(given, y, {});\n", c99_readings_size(m),
+      m.nu() == 0 ? "an output's position" : fmt::format("an output's position, or {} + an input's", m.ny());
+  const int held = m.nr() + acting_inputs(m);
+  if (held == m.measured()) return values;
+  if (held > m.ny()) values["MORE_SIZES"] = fmt::format(", kNr = {}", held);
+  values["READ"] = fmt::format("  Scalar given[{}];\n  copy(given, y, {});\n", c99_held_size(m),
                                m.measured() == m.ny() ? "kNy" : std::to_string(m.measured()));
+  values["START_READ"] = values["READ"];
   values["READINGS"] = "given";
-  if (!m.inputs.empty()) set_inputs(m, name, init.scalar_name(), values);
+  if (m.nu() > 0) set_inputs(m, name, init.scalar_name(), values);
   if (m.measured() < m.ny()) set_computed(m, init, values);
   if (!m.failures.none()) set_failures(m, name, init, values);
   return values;

@@ -29,6 +29,7 @@ std::string word_in_cpp20(const std::string& word) {
       {"SELF_HELD", "Status::kHeld"},
       {"SELF_STALE", "Status::kStale"},
       {"SELF_REJECTED", "Status::kRejected"},
+      {"SELF_DIVERGED", "Status::kDiverged"},
       {"SELF_RESET", "Status::kReset"},
       {"EACH_STORE", "volatile"},
   };
@@ -121,7 +122,7 @@ std::string example(const Model& m, const std::string& name) {
       "//     use(observer.estimate()[state_{4}]);\n"
       "//   }}\n",
       name, literal(m.sample_period_s), calls(measured_channels(m), "read"),
-      m.inputs.empty() ? "" : ", " + calls(m.inputs, "command"), m.states.front().name);
+      m.nu() == 0 ? "" : ", " + calls(inputs(m), "command"), m.states.front().name);
 }
 
 }  // namespace
@@ -152,7 +153,7 @@ std::string single_header(const PreparedExport& given) {
                 "gap.\n"
                 "  [[nodiscard]] Status warm_start(const Output& y{}) {{ return detail::warm_start(&state_, "
                 "y.data(){}); }}\n\n",
-                values["U"], values["U_DATA"]);
+                values["START_U"].empty() ? "" : values["U"], values["START_U"].empty() ? "" : values["U_DATA"]);
   values["STALENESS_METHOD"] =
       values["STALENESS"].empty()
           ? ""

@@ -149,7 +149,6 @@ std::string error_of(const Model& m) {
 TEST(Quantise, SaysWhatItSupports) {
   EXPECT_THAT(error_of(driven_model()), HasSubstr("driven_kkl; export with --scalar float"));
   EXPECT_THAT(error_of(luenberger_model()), HasSubstr("structure kkl"));
-  EXPECT_THAT(error_of(general_model()), HasSubstr("structure kkl"));
   EXPECT_THAT(error_of(activation_model("silu")), HasSubstr("int16 has tanh and relu"));
 }
 

@@ -35,7 +35,11 @@ static void any_call(NAME_(observer) * o, int which) {
       break;
 #ifdef SETTLES
     case 3:
+#ifdef SETTLES_BY_Y
+      NAME_(warm_start)(o, y);
+#else
       NAME_(warm_start)(o, y AND_U);
+#endif
       break;
 #endif
     default:

@@ -24,7 +24,7 @@ write() {
 
 # analysed NAME SCALAR: what EVA says of the pair.
 analysed() {
-  local name=$1 header=$work/$1.h c=$work/$1.c type=float largest=0x1p100f inputs angles options=()
+  local name=$1 header=$work/$1.h c=$work/$1.c type=float largest=0x1p100f inputs angles settles options=()
   if [[ $2 == double ]]; then type=double largest=0x1p100; fi
   inputs=$(sed -n "s/.* ${name}_NU = \([0-9]*\).*/\1/p" "$header")
   angles=$(sed -n 's/^static const IN_FLASH Scalar kWrap\[.*= \({.*}\);.*/\1/p' "$c")
@@ -32,7 +32,9 @@ analysed() {
     printf '#include "%s.h"\n#define NAME %s\n#define SCALAR %s\n#define LARGEST %s\n' "$name" "$name" $type $largest
     printf '#define TURNS %s\n' "${angles:-{[sizeof(((${name}_observer*)0)->y) / sizeof($type) - 1] = 0\}}"
     if [[ $inputs ]]; then echo "#define INPUTS $inputs"; fi
-    if grep -q "${name}_warm_start" "$header"; then echo '#define SETTLES'; fi
+    settles=$(grep "${name}_warm_start" "$header" || true)
+    if [[ $settles ]]; then echo '#define SETTLES'; fi
+    if [[ $settles && $settles != *' u['* ]]; then echo '#define SETTLES_BY_Y'; fi
     if grep -q "${name}_staleness" "$header"; then echo '#define STALENESS'; fi
     if grep -q make_unit "$c"; then echo '#define UNIT_LENGTH'; fi # a quotient of 1 at most, which is a relation
     echo "#include \"$source/tests/proofs/any_flight.c\""

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <type_traits>
 
 #include "tests/runtime/linear_oracles.h"
 #include "tests/runtime/structures.h"
@@ -18,12 +19,12 @@ namespace {
 using testing::driven_model;
 using testing::undriven_model;
 
-template <class Scalar>
+template <class Scalar, Arithmetic kArithmetic>
 void expect_plain_recurrence(Hold hold) {
   const auto driven = driven_model<Scalar>(hold, Hold::kFirstOrder);
   const auto plain = undriven_model<Scalar>(hold);
-  DrivenKklObserver with(driven);
-  KklObserver without(plain);
+  DrivenKklObserver<std::remove_const_t<decltype(driven)>, kArithmetic> with(driven);
+  KklObserver<std::remove_const_t<decltype(plain)>, kArithmetic> without(plain);
   for (int k = 0; k < 300; ++k) {
     const auto y = static_cast<Scalar>(3 * std::sin(0.2 * k));
     if (k % 10 == 7) {  // up to one and a half sample periods
@@ -39,8 +40,10 @@ void expect_plain_recurrence(Hold hold) {
 
 TEST(DrivenKklObserver, WithoutAnInputIsThePlainObserverToTheBit) {
   for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder, Hold::kRk4}) {
-    expect_plain_recurrence<float>(hold);
-    expect_plain_recurrence<double>(hold);
+    expect_plain_recurrence<float, Arithmetic::kFast>(hold);
+    expect_plain_recurrence<double, Arithmetic::kFast>(hold);
+    expect_plain_recurrence<float, Arithmetic::kDeterministic>(hold);
+    expect_plain_recurrence<double, Arithmetic::kDeterministic>(hold);
   }
 }
 

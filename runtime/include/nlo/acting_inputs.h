@@ -14,13 +14,14 @@ struct InputMemory {
   Scalar u[kNu];
 
   /// Takes the inputs that are finite, and holds the others. As screen() of ReadingRange.
+  template <Arithmetic kArithmetic>
   constexpr Fate take(const Vector<Scalar, kNu>& given, Fate* fate) {
     Fate worst = 0;
     for (int i = 0; i < kNu; ++i) {
       const bool good = is_finite(given[i]);
-      if (good) u[i] = given[i];
-      fate[i] = next_fate<Arithmetic::kFast>(fate[i], good, false);
-      worst = worse<Arithmetic::kFast>(worst, fate[i]);
+      u[i] = select<kArithmetic>(good, given[i], u[i]);
+      fate[i] = next_fate<kArithmetic>(fate[i], good, false);
+      worst = worse<kArithmetic>(worst, fate[i]);
     }
     return worst;
   }

@@ -13,6 +13,8 @@
 #include "nlo/explicit_rk.h"
 #include "nlo/exponential_rk.h"
 #include "nlo/jvp.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/kkl_observer.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
@@ -28,13 +30,14 @@ struct InputField {
   Scalar constant[kNu][kNx];
   Scalar linear[kNu][kNx][kNx];  ///< all zero unless an input acts otherwise at another x
 
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr void apply(const Scalar (&x)[kNx], const Scalar (&u)[kNu], Scalar (&dx)[kNx]) const {
     for (int k = 0; k < kNx; ++k) {
       dx[k] = Scalar(0);
       for (int i = 0; i < kNu; ++i) {
         Scalar g = constant[i][k];
-        for (int l = 0; l < kNx; ++l) g += linear[i][k][l] * x[l];
-        dx[k] += g * u[i];
+        for (int l = 0; l < kNx; ++l) g = multiply_add<kArithmetic>(linear[i][k][l], x[l], g);
+        dx[k] = multiply_add<kArithmetic>(g, u[i], dx[k]);
       }
     }
   }
@@ -75,58 +78,62 @@ struct DrivenKklModel {
   constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
 
   /// z over dt_s (0: one sample period), in pieces of about one sample period.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], const Scalar (&u)[kNu],
                const Scalar (&u_next)[kNu], Scalar dt_s) const {
-    if (dt_s == Scalar(0)) return advance_by(1, latent.step, forced, z, y, y_next, u, u_next);
+    if (dt_s == Scalar(0)) return advance_by<kArithmetic>(1, latent.step, forced, z, y, y_next, u, u_next);
     const int pieces = pieces_of(dt_s, sample_period_s);
     const Scalar h = dt_s / static_cast<Scalar>(pieces);
     const Hold hold = latent.exact_hold();
-    advance_by(pieces, discretise<kPairs>(hold, latent.eigenvalues, latent.output_injection, h),
-               forced_step<kPairs>(hold, latent.eigenvalues, latent.output_injection, h), z, y, y_next, u, u_next);
+    advance_by<kArithmetic>(pieces, discretise<kPairs>(hold, latent.eigenvalues, latent.output_injection, h),
+                            forced_step<kPairs>(hold, latent.eigenvalues, latent.output_injection, h), z, y, y_next, u,
+                            u_next);
   }
 
   /// phi(z) u.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void drive(const Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&u)[kNu], Scalar (&dz)[kNz]) const {
     Scalar x_hat[kNx], dx[kNx];
-    evaluate_inverse(inverse_map, z, y, x_hat);
-    input_field.apply(x_hat, u, dx);
-    jvp(forward_map, x_hat, dx, dz);
+    evaluate_inverse<kArithmetic>(inverse_map, z, y, x_hat);
+    input_field.template apply<kArithmetic>(x_hat, u, dx);
+    jvp<kArithmetic>(forward_map, x_hat, dx, dz);
   }
 
   /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
-  template <class... Log2Sigma>
+  template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
-    evaluate_inverse(inverse_map, z, y, &x_hat[0], log2_sigma...);
+    evaluate_inverse<kArithmetic>(inverse_map, z, y, &x_hat[0], log2_sigma...);
   }
 
  private:
+  template <Arithmetic kArithmetic>
   void advance_by(int pieces, const LatentStep<Scalar, kNz, kNy>& step, const ForcedStep<Scalar, kNz, kNy>& forced_by,
                   Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], const Scalar (&u)[kNu],
                   const Scalar (&u_next)[kNu]) const {
     const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
     for (int i = 0; i < pieces; ++i) {
-      const auto part = [&](Scalar c) { return (static_cast<Scalar>(i) + c) * share; };
+      const auto part = [&](Scalar c) { return rounded<Scalar>((static_cast<Scalar>(i) + c) * share); };
       Scalar from[kNy], half[kNy], to[kNy];
-      between(latent.hold, y, y_next, part(Scalar(0)), from);
-      between(latent.hold, y, y_next, part(Scalar(0.5)), half);
-      between(latent.hold, y, y_next, part(Scalar(1)), to);
-      exponential_rk_step<kPairs>(
+      between<kArithmetic>(latent.hold, y, y_next, part(Scalar(0)), from);
+      between<kArithmetic>(latent.hold, y, y_next, part(Scalar(0.5)), half);
+      between<kArithmetic>(latent.hold, y, y_next, part(Scalar(1)), to);
+      exponential_rk_step<kPairs, kArithmetic>(
           step, forced_by, z, from, half, to, [&](Scalar c, const Scalar(&at)[kNz], Scalar(&dz)[kNz]) {
             Scalar y_now[kNy], u_now[kNu];
-            between(latent.hold, y, y_next, part(c), y_now);
+            between<kArithmetic>(latent.hold, y, y_next, part(c), y_now);
             // A command given now has acted since the last sample.
-            between(input_hold, input_hold == Hold::kZeroOrder ? u_next : u, u_next, part(c), u_now);
-            drive(at, y_now, u_now, dz);
+            between<kArithmetic>(input_hold, input_hold == Hold::kZeroOrder ? u_next : u, u_next, part(c), u_now);
+            drive<kArithmetic>(at, y_now, u_now, dz);
           });
     }
   }
 };
 
-/// The observer of a DrivenKklModel.
-template <class Model>
-class DrivenKklObserver : public SampledObserver<Model> {
+/// The observer of a DrivenKklModel. Deterministic arithmetic is one more word, as for KklObserver.
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class DrivenKklObserver : public SampledObserver<Model, kArithmetic> {
  public:
-  using SampledObserver<Model>::SampledObserver;
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
 };
 template <class Model>
 DrivenKklObserver(const Model&) -> DrivenKklObserver<Model>;

@@ -3,6 +3,8 @@
 // latent system is not linear; a linear one is stepped exactly (latent.h).
 #pragma once
 
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 
 namespace nlo {
@@ -35,22 +37,22 @@ inline constexpr Tableau<Scalar, 4> kRk4 = {
 
 /// z <- z + h sum_i b_i k_i, in place.
 ///   slope(c, z, dz)  writes f at c in [0, 1] of the step and at z into dz
-template <class Scalar, int kStages, int kN, class Slope>
+template <Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kStages, int kN, class Slope>
 void explicit_rk_step(const Tableau<Scalar, kStages>& tableau, Scalar h, Scalar (&z)[kN], const Slope& slope) {
   Scalar k[kStages][kN];
   for (int i = 0; i < kStages; ++i) {
     Scalar at[kN];
     for (int r = 0; r < kN; ++r) {
       Scalar change{};
-      for (int j = 0; j < i; ++j) change += tableau.a[i][j] * k[j][r];
-      at[r] = z[r] + h * change;
+      for (int j = 0; j < i; ++j) change = multiply_add<kArithmetic>(tableau.a[i][j], k[j][r], change);
+      at[r] = multiply_add<kArithmetic>(h, change, z[r]);
     }
     slope(tableau.c[i], at, k[i]);
   }
   for (int r = 0; r < kN; ++r) {
     Scalar change{};
-    for (int i = 0; i < kStages; ++i) change += tableau.b[i] * k[i][r];
-    z[r] += h * change;
+    for (int i = 0; i < kStages; ++i) change = multiply_add<kArithmetic>(tableau.b[i], k[i][r], change);
+    z[r] = multiply_add<kArithmetic>(h, change, z[r]);
   }
 }
 
@@ -68,25 +70,27 @@ constexpr int pieces_of(Scalar dt_s, Scalar sample_period_s) {
 
 /// A value between two samples: held, or on the ramp between them. Exact at both ends.
 ///   part  where in the interval, in [0, 1]
-template <class Scalar, int kN>
+template <Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kN>
 constexpr void between(Hold hold, const Scalar (&from)[kN], const Scalar (&to)[kN], Scalar part, Scalar (&value)[kN]) {
   if (hold == Hold::kZeroOrder) part = Scalar(0);
-  for (int j = 0; j < kN; ++j) value[j] = (Scalar(1) - part) * from[j] + part * to[j];
+  for (int j = 0; j < kN; ++j) {
+    value[j] = multiply_add<kArithmetic>(part, to[j], rounded<Scalar>((Scalar(1) - part) * from[j]));
+  }
 }
 
 /// z over the interval between two samples, by RK4 in pieces of about one sample period.
-///   model  has sample_period_s, hold and slope(z, y, dz)
+///   model  has sample_period_s, hold and slope(z, y, dz), a template on the policy
 ///   dt_s   the interval [s]; 0: one sample period
-template <class Model, class Scalar, int kNz, int kNy>
+template <Arithmetic kArithmetic = Arithmetic::kFast, class Model, class Scalar, int kNz, int kNy>
 void integrate(const Model& model, Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) {
   const int pieces = dt_s == Scalar(0) ? 1 : pieces_of(dt_s, model.sample_period_s);
   const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
   const Scalar h = (dt_s == Scalar(0) ? model.sample_period_s : dt_s) * share;
   for (int i = 0; i < pieces; ++i) {
-    explicit_rk_step(kRk4<Scalar>, h, z, [&](Scalar c, const Scalar(&at)[kNz], Scalar(&dz)[kNz]) {
+    explicit_rk_step<kArithmetic>(kRk4<Scalar>, h, z, [&](Scalar c, const Scalar(&at)[kNz], Scalar(&dz)[kNz]) {
       Scalar y_now[kNy];
-      between(model.hold, y, y_next, (static_cast<Scalar>(i) + c) * share, y_now);
-      model.slope(at, y_now, dz);
+      between<kArithmetic>(model.hold, y, y_next, rounded<Scalar>((static_cast<Scalar>(i) + c) * share), y_now);
+      model.template slope<kArithmetic>(at, y_now, dz);
     });
   }
 }

@@ -6,6 +6,8 @@
 // Source: Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
 #pragma once
 
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 
 namespace nlo {
@@ -104,53 +106,53 @@ constexpr ForcedStep<Scalar, kNz, kNy> forced_step(Hold hold, const Scalar (&eig
 }
 
 /// z <- z + weight N, mode by mode.
-template <int kPairs, class Scalar, int kNz>
+template <int kPairs, Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kNz>
 constexpr void add_forced(const ModeWeights<Scalar, kNz>& weight, const Scalar (&n)[kNz], Scalar (&z)[kNz]) {
   const auto& w = weight.values;
   for (int r = 0; r < 2 * kPairs; r += 2) {
-    z[r] += w[r] * n[r] - w[r + 1] * n[r + 1];
-    z[r + 1] += w[r + 1] * n[r] + w[r] * n[r + 1];
+    z[r] += multiply_add<kArithmetic>(w[r], n[r], -rounded<Scalar>(w[r + 1] * n[r + 1]));
+    z[r + 1] += multiply_add<kArithmetic>(w[r + 1], n[r], rounded<Scalar>(w[r] * n[r + 1]));
   }
-  for (int r = 2 * kPairs; r < kNz; ++r) z[r] += w[r] * n[r];
+  for (int r = 2 * kPairs; r < kNz; ++r) z[r] = multiply_add<kArithmetic>(w[r], n[r], z[r]);
 }
 
 /// z over one step, in place.
 ///   step, forced       the coefficients of that step
 ///   y, y_half, y_next  at its start, its middle and its end
 ///   slope(c, z, n)     writes N at c in [0, 1] of the step and at z into n
-template <int kPairs, class Scalar, int kNz, int kNy, class Slope>
+template <int kPairs, Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kNz, int kNy, class Slope>
 void exponential_rk_step(const LatentStep<Scalar, kNz, kNy>& step, const ForcedStep<Scalar, kNz, kNy>& forced,
                          Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_half)[kNy],
                          const Scalar (&y_next)[kNy], const Slope& slope) {
   const auto& w = forced.weights;
   Scalar half[kNz], full[kNz], at[kNz], n1[kNz], n2[kNz], n3[kNz], n4[kNz];
   for (int r = 0; r < kNz; ++r) half[r] = full[r] = z[r];
-  advance<kPairs>(forced.half, half, y, y_half);
-  advance<kPairs>(step, full, y, y_next);
+  advance<kPairs, kArithmetic>(forced.half, half, y, y_half);
+  advance<kPairs, kArithmetic>(step, full, y, y_next);
   const auto start_at = [&at](const Scalar(&from)[kNz]) {
     for (int r = 0; r < kNz; ++r) at[r] = from[r];
   };
 
   slope(Scalar(0), z, n1);
   start_at(half);
-  add_forced<kPairs>(w.stage2, n1, at);
+  add_forced<kPairs, kArithmetic>(w.stage2, n1, at);
   slope(Scalar(0.5), at, n2);
   start_at(half);
-  add_forced<kPairs>(w.stage3_1, n1, at);
-  add_forced<kPairs>(w.stage3_2, n2, at);
+  add_forced<kPairs, kArithmetic>(w.stage3_1, n1, at);
+  add_forced<kPairs, kArithmetic>(w.stage3_2, n2, at);
   slope(Scalar(0.5), at, n3);
   start_at(full);
-  add_forced<kPairs>(w.stage4_1, n1, at);
-  add_forced<kPairs>(w.stage4_3, n3, at);
+  add_forced<kPairs, kArithmetic>(w.stage4_1, n1, at);
+  add_forced<kPairs, kArithmetic>(w.stage4_3, n3, at);
   slope(Scalar(1), at, n4);
 
   for (int r = 0; r < kNz; ++r) {
     z[r] = full[r];
     n2[r] += n3[r];
   }
-  add_forced<kPairs>(w.end_1, n1, z);
-  add_forced<kPairs>(w.end_23, n2, z);
-  add_forced<kPairs>(w.end_4, n4, z);
+  add_forced<kPairs, kArithmetic>(w.end_1, n1, z);
+  add_forced<kPairs, kArithmetic>(w.end_23, n2, z);
+  add_forced<kPairs, kArithmetic>(w.end_4, n4, z);
 }
 
 }  // namespace nlo

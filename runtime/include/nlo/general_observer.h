@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "nlo/explicit_rk.h"
+#include "nlo/kernels/arithmetic.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
@@ -47,30 +48,32 @@ struct GeneralModel {
   constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
 
   /// z over dt_s (0: one sample period), in pieces of about one sample period.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
-    integrate(*this, z, y, y_next, dt_s);
+    integrate<kArithmetic>(*this, z, y, y_next, dt_s);
   }
 
   /// dz/dt = F(z, y).
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void slope(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&dz)[kNz]) const {
     Scalar in[kNz + kNr];
     for (int r = 0; r < kNz; ++r) in[r] = z[r];
     for (int j = 0; j < kNr; ++j) in[kNz + j] = y[j];
-    dynamics.evaluate(in, dz);
+    dynamics.template evaluate<kArithmetic>(in, dz);
   }
 
   /// With log2_sigma (kNx): see error_head.h.
-  template <class... Log2Sigma>
+  template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
-    inverse_map.evaluate(z, x_hat, log2_sigma...);
+    inverse_map.template evaluate<kArithmetic>(z, x_hat, log2_sigma...);
   }
 };
 
-/// The observer of a GeneralModel.
-template <class Model>
-class GeneralObserver : public SampledObserver<Model> {
+/// The observer of a GeneralModel. Deterministic arithmetic is one more word, as for KklObserver.
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class GeneralObserver : public SampledObserver<Model, kArithmetic> {
  public:
-  using SampledObserver<Model>::SampledObserver;
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
 };
 template <class Model>
 GeneralObserver(const Model&) -> GeneralObserver<Model>;

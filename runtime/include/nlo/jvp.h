@@ -25,15 +25,15 @@ namespace kernels {
 #undef NLO_CODE
 
 /// By the best instruction set, as evaluate() of dense.h; see network_jvp().
-template <Activation kKind, class Network, class Scalar, class Buffer>
+template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar, class Buffer>
 NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& ping,
                     Buffer& pong) {
 #if defined(NLO_DISPATCHES)
-  if (x86::dispatched([&] { x86::jvp_avx512<kKind>(net, in, direction, out, ping, pong); },
-                      [&] { x86::jvp_avx2<kKind>(net, in, direction, out, ping, pong); }))
+  if (x86::dispatched([&] { x86::jvp_avx512<kKind, kArithmetic>(net, in, direction, out, ping, pong); },
+                      [&] { x86::jvp_avx2<kKind, kArithmetic>(net, in, direction, out, ping, pong); }))
     return;
 #endif
-  network_jvp<kKind>(net, in, direction, out, ping, pong);
+  network_jvp<kKind, kArithmetic>(net, in, direction, out, ping, pong);
 }
 
 }  // namespace kernels
@@ -41,7 +41,7 @@ NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* directio
 using kernels::activation_slope;
 
 /// out (kOut) = d mlp/d in (in) direction.
-template <Activation kKind, class... Layers>
+template <Arithmetic kArithmetic = Arithmetic::kFast, Activation kKind, class... Layers>
 void jvp(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>::Scalar* in,
          const typename Mlp<kKind, Layers...>::Scalar* direction, typename Mlp<kKind, Layers...>::Scalar* out) {
   using Net = Mlp<kKind, Layers...>;
@@ -49,18 +49,19 @@ void jvp(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>:
   JvpBuffer<Scalar, Net::kWidest> ping, pong;
   LayerBuffer<Scalar, kernels::kPadsInputs<Net::kIn> ? Net::kIn : 1> inputs, directions;
   if constexpr (Net::kLayers > 1) in = padded_inputs<Net::kIn>(in, inputs);  // a linear map does not read it
-  kernels::jvp<kKind>(mlp, in, padded_inputs<Net::kIn>(direction, directions), out, ping, pong);
+  kernels::jvp<kKind, kArithmetic>(mlp, in, padded_inputs<Net::kIn>(direction, directions), out, ping, pong);
 }
 
 /// The same of a map.
-template <class Net, class LinearPath, class ErrorHead>
+template <Arithmetic kArithmetic = Arithmetic::kFast, class Net, class LinearPath, class ErrorHead>
 void jvp(const LearnedMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
          const typename Net::Scalar* direction, typename Net::Scalar* out) {
-  jvp(map.mlp, in, direction, out);
+  jvp<kArithmetic>(map.mlp, in, direction, out);
   if constexpr (LearnedMap<Net, LinearPath, ErrorHead>::kHasLinearPath) {
     for (int o = 0; o < Net::kOut; ++o) {
       typename Net::Scalar total = out[o];
-      for (int i = 0; i < Net::kIn; ++i) total += map.linear_path.weights[o][i] * direction[i];
+      for (int i = 0; i < Net::kIn; ++i)
+        total = multiply_add<kArithmetic>(map.linear_path.weights[o][i], direction[i], total);
       out[o] = total;
     }
   }

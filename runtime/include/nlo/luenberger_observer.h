@@ -8,6 +8,8 @@
 #include <cstdint>
 
 #include "nlo/explicit_rk.h"
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/mlp.h"
@@ -47,29 +49,32 @@ struct LuenbergerModel {
   constexpr const Scalar (&initial_latent() const)[kNx] { return initial; }
 
   /// x_hat over dt_s (0: one sample period), in pieces of about one sample period.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void advance(Scalar (&x_hat)[kNx], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
-    integrate(*this, x_hat, y, y_next, dt_s);
+    integrate<kArithmetic>(*this, x_hat, y, y_next, dt_s);
   }
 
   /// dx_hat/dt at x_hat and y.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void slope(const Scalar (&x_hat)[kNx], const Scalar (&y)[kNr], Scalar (&dx_hat)[kNx]) const {
-    nonlinearity.evaluate(x_hat, dx_hat);
+    nonlinearity.template evaluate<kArithmetic>(x_hat, dx_hat);
     for (int i = 0; i < kNx; ++i) {
-      for (int k = 0; k < kNx; ++k) dx_hat[i] += error_matrix[i][k] * x_hat[k];
-      for (int j = 0; j < kNr; ++j) dx_hat[i] += gain[i][j] * y[j];
+      for (int k = 0; k < kNx; ++k) dx_hat[i] = multiply_add<kArithmetic>(error_matrix[i][k], x_hat[k], dx_hat[i]);
+      for (int j = 0; j < kNr; ++j) dx_hat[i] = multiply_add<kArithmetic>(gain[i][j], y[j], dx_hat[i]);
     }
   }
 
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   void estimate(const Scalar (&z)[kNx], const Scalar (&)[kNr], Scalar (&x_hat)[kNx]) const {
     for (int i = 0; i < kNx; ++i) x_hat[i] = z[i];
   }
 };
 
-/// The observer of a LuenbergerModel.
-template <class Model>
-class LuenbergerObserver : public SampledObserver<Model> {
+/// The observer of a LuenbergerModel. Deterministic arithmetic is one more word, as for KklObserver.
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class LuenbergerObserver : public SampledObserver<Model, kArithmetic> {
  public:
-  using SampledObserver<Model>::SampledObserver;
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
 };
 template <class Model>
 LuenbergerObserver(const Model&) -> LuenbergerObserver<Model>;

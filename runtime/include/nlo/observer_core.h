@@ -44,8 +44,8 @@ concept HasValues = requires(const M& model) {
 
 /// Equations of a model, `y` for all readings: z one step on, in place (dt_s = 0: one sample period), and
 /// x_hat = T*(z, y). Inputs that act apart from the readings (acting_inputs.h) stand behind those. For the
-/// deterministic policy both are templates on the policy too. A model may also have start(y, z): z at the first
-/// measurement, beyond S y.
+/// deterministic policy, and with such inputs always, both are templates on the policy. A model may also have
+/// start(y, z): z at the first measurement, beyond S y.
 template <class M>
 concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
                               typename M::Scalar dt_s) {
@@ -234,7 +234,8 @@ class ObserverCore {
   NLO_INLINE constexpr Fate screen(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
                                    InputMemory<Scalar, kActing>& u_next) {
     const Fate worst = model_->outputs.template screen<kArithmetic>(y, y_next, state_.fate);
-    if constexpr (kActing > 0) return worse<kArithmetic>(worst, u_next.take(u, state_.fate + kNr));
+    if constexpr (kActing > 0)
+      return worse<kArithmetic>(worst, u_next.template take<kArithmetic>(u, state_.fate + kNr));
     return worst;
   }
 
@@ -254,6 +255,7 @@ class ObserverCore {
   /// is looked at.
   NLO_INLINE constexpr bool is_sound(bool held) const {
     bool sound = is_reachable(state_.z);
+    sound = sound & state_.input.is_reachable();
     if (kArithmetic == Arithmetic::kDeterministic || held) sound = sound & (!held | model_->outputs.may_hold(state_.y));
     return sound;
   }
@@ -280,13 +282,11 @@ class ObserverCore {
     Scalar z[kNz]{};
     for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kReadsInputs) {
-      // A command given now has acted since the last sample: whatever the hold,
-      // a ramp between equal values is constant.
+      // A command given now has acted since the last sample: whatever the hold, a ramp between equals is constant.
       for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
     if constexpr (kActing > 0) {
-      static_assert(kArithmetic == Arithmetic::kFast, "driven observers know the fast arithmetic only");
-      model_->advance(z, state_.y, y_next, state_.input.u, u_next.u, dt_s);
+      model_->template advance<kArithmetic>(z, state_.y, y_next, state_.input.u, u_next.u, dt_s);
     } else if constexpr (kArithmetic == Arithmetic::kFast) {
       model_->advance(z, state_.y, y_next, dt_s);
     } else {

@@ -54,11 +54,12 @@ struct WindowModel {
   }
 
   /// The window moves by as many samples as dt_s spans (0: one); those that a gap has left out lie on the hold.
+  template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     const int samples = dt_s == Scalar(0) ? 1 : pieces_of(dt_s, sample_period_s);
     for (int s = 1; s <= samples; ++s) {
       Scalar now[kNr]{};
-      between(hold, y, y_next, static_cast<Scalar>(s) / static_cast<Scalar>(samples), now);
+      between<kArithmetic>(hold, y, y_next, static_cast<Scalar>(s) / static_cast<Scalar>(samples), now);
       for (int j = 0; j < kNr; ++j) {
         Scalar* row = z + j * kSamples;
         for (int i = kSamples - 1; i > 0; --i) row[i] = row[i - 1];
@@ -68,20 +69,20 @@ struct WindowModel {
   }
 
   /// With log2_sigma (kNx): see error_head.h.
-  template <class... Log2Sigma>
+  template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
-    inverse_map.evaluate(z, x_hat, log2_sigma...);
+    inverse_map.template evaluate<kArithmetic>(z, x_hat, log2_sigma...);
   }
 
  private:
   static constexpr Scalar kEmpty[kNz]{};
 };
 
-/// The observer of a WindowModel.
-template <class Model>
-class WindowObserver : public SampledObserver<Model> {
+/// The observer of a WindowModel. Deterministic arithmetic is one more word, as for KklObserver.
+template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
+class WindowObserver : public SampledObserver<Model, kArithmetic> {
  public:
-  using SampledObserver<Model>::SampledObserver;
+  using SampledObserver<Model, kArithmetic>::SampledObserver;
 };
 template <class Model>
 WindowObserver(const Model&) -> WindowObserver<Model>;

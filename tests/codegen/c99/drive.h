@@ -5,6 +5,7 @@
 //   #define NLO_SCALAR float
 //   #define NLO_INPUTS 2  // where it reads inputs
 //   #define NLO_SETTLES   // where it has a steady state to start from
+//   #define NLO_SETTLES_BY_Y  // and that is of its outputs alone
 // NLO_STEPS are driven, the first NLO_CALM of them as in flight: 20000 and 4000 unless they are defined.
 // It defines `int rig_drive(void)`, which prints "rig HASH" and gives 0, or prints where the replay went wrong.
 // Measurements are made of integers and powers of two: nothing here can round, whatever the compiler fuses.
@@ -83,10 +84,12 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 #define NLO_AND_U
 #endif
 
-#ifdef NLO_SETTLES
-#define NLO_START NLO_(warm_start)
+#if defined(NLO_SETTLES_BY_Y)
+#define NLO_START NLO_(warm_start)(o, y)
+#elif defined(NLO_SETTLES)
+#define NLO_START NLO_(warm_start)(o, y NLO_AND_U)
 #else
-#define NLO_START NLO_(step)
+#define NLO_START NLO_(step)(o, y NLO_AND_U)
 #endif
 
 // One of the many things that can happen to an observer.
@@ -106,7 +109,7 @@ static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, 
     case 3:
       return NLO_(step_missed)(o NLO_AND_U);
     case 4:
-      return k % 7 == 0 ? NLO_START(o, y NLO_AND_U) : NLO_(step)(o, y NLO_AND_U);
+      return k % 7 == 0 ? NLO_START : NLO_(step)(o, y NLO_AND_U);
     case 5:
       if (k % 11 == 0) NLO_(reset)(o);
       return NLO_(step)(o, y NLO_AND_U);
@@ -164,6 +167,7 @@ static int NLO_(drive)(void) {
 #undef NLO_SCALAR
 #undef NLO_INPUTS
 #undef NLO_SETTLES
+#undef NLO_SETTLES_BY_Y
 #undef NLO_START
 #undef NLO_INPUT_DRAW
 #undef NLO_AND_U

@@ -3,7 +3,7 @@
 // bits that NAME.c must give. With NLO_C99_SINGLE it is the single header instead, whose class has the same members.
 //   NLO_C99_SHIM(rig, float)           // after including both headers of the name
 //   NLO_C99_DRIVEN_SHIM(motor, float)  // where it reads inputs
-//   NLO_C99_WARM_SHIM(rig, float)      // and where it has a steady state; or NLO_C99_DRIVEN_WARM_SHIM
+//   NLO_C99_WARM_SHIM(rig, float)      // and where it has a steady state; NLO_C99_DRIVEN_WARM_SHIM: of y and u
 #pragma once
 
 #include <bit>
@@ -57,6 +57,7 @@ class Resumed {
     typename Observer::State from{};
     std::memcpy(from.z, state.z, sizeof(from.z));
     std::memcpy(from.y, state.y, sizeof(from.y));
+    if constexpr (Observer::kActing > 0) std::memcpy(from.input.u, state.y + Observer::kNr, sizeof(from.input.u));
     std::memcpy(from.fate, state.fate, sizeof(from.fate));
     from.status = static_cast<StepStatus>(state.status);
     from.started = state.started;
@@ -67,6 +68,7 @@ class Resumed {
     const typename Observer::State now = observer.save();
     std::memcpy(state_.z, now.z, sizeof(now.z));
     std::memcpy(state_.y, now.y, sizeof(now.y));
+    if constexpr (Observer::kActing > 0) std::memcpy(state_.y + Observer::kNr, now.input.u, sizeof(now.input.u));
     std::memcpy(state_.fate, now.fate, sizeof(now.fate));
     state_.status = static_cast<std::uint8_t>(now.status);
     state_.started = now.started;

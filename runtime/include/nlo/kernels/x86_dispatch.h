@@ -114,17 +114,17 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_batch_avx512(const Ne
   avx512::batch_network<kKind, kArithmetic, kPlants>(net, in, out, ping, pong);
 }
 
-template <Activation kKind, class Network, class Scalar, class Buffer>
+template <Activation kKind, Arithmetic kArithmetic = Arithmetic::kFast, class Network, class Scalar, class Buffer>
 __attribute__((noinline, NLO_TARGET_AVX2)) void jvp_avx2(const Network& net, const Scalar* in, const Scalar* direction,
                                                          Scalar* out, Buffer& ping, Buffer& pong) {
-  avx2::network_jvp<kKind>(net, in, direction, out, ping, pong);
+  avx2::network_jvp<kKind, kArithmetic>(net, in, direction, out, ping, pong);
 }
 
-template <Activation kKind, class Network, class Scalar, class Buffer>
+template <Activation kKind, Arithmetic kArithmetic = Arithmetic::kFast, class Network, class Scalar, class Buffer>
 __attribute__((noinline, NLO_TARGET_AVX512)) void jvp_avx512(const Network& net, const Scalar* in,
                                                              const Scalar* direction, Scalar* out, Buffer& ping,
                                                              Buffer& pong) {
-  avx512::network_jvp<kKind>(net, in, direction, out, ping, pong);
+  avx512::network_jvp<kKind, kArithmetic>(net, in, direction, out, ping, pong);
 }
 
 }  // namespace nlo::kernels::x86

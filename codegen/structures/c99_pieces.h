@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// What structures share in C99 whose steps are made of pieces of about one sample period.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "codegen/structures/module.h"
+
+namespace nlo::codegen {
+
+/// How far between two samples a reading is at `part` of the way: the expression `part`, or 0 where it is held.
+std::string c99_part(Hold hold, const std::string& part, const Initialiser& init);
+
+/// Keys of templates/c99/rk4.c.in: a latent system that is not linear and may diverge. `slope` is the template of its
+/// equation.
+std::map<std::string, std::string> c99_of_rk4(const ExportSource& source, const char* slope);
+
+}  // namespace nlo::codegen
