@@ -1,6 +1,7 @@
 # What a user gets from `cmake --install`: the runtime's headers, the program with its man page and completion, the
 # experiments to start from, find_package(nlo) and pkg-config. The trainer's libraries stay inside: their interface is
-# the program. Two components, runtime and program; NloPackage.cmake makes a package of each.
+# the program. Components: runtime, program, and those of bindings, model and
+# python. NloPackage.cmake makes a package of each.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_DATADIR}/cmake/nlo) # not lib: headers and a program of the host are for every processor

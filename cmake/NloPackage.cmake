@@ -1,4 +1,5 @@
-# cmake --build DIR --target package: the Debian packages nlo (the program) and libnlo-dev (headers, CMake, pkg-config).
+# cmake --build DIR --target package: the Debian packages nlo (the program), libnlo-dev (headers, CMake, pkg-config),
+# libnlo-model and python3-nlo (bindings).
 # Their program is built apart, in DIR/package, for any processor of the architecture: -march=native, the default of a
 # build for one's own machine, would end with an illegal instruction on another. Tests are not built for it.
 set(CMAKE_SKIP_PACKAGE_ALL_DEPENDENCY ON)
@@ -31,6 +32,24 @@ if(NOT NLO_RUNTIME_ONLY)
 Trains a neural Luenberger observer from a model of the plant or from logs,
 compares it with Kalman filters, and exports it as a C++20 header, C99, an
 Arduino library or a Zephyr module.")
+endif()
+
+if(NLO_BINDINGS AND NOT NLO_RUNTIME_ONLY)
+  list(APPEND CPACK_COMPONENTS_ALL model python)
+  set(CPACK_DEBIAN_MODEL_PACKAGE_NAME libnlo-model)
+  set(CPACK_DEBIAN_MODEL_PACKAGE_SECTION libs)
+  set(CPACK_DEBIAN_MODEL_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_MODEL_DESCRIPTION "learned state observers for control loops (C library)
+Loads the models that nlo has trained and steps them, through one C interface
+for every structure. With its header and a pkg-config file.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-nlo)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.9), python3-numpy, libnlo-model (= ${PROJECT_VERSION}), nlo (= ${PROJECT_VERSION})")
+  set(CPACK_DEBIAN_PYTHON_DESCRIPTION "learned state observers for control loops (Python)
+Runs models over numpy arrays, trains them from plants and DataFrames,
+evaluates and exports them.")
 endif()
 
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR}/package;nlo;ALL;/")

@@ -32,7 +32,8 @@ fi
 version=$(sed -n 's/^project(nlo VERSION \([0-9.]*\).*/\1/p' "$source/CMakeLists.txt")
 machine=$(dpkg --print-architecture)
 program=$work/nlo_${version}_$machine.deb headers=$work/libnlo-dev_${version}_all.deb
-same packages "$headers $program" "$(echo "$work"/*.deb)"
+c_library=$work/libnlo-model_${version}_$machine.deb python=$work/python3-nlo_${version}_all.deb
+same packages "$headers $c_library $program $python" "$(echo "$work"/*.deb)"
 
 # What they say.
 same 'the program is for' "$machine" "$(dpkg-deb -f "$program" Architecture)"
@@ -43,21 +44,31 @@ for library in libc6 'libfmt[0-9]+' 'libmuparser[0-9v]+' libstdc[+]+6; do
   echo "$needs" | grep -qE "(^|, )$library( |,|$)" || fail "the program needs $library, and says only: $needs"
 done
 echo "ok       the program needs $needs"
-for package in "$program" "$headers"; do
+same 'the library needs' libc6 "$(dpkg-deb -f "$c_library" Depends | sed 's/ (.*//')"
+same 'the Python package needs' "python3 (>= 3.9), python3-numpy, libnlo-model (= $version), nlo (= $version)" \
+  "$(dpkg-deb -f "$python" Depends)"
+for package in "$program" "$headers" "$c_library" "$python"; do
   dpkg-deb -f "$package" Maintainer | grep -q '^..* <.*@.*>$' || fail "$package: nobody maintains it"
   # The summary is a line of at most 80 characters; the rest is indented, so that it stays one field.
   dpkg-deb -f "$package" Description | awk 'NR == 1 ? length > 80 : !/^ [A-Za-z.]/ || length > 80 { bad = 1 } END { exit bad || NR < 3 }' ||
     fail "$package: $(dpkg-deb -f "$package" Description)"
-  if dpkg-deb -c "$package" | grep -vE '^(d|-)rwxr-xr-x root/root|^-rw-r--r-- root/root'; then fail "$package: owner or mode of these"; fi
+  if dpkg-deb -c "$package" | grep -vE '^(d|-)rwxr-xr-x root/root|^-rw-r--r-- root/root|^lrwxrwxrwx root/root'; then fail "$package: owner or mode of these"; fi
 done
 
 # Into an empty root, which has the database of a system without packages.
 root=$work/root
 : >"$root/var/lib/dpkg/status"
-in_root() { logged dpkg --root="$root" --log="$work/dpkg.log" --force-not-root,depends,bad-path "$@"; }
-in_root --install "$program" "$headers" # dpkg refuses a file that both have
+# libnlo-model's script calls ldconfig, which would write the cache of this system.
+mkdir "$work/bin"
+printf '#!/bin/sh\n' >"$work/bin/ldconfig"
+chmod +x "$work/bin/ldconfig"
+in_root() {
+  PATH="$work/bin:$PATH" logged dpkg --root="$root" --log="$work/dpkg.log" \
+    --force-not-root,depends,bad-path,script-chrootless "$@"
+}
+in_root --install "$program" "$headers" "$c_library" "$python" # dpkg refuses a file that both have
 same 'files that are not as packed' '' "$(dpkg --root="$root" --verify 2>&1)"
-for package in nlo libnlo-dev; do
+for package in nlo libnlo-dev libnlo-model python3-nlo; do
   cmp "$source/LICENSE" "$root/usr/share/doc/$package/copyright"
   gzip -dc "$root/usr/share/doc/$package/CHANGELOG.md.gz" | cmp - "$source/CHANGELOG.md"
   same "the changelog of $package" "nlo $version" "$(gzip -dc "$root/usr/share/doc/$package/changelog.gz" | dpkg-parsechangelog -l- | awk '/^(Source|Version):/ { printf "%s%s", n++ ? " " : "", $2 }')"
@@ -100,5 +111,15 @@ same 'pkg-config --modversion' "$version" "$(pkg-config --modversion nlo)"
 g++ $(pkg-config --cflags nlo) -o "$work/user/flies" "$work/user/flies.cpp"
 echo "ok       estimates $("$work/user/flies")"
 
-in_root --purge nlo libnlo-dev
+# shellcheck disable=SC2046
+cc -std=c99 -Wall -Werror "$source/bindings/c/estimate.c" -o "$work/user/estimate" \
+  $(PKG_CONFIG_PATH=$root/usr/lib/pkgconfig pkg-config --cflags --libs nlo-model)
+same 'an estimate by the C library' 2 "$(echo 0.5 | LD_LIBRARY_PATH=$root/usr/lib "$work/user/estimate" "$work/examples/models/van_der_pol.json" | wc -l)"
+if /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
+  cp "$source/examples/models/van_der_pol.json" "$work/user/model.json"
+  same 'an estimate by Python' '(1, 2)' "$(cd "$work/user" && PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$root/usr/lib/python3/dist-packages \
+    /usr/bin/python3 -c 'import nlo; print(nlo.Model.load("model.json").run([0.5]).x_hat.shape)')"
+fi
+
+in_root --purge python3-nlo nlo libnlo-dev libnlo-model
 same 'files left behind' '' "$(find "$root" -path "$root/var/lib/dpkg" -prune -o -type f -print)"

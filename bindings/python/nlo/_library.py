@@ -7,6 +7,7 @@ import enum
 import os
 import pathlib
 
+package = pathlib.Path(__file__).resolve().parent  #: PREFIX/lib/python3/dist-packages/nlo, where it is not of a wheel
 ABI = 1
 FLOAT, DOUBLE = 32, 64
 OUTPUT, INPUT, STATE = 0, 1, 2
@@ -30,11 +31,12 @@ class Status(enum.IntEnum):
 
 
 def _found() -> str:
-    """The library: as the environment says, the one of the wheel, or the one that is installed."""
+    """The library: as the environment says, the one of the wheel, of the same prefix, or of the system."""
+    name = f"libnlo-model.so.{ABI}"
     if given := os.environ.get("NLO_MODEL_LIBRARY"):
         return given
-    beside = pathlib.Path(__file__).parent / "lib" / f"libnlo-model.so.{ABI}"
-    return str(beside) if beside.exists() else f"libnlo-model.so.{ABI}"
+    beside = [package / "lib" / name, *(above / name for above in package.parents[2:3])]
+    return next((str(path) for path in beside if path.exists()), name)
 
 
 def _loaded() -> ctypes.CDLL:

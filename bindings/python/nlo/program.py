@@ -15,6 +15,7 @@ import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
@@ -23,7 +24,7 @@ import numpy as np
 
 from nlo import _tables
 from nlo._arrays import Array
-from nlo._library import Error
+from nlo._library import Error, package
 from nlo.model import Model
 
 Path = Union[str, os.PathLike]
@@ -64,12 +65,26 @@ class Export:
 
 
 def program() -> str:
-    """The program `nlo`: as the environment says (NLO_PROGRAM), the one of the wheel, or the one that is installed."""
-    beside = pathlib.Path(__file__).parent / "bin" / "nlo"
-    found = os.environ.get("NLO_PROGRAM") or (str(beside) if beside.exists() else shutil.which("nlo"))
+    """The program `nlo`: as NLO_PROGRAM says, the one of the wheel, of the same prefix, or of PATH."""
+    beside = [package / "bin" / "nlo", *(above / "bin" / "nlo" for above in package.parents[3:4])]
+    found = os.environ.get("NLO_PROGRAM") or next((str(path) for path in beside if path.exists()), shutil.which("nlo"))
     if not found:
         raise Error("the program nlo is not installed: install the package nlo, or name it in NLO_PROGRAM")
     return found
+
+
+def environment() -> dict[str, str]:
+    """That of the program: a wheel has the libraries that it needs."""
+    own = package / "lib"
+    if not own.exists():
+        return dict(os.environ)
+    others = os.environ.get("LD_LIBRARY_PATH")
+    return {**os.environ, "LD_LIBRARY_PATH": f"{own}:{others}" if others else str(own)}
+
+
+def command_line() -> None:
+    """`nlo` on the command line, of a wheel."""
+    os.execve(program(), ["nlo", *sys.argv[1:]], environment())
 
 
 def train(experiment: Union[Path, Mapping[str, Any]], data: Any = None, output: Optional[Path] = None,
@@ -183,7 +198,7 @@ def _run(command: str, words: Sequence[str], watch: Optional[Callable[[], None]]
     with tempfile.TemporaryFile("w+", encoding="utf-8") as out, tempfile.TemporaryFile("w+", encoding="utf-8") as err:
         # In a session of its own: Ctrl-C of a terminal reaches it once, from here.
         child = subprocess.Popen([program(), command, *words], stdin=subprocess.DEVNULL, stdout=out, stderr=err,
-                                 start_new_session=True)
+                                 start_new_session=True, env=environment())
         try:
             while child.poll() is None:
                 with contextlib.suppress(subprocess.TimeoutExpired):
