@@ -9,6 +9,7 @@
 #include <set>
 
 #include "codegen/base/embedded_text.h"
+#include "codegen/base/xml.h"
 #include "codegen/export/number_formats.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/c99.h"
@@ -106,13 +107,51 @@ Values values_of(const PreparedExport& prepared) {
   };
 }
 
+/// What the package for ros2_control says beside that.
+Values ros2_values_of(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const std::string& name = prepared.name();
+  const bool sigma = prepared.folded().error.has_value(), monitor = m.monitor.has_value();
+  std::string package = name + "_observer", exported, rows;
+  for (char& letter : package) letter = static_cast<char>(letter >= 'A' && letter <= 'Z' ? letter - 'A' + 'a' : letter);
+  const auto states = [&](const char* ending, const char* what) {
+    for (const Channel& state : m.states) {
+      exported += fmt::format("{}\"{}{}\"", exported.empty() ? "" : ", ", state.name, ending);
+      rows += fmt::format("| `{}/{}{}` | {} {} |\n", name, state.name, ending, what, channel_text(state));
+    }
+  };
+  states("", "the estimate of");
+  if (sigma) states("_sigma", "the standard deviation of its error:");
+  exported += std::string(R"(, "status", "in_domain")") + (monitor ? R"(, "alarm")" : "");
+  const auto sensors = [](const std::vector<Channel>& channels) {
+    std::string text;
+    for (const Channel& channel : channels) text += fmt::format("{}sensor/{}", text.empty() ? "" : ", ", channel.name);
+    return text;
+  };
+  const std::string known = channel_list(inputs(m), true);
+  return {{"PACKAGE", package},
+          {"XML_STATES", xml_escaped(channel_list(m.states, true))},
+          {"XML_OUTPUTS", xml_escaped(channel_list(measured_channels(m), true))},
+          {"YAML_OUTPUTS", sensors(measured_channels(m))},
+          {"YAML_INPUTS", sensors(inputs(m))},
+          {"INPUTS", known},
+          {"INPUT_ROW", known.empty() ? "" : fmt::format("| `inputs` | the state interfaces of {} |\n", known)},
+          {"STATE_ROWS", rows},
+          {"ALARM_ROW", monitor ? fmt::format("| `{}/alarm` | the monitor's, 0: none |\n", name) : ""},
+          {"EXPORTED", exported},
+          {"SIGMA", sigma ? "true" : ""},
+          {"MONITOR", monitor ? "true" : ""}};
+}
+
 /// The templates of `kind`, filled, with the header and the runtime in the folder `headers`.
 std::vector<NamedText> library(const PreparedExport& prepared, std::string_view kind, const std::string& headers,
                                std::string_view c99_row) {
   check_weights(prepared.options(), kind.substr(0, kind.size() - 1));
   const std::string& name = prepared.name();
   Values values = values_of(prepared);
-  const bool c = module_of(prepared.model()).abilities().c99;
+  const bool c = module_of(prepared.model()).abilities().c99 && !c99_row.empty();
+  values.merge(wrapper_values(prepared));
+  values.merge(ros2_values_of(prepared));
   values["C99_ROW"] = c ? filled(c99_row, values) : "";
   const std::string header = cpp_header(prepared);
 
@@ -150,6 +189,10 @@ std::vector<std::string> runtime_headers(std::string_view text) {
 
 std::vector<NamedText> arduino_library(const PreparedExport& prepared) {
   return library(prepared, "arduino/", "src/", "| `<@NAME@_c99.h>` | C99, any core | `examples/@NAME@_c99` |\n");
+}
+
+std::vector<NamedText> ros2_control_package(const PreparedExport& prepared) {
+  return library(prepared, "ros2_control/", "include/", "");
 }
 
 std::vector<NamedText> zephyr_module(const PreparedExport& prepared) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Folders that the package managers of microcontrollers take as they are: the exported header with the headers of the
-// runtime that it includes, the C99 pair where there is one, and a program to start from. Each file comes from a
-// template (templates/arduino, templates/zephyr): another one is another template.
+// Folders that package managers take as they are: the exported header with the headers of the runtime that it includes,
+// on microcontrollers the C99 pair where there is one, and a program to start from. Each file comes from a template
+// (templates/arduino, templates/zephyr, templates/ros2_control): another one is another template.
 #pragma once
 
 #include <string>
@@ -18,6 +18,9 @@ std::vector<NamedText> arduino_library(const PreparedExport& prepared);
 
 /// A module for Zephyr's build system. Throws Error as the exports in it do.
 std::vector<NamedText> zephyr_module(const PreparedExport& prepared);
+
+/// A package for ROS 2 with a chainable controller for ros2_control. Throws Error as the header in it does.
+std::vector<NamedText> ros2_control_package(const PreparedExport& prepared);
 
 /// The names of the runtime's headers that `text` includes, and those that they include, in order.
 std::vector<std::string> runtime_headers(std::string_view text);

@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: MIT
 # Folders for other frameworks, around the C99 pair, as far as they go without those: against shims of their headers they
 # compile without a warning, and give the bits of the pair under sanitizers; a control shows that it would be seen.
-#   compile_wrappers.sh EXPORT_MODEL SOURCE_DIR
+#   compile_wrappers.sh EXPORT_MODEL SOURCE_DIR [all]
 set -euo pipefail
 export_model=$1 source=$2 shims=$2/tests/codegen/shims
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+blocks=(commanded:int16) controllers=(watched_rig:float)
+if [[ ${3:-} == all ]]; then
+  blocks+=(rig:double gated:float) controllers+=(driven:double failing_error:float)
+fi
 warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
 sanitizers=(-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all)
 fail() { echo "FAILED  $*" && exit 1; }
@@ -20,7 +24,16 @@ sfunction() {
     -DNLO_PERIOD="$period" "${driven[@]}" -include "$work/$2_replay.h" "$1/$2_sfun.c" "$1/$2.c" -lm -o "$4"
 }
 
-for entry in rig:double commanded:int16 gated:float; do
+# controller FOLDER NAME OUTPUT: the controller and the manager of the shim.
+controller() {
+  local defined=()
+  if grep -q ' u\[' "$work/$2_replay.h"; then defined+=(-DNLO_DRIVEN); fi
+  if grep -q kMonitor "$1/include/$2.h"; then defined+=(-DNLO_MONITOR); fi
+  g++ -std=c++20 -Wall -Wextra -Wshadow -Werror "${sanitizers[@]}" -I"$1/include" -I"$1" -I"$shims/ros2_control" -I"$work" -I"$source/runtime/include" \
+    -DCONTROLLER='"src/observer_controller.cpp"' -DREPLAY="\"$2_replay.h\"" -DNLO_NAME="$2" "${defined[@]}" "$shims/ros2_control/main.cpp" -o "$3"
+}
+
+for entry in "${blocks[@]}"; do
   name=${entry%:*} scalar=${entry#*:} folder=$work/simulink_$name
   "$export_model" "$name" simulink "$scalar" "$name" "$folder"
   "$export_model" "$name" replay-c99 "$scalar" "$name" "$work/${name}_replay.h"
@@ -32,3 +45,19 @@ done
 sed -i 's/memcpy(ssGetDWork(S, kNext), &observer/memcpy(ssGetDWork(S, kNow), \&observer/' "$folder/${name}_sfun.c"
 sfunction "$folder" "$name" "$scalar" "$work/block"
 ! "$work/block" >"$work/said.txt" || fail 'outputs that move the state went unseen'
+
+for entry in "${controllers[@]}"; do
+  name=${entry%:*} scalar=${entry#*:} folder=$work/ros2_$name
+  "$export_model" "$name" ros2_control "$scalar" "$name" "$folder"
+  "$export_model" "$name" replay "$scalar" "$name" "$work/${name}_replay.h"
+  controller "$folder" "$name" "$work/manager"
+  "$work/manager" >"$work/said.txt" || { cat "$work/said.txt" && fail "the controller of $entry"; }
+  for file in package.xml plugin.xml; do python3 -c 'import sys, xml.etree.ElementTree as e; e.parse(sys.argv[1])' "$folder/$file" || fail "$file of $entry"; done
+  if python3 -c 'import yaml' 2>/dev/null; then
+    python3 -c 'import sys, yaml; yaml.safe_load(open(sys.argv[1]))' "$folder/config/controllers.yaml" || fail "controllers.yaml of $entry"
+  fi
+  echo "ok      ros2_control $entry"
+done
+sed -i 's/y\[j\] = read(j)/y[j] = read(0)/' "$folder/src/observer_controller.cpp"
+controller "$folder" "$name" "$work/manager"
+! "$work/manager" >"$work/said.txt" || fail 'a controller that reads the wrong interface went unseen'
