@@ -84,7 +84,7 @@ TEST(NewLog, ReadsBackWithTheColumnsOfTheLogs) {
                     HasSubstr("nlo train rig.toml --data logs\n")));
   const Experiment e = parse_draft(scratch.read("rig.toml"), "rig.toml").experiment;
   EXPECT_EQ(e.name, "rig");
-  const LogSplits splits = load_log_splits(*e.log, scratch.path() + "/logs", false);
+  const LogSplits splits = load_log_splits(*e.log, scratch.path() + "/logs");
   EXPECT_NEAR(splits.train.sample_period_s, 0.01, 1e-9);
   ASSERT_EQ(splits.train.outputs.size(), 2U) << "an angle that wraps is sine and cosine";
   EXPECT_EQ(splits.train.outputs[0].name, "arm_sensor_sin");
@@ -113,7 +113,7 @@ TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
   scratch.ok({"new", "log", "a.csv", "--outputs", "position", "--states", "position,velocity", "--force"});
   EXPECT_THAT(scratch.read("log.toml"), Not(HasSubstr("# CHOOSE its role")));
   const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
-  const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
+  const LogSplits splits = load_log_splits(*e.log, scratch.path());
   EXPECT_EQ(splits.train.outputs[0].name, "position_measured");
   ASSERT_EQ(splits.train.states.size(), 2U);
 }
@@ -132,7 +132,7 @@ TEST(NewLog, ReadsAProductOfChannelsWhereItHelpsOnLogsThatAreLeftOut) {
   const ProgramResult result = scratch.ok({"new", "log", ".", "--outputs", "gyro,speed", "--states", "x"});
   EXPECT_THAT(result.out, HasSubstr("gyro * speed is computed and read too"));
   const Experiment e = parse_draft(scratch.read("log.toml"), "log.toml").experiment;
-  const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
+  const LogSplits splits = load_log_splits(*e.log, scratch.path());
   ASSERT_EQ(splits.train.outputs.size(), 3U);
   EXPECT_EQ(splits.train.outputs[2].expression, "gyro * speed");
 }
@@ -149,7 +149,7 @@ TEST(NewLog, IsOfHeadingsThatAreNoIdentifiersAndHoldQuotes) {
   scratch.write("a.csv", text);
   const ProgramResult result = scratch.ok({"new", "log", "a.csv", "-o", "a.toml"});
   const Experiment e = parse_draft(scratch.read("a.toml"), "a.toml").experiment;
-  const LogSplits splits = load_log_splits(*e.log, scratch.path(), false);
+  const LogSplits splits = load_log_splits(*e.log, scratch.path());
   EXPECT_EQ(splits.train.trajectories[0].samples(), 50);
 }
 

@@ -43,25 +43,16 @@ TEST(LogSchema, MakesChannelsOfColumnsInTheirOrder) {
   EXPECT_EQ(schema.inputs.size(), 1u);
 }
 
-TEST(LogSchema, AMirrorKeepsCosinesAndColumnsThatAreNotOdd) {
-  ColumnConfig angle = kAngle, speed = column("v", ColumnRole::kState, {.unit = "m/s"});
-  angle.encoding = Encoding::kSincos;
-  speed.odd = false;
-  const LogSchema schema = resolve_columns(with_columns({kTime, angle, kVelocity, speed}));
-  EXPECT_EQ(schema.mirror.outputs, (std::vector<double>{-1.0, 1.0}));
-  EXPECT_EQ(schema.mirror.states, (std::vector<double>{-1.0, 1.0}));
-}
-
 ColumnConfig computed(const char* name, const char* expression) {
   ColumnConfig result = column(name, ColumnRole::kOutput);
   result.expression = expression;
   return result;
 }
 
-TEST(LogSchema, PutsComputedOutputsBehindMeasuredOnesWithTheSignThatTheirPartsGiveThem) {
-  ColumnConfig angle = kAngle, speed = column("v", ColumnRole::kOutput, {.unit = "m/s"});
+TEST(LogSchema, PutsComputedOutputsBehindMeasuredOnes) {
+  ColumnConfig angle = kAngle;
+  const ColumnConfig speed = column("v", ColumnRole::kOutput, {.unit = "m/s"});
   angle.encoding = Encoding::kSincos;
-  speed.odd = false;
   const LogSchema schema =
       resolve_columns(with_columns({computed("p", "theta_sin * u"), kTime, angle, kVelocity, computed("q", "v * u^3"),
                                     column("u", ColumnRole::kInput), computed("r", "v + u"), speed}));
@@ -70,8 +61,6 @@ TEST(LogSchema, PutsComputedOutputsBehindMeasuredOnesWithTheSignThatTheirPartsGi
   EXPECT_EQ(schema.output_channels[3].name, "p");
   EXPECT_EQ(schema.output_channels[4].expression, "v * u^3");
   EXPECT_EQ(schema.outputs.size(), 2u);  // of the file
-  EXPECT_EQ(schema.mirror.outputs, (std::vector<double>{-1.0, 1.0, 1.0, 1.0, -1.0, 1.0}));
-  EXPECT_EQ(schema.without_parity, std::vector<std::string>{"r"});
 }
 
 TEST(LogSchema, RefusesComputedOutputsThatFlightCouldNotCompute) {

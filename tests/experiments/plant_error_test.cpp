@@ -70,7 +70,7 @@ TEST(PlantErrors, AnglesOfPlants) {
   expect_rows(mirrored, {{"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"thet\"]", "e.toml:7",
                           "not a state, output or input; did you mean \"theta\"?"},
                          {"outputs = [\"theta\"]", "outputs = [\"theta\"]\neven = [\"theta\"]", "e.toml:18",
-                          "and at its mirror image it is"}});
+                          "and at the image x = ("}});
   const std::string driven = with(sincos, "outputs = [\"theta\"]",
                                   "outputs = [\"theta\"]\ninputs = [\"u\"]\ninput_field = [[\"0\"], [\"1\"]]");
   expect_rows(with(driven, "[observer]", "[loss]\nmap_consistency = 1\n[observer]"),

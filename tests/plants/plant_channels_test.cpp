@@ -55,20 +55,6 @@ std::string error_of(const PlantConfig& config) {
   return thrown_message([&] { PlantChannels(config, *make_plant(config)); });
 }
 
-TEST(PlantChannels, AMirrorKeepsCosinesAndWhatIsDeclaredEven) {
-  PlantConfig config = pendulum();
-  config.state_encodings = {Encoding::kSincos, Encoding::kUnwrap};
-  Dataset data = swung(config);
-  PlantChannels(config, *make_plant(config)).apply(data);
-  EXPECT_THAT(data.mirror.states, ElementsAre(-1.0, 1.0, -1.0));
-  EXPECT_THAT(data.mirror.outputs, ElementsAre(-1.0));
-  config.even = {"angle", "theta"};
-  data = swung(config);
-  PlantChannels(config, *make_plant(config)).apply(data);
-  EXPECT_THAT(data.mirror.states, ElementsAre(1.0, 1.0, -1.0));
-  EXPECT_THAT(data.mirror.outputs, ElementsAre(1.0));
-}
-
 TEST(PlantAngles, AreUnwrappedAlongARunAsThoseOfLogsAre) {
   for (const auto& [angle, turn] : {std::pair{"theta", kTurn},
                                     {"atan2(sin(theta), cos(theta))", kTurn},

@@ -8,6 +8,8 @@
 
 #include "trainer/rollout/rollout.h"
 
+#include "tests/support/mirrored.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -46,8 +48,8 @@ Dataset still(bool encoded) {
 }
 
 /// All samples of each output, n_y x (runs * samples).
-Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise, bool mirrored = false) {
-  const TrainingData data(dataset, {}, mirrored);
+Eigen::MatrixXd noisy(const Dataset& dataset, const NoiseConfig& noise) {
+  const TrainingData data(dataset);
   Rollout rollout(data);
   NoLatent latent;
   ThreadPool pool(2);
@@ -116,7 +118,7 @@ TEST(RolloutNoise, WhatIsFarOffIsClampedAsInFlight) {
   EXPECT_EQ(outliers.row(0).maxCoeff(), 7.0);
   EXPECT_GT(noisy(data, parse_noise("gaussian:4,none,none")).row(0).maxCoeff(), 9.0) << "control: no tails";
   // Mirror images run from -3 to 1.
-  EXPECT_EQ(noisy(data, parse_noise("student:2:1,none,none"), true).row(0).minCoeff(), -21.0);
+  EXPECT_EQ(noisy(testing::mirrored(data), parse_noise("student:2:1,none,none")).row(0).minCoeff(), -21.0);
 }
 
 TEST(RolloutNoise, OneForAllIsTheSameForEach) {

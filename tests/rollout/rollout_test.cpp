@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <random>
 
+#include "tests/support/mirrored.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -71,16 +73,15 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
   Dataset dataset = jittering_log();
   dataset.outputs.push_back({"even", "", 0.0});
   dataset.states.push_back({"even", "", 0.0});
-  dataset.mirror = {.outputs = {-1.0, 1.0}, .states = {-1.0, 1.0}};
   Trajectory& run = dataset.trajectories[0];
   run.outputs = run.states = Eigen::MatrixXd::Random(2, run.samples());
-  const TrainingData data(dataset);
+  const TrainingData data(testing::mirrored(dataset, {"even"}));
   Rollout rollout(data);
   Identity dynamics(2);
   ThreadPool pool(1);
   std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
   segments.push_back(segments[0]);
-  segments[1].mirrored = true;
+  segments[1].image = data.images.front();
   rollout.run(segments, dynamics, {}, 1, Purpose::kSegments, 0, pool);
   const SegmentGroup& group = rollout.groups()[0];
   for (int t = 0; t < 20; ++t) {
@@ -92,6 +93,70 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
       ASSERT_EQ(rollout.state(segments[1], state, t), (row == 0 ? -1.0F : 1.0F) * rollout.state(segments[0], state, t));
     }
   }
+}
+
+/// Two outputs that are a vector of the plane, as are the states.
+Dataset planar_log() {
+  Dataset dataset = jittering_log();
+  dataset.outputs = {{"a", "", 0.0}, {"b", "", 0.0}};
+  dataset.states = {{"x", "", 0.0}, {"y", "", 0.0}};
+  Trajectory& run = dataset.trajectories[0];
+  run.outputs = Eigen::MatrixXd::Random(2, run.samples());
+  run.states = Eigen::MatrixXd::Random(2, run.samples());
+  dataset.symmetries =
+      on_channels({{.kind = "rotation2", .vectors = {{"a", "b"}, {"x", "y"}}}}, dataset.outputs, dataset.states);
+  return dataset;
+}
+
+/// By this noise: readings of a segment, and of its image by a third of a turn.
+std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const Dataset& dataset, const std::string& noise) {
+  const TrainingData data(dataset);
+  Rollout rollout(data);
+  Identity dynamics(2);
+  ThreadPool pool(1);
+  std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
+  segments.push_back(segments[0]);
+  segments[1].image = draw_image(data.symmetries, 2, 2, [] { return 1.0F / 3; });
+  rollout.run(segments, dynamics, NoiseMixture(parse_noise(noise)), 1, Purpose::kNoise, 0, pool);
+  std::pair<Eigen::MatrixXf, Eigen::MatrixXf> both{Eigen::MatrixXf(2, 20), Eigen::MatrixXf(2, 20)};
+  for (int row = 0; row < 2; ++row)
+    for (int t = 0; t < 20; ++t) {
+      const float* lanes = rollout.groups()[0].readings.data() + rollout.groups()[0].at(row, t);
+      both.first(row, t) = lanes[0];
+      both.second(row, t) = lanes[1];
+    }
+  return both;
+}
+
+const Eigen::Matrix2f kThird{{-0.5F, -0.8660254F}, {0.8660254F, -0.5F}};  // of a turn
+constexpr float kFloat = 1e-6F;                                           // rounding of numbers below 1
+
+TEST(Rollout, TurnsReadingsAndTruthOfASegmentTogether) {
+  const auto [plain, turned] = with_image(planar_log(), "none");
+  EXPECT_LT((turned - kThird * plain).cwiseAbs().maxCoeff(), kFloat);
+  const TrainingData data(planar_log());
+  const Rollout rollout(data);
+  Segment segment{.run = 0, .start = 7, .length = 20};
+  const Eigen::Vector2f x(rollout.state(segment, 0, 3), rollout.state(segment, 1, 3));
+  segment.image = draw_image(data.symmetries, 2, 2, [] { return 1.0F / 3; });
+  const Eigen::Vector2f image(rollout.state(segment, 0, 3), rollout.state(segment, 1, 3));
+  EXPECT_LT((image - kThird * x).cwiseAbs().maxCoeff(), kFloat);
+}
+
+TEST(Rollout, NoiseOfAnImageIsThatOfTheSensorsAndNotTurned) {
+  const Dataset dataset = planar_log();
+  const auto [plain, turned] = with_image(dataset, "gaussian:0.3,none");
+  const auto [clean, clean_turned] = with_image(dataset, "none");
+  EXPECT_GT((turned.row(0) - clean_turned.row(0)).cwiseAbs().maxCoeff(), 0.1F);
+  EXPECT_EQ(turned.row(1), clean_turned.row(1)) << "the second sensor has none";
+}
+
+TEST(Rollout, AnImageOfWhatIsMeasuredLateIsLate) {
+  const Dataset dataset = planar_log();
+  const auto [plain, turned] = with_image(dataset, "none+delay:1.5,none+delay:1.5");
+  const auto [clean, clean_turned] = with_image(dataset, "none");
+  EXPECT_LT((turned - kThird * plain).cwiseAbs().maxCoeff(), 2.0F * kFloat);
+  EXPECT_GT((turned - clean_turned).cwiseAbs().maxCoeff(), 0.1F) << "control";
 }
 
 /// Two outputs and an input that is read; the third output is the product of the second and the input.
@@ -107,13 +172,13 @@ Dataset log_with_a_product() {
 }
 
 TEST(Rollout, ComputesOutputsOfWhatTheObserverIsGivenNoiseIncluded) {
-  const TrainingData data(log_with_a_product());
+  const TrainingData data(testing::mirrored(log_with_a_product()));
   Rollout rollout(data);
   Identity dynamics(4);
   ThreadPool pool(1);
   std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
   segments.push_back(segments[0]);
-  segments[1].mirrored = true;
+  segments[1].image = data.images.front();
   rollout.run(segments, dynamics, NoiseMixture(parse_noise("gaussian:0.3,uniform:0.2")), 1, Purpose::kSegments, 0, pool,
               parse_noise("gaussian:0.1"));
   const SegmentGroup& group = rollout.groups()[0];

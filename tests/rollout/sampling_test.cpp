@@ -8,6 +8,7 @@
 #include <string>
 
 #include "codegen/base/error.h"
+#include "tests/support/mirrored.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 
@@ -23,8 +24,10 @@ Experiment with(const std::string& training) {
 }
 
 std::vector<Segment> drawn(const std::string& training, long step) {
-  static const TrainingData kData(testing::harmonics({400, 600}, false));  // 20 and 30 s
-  return draw_segments(with("trajectories_per_step = 400\nsegment_s = 5.0\n" + training), kData, step);
+  static const Dataset kRuns = testing::harmonics({400, 600}, false);  // 20 and 30 s
+  static const TrainingData kData(kRuns), kMirrored(testing::mirrored(kRuns));
+  const Experiment experiment = with("trajectories_per_step = 400\nsegment_s = 5.0\n" + training);
+  return draw_segments(experiment, experiment.training.mirror ? kMirrored : kData, step);
 }
 
 TEST(Segments, GrowFromTheFirstToTheirFullLengthInHalfOfTheSteps) {
@@ -52,13 +55,14 @@ TEST(Segments, AreMirroredWithProbabilityOneHalfAndNoneWithoutTheKey) {
   bool before = false;
   for (int step = 0; step < kSteps; ++step)
     for (const Segment& segment : drawn("mirror = true\n", step)) {
-      mirrored += segment.mirrored;
-      alike += segment.mirrored == before;
-      before = segment.mirrored;
+      const bool turned = segment.image.readings.value<float>(0, [](int) { return 1.0F; }) < 0.0F;
+      mirrored += turned;
+      alike += turned == before;
+      before = turned;
     }
   EXPECT_NEAR(mirrored, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws));
   EXPECT_NEAR(alike, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws)) << "each by itself";
-  for (const Segment& segment : drawn("", 0)) ASSERT_FALSE(segment.mirrored);
+  for (const Segment& segment : drawn("", 0)) ASSERT_TRUE(segment.image.readings.none());
 }
 
 TEST(Segments, ThatAreNotRandomHaveNeitherKey) {

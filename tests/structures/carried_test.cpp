@@ -42,6 +42,10 @@ Experiment experiment_of(const std::string& observer, const std::string& trainin
   return experiment;
 }
 
+std::string refused(const std::string& text) {
+  return thrown_message([&] { parse_experiment(text, "down.toml"); });
+}
+
 /// A sensor that turns at random and is shaken: the vertical in its axes, what it measures of that, and its rate.
 /// `axes`: how it is mounted.
 Dataset turned_sensor(unsigned seed, bool jittered, const Matrix3d& axes = Matrix3d::Identity()) {
@@ -126,6 +130,25 @@ TEST(Carried, ASensorMountedOtherwiseTrainsTheSameObserverAndIsInItsDomain) {
     EXPECT_EQ(model.latent_max(r), model.latent_max(r % 2)) << "one range for all axes";
 }
 
+TEST(Carried, HasRotationsOfAllItsVectorsByConstruction) {
+  const std::string vectors = "vectors = [[\"a\", \"b\", \"c\"], [\"u\", \"v\", \"w\"], [\"x\", \"y\", \"z\"]]\n";
+  const auto declared = [&](const std::string& text) {
+    return text_of("") + "[[symmetry]]\nkind = \"rotation3\"\nby_construction = true\n" + text;
+  };
+  EXPECT_EQ(refused(declared(vectors)), "no error");
+  EXPECT_THAT(refused(declared("vectors = [[\"a\", \"b\", \"c\"], [\"x\", \"y\", \"z\"]]\n")),
+              HasSubstr("has rotation3 of all its vectors together"));
+  // What that claims: estimates of turned readings are the turned estimates, whatever the weights.
+  const Matrix3d axes = Eigen::AngleAxisd(2.2, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+  const Dataset data = turned_sensor(6, false);
+  const codegen::Model model = train(experiment_of("", "steps = 0\n"), data, data, {}).model;
+  codegen::ReferenceObserver<double> observer(model), turned(model);
+  const Trajectory& run = data.trajectories.front();
+  const Eigen::MatrixXd x_hat = observer.run(run.outputs, run.inputs, run.time_s, true).x_hat;
+  const Eigen::MatrixXd image = turned.run(axes * run.outputs, axes * run.inputs, run.time_s, true).x_hat;
+  EXPECT_LT((image - axes * x_hat).cwiseAbs().maxCoeff(), 1e-9) << "to rounding of double";
+}
+
 TEST(Carried, EigenvaluesLearnTogetherAndTheModelReadsBack) {
   const Dataset data = turned_sensor(5, false);
   Experiment experiment = experiment_of(
@@ -185,10 +208,6 @@ TEST(CarriedLatent, GradientMeetsDifferences) {
     EXPECT_GT(std::abs(difference), 10.0 * kTolerance) << "control " << i;
     EXPECT_NEAR(group.gradient[i], difference, kTolerance * (1.0 + std::abs(difference))) << i;
   }
-}
-
-std::string refused(const std::string& text) {
-  return thrown_message([&] { parse_experiment(text, "down.toml"); });
 }
 
 std::string without(std::string text, const std::string& what, const std::string& instead = "") {

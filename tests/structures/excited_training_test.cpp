@@ -53,22 +53,22 @@ TEST(ExcitedTraining, AnObserverThatWasExcitedKnowsItsInputs) {
 TEST(ExcitedTraining, AMirroredRunTurnsTheSignsOfItsInputs) {
   const auto mirror_of = [](std::vector<std::string> changes) {
     changes.emplace_back("training.mirror=true");
-    return TrainingData(simulate_training_sets(integrator(true, changes)).training).reading_mirror;
+    const TrainingData data(simulate_training_sets(integrator(true, changes)).training);
+    return Eigen::VectorXd(data.images.at(0).readings.values(Eigen::Vector2d(1.0, 1.0)));
   };
-  EXPECT_EQ(mirror_of({}), (std::vector<float>{-1.0F, -1.0F}));
+  EXPECT_EQ(mirror_of({}), Eigen::Vector2d(-1.0, -1.0));
   EXPECT_EQ(mirror_of({"plant.derivative=[\"x2\", \"-x1 - u^2 * x2\"]", "plant.even=[\"u\"]"}),
-            (std::vector<float>{-1.0F, 1.0F}));
+            Eigen::Vector2d(-1.0, 1.0));
   EXPECT_ANY_THROW(mirror_of({"plant.derivative=[\"x2\", \"-x1 - x2 + u^2\"]"})) << "it is not odd in u";
 }
 
 TEST(ExcitedTraining, MirrorLearnsWhatTheInputsDo) {
-  const Experiment mirrored = integrator(true, {"training.mirror=true", "excitation.low=[0]"});
-  const codegen::Model model =
-      train(mirrored, simulate_training_sets(mirrored).training, simulate_training_sets(mirrored).validation, {}).model;
-  const codegen::Model plain =
-      train(integrator(true, {"excitation.low=[0]"}), simulate_training_sets(mirrored).training,
-            simulate_training_sets(mirrored).validation, {})
-          .model;
+  const auto trained = [](const Experiment& experiment) {
+    const TrainingSets sets = simulate_training_sets(experiment);
+    return train(experiment, sets.training, sets.validation, {}).model;
+  };
+  const codegen::Model model = trained(integrator(true, {"training.mirror=true", "excitation.low=[0]"}));
+  const codegen::Model plain = trained(integrator(true, {"excitation.low=[0]"}));
   // Trained on u >= 0 alone, tried where u < 0: with its mirror image that is known ground.
   const Dataset other = simulate_training_sets(integrator(true, {"excitation.high=[0]"})).validation;
   EXPECT_LT(settled_error(model, other), 0.7 * settled_error(plain, other));

@@ -174,14 +174,6 @@ TEST(Inputs, WhatTheyCannotMeanIsRefusedWithTheMend) {
   EXPECT_THAT(refused("structure = \"driven_kkl\"\n", ""), ::testing::HasSubstr("needs a plant with inputs"));
 }
 
-TEST(Inputs, AMirroredRunTurnsThemToo) {
-  Dataset data = pushed_oscillator(true, 3, 5.0);
-  const TrainingData odd(data);
-  EXPECT_EQ(odd.reading_mirror, (std::vector<float>{-1.0F, -1.0F}));
-  data.mirror.inputs = {1.0};
-  EXPECT_EQ(TrainingData(data).reading_mirror, (std::vector<float>{-1.0F, 1.0F}));
-}
-
 /// Commands that reach the plant 4 samples late: what a log's column holds, and what delay_s makes of it.
 TEST(LateInputs, AreWorthDeclaring) {
   constexpr double kLate_s = 4.0 * kStep_s;

@@ -4,6 +4,7 @@
 
 #include "codegen/model/domain.h"
 #include "codegen/replay/reference_observer.h"
+#include "tests/support/mirrored.h"
 #include "tests/training/testing.h"
 #include "trainer/data/transient.h"
 #include "trainer/structures/for_each_sample.h"
@@ -102,8 +103,7 @@ TEST(Normalisation, WithMirrorTheMeansOfOddSignalsVanish) {
   Experiment experiment = rig_experiment();
   experiment.training.mode = TrainingMode::kFullBatch;
   experiment.training.segment_s = 0.0;
-  experiment.training.mirror = true;
-  const Normalised normalised(experiment, masked_runs(1));
+  const Normalised normalised(experiment, testing::mirrored(masked_runs(1)));
   constexpr float kSummation = 1e-5F;  // relative to the scale: float32 features, summed in double
   for (const Feature& feature : normalised.structure.features) {
     if (is_clock(normalised.structure, feature)) continue;
@@ -157,10 +157,9 @@ TEST(Normalisation, WhereAnOutputIsAtRestIsNotOfTheDomainWhenTStarReadsItRelativ
 
 /// The shipped rig broke like this: the best model of every seed was that of step 0.
 TEST(Normalisation, ARigWithMaskedEdgesAndClocksLearnsAndFliesInItsDomainFromTheFirstSampleOn) {
-  const Dataset training = masked_runs(1), validation = masked_runs(2);
-  for (const bool mirror : {false, true}) {
-    Experiment experiment = rig_experiment();
-    experiment.training.mirror = mirror;
+  const Dataset validation = masked_runs(2);
+  for (const Dataset& training : {masked_runs(1), testing::mirrored(masked_runs(1))}) {
+    const Experiment experiment = rig_experiment();
     const TrainingResult result = train(experiment, training, validation, {});
     EXPECT_EQ(result.outcome, TrainOutcome::kFinished) << result.message;
     EXPECT_LT(result.validation_rmse, 0.9 * result.metrics.front().validation_rmse)

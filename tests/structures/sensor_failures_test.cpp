@@ -9,6 +9,7 @@
 #include <string>
 
 #include "codegen/replay/reference_observer.h"
+#include "tests/support/mirrored.h"
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
@@ -169,10 +170,12 @@ TEST(FailingSensors, AreMissingInTheShareOfTheSegmentsThatIsAskedFor) {
 }
 
 TEST(FailingSensors, WithMirrorAnOddOneRestsAtZero) {
-  const Dataset data = two_sensors(1);
-  Experiment experiment = failing_experiment("may_fail = [\"good\"]\n");
-  experiment.training.mirror = true;
-  EXPECT_EQ(structure_of(experiment.observer).failures(experiment, data).rest(0), 0.0);
+  const Experiment experiment = failing_experiment("may_fail = [\"good\"]\n");
+  const auto rest = [&](const Dataset& data) {
+    return structure_of(experiment.observer).failures(experiment, data).rest(0);
+  };
+  EXPECT_EQ(rest(testing::mirrored(two_sensors(1))), 0.0);
+  EXPECT_NE(rest(two_sensors(1)), 0.0) << "control";
 }
 
 std::string refusal(const std::string& observer) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/training/no_progress.h"
+#include "tests/support/mirrored.h"
 #include "trainer/losses/registry.h"
 
 #include <gmock/gmock.h>
@@ -44,6 +45,7 @@ TEST(NoProgress, IsSaidWhenTheLossGrowsPastItsStartAndStays) {
 }
 
 TrainingResult run(const Experiment& experiment, Dataset training = harmonics(std::vector<int>(10, 60), false, 1)) {
+  if (experiment.training.mirror) training = testing::mirrored(training);
   return train(experiment, training, harmonics({50, 40, 30}, false, 2), {});
 }
 

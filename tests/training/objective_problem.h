@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/mirrored.h"
 #include "tests/training/testing.h"
 #include "trainer/losses/registry.h"
 #include "trainer/training/objective.h"
@@ -27,7 +28,7 @@ struct Problem {
 
   Problem(const Experiment& e, const Dataset& d)
       : experiment(e),
-        dataset(d),
+        dataset(e.training.mirror ? mirrored(d) : d),
         data(dataset),
         structure(make_structure(experiment, needs_forward_map(experiment.loss), dataset.outputs, dataset.states)),
         objective(experiment, structure, data, pool) {

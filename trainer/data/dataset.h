@@ -11,6 +11,7 @@
 #include "codegen/model/computed_outputs.h"
 #include "codegen/model/model.h"
 #include "trainer/data/angle.h"
+#include "trainer/symmetry/symmetry.h"
 
 namespace nlo::trainer {
 
@@ -48,16 +49,6 @@ struct Collocation {
   Eigen::MatrixXd x, f, h;  ///< n_x, n_x, n_y x count; 0 x 0 when nothing does
 };
 
-/// What the mirror image of a run multiplies each channel by: -1, or 1 where the channel is even (a temperature, a
-/// cosine). Empty: -1 for all.
-struct Mirror {
-  std::vector<double> outputs, states, inputs = {};
-
-  double output(std::size_t j) const { return outputs.empty() ? -1.0 : outputs[j]; }
-  double state(std::size_t i) const { return states.empty() ? -1.0 : states[i]; }
-  double input(std::size_t i) const { return inputs.empty() ? -1.0 : inputs[i]; }
-};
-
 struct Dataset {
   std::vector<Channel> outputs;
   std::vector<Channel> states;
@@ -69,7 +60,7 @@ struct Dataset {
   std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
   bool reads_inputs = false;             ///< the observer reads them beside the outputs
   std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
-  Mirror mirror = {};
+  std::vector<Symmetry> symmetries = {};         ///< on readings() and states: their images of runs are runs
   double simulated_share = 0.0;  ///< of a step's segments: from runs without a log, which stand behind all others
 
   /// The inputs that the observer reads beside the outputs.

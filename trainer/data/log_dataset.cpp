@@ -95,7 +95,6 @@ Dataset load(LogConfig config, const LogSchema& schema, const std::vector<std::s
   data.states = schema.state_channels;
   data.inputs = schema.input_channels;
   data.reads_inputs = !schema.input_channels.empty();
-  data.mirror = schema.mirror;
   for (Index channel = 0; const LogColumn& output : schema.outputs) {
     if (output.sincos) data.output_angles.push_back({channel, output.wrap});
     channel += output.channels();
@@ -146,13 +145,15 @@ Dataset load_logs(const LogConfig& config, const std::string& directory, const s
   return data;
 }
 
-LogSplits load_log_splits(const LogConfig& config, const std::string& directory, bool mirrored) {
+LogSplits load_log_splits(const LogConfig& config, const std::string& directory,
+                          const std::vector<SymmetryConfig>& symmetries) {
   const LogSchema schema = resolve_columns(config);
   const SplitFiles files = expand_splits(config, directory);
   LogSplits splits;
   splits.train = load(config, schema, files.train, true, true, splits.report);
   const std::vector<LogContent> trained = splits.report.contents;
-  splits.remembered = remember(trained, splits.train, mirrored);
+  splits.train.symmetries = on_channels(symmetries, splits.train.readings(), splits.train.states);
+  splits.remembered = remember(trained, splits.train);
 
   LogConfig on_training_clock = config;
   on_training_clock.sample_period_s = splits.train.sample_period_s;

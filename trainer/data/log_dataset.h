@@ -38,7 +38,8 @@ struct LogSplits {
 
 /// The three splits of `config`, checked to be disjoint; with `every` = n, training gets n runs of each log, which
 /// begin at its first n rows. All are on one nominal sample period: that of the training logs.
-/// `mirrored`: training.mirror, which doubles the range of the outputs that training sees.
-LogSplits load_log_splits(const LogConfig& config, const std::string& directory, bool mirrored = false);
+/// `symmetries`: of the rig, which widen the range of the outputs that training sees.
+LogSplits load_log_splits(const LogConfig& config, const std::string& directory,
+                          const std::vector<SymmetryConfig>& symmetries = {});
 
 }  // namespace nlo::trainer

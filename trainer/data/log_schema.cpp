@@ -44,7 +44,7 @@ void check_computed(const ColumnConfig& column, const std::vector<ColumnConfig>&
                     other, other));
 }
 
-/// Behind the outputs that are measured: those that are computed, odd or even as their parts make them.
+/// Behind the outputs that are measured: those that are computed.
 void append_computed(const LogConfig& config, LogSchema& schema) {
   const std::size_t measured = schema.output_channels.size();
   std::vector<const ColumnConfig*> columns;
@@ -59,17 +59,6 @@ void append_computed(const LogConfig& config, LogSchema& schema) {
       fail_at(column, config.columns, error.what());
     }
   }
-  const codegen::ComputedOutputs computed(schema.output_channels, schema.input_channels);
-  const auto parity_of = [](double sign) { return sign < 0.0 ? codegen::Parity::kOdd : codegen::Parity::kEven; };
-  std::vector<codegen::Parity> parities;
-  for (const double sign : schema.mirror.outputs) parities.push_back(parity_of(sign));
-  parities.resize(schema.output_channels.size(), codegen::Parity::kNeither);
-  for (const double sign : schema.mirror.inputs) parities.push_back(parity_of(sign));
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const codegen::Parity parity = computed.all()[i].parity(parities);
-    schema.mirror.outputs.push_back(parity == codegen::Parity::kOdd ? -1.0 : 1.0);
-    if (parity == codegen::Parity::kNeither) schema.without_parity.push_back(columns[i]->name);
-  }
   if (measured == 0 && !columns.empty())
     fail_at(*columns.front(), config.columns, "there is no output that is measured: list one");
 }
@@ -81,12 +70,6 @@ void append_channels(const LogColumn& column, std::vector<Channel>& channels) {
   } else {
     channels.push_back({column.name, column.unit, column.derivative ? 0.0 : column.wrap});
   }
-}
-
-/// Behind append_channels(): a cosine keeps its sign whatever the angle's does.
-void append_mirror(const ColumnConfig& column, bool sincos, std::vector<double>& mirror) {
-  mirror.push_back(column.odd ? -1.0 : 1.0);
-  if (sincos) mirror.push_back(1.0);
 }
 
 /// The outputs' channels that measure the quantity of `state`, in its unit, if any do.
@@ -160,12 +143,10 @@ LogSchema resolve_columns(const LogConfig& config) {
       case ColumnRole::kOutput:
         schema.outputs.push_back(resolved);
         append_channels(resolved, schema.output_channels);
-        append_mirror(column, resolved.sincos, schema.mirror.outputs);
         break;
       case ColumnRole::kState:
         schema.states.push_back(resolved);
         append_channels(resolved, schema.state_channels);
-        append_mirror(column, resolved.sincos, schema.mirror.states);
         if (resolved.sincos)
           schema.angle_pairs.push_back(
               {resolved.name, resolved.unit, resolved.wrap, static_cast<int>(schema.state_channels.size()) - 2});
@@ -175,7 +156,6 @@ LogSchema resolve_columns(const LogConfig& config) {
           fail_at(column, config.columns, "an input is taken as it comes, and cannot be an angle: leave wrap out");
         schema.inputs.push_back(resolved);
         append_channels(resolved, schema.input_channels);
-        append_mirror(column, false, schema.mirror.inputs);
         break;
       case ColumnRole::kMask:
         schema.masks.push_back(resolved);

@@ -41,10 +41,8 @@ struct LogSchema {
   std::vector<LogColumn> masks;                    ///< the truth of a row counts where none of them is 0
   /// Outputs that are computed stand behind those of the file.
   std::vector<codegen::Channel> output_channels, state_channels, input_channels;
-  Mirror mirror;                            ///< of the channels
-  std::vector<std::string> without_parity;  ///< computed outputs of odd and even parts: a mirror image has other ones
-  std::vector<StateSource> state_sources;   ///< one per state channel
-  std::vector<AnglePair> angle_pairs;       ///< among the states
+  std::vector<StateSource> state_sources;  ///< one per state channel
+  std::vector<AnglePair> angle_pairs;      ///< among the states
 };
 
 /// How the files of a [log] write their rows. Throws KeyError where separator and decimal are the same.

@@ -38,7 +38,7 @@ Number number(std::string_view text, Base... base) {
 
 }  // namespace
 
-TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training, bool mirrored) {
+TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training) {
   TrainingLogs result;
   for (const LogContent& content : contents) {
     const auto count = static_cast<std::ptrdiff_t>(std::min(kSketch, content.windows.size()));
@@ -46,18 +46,23 @@ TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& tr
     result.logs.push_back(
         {ascii(content.name), content.rows, {content.windows.begin(), content.windows.begin() + count}});
   }
-  for (std::size_t j = 0; j < training.outputs.size(); ++j) {
-    if (training.outputs[j].wrap > 0.0 || training.trajectories.empty()) continue;
-    TrainingLogs::Range range{training.outputs[j].name, std::numeric_limits<double>::infinity(), 0.0};
-    range.high = -range.low;
-    for (const Trajectory& run : training.trajectories) {
-      const auto row = run.outputs.row(static_cast<Eigen::Index>(j));
-      const bool turned = mirrored && training.mirror.output(j) < 0.0;
-      range.low = std::min(range.low, turned ? -row.cwiseAbs().maxCoeff() : row.minCoeff());
-      range.high = std::max(range.high, turned ? row.cwiseAbs().maxCoeff() : row.maxCoeff());
-    }
-    result.outputs.push_back(std::move(range));
+  if (training.trajectories.empty()) return result;
+  const auto ny = static_cast<Eigen::Index>(training.outputs.size());
+  Eigen::VectorXd low = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(training.readings().size()),
+                                                  std::numeric_limits<double>::infinity());
+  Eigen::VectorXd high = -low;
+  const auto look_at = [&](Eigen::Index first, const Eigen::MatrixXd& signal) {
+    low.segment(first, signal.rows()) = low.segment(first, signal.rows()).cwiseMin(signal.rowwise().minCoeff());
+    high.segment(first, signal.rows()) = high.segment(first, signal.rows()).cwiseMax(signal.rowwise().maxCoeff());
+  };
+  for (const Trajectory& run : training.trajectories) {
+    look_at(0, run.outputs);
+    if (training.reads_inputs) look_at(ny, run.inputs);
   }
+  widen_by_images(training.symmetries, low, high);
+  for (Eigen::Index j = 0; j < ny; ++j)
+    if (const Channel& output = training.outputs[static_cast<std::size_t>(j)]; output.wrap == 0.0)
+      result.outputs.push_back({output.name, low(j), high(j)});
   return result;
 }
 

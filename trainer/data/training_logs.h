@@ -52,8 +52,8 @@ struct TrainingLogs {
   std::vector<Range> outputs;  ///< without angles that are unwrapped, which turn without end
 };
 
-/// `mirrored`: training sees -y for each y of an odd channel, too.
-TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training, bool mirrored);
+/// Ranges are those of the runs and their images.
+TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training);
 
 /// One line per output and log; a fact of the model's provenance under kTrainingLogsFact.
 inline constexpr std::string_view kTrainingLogsFact = "training_logs";

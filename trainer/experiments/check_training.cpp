@@ -9,7 +9,6 @@
 #include "trainer/data/transient.h"
 #include "trainer/experiments/checks.h"
 #include "trainer/experiments/observer_channels.h"
-#include "trainer/plants/plant_form.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/linear_latent_start.h"
 
@@ -46,35 +45,6 @@ void check_steps(const Experiment& e) {
     throw KeyError("training.steps",
                    "[training] steps = 0 ships what training begins with, which without a linear path is chance; set "
                    "[inverse_map] linear_path = true, or steps");
-}
-
-void check_mirror(const Experiment& e) {
-  const auto refuse = [&](const std::string& why) {
-    throw KeyError("training.mirror", "[training] mirror = true: " + why);
-  };
-  if (e.plant)
-    if (const auto found =
-            odd_counterexample(*make_plant(*e.plant), e.plant->even, e.simulation, e.excitation.has_value()))
-      refuse(fmt::format("{}; {}set mirror = false", *found,
-                         e.plant->even.empty() ? "name what keeps its sign in [plant] even, or " : ""));
-  if (!e.log) return;
-  bool turns = false;
-  for (const ColumnConfig& column : e.log->columns) {
-    if (column.role == ColumnRole::kTime || column.role == ColumnRole::kMask || column.role == ColumnRole::kIgnored)
-      continue;
-    turns = turns || column.odd;
-    for (const ColumnConfig& source : e.log->columns)
-      if (source.name == column.derivative_of && source.derivative_of.empty() && source.odd != column.odd)
-        refuse(
-            fmt::format("the column {} has odd = {} and is the derivative of {}, which has odd = {}: a sign turns "
-                        "for both or for none; declare them alike",
-                        column.name, column.odd, source.name, source.odd));
-  }
-  for (const std::string& name : resolve_columns(*e.log).without_parity)
-    refuse(fmt::format(
-        "the output {} adds what turns its sign and what does not; give it as two outputs, or set mirror = false",
-        name));
-  if (!turns) refuse("every column is declared odd = false, so a mirror image is the run itself; set mirror = false");
 }
 
 }  // namespace
@@ -115,7 +85,6 @@ void check_training(const Experiment& e) {
         "or remove error");
   check_steps(e);
   check_input_noise(e);
-  if (t.mirror) check_mirror(e);
 }
 
 void check_transient(const Experiment& e) {

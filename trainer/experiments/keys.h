@@ -30,6 +30,7 @@ void for_each_section(const Visit& visit) {
   visit(LogConfig());
   visit(VelocityFilterConfig());
   visit(ColumnConfig());
+  visit(SymmetryConfig());
   visit(ObserverConfig());
   visit(DynamicsConfig());
   visit(InverseMapConfig());

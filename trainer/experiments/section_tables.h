@@ -7,6 +7,7 @@
 
 #include "trainer/config/section_reader.h"
 #include "trainer/config/toml.h"
+#include "trainer/config/value.h"
 #include "trainer/experiments/keys.h"
 
 namespace nlo::trainer {
@@ -22,6 +23,23 @@ class SectionTables : public SectionReader {
   void read(const Toml& table, const std::string& path, Section& section,
             const std::vector<std::string>& subsections = {}) {
     SectionReader::read(table, path, section_title<Section>(), keys<Section>(), section, subsections);
+  }
+
+  /// The tables of a list, [[path]] in the file: `name` of `parent`.
+  template <class Section>
+  std::vector<Section> read_list(const Toml& parent, const std::string& path, const std::string& name) {
+    std::vector<Section> list;
+    const auto found = parent.as_table().find(name);
+    if (found == parent.as_table().end()) return list;
+    const std::string title(section_title<Section>());
+    for (const Toml& table : list_of(found->second, title, any())) {
+      if (!table.is_table())
+        throw codegen::Error(fmt::format("{}: {} is {}; each is a table: {} with keys below it", place(table), title,
+                                         type_in_words(table), title));
+      Section& section = list.emplace_back();
+      read(table, fmt::format("{}[{}]", path, list.size() - 1), section);
+    }
+    return list;
   }
 
   /// A section at the top of the file; what it has not stays as it is.

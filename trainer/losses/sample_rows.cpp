@@ -41,20 +41,20 @@ MapSamples<float> SampleRows::gather(const Rollout& rollout, const SampleRange& 
     const int time = offsets[s] / kGroup, lane = offsets[s] % kGroup;
     const Segment& segment = rollout.segment(range.group, lane);
     const TrainingData::Run& run = data.runs[static_cast<std::size_t>(segment.run)];
-    const auto samples = static_cast<std::size_t>(run.samples);
     const auto k = static_cast<std::size_t>(segment.start + time);
     weight_[at] = share * range.weights()[s];
     for (std::size_t i = 0; i < nx; ++i) {
       x_[i * kRow + at] = rollout.state(segment, i, time);
       if (with_equations)
-        f_[i * kRow + at] = (segment.mirrored ? data.state_mirror[i] : 1.0F) * run.derivatives[i * samples + k];
+        f_[i * kRow + at] =
+            segment.image.states.derivative<float>(static_cast<int>(i), at_sample(run, run.derivatives, k));
     }
     for (std::size_t r = 0; r < nz; ++r)
       z_[r * kRow + at] = group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)];
     for (std::size_t j = 0; j < ny; ++j) {
       y_[j * kRow + at] = group.readings[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
       if (j < static_cast<std::size_t>(data.given()))
-        h_[j * kRow + at] = (segment.mirrored ? data.reading_mirror[j] : 1.0F) * run.readings[j * samples + k];
+        h_[j * kRow + at] = segment.image.readings.value<float>(static_cast<int>(j), at_sample(run, run.readings, k));
     }
   }
   return view(range.count);

@@ -85,29 +85,26 @@ PlantChannels::PlantChannels(const PlantConfig& config, const Plant& plant)
   if (estimated.empty())
     for (std::size_t i = 0; i < plant.states().size(); ++i) estimated.push_back(i);
   check_even(config.even, plant);
-  const auto is_even = [&](const Channel& c) { return std::ranges::find(config.even, c.name) != config.even.end(); };
-  for (const std::size_t i : estimated)
-    add(states_, plant.states()[i], static_cast<Eigen::Index>(i), state_sincos[i], is_even(plant.states()[i]));
+  for (const std::size_t i : estimated) add(states_, plant.states()[i], static_cast<Eigen::Index>(i), state_sincos[i]);
   for (std::size_t j = 0; j < plant.outputs().size(); ++j)
-    add(outputs_, plant.outputs()[j], static_cast<Eigen::Index>(j), output_sincos[j], is_even(plant.outputs()[j]));
-  for (const Channel& input : plant.inputs()) input_mirror_.push_back(is_even(input) ? 1.0 : -1.0);
+    add(outputs_, plant.outputs()[j], static_cast<Eigen::Index>(j), output_sincos[j]);
   states_.plain = states_.plain && static_cast<Eigen::Index>(estimated.size()) == plant_states_ &&
                   std::is_sorted(estimated.begin(), estimated.end());
   check_distinct(states_.channels, "state_encodings");
   check_distinct(outputs_.channels, "output_encodings");
 }
 
-void PlantChannels::add(Side& side, const Channel& channel, Eigen::Index row, bool sincos, bool even) {
+void PlantChannels::add(Side& side, const Channel& channel, Eigen::Index row, bool sincos) {
   if (!sincos) {
     side.channels.push_back(channel);
-    side.sources.push_back({row, Part::kWhole, channel.wrap, even});
+    side.sources.push_back({row, Part::kWhole, channel.wrap});
     return;
   }
   side.plain = false;
   side.channels.push_back({channel.name + "_sin", "", 0.0});
   side.channels.push_back({channel.name + "_cos", "", 0.0});
-  side.sources.push_back({row, Part::kSine, channel.wrap, even});
-  side.sources.push_back({row, Part::kCosine, channel.wrap, even});
+  side.sources.push_back({row, Part::kSine, channel.wrap});
+  side.sources.push_back({row, Part::kCosine, channel.wrap});
 }
 
 bool PlantChannels::all_states() const {
@@ -119,7 +116,7 @@ bool PlantChannels::all_states() const {
 Eigen::MatrixXd PlantChannels::encoded(const Side& side, const Eigen::MatrixXd& values) {
   Eigen::MatrixXd channels(static_cast<Eigen::Index>(side.sources.size()), values.cols());
   Eigen::Index next = 0;
-  for (const auto& [row, part, wrap, even] : side.sources) {
+  for (const auto& [row, part, wrap] : side.sources) {
     const Eigen::VectorXd value = values.row(row);
     if (part == Part::kWhole) channels.row(next++) = value.transpose();
     if (part == Part::kSine) channels.row(next++) = sine_of(value, wrap).transpose();
@@ -131,7 +128,7 @@ Eigen::MatrixXd PlantChannels::encoded(const Side& side, const Eigen::MatrixXd& 
 Eigen::MatrixXd PlantChannels::derivatives(const Eigen::MatrixXd& x, const Eigen::MatrixXd& f) const {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(states_.sources.size()), f.cols());
   Eigen::Index next = 0;
-  for (const auto& [row, part, wrap, even] : states_.sources) {
+  for (const auto& [row, part, wrap] : states_.sources) {
     const Eigen::VectorXd angle = x.row(row);
     auto to = result.row(next++);
     to = f.row(row);
@@ -147,7 +144,7 @@ Eigen::MatrixXd PlantChannels::plant_outputs(const Eigen::MatrixXd& channels) co
   if (outputs_.plain) return channels;
   Eigen::MatrixXd y(plant_outputs_, channels.cols());
   for (std::size_t i = 0; i < outputs_.sources.size(); ++i) {
-    const auto& [row, part, wrap, even] = outputs_.sources[i];
+    const auto& [row, part, wrap] = outputs_.sources[i];
     const auto at = static_cast<Eigen::Index>(i);
     if (part == Part::kWhole) y.row(row) = channels.row(at);
     if (part == Part::kSine) y.row(row) = angle_of(channels.row(at), channels.row(at + 1), wrap).transpose();
@@ -156,9 +153,6 @@ Eigen::MatrixXd PlantChannels::plant_outputs(const Eigen::MatrixXd& channels) co
 }
 
 void PlantChannels::apply(Dataset& dataset) const {
-  for (const Source& source : outputs_.sources) dataset.mirror.outputs.push_back(source.mirror());
-  for (const Source& source : states_.sources) dataset.mirror.states.push_back(source.mirror());
-  if (dataset.reads_inputs) dataset.mirror.inputs = input_mirror_;
   if (plain()) return;
   for (Trajectory& run : dataset.trajectories) {
     if (run.derivatives.size() > 0) run.derivatives = derivatives(run.states, run.derivatives);

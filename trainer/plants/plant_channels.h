@@ -40,9 +40,6 @@ class PlantChannels {
     Eigen::Index row;  ///< of the plant's states or outputs
     Part part;
     double wrap;
-    bool even;  ///< mirror leaves it: declared so, or the cosine of an angle
-
-    double mirror() const { return even || part == Part::kCosine ? 1.0 : -1.0; }
   };
   struct Side {
     std::vector<Channel> channels;
@@ -50,13 +47,12 @@ class PlantChannels {
     bool plain = true;
   };
 
-  static void add(Side& side, const Channel& channel, Eigen::Index row, bool sincos, bool even);
+  static void add(Side& side, const Channel& channel, Eigen::Index row, bool sincos);
   static Eigen::MatrixXd encoded(const Side& side, const Eigen::MatrixXd& values);
   /// d/dt of the channels where the states x move at f.
   Eigen::MatrixXd derivatives(const Eigen::MatrixXd& x, const Eigen::MatrixXd& f) const;
 
   Side states_, outputs_;
-  std::vector<double> input_mirror_;  ///< of each input of the plant
   Eigen::Index plant_states_ = 0, plant_outputs_ = 0;
 };
 

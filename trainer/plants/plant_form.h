@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-// A plant is odd when f(S x) = S f(x) and h(S x) = S_y h(x), where S and S_y turn the signs of all channels but of
-// those declared even: then the mirror image (S x, S_y y) of a run is a run of it,
-// which [training] mirror takes for granted.
 // Is a plant that was written as expressions linear? Its values tell: f and h at unit vectors are the columns of A and
 // C, and at random points f(x) - A x and h(x) - C x are no more than rounding.
 // The input field of a plant as numbers: what the driven observer (25) carries instead of the plant. It holds for an
@@ -10,22 +7,12 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "codegen/model/model.h"
-#include "trainer/config/experiment.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
-
-/// A state about the initial ones at which f or h is not odd, in words; empty when 64 random ones agree to rounding.
-///   even    names of states, outputs and inputs whose sign stays
-///   driven  inputs act, and f(x, u) is asked; else f(x)
-std::optional<std::string> odd_counterexample(const Plant& plant, const std::vector<std::string>& even,
-                                              const SimulationConfig& simulation, bool driven = false);
 
 struct Linearity {
   std::unique_ptr<LinearPlant> plant;  ///< dx/dt = A x, y = C x; null when f or h is not linear

@@ -97,7 +97,7 @@ double ReadoutError::mean_log() const {
 ReadoutProbe::ReadoutProbe(const Experiment& base, const Dataset& training)
     : dataset_(training),
       failures_(structure_of(base.observer).failures(base, training)),
-      data_(training, failures_, base.training.mirror),
+      data_(training, failures_),
       pool_(base.threads),
       rollout_(data_) {
   draw_segments(base, training);
@@ -128,7 +128,8 @@ void ReadoutProbe::draw_segments(const Experiment& base, const Dataset& training
                         .length = length});
     }
     for (Segment& piece : pieces) {
-      piece.mirrored = base.training.mirror && segments_.size() % 2 == 1;
+      if (const std::size_t image = segments_.size() % (data_.images.size() + 1); image > 0)
+        piece.image = data_.images[image - 1];
       if (base.training.noise_level_max > 0.0)
         piece.noise_level =
             static_cast<float>(base.training.noise_level_max * static_cast<double>(draws.below(1000)) / 999.0);

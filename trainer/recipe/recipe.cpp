@@ -16,6 +16,7 @@
 #include "trainer/base/number_text.h"
 #include "trainer/base/quantile.h"
 #include "trainer/plants/plant_form.h"
+#include "trainer/plants/plant_symmetry.h"
 #include "trainer/plants/registry.h"
 #include "trainer/recipe/gated_rival.h"
 #include "trainer/recipe/mode_banks.h"
@@ -284,10 +285,10 @@ Experiment experiment_for_data(const DraftExperiment& draft) {
     const double samples = e.simulation.horizon_s / e.simulation.sample_period_s;
     e.simulation.trajectories = static_cast<int>(rounded(std::clamp(kSamplesOfPlants / samples, 200.0, 2000.0)));
   }
+  const auto plant = make_plant(*e.plant);
   if (!draft.given.has("training.mirror"))
-    e.training.mirror =
-        starts_evenly(e) &&
-        !odd_counterexample(*make_plant(*e.plant), e.plant->even, e.simulation, e.excitation.has_value()).has_value();
+    e.training.mirror = starts_evenly(e) && !symmetry_counterexample(*plant, odd_symmetry(*plant, e.plant->even),
+                                                                     e.simulation, e.excitation.has_value());
   return e;
 }
 

@@ -76,6 +76,20 @@ void turn(float& sine, float& cosine, float angle) {
   cosine = cosine * c - before * s;
 }
 
+/// Turns the given readings of a lane, as recorded, into those of its segment's image.
+void take_image(const RowMap& image, int given, int lane, SegmentGroup& group) {
+  if (image.none()) return;
+  std::vector<float> recorded(static_cast<std::size_t>(given));
+  for (int t = 0; t < group.length; ++t) {
+    const auto reading = [&](int row) -> float& {
+      return group.readings[group.at(row, t) + static_cast<std::size_t>(lane)];
+    };
+    for (int row = 0; row < given; ++row) recorded[static_cast<std::size_t>(row)] = reading(row);
+    for (int row = 0; row < given; ++row)
+      reading(row) = image.value<float>(row, [&](int from) { return recorded[static_cast<std::size_t>(from)]; });
+  }
+}
+
 }  // namespace
 
 void Rollout::run(const std::vector<Segment>& segments, LatentDynamics& dynamics, const NoiseMixture& noise,
@@ -103,29 +117,25 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
   group.readings.resize(group.at(data_->nr, 0));
   group.step_of.assign(data_->uniform ? 0 : group.at(1, 0), 0);
   float level[kGroup];
-  bool mirrored[kGroup];
   int start[kGroup], last[kGroup];
   const TrainingData::Run* runs[kGroup];
   for (int l = 0; l < kGroup; ++l) {
     const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
     runs[l] = &data_->runs[static_cast<std::size_t>(segment.run)];
     level[l] = segment.noise_level;
-    mirrored[l] = segment.mirrored;
     last[l] = segment.length - 1;  // past its end a segment repeats its last sample
     start[l] = segment.start;
   }
   for (int j = 0; j < data_->given(); ++j) {
     const float* from[kGroup];
-    float sign[kGroup];
-    for (int l = 0; l < kGroup; ++l) {
-      from[l] = runs[l]->readings.data() + j * runs[l]->samples + start[l];
-      sign[l] = mirrored[l] ? data_->reading_mirror[static_cast<std::size_t>(j)] : 1.0F;
-    }
+    for (int l = 0; l < kGroup; ++l) from[l] = runs[l]->readings.data() + j * runs[l]->samples + start[l];
     float* to = group.readings.data() + group.at(j, 0);
     for (int t = 0; t < group.length; ++t, to += kGroup) {
-      for (int l = 0; l < kGroup; ++l) to[l] = sign[l] * from[l][std::min(t, last[l])];
+      for (int l = 0; l < kGroup; ++l) to[l] = from[l][std::min(t, last[l])];
     }
   }
+  for (int l = 0; l < kGroup; ++l)
+    take_image(segment(index, std::min(l, group.lanes - 1)).image.readings, data_->given(), l, group);
   for (int t = 0; !data_->uniform && t < group.length; ++t) {
     int* to = group.step_of.data() + group.at(0, t);
     for (int l = 0; l < kGroup; ++l)

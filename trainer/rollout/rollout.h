@@ -32,11 +32,11 @@ class Rollout {
     return segments_[static_cast<std::size_t>(group * kGroup + lane)];
   }
   const TrainingData& data() const { return *data_; }
-  /// The truth there, turned where the segment is mirrored.
+  /// The truth there, of the segment's image.
   float state(const Segment& segment, std::size_t row, int time) const {
     const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
-    return (segment.mirrored ? data_->state_mirror[row] : 1.0F) *
-           run.states[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(segment.start + time)];
+    return segment.image.states.value<float>(
+        static_cast<int>(row), at_sample(run, run.states, static_cast<std::size_t>(segment.start + time)));
   }
 
  private:

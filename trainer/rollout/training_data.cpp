@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -31,8 +32,8 @@ class DistinctSteps {
   std::unordered_map<long long, int> index_;
 };
 
-/// Least and largest of a reading over all runs, mirrored ones too where it is odd.
-std::pair<float, float> range_of(const std::vector<TrainingData::Run>& runs, int row, bool odd) {
+/// Least and largest of a reading over all runs.
+std::pair<float, float> range_of(const std::vector<TrainingData::Run>& runs, int row) {
   float low = kInfinity, high = -kInfinity;
   for (const TrainingData::Run& run : runs) {
     const float* y = run.readings.data() + static_cast<std::ptrdiff_t>(row) * run.samples;
@@ -41,20 +42,20 @@ std::pair<float, float> range_of(const std::vector<TrainingData::Run>& runs, int
       if (y[k] > high) high = y[k];
     }
   }
-  if (odd) high = std::max(high, -low), low = -high;
   return {low, high};
 }
 
 }  // namespace
 
-TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures& sensor_failures, bool mirrored)
+TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures& sensor_failures)
     : sample_period_s(dataset.sample_period_s),
       uniform(dataset.uniform),
       nx(static_cast<int>(dataset.states.size())),
       ny(static_cast<int>(dataset.outputs.size())),
       nr(static_cast<int>(dataset.readings().size() + sensor_failures.outputs.size())),
       computed(dataset.outputs, dataset.inputs_read()),
-      failures(sensor_failures) {
+      failures(sensor_failures),
+      symmetries(dataset.symmetries) {
   auto angle = dataset.output_angles.begin();
   for (int row = 0; row < given(); row += sensors.back().rows) {
     if (row < ny && is_computed(row)) row = ny;
@@ -64,13 +65,7 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     sensors.back().rows = 2;
     sensors.back().wrap = (angle++)->wrap;
   }
-  for (std::size_t j = 0; j < dataset.outputs.size(); ++j)
-    reading_mirror.push_back(static_cast<float>(dataset.mirror.output(j)));
-  for (int i = 0; i < given() - ny; ++i)
-    reading_mirror.push_back(static_cast<float>(dataset.mirror.input(static_cast<std::size_t>(i))));
-  reading_mirror.resize(static_cast<std::size_t>(nr), 1.0F);
-  for (std::size_t i = 0; i < dataset.states.size(); ++i)
-    state_mirror.push_back(static_cast<float>(dataset.mirror.state(i)));
+  images = other_images(symmetries, given(), nx);
   if (uniform) steps_s.push_back(dataset.sample_period_s);
   DistinctSteps distinct(sample_period_s, steps_s);
   const auto row_major = [](const Eigen::MatrixXd& m) {
@@ -115,12 +110,13 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     logged = static_cast<std::size_t>(std::ranges::count_if(
         dataset.trajectories, [](const Trajectory& trajectory) { return !trajectory.log.empty(); }));
   }
+  Eigen::VectorXd low(given()), high(given());
+  for (int row = 0; row < given(); ++row) std::tie(low(row), high(row)) = range_of(runs, row);
+  widen_by_images(symmetries, low, high);
   for (int row = 0; row < given(); ++row) {
     const bool turns = row < ny && dataset.outputs[static_cast<std::size_t>(row)].wrap > 0.0;
-    const bool odd = mirrored && reading_mirror[static_cast<std::size_t>(row)] < 0.0F;
-    const auto [low, high] = range_of(runs, row, odd);
-    reading_low.push_back(turns ? -kInfinity : low);
-    reading_high.push_back(turns ? kInfinity : high);
+    reading_low.push_back(turns ? -kInfinity : static_cast<float>(low(row)));
+    reading_high.push_back(turns ? kInfinity : static_cast<float>(high(row)));
   }
   for (const double step_s : steps_s) fading.push_back(static_cast<float>(std::exp(-step_s / failures.staleness_s)));
 }

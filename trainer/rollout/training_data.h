@@ -45,11 +45,12 @@ struct TrainingData {
   codegen::ComputedOutputs computed;  ///< the last of the outputs; they are made as a segment rolls out
   codegen::SensorFailures failures;   ///< whose stalenesses end the readings; they are made as a segment rolls out
   std::vector<float> fading;          ///< exp(-step / staleness_s) of each of steps_s
-  std::vector<float> reading_low, reading_high;     ///< of given readings, without noise; infinite for angles
-  std::vector<float> reading_mirror, state_mirror;  ///< nr and nx: what a mirrored segment multiplies them by, -1 or 1
+  std::vector<float> reading_low, reading_high;  ///< of given readings and their images, without noise; infinite for
+                                                 ///< angles
+  std::vector<Symmetry> symmetries;
+  std::vector<Image> images;  ///< other_images()
 
-  /// mirrored: mirror images of the runs are runs, too.
-  explicit TrainingData(const Dataset& dataset, const codegen::SensorFailures& failures = {}, bool mirrored = false);
+  explicit TrainingData(const Dataset& dataset, const codegen::SensorFailures& failures = {});
 
   bool is_computed(int output) const { return !computed.none() && output >= computed.first(); }
   int given() const { return nr - static_cast<int>(failures.outputs.size()); }  ///< readings that the data have
@@ -72,10 +73,18 @@ struct Segment {
   int run = 0;
   int start = 0;
   int length = 0;
-  bool mirrored = false;             ///< odd channels have their sign turned
+  Image image = {};                  ///< what the symmetries make of its readings and states
   float noise_level = 1.0F;          ///< times the configured noise
   std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: all measure
 };
+
+/// A reading or state of `run`, row by row in `signal`, as a segment of this image has it: to be used as a signal of
+/// RowMap.
+inline auto at_sample(const TrainingData::Run& run, const std::vector<float>& signal, std::size_t sample) {
+  return [samples = static_cast<std::size_t>(run.samples), from = signal.data() + sample](int row) {
+    return from[static_cast<std::size_t>(row) * samples];
+  };
+}
 
 /// All runs from their start, at full length.
 std::vector<Segment> whole_runs(const TrainingData& data);

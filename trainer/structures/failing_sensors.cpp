@@ -58,6 +58,15 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
     if (std::count(names.begin(), names.end(), names[i]) > 1)
       fail(fmt::format("names \"{}\" twice; remove one", names[i]));
   }
+  for (const SymmetryConfig& symmetry : experiment.symmetries)
+    for (const std::vector<std::string>& vector : symmetry.vectors) {
+      const auto listed = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
+      const auto some = std::ranges::find_if(vector, listed);
+      const auto other = std::ranges::find_if_not(vector, listed);
+      if (some != vector.end() && other != vector.end())
+        fail(fmt::format("names \"{}\" and not \"{}\", and [[symmetry]] turns them into each other; name both or none",
+                         *some, *other));
+    }
   if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)) &&
       experiment.training.dropout > 0.0)
     fail(
@@ -80,17 +89,13 @@ codegen::SensorFailures failing_sensors(const Experiment& experiment, const Data
     });
     if (fails) failures.outputs.push_back(computed.first() + static_cast<int>(i));
   }
-  failures.rest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(failures.outputs.size()));
-  for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
-    const auto output = static_cast<std::size_t>(failures.outputs[i]);
-    if (experiment.training.mirror && training.mirror.output(output) < 0.0) continue;  // as often below zero as above
-    double sum = 0.0, count = 0.0;
-    for (const Trajectory& run : training.trajectories) {
-      sum += run.outputs.row(static_cast<Eigen::Index>(output)).sum();
-      count += static_cast<double>(run.samples());
-    }
-    failures.rest(static_cast<Eigen::Index>(i)) = sum / std::max(count, 1.0);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(training.readings().size()));
+  double count = 0.0;
+  for (const Trajectory& run : training.trajectories) {
+    for (Eigen::Index j = 0; j < run.outputs.rows(); ++j) sum(j) += run.outputs.row(j).sum();
+    count += static_cast<double>(run.samples());
   }
+  failures.rest = mean_of_images(training.symmetries, sum / std::max(count, 1.0))(failures.outputs);
   return failures;
 }
 

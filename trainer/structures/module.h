@@ -26,7 +26,7 @@ struct ChannelCounts {
   int states = 0, outputs = 0;
   int inputs = 0;       ///< of the plant, or of the logs
   int read_inputs = 0;  ///< of them, that the observer reads beside the outputs
-  std::vector<codegen::Channel> output_channels = {};
+  std::vector<codegen::Channel> output_channels = {}, read_input_channels = {}, state_channels = {};
 };
 
 class TrainableStructure {
@@ -43,6 +43,9 @@ class TrainableStructure {
 
   /// Throws KeyError for what the keys of an experiment cannot mean with this structure.
   virtual void check(const Experiment& experiment, const ChannelCounts& channels) const = 0;
+
+  /// Why turning its readings would not turn its estimates, whatever the parameters: in words; empty where it does.
+  virtual std::string symmetry_gap(const Symmetry& symmetry, const ChannelCounts& channels) const;
 
   // What it is made of.
   virtual bool has_eigenvalues() const { return false; }  ///< of a D: parameters, penalties and constants speak of them

@@ -60,7 +60,7 @@ ShippedModel shipped_model(const TrainingEnd& training, Objective& objective, Ob
   codegen::Model& model = shipped.model;
   const auto for_each_left_out = [&training, &pool, best](const auto& judge_on) {
     for (const Dataset& group : training.options.left_out) {
-      const TrainingData data(group, training.failures, training.experiment.training.mirror);
+      const TrainingData data(group, training.failures);
       Objective judge(training.experiment, training.structure, data, pool);
       judge_on(judge.roll_out_runs(best));
     }
