@@ -222,11 +222,12 @@ const std::vector<Key<SymmetryConfig>>& keys() {
     return std::vector<Key<S>>{
         key("kind", &S::kind, one_of(symmetry_kind_names()), kinds),
         key("vectors", &S::vectors, any(), "names of the components of each, of outputs, inputs and states"),
-        key("channels", &S::channels, identifiers(), "names, of an angle as sine and cosine its own"),
+        key("channels", &S::channels, identifiers(), "names; of sine and cosine that of their angle"),
         only_when_given(key("fold", &S::fold, between(2, 1000),
                             "rotation2, shift: only multiples of 1/fold of a turn are symmetries")),
-        only_when_given(key("by_construction", &S::by_construction, any(),
-                            "the structure has it, or is refused; else training turns each segment by chance")),
+        only_when_given(
+            key("by_construction", &S::by_construction, any(),
+                "the structure guarantees it, or this is refused; else training takes random images of segments")),
     };
   }();
   return kKeys;

@@ -100,15 +100,11 @@ std::vector<Element> other_orders(int components, int) {
 using Channels = SymmetryKind::Channels;
 
 constexpr SymmetryKind kKinds[] = {
-    {"sign", "the sign of its channels", kNoVectors, Channels::kScalars, draw_sign, other_sign},
-    {"rotation2", "a turn of the plane: its vectors of two turn, and its channels, angles, move on by it", 2,
-     Channels::kAngles, draw_turn, other_turns},
-    {"rotation3", "a rotation of space, which turns its vectors of three", 3, Channels::kNone, draw_rotation,
-     other_rotations},
-    {"permutation", "what is alike changes places, in all of its vectors at once", kAnyLength, Channels::kNone,
-     draw_order, other_orders},
-    {"shift", "its channels, angles, all move on by the same part of a turn", kNoVectors, Channels::kAngles, draw_turn,
-     other_turns}};
+    {"sign", "channels turn their sign", kNoVectors, Channels::kScalars, draw_sign, other_sign},
+    {"rotation2", "vectors of two turn, and channels, angles, move on", 2, Channels::kAngles, draw_turn, other_turns},
+    {"rotation3", "vectors of three turn", 3, Channels::kNone, draw_rotation, other_rotations},
+    {"permutation", "components of all vectors change places", kAnyLength, Channels::kNone, draw_order, other_orders},
+    {"shift", "channels, angles, all move on", kNoVectors, Channels::kAngles, draw_turn, other_turns}};
 
 }  // namespace
 
