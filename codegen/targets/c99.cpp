@@ -15,6 +15,7 @@
 #include "codegen/export/number_formats.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/c99_map.h"
+#include "codegen/targets/c99_monitor.h"
 #include "codegen/targets/c99_readings.h"
 #include "codegen/targets/export_parts.h"
 #include "codegen/text/generated_text.h"
@@ -31,21 +32,29 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
     commands += fmt::format("{}command_{}()", commands.empty() ? "" : ", ", channel.name);
   const std::string u =
       commands.empty() ? "" : fmt::format("//     const {} u[{}_NU] = {{{}}};\n", scalar, name, commands);
+  const auto watched = [&](const std::string& line) {
+    return m.monitor ? fmt::format(fmt::runtime(line), name) : std::string();
+  };
   return fmt::format(
       "// Use\n"
       "//   #include \"{0}.h\"\n"
       "//   static {0}_observer observer;  // {0}_init(&observer) at start\n"
+      "{7}"
       "//\n"
       "//   void on_timer(void) {{  // every {1} s\n"
-      "//     const {4} y[{0}_NY] = {{{2}}};\n"
-      "{5}"
+      "//     {8}{4} y[{0}_NY] = {{{2}}};\n"
+      "{5}{9}"
       "//     {4} x_hat[{0}_NX];\n"
       "//     if ({0}_step(&observer, y{6}) != {0}_OK) note_fault({0}_last_status(&observer));\n"
       "//     if (!{0}_in_domain(&observer)) {{ enter_safe_mode(); return; }}\n"
       "//     {0}_estimate(&observer, x_hat);\n"
+      "{10}"
       "//     use(x_hat[{0}_state_{3}]);\n"
       "//   }}\n",
-      name, literal(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u");
+      name, literal(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u",
+      watched("//   static {0}_monitor monitor;    // {0}_monitor_reset(&monitor) at start\n"),
+      m.monitor ? "" : "const ", watched("//     {0}_trusted(&monitor, &observer, y, y);\n"),
+      watched("//     if ({0}_watch(&monitor, &observer, x_hat) != {0}_NO_ALARM) {{ enter_safe_mode(); return; }}\n"));
 }
 
 /// An AVR's double has 32 bits.
@@ -166,6 +175,7 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
   for (const auto& [key, value] : own) values[key] = value;
   for (const char* part : {"PIECES", "SLOPE", "LINEAR", "LATENT", "WARM_START", "WARM_START_BODY"})
     if (!values[part].empty()) values[part] = filled(embedded_text(values[part]), values);
+  add_c99_monitor(m, init, values);
   return values;
 }
 
@@ -209,7 +219,7 @@ std::vector<NamedText> c99(const PreparedExport& given) {
   for (const auto& [key, value] : values)
     for (const char c : value) hash = (hash ^ static_cast<unsigned char>(c)) * 0x01000193U;
   values["EXPORT"] = fmt::format("0x{:08x}", hash);
-  for (const char* part : {"ARITHMETIC", "MAP"}) values[part] = filled(values[part], values);
+  for (const char* part : {"ARITHMETIC", "MAP", "MONITOR", "MONITOR_BODY"}) values[part] = filled(values[part], values);
   values["TYPES"] = filled(embedded_text("c99/types.h.in"), values);
   values["BODY"] = filled(embedded_text("c99/body.c.in"), values);
   values["TOP"] =

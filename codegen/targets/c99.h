@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The observer in C99, for compilers that have no C++20: NAME.h and NAME.c, which need no library at all and give the
-// bits of the C++ runtime's deterministic policy. Without a monitor.
+// bits of the C++ runtime's deterministic policy, of the monitor too.
 #pragma once
 
 #include <map>

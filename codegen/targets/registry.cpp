@@ -40,12 +40,15 @@ const std::vector<ExportTarget>& export_targets() {
        ExportForm::kDirectory, arduino_library},
       {"zephyr", "folder with a Zephyr module: header, runtime, C99 pair, sample", ExportForm::kDirectory,
        zephyr_module},
-      {"fmu", "FMU for co-simulation by FMI 3.0: C99 sources, and a binary by $CC or cc", ExportForm::kFile, fmu, true},
-      {"fmu-sources", "the same without a binary, for importers that compile", ExportForm::kFile, fmu_of_sources, true},
+      {"fmu", "FMU for co-simulation by FMI 3.0: C99 sources, and a binary by $CC or cc", ExportForm::kFile, fmu, true,
+       true},
+      {"fmu-sources", "the same without a binary, for importers that compile", ExportForm::kFile, fmu_of_sources, true,
+       true},
       {"ros2_control",
        "folder with a ROS 2 package: header, runtime, a chainable controller that exports the estimates",
        ExportForm::kDirectory, ros2_control_package},
-      {"simulink", "folder with a level-2 S-function around the C99 pair", ExportForm::kDirectory, simulink, true},
+      {"simulink", "folder with a level-2 S-function around the C99 pair", ExportForm::kDirectory, simulink, true,
+       true},
   };
   return targets;
 }

@@ -26,7 +26,8 @@ struct ExportTarget {
   ExportForm form;
   /// The files, their paths relative to where the export goes. Throws Error.
   std::function<std::vector<NamedText>(const PreparedExport&)> generate;
-  bool of_c99 = false;  ///< made of what the c99 pair has: no monitor, no standard deviations, one tanh
+  bool of_c99 = false;    ///< made of what the c99 pair has: no standard deviations, one tanh
+  bool no_alarm = false;  ///< the monitor of a model has no place in it
 };
 
 const std::vector<ExportTarget>& export_targets();

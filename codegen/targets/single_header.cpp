@@ -31,6 +31,17 @@ std::string word_in_cpp20(const std::string& word) {
       {"SELF_REJECTED", "Status::kRejected"},
       {"SELF_DIVERGED", "Status::kDiverged"},
       {"SELF_RESET", "Status::kReset"},
+      {"SELF_alarm", "Alarm"},
+      {"SELF_NO_ALARM", "Alarm::kNone"},
+      {"SELF_INNOVATION_MEAN", "Alarm::kInnovationMean"},
+      {"SELF_INNOVATION_VARIANCE", "Alarm::kInnovationVariance"},
+      {"SELF_INNOVATION_CORRELATION", "Alarm::kInnovationCorrelation"},
+      {"SELF_LATENT_DISTANCE", "Alarm::kLatentDistance"},
+      {"SELF_MISSING", "Alarm::kMissing"},
+      {"SELF_MONITOR_RESET", "Alarm::kReset"},
+      {"SELF_averages", "Averages"},
+      {"SELF_watched", "Watched"},
+      {"SELF_monitor", "MonitorState"},
       {"EACH_STORE", "volatile"},
   };
   if (const auto found = words.find(word); found != words.end()) return found->second;
@@ -91,7 +102,8 @@ std::string in_cpp20(std::string_view c) {
       line = "inline " + line;
     }
     line = words_in_cpp20(line);
-    if (!type.empty()) replace(line, "Status::", "");  // an enumerator where it is declared
+    for (const char* scope : {"Status::", "Alarm::"})
+      if (!type.empty()) replace(line, scope, "");  // an enumerator where it is declared
     const std::size_t indent = line.find_first_not_of(' ');
     if (before.starts_with("inline ") && before.ends_with(',') && before.size() + 1 + line.size() - indent <= kWidth) {
       text.back() = ' ';  // a signature that is short without IN_FLASH
@@ -138,6 +150,8 @@ std::string single_header(const PreparedExport& given) {
   const bool driven = m.nu() > 0;
   values["TYPES"] = types;
   values["BODY"] = body;
+  values["WATCHED"] = m.monitor ? "true" : "";
+  for (const char* text : {"MONITOR", "MONITOR_BODY"}) values[text] = part(values[text]);
   values["NAME"] = prepared.name();
   values["BITS"] = "std::" + values["BITS"];
   values["INPUT_TYPE"] = driven ? "  using Input = std::array<Scalar, kNu>;\n" : "";

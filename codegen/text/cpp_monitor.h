@@ -1,15 +1,27 @@
 // SPDX-License-Identifier: MIT
-// The monitor of a C++ header: constants and types.
+// The monitor of a model in generated text: its constants, and all of it that a C++ header has.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "codegen/model/model.h"
 #include "codegen/text/generated_text.h"
 
 namespace nlo::codegen {
 
-/// Of a model that has one.
+/// Of a nlo::MonitorModel, as C and C++ alike initialise it.
+struct MonitorConstant {
+  const char *name, *type, *extents;  ///< "gain", "Scalar", "[kWindows]"
+  std::string value;
+};
+
+/// Of a model that has a monitor, as all of these are.
+std::vector<MonitorConstant> monitor_constants(const Model& model, const Initialiser& init);
+
+/// A comment: what its limits were set for.
+std::string monitor_promise(const Monitor& monitor);
+
 std::string cpp_monitor(const Model& model, const Initialiser& init);
 
 }  // namespace nlo::codegen

@@ -238,6 +238,12 @@ Model watched_rig_model() {
   return m;
 }
 
+Model watched_computed_model() {
+  Model m = with_monitor(computed_model());
+  m.name = "watched_computed";
+  return m;
+}
+
 Model luenberger_model() {
   Model m = blank("pendulum", 1, 2);
   m.initial_latent = Eigen::Vector2d(0.1, -0.2);
@@ -603,6 +609,7 @@ std::vector<Model> example_models() {
                                failing_model(),
                                watched_model(),
                                watched_rig_model(),
+                               watched_computed_model(),
                                failing_rig_model(),
                                computed_model(),
                                computed_gated_model(),

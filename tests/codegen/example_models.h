@@ -24,9 +24,10 @@ Model tiny_model();
 /// `tiny_model` with a wider T* and this activation ("relu", "silu", "tanh").
 Model activation_model(const std::string& activation);
 
-/// `tiny_model` with a monitor; and `rig_model`, whose angle turns.
+/// `tiny_model` with a monitor; `rig_model`, whose angle turns; `computed_model`, whose outputs are not all measured.
 Model watched_model();
 Model watched_rig_model();
+Model watched_computed_model();
 
 /// T* is one layer: a linear observer.
 Model linear_model();

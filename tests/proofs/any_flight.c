@@ -67,13 +67,37 @@ static void estimate(const NAME_(observer) * o) {
 #endif
 }
 
+#ifdef WATCHED
+static void any_watch(NAME_(monitor) * m, const NAME_(observer) * o) {
+  SCALAR y[NAME_(NY)], x_hat[NAME_(NX)];
+  for (int j = 0; j < NAME_(NY); ++j) y[j] = any_scalar;
+  NAME_(trusted)(m, o, y, y);
+  NAME_(estimate)(o, x_hat);
+  NAME_(watch)(m, o, x_hat);
+  NAME_(monitor_armed)(m);
+  //@ assert alarm: m->alarm <= NAME_(MONITOR_RESET);
+}
+#endif
+
 int main(void) {
   static const SCALAR turns[] = TURNS;
   NAME_(observer) o, saved;
   NAME_(init)(&o);
+#ifdef WATCHED
+  NAME_(monitor) monitor, saved_monitor;
+  NAME_(monitor_reset)(&monitor);
+#endif
   while (any_int) {
     any_question(&o);
     estimate(&o);
+#ifdef WATCHED
+    if (any_int) Frama_C_make_unknown((char*)&monitor, sizeof monitor);
+    any_watch(&monitor, &o);
+    if (any_int) {
+      Frama_C_make_unknown((char*)&saved_monitor, sizeof saved_monitor);
+      NAME_(monitor_restore)(&monitor, &saved_monitor);
+    }
+#endif
     if (any_int) {
       any_call(&o, any_int);
     } else {

@@ -35,6 +35,7 @@ analysed() {
     settles=$(grep "${name}_warm_start" "$header" || true)
     if [[ $settles ]]; then echo '#define SETTLES'; fi
     if [[ $settles && $settles != *' u['* ]]; then echo '#define SETTLES_BY_Y'; fi
+    if grep -q "${name}_watch(" "$header"; then echo '#define WATCHED'; fi
     if grep -q "${name}_staleness" "$header"; then echo '#define STALENESS'; fi
     if grep -q make_unit "$c"; then echo '#define UNIT_LENGTH'; fi # a quotient of 1 at most, which is a relation
     echo "#include \"$source/tests/proofs/any_flight.c\""

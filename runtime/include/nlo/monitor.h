@@ -25,13 +25,16 @@
 #include <cstdint>
 #include <limits>
 
+#include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/simd.h"
 #include "nlo/measurement.h"
 #include "nlo/monitor_model.h"
 #include "nlo/vector.h"
 
 namespace nlo {
 
-template <class Model_>
+/// Deterministic arithmetic, the same bits on every target, is one more word, as for KklObserver.
+template <class Model_, Arithmetic kArithmetic = Arithmetic::kFast>
 class Monitor {
  public:
   using Model = Model_;
@@ -199,21 +202,25 @@ class Monitor {
     return below > -largest ? below : -largest;
   }
 
+  static constexpr Scalar multiply_add(Scalar a, Scalar b, Scalar c) { return nlo::multiply_add<kArithmetic>(a, b, c); }
+
   constexpr Scalar innovation(int j, Scalar y, Scalar turn) const {
     const OutputState& own = state_.outputs[j];
     Scalar change = y - own.y;
-    if (turn > Scalar(0)) change = ReadingRange<Scalar, 1>::template wrapped<Arithmetic::kFast>(change, turn);
-    return limited(change * model_->per_deviation[j] - own.predicted, kFar);
+    if (turn > Scalar(0)) change = ReadingRange<Scalar, 1>::template wrapped<kArithmetic>(change, turn);
+    return limited(multiply_add(change, model_->per_deviation[j], -own.predicted), kFar);
   }
 
   constexpr void take(OutputState& own, Scalar innovation) {
     const Scalar e = limited(innovation, Scalar(kLargestInnovation));
     for (int w = 0; w < Model::kWindows; ++w) {
       Window& window = own.windows[w];
-      window.mean += model_->gain[w] * (e - window.mean);
-      window.power += model_->gain[Model::kWindows - 1] * (window.mean * window.mean - window.power);
-      window.variance += model_->gain[w] * (e * e - window.variance);
-      window.correlation += model_->gain[w] * (e * own.last - window.correlation);
+      const Scalar gain = model_->gain[w];
+      window.mean = multiply_add(gain, e - window.mean, window.mean);
+      window.power = multiply_add(model_->gain[Model::kWindows - 1],
+                                  multiply_add(window.mean, window.mean, -window.power), window.power);
+      window.variance = multiply_add(gain, multiply_add(e, e, -window.variance), window.variance);
+      window.correlation = multiply_add(gain, multiply_add(e, own.last, -window.correlation), window.correlation);
     }
     own.last = e;
   }
@@ -223,12 +230,16 @@ class Monitor {
     Scalar sum = 0;
     for (int r = 0; r < kNz; ++r) {
       const Scalar off = limited((z[r] - model_->latent_mean[r]) * model_->per_latent_deviation[r], kFar);
-      sum += off * off;
+      sum = multiply_add(off, off, sum);
     }
     const Scalar mean = limited(sum * (Scalar(1) / Scalar(kNz)), Scalar(kLargestInnovation * kLargestInnovation));
-    for (int w = 0; w < Model::kWindows; ++w) state_.distance[w] += model_->gain[w] * (mean - state_.distance[w]);
+    for (int w = 0; w < Model::kWindows; ++w) {
+      Scalar& distance = state_.distance[w];
+      distance = multiply_add(model_->gain[w], mean - distance, distance);
+    }
     for (OutputState& own : state_.outputs) {
-      own.missing_share += model_->gain[0] * ((own.missing != 0 ? Scalar(1) : Scalar(0)) - own.missing_share);
+      const Scalar missing = own.missing != 0 ? Scalar(1) : Scalar(0);
+      own.missing_share = multiply_add(model_->gain[0], missing - own.missing_share, own.missing_share);
       own.missing = 0;
     }
   }
@@ -238,9 +249,9 @@ class Monitor {
     for (int j = 0; j < kNy; ++j) {
       const auto& row = model_->prediction[j];
       Scalar sum = model_->offset[j];
-      for (int r = 0; r < kNz; ++r) sum += row[r] * z[r];
-      for (int i = 0; i < kNr; ++i) sum += row[kNz + i] * y[i];
-      for (int i = 0; i < kNx; ++i) sum += row[kNz + kNr + i] * x_hat[i];
+      for (int r = 0; r < kNz; ++r) sum = multiply_add(row[r], z[r], sum);
+      for (int i = 0; i < kNr; ++i) sum = multiply_add(row[kNz + i], y[i], sum);
+      for (int i = 0; i < kNx; ++i) sum = multiply_add(row[kNz + kNr + i], x_hat[i], sum);
       state_.outputs[j].predicted = limited(sum, kFar);
       state_.outputs[j].y = y[j];
     }

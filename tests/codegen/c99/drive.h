@@ -5,6 +5,7 @@
 //   #define NLO_SCALAR float
 //   #define NLO_INPUTS 2  // where it reads inputs
 //   #define NLO_SETTLES   // where it has a steady state to start from
+//   #define NLO_WATCHED   // where it has a monitor
 //   #define NLO_SETTLES_BY_Y  // and that is of its outputs alone
 // NLO_STEPS are driven, the first NLO_CALM of them as in flight: 20000 and 4000 unless they are defined.
 // It defines `int rig_drive(void)`, which prints "rig HASH" and gives 0, or prints where the replay went wrong.
@@ -92,11 +93,22 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 #define NLO_START NLO_(step)(o, y NLO_AND_U)
 #endif
 
+#ifdef NLO_WATCHED
+#define NLO_MONITOR , NLO_(monitor) * monitor
+#define NLO_AND_MONITOR , &monitor
+#define NLO_TRUST NLO_(trusted)(monitor, o, y, y);
+#else
+#define NLO_MONITOR
+#define NLO_AND_MONITOR
+#define NLO_TRUST
+#endif
+
 // One of the many things that can happen to an observer.
-static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, uint32_t* random, int k) {
+static NLO_(status) NLO_(happening)(NLO_(observer) * o, NLO_(observer) * saved, uint32_t* random, int k NLO_MONITOR) {
   NLO_SCALAR y[NLO_(NY)];
   for (int j = 0; j < NLO_(NY); ++j) y[j] = NLO_(measurement)(random, k, k >= NLO_CALM);
   NLO_INPUT_DRAW
+  NLO_TRUST
   const uint32_t draw = next_random(random);
   const NLO_SCALAR part = (NLO_SCALAR)(int32_t)(draw >> 8 & 0xfffffU) / (NLO_SCALAR)1048576;  // [0, 1)
   switch (k < NLO_CALM ? 15U : draw >> 28) {
@@ -140,10 +152,16 @@ static int NLO_(drive)(void) {
   }
   NLO_(reset)(&o);
   saved = o;
+#ifdef NLO_WATCHED
+  NLO_(monitor) monitor, watched;
+  unsigned char seen[7] = {0};
+  NLO_(monitor_reset)(&monitor);
+  watched = monitor;
+#endif
   uint32_t random = 1;
   uint64_t hash = 0xcbf29ce484222325U;
   for (int k = 0; k < NLO_STEPS; ++k) {
-    const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k) + (NLO_(in_domain)(&o) ? 8U : 0U) +
+    const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k NLO_AND_MONITOR) + (NLO_(in_domain)(&o) ? 8U : 0U) +
                           16U * (uint32_t)NLO_(last_status)(&o);
     hash_bytes(&hash, &word, sizeof(word));
     hash_bytes(&hash, o.fate, sizeof(o.fate));
@@ -153,11 +171,26 @@ static int NLO_(drive)(void) {
     }
     hash_bytes(&hash, o.z, sizeof(o.z));
     hash_bytes(&hash, o.y, sizeof(o.y));
-    if (k % 50 != 0) continue;
     NLO_SCALAR x_hat[NLO_(NX)];
+#ifdef NLO_WATCHED
+    NLO_(estimate)(&o, x_hat);
+    const unsigned char alarm = (unsigned char)NLO_(watch)(&monitor, &o, x_hat);
+    const bool armed = NLO_(monitor_armed)(&monitor);
+    seen[alarm] = 1;
+    hash_bytes(&hash, &alarm, 1);
+    hash_bytes(&hash, &armed, sizeof(armed));
+    hash_bytes(&hash, &monitor.level, sizeof(monitor.level));
+    if (k % 3001 == 3000) ((unsigned char*)&monitor.outputs[0].windows[1].power)[sizeof(NLO_SCALAR) - 1] ^= 0x40U;
+    if (k % 1009 == 0) watched = monitor;
+    if (k % 1009 == 500) hash_bytes(&hash, (unsigned char[]){NLO_(monitor_restore)(&monitor, &watched)}, 1);
+#endif
+    if (k % 50 != 0) continue;
     NLO_(estimate)(&o, x_hat);
     hash_bytes(&hash, x_hat, sizeof(x_hat));
   }
+#ifdef NLO_WATCHED
+  for (int i = 0; i < 7; ++i) put(seen[i] ? " +" : " -");
+#endif
   put(" ");
   put_hex(hash);
   put("\n");
@@ -168,6 +201,10 @@ static int NLO_(drive)(void) {
 #undef NLO_INPUTS
 #undef NLO_SETTLES
 #undef NLO_SETTLES_BY_Y
+#undef NLO_WATCHED
+#undef NLO_MONITOR
+#undef NLO_AND_MONITOR
+#undef NLO_TRUST
 #undef NLO_START
 #undef NLO_INPUT_DRAW
 #undef NLO_AND_U

@@ -8,9 +8,11 @@
 
 #include <bit>
 #include <cstring>
+#include <type_traits>
 
 #ifndef NLO_C99_SINGLE
 #include "nlo/kkl_observer.h"
+#include "nlo/monitor.h"
 #include "nlo/sampled_observer.h"
 #endif
 
@@ -87,6 +89,29 @@ class Resumed {
 };
 #endif
 
+#ifndef NLO_C99_SINGLE
+/// The monitor of the runtime that continues from a C one, even where restore() would refuse it.
+template <class C, class Model>
+struct ResumedMonitor {
+  using Monitor = nlo::Monitor<Model, Arithmetic::kDeterministic>;
+  ResumedMonitor(C& from, const Model& model) : c(from), monitor(model) {
+    static_assert(sizeof(C) == sizeof(typename Monitor::State) && sizeof(monitor) >= sizeof(void*) + sizeof(C));
+    std::memcpy(reinterpret_cast<char*>(&monitor) + sizeof(void*), &c, sizeof(C));
+  }
+  void write() { c = std::bit_cast<C>(monitor.save()); }
+  C& c;
+  Monitor monitor;
+};
+#else
+template <class C, class Single>
+struct ResumedMonitor {
+  explicit ResumedMonitor(C& from) : c(from), monitor(std::bit_cast<Single>(from)) {}
+  void write() { c = std::bit_cast<C>(monitor); }
+  C& c;
+  Single monitor;
+};
+#endif
+
 template <class Output, class Scalar>
 Output output(const Scalar* y) {
   Output values{};
@@ -99,9 +124,13 @@ Output output(const Scalar* y) {
 #ifdef NLO_C99_SINGLE
 #define NLO_C99_BEHIND(name) nlo::single::name::Observer
 #define NLO_C99_MODEL(name)
+#define NLO_C99_MONITOR(name) nlo::single::name::Monitor
+#define NLO_C99_WATCH(name)
 #else
 #define NLO_C99_BEHIND(name) nlo::name::Model
 #define NLO_C99_MODEL(name) , nlo::name::kModel
+#define NLO_C99_MONITOR(name) nlo::name::MonitorModel
+#define NLO_C99_WATCH(name) , nlo::name::kMonitor
 #endif
 
 #define NLO_C99_SHIM_OF(name, Scalar, U, AND_U, ONLY_U)                                                            \
@@ -160,6 +189,45 @@ Output output(const Scalar* y) {
     name##_resumed resumed(*o NLO_C99_MODEL(name));                                    \
     return resumed.written<name##_status>(                                             \
         resumed.observer.warm_start(nlo::shim::output<name##_output>(y) AND_U(name))); \
+  }
+
+#define NLO_C99_WATCHED_SHIM(name, Scalar)                                                                      \
+  namespace {                                                                                                   \
+  using name##_resumed_monitor = nlo::shim::ResumedMonitor<name##_monitor, NLO_C99_MONITOR(name)>;              \
+  }                                                                                                             \
+  void name##_monitor_reset(name##_monitor* m) {                                                                \
+    *m = {};                                                                                                    \
+    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                     \
+    resumed.monitor.reset();                                                                                    \
+    resumed.write();                                                                                            \
+  }                                                                                                             \
+  void name##_trusted(name##_monitor* m, const name##_observer* o, const Scalar* y, Scalar* kept) {             \
+    name##_observer copy = *o;                                                                                  \
+    const name##_resumed observer(copy NLO_C99_MODEL(name));                                                    \
+    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                     \
+    const auto trusted = resumed.monitor.trusted(nlo::shim::output<name##_output>(y), observer.observer);       \
+    resumed.write();                                                                                            \
+    for (decltype(trusted.size()) j = 0; j < trusted.size(); ++j) kept[j] = trusted[j];                         \
+  }                                                                                                             \
+  name##_alarm name##_watch(name##_monitor* m, const name##_observer* o, const Scalar* x_hat) {                 \
+    name##_observer copy = *o;                                                                                  \
+    const name##_resumed observer(copy NLO_C99_MODEL(name));                                                    \
+    name##_resumed_monitor resumed(*m NLO_C99_WATCH(name));                                                     \
+    const auto alarm =                                                                                          \
+        resumed.monitor.watch(observer.observer, nlo::shim::output<name##_resumed::Observer::Estimate>(x_hat)); \
+    resumed.write();                                                                                            \
+    return static_cast<name##_alarm>(alarm);                                                                    \
+  }                                                                                                             \
+  bool name##_monitor_armed(const name##_monitor* m) {                                                          \
+    name##_monitor copy = *m;                                                                                   \
+    return name##_resumed_monitor(copy NLO_C99_WATCH(name)).monitor.armed();                                    \
+  }                                                                                                             \
+  bool name##_monitor_restore(name##_monitor* m, const name##_monitor* saved) {                                 \
+    name##_monitor copy = *saved;                                                                               \
+    name##_resumed_monitor from(copy NLO_C99_WATCH(name)), resumed(*m NLO_C99_WATCH(name));                     \
+    const bool good = resumed.monitor.restore(from.monitor.save());                                             \
+    resumed.write();                                                                                            \
+    return good;                                                                                                \
   }
 
 #define NLO_C99_NOTHING(any)

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// The monitor of a C99 observer.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "codegen/model/model.h"
+#include "codegen/text/generated_text.h"
+
+namespace nlo::codegen {
+
+/// MONITOR and MONITOR_BODY, templates of its own (empty where the model has none), and what their keys stand for.
+void add_c99_monitor(const Model& model, const Initialiser& init, std::map<std::string, std::string>& values);
+
+}  // namespace nlo::codegen
