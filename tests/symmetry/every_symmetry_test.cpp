@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <random>
 #include <string>
@@ -171,6 +172,22 @@ TEST_P(EverySymmetry, TheImageOfARunIsTheRunFromTheImageOfItsStart) {
       EXPECT_LT((image.readings.values(run.outputs) - other.outputs).cwiseAbs().maxCoeff(), kRungeKutta);
     }
   }
+}
+
+TEST(SymmetryOfAnEncodedAngle, MovesSineAndCosineOnAndTurnsTheSignOfTheSineAlone) {
+  const std::vector<codegen::Channel> channels = {{"b", "", 0.0}, {"a_sin", "", 0.0}, {"a_cos", "", 0.0}};
+  const auto image = [&](const std::string& kind, float drawn) {
+    const Symmetry symmetry = on_channels({.kind = kind, .channels = {"a", "b_is_not_here"}}, channels, {});
+    const Element element = symmetry.kind->draw(symmetry.components, 0, [&] { return drawn; });
+    return VectorXd(
+        image_of(symmetry, element, 3, 0).readings.values(Eigen::Vector3d(0.2, std::sin(0.5), std::cos(0.5))));
+  };
+  constexpr double kFloat = 1e-6;  // of the number that was drawn
+  for (const char* kind : {"shift", "rotation2"}) {
+    const double moved = 0.5 + 2.0 * 3.14159265358979 * 0.3;
+    EXPECT_LT((image(kind, 0.3F) - Eigen::Vector3d(0.2, std::sin(moved), std::cos(moved))).norm(), kFloat) << kind;
+  }
+  EXPECT_EQ(image("sign", 0.3F), Eigen::Vector3d(0.2, -std::sin(0.5), std::cos(0.5)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, EverySymmetry, ::testing::ValuesIn(symmetry_kinds().begin(), symmetry_kinds().end()),
