@@ -61,6 +61,36 @@ TEST(SymmetryTraining, HasTheSameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(codegen::to_json(trained(experiment)), one);
 }
 
+/// An oscillator by a KKL observer whose T* ships as trained.
+Experiment oscillator(const std::string& symmetry, const std::string& map = "readout = \"network\"\n") {
+  return parse_experiment(
+      "name = \"oscillator\"\n[plant]\nmodel = \"van_der_pol\"\n[simulation]\nhorizon_s = 5.0\nsample_period_s = 0.05\n"
+      "trajectories = 6\ninitial_low = [0.0, -1.0]\ninitial_high = [1.0, 1.0]\n" +
+          symmetry +
+          "[observer]\neigenvalues = [-2.0, -4.0]\nfeatures = \"latent_and_output\"\n[inverse_map]\nhidden = [8]\n" +
+          map + "[training]\nsteps = 30\nnoise = \"gaussian:0.1\"\n",
+      "oscillator.toml");
+}
+
+TEST(SymmetryTraining, AKklObserverOfSignsHasAnOddMapByConstruction) {
+  const std::string signs =
+      "[[symmetry]]\nkind = \"sign\"\nchannels = [\"x1\", \"x2\", \"y\"]\nby_construction = true\n";
+  const auto unevenness = [](const Experiment& experiment) {
+    const codegen::Model model = trained(experiment);
+    codegen::ReferenceObserver<double> observer(model), mirrored(model);
+    const Trajectory run = simulate_training_sets(experiment).validation.trajectories.front();
+    return (observer.run(run.outputs, {}, run.time_s, true).x_hat +
+            mirrored.run(-run.outputs, {}, run.time_s, true).x_hat)
+        .cwiseAbs()
+        .maxCoeff();
+  };
+  EXPECT_LT(unevenness(oscillator(signs)), 1e-12) << "to rounding of double";
+  EXPECT_GT(unevenness(oscillator("")), 1e-3) << "control";
+  const codegen::Model model = trained(oscillator(signs));
+  EXPECT_EQ(model.latent_min, -model.latent_max) << "its domain has mirror images, too";
+  EXPECT_THROW(oscillator(signs, ""), codegen::Error) << "a readout that is selected has means";
+}
+
 TEST(SymmetryTraining, AnUnwrappedAngleShiftsByConstruction) {
   const Experiment experiment = parse_experiment(
       "name = \"rotor\"\n[plant]\nstates = [\"theta\", \"omega\"]\nstate_wraps = [\"2pi\", 0]\nestimated = "

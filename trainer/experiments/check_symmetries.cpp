@@ -191,7 +191,7 @@ void check_symmetries(const Experiment& e) {
     std::vector<Channel> readings = channels.output_channels;
     readings.insert(readings.end(), channels.read_input_channels.begin(), channels.read_input_channels.end());
     const std::string gap =
-        structure_of(e.observer).symmetry_gap(on_channels(symmetry, readings, channels.state_channels), channels);
+        structure_of(e.observer).symmetry_gap(on_channels(symmetry, readings, channels.state_channels), e, channels);
     if (!gap.empty())
       refuse_at(".by_construction", fmt::format("by_construction: {}; remove by_construction, and training turns its "
                                                 "segments",

@@ -95,7 +95,7 @@ class CarriedStructure final : public TrainableStructure {
     check_channels(experiment, channels);
   }
 
-  std::string symmetry_gap(const Symmetry& symmetry, const ChannelCounts& channels) const override {
+  std::string symmetry_gap(const Symmetry& symmetry, const Experiment&, const ChannelCounts& channels) const override {
     const auto all = [](int rows) {
       std::vector<std::vector<int>> vectors;
       for (int row = 0; row < rows; row += kAxes) vectors.push_back({row, row + 1, row + 2});
@@ -117,6 +117,7 @@ class CarriedStructure final : public TrainableStructure {
   void make(const Experiment& experiment, ObserverStructure& structure) const override {
     const ObserverConfig& observer = experiment.observer;
     structure.axes = kAxes;
+    structure.centred = true;
     LatentShape& latent = structure.latent;
     latent.injection = observer.output_injection;
     latent.starts_steady = observer.start == LatentStart::kSteady;

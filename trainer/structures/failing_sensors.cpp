@@ -37,6 +37,10 @@ std::vector<Key<ObserverConfig>> failing_sensor_keys() {
                                       "kkl, gated: a missing output fades by this time constant to its mean [s]"))};
 }
 
+bool has_failing_sensors(const ObserverConfig& observer) {
+  return !observer.own.get<FailingSensors>().may_fail.empty();
+}
+
 ByType kept_sensors(const ObserverConfig& observer) {
   ByType own;
   own.set<FailingSensors>() = observer.own.get<FailingSensors>();

@@ -12,6 +12,9 @@ namespace nlo::trainer {
 /// may_fail and staleness_s.
 std::vector<Key<ObserverConfig>> failing_sensor_keys();
 
+/// Whether may_fail names any.
+bool has_failing_sensors(const ObserverConfig& observer);
+
 /// These keys alone of what structures keep for themselves.
 ByType kept_sensors(const ObserverConfig& observer);
 

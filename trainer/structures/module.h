@@ -45,7 +45,8 @@ class TrainableStructure {
   virtual void check(const Experiment& experiment, const ChannelCounts& channels) const = 0;
 
   /// Why turning its readings would not turn its estimates, whatever the parameters: in words; empty where it does.
-  virtual std::string symmetry_gap(const Symmetry& symmetry, const ChannelCounts& channels) const;
+  virtual std::string symmetry_gap(const Symmetry& symmetry, const Experiment& experiment,
+                                   const ChannelCounts& channels) const;
 
   // What it is made of.
   virtual bool has_eigenvalues() const { return false; }  ///< of a D: parameters, penalties and constants speak of them

@@ -68,6 +68,7 @@ struct ObserverStructure {
   ByType own;                       ///< what the module keeps for itself
 
   int axes = 1;  ///< features and states are vectors of so many components; T* is to be the same for each component
+  bool centred = false;           ///< features and states have no mean: T* is to have no preferred place
   std::vector<Feature> features;  ///< of T*; empty where the latent state is the estimate
   std::vector<float> state_mean, state_scale;
   NetworkShape network;  ///< T*

@@ -87,10 +87,10 @@ void normalise(ObserverStructure& structure, const Rollout& rollout) {
     structure.state_mean[i] = static_cast<float>(states[i].mean);
     structure.state_scale[i] = safe_scale(states[i].deviation());
   }
-  // One scale for all components of a vector, and no mean, which would point somewhere.
+  // One scale for all components of a vector, and no mean, which would point somewhere. The same of one component.
   const auto axes = static_cast<std::size_t>(structure.axes);
   const auto lengths = [&](const std::vector<Moments>& moments, const auto& set) {
-    for (std::size_t first = 0; axes > 1 && first < moments.size(); first += axes) {
+    for (std::size_t first = 0; structure.centred && first < moments.size(); first += axes) {
       double squares = 0.0;
       for (std::size_t c = first; c < first + axes; ++c)
         squares += moments[c].mean * moments[c].mean + moments[c].deviation() * moments[c].deviation();

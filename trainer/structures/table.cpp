@@ -22,7 +22,7 @@ const TrainableStructure& carried_structure();
 const TrainableStructure& prior_structure();
 
 /// z - y does not see where an unwrapped angle points.
-std::string TrainableStructure::symmetry_gap(const Symmetry& symmetry, const ChannelCounts&) const {
+std::string TrainableStructure::symmetry_gap(const Symmetry& symmetry, const Experiment&, const ChannelCounts&) const {
   const bool others = !symmetry.readings.vectors.empty() || !symmetry.states.vectors.empty() ||
                       !symmetry.states.angles.empty() ||
                       std::ranges::any_of(symmetry.readings.angles, &MovedRows::Angle::sincos);
