@@ -2,13 +2,13 @@
 #include "codegen/targets/registry.h"
 
 #include "codegen/base/error.h"
+#include "codegen/targets/around_c99.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
 #include "codegen/targets/fmu.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/replay.h"
 #include "codegen/targets/selftest.h"
-#include "codegen/targets/simulink.h"
 #include "codegen/targets/single_header.h"
 
 namespace nlo::codegen {
@@ -49,6 +49,7 @@ const std::vector<ExportTarget>& export_targets() {
        ExportForm::kDirectory, ros2_control_package},
       {"simulink", "folder with a level-2 S-function around the C99 pair", ExportForm::kDirectory, simulink, true,
        true},
+      {"px4", "folder with a module for PX4 around the C99 pair", ExportForm::kDirectory, px4_module, true, true},
   };
   return targets;
 }

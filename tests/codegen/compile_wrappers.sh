@@ -33,6 +33,16 @@ controller() {
     -DCONTROLLER='"src/observer_controller.cpp"' -DREPLAY="\"$2_replay.h\"" -DNLO_NAME="$2" "${defined[@]}" "$shims/ros2_control/main.cpp" -o "$3"
 }
 
+# module FOLDER NAME SCALAR OUTPUT: the module and the work queue of the shim.
+module() {
+  local driven=()
+  if grep -q "$2_NU" "$1/$2.h"; then driven=(-DNLO_DRIVEN); fi
+  cp "$shims/px4/readings.hpp" "$1/readings.hpp"
+  gcc -std=c99 "${warnings[@]}" "${sanitizers[@]}" -c "$1/$2.c" -o "$work/pair.o"
+  g++ -std=gnu++17 -Wall -Wextra -Wshadow -Werror "${sanitizers[@]}" -I"$1" -I"$shims/px4" -DNLO_NAME="$2" -DNLO_SCALAR="${3/int16/float}" \
+    "${driven[@]}" -include "$work/$2_replay.h" -DMODULE="\"$1/$2_observer.cpp\"" "$shims/px4/main.cpp" "$work/pair.o" -o "$4"
+}
+
 for entry in "${blocks[@]}"; do
   name=${entry%:*} scalar=${entry#*:} folder=$work/simulink_$name
   "$export_model" "$name" simulink "$scalar" "$name" "$folder"
@@ -41,6 +51,12 @@ for entry in "${blocks[@]}"; do
   "$work/block" || fail "the S-function of $entry"
   for file in "${name}_sfun.c" "$name.c"; do grep -q "'$file'" "$folder/build_$name.m" || fail "build_$name.m leaves out $file"; done
   echo "ok      simulink $entry"
+
+  "$export_model" "$name" px4 "$scalar" "$name" "$work/px4_$name"
+  g++ -std=gnu++17 -Wall -Wextra -Wshadow -Werror -fsyntax-only -I"$work/px4_$name" -I"$shims/px4" "$work/px4_$name/${name}_observer.cpp"
+  module "$work/px4_$name" "$name" "$scalar" "$work/queue"
+  "$work/queue" >"$work/said.txt" || { cat "$work/said.txt" && fail "the module of $entry"; }
+  echo "ok      px4 $entry"
 done
 sed -i 's/memcpy(ssGetDWork(S, kNext), &observer/memcpy(ssGetDWork(S, kNow), \&observer/' "$folder/${name}_sfun.c"
 sfunction "$folder" "$name" "$scalar" "$work/block"

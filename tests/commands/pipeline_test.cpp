@@ -85,7 +85,7 @@ TEST(Program, TrainsEvaluatesAndExports) {
   scratch.ok({"export", "runs/tiny/model.json", "--target", "fmu-sources", "-o", "tiny.fmu"});
   EXPECT_EQ(scratch.read("tiny.fmu").substr(0, 2), "PK");
 
-  for (const char* target : {"arduino", "zephyr", "selftest", "simulink", "ros2_control"}) {
+  for (const char* target : {"arduino", "zephyr", "selftest", "simulink", "ros2_control", "px4"}) {
     const std::string folder = std::string(target) + "_tiny";
     const std::vector<std::string> command = {"export", "runs/tiny/model.json", "--target", target, "-o", folder};
     EXPECT_EQ(scratch.run(command).exit_code, 0);
