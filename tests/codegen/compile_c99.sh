@@ -8,6 +8,8 @@ set -euo pipefail
 export_model=$1 source=$2 cc=$3 cxx=$4
 command -v "$cc" >/dev/null && command -v "$cxx" >/dev/null || { echo "SKIPPED: no $cc here"; exit 77; }
 tests=$source/tests/codegen/c99
+# shellcheck source=/dev/null
+source "$tests/drive.sh"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/cpp" "$work/single"
@@ -55,16 +57,7 @@ for entry in "${names[@]}"; do sources+=("$work/${entry%:*}.c") && objects+=("$w
 {
   for entry in "${names[@]}"; do
     name=${entry%:*}
-    echo "#include \"${name}_replay.h\""
-    echo "#define NLO_NAME $name"
-    echo "#define NLO_SCALAR ${entry#*:}"
-    inputs=$(sed -n "s/.* ${name}_NU = \([0-9]*\).*/\1/p" "$work/$name.h")
-    if [[ $inputs ]]; then echo "#define NLO_INPUTS $inputs"; fi
-    settles=$(grep "${name}_warm_start" "$work/$name.h" || true)
-    if [[ $settles ]]; then echo '#define NLO_SETTLES'; fi
-    if [[ $settles && $settles != *' u['* ]]; then echo '#define NLO_SETTLES_BY_Y'; fi
-    if grep -q "${name}_watch(" "$work/$name.h"; then echo '#define NLO_WATCHED'; fi
-    echo "#include \"$tests/drive.h\""
+    drive_of "$name" "${entry#*:}" "$work/$name.h"
     bytes=$(sed -n 's|.*n observer takes \([0-9]*\) bytes of RAM.*|\1|p' "$work/$name.h")
     echo "typedef char ${name}_takes_its_bytes[sizeof(${name}_observer) == $bytes ? 1 : -1];"
   done
@@ -84,7 +77,7 @@ for form in cpp single; do
   } >"$work/shim_$form.cpp"
 done
 
-"$cc" "${strict[@]}" -O1 -c "$work/main.c" -o "$work/main.o"
+"$cc" "${strict[@]}" -I "$source" -O1 -c "$work/main.c" -o "$work/main.o"
 "$cxx" -std=c++20 "${warnings[@]}" -O1 -I "$source/runtime/include" -c "$work/shim_cpp.cpp" -o "$work/shim.o"
 "$cxx" "$work/main.o" "$work/shim.o" -o "$work/want" && "$work/want" >"$work/want.txt"
 

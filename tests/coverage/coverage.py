@@ -34,11 +34,13 @@ KERNELS = {"sse2": [], "scalar": ["-DNLO_SCALAR_KERNELS"], "avx512": ["-march=x8
 OF_KERNELS = ("activation", "gated_batch", "jvp", "kernels", "kkl_batch", "mlp", "tanh")
 LEFT_OUT = ("dispatch", "constant_time")  # other programs' headers; valgrind's business
 CODE = 0  # the kind of a region that runs
-# Of each structure that C99 has, in each scalar: plain, with inputs, with sensors that may fail, saturating.
+NO_INT16 = ("tiny_silu", "carried", "prior", "driven_error", "commanded_pendulum")
+# Of each structure, in each scalar: plain, with inputs, with sensors that may fail, saturating.
 PAIRS = [f"c99_{scalar}:{example}" for scalar in ("float", "double", "int16") for example in (
     "rig", "linear", "tiny_zero_order", "tiny_relu", "tiny_silu", "commanded", "failing", "failing_rig", "saturating",
-    "saturating_rig", "gated", "commanded_gated", "failing_gated")
-         if (scalar, example) != ("int16", "tiny_silu")]  # int16 has no silu
+    "saturating_rig", "gated", "commanded_gated", "failing_gated", "carried", "prior", "driven_error", "commanded_pendulum",
+    "commanded_general", "commanded_window", "watched_rig", "watched_computed")
+         if scalar != "int16" or example not in NO_INT16]
 STEPS_MILLIONS = 5  # of all pairs together
 INSTRUMENTED = ["-O0", "-fprofile-instr-generate", "-fprofile-update=atomic", "-fcoverage-mapping"]
 

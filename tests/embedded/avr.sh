@@ -9,6 +9,7 @@ export_model=$1 source=$2 work=$3 target=${5:-}
 rm -rf "$work"
 mkdir -p "$work"
 source "$source/bench/embedded/write_table.sh"
+source "$source/tests/codegen/c99/drive.sh"
 failed=0
 fail() { echo "FAILED  $*" >&2 && failed=1; }
 
@@ -36,10 +37,8 @@ for entry in "shipped_int16|$shipped|int16|atmega328p|600|the example's, int16" 
   data=$(avr-size -A "$work/$name.o" | awk '$1 ~ /^\.(data|bss|rodata)/ { sum += $2 } END { print sum + 0 }')
   [[ $data -eq 0 ]] || fail "$name: $data bytes of its constants are in RAM"
 
-  { printf '#include "%s_replay.h"\n#define NLO_NAME %s\n#define NLO_SCALAR float\n' $name $name
-    printf '#define NLO_STEPS %d\n#define NLO_CALM %d\n' "$steps" $((steps / 3))
-    if grep -q "${name}_warm_start" "$work/$name.h"; then echo '#define NLO_SETTLES'; fi
-    echo '#include "tests/codegen/c99/drive.h"'
+  { printf '#define NLO_STEPS %d\n#define NLO_CALM %d\n' "$steps" $((steps / 3))
+    drive_of "$name" float "$work/$name.h" | grep -v NLO_WATCHED # no room for a monitor beside a replay
     printf '#ifdef NLO_ON_BOARD\nint main(void) { board_exit(%s_drive()); }\n#else\nint main(void) { return %s_drive(); }\n#endif\n' $name $name
   } >"$work/main_$name.c"
   cc -std=c99 -O1 -I"$source" "$work/main_$name.c" "$work/$name.c" -o "$work/here_$name"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An observer in C++ or C99 behind the same calls: what flight.h flies.
+// An observer in C++ behind the calls that flight.h flies; c99_craft.h has those in C99.
 #pragma once
 
 #include <cmath>
@@ -152,56 +152,9 @@ class CppCraft {
   long patience_ = 0;
 };
 
-/// A C99 observer by its calls: see NLO_C99_CRAFT.
-template <class Calls>
-class C99Craft {
- public:
-  using Scalar = typename Calls::Scalar;
-  static constexpr int kNy = Calls::kNy, kNu = Calls::kNu;
-
-  Scalar low(int) const { return Scalar(-4); }  // no call tells the range
-  Scalar high(int) const { return Scalar(4); }
-  Scalar period_s() const { return Scalar(0.02); }
-
-  int step(const Scalar* y, const Scalar* u) { return Calls::step(&observer, y, u); }
-  int step(const Scalar* y, const Scalar* u, Scalar dt_s) { return Calls::step_dt(&observer, y, u, dt_s); }
-  int step_missed(const Scalar* u) { return Calls::step_missed(&observer, u); }
-  int warm_start(const Scalar* y, const Scalar* u) { return Calls::warm_start(&observer, y, u); }
-  void reset() { Calls::reset(&observer); }
-  bool restore(Bits* damage) {
-    typename Calls::Observer saved = observer;
-    if (damage != nullptr) damage->spoil(&saved, sizeof(saved));
-    return Calls::restore(&observer, &saved);
-  }
-  void flip(std::uint64_t bit) {
-    auto& byte = reinterpret_cast<unsigned char*>(&observer)[bit / 8 % sizeof(observer)];
-    byte = static_cast<unsigned char>(byte ^ (1U << (bit % 8)));
-  }
-  int status() const { return Calls::status(&observer); }
-  bool latent_is_finite() const {
-    bool finite = true;
-    for (const Scalar z : observer.z) finite = finite && is_finite(z);
-    return finite;
-  }
-  bool estimate_is_finite() const {
-    Scalar x_hat[Calls::kNx];
-    Calls::estimate(&observer, x_hat);
-    bool finite = true;
-    for (const Scalar x : x_hat) finite = finite && is_finite(x);
-    for (int j = 0; j < kNy; ++j) finite = finite && is_finite(Calls::staleness(&observer, j));
-    (void)Calls::in_domain(&observer);
-    return finite;
-  }
-  const char* monitor_fault() const { return nullptr; }  // C99 has none
-  long patience() const { return 0; }
-  bool alarms() const { return true; }
-
-  typename Calls::Observer observer;
-};
-
 }  // namespace nlo::hostile
 
-/// The craft of an exported C++ header, with its monitor or without, and of an exported pair of C99 with NU inputs.
+/// The craft of an exported C++ header, with its monitor or without.
 #define NLO_CPP_CRAFT(NAME)                                          \
   void fly_##NAME(nlo::hostile::Bits& bits, long steps) {            \
     using Craft = nlo::hostile::CppCraft<nlo::NAME::Observer>;       \
@@ -211,52 +164,4 @@ class C99Craft {
   void fly_##NAME(nlo::hostile::Bits& bits, long steps) {                                 \
     using Craft = nlo::hostile::CppCraft<nlo::NAME::Observer, nlo::NAME::MonitorModel>;   \
     nlo::hostile::fly(Craft(nlo::NAME::kModel, nlo::NAME::kMonitor), #NAME, bits, steps); \
-  }
-#define NLO_C99_CRAFT(NAME, SCALAR, NU)                                                            \
-  struct NAME##_calls {                                                                            \
-    using Scalar = SCALAR;                                                                         \
-    using Observer = NAME##_observer;                                                              \
-    static constexpr int kNx = NAME##_NX, kNy = NAME##_NY, kNu = NU;                               \
-    static constexpr auto reset = [](auto* o) { NAME##_reset(o); };                                \
-    static constexpr auto step = [](auto* o, auto* y, auto* u) -> int {                            \
-      if constexpr (NU > 0)                                                                        \
-        return NAME##_step(o, y, u);                                                               \
-      else                                                                                         \
-        return NAME##_step(o, y);                                                                  \
-    };                                                                                             \
-    static constexpr auto step_dt = [](auto* o, auto* y, auto* u, auto dt_s) -> int {              \
-      if constexpr (NU > 0)                                                                        \
-        return NAME##_step_dt(o, y, u, dt_s);                                                      \
-      else                                                                                         \
-        return NAME##_step_dt(o, y, dt_s);                                                         \
-    };                                                                                             \
-    static constexpr auto step_missed = [](auto* o, auto* u) -> int {                              \
-      if constexpr (NU > 0)                                                                        \
-        return NAME##_step_missed(o, u);                                                           \
-      else                                                                                         \
-        return NAME##_step_missed(o);                                                              \
-    };                                                                                             \
-    static constexpr auto warm_start = [](auto* o, auto* y, auto* u) -> int {                      \
-      if constexpr (requires { NAME##_warm_start(o, y, u); })                                      \
-        return NAME##_warm_start(o, y, u);                                                         \
-      else if constexpr (requires { NAME##_warm_start(o, y); })                                    \
-        return NAME##_warm_start(o, y);                                                            \
-      else                                                                                         \
-        return step(o, y, u);                                                                      \
-    };                                                                                             \
-    static constexpr auto estimate = [](auto* o, auto* x_hat) { NAME##_estimate(o, x_hat); };      \
-    static constexpr auto status = [](auto* o) -> int { return NAME##_last_status(o); };           \
-    static constexpr auto in_domain = [](auto* o) { return NAME##_in_domain(o); };                 \
-    static constexpr auto staleness = [](auto* o, int output) -> Scalar {                          \
-      if constexpr (requires { NAME##_staleness(o, output); })                                     \
-        return NAME##_staleness(o, output);                                                        \
-      else                                                                                         \
-        return 0;                                                                                  \
-    };                                                                                             \
-    static constexpr auto restore = [](auto* o, auto* saved) { return NAME##_restore(o, saved); }; \
-  };                                                                                               \
-  void fly_##NAME(nlo::hostile::Bits& bits, long steps) {                                          \
-    nlo::hostile::C99Craft<NAME##_calls> craft;                                                    \
-    NAME##_init(&craft.observer);                                                                  \
-    nlo::hostile::fly(craft, #NAME, bits, steps);                                                  \
   }

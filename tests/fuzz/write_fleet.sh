@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Exports and their crafts (craft.h) in FOLDER: a source of each kind, one of each export in C99, and one with the table
+# Exports and their crafts (craft.h, c99_craft.h) in FOLDER: a source of each kind, one of each export in C99, and one with the table
 # of all.
 #   write_fleet.sh EXPORT_MODEL FOLDER KIND:EXAMPLE...   KIND: cpp_float, cpp_double, cpp_int16, c99_float, ...
 set -eu
@@ -18,12 +18,15 @@ for craft in "$@"; do
     if [ -z "${NLO_SKIP_REFUSED:-}" ]; then exit 1; fi # e.g. a structure that C99 does not have
     continue
   fi
-  if [ ! -f "fleet_$kind.cpp" ]; then printf '#include "tests/fuzz/craft.h"\n' >"fleet_$kind.cpp"; fi
+  header=craft.h
+  if [ "$language" = c99 ]; then header=c99_craft.h; fi
+  if [ ! -f "fleet_$kind.cpp" ]; then printf '#include "tests/fuzz/%s"\n' "$header" >"fleet_$kind.cpp"; fi
   printf '#include "%s.h"\n' "$name" >>"fleet_$kind.cpp"
   if [ "$language" = c99 ]; then
     inputs=$(sed -n "s/.* ${name}_NU = \([0-9]*\).*/\1/p" "$name.h")
     if [ "$scalar" = int16 ]; then scalar=float; fi # but for T*
-    echo "NLO_C99_CRAFT($name, $scalar, ${inputs:-0})" >>"fleet_$kind.cpp"
+    watched=$(sed -n "s/^${name}_alarm ${name}_watch(.*/WATCHED_/p" "$name.h")
+    echo "NLO_C99_${watched}CRAFT($name, $scalar, ${inputs:-0})" >>"fleet_$kind.cpp"
   elif grep -q 'using Monitor ' "$name.h"; then
     echo "NLO_WATCHED_CRAFT($name)" >>"fleet_$kind.cpp"
   else

@@ -96,7 +96,9 @@ static NLO_SCALAR NLO_(measurement)(uint32_t* random, int k, bool hostile) {
 #ifdef NLO_WATCHED
 #define NLO_MONITOR , NLO_(monitor) * monitor
 #define NLO_AND_MONITOR , &monitor
-#define NLO_TRUST NLO_(trusted)(monitor, o, y, y);
+#define NLO_TRUST                                                                          \
+  if (k / 64 % 8 == 5) y[0] = (NLO_SCALAR)1 / (NLO_SCALAR)4; /* a sensor that is frozen */ \
+  NLO_(trusted)(monitor, o, y, y);
 #else
 #define NLO_MONITOR
 #define NLO_AND_MONITOR
@@ -161,8 +163,8 @@ static int NLO_(drive)(void) {
   uint32_t random = 1;
   uint64_t hash = 0xcbf29ce484222325U;
   for (int k = 0; k < NLO_STEPS; ++k) {
-    const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k NLO_AND_MONITOR) + (NLO_(in_domain)(&o) ? 8U : 0U) +
-                          16U * (uint32_t)NLO_(last_status)(&o);
+    const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k NLO_AND_MONITOR) +
+                          (NLO_(in_domain)(&o) ? 8U : 0U) + 16U * (uint32_t)NLO_(last_status)(&o);
     hash_bytes(&hash, &word, sizeof(word));
     hash_bytes(&hash, o.fate, sizeof(o.fate));
     for (int j = -1; j <= (int)(sizeof(o.fate) / sizeof(o.fate[0])); ++j) {
