@@ -8,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -111,6 +112,16 @@ CsvTable CsvTable::read(const std::string& path, const CsvFormat& format) {
   return parse(codegen::read_file(path), path, format);
 }
 
+CsvTable CsvTable::of_numbers(std::string file, std::vector<std::string> headings, Eigen::MatrixXd numbers) {
+  CsvTable table;
+  table.file_ = std::move(file);
+  table.headings_ = std::move(headings);
+  table.lines_.resize(static_cast<std::size_t>(numbers.rows()));
+  std::iota(table.lines_.begin(), table.lines_.end(), 1);
+  table.numbers_ = std::move(numbers);
+  return table;
+}
+
 CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& format) {
   CsvTable table;
   table.file_ = std::move(file);
@@ -180,6 +191,7 @@ Eigen::Index CsvTable::place_of(std::string_view heading) const {
 
 Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const {
   const Eigen::Index offset = place_of(heading);
+  if (numbers_.size() > 0) return read_numbers(offset, missing);
   const auto stride = static_cast<Eigen::Index>(headings_.size());
   Eigen::VectorXd values(rows());
   for (Eigen::Index row = 0; row < rows(); ++row) {
@@ -195,6 +207,20 @@ Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eige
     throw Error(fmt::format(
         "{}:{}:{}: \"{}\" {}: {}", file_, line(row), shown(heading), shown(cell), *wrong,
         comma ? "if a comma separates decimals, set decimal = \",\" in [log]" : "correct the row or delete it"));
+  }
+  return values;
+}
+
+Eigen::VectorXd CsvTable::read_numbers(Eigen::Index column, std::vector<Eigen::Index>* missing) const {
+  const Eigen::VectorXd values = numbers_.col(column);
+  for (Eigen::Index row = 0; row < values.size(); ++row) {
+    if (std::isfinite(values[row])) continue;
+    const bool nothing = std::isnan(values[row]);
+    if (!nothing || missing == nullptr)
+      throw Error(fmt::format("{}:{}:{}: row {} {}: correct or leave out what it was recorded from", file_, line(row),
+                              shown(headings_[static_cast<std::size_t>(column)]), line(row),
+                              nothing ? "has no value" : "is not finite"));
+    missing->push_back(row);
   }
   return values;
 }

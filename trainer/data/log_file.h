@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A CSV log as numbers: the columns that an experiment lists, its clock, and the runs between its gaps. Read once; the
+// A log as numbers: the columns that an experiment lists, its clock, and the runs between its gaps. Read once; the
 // channels of a Dataset and every check of the logs come from here.
 #pragma once
 

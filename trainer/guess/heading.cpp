@@ -109,12 +109,14 @@ std::string written(std::string unit) {
   return unit;
 }
 
-/// Takes "(m)" or "[m]" off the end of a heading.
+/// Takes "(m)" or "[m]" off the end of a heading; "y(2)" and "/joints/position[elbow]" end in an element.
 bool take_brackets(std::string& heading, std::string& unit) {
   for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
     const auto from = heading.rfind(open);
     if (heading.empty() || heading.back() != close || from == std::string::npos || from == 0) continue;
-    unit = written(trimmed(heading.substr(from + 1, heading.size() - from - 2)));
+    const std::string within = trimmed(heading.substr(from + 1, heading.size() - from - 2));
+    if (heading.front() == '/' || within.find_first_not_of("0123456789") == std::string::npos) return false;
+    unit = written(within);
     heading = trimmed(heading.substr(0, from));
     return true;
   }
