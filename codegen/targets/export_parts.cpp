@@ -106,6 +106,7 @@ std::map<std::string, std::string> wrapper_values(const PreparedExport& prepared
       {"NM", std::to_string(m.measured())},
       {"NU", std::to_string(m.nu())},
       {"NZ", std::to_string(m.nz())},
+      {"MONITORED", m.monitor ? "true" : ""},
       {"DRIVEN", m.nu() > 0 ? "true" : ""},
       {"U", m.nu() > 0 ? ", u" : ""},
   };

@@ -51,6 +51,8 @@ std::vector<Variable> variables(const Model& m) {
   list.push_back(
       {"status", "Enumeration", R"(causality="output" declaredType="StepStatus")", "what became of the readings"});
   list.push_back({"in_domain", "Boolean", R"(causality="output")", "the latent state is where training has been"});
+  if (m.monitor)
+    list.push_back({"alarm", "Enumeration", R"(causality="output" declaredType="Alarm")", "what the monitor sees"});
   list.push_back({"z", real, local + R"(variability="continuous")", "latent state", "", m.nz()});
   std::string initial;
   for (const double value : m.initial_latent) initial += fmt::format("{}{}", initial.empty() ? "" : " ", value);

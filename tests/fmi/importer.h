@@ -101,8 +101,23 @@ static fmi3Status do_step(fmi3Instance i, double* time, double step) {
   return status;
 }
 
+// The C99 pair, and its monitor where there is one.
+typedef struct {
+  Observer observer;
+#ifdef NLO_MONITORED
+  NAMED(monitor) monitor;
+#endif
+} Pair;
+static void begin(Pair* pair) {
+  NAMED(init)(&pair->observer);
+#ifdef NLO_MONITORED
+  NAMED(monitor_reset)(&pair->monitor);
+#endif
+}
+
 // A step of both over sample `k`, or with its readings halved; and all that can be read is the same.
-static void step_both(fmi3Instance i, double* time, Observer* observer, int k, bool halved) {
+static void step_both(fmi3Instance i, double* time, Pair* pair, int k, bool halved) {
+  Observer* observer = &pair->observer;
   const NAMED(replay_sample) sample = NAMED(replay_samples)[k];
   Scalar y[kNy], u[kNu + 1] = {0};
   double given[kNy + kNu];
@@ -121,12 +136,24 @@ static void step_both(fmi3Instance i, double* time, Observer* observer, int k, b
   attribute("<DefaultExperiment", "stepSize", period, sizeof period);
   const bool regular = !(sample.dt_s > 0);
   const fmi3Status answer = do_step(i, time, regular ? atof(period) : (double)sample.dt_s);
+#ifdef NLO_MONITORED
+  NAMED(trusted)(&pair->monitor, observer, y, y);
+#endif
   const NAMED(status) want = regular ? NAMED(step)(observer, y AND_U) : NAMED(step_dt)(observer, y AND_U, sample.dt_s);
-  if (!halved) EXPECT(want == sample.status);
-  EXPECT(answer == (want == NAMED(OK) ? fmi3OK : fmi3Warning));
-
   Scalar x_hat[kNx];
   NAMED(estimate)(observer, x_hat);
+#ifdef NLO_MONITORED
+  const fmi3ValueReference alarm_reference = reference_of("alarm\"");
+  const NAMED(alarm) alarm = NAMED(watch)(&pair->monitor, observer, x_hat);
+  fmi3Int64 told_alarm;
+  EXPECT(F(fmi3GetInt64)(i, &alarm_reference, 1, &told_alarm, 1) == fmi3OK && told_alarm == (int)alarm);
+  const bool well = alarm == NAMED(NO_ALARM) && want == NAMED(OK);
+#else
+  if (!halved) EXPECT(want == sample.status);
+  const bool well = want == NAMED(OK);
+#endif
+  EXPECT(answer == (well ? fmi3OK : fmi3Warning));
+
   double got[kNx + kNz];
   fmi3ValueReference wanted[kNx + 1];
   for (int n = 0; n < kNx; ++n) wanted[n] = estimate + (unsigned)n;

@@ -1,29 +1,30 @@
 // SPDX-License-Identifier: MIT
 // An importer of FMI 3.0 for one FMU: loads its library, knows of it what modelDescription.xml says, and goes through
 // all functions, also in ways that are wrong. What it computes is held against the C99 pair, bit for bit.
-// Compiled with NLO_NAME, NLO_SCALAR, NLO_DRIVEN where there are inputs, and what FMU and replay-c99 declare.
+// Compiled with NLO_NAME, NLO_SCALAR, NLO_DRIVEN where there are inputs, NLO_MONITORED, and what FMU and replay-c99 declare.
 //   load_fmu LIBRARY modelDescription.xml
 #include "tests/fmi/importer.h"
 
 static void replays_and_disturbs_no_other(void) {
   double time = 3, other_time = 0;
   fmi3Instance one = begun(time), other = begun(other_time);
-  Observer observer, other_observer, golden;
+  Observer golden;
+  Pair pair, other_pair;
   NAMED(init)(&golden);
   EXPECT(NAMED(first_mismatch)(&golden) == -1);
-  NAMED(init)(&observer);
-  NAMED(init)(&other_observer);
+  begin(&pair);
+  begin(&other_pair);
   for (int k = 0; k < kSamples; ++k) {
-    step_both(one, &time, &observer, k, false);
-    step_both(other, &other_time, &other_observer, k, true);
+    step_both(one, &time, &pair, k, false);
+    step_both(other, &other_time, &other_pair, k, true);
   }
   F(fmi3FreeInstance)(other);
   EXPECT(F(fmi3Reset)(one) == fmi3OK);
   EXPECT(F(fmi3EnterInitializationMode)(one, true, 1e-6, 0, false, 0) == fmi3OK &&
          F(fmi3ExitInitializationMode)(one) == fmi3OK);
-  NAMED(init)(&observer);
+  begin(&pair);
   time = 0;
-  for (int k = 0; k < kSamples / 2; ++k) step_both(one, &time, &observer, k, false);  // as if it were new
+  for (int k = 0; k < kSamples / 2; ++k) step_both(one, &time, &pair, k, false);  // as if it were new
   F(fmi3FreeInstance)(one);
 }
 
@@ -31,11 +32,11 @@ static void continues_from_saved_states(void) {
   const int half = kSamples / 2;
   double time = 0;
   fmi3Instance i = begun(time), fresh = instance_named("fresh", token, false, false);
-  Observer observer, at_half;
-  NAMED(init)(&observer);
-  for (int k = 0; k < half; ++k) step_both(i, &time, &observer, k, false);
+  Pair pair, at_half;
+  begin(&pair);
+  for (int k = 0; k < half; ++k) step_both(i, &time, &pair, k, false);
   const double time_at_half = time;
-  at_half = observer;
+  at_half = pair;
   fmi3FMUState state = NULL, loaded = NULL;
   EXPECT(F(fmi3GetFMUState)(i, &state) == fmi3OK && state != NULL);
   fmi3FMUState same = state;
@@ -46,19 +47,19 @@ static void continues_from_saved_states(void) {
   REFUSED(F(fmi3SerializeFMUState)(i, state, bytes, size - 1));
   REFUSED(F(fmi3SerializeFMUState)(i, state, NULL, size));
   EXPECT(F(fmi3SerializeFMUState)(i, state, bytes, size) == fmi3OK);
-  for (int k = half; k < kSamples; ++k) step_both(i, &time, &observer, k, false);
+  for (int k = half; k < kSamples; ++k) step_both(i, &time, &pair, k, false);
 
   EXPECT(F(fmi3SetFMUState)(i, state) == fmi3OK);
   EXPECT(F(fmi3FreeFMUState)(i, &state) == fmi3OK && state == NULL && F(fmi3FreeFMUState)(i, &state) == fmi3OK);
   time = time_at_half;
-  observer = at_half;
-  for (int k = half; k < kSamples; ++k) step_both(i, &time, &observer, k, false);
+  pair = at_half;
+  for (int k = half; k < kSamples; ++k) step_both(i, &time, &pair, k, false);
 
   EXPECT(F(fmi3DeserializeFMUState)(fresh, bytes, size, &loaded) == fmi3OK);
   EXPECT(F(fmi3SetFMUState)(fresh, loaded) == fmi3OK && F(fmi3FreeFMUState)(fresh, &loaded) == fmi3OK);
   time = time_at_half;
-  observer = at_half;
-  for (int k = half; k < kSamples; ++k) step_both(fresh, &time, &observer, k, false);
+  pair = at_half;
+  for (int k = half; k < kSamples; ++k) step_both(fresh, &time, &pair, k, false);
 
   REFUSED(F(fmi3DeserializeFMUState)(fresh, bytes, size - 1, &loaded));
   REFUSED(F(fmi3DeserializeFMUState)(fresh, NULL, size, &loaded));
@@ -288,7 +289,6 @@ int main(int argc, char** argv) {
   latent = reference_of("z\"");
   initial = reference_of("initial_z\"");
   EXPECT(strcmp(F(fmi3GetVersion)(), "3.0") == 0);
-
   takes_only_its_own_token();
   replays_and_disturbs_no_other();
   continues_from_saved_states();

@@ -52,6 +52,7 @@ for entry in "${entries[@]}"; do
   valid "$fmu/modelDescription.xml" fmi3ModelDescription.xsd || fail "modelDescription.xml of $name"
   valid "$fmu/sources/buildDescription.xml" fmi3BuildDescription.xsd || fail "buildDescription.xml of $name"
   if grep -q "${name}_NU" "$fmu/sources/$name.h"; then driven=(-DNLO_DRIVEN); fi
+  if grep -q "${name}_watch" "$fmu/sources/$name.h"; then driven+=(-DNLO_MONITORED); fi
   "$cc" -std=gnu11 -O1 -g -Wall -Wextra -Werror "${sanitizers[@]}" -I"$source" -I"$fmu/sources" -DNLO_NAME="$name" -DNLO_SCALAR="${scalar/int16/float}" \
     "${driven[@]}" -include "$work/${name}_replay.h" -include "${name}_fmi3.h" "$tests/load_fmu.c" "$fmu/sources/$name.c" \
     -ldl -lm -o "$work/load_$name"
