@@ -257,6 +257,7 @@ class PriorModule final : public StructureModule {
     };
     return {{"LATENT", "c99/prior.c.in"},
             {"DECAYS", "true"},
+            {"BETWEEN", ""},
             {"LONGEST_GAP", std::to_string(kMostPieces)},
             {"FIRST", "    correct(REGULAR_STEP, o->z, o->y);\n"},
             {"STEP_DT_COST",

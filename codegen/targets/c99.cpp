@@ -154,6 +154,7 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"LINEAR", ""},
       {"SLOPE", ""},
       {"PIECES", "c99/pieces.c.in"},
+      {"BETWEEN", "true"},
       {"WARM_START", ""},
       {"WARM_START_BODY", ""},
       {"C99", "true"},  // empty in the single header
