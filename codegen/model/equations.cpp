@@ -16,6 +16,8 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
   if (states.size() > kMostStates || inputs.size() > kMostInputs)
     fail("equations have {} states and {} inputs; {} and {} are the most", states.size(), inputs.size(), kMostStates,
          kMostInputs);
+  if (texts.outputs.size() > kMostOutputs)
+    fail("equations have {} outputs; {} are the most", texts.outputs.size(), kMostOutputs);
   if (texts.derivative.size() != states.size())
     fail("equations.derivative has {} expressions, and there are {} states; give one for each", texts.derivative.size(),
          states.size());
@@ -28,15 +30,32 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
   }
   const auto add = [&](std::vector<Expression>& to, const std::vector<std::string>& from, const char* what) {
     for (std::size_t i = 0; i < from.size(); ++i) try {
-        to.emplace_back(from[i], names);
+        to.emplace_back(from[i], names, Expression::Language::kFunctions);
       } catch (const Error& error) {
-        fail("equations.{}[{}]: {}; equations of an observer are sums, products and whole powers", what, i,
-             error.what());
+        fail(
+            "equations.{}[{}]: {}; equations of an observer are sums, products, quotients, whole powers and functions "
+            "of "
+            "one argument",
+            what, i, error.what());
       }
   };
-  add(derivative_, texts.derivative, "derivative");
+  std::vector<Expression> derivative, output;
+  add(derivative, texts.derivative, "derivative");
+  derivative_ = SharedExpressions(derivative, static_cast<int>(names.size()));
   for (std::size_t j = 0; j < inputs.size(); ++j) names[states.size() + j] = "";  // an output is of the state alone
-  add(output_, texts.outputs, "outputs");
+  add(output, texts.outputs, "outputs");
+  output_ = SharedExpressions(output, static_cast<int>(names.size()));
+}
+
+int Equations::count(int (Expression::*of)() const) const {
+  int total = 0;
+  const auto add = [&](const SharedExpressions& expressions, int times) {
+    for (const auto* some : {&expressions.parts, &expressions.rows})
+      for (const Expression& one : *some) total += times * (one.*of)();
+  };
+  add(derivative_, 4);
+  add(output_, 1);
+  return total;
 }
 
 }  // namespace nlo::codegen

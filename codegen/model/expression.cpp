@@ -5,6 +5,8 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 #include <fmt/ranges.h>
 
@@ -12,24 +14,18 @@
 
 namespace nlo::codegen {
 
-Interval operator+(Interval a, Interval b) {
-  return {a.low + b.low, a.high + b.high};
-}
-Interval operator-(Interval a, Interval b) {
-  return {a.low - b.high, a.high - b.low};
-}
-Interval operator*(Interval a, Interval b) {
-  const auto [low, high] = std::minmax({a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high});
-  return {low, high};
-}
-
 /// Descends through sums, products and powers, and appends what it meets in the order of evaluation.
 class ExpressionParser {
  public:
   using Kind = Expression::Kind;
 
-  ExpressionParser(std::string_view text, const std::vector<std::string>& names, Expression& result)
-      : text_(text), names_(names), nodes_(result.nodes_) {
+  ExpressionParser(std::string_view text, const std::vector<std::string>& names, Expression::Language language,
+                   Expression& result)
+      : text_(text),
+        names_(names),
+        functions_(language == Expression::Language::kFunctions),
+        most_nodes_(functions_ ? Expression::kMostNodesOfEquation : Expression::kMostNodes),
+        nodes_(result.nodes_) {
     sum();
     if (!at_end()) refuse("an operator (+ - * /) or the end");
   }
@@ -56,11 +52,12 @@ class ExpressionParser {
     ++at_;
     return true;
   }
-  void append(Kind kind, double number = 0.0, int reading = 0) {
-    if (nodes_.size() == Expression::kMostNodes)
-      fail("expression \"{}\" is too long: a computed output may have {} numbers, names and operations", text_,
-           Expression::kMostNodes);
-    nodes_.push_back({kind, number, reading});
+  void append(Kind kind, double number = 0.0, int reading = 0) { append(Expression::Node{kind, number, reading}); }
+  void append(const Expression::Node& node) {
+    if (nodes_.size() == most_nodes_)
+      fail("expression \"{}\" is too long: {} may have {} numbers, names and operations", text_,
+           functions_ ? "an equation" : "a computed output", most_nodes_);
+    nodes_.push_back(node);
   }
 
   void sum() {
@@ -82,6 +79,8 @@ class ExpressionParser {
       if (!times && !take('/')) return;
       if (times) {
         factor();
+      } else if (functions_) {
+        if (divides()) continue;
       } else {
         const double divisor = number("a number other than 0: what is measured may be 0, and does not divide");
         if (divisor == 0.0) refuse("another number than 0 before this");
@@ -91,6 +90,17 @@ class ExpressionParser {
     }
   }
 
+  /// By what follows. By a number: times what 1 divided by it is, which is false.
+  bool divides() {
+    const std::size_t first = nodes_.size();
+    factor();
+    const bool by_number = nodes_.size() == first + 1 && nodes_.back().kind == Kind::kNumber;
+    if (by_number && nodes_.back().number == 0.0) refuse("another number than 0 before this");
+    if (by_number) nodes_.back().number = 1.0 / nodes_.back().number;
+    if (!by_number) append(Kind::kQuotient);
+    return !by_number;
+  }
+
   void factor() {
     const bool negative = take('-');
     const std::size_t first = nodes_.size();
@@ -98,7 +108,7 @@ class ExpressionParser {
       sum();
       if (!take(')')) refuse("\")\"");
     } else if (!at_end() && (std::isalpha(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '_')) {
-      append(Kind::kReading, 0.0, name());
+      name();
     } else {
       append(Kind::kNumber, number("a number, the name of a measured output or input, or \"(\""));
     }
@@ -116,24 +126,49 @@ class ExpressionParser {
     ++at_;
     const std::vector<Expression::Node> base(nodes_.begin() + static_cast<std::ptrdiff_t>(first), nodes_.end());
     for (int i = 1; i < power; ++i) {
-      for (const Expression::Node& node : base) append(node.kind, node.number, node.reading);
+      for (const Expression::Node& node : base) append(node);
       append(Kind::kProduct);
     }
   }
 
-  int name() {
+  /// A reading, a function of what stands in parentheses behind it, or pi.
+  void name() {
     std::size_t end = at_;
     while (end < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[end])) != 0 || text_[end] == '_'))
       ++end;
     const std::string_view word = text_.substr(at_, end - at_);
     const auto found = std::find(names_.begin(), names_.end(), word);
+    if (found != names_.end()) {
+      at_ = end;
+      return append(Kind::kReading, 0.0, static_cast<int>(found - names_.begin()));
+    }
+    if (functions_ && function(word, end)) return;
     std::vector<std::string> known = names_;
     std::erase(known, "");  // in the place of what may not be read
-    if (found == names_.end())
-      fail("expression \"{}\" reads \"{}\": expected a measured output that does not wrap, or an input; there is {}",
-           text_, word, fmt::join(known, ", "));
+    fail("expression \"{}\" reads \"{}\": expected a measured output that does not wrap, or an input{}; there is {}",
+         text_, word, functions_ ? ", or a function (" + function_names() + ", tan)" : "", fmt::join(known, ", "));
+  }
+
+  bool function(std::string_view word, std::size_t end) {
+    const FunctionRow* row = function_named(word == "tan" ? "sin" : word);
+    if (word == "pi") {
+      at_ = end;
+      append(Kind::kNumber, std::numbers::pi);
+      return true;
+    }
+    if (row == nullptr) return false;
     at_ = end;
-    return static_cast<int>(found - names_.begin());
+    if (!take('(')) refuse("\"(\"");
+    const std::size_t first = nodes_.size();
+    sum();
+    if (!take(')')) refuse("\")\"");
+    const std::vector<Expression::Node> of(nodes_.begin() + static_cast<std::ptrdiff_t>(first), nodes_.end());
+    append({.kind = Kind::kFunction, .function = row->function});
+    if (word != "tan") return true;
+    for (const Expression::Node& node : of) append(node);
+    append({.kind = Kind::kFunction, .function = Function::kCosine});
+    append(Kind::kQuotient);
+    return true;
   }
 
   double number(const char* expected) {
@@ -148,24 +183,34 @@ class ExpressionParser {
   static constexpr double kLargestFactor = 1e15;
   std::string_view text_;
   const std::vector<std::string>& names_;
+  bool functions_;
+  std::size_t most_nodes_;
   std::vector<Expression::Node>& nodes_;
   std::size_t at_ = 0;
   int nested_ = 0;
 };
 
-Expression::Expression(std::string_view text, const std::vector<std::string>& names) {
-  ExpressionParser(text, names, *this);
+Expression::Expression(std::string_view text, const std::vector<std::string>& names, Language language) {
+  ExpressionParser(text, names, language, *this);
+  finish();
+  if (reads_.empty() && language == Language::kPolynomial)
+    fail("expression \"{}\" reads nothing: expected the name of a measured output, or an input", text);
+}
+
+Expression::Expression(std::vector<Node> nodes) : nodes_(std::move(nodes)) {
+  finish();
+}
+
+void Expression::finish() {
   for (const Node& node : nodes_)
     if (node.kind == Kind::kReading) reads_.push_back(node.reading);
   std::sort(reads_.begin(), reads_.end());
   reads_.erase(std::unique(reads_.begin(), reads_.end()), reads_.end());
-  if (reads_.empty())
-    fail("expression \"{}\" reads nothing: expected the name of a measured output, or an input", text);
 }
 
 std::string Expression::text(const std::function<std::string(int)>& reading,
                              const std::function<std::string(double)>& number,
-                             const std::function<std::string(const std::string&)>& part_of_sum) const {
+                             const std::function<std::string(const std::string&)>& part_of_sum, bool is_part) const {
   struct Part {
     std::string text;
     Kind kind;
@@ -173,6 +218,7 @@ std::string Expression::text(const std::function<std::string(int)>& reading,
   const auto summand = [&](const Part& part) {
     return part.kind == Kind::kProduct ? part_of_sum(part.text) : part.text;
   };
+  const auto multiplies = [](Kind kind) { return kind == Kind::kProduct || kind == Kind::kQuotient; };
   const auto enclosed = [](const Part& part, bool always) {
     const bool sum = part.kind == Kind::kSum || part.kind == Kind::kDifference;
     return sum || always ? "(" + part.text + ")" : part.text;
@@ -183,49 +229,37 @@ std::string Expression::text(const std::function<std::string(int)>& reading,
       stack.push_back({number(node.number), node.kind});
     } else if (node.kind == Kind::kReading) {
       stack.push_back({reading(node.reading), node.kind});
+    } else if (node.kind == Kind::kFunction) {
+      stack.back() = {fmt::format("{}({})", row_of(node.function).runtime, summand(stack.back())), Kind::kReading};
+    } else if (node.kind == Kind::kSquare) {
+      const Part of = stack.back();
+      stack.back() = {enclosed(of, false) + " * " + enclosed(of, multiplies(of.kind)), Kind::kProduct};
     } else {
       const Part right = stack.back();
       stack.pop_back();
       Part& left = stack.back();
       // What stands on the right of an operator is evaluated first: that is what parentheses around it say.
-      if (node.kind == Kind::kProduct)
-        left.text = enclosed(left, false) + " * " + enclosed(right, right.kind == Kind::kProduct);
+      if (multiplies(node.kind))
+        left.text = enclosed(left, false) + (node.kind == Kind::kProduct ? " * " : " / ") +
+                    enclosed(right, multiplies(right.kind));
       else
         left.text = summand(left) + (node.kind == Kind::kSum ? " + " : " - ") +
                     (right.kind == Kind::kProduct ? summand(right) : enclosed(right, false));
       left.kind = node.kind;
     }
   }
-  return stack.back().text;
+  return is_part ? summand(stack.back()) : stack.back().text;
 }
 
 int Expression::operations() const {
   return static_cast<int>(std::count_if(nodes_.begin(), nodes_.end(), [](const Node& node) {
-    return node.kind != Kind::kNumber && node.kind != Kind::kReading;
+    return node.kind != Kind::kNumber && node.kind != Kind::kReading && node.kind != Kind::kFunction;
   }));
 }
 
-namespace {
-
-/// The parity of a sum and of a product.
-struct WithParity {
-  Parity parity;
-
-  WithParity(double /*number*/ = 0.0) : parity(Parity::kEven) {}
-  WithParity(Parity of_reading) : parity(of_reading) {}
-};
-WithParity operator+(WithParity a, WithParity b) {
-  return a.parity == b.parity ? a : WithParity(Parity::kNeither);
+int Expression::functions() const {
+  return static_cast<int>(std::ranges::count(nodes_, Kind::kFunction, &Node::kind));
 }
-WithParity operator-(WithParity a, WithParity b) {
-  return a + b;
-}
-WithParity operator*(WithParity a, WithParity b) {
-  if (a.parity == Parity::kNeither || b.parity == Parity::kNeither) return Parity::kNeither;
-  return a.parity == b.parity ? Parity::kEven : Parity::kOdd;
-}
-
-}  // namespace
 
 Parity Expression::parity(const std::vector<Parity>& readings) const {
   return evaluate<WithParity>([&](int j) { return WithParity(readings[static_cast<std::size_t>(j)]); }).parity;

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <functional>
 
 #include "codegen/base/identifier.h"
 #include "codegen/model/checks.h"
 #include "codegen/model/model_fields.h"
+#include "codegen/structures/equation_text.h"
 #include "codegen/structures/kkl_family.h"
 #include "codegen/structures/prior_dynamics.h"
 
@@ -21,22 +21,6 @@ using Eigen::VectorXd;
 /// How many entries w has.
 Index reads_of_units(const Model& m) {
   return 2 * m.ny() + m.nr() + m.nx();
-}
-
-/// A line for each expression: "dx[0] = x[1];".
-std::string statements(const Equations& equations, const char* result, const std::vector<Expression>& expressions,
-                       const Initialiser& init, const char* indent,
-                       const std::function<std::string(const std::string&)>& part_of_sum) {
-  const auto reading = [&](int j) {
-    if (j < equations.first_input()) return fmt::format("x[{}]", j);
-    if (j < equations.first_parameter()) return fmt::format("u[{}]", j - equations.first_input());
-    return init(equations.parameter(j - equations.first_parameter()), "equations.parameters");
-  };
-  const auto number = [&](double value) { return init(value, "equations"); };
-  std::string text;
-  for (std::size_t i = 0; i < expressions.size(); ++i)
-    text += fmt::format("{}{}[{}] = {};\n", indent, result, i, expressions[i].text(reading, number, part_of_sum));
-  return text;
 }
 
 class PriorHeader final : public CppStructureBase {
@@ -55,11 +39,15 @@ class PriorHeader final : public CppStructureBase {
   std::string types() const override {
     const std::string scalar = init_.scalar_name();
     std::string text = "/// The plant's known equations: dx/dt = f(x, u), y = h(x).\nstruct Equations {\n";
-    text += function(
-        fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar, nx_),
-        "dx", equations_.derivative());
-    text +=
-        function(fmt::format("output(const {0} (&x)[{1}], {0} (&y)[{2}])", scalar, nx_, ny_), "y", equations_.output());
+    const auto function = [&](const std::string& head, const std::string& lines) {
+      text += "  static constexpr void " + head + " {\n" + lines + "  }\n";
+    };
+    const EquationLines lines(equations_, init_, "    ", [&](const std::string& product) {
+      return fmt::format("rounded<{}>({})", scalar, product);
+    });
+    function(fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar, nx_),
+             lines.derivative());
+    function(fmt::format("output(const {0} (&x)[{1}], {0} (&y)[{2}])", scalar, nx_, ny_), lines.output());
     return text + "};\n" +
            fmt::format(
                "using Model = PriorModel<{}, {}, {}, {}, Equations, {}, {}, {}, {}{}>;\n"
@@ -78,25 +66,16 @@ class PriorHeader final : public CppStructureBase {
 
   Index step_multiply_adds() const override {
     constexpr Index kRk4 = 8;  // for each state: three slopes on the way, their weighted sum, the step
-    Index equations = kRk4 * nx_;
-    for (const Expression& f : equations_.derivative()) equations += 4 * f.operations();
-    for (const Expression& h : equations_.output()) equations += h.operations();
+    const Index equations = kRk4 * nx_ + equations_.count(&Expression::operations);
     return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + nx_ * ny_ + equations;
   }
-  Index step_activations() const override { return 3 * (nz_ - nx_) + 2 * ny_; }  // squashed innovations among them
-  Index own_scalars() const override { return nz_ + 2 * nx_ + 2 * ny_ + 1; }     // stale_after
+  /// Squashed innovations and the equations' functions among them.
+  Index step_activations() const override {
+    return 3 * (nz_ - nx_) + 2 * ny_ + equations_.count(&Expression::functions);
+  }
+  Index own_scalars() const override { return nz_ + 2 * nx_ + 2 * ny_ + 1; }  // stale_after
 
  private:
-  /// A function of Equations.
-  std::string function(const std::string& head, const char* result, const std::vector<Expression>& expressions) const {
-    return "  static constexpr void " + head + " {\n" +
-           statements(equations_, result, expressions, init_, "    ",
-                      [&](const std::string& product) {
-                        return fmt::format("rounded<{}>({})", init_.scalar_name(), product);
-                      }) +
-           "  }\n";
-  }
-
   std::string units_read() const { return "[m; s(nu); y; u; x-]"; }
   CppNetwork gates() const { return network("gates", "GatesLayer", "GatesNetwork", units_read()); }
   CppNetwork candidate() const { return network("candidate", "CandidateLayer", "CandidateNetwork", units_read()); }
@@ -124,23 +103,37 @@ void check_parameters(const EquationTexts& texts) {
   }
 }
 
-/// From wherever x is kept, a piece of a step and its innovation stay far from float's largest.
+/// From wherever x is kept, a piece of a step and its innovation stay far from float's largest. Slopes that RK4 meets
+/// beyond may have no bound, of quotients and functions: what has none in flight is not a number, and resets.
 void check_bounded(const Model& m, const Prior& own, const Equations& equations) {
   constexpr double kLongestPiece = 1.5;  // sample periods
   std::vector<Interval> x;
   for (Index i = 0; i < m.nx(); ++i) x.emplace_back(own.state_min(i), own.state_max(i));
   const auto check = [](Interval of, const char* what, Index i) {
+    if (!of.bounded())
+      fail(
+          "equations.{}[{}] has no bound where state_min and state_max keep x: it may divide by 0, or ask a function "
+          "where it has no value",
+          what, i);
     if (!(of.low >= -kLargestNumber && of.high <= kLargestNumber))
       fail(
           "equations.{}[{}] may reach {} to {} from where state_min and state_max keep x; float32 wants it within +-{}",
           what, i, of.low, of.high, kLargestNumber);
   };
-  for (Index j = 0; j < m.ny(); ++j) check(equations.output(static_cast<int>(j), x.data()), "outputs", j);
-  equations.step(x.data(), Interval(0.0, kLongestPiece * m.sample_period_s), [&](double, Interval* u) {
+  std::vector<Interval> y(static_cast<std::size_t>(m.ny()));
+  equations.output(x.data(), y.data());
+  for (Index j = 0; j < m.ny(); ++j) check(y[static_cast<std::size_t>(j)], "outputs", j);
+  const auto inputs = [&](double, Interval* u) {
     for (std::size_t j = 0; j < m.inputs.size(); ++j)
       u[j] = {m.input_min(static_cast<Index>(j)), m.input_max(static_cast<Index>(j))};
-  });
-  for (Index i = 0; i < m.nx(); ++i) check(x[static_cast<std::size_t>(i)], "derivative", i);
+  };
+  std::vector<Interval> u(m.inputs.size()), slope(x.size());
+  inputs(0.0, u.data());
+  equations.derivative(x.data(), u.data(), slope.data());
+  for (Index i = 0; i < m.nx(); ++i) check(slope[static_cast<std::size_t>(i)], "derivative", i);
+  equations.step(x.data(), Interval(0.0, kLongestPiece * m.sample_period_s), inputs);
+  for (Index i = 0; i < m.nx(); ++i)
+    if (const Interval next = x[static_cast<std::size_t>(i)]; next.bounded()) check(next, "derivative", i);
 }
 
 std::vector<std::string> texts(const Field& field) {
@@ -251,10 +244,7 @@ class PriorModule final : public StructureModule {
     const Prior& own = own_part<Prior>(source.model);
     const Initialiser& init = source.init;
     const Equations equations = prior_equations(source.model);
-    const auto lines = [&](const char* result, const std::vector<Expression>& expressions) {
-      return statements(equations, result, expressions, init, "  ",
-                        [](const std::string& product) { return "(" + product + ")"; });
-    };
+    const EquationLines lines(equations, init, "  ", [](const std::string& product) { return "(" + product + ")"; });
     return {{"LATENT", "c99/prior.c.in"},
             {"DECAYS", "true"},
             {"BETWEEN", ""},
@@ -264,8 +254,9 @@ class PriorModule final : public StructureModule {
              "Some 200 operations a unit more than a sample period, and the equations once for each period"},
             {"INPUTS", std::to_string(source.model.inputs.size())},
             {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
-            {"DERIVATIVE", lines("dx", equations.derivative())},
-            {"OUTPUT", lines("y", equations.output())},
+            {"DERIVATIVE", lines.derivative()},
+            {"OUTPUT", lines.output()},
+            {"FUNCTIONS", c99_functions(equations, init)},
             {"STATE_MIN", init.vector(own.state_min, "state_min")},
             {"STATE_MAX", init.vector(own.state_max, "state_max")},
             {"FINE", init.vector(own.fine, "fine")},

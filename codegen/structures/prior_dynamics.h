@@ -68,8 +68,10 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     w << Matrix::Zero(2 * ny, z.cols()), readings, z.bottomRows(nx);
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
       const Vector x = z.col(b).tail(nx);
+      Vector expected(ny);
+      equations_.output(x.data(), expected.data());
       for (Eigen::Index j = 0; j < ny; ++j) {
-        const Scalar nu = readings(j, b) - equations_.output(static_cast<int>(j), x.data());
+        const Scalar nu = readings(j, b) - expected(j);
         w(j, b) = nu / (static_cast<Scalar>(own_.fine(j)) + std::abs(nu));
         w(ny + j, b) = nu / (static_cast<Scalar>(own_.coarse(j)) + std::abs(nu));
       }

@@ -41,7 +41,7 @@ shim() {
 }
 
 names=()
-for entry in rig:double carried:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 commanded:int16 failing:double computed:double computed:int16 saturating_rig:double saturating:int16 gated:double failing_gated:double commanded_gated:int16 gated:int16 prior:double driven:double watched_rig:double watched:int16 commanded_pendulum:double commanded_general:int16 general:double window:int16 commanded_window:double $(examples | sed 's/$/:float/'); do
+for entry in rig:double carried:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 linear:int16 commanded:int16 failing:double computed:double computed:int16 saturating_rig:double saturating:int16 gated:double failing_gated:double commanded_gated:int16 gated:int16 prior:double prior_functions:double driven:double watched_rig:double watched:int16 commanded_pendulum:double commanded_general:int16 general:double window:int16 commanded_window:double $(examples | sed 's/$/:float/'); do
   example=${entry%:*} scalar=${entry#*:} name=$example
   if [[ $scalar != float ]]; then name=${example}_$scalar; fi
   names+=("$name:${scalar/int16/float}") # all but T* is float
@@ -120,6 +120,7 @@ for entry in "${names[@]}"; do # lines but those of tables of numbers
   if [[ $name == computed* || $name == prior* ]]; then limit=515; fi # the same, and it computes some of what it reads
   if [[ $name == watched* ]]; then limit=790; fi # the monitor
   if [[ $name == driven* ]]; then limit=610; fi # a scheme of order 4 beside the exact one, and a derivative
+  if [[ $name == prior_functions* ]]; then limit=620; fi
   lines=$(awk '/^inline constexpr .*= \{/ {table = 1} !table {++n} /;/ {table = 0} END {print n}' "$work/single/$name.h")
   echo "$lines lines beside the tables of single $name"
   [ "$lines" -le "$limit" ] || { echo "FAILED  single $name is longer than $limit" && failed=1; }

@@ -569,6 +569,18 @@ Model prior_model() {
   return with_domain(m);
 }
 
+Model prior_functions_model() {
+  Model m = prior_model();
+  m.name = "prior_functions";
+  EquationTexts& equations = std::get<Prior>(m.structure).equations;
+  equations.derivative = {"x2 + 0.1 * sin(x1) * sin(x1)",
+                          "(-3 * sin(x1) - b * x2 * abs(x2) + atan(torque) * cos(x1)) / (2 + cos(x1)^2) - 0.2 * "
+                          "tanh(x2 / 0.2) - tan(x1 / 4)"};
+  equations.outputs = {"x1 + 0.1 * ln(2 + x1^2) - exp(-x1^2 / 2)", "x2 / sqrt(1 + x1^2) + 0.01 * sign(x2)"};
+  equations.parameters = {{"b", 0.3}};
+  return with_domain(m);
+}
+
 std::vector<Model> structure_models() {
   return {luenberger_model(), general_model(), gated_model(), driven_model(),
           window_model(),     carried_model(), prior_model()};
@@ -628,7 +640,8 @@ std::vector<Model> example_models() {
                                commanded_gated_model(),
                                failing_gated_model(),
                                contracting_gated_model(),
-                               commanded_window_model()};
+                               commanded_window_model(),
+                               prior_functions_model()};
   for (const Model& m : error_models()) models.push_back(m);
   for (const Model& m : structure_models()) models.push_back(m);
   return models;

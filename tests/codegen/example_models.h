@@ -79,6 +79,8 @@ Model carried_model();
 
 /// A driven Van der Pol oscillator as the prior, two outputs, one input; four units, T* 9-8-2.
 Model prior_model();
+/// The same by equations that name each function and divide.
+Model prior_functions_model();
 
 /// T* 3-256x3-2, written as it lies in memory. This one and the next are not among example_models(): they are slow.
 Model large_model();

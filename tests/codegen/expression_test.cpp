@@ -10,12 +10,15 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <string>
 
 #include "codegen/base/error.h"
 #include "codegen/base/number.h"
 #include "codegen/model/computed_outputs.h"
+#include "codegen/model/shared_expressions.h"
+#include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
@@ -92,6 +95,78 @@ TEST(Expression, KeepsItsValuesWithinItsInterval) {
   EXPECT_EQ(expression.evaluate<Interval>([&](int) { return Interval(1.0); }).high, 0.0);  // a point stays one
 }
 
+constexpr auto kFunctions = Expression::Language::kFunctions;
+const std::vector<std::string> kEquations = {"sin(a) / (2 + cos(b)^2)",     "tanh(a / 0.3) - exp(-b^2) * c",
+                                             "sqrt(1 + a^2) + ln(2 + b^2)", "atan(3 * a) * abs(b)",
+                                             "sign(a) * tan(c / 3)",        "-a^2 / 2 / c + pi * b"};
+
+TEST(Expression, OfEquationsDividesAndNamesFunctions) {
+  const double at[] = {0.7, -1.3, 0.9};
+  const auto number = [&](const std::string& text) {
+    return Expression(text, kNames, kFunctions).evaluate<double>([&](int j) { return at[j]; });
+  };
+  EXPECT_EQ(number("sin(a) / (2 + cos(b)^2)"), std::sin(0.7) / (2.0 + std::cos(-1.3) * std::cos(-1.3)));
+  EXPECT_EQ(number("a / b / c"), 0.7 / -1.3 / 0.9);
+  EXPECT_EQ(number("a / (b / c)"), 0.7 / (-1.3 / 0.9));
+  EXPECT_NEAR(number("-tanh(a)^2"), -std::tanh(0.7) * std::tanh(0.7), 1e-15);
+  EXPECT_NEAR(number("exp(-abs(b)) + ln(a) - sqrt(c) * sign(b)"), std::exp(-1.3) + std::log(0.7) + std::sqrt(0.9),
+              1e-15);
+  EXPECT_NEAR(number("tan(a) - atan(c)"), std::tan(0.7) - std::atan(0.9), 1e-15);
+  EXPECT_EQ(number("2 * pi"), 2.0 * std::numbers::pi);
+  EXPECT_EQ(number("a / 4"), 0.7 / 4.0) << "by a number: times what 1 is divided by it";
+  EXPECT_NE(refusal("sin(a)").find("reads \"sin\""), std::string::npos) << "control: computed outputs do not";
+  const auto refused = [](const char* text) { return thrown_message([&] { Expression(text, kNames, kFunctions); }); };
+  EXPECT_NE(refused("a / 0").find("another number than 0"), std::string::npos);
+  EXPECT_NE(refused("max(a, b)").find("a function (sin, cos, tanh, exp, ln, sqrt, atan, abs, sign, tan)"),
+            std::string::npos);
+  EXPECT_NE(refused("sin a").find("expected \"(\""), std::string::npos);
+  EXPECT_NE(refused("sin(a").find("expected \")\""), std::string::npos);
+}
+
+TEST(Expression, EvaluatesWhatIsSharedOnce) {
+  std::vector<Expression> all;
+  for (const char* text : {"sin(a) * cos(b) - (a + b)^2", "sin(a) / (a + b) - b^2", "c"})
+    all.emplace_back(text, kNames, kFunctions);
+  const SharedExpressions shared(all, 3);
+  ASSERT_EQ(shared.parts.size(), 2) << "sin(a) and a + b; the square of a name is no more than the name";
+  const double at[] = {0.7, -1.3, 0.9};
+  const auto reading = [&](int j) { return at[j]; };
+  double values[3];
+  shared.evaluate(reading, values);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    EXPECT_EQ(values[i], all[i].evaluate<double>(reading)) << "the same bits";
+}
+
+TEST(Expression, OfEquationsKeepsItsValuesWithinItsInterval) {
+  std::mt19937 random(7);
+  for (const std::string& text : kEquations) {
+    const SharedExpressions shared({Expression(text, kNames, kFunctions)}, 3);
+    for (int trial = 0; trial < 200; ++trial) {
+      std::uniform_real_distribution<double> middle(-3.0, 3.0), half(0.0, 1.5), part(-1.0, 1.0);
+      double centre[3], size[3];
+      for (int j = 0; j < 3; ++j) {
+        centre[j] = middle(random);
+        size[j] = half(random);
+      }
+      Interval range;
+      shared.evaluate([&](int j) { return Interval(centre[j] - size[j], centre[j] + size[j]); }, &range);
+      for (int sample = 0; sample < 50; ++sample) {
+        double at[3];
+        for (int j = 0; j < 3; ++j) at[j] = centre[j] + size[j] * part(random);
+        double value = 0.0;
+        shared.evaluate([&](int j) { return at[j]; }, &value);
+        constexpr double kRounding = 1e-12;  // ends are rounded to nearest
+        EXPECT_GE(value, range.low - kRounding * (1.0 + std::abs(value))) << text;
+        EXPECT_LE(value, range.high + kRounding * (1.0 + std::abs(value))) << text;
+      }
+    }
+  }
+  EXPECT_FALSE((Interval(1.0) / Interval(-0.1, 0.2)).bounded()) << "what may divide by 0 has no bound";
+  EXPECT_FALSE(value_of(Function::kRoot, Interval(-0.1, 1.0)).bounded());
+  EXPECT_FALSE(value_of(Function::kSine, Interval(0.0, 1e4)).bounded()) << "a float does not know its turn";
+  EXPECT_EQ(square(Interval(-1.0, 0.5)).low, 0.0) << "tighter than the product";
+}
+
 TEST(Expression, HasTheParityOfItsProducts) {
   const auto parity = [](const char* text) {
     return Expression(text, kNames).parity({Parity::kOdd, Parity::kOdd, Parity::kEven});
@@ -102,6 +177,19 @@ TEST(Expression, HasTheParityOfItsProducts) {
   EXPECT_EQ(parity("a + c"), Parity::kNeither);
   EXPECT_EQ(parity("a + 1"), Parity::kNeither);
   EXPECT_EQ(parity("-2 * a * b + 1"), Parity::kEven);
+  // Against values of both signs.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0.3, 1.0);
+  for (const std::string& text : kEquations) {
+    const Expression expression(text, kNames, kFunctions);
+    const double at[] = {uniform(random), uniform(random), uniform(random)};
+    const auto valued = [&](double sign) {
+      return expression.evaluate<double>([&](int j) { return j < 2 ? sign * at[j] : at[j]; });
+    };
+    const Parity found = expression.parity({Parity::kOdd, Parity::kOdd, Parity::kEven});
+    EXPECT_EQ(found == Parity::kEven, std::abs(valued(1.0) - valued(-1.0)) < 1e-12) << text;
+    EXPECT_EQ(found == Parity::kOdd, std::abs(valued(1.0) + valued(-1.0)) < 1e-12) << text;
+  }
 }
 
 TEST(ComputedOutputs, AreRowsBehindTheMeasuredOnesWhateverStoodThere) {

@@ -249,6 +249,24 @@ TEST(GeneralObserver, AnUnstableOneKeepsItsLastLatentStateAndSaysSo) {
   EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
 }
 
+/// x_1' = 1 / 0 from below x_0 = 1 on.
+struct DividingEquations : testing::OscillatorEquations<float> {
+  static constexpr void derivative(const float (&x)[2], const float*, float (&dx)[2]) {
+    dx[0] = 0.0F;
+    dx[1] = 1.0F / (x[0] > 1.0F ? 2.0F : 0.0F);
+  }
+};
+
+TEST(PriorObserver, ADivisionBy0DoesNotComeBackIntoTheRangeUnnoticed) {
+  const auto model = testing::prior_model<float, DividingEquations>();
+  PriorObserver observer(model);
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_EQ(observer.step(0.0F), StepStatus::kOk) << "the first measurement divides by nothing";
+    EXPECT_EQ(observer.step(0.0F), StepStatus::kReset) << "infinite: a clamp alone would make it the range's end";
+    for (int r = 0; r < 6; ++r) ASSERT_TRUE(std::isfinite(observer.latent()[r]));
+  }
+}
+
 TEST(DrivenKklObserver, AnInputOutOfThisWorldIsNotTaken) {
   const auto model = driven_model<float>(Hold::kFirstOrder, Hold::kZeroOrder);
   DrivenKklObserver observer(model);

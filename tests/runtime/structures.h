@@ -193,16 +193,15 @@ struct OscillatorEquations {
 };
 
 /// Four units; w has two squashed innovations, y and two states.
-template <class Scalar>
+template <class Scalar, class Equations = OscillatorEquations<Scalar>>
 using PriorTestModel =
-    PriorModel<Scalar, 2, 1, 4, OscillatorEquations<Scalar>,
-               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 8>>>,
+    PriorModel<Scalar, 2, 1, 4, Equations, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 8>>>,
                LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 4>>>,
                LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 4>>>, LearnedMap<MixedMlp<Scalar, 6, 2>>>;
 
-template <class Scalar>
-constexpr PriorTestModel<Scalar> prior_model() {
-  PriorTestModel<Scalar> model{};
+template <class Scalar, class Equations = OscillatorEquations<Scalar>>
+constexpr PriorTestModel<Scalar, Equations> prior_model() {
+  PriorTestModel<Scalar, Equations> model{};
   set_sampling(model);
   for (int i = 0; i < 2; ++i) {
     model.state_min[i] = Scalar(-3);

@@ -13,6 +13,8 @@
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/experiments/training_sets.h"
+#include "trainer/plants/expression.h"
 #include "trainer/structures/prior_lanes.h"
 #include "trainer/training/train.h"
 
@@ -29,9 +31,12 @@ struct PriorProblem {
   std::unique_ptr<PriorLanes<double>> lanes;
   GatedRun<double> run;
 
-  PriorProblem(int samples, bool jittered, double range, bool commands = false) : length(samples) {
-    setting.equations = codegen::Equations({{"x2", "mu * (1 - x1^2) * x2 - x1 + u"}, {"x1 + x2 / 4"}, {{"mu", 1.1}}},
-                                           {{"x1", ""}, {"x2", ""}}, {{"u", ""}});
+  PriorProblem(int samples, bool jittered, double range, bool commands = false,
+               const codegen::EquationTexts& equations = {{"x2", "mu * (1 - x1^2) * x2 - x1 + u"},
+                                                          {"x1 + x2 / 4"},
+                                                          {{"mu", 1.1}}})
+      : length(samples) {
+    setting.equations = codegen::Equations(equations, {{"x1", ""}, {"x2", ""}}, {{"u", ""}});
     setting.units = 3;
     setting.readings = 2;
     setting.inputs = 1;
@@ -112,6 +117,14 @@ TEST(PriorLanes, GradientsThroughTimeAgreeWithFiniteDifferences) {
       EXPECT_LT(problem.worst_of_gradient(), 3e-8) << samples << " " << jittered;
       EXPECT_FALSE(problem.touches_range());
     }
+}
+
+TEST(PriorLanes, GradientsKnowTheSlopesOfFunctionsAndQuotients) {
+  const codegen::EquationTexts equations = {
+      {"x2 / (2 + cos(x1)^2) + atan(u)", "-sin(x1) - tanh(x2 / 2) - x2 * abs(x2) / 4 + exp(-x1^2) * u + sign(u) / 9"},
+      {"x1 / sqrt(1 + x2^2) + ln(2 + x1^2) / 3"}};
+  PriorProblem problem(33, true, 30.0, true, equations);
+  EXPECT_LT(problem.worst_of_gradient(), 3e-8) << "as above, where no state passes 0 within a difference";
 }
 
 TEST(PriorLanes, WhatTheRangeCutsOffHasNoGradient) {
@@ -225,10 +238,50 @@ TEST(Prior, RefusesWhatItCannotStep) {
   const std::string rest =
       "[simulation]\ninitial_low = [-1.0, -1.0]\ninitial_high = [1.0, 1.0]\n[observer]\nstructure = \"prior\"\n";
   EXPECT_NO_THROW(parse_experiment(plant + "derivative = [\"b\", \"-a^3 - b / 2\"]\n" + rest, "a.toml"));
+  EXPECT_NO_THROW(parse_experiment(plant + "derivative = [\"b\", \"-sin(a) / (2 + b^2)\"]\n" + rest, "a.toml"));
   const std::string message =
-      thrown_message([&] { parse_experiment(plant + "derivative = [\"b\", \"-sin(a)\"]\n" + rest, "a.toml"); });
+      thrown_message([&] { parse_experiment(plant + "derivative = [\"b\", \"-max(a, 0)\"]\n" + rest, "a.toml"); });
   EXPECT_NE(message.find("equations.derivative[1]"), std::string::npos) << message;
-  EXPECT_NE(message.find("sums, products and whole powers"), std::string::npos) << message;
+  EXPECT_NE(message.find("sums, products, quotients, whole powers and functions"), std::string::npos) << message;
+}
+
+// Two languages read the same texts: muParser's for what is simulated, and its part that can fly and be differentiated.
+TEST(Prior, ReadsItsEquationsAsTheSimulatedPlantDoes) {
+  const std::vector<std::string> names = {"a", "b"};
+  for (const std::string text : {"a - b - 2", "a / b * 3", "a / 2 / b", "-a^2", "2 * -b", "a * b^3 - 1e-3",
+                                 "sin(a) / (2 + cos(b)^2)", "tan(a / 3)", "tanh(b / 0.2) + exp(-a)",
+                                 "ln(2 + a^2) * sqrt(b^2)", "atan(3 * a) - abs(b) * sign(b)", "pi * a"}) {
+    mu::Parser parser;
+    double values[] = {0.7, -1.3};
+    compile_expression(parser, text, "a text", {.variables = names}, values);
+    const codegen::Expression flying(text, names, codegen::Expression::Language::kFunctions);
+    const double value = parser.Eval();
+    EXPECT_NEAR(flying.evaluate<double>([&](int j) { return values[j]; }), value, 1e-14 * (1.0 + std::fabs(value)))
+        << text;
+  }
+}
+
+TEST(Prior, StepsAnAngleAsItsSineAndCosine) {
+  const std::string pendulum =
+      "name = \"p\"\n[plant]\nstates = [\"angle\", \"rate\"]\nderivative = [\"rate\", \"-9 * sin(angle) - 0.1 * "
+      "rate\"]\n"
+      "outputs = [\"angle\"]\nstate_wraps = [\"2pi\", 0]\noutput_wraps = [\"2pi\"]\n";
+  const std::string encoded = "state_encodings = [\"sincos\", \"unwrap\"]\noutput_encodings = [\"sincos\"]\n";
+  const std::string rest =
+      "[simulation]\nhorizon_s = 4\ntrajectories = 30\ninitial_low = [-3.1, -9.0]\ninitial_high = [3.1, 9.0]\n"
+      "[observer]\nstructure = \"prior\"\nunits = 4\n[inverse_map]\nhidden = [8]\nlinear_path = true\n"
+      "[training]\nsteps = 120\nlearning_rate = 0.01\ntrajectories_per_step = 8\nsamples_per_step = 1200\n";
+  Experiment experiment = parse_experiment(pendulum + encoded + rest, "p.toml");
+  experiment.threads = 1;
+  const TrainingSets sets = simulate_training_sets(experiment);
+  const TrainingResult result = train(experiment, sets.training, sets.validation, {});
+  const auto& prior = std::get<codegen::Prior>(result.model.structure);
+  EXPECT_EQ(prior.equations.derivative,
+            (std::vector<std::string>{"angle_cos * (rate)", "-angle_sin * (rate)", "-9 * angle_sin - 0.1 * rate"}));
+  EXPECT_EQ(prior.equations.outputs, (std::vector<std::string>{"angle_sin", "angle_cos"}));
+  EXPECT_LT(result.validation_rmse, 2.0) << "of turns at up to 9 rad/s, after a short training";
+  // An angle that stays one number would jump.
+  EXPECT_NE(thrown_message([&] { parse_experiment(pendulum + rest, "p.toml"); }).find("\"sincos\""), std::string::npos);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One expression of a user in muParser's language: + - * / ^, sin cos tan asin acos atan atan2 sinh cosh tanh exp ln
-// log10 sqrt abs sign min max, a < b ? c : d, with the constant pi. What a plant by equations and an excitation read.
+// log10 sqrt abs sign min max, a < b ? c : d, with the constant pi. What a plant by equations and an excitation read; a
+// part of it flies (codegen/model/expression.h), and means the same there.
 #pragma once
 
 #include <muParser.h>

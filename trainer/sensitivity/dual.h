@@ -19,6 +19,10 @@ struct DualOf {
   friend constexpr DualOf operator*(DualOf a, DualOf b) {
     return {a.value * b.value, a.slope * b.value + a.value * b.slope};
   }
+  friend constexpr DualOf operator/(DualOf a, DualOf b) {
+    const Value ratio = a.value / b.value;
+    return {ratio, (a.slope - ratio * b.slope) / b.value};
+  }
   friend constexpr bool operator<(DualOf a, DualOf b) { return a.value < b.value; }
   friend constexpr bool operator>(DualOf a, DualOf b) { return a.value > b.value; }
 };

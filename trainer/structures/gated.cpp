@@ -5,10 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "trainer/base/draws.h"
 #include "trainer/config/key_error.h"
 #include "trainer/config/keys.h"
 #include "trainer/structures/dynamics_network.h"
@@ -62,23 +60,12 @@ class Gated final : public TrainableStructure {
     o.own = sensors;
     experiment.inverse_map.hidden = {32};
     experiment.inverse_map.linear_path = false;
-    TrainingConfig& t = experiment.training;
-    t.trajectories_per_step = std::min(t.trajectories_per_step, 16);
-    t.samples_per_step = std::max(t.samples_per_step, 8192);
-    t.learning_rate = 1e-2;
-    t.eigenvalue_learning_rate = 0.0;
-    t.gradient_clip = 1.0;
-    t.transient = Transient::kKeep;
+    train_units(experiment);
     return true;
   }
 
   void vary(Experiment& experiment, Draws& draws) const override {
-    UnitSettings& own = experiment.observer.own.set<UnitSettings>();
-    constexpr int kVector = 8;  // floats that a kernel takes together
-    const double units = own.units * draws.one_of({0.5, 0.75, 1.0, 1.0, 1.5, 2.0});
-    own.units = std::clamp(static_cast<int>(std::lround(units / kVector)) * kVector, kVector, 1024);
-    const double faster = draws.one_of({0.5, 1.0, 1.0, 2.0});
-    for (double& rate : own.rates) rate = rounded(faster * rate);
+    vary_units(experiment.observer.own.set<UnitSettings>(), draws);
   }
 
   bool has_dynamics_network() const override { return true; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "codegen/model/expression_values.h"
 #include "trainer/sensitivity/dual.h"
 #include "trainer/sensitivity/linear_latent.h"
 
@@ -31,6 +32,41 @@ struct Lanes {
   }
   friend Lanes operator*(const Lanes& a, const Lanes& b) {
     return each(a, b, [](Scalar u, Scalar v) { return u * v; });
+  }
+  friend Lanes operator/(const Lanes& a, const Lanes& b) {
+    return each(a, b, [](Scalar u, Scalar v) { return u / v; });
+  }
+  friend Lanes value_of(codegen::Function function, const Lanes& x) {
+    return each(x, x, [function](Scalar v, Scalar) { return codegen::value_of(function, v); });
+  }
+  friend DualOf<Lanes> value_of(codegen::Function function, const DualOf<Lanes>& x) {
+    const Lanes value = value_of(function, x.value);
+    return {value, slope_of(function, x.value, value) * x.slope};
+  }
+  /// Of a function at x, where its value is known. 0 where a size or a sign has none.
+  friend Lanes slope_of(codegen::Function function, const Lanes& x, const Lanes& value) {
+    using codegen::Function;
+    const Lanes one(1.0);
+    switch (function) {
+      case Function::kSine:
+        return value_of(Function::kCosine, x);
+      case Function::kCosine:
+        return Lanes(0.0) - value_of(Function::kSine, x);
+      case Function::kTanh:
+        return one - value * value;
+      case Function::kExponential:
+        return value;
+      case Function::kLogarithm:
+        return one / x;
+      case Function::kRoot:
+        return Lanes(0.5) / value;
+      case Function::kArcTangent:
+        return one / (one + x * x);
+      case Function::kMagnitude:
+        return value_of(Function::kSign, x);
+      default:
+        return Lanes(0.0);
+    }
   }
   friend Lanes kept_within(Lanes x, double low, double high) {
     for (Scalar& value : x.at) value = std::clamp(value, static_cast<Scalar>(low), static_cast<Scalar>(high));

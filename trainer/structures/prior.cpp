@@ -14,6 +14,7 @@
 #include "trainer/plants/equations.h"
 #include "trainer/structures/dynamics_network.h"
 #include "trainer/structures/failing_sensors.h"
+#include "trainer/structures/known_equations.h"
 #include "trainer/structures/model_networks.h"
 #include "trainer/structures/module.h"
 #include "trainer/structures/prior_lanes.h"
@@ -22,18 +23,6 @@
 
 namespace nlo::trainer {
 namespace {
-
-/// The equations as a model has them.
-struct KnownEquations {
-  codegen::EquationTexts texts;
-  std::vector<codegen::Channel> states, inputs;
-};
-
-std::vector<codegen::Channel> named(const std::vector<std::string>& names) {
-  std::vector<codegen::Channel> channels;
-  for (const std::string& name : names) channels.push_back({name, ""});
-  return channels;
-}
 
 /// What is known: the plant that is simulated, or the one beside the logs; null: there is none.
 const PlantConfig* known_plant(const Experiment& experiment) {
@@ -45,17 +34,10 @@ const PlantConfig* known_plant(const Experiment& experiment) {
 /// of which the plant need not have all.
 KnownEquations equations_of_plant(const Experiment& experiment, bool reads_inputs) {
   const PlantConfig plant = equations_of(*known_plant(experiment));
-  KnownEquations known{{plant.derivative, plant.outputs, plant.parameters}, named(plant.states), {}};
-  if (reads_inputs) {
-    known.inputs = experiment.known ? resolve_columns(*experiment.log).input_channels : named(plant.inputs);
-    for (std::size_t i = 0; i < plant.input_field.size(); ++i)
-      for (std::size_t j = 0; j < plant.inputs.size(); ++j)
-        if (const std::string& g = plant.input_field[i][j]; g != "0")
-          known.texts.derivative[i] += fmt::format(" + ({}) * {}", g, plant.inputs[j]);
-  } else {
-    for (const std::string& input : plant.inputs) known.texts.parameters.emplace_back(input, 0.0);
-  }
-  return known;
+  std::vector<std::string> inputs;
+  if (reads_inputs && experiment.known)
+    for (const codegen::Channel& input : resolve_columns(*experiment.log).input_channels) inputs.push_back(input.name);
+  return known_equations(plant, reads_inputs, experiment.known ? inputs : plant.inputs);
 }
 
 void refuse(const char* key, const std::string& why) {
@@ -70,20 +52,22 @@ void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
   const PlantConfig& plant = *known_plant(experiment);
   if (!plant.estimated.empty())
     refuse("plant.estimated", "[plant] estimated is of observers without a prior, which steps all states; remove it");
-  const auto turns = [](double wrap) { return wrap != 0.0; };
-  if (std::ranges::any_of(plant.state_wraps, turns) || std::ranges::any_of(plant.output_wraps, turns))
-    refuse("observer.structure", "a prior has no angles that wrap: leave wraps out, or take another structure");
+  if (has_unwrapped_angle(plant))
+    refuse(
+        "observer.structure",
+        "a prior steps an angle as its sine and cosine: set state_encodings and output_encodings to \"sincos\" where "
+        "[plant] has wraps, which are \"2pi\", and so the encodings of [[log.columns]]");
+  const KnownEquations known = equations_of_plant(experiment, channels.read_inputs > 0);
   if (experiment.known) {
     const LogSchema logs = resolve_columns(*experiment.log);
-    const auto same = [](const std::vector<codegen::Channel>& logged, const std::vector<std::string>& names) {
-      return std::ranges::equal(logged, names, {}, &codegen::Channel::name);
+    const auto same = [](const std::vector<codegen::Channel>& logged, const std::vector<codegen::Channel>& own) {
+      return std::ranges::equal(logged, own, {}, &codegen::Channel::name, &codegen::Channel::name);
     };
-    if (!same(logs.state_channels, plant.states) || !same(logs.output_channels, plant.output_names))
+    if (!same(logs.state_channels, known.states) || !same(logs.output_channels, known.outputs))
       refuse("plant",
              "a prior steps what the logs have: [plant] states and output_names are the names of the state and "
              "output columns, in their order");
   }
-  const KnownEquations known = equations_of_plant(experiment, channels.read_inputs > 0);
   try {
     const codegen::Equations equations(known.texts, known.states, known.inputs);
     if (equations.ny() != channels.outputs)
@@ -131,6 +115,24 @@ class PriorStructure final : public TrainableStructure {
     check_plant(experiment, channels);
   }
 
+  bool adopt(Experiment& experiment, double) const override {
+    const PlantConfig* plant = known_plant(experiment);
+    if (plant == nullptr || !plant->estimated.empty() || has_unwrapped_angle(*plant)) return false;
+    ObserverConfig& o = experiment.observer;
+    const ByType sensors = kept_sensors(o);
+    o = plain_observer(o);
+    o.own = sensors;
+    experiment.inverse_map.hidden = {16};
+    experiment.inverse_map.linear_path = true;
+    train_units(experiment);
+    experiment.training.gradient_clip = 10.0;
+    return true;
+  }
+
+  void vary(Experiment& experiment, Draws& draws) const override {
+    vary_units(experiment.observer.own.set<UnitSettings>(), draws);
+  }
+
   bool has_dynamics_network() const override { return true; }
 
   codegen::SensorFailures failures(const Experiment& experiment, const Dataset& training) const override {
@@ -141,6 +143,7 @@ class PriorStructure final : public TrainableStructure {
     const KnownEquations known = equations_of_plant(experiment, structure.inputs > 0);
     PriorSetting& own = structure.own.set<PriorSetting>();
     own.equations = codegen::Equations(known.texts, known.states, known.inputs);
+    own.on_circle = known.on_circle;
     own.units = experiment.observer.own.get<UnitSettings>().units;
     own.readings = structure.readings;
     own.inputs = structure.inputs;
@@ -157,7 +160,7 @@ class PriorStructure final : public TrainableStructure {
   void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool&) const override {
     // Of a measurement's deviation: what an innovation without noise is, and one with it. Of a step: what may be
     // corrected of the state's deviation, so that an optimiser's first steps are small ones.
-    constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 0.25;
+    constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 0.25, kCircle = 1.02;
     constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
     PriorSetting& own = structure.own.set<PriorSetting>();
     own.period_s = data.sample_period_s;
@@ -186,9 +189,11 @@ class PriorStructure final : public TrainableStructure {
     for (int i = 0; i < nx; ++i) {
       const Range& range = states[static_cast<std::size_t>(i)];
       const double beyond = std::max(kBeyond * (range.high - range.low), 1e-3);
+      // A sine has no other values, and what divides by what is made of them must not be 0.
+      const bool on_circle = own.on_circle[static_cast<std::size_t>(i)];
       own.start.push_back(range.moments.mean);
-      own.low.push_back(range.low - beyond);
-      own.high.push_back(range.high + beyond);
+      own.low.push_back(on_circle ? -kCircle : range.low - beyond);
+      own.high.push_back(on_circle ? kCircle : range.high + beyond);
       set(2 * ny + own.readings + i, range.moments.mean, scale_of(range));
       for (int j = 0; j < ny; ++j) own.scale.push_back(kGain * kCoarse * scale_of(range));
     }
@@ -258,12 +263,17 @@ class PriorStructure final : public TrainableStructure {
  private:
   /// dh_j/dx where the states are on average; by a difference, as it only says where training begins.
   static std::vector<double> output_slopes(const PriorSetting& own, int j) {
+    const auto output = [&](const std::vector<double>& x) {
+      std::vector<double> y(static_cast<std::size_t>(own.ny()));
+      own.equations.output(x.data(), y.data());
+      return y[static_cast<std::size_t>(j)];
+    };
     std::vector<double> slopes;
     for (std::size_t i = 0; i < own.start.size(); ++i) {
       const double step = 1e-3 * (own.high[i] - own.low[i]);
       std::vector<double> x = own.start;
       x[i] += step;
-      slopes.push_back((own.equations.output(j, x.data()) - own.equations.output(j, own.start.data())) / step);
+      slopes.push_back((output(x) - output(own.start)) / step);
     }
     return slopes;
   }

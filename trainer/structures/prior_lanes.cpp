@@ -17,6 +17,8 @@ template <class Scalar>
 using States = std::array<Lanes<Scalar>, codegen::Equations::kMostStates>;
 template <class Scalar>
 using DualStates = std::array<DualOf<Lanes<Scalar>>, codegen::Equations::kMostStates>;
+template <class Value>
+using Outputs = std::array<Value, codegen::Equations::kMostOutputs>;
 
 /// x with the derivative by x_i.
 template <class Scalar>
@@ -135,9 +137,11 @@ void PriorLanes<Scalar>::read(int time) {
   }
   if (time > 0) predict(prior.data(), time);
   for (int i = 0; i < nx; ++i) std::copy_n(prior[static_cast<std::size_t>(i)].at, kGroup, w(prior_row() + i, time));
+  Outputs<Lanes<Scalar>> y;
+  setting_.equations.output(prior.data(), y.data());
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
-    const Lanes<Scalar> expected = setting_.equations.output(j, prior.data());
+    const Lanes<Scalar>& expected = y[row];
     const auto fine = static_cast<Scalar>(setting_.fine[row]), coarse = static_cast<Scalar>(setting_.coarse[row]);
     for (int l = 0; l < kGroup; ++l) {
       const Scalar nu = w(2 * ny + j, time)[l] - expected.at[l];
@@ -250,8 +254,10 @@ void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
   }
   for (int i = 0; i < nx; ++i) {
     const auto dual = seeded(prior, nx, i);
+    Outputs<DualOf<Lanes<Scalar>>> y;
+    setting_.equations.output(dual.data(), y.data());
     for (int j = 0; j < ny; ++j) {
-      const Lanes<Scalar> slope = setting_.equations.output(j, dual.data()).slope;
+      const Lanes<Scalar>& slope = y[static_cast<std::size_t>(j)].slope;
       for (int l = 0; l < kGroup; ++l) p_[lane(i, l)] -= to_squashed_[lane(j, l)] * slope.at[l];
     }
   }

@@ -18,6 +18,7 @@ struct PriorSetting {
   int units = 0, readings = 0, inputs = 0;  ///< n_m, n_r, n_u
   bool commands = false;                    ///< the input of a sample has acted since the one before
   double period_s = 0.0;                    ///< what rates are told in
+  std::vector<bool> on_circle;              ///< n_x: the sine or cosine of an angle
   std::vector<double> start, low, high;     ///< n_x: the first prior, and where x is kept
   std::vector<double> fine, coarse;         ///< n_y, of s(nu)
   std::vector<double> scale;                ///< n_x (n_y + 1): of the correction's outputs

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "trainer/base/draws.h"
 #include "trainer/config/key_error.h"
 #include "trainer/config/keys.h"
 #include "trainer/structures/linear_latent_start.h"
@@ -17,6 +19,24 @@ std::vector<Key<ObserverConfig>> unit_keys() {
           own_key<ObserverConfig>(key("rates", &UnitSettings::rates, positive(),
                                       "gated, prior: slowest and fastest rate of a unit at first [1/s]; empty: 0.01 "
                                       "and 0.5 per sample period"))};
+}
+
+void vary_units(UnitSettings& units, Draws& draws) {
+  constexpr int kVector = 8;  // floats that a kernel takes together
+  const double count = units.units * draws.one_of({0.5, 0.75, 1.0, 1.0, 1.5, 2.0});
+  units.units = std::clamp(static_cast<int>(std::lround(count / kVector)) * kVector, kVector, 1024);
+  const double faster = draws.one_of({0.5, 1.0, 1.0, 2.0});
+  for (double& rate : units.rates) rate = rounded(faster * rate);
+}
+
+void train_units(Experiment& experiment) {
+  TrainingConfig& t = experiment.training;
+  t.trajectories_per_step = std::min(t.trajectories_per_step, 16);
+  t.samples_per_step = std::max(t.samples_per_step, 8192);
+  t.learning_rate = 1e-2;
+  t.eigenvalue_learning_rate = 0.0;
+  t.gradient_clip = 1.0;
+  t.transient = Transient::kKeep;
 }
 
 void check_units(const Experiment& experiment, const char* what) {

@@ -16,6 +16,12 @@ struct UnitSettings {
 /// units and rates.
 std::vector<Key<ObserverConfig>> unit_keys();
 
+/// Another number of them, and other rates, for a search.
+void vary_units(UnitSettings& units, Draws& draws);
+
+/// What trains units, in the place of another structure's settings.
+void train_units(Experiment& experiment);
+
 /// Throws KeyError for what an observer of gated units has no use for. `what`: "a gated observer".
 void check_units(const Experiment& experiment, const char* what);
 

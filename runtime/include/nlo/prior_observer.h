@@ -14,6 +14,7 @@
 #include <limits>
 
 #include "nlo/explicit_rk.h"
+#include "nlo/functions.h"
 #include "nlo/gate.h"
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kkl_observer.h"
@@ -104,28 +105,29 @@ struct PriorModel {
     return select<kArithmetic>(!(below < state_min[i]), below, state_min[i]);
   }
 
+  /// What no sound step has led to, as a flipped bit or a division by 0, would come back into the range as if nothing
+  /// were.
+  template <Arithmetic kArithmetic>
+  NLO_INLINE static Scalar possible(Scalar x) {
+    return select<kArithmetic>(is_below(x, Scalar(0x1p100)), x, std::numeric_limits<Scalar>::quiet_NaN());
+  }
+
   /// The x of z becomes its prior.
   template <Arithmetic kArithmetic>
   void predict(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar h, int pieces) const {
-    constexpr Scalar kParts[4] = {Scalar(0), Scalar(0.5), Scalar(0.5), Scalar(1)};
-    constexpr Scalar kWeights[4] = {Scalar(1.0 / 6), Scalar(1.0 / 3), Scalar(1.0 / 3), Scalar(1.0 / 6)};
-    Scalar* x = &z[kUnits];
     const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
-    // What no step can have led to would come back into the range as if nothing were.
-    for (int r = 0; r < kNx; ++r)
-      x[r] = select<kArithmetic>(is_below(x[r], Scalar(0x1p100)), x[r], std::numeric_limits<Scalar>::quiet_NaN());
+    Scalar x[kNx];
+    for (int r = 0; r < kNx; ++r) x[r] = possible<kArithmetic>(z[kUnits + r]);
     for (int i = 0; i < pieces; ++i) {
-      Scalar slope[kNx] = {}, sum[kNx] = {};
-      for (int s = 0; s < 4; ++s) {
-        Scalar at[kNx], u[kNu > 0 ? kNu : 1]{};
-        for (int r = 0; r < kNx; ++r) at[r] = multiply_add<kArithmetic>(rounded<Scalar>(h * kParts[s]), slope[r], x[r]);
-        const Scalar part = rounded<Scalar>((static_cast<Scalar>(i) + kParts[s]) * share);
+      explicit_rk_step<kArithmetic>(kRk4<Scalar>, h, x, [&](Scalar c, const Scalar(&at)[kNx], Scalar(&dx)[kNx]) {
+        Scalar u[kNu > 0 ? kNu : 1]{};
+        const Scalar part = rounded<Scalar>((static_cast<Scalar>(i) + c) * share);
         for (int j = 0; j < kNu; ++j) u[j] = multiply_add<kArithmetic>(part, y_next[kNy + j] - y[kNy + j], y[kNy + j]);
-        Equations::derivative(at, u, slope);
-        for (int r = 0; r < kNx; ++r) sum[r] = multiply_add<kArithmetic>(kWeights[s], slope[r], sum[r]);
-      }
-      for (int r = 0; r < kNx; ++r) x[r] = kept_within<kArithmetic>(multiply_add<kArithmetic>(h, sum[r], x[r]), r);
+        Equations::derivative(at, u, dx);
+      });
+      for (int r = 0; r < kNx; ++r) x[r] = kept_within<kArithmetic>(possible<kArithmetic>(x[r]), r);
     }
+    for (int r = 0; r < kNx; ++r) z[kUnits + r] = x[r];
   }
 
   /// [m; x-] becomes [m; x].

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// A plant's equations as an observer's prior steps them. An angle is its sine and cosine there, which do not wrap:
+//   angle' = f   becomes   angle_sin' = angle_cos f,  angle_cos' = -angle_sin f
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "codegen/model/equations.h"
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+struct KnownEquations {
+  codegen::EquationTexts texts;
+  std::vector<codegen::Channel> states, outputs, inputs;
+  std::vector<bool> on_circle;  ///< n_x: the sine or cosine of an angle
+};
+
+/// An angle that wraps and is not encoded as its sine and cosine, or not in radians.
+bool has_unwrapped_angle(const PlantConfig& plant);
+
+/// Of a plant by expressions. `inputs`: what the observer reads, at least those of the plant; else they are 0.
+KnownEquations known_equations(const PlantConfig& plant, bool reads_inputs, const std::vector<std::string>& inputs);
+
+}  // namespace nlo::trainer
