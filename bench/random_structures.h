@@ -2,10 +2,12 @@
 // The observers that are not plain KKL, with random weights, as constants: see random_model.h.
 #pragma once
 
+#include <nlo/carried_observer.h>
 #include <nlo/driven_kkl_observer.h>
 #include <nlo/gated_observer.h>
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
+#include <nlo/prior_observer.h>
 
 #include "bench/random_model.h"
 
@@ -70,6 +72,60 @@ constexpr auto random_gated_model() {
   model.gates.mlp = make_mlp<kKind>(random_dense<kUnits + 1, 2 * kUnits>(1));
   model.candidate.mlp = make_mlp<kKind>(random_dense<kUnits + 1, kUnits>(2));
   model.inverse_map.mlp = random_mlp<kKind, kUnits, kUnits, 1, 2>();
+  return model;
+}
+
+/// A pendulum with friction, y = its angle.
+struct PendulumEquations {
+  static constexpr void derivative(const float (&x)[2], const float*, float (&dx)[2]) {
+    dx[0] = x[1];
+    dx[1] = rounded<float>(-9.81F * sine(x[0])) - rounded<float>(0.1F * x[1]);
+  }
+  static constexpr void output(const float (&x)[2], float (&y)[1]) { y[0] = x[0]; }
+};
+
+/// The same equations as the prior of kUnits units, T* of one hidden layer of 16.
+template <int kUnits>
+constexpr auto random_prior_model() {
+  constexpr Activation kKind = Activation::kTanh;
+  constexpr int kIn = kUnits + 5;  // and the innovation squashed twice, y, two states
+  using Gates = decltype(make_mlp<kKind>(random_dense<kIn, 2 * kUnits>(1)));
+  using Candidate = decltype(make_mlp<kKind>(random_dense<kIn, kUnits>(2)));
+  using Correction = decltype(make_mlp<kKind>(random_dense<kIn, 4>(3)));
+  using Network = decltype(random_mlp<kKind, kUnits + 2, 16, 1, 2>());
+  PriorModel<float, 2, 1, kUnits, PendulumEquations, LearnedMap<Gates>, LearnedMap<Candidate>, LearnedMap<Correction>,
+             LearnedMap<Network>>
+      model{};
+  set_sampling(model);
+  for (int i = 0; i < 2; ++i) {
+    model.state_min[i] = -5.0F;
+    model.state_max[i] = 5.0F;
+  }
+  model.fine[0] = 0.05F;
+  model.coarse[0] = 3.0F;
+  model.gates.mlp = make_mlp<kKind>(random_dense<kIn, 2 * kUnits>(1));
+  model.candidate.mlp = make_mlp<kKind>(random_dense<kIn, kUnits>(2));
+  model.correction.mlp = make_mlp<kKind>(random_dense<kIn, 4>(3));
+  model.inverse_map.mlp = random_mlp<kKind, kUnits + 2, 16, 1, 2>();
+  return model;
+}
+
+/// Three vectors that a gyroscope carries, of one accelerometer; the estimate is a direction.
+constexpr auto random_carried_model() {
+  CarriedModel<float, 3, 3, 3, 0, false, true> model{};
+  set_sampling(model);
+  for (int r = 0; r < 6; ++r) {
+    model.outputs.min[r] = -10.0F;
+    model.outputs.max[r] = 10.0F;
+  }
+  model.latent.hold = Hold::kFirstOrder;
+  for (int r = 0; r < 3; ++r) {
+    model.latent.eigenvalues[r] = -0.6F / static_cast<float>(1 << r);
+    model.latent.output_injection[r][0] = 1.0F;
+    model.weights[0][r] = 0.5F + static_cast<float>(r);
+  }
+  model.latent.step =
+      discretise<0>(model.latent.hold, model.latent.eigenvalues, model.latent.output_injection, model.sample_period_s);
   return model;
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// One step and estimate of an observer with the paper's network, or of gated units, for count.cpp to count and for
-// idle.cpp to be the size of. What flies is chosen by macros, see CMakeLists.txt.
+// One step and estimate of an observer with the paper's network, or of another structure, for count.cpp to count and
+// for idle.cpp to be the size of. What flies is chosen by macros, see CMakeLists.txt.
 #include "bench/embedded/fly.h"
 
 #include <type_traits>
 
 #include "bench/random_model.h"
-#if NLO_GATED
+#if NLO_GATED || NLO_PRIOR || NLO_CARRIED
 #include "bench/random_structures.h"
 #elif NLO_INT16
 #include "bench/random_quantised_model.h"
@@ -25,6 +25,10 @@ constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
 
 #if NLO_GATED
 constexpr auto kModel = nlo::bench::random_gated_model<32>();  // and T* 32-32-2 tanh
+#elif NLO_PRIOR
+constexpr auto kModel = nlo::bench::random_prior_model<24>();  // and T* 26-16-2 tanh
+#elif NLO_CARRIED
+constexpr auto kModel = nlo::bench::random_carried_model();
 #elif NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_model<kActivation, kWidth, kDepth>();
 #elif NLO_EIGEN || NLO_NAIVE
@@ -44,7 +48,11 @@ float x_hat[2];
 extern const unsigned observer_bytes = sizeof(Observer);
 
 void step_and_estimate() {
+#if NLO_CARRIED
+  static_cast<void>(observer.step({{measured, measured, measured}}, {{measured, -measured, measured}}));
+#else
   static_cast<void>(observer.step(measured));
+#endif
 #if NLO_EIGEN
   nlo::bench::eigen_estimate<kActivation>(kLayers, observer.latent().data(), x_hat);
 #elif NLO_NAIVE

@@ -10,6 +10,8 @@ shift
 if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
 network_multiply_adds=7750 # 3 x 50 + 3 x 50 x 50 + 50 x 2
 gated_multiply_adds=4256    # 33 x 64 + 33 x 32, and T*: 32 x 32 + 32 x 2
+prior_multiply_adds=2702    # 29 x (48 + 24 + 4), T*: 26 x 16 + 16 x 2, and 50 of the equations
+carried_multiply_adds=182   # 80 of the rotation, four vectors turned, three modes of three components, a direction
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
 failed=0
@@ -30,6 +32,8 @@ row() {
   local core=$1 variant=$2 folder=$builds/$1/bench/embedded image said instructions painted observer per flash ram bound
   local multiply_adds=$network_multiply_adds stack_limit=512 ram_limit=32
   if [[ $variant == gated* ]]; then multiply_adds=$gated_multiply_adds stack_limit=1024 ram_limit=144; fi # z and layers of 32
+  if [[ $variant == prior* ]]; then multiply_adds=$prior_multiply_adds stack_limit=1280 ram_limit=128; fi
+  if [[ $variant == carried* ]]; then multiply_adds=$carried_multiply_adds ram_limit=96; fi
   image=$folder/count_$variant.elf
   said=$(timeout 100 qemu-system-arm -M "${board[$core]}" -icount shift=0,sleep=off -nographic -monitor none -serial null \
     -semihosting-config enable=on,target=native -kernel "$image" 2>&1 </dev/null) || { echo "$image: $said" >&2; exit 1; }
@@ -48,7 +52,8 @@ row() {
   case $variant in
     int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((21 * 1024)) ;; # 3 KB of soft floats there
     float*) gate "$core $variant: flash" "$flash" $((38 * 1024)) ;;
-    gated*) gate "$core $variant: flash" "$flash" $((25 * 1024)) ;;
+    gated* | prior*) gate "$core $variant: flash" "$flash" $((25 * 1024)) ;;
+    carried*) gate "$core $variant: flash" "$flash" $((12 * 1024)) ;;
   esac
   [[ $core == m0plus ]] && return
   case $variant in
@@ -61,9 +66,9 @@ row() {
 lines=('| core | network | instructions | per multiply-add | flash [B] | RAM [B] | stack, bound [B] | stack, painted [B] |'
   '|---|---|---|---|---|---|---|---|')
 for core in "${cores[@]}"; do
-  for variant in {float,deterministic,int16,eigen,naive}_{relu,tanh} gated_{float,deterministic}; do
+  for variant in {float,deterministic,int16}_{relu,tanh} {eigen,naive}_tanh gated_{float,deterministic} {prior,carried}_float; do
     if [[ $core == m0plus && $variant == *deterministic* ]]; then continue; fi # soft floats: the same as float
-    if [[ $variant == @(eigen|naive)_relu && $core != m4f ]]; then continue; fi
+    if [[ $variant == @(eigen|naive)* && $core != m4f ]]; then continue; fi
     row "$core" "$variant"
     if [[ -n $target && $core == @(m7|m33) ]]; then continue; fi # within 0.2 % of the M4F: checked, left out of the page
     lines+=("$line")
