@@ -17,8 +17,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
-from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
+import warnings
+from typing import IO, Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -27,9 +27,10 @@ from nlo._arrays import Array
 from nlo._library import Error, package
 from nlo.model import Model
 
-Path = Union[str, os.PathLike]
+Path = Union[str, "os.PathLike[str]"]
 ModelOrPath = Union[Model, Path]
 _POLL_S = 0.2
+_ERROR = "nlo: error: "
 
 
 @dataclasses.dataclass(frozen=True)
@@ -174,11 +175,19 @@ class _Rows:
     """Calls `progress` with the rows of a metrics.csv that were not there before; the file is replaced as it grows."""
 
     def __init__(self, path: pathlib.Path, progress: Callable[[dict[str, float]], None]) -> None:
-        self._path, self._progress, self._begun, self._step = path, progress, time.time(), -1.0
+        self._path, self._progress, self._step = path, progress, -1.0
+        self._old = self._now()
+
+    def _now(self) -> Optional[tuple[int, int]]:
+        """Which file it is, and of when."""
+        with contextlib.suppress(OSError):
+            status = self._path.stat()
+            return status.st_ino, status.st_mtime_ns
+        return None
 
     def __call__(self) -> None:
-        if not self._path.exists() or self._path.stat().st_mtime < self._begun - 1.0:
-            return  # of an earlier run
+        if self._now() == self._old:
+            return  # none, or that of an earlier run
         with open(self._path, newline="", encoding="utf-8") as file:
             for row in csv.DictReader(file):
                 numbers = {key: float(value) for key, value in row.items()}
@@ -209,19 +218,20 @@ def _run(command: str, words: Sequence[str], watch: Optional[Callable[[], None]]
             child.send_signal(signal.SIGINT)
             child.wait()
             if isinstance(error, KeyboardInterrupt):
-                raise KeyboardInterrupt(_said(err)) from None
+                raise KeyboardInterrupt(*_said(err, _ERROR)) from None
             raise
+        for warning in _said(err, "warning: "):
+            warnings.warn(warning, stacklevel=3)
         if child.returncode != 0:
-            raise Error(_said(err) or f"nlo {command} ended with {child.returncode}")
+            raise Error(*_said(err, _ERROR)[-1:] or [f"nlo {command} ended with {child.returncode}"])
         out.seek(0)
         return out.read()
 
 
-def _said(stream: Any) -> str:
-    """The error among the lines of stderr."""
+def _said(stream: IO[str], kind: str) -> list[str]:
+    """Lines of stderr that begin with this, less that."""
     stream.seek(0)
-    lines = stream.read().strip().splitlines()
-    return lines[-1].removeprefix("nlo: error: ") if lines else ""
+    return [line[len(kind):].rstrip("\n") for line in stream if line.startswith(kind)]
 
 
 @contextlib.contextmanager
