@@ -68,8 +68,8 @@ constexpr const char* kDoubleCheck =
 std::map<std::string, std::string> ranges(const Model& m, const Initialiser& init) {
   // Inputs that act apart from the readings are taken as they come.
   const int acting = acting_inputs(m), held = m.nr() + acting;
-  const double largest =
-      init.scalar_bytes() == 4 ? double{std::numeric_limits<float>::max()} : std::numeric_limits<double>::max();
+  const double largest = init.scalar_bytes() == 4 ? static_cast<double>(std::numeric_limits<float>::max())
+                                                  : std::numeric_limits<double>::max();
   Eigen::VectorXd wrap = Eigen::VectorXd::Zero(held), least = Eigen::VectorXd::Constant(held, -largest),
                   most = Eigen::VectorXd::Constant(held, largest);
   least.head(m.nr()) = reading_min(m);
