@@ -56,16 +56,18 @@ FlownExport::FlownExport(const codegen::Model& model, const Flown& flown) : answ
                  : files.front().text.find(name + "_warm_start(") != std::string::npos;
   name_ = fmt::format("--target {} --scalar {}", flown.target, flown.scalar);
   const bool driven = model.nu() > 0;
-  files.push_back({cpp ? "main.cpp" : "main.c", codegen::filled(codegen::embedded_text("flight/replay.c.in"),
-                                                                {{"NAME", name},
-                                                                 {"SCALAR", prepared.initialiser().scalar_name()},
-                                                                 {"NM", std::to_string(model.measured())},
-                                                                 {"NU", std::to_string(model.nu())},
-                                                                 {"NX", std::to_string(model.nx())},
-                                                                 {"AND_U", driven ? ", u" : ""},
-                                                                 {"DRIVEN", driven ? "true" : ""},
-                                                                 {"WARM_START", settles_ ? "true" : ""},
-                                                                 {"CPP", cpp ? "true" : ""}})});
+  files.push_back({cpp ? "main.cpp" : "main.c",
+                   codegen::filled(codegen::embedded_text("flight/replay.c.in"),
+                                   {{"NAME", name},
+                                    {"SCALAR", prepared.initialiser().scalar_name()},
+                                    {"NM", std::to_string(model.measured())},
+                                    {"NU", std::to_string(model.nu())},
+                                    {"NX", std::to_string(model.nx())},
+                                    {"AND_U", driven ? ", u" : ""},
+                                    {"READ_U", model.inputs.empty() ? "" : ", u"},  // not those that act alone
+                                    {"DRIVEN", driven ? "true" : ""},
+                                    {"WARM_START", settles_ ? "true" : ""},
+                                    {"CPP", cpp ? "true" : ""}})});
   folder_ = std::make_unique<codegen::TemporaryFolder>((fs::temp_directory_path() / "nlo-replay").string());
   for (const codegen::NamedText& file : files) write(folder_->name(), file.path, file.text);
 
