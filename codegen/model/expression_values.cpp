@@ -116,8 +116,10 @@ Interval value_of(Function function, Interval x) {
   const auto rising = [&] { return Interval(number_of(function, x.low), number_of(function, x.high)); };
   // Where the runtime's have values.
   const auto within = [&](double low, double high) { return x.low > low && x.high < high; };
-  constexpr double kFarthestAngle = CircleFit<float>::kFarthest, kFarthestPower = 80.0;
-  constexpr double kSmallest = std::numeric_limits<float>::min(), kLargest = std::numeric_limits<float>::max();
+  constexpr auto kFarthestAngle = static_cast<double>(CircleFit<float>::kFarthest);
+  constexpr auto kSmallest = static_cast<double>(std::numeric_limits<float>::min());
+  constexpr auto kLargest = static_cast<double>(std::numeric_limits<float>::max());
+  constexpr double kFarthestPower = 80.0;
   switch (function) {
     case Function::kSine:
       x = x - Interval(0.5 * std::numbers::pi);
