@@ -102,6 +102,29 @@ class Trainings(InAFolder):
         with self.assertRaisesRegex(nlo.Error, "did you mean"):
             nlo.evaluate(VAN_DER_POL, trajectoires=3)
 
+    def test_an_interrupt_ends_the_training_with_its_best_model(self):
+        interrupted = threading.Timer(0, lambda: None)
+
+        def interrupt_once(row):
+            nonlocal interrupted
+            if not interrupted.is_alive() and row["step"] >= 200:
+                interrupted = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+                interrupted.start()
+
+        long = {**PENDULUM, "training": {**PENDULUM["training"], "steps": 200_000}}
+        with self.assertRaisesRegex(KeyboardInterrupt, "has the best so far"):
+            nlo.train(long, output=self.folder / "run", progress=interrupt_once)
+        self.assertEqual(nlo.Model.load(self.folder / "run/model.json").name, "pendulum")
+
+    def test_what_progress_raises_ends_the_training(self):
+        def stop(row):
+            raise ValueError("enough")
+
+        began = time.monotonic()
+        with self.assertRaisesRegex(ValueError, "enough"):
+            nlo.train({**PENDULUM, "training": {"steps": 200_000}}, output=self.folder / "run", progress=stop)
+        self.assertLess(time.monotonic() - began, 120)
+
 
 class Exports(InAFolder):
     def test_exports_are_compiled_and_compared_with_the_model(self):
