@@ -129,8 +129,7 @@ class Trainings(InAFolder):
 class Exports(InAFolder):
     def test_exports_are_compiled_and_compared_with_the_model(self):
         model = nlo.Model.load(VAN_DER_POL)
-        with self.assertWarnsRegex(UserWarning, "the model's monitor is left out"):  # a warning of the command
-            written = nlo.export(model, "c99", self.folder / "van_der_pol.h")
+        written = nlo.export(model, "c99", self.folder / "van_der_pol.h")
         self.assertIn("x1", written.text)
         found = nlo.validate(model, written.path)
         self.assertTrue(found.passed, found.max_error)
@@ -144,6 +143,11 @@ class Exports(InAFolder):
             nlo.validate(model, written.path)
         with self.assertRaisesRegex(nlo.Error, "none.h: no such file"):
             nlo.validate(model, self.folder / "none.h")
+
+    def test_a_warning_of_the_command_is_one_of_python(self):
+        path = pathlib.Path(os.environ["NLO_TEST_MODELS"]) / "tiny_relu_error.json"
+        with self.assertWarnsRegex(UserWarning, "^the standard deviations of its errors are left out"):
+            nlo.export(path, "c99", self.folder / "tiny_relu_error.h")
 
     def test_a_model_with_inputs_is_compiled_with_them(self):
         path = pathlib.Path(os.environ["NLO_TEST_MODELS"]) / "commanded.json"
