@@ -53,7 +53,7 @@ MatrixXd Loaded::with_computed(const double* y, Eigen::Index samples) const {
 }
 
 MatrixXd Loaded::given_inputs(const double* u, Eigen::Index samples) const {
-  if (inputs.empty()) return {};
+  if (inputs.empty()) return MatrixXd(0, samples);
   need(u, "u");
   return ConstRows(u, static_cast<Eigen::Index>(inputs.size()), samples);
 }

@@ -88,7 +88,7 @@ struct Loaded {
   /// The outputs y of samples with room for those that are computed, n_y x N.
   MatrixXd with_computed(const double* y, Eigen::Index samples) const;
 
-  /// n_u x N; 0 x 0 where there are none.
+  /// n_u x N; 0 x N where there are none.
   MatrixXd given_inputs(const double* u, Eigen::Index samples) const;
 };
 
