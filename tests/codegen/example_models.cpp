@@ -608,10 +608,10 @@ static Model fast_driven_model() {
 }
 
 std::vector<Model> error_models() {
-  return {with_error(rig_model(), 71),     with_error(saturating_rig_model(), 72),
-          with_error(failing_model(), 73), with_error(activation_model("relu"), 74),
-          with_error(fast_driven_model(), 75),  with_error(general_model(), 76),
-          with_error(gated_model(), 77),   with_error(window_model(), 78)};
+  return {with_error(rig_model(), 71),         with_error(saturating_rig_model(), 72),
+          with_error(failing_model(), 73),     with_error(activation_model("relu"), 74),
+          with_error(fast_driven_model(), 75), with_error(general_model(), 76),
+          with_error(gated_model(), 77),       with_error(window_model(), 78)};
 }
 
 std::vector<Model> example_models() {
