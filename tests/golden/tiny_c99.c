@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0xb1d324b7
+#if tiny_c99_EXPORT != 0xef09cc53
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
