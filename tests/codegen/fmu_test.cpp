@@ -20,9 +20,9 @@ using ::testing::HasSubstr;
 
 /// The files of an archive without compression, by their headers.
 std::map<std::string, std::string> unzipped(const std::string& archive) {
-  const auto number = [&](std::size_t at, int count) {
+  const auto number = [&](std::size_t at, std::size_t count) {
     std::size_t value = 0;
-    for (int i = count - 1; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(archive.at(at + i));
+    for (std::size_t i = count; i-- > 0;) value = value << 8 | static_cast<unsigned char>(archive.at(at + i));
     return value;
   };
   std::map<std::string, std::string> files;
