@@ -26,10 +26,7 @@ std::optional<Experiment> gated_rival(const DraftExperiment& draft, const Experi
   constexpr double kLongest = 500.0;  // samples of a segment: gradients through time are paid by the sample
   const double period_s = base.simulation.sample_period_s, samples = length_s / period_s;
   Experiment e = base;
-  e.observer = ObserverConfig{};
-  e.observer.structure = "gated";
-  e.observer.input_hold = base.observer.input_hold;
-  e.observer.own = kept_sensors(base.observer);
+  e.observer = plain_observer_of("gated", base.observer);
   e.observer.own.set<UnitSettings>().rates = {rounded(std::min(3.0 / length_s, 0.1 / period_s)),
                                               rounded(0.5 / period_s)};
   set("inverse_map.hidden", e.inverse_map.hidden, std::vector<int>{32});

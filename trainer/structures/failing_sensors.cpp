@@ -41,10 +41,12 @@ bool has_failing_sensors(const ObserverConfig& observer) {
   return !observer.own.get<FailingSensors>().may_fail.empty();
 }
 
-ByType kept_sensors(const ObserverConfig& observer) {
-  ByType own;
-  own.set<FailingSensors>() = observer.own.get<FailingSensors>();
-  return own;
+ObserverConfig plain_observer_of(std::string_view structure, const ObserverConfig& other) {
+  ObserverConfig observer;
+  observer.structure = structure;
+  observer.input_hold = other.input_hold;
+  observer.own.set<FailingSensors>() = other.own.get<FailingSensors>();
+  return observer;
 }
 
 void check_failing_sensors(const Experiment& experiment, const ChannelCounts& channels) {

@@ -3,6 +3,7 @@
 // reads how stale an output is.
 #pragma once
 
+#include <string_view>
 #include <vector>
 
 #include "trainer/structures/module.h"
@@ -15,8 +16,8 @@ std::vector<Key<ObserverConfig>> failing_sensor_keys();
 /// Whether may_fail names any.
 bool has_failing_sensors(const ObserverConfig& observer);
 
-/// These keys alone of what structures keep for themselves.
-ByType kept_sensors(const ObserverConfig& observer);
+/// [observer] of another structure that has these keys: all defaults but them and what says how inputs act.
+ObserverConfig plain_observer_of(std::string_view structure, const ObserverConfig& other);
 
 /// Throws KeyError unless may_fail names outputs, each once, no angle, and leaves one to observe by.
 void check_failing_sensors(const Experiment& experiment, const ChannelCounts& channels);

@@ -54,10 +54,7 @@ class Gated final : public TrainableStructure {
 
   /// As van_der_pol_gated is trained; rates are left to the sample period.
   bool adopt(Experiment& experiment, double) const override {
-    ObserverConfig& o = experiment.observer;
-    const ByType sensors = kept_sensors(o);
-    o = plain_observer(o);
-    o.own = sensors;
+    experiment.observer = plain_observer_of(name(), experiment.observer);
     experiment.inverse_map.hidden = {32};
     experiment.inverse_map.linear_path = false;
     train_units(experiment);

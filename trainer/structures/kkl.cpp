@@ -81,9 +81,7 @@ class Kkl final : public KklFamily {
     constexpr double kSlowest = 0.01, kFastest = 0.25;  // per sample period
     constexpr int kModes = 4;
     ObserverConfig& o = experiment.observer;
-    const ByType sensors = kept_sensors(o);
-    o = plain_observer(o);
-    o.own = sensors;
+    o = plain_observer_of(name(), o);
     for (int i = 0; i < kModes; ++i)
       o.eigenvalues.push_back(
           -rounded(kSlowest / sample_period_s * std::pow(kFastest / kSlowest, static_cast<double>(i) / (kModes - 1))));

@@ -100,15 +100,6 @@ class TrainableStructure {
 
   /// Adds what follows from its ranges, once the model has them.
   virtual void complete(const ObserverStructure&, codegen::Model&) const {}
-
- protected:
-  /// [observer] of this structure with all defaults but what says how inputs act.
-  ObserverConfig plain_observer(const ObserverConfig& other) const {
-    ObserverConfig observer;
-    observer.structure = name();
-    observer.input_hold = other.input_hold;
-    return observer;
-  }
 };
 
 }  // namespace nlo::trainer

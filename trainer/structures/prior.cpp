@@ -118,10 +118,7 @@ class PriorStructure final : public TrainableStructure {
   bool adopt(Experiment& experiment, double) const override {
     const PlantConfig* plant = known_plant(experiment);
     if (plant == nullptr || !plant->estimated.empty() || has_unwrapped_angle(*plant)) return false;
-    ObserverConfig& o = experiment.observer;
-    const ByType sensors = kept_sensors(o);
-    o = plain_observer(o);
-    o.own = sensors;
+    experiment.observer = plain_observer_of(name(), experiment.observer);
     experiment.inverse_map.hidden = {16};
     experiment.inverse_map.linear_path = true;
     train_units(experiment);

@@ -103,7 +103,10 @@ class WindowStructure final : public TrainableStructure {
   }
 
   bool adopt(Experiment& experiment, double) const override {
-    experiment.observer = plain_observer(experiment.observer);
+    ObserverConfig plain;
+    plain.structure = name();
+    plain.input_hold = experiment.observer.input_hold;
+    experiment.observer = plain;
     experiment.training.eigenvalue_learning_rate = 0.0;
     experiment.training.gradient_clip = 0.0;
     experiment.training.transient = Transient::kKeep;
