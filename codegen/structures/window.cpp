@@ -121,7 +121,7 @@ class WindowModule final : public StructureModule {
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<WindowHeader>(source);
   }
-  Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
+  Abilities abilities() const override { return {.c99 = true, .int16 = true, .whole_periods = true}; }
   std::map<std::string, std::string> c99(const ExportSource& source) const override {
     return {{"LATENT", "c99/window.c.in"},
             {"LONGEST_GAP", std::to_string(kMostPieces)},

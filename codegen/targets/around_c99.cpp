@@ -12,13 +12,13 @@
 #include "codegen/targets/export_parts.h"
 
 namespace nlo::codegen {
-namespace {
 
-std::vector<NamedText> around_c99(const PreparedExport& given, const std::string& target) {
+std::vector<NamedText> around_c99(const PreparedExport& given, const std::string& target,
+                                  std::map<std::string, std::string> values, const std::string& sources) {
   const PreparedExport prepared = for_c99(given, target);
   const Model& m = prepared.model();
   const std::string& name = prepared.name();
-  std::map<std::string, std::string> values = wrapper_values(prepared);
+  values.merge(wrapper_values(prepared));
   const std::string inputs_text = channel_list(inputs(m), true);
   if (!inputs_text.empty()) {
     values["INPUT_PORT"] = fmt::format("; 2. the known inputs ({})", inputs_text);
@@ -35,11 +35,10 @@ std::vector<NamedText> around_c99(const PreparedExport& given, const std::string
   values["KNOWN"] = known;
   values["PERIOD_US"] = fmt::format("{:.0f}", std::clamp(std::round(m.sample_period_s * 1e6), 1.0, 4e9));
   std::vector<NamedText> files = c99(prepared);
+  for (NamedText& file : files) file.path = sources + file.path;
   for (NamedText& file : filled_folder(target + "/", name, values)) files.push_back(std::move(file));
   return files;
 }
-
-}  // namespace
 
 std::vector<NamedText> simulink(const PreparedExport& prepared) {
   return around_c99(prepared, "simulink");

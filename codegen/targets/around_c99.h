@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Folders with the C99 pair and what another framework puts around it: each file comes from a template
-// (templates/simulink, templates/px4).
+// (templates/simulink, templates/px4, templates/simplefoc).
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "codegen/base/file.h"
@@ -15,5 +17,13 @@ std::vector<NamedText> simulink(const PreparedExport& prepared);
 
 /// A module for PX4. Throws Error when c99() does.
 std::vector<NamedText> px4_module(const PreparedExport& prepared);
+
+/// A library for Arduino with a `Sensor` of SimpleFOC, whose velocity is an estimate (simplefoc.cpp says which). Throws
+/// Error when c99() does, and where options().roles do not tell, or name, an angle and a velocity.
+std::vector<NamedText> simplefoc(const PreparedExport& prepared);
+
+/// The pair in `sources` ("src/"), and templates/TARGET filled with what is known of any wrapper and with `more`.
+std::vector<NamedText> around_c99(const PreparedExport& prepared, const std::string& target,
+                                  std::map<std::string, std::string> more = {}, const std::string& sources = "");
 
 }  // namespace nlo::codegen

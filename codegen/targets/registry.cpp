@@ -48,6 +48,8 @@ const std::vector<ExportTarget>& export_targets() {
       {"simulink", "folder with a level-2 S-function around the C99 pair", ExportForm::kDirectory, simulink, true,
        true},
       {"px4", "folder with a module for PX4 around the C99 pair", ExportForm::kDirectory, px4_module, true, true},
+      {"simplefoc", "folder with an Arduino library: a Sensor for SimpleFOC whose velocity is the estimate",
+       ExportForm::kDirectory, simplefoc, true, false, true},
   };
   return targets;
 }

@@ -27,6 +27,7 @@ struct ExportOptions {
   WeightType weights = WeightType::kFull;
   Activation tanh = Activation::kTanh;  ///< of the runtime's three; PreparedExport sets both of these
   std::string max_error = {};           ///< the limit by which tanh was chosen; empty: it was not
+  std::string roles = {};               ///< simplefoc: its channels, "angle=theta,velocity=omega"; empty: by unit
   std::uint64_t seed = 1;               ///< replay: of the golden inputs
   int samples = 400;                    ///< replay: how many
 };

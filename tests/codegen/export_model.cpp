@@ -5,7 +5,7 @@
 //       EXAMPLE  or a model file
 //       TARGET   model: its model file; spoilt: the same, FACTOR times one weight of a last layer, or of the error head
 //                where there is one
-//       SCALAR   or SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR: float,bf16
+//       SCALAR   or SCALAR,WEIGHTS or SCALAR,WEIGHTS,MAX_ERROR or SCALAR,WEIGHTS,MAX_ERROR,ROLES: float,bf16
 #include <cstdio>
 #include <exception>
 #include <sstream>
@@ -34,7 +34,8 @@ int main(int argc, char** argv) {
       ExportOptions options;
       std::istringstream numbers(argv[3]);
       std::string scalar, weights = "float", max_error;
-      std::getline(numbers, scalar, ',') && std::getline(numbers, weights, ',') && std::getline(numbers, max_error);
+      std::getline(numbers, scalar, ',') && std::getline(numbers, weights, ',') &&
+          std::getline(numbers, max_error, ',') && std::getline(numbers, options.roles);
       options.scalar = scalar_type(scalar);
       options.weights = weight_type(weights.empty() ? "float" : weights);
       options.name = argv[4];

@@ -85,15 +85,27 @@ TEST(Program, TrainsEvaluatesAndExports) {
   scratch.ok({"export", "runs/tiny/model.json", "--target", "fmu-sources", "-o", "tiny.fmu"});
   EXPECT_EQ(scratch.read("tiny.fmu").substr(0, 2), "PK");
 
-  for (const char* target : {"arduino", "zephyr", "selftest", "simulink", "ros2_control", "px4"}) {
+  for (const char* target : {"arduino", "zephyr", "selftest", "simulink", "ros2_control", "px4", "simplefoc"}) {
     const std::string folder = std::string(target) + "_tiny";
-    const std::vector<std::string> command = {"export", "runs/tiny/model.json", "--target", target, "-o", folder};
+    std::vector<std::string> command = {"export", "runs/tiny/model.json", "--target", target, "-o", folder};
+    if (folder == "simplefoc_tiny") command.insert(command.end(), {"--roles", "angle=none,velocity=x2"});
     EXPECT_EQ(scratch.run(command).exit_code, 0);
     EXPECT_EQ(scratch.run(command).exit_code, 0) << "its own folder is not replaced";
     scratch.write(folder + "/mine.txt", "mine");
     EXPECT_THAT(scratch.refusal(2, command), HasSubstr("mine.txt: was added or changed"));
     EXPECT_EQ(scratch.read(folder + "/mine.txt"), "mine");
   }
+  const auto roles = [&](const char* target, const char* given) {
+    return scratch.refusal(2,
+                           {"export", "runs/tiny/model.json", "--target", target, "--roles", given, "-o", "a_sensor"});
+  };
+  EXPECT_THAT(roles("simplefoc", "angle=none"), HasSubstr("which state is the velocity?"));
+  EXPECT_THAT(roles("simplefoc", "angle=none"), HasSubstr("say --roles velocity=NAME, one of x1, x2"));
+  EXPECT_THAT(roles("simplefoc", "velocity=x2"), HasSubstr("say --roles angle=NAME, one of y, or none"));
+  EXPECT_THAT(roles("simplefoc", "angle=none,velocity=x3"), HasSubstr("there is no such state; there are x1, x2"));
+  EXPECT_THAT(roles("simplefoc", "speed=x2"), HasSubstr("there are angle, velocity"));
+  EXPECT_THAT(roles("px4", "velocity=x2"), HasSubstr("target px4 asks for none"));
+  EXPECT_FALSE(scratch.has("a_sensor"));
 }
 
 TEST(Program, RecordsWhatTheModelWasTrainedBy) {

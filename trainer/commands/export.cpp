@@ -27,7 +27,7 @@ namespace nlo::trainer {
 namespace {
 
 struct ExportArguments {
-  std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit;
+  std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit, roles;
   int samples = codegen::ExportOptions{}.samples;
   bool quiet = false;
 };
@@ -82,6 +82,10 @@ void run_export(const ExportArguments& arguments) {
         fmt::format("--name \"{}\" is not an identifier; use a letter, then letters, digits and single "
                     "underscores (63 at most), no C++ word",
                     options.name));
+  options.roles = arguments.roles;
+  if (!options.roles.empty() && !target.roles)
+    throw codegen::Error(
+        fmt::format("--roles: target {} asks for none; leave it out, or export simplefoc", target.name));
   const bool to_stdout = arguments.output == "-";
   if (to_stdout && target.form != codegen::ExportForm::kFile)
     throw codegen::Error(
@@ -138,6 +142,10 @@ void add_export(CLI::App& app, Action& action) {
                 "print what M0+, M4F, M7 and M33 need; refuse more than flash=32K,ram=2K,mac=5000,core=m4f (any of "
                 "them)",
                 "BUDGET");
+  options.value("--roles", arguments->roles,
+                "simplefoc: which output is the shaft's angle (none: no output is) and which state its velocity, where "
+                "units do not tell",
+                "angle=NAME,velocity=NAME");
   options.number("--samples", arguments->samples, 20, 100000,
                  "how many a replay or a self-test has: fewer for a small flash");
   options.flag("-q,--quiet", arguments->quiet, "print nothing when the export succeeds, except what it leaves out");
@@ -155,6 +163,7 @@ void add_export(CLI::App& app, Action& action) {
       "  nlo export model.json --target c99 -o van_der_pol.h                      (and van_der_pol.c)\n"
       "  nlo export model.json --target selftest -o selftest                      (a program for your board)\n"
       "  nlo export model.json --target arduino -o ~/Arduino/libraries/van_der_pol\n"
+      "  nlo export model.json --target simplefoc --roles angle=theta,velocity=omega -o ~/Arduino/libraries/motor\n"
       "  nlo export model.json --target fmu -o van_der_pol.fmu                    (with a binary by $CC, or cc)\n"
       "A folder is replaced only while all of it is as nlo has written it.");
   command->callback([arguments, &action] { action = [arguments] { run_export(*arguments); }; });

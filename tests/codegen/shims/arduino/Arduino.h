@@ -34,6 +34,7 @@ struct SimulatedSerial {
   void begin(unsigned long) {}
   void print(double value, int digits) { printf("%.*f", digits, value); }
   void print(char c) { putchar(c); }
+  void print(const char* text) { printf("%s", text); }
   void println(const char* text = "") { printf("%s\n", text); }
 };
 inline SimulatedSerial& simulated_serial() {
