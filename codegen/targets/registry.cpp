@@ -45,11 +45,10 @@ const std::vector<ExportTarget>& export_targets() {
       {"ros2_control",
        "folder with a ROS 2 package: header, runtime, a chainable controller that exports the estimates",
        ExportForm::kDirectory, ros2_control_package},
-      {"simulink", "folder with a level-2 S-function around the C99 pair", ExportForm::kDirectory, simulink, true,
-       true},
-      {"px4", "folder with a module for PX4 around the C99 pair", ExportForm::kDirectory, px4_module, true, true},
+      {"simulink", "folder with a level-2 S-function around the C99 pair", ExportForm::kDirectory, simulink, true},
+      {"px4", "folder with a module for PX4 around the C99 pair", ExportForm::kDirectory, px4_module, true},
       {"simplefoc", "folder with an Arduino library: a Sensor for SimpleFOC whose velocity is the estimate",
-       ExportForm::kDirectory, simplefoc, true, false, true},
+       ExportForm::kDirectory, simplefoc, true, true},
   };
   return targets;
 }

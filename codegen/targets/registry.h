@@ -27,8 +27,7 @@ struct ExportTarget {
   /// The files, their paths relative to where the export goes. Throws Error.
   std::function<std::vector<NamedText>(const PreparedExport&)> generate;
   bool of_c99 = false;    ///< made of what the c99 pair has: no standard deviations, one tanh
-  bool no_alarm = false;  ///< the monitor of a model has no place in it
-  bool roles = false;     ///< asks which channels are what (ExportOptions::roles)
+  bool roles = false;    ///< asks which channels are what (ExportOptions::roles)
 };
 
 const std::vector<ExportTarget>& export_targets();

@@ -7,7 +7,7 @@ set -euo pipefail
 export_model=$1 source=$2 shims=$2/tests/codegen/shims
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-blocks=(commanded:int16) controllers=(watched_rig:float)
+blocks=(watched_rig:float commanded:int16) controllers=(watched_rig:float)
 sensors=(watched_rig:float:angle=alpha commanded_window:double:angle=y1,velocity=x2 commanded:int16:angle=none,velocity=x1)
 if [[ ${3:-} == all ]]; then
   blocks+=(rig:double gated:float) controllers+=(driven:double failing_error:float)
@@ -17,10 +17,16 @@ warnings=(-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror)
 sanitizers=(-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all)
 fail() { echo "FAILED  $*" && exit 1; }
 
+# options HEADER NAME: what the pair has, for the shims.
+options() {
+  if grep -q "$2_NU" "$1"; then echo -DNLO_DRIVEN; fi
+  if grep -q "$2_monitor;" "$1"; then echo -DNLO_MONITOR; fi
+}
+
 # sfunction FOLDER NAME SCALAR OUTPUT: the block and the engine of the shim.
 sfunction() {
   local driven=() period
-  if grep -q "$2_NU" "$1/$2.h"; then driven=(-DNLO_DRIVEN); fi
+  driven+=($(options "$1/$2.h" "$2"))
   period=$(sed -n 's/.*ssSetSampleTime(S, 0, \(.*\));/\1/p' "$1/$2_sfun.c")
   gcc -std=c99 "${warnings[@]}" "${sanitizers[@]}" -I"$source" -I"$shims/simulink" -I"$1" -DNLO_NAME="$2" -DNLO_SCALAR="${3/int16/float}" \
     -DNLO_PERIOD="$period" "${driven[@]}" -include "$work/$2_replay.h" "$1/$2_sfun.c" "$1/$2.c" -lm -o "$4"
@@ -38,7 +44,7 @@ controller() {
 # module FOLDER NAME SCALAR OUTPUT: the module and the work queue of the shim.
 module() {
   local driven=()
-  if grep -q "$2_NU" "$1/$2.h"; then driven=(-DNLO_DRIVEN); fi
+  driven+=($(options "$1/$2.h" "$2"))
   cp "$shims/px4/readings.hpp" "$1/readings.hpp"
   gcc -std=c99 "${warnings[@]}" "${sanitizers[@]}" -c "$1/$2.c" -o "$work/pair.o"
   g++ -std=gnu++17 -Wall -Wextra -Wshadow -Werror "${sanitizers[@]}" -I"$1" -I"$shims/px4" -DNLO_NAME="$2" -DNLO_SCALAR="${3/int16/float}" \
@@ -50,8 +56,7 @@ sensor() {
   local defined=() header=$1/src/$2_sensor.h angle=-1 velocity
   velocity=$(sed -n 's/.*x_hat_\[\(.*\)\]); }/\1/p' "$header")
   if [[ $4 != *angle=none* ]]; then angle=$2_output_$(sed 's/.*angle=\([^,]*\).*/\1/' <<<"$4"); fi
-  if grep -q "$2_NU" "$1/src/$2.h"; then defined+=(-DNLO_DRIVEN); fi
-  if grep -q monitor_ "$header"; then defined+=(-DNLO_MONITOR); fi
+  defined+=($(options "$1/src/$2.h" "$2"))
   if grep -q 'counts its turns' "$header"; then defined+=(-DNLO_TURNS=true); else defined+=(-DNLO_TURNS=false); fi
   if grep -q 'Its time is in samples' "$header"; then defined+=(-DNLO_WHOLE_PERIODS); fi
   defined+=(-DNLO_PERIOD="$(sed -n 's/.*sampled every \([^ ]*\) s.*/\1/p' "$1/src/$2.h")" -DNLO_ANGLE="$angle" -DNLO_VELOCITY="$velocity")
@@ -83,9 +88,14 @@ for entry in "${blocks[@]}"; do
   "$work/queue" >"$work/said.txt" || { cat "$work/said.txt" && fail "the module of $entry"; }
   echo "ok      px4 $entry"
 done
-sed -i 's/memcpy(ssGetDWork(S, kNext), &observer/memcpy(ssGetDWork(S, kNow), \&observer/' "$folder/${name}_sfun.c"
+sed -i 's/memcpy(ssGetDWork(S, kNext), &memory/memcpy(ssGetDWork(S, kNow), \&memory/' "$folder/${name}_sfun.c"
 sfunction "$folder" "$name" "$scalar" "$work/block"
 ! "$work/block" >"$work/said.txt" || fail 'outputs that move the state went unseen'
+sed -i '/_trusted(/d' "$work/simulink_watched_rig/watched_rig_sfun.c" "$work/px4_watched_rig/watched_rig_observer.cpp"
+sfunction "$work/simulink_watched_rig" watched_rig float "$work/block"
+! "$work/block" >"$work/said.txt" || fail 'an S-function without its gate went unseen'
+module "$work/px4_watched_rig" watched_rig float "$work/queue"
+! "$work/queue" >"$work/said.txt" || fail 'a module without its gate went unseen'
 
 for entry in "${controllers[@]}"; do
   name=${entry%:*} scalar=${entry#*:} folder=$work/ros2_$name

@@ -64,9 +64,6 @@ std::string left_out_warnings(const codegen::PreparedExport& prepared, const Exp
         "warning: the standard deviations of its errors are left out: estimate_with_error() is of C++ in float and "
         "double, and this is {}\n",
         prepared.folded().error ? "--target " + arguments.target : "--scalar int16");
-  if (prepared.model().monitor && codegen::export_target(arguments.target).no_alarm)
-    warnings +=
-        fmt::format("warning: the model's monitor is left out: target {} has none; cpp and c99 do\n", arguments.target);
   return warnings;
 }
 

@@ -26,9 +26,17 @@ int main() {
   EXPECT(period_us > 0);
   NAMED(observer) observer;
   NAMED(init)(&observer);
+#ifdef NLO_MONITOR
+  NAMED(monitor) monitor;
+  NAMED(monitor_reset)(&monitor);
+  int alarms = 0;
+#endif
   constexpr int kSamples = sizeof(NAMED(replay_samples)) / sizeof(NAMED(replay_samples)[0]);
   for (int k = 0; k < kSamples; ++k) {
-    const auto& sample = NAMED(replay_samples)[k];
+    auto sample = NAMED(replay_samples)[k];
+#ifdef NLO_MONITOR
+    NAMED(trusted)(&monitor, &observer, sample.y, sample.y);
+#endif
     replayed = k;
     const bool lost = k % 10 == 5;
     now_us += lost ? 3 * period_us : period_us + (k % 3 == 0 ? period_us / 4 : 0);
@@ -47,7 +55,15 @@ int main() {
     for (int i = 0; i < NAMED(NX); ++i) EXPECT(told.data[i] == static_cast<float>(x_hat[i]));
     EXPECT(told.data[NAMED(NX)] == static_cast<float>(want));
     EXPECT((told.data[NAMED(NX) + 1] == 1.f) == NAMED(in_domain)(&observer));
+#ifdef NLO_MONITOR
+    const auto alarm = NAMED(watch)(&monitor, &observer, x_hat);
+    EXPECT(told.data[NAMED(NX) + 2] == static_cast<float>(alarm));
+    alarms += alarm != NAMED(NO_ALARM);
+#endif
   }
+#ifdef NLO_MONITOR
+  EXPECT(alarms > 0);
+#endif
   EXPECT(command("status") == 0 && command("dance") == 0 && command("stop") == PX4_OK);
   ScheduledWorkItem::scheduled->Run();
   EXPECT(ScheduledWorkItem::scheduled == nullptr && Published::count == kSamples);

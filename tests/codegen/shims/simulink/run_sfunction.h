@@ -14,6 +14,10 @@
 
 enum { kNx = NAMED(NX), kNy = NAMED(NY), kSamples = sizeof(NAMED(replay_samples)) / sizeof(NAMED(replay_samples)[0]) };
 
+#ifdef NLO_MONITOR
+static int alarms = 0;
+#endif
+
 static void give(ShimPort* ports, int count) {
   for (int p = 0; p < count; ++p) {
     EXPECT(ports[p].width > 0);
@@ -25,13 +29,36 @@ static void take(ShimPort* ports, int count) {
   for (int p = 0; p < count; ++p) free(ports[p].signal);
 }
 
+#ifdef NLO_MONITOR
+enum { kOutputs = 4 };
+typedef NAMED(monitor) Monitor;
+#else
+enum { kOutputs = 3 };
+typedef char Monitor;
+#endif
+// The pair, as a block should go.
+typedef struct {
+  NAMED(observer) observer;
+  Monitor monitor;
+} Pair;
+
+static void begin(Pair* pair) {
+  NAMED(init)(&pair->observer);
+#ifdef NLO_MONITOR
+  NAMED(monitor_reset)(&pair->monitor);
+#endif
+}
+
 static SimStruct block(void) {
   SimStruct s = {.given_parameters = 0};
   mdlInitializeSizes(&s);
   mdlInitializeSampleTimes(&s);
   EXPECT(s.continuous == 0 && s.discrete == 0 && s.sample_times == 1 && s.offset == 0 && s.sample_time == NLO_PERIOD);
-  EXPECT(s.outputs == 3 && s.output[0].width == kNx && s.output[1].width == 1 && s.output[2].width == 1);
+  EXPECT(s.outputs == kOutputs && s.output[0].width == kNx && s.output[1].width == 1 && s.output[2].width == 1);
   EXPECT(s.output[0].type == SS_DOUBLE && s.output[1].type == SS_INT32 && s.output[2].type == SS_BOOLEAN);
+#ifdef NLO_MONITOR
+  EXPECT(s.output[3].width == 1 && s.output[3].type == SS_INT32);
+#endif
   EXPECT(s.input[0].width == kNy && s.compliance == USE_DEFAULT_OPERATING_POINT);
   for (int p = 0; p < s.inputs; ++p) EXPECT(s.input[p].feedthrough == 1 && s.input[p].contiguous == 1);
   give(s.input, s.inputs);
@@ -41,9 +68,13 @@ static SimStruct block(void) {
   return s;
 }
 
-static void step_both(SimStruct* s, NAMED(observer) * observer, int k, bool halved) {
+static void step_both(SimStruct* s, Pair* pair, int k, bool halved) {
+  NAMED(observer)* observer = &pair->observer;
   NAMED(replay_sample) sample = NAMED(replay_samples)[k];
   for (int j = 0; j < kNy; ++j) s->input[0].signal[j] = (double)(sample.y[j] = halved ? sample.y[j] / 2 : sample.y[j]);
+#ifdef NLO_MONITOR
+  NAMED(trusted)(&pair->monitor, observer, sample.y, sample.y);
+#endif
 #ifdef NLO_DRIVEN
   EXPECT(s->inputs == 2 && s->input[1].width == NAMED(NU));
   for (int j = 0; j < NAMED(NU); ++j) s->input[1].signal[j] = (double)sample.u[j];
@@ -62,30 +93,40 @@ static void step_both(SimStruct* s, NAMED(observer) * observer, int k, bool halv
   memcpy(&status, s->output[1].signal, sizeof(status));
   memcpy(&in_domain, s->output[2].signal, sizeof(in_domain));
   EXPECT(status == want && in_domain == NAMED(in_domain)(observer));
+#ifdef NLO_MONITOR
+  const int32_T seen = (int32_T)NAMED(watch)(&pair->monitor, observer, x_hat);
+  int32_T alarm;
+  memcpy(&alarm, s->output[3].signal, sizeof(alarm));
+  EXPECT(alarm == seen);
+  alarms += alarm != (int32_T)NAMED(NO_ALARM);
+#endif
 }
 
 int main(void) {
   SimStruct one = block(), other = block(), wrong = {.given_parameters = 1};
   mdlInitializeSizes(&wrong);
   EXPECT(wrong.inputs == 0);
-  NAMED(observer) observer, other_observer, saved_observer;
-  NAMED(init)(&observer);
-  NAMED(init)(&other_observer);
-  saved_observer = observer;
+  Pair pair, other_pair, saved_pair;
+  begin(&pair);
+  begin(&other_pair);
+  saved_pair = pair;
   const size_t bytes = (size_t)one.work[0].width * sizeof(double);
-  EXPECT(bytes >= sizeof(observer));
+  EXPECT(bytes >= sizeof(pair.observer));
   double* saved = malloc(bytes);
   for (int k = 0; k < kSamples; ++k) {
-    if (k == kSamples / 2) memcpy(saved, one.work[0].signal, bytes), saved_observer = observer;
-    step_both(&one, &observer, k, false);
-    step_both(&other, &other_observer, k, true);
+    if (k == kSamples / 2) memcpy(saved, one.work[0].signal, bytes), saved_pair = pair;
+    step_both(&one, &pair, k, false);
+    step_both(&other, &other_pair, k, true);
   }
   memcpy(one.work[0].signal, saved, bytes);
-  observer = saved_observer;
-  for (int k = kSamples / 2; k < kSamples; ++k) step_both(&one, &observer, k, false);
+  pair = saved_pair;
+  for (int k = kSamples / 2; k < kSamples; ++k) step_both(&one, &pair, k, false);
   mdlInitializeConditions(&one);
-  NAMED(init)(&observer);
-  for (int k = 0; k < kSamples / 4; ++k) step_both(&one, &observer, k, false);
+  begin(&pair);
+  for (int k = 0; k < kSamples / 4; ++k) step_both(&one, &pair, k, false);
+#ifdef NLO_MONITOR
+  EXPECT(alarms > 0);
+#endif
   SimStruct* blocks[] = {&one, &other};
   for (int b = 0; b < 2; ++b) {
     mdlTerminate(blocks[b]);
