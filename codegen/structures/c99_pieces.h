@@ -16,4 +16,9 @@ std::string c99_part(Hold hold, const std::string& part, const Initialiser& init
 /// equation.
 std::map<std::string, std::string> c99_of_rk4(const ExportSource& source, const char* slope);
 
+/// What its text must say.
+void add_rk4(Quantities& to);
+void add_pieces(Quantities& to);       ///< of its regular step: one piece
+void add_rk4_weights(Quantities& to);  ///< of its stages
+
 }  // namespace nlo::codegen

@@ -8,96 +8,12 @@
 #include "codegen/model/hold.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/model/model_fields.h"
-#include "codegen/reference/integrate.h"
-#include "codegen/reference/linear_steps.h"
 #include "codegen/structures/c99_pieces.h"
+#include "codegen/structures/driven_dynamics.h"
 #include "codegen/structures/kkl_family.h"
 
 namespace nlo::codegen {
 namespace {
-
-/// D z + F y exactly, phi(z) u by the scheme of nlo/exponential_rk.h.
-template <class Scalar>
-class DrivenDynamics final : public ReferenceDynamics<Scalar> {
- public:
-  using typename ReferenceDynamics<Scalar>::Vector;
-  using typename ReferenceDynamics<Scalar>::Matrix;
-
-  DrivenDynamics(const Model& m, Activations activations)
-      : model_(m),
-        hold_(m.hold),
-        input_hold_(own_part<DrivenKkl>(m).input_hold),
-        latent_(m),
-        nominal_(m, m.sample_period_s),
-        inverse_map_(own_part<DrivenKkl>(m).inverse_map, activations),
-        forward_map_(own_part<DrivenKkl>(m).forward_map, activations),
-        field_weights_(own_part<DrivenKkl>(m).input_field.weights.cast<Scalar>()),
-        field_bias_(own_part<DrivenKkl>(m).input_field.bias.cast<Scalar>()) {}
-
-  void start(Matrix& z, const Matrix& y) const override { latent_.start(z, y); }
-
-  void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
-    if (dt_s == model_.sample_period_s) return advance_by(nominal_, 1, z, over);
-    const int pieces = pieces_of(dt_s, model_.sample_period_s);
-    advance_by(Step(model_, dt_s / pieces), pieces, z, over);
-  }
-
-  double longest_step_s() const override { return kMostPieces * model_.sample_period_s; }
-
-  Matrix slope(const Matrix& z, const Matrix& y, const Vector& u) const override {
-    Matrix slope = latent_.slope(z, y);
-    for (Eigen::Index i = 0; u.size() != 0 && i < z.cols(); ++i) slope.col(i) += drive(z.col(i), y.col(i), u);
-    return slope;
-  }
-
- private:
-  struct Step {
-    Step(const Model& m, double h) : full(m, latent_step(m, h)), half(m, forced_latent_step(m, h).half) {
-      const auto matrix = [&m](const Eigen::VectorXd& modes) -> Matrix {
-        return block_diagonal(m, modes).template cast<Scalar>();
-      };
-      const auto w = forced_latent_step(m, h).weights;
-      weights = {matrix(w.stage2),   matrix(w.stage3_1), matrix(w.stage3_2), matrix(w.stage4_1),
-                 matrix(w.stage4_3), matrix(w.end_1),    matrix(w.end_23),   matrix(w.end_4)};
-    }
-    LinearStep<Scalar> full, half;
-    ForcedWeights<Matrix> weights;
-  };
-
-  void advance_by(const Step& step, int pieces, Vector& z, const Between<Scalar>& over) const {
-    const ForcedWeights<Matrix>& w = step.weights;
-    for (int i = 0; i < pieces; ++i) {
-      const auto part = [&](double c) { return static_cast<Scalar>((i + c) / pieces); };
-      const auto y = [&](double c) { return held(hold_, over.y, over.y_next, part(c)); };
-      const auto u = [&](double c) -> Vector {
-        return input_hold_ == Hold::kZeroOrder ? over.u_next : held(input_hold_, over.u, over.u_next, part(c));
-      };
-      Vector half = z, full = z;
-      step.half.advance(half, y(0.0), y(0.5));
-      step.full.advance(full, y(0.0), y(1.0));
-      const Vector n1 = drive(z, y(0.0), u(0.0));
-      const Vector n2 = drive(half + w.stage2 * n1, y(0.5), u(0.5));
-      const Vector n3 = drive(half + w.stage3_1 * n1 + w.stage3_2 * n2, y(0.5), u(0.5));
-      const Vector n4 = drive(full + w.stage4_1 * n1 + w.stage4_3 * n3, y(1.0), u(1.0));
-      z = full + w.end_1 * n1 + w.end_23 * (n2 + n3) + w.end_4 * n4;
-    }
-  }
-
-  /// phi(z) u = dT/dx(x_hat) g(x_hat) u, x_hat = T*(z, y).
-  Vector drive(const Vector& z, const Vector& y, const Vector& u) const {
-    const Vector x_hat = inverse_map_(stacked<Scalar>(z, y));
-    const Vector field = field_weights_ * x_hat + field_bias_;
-    return forward_map_.jvp(x_hat, field.reshaped(x_hat.size(), u.size()) * u);
-  }
-
-  const Model& model_;
-  Hold hold_, input_hold_;
-  LinearSteps<Scalar> latent_;
-  Step nominal_;
-  ReferenceNetwork<Scalar> inverse_map_, forward_map_;
-  Matrix field_weights_;
-  Vector field_bias_;
-};
 
 class DrivenKklHeader final : public KklHeader {
  public:
@@ -257,6 +173,7 @@ class DrivenKklModule final : public StructureModule {
     return std::make_unique<DrivenDynamics<double>>(m, a);
   }
 
+  bool may_diverge() const override { return true; }
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<DrivenKklHeader>(source);
   }
@@ -299,6 +216,50 @@ class DrivenKklModule final : public StructureModule {
              {"INPUT_FIELD_SLOPE", "{" + slopes + "}"}})
       values[key] = value;
     return values;
+  }
+  void quantities(Quantities& to) const override {
+    const Model& m = to.source().model;
+    const DrivenKkl& own = own_part<DrivenKkl>(m);
+    const int nx = m.nx(), nu = m.nu();
+    add_linear_latent(to, "kStep.full");
+    add_step_limits(to, kMostPieces);
+    to.integer("pieces of a step", "", "kStep.pieces", 1.0);
+    to.scalar("share of a piece", "", "kStep.share", 1.0);
+    const ForcedStepMatrices forced = forced_latent_step(m, m.sample_period_s);
+    const std::string cpp_half = "kModel.forced.half.", c99_half = "kStep.half.";
+    to.vector("A - I over half a step", cpp_half + "a_minus_1", c99_half + "a_minus_1", forced.half.a_minus_1);
+    to.matrix("B0 over half a step", cpp_half + "b0", c99_half + "b0", forced.half.b0);
+    to.matrix("B1 over half a step", cpp_half + "b1", m.hold == Hold::kZeroOrder ? "" : c99_half + "b1",
+              forced.half.b1);
+    const ForcedWeights<Eigen::VectorXd>& w = forced.weights;
+    const std::vector<std::pair<const char*, const Eigen::VectorXd*>> stages = {
+        {"stage2", &w.stage2},     {"stage3_1", &w.stage3_1}, {"stage3_2", &w.stage3_2}, {"stage4_1", &w.stage4_1},
+        {"stage4_3", &w.stage4_3}, {"end_1", &w.end_1},       {"end_23", &w.end_23},     {"end_4", &w.end_4}};
+    Eigen::MatrixXd weights(stages.size(), m.nz());
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+      weights.row(static_cast<Eigen::Index>(i)) = *stages[i].second;
+      to.vector("how phi(z) u acts", std::string("kModel.forced.weights.") + stages[i].first, "", *stages[i].second);
+    }
+    to.matrix("how phi(z) u acts", "", "kStep.weights", weights);
+    to.integer("stages of phi(z) u", "", "kWeights", 8.0);
+    to.integer("of them of half a step", "", "kOfHalf", 3.0);
+    Eigen::MatrixXd of_phi(8, 3);
+    of_phi << 0.5, 0, 0, 0.5, -1, 0, 0, 1, 0, 1, -2, 0, 0, 2, 0, 1, -3, 4, 0, 2, -4, 0, -1, 4;
+    to.matrix("stages of phi(z) u", "", "kOfPhi", of_phi);
+    to.words("drive.input_hold", "kModel.input_hold", "", {hold_identifier(own.input_hold)});
+    std::vector<Eigen::MatrixXd> slopes;
+    for (int i = 0; i < nu; ++i) slopes.push_back(own.input_field.weights.middleRows(i * nx, nx));
+    to.matrix("drive.input_field.bias", "kModel.input_field.constant", "kInputField",
+              own.input_field.bias.reshaped(nx, nu).transpose());
+    to.stack("drive.input_field.weights", "kModel.input_field.linear", "kInputFieldSlope", slopes);
+    Eigen::Index widest = 0;
+    for (const DenseLayer& layer : to.source().folded.network("drive.forward_map").layers)
+      widest = std::max(widest, layer.bias.size());
+    to.vector("no bias in a derivative", "", "kNoBias", Eigen::VectorXd::Zero(widest));
+    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
+    to.network("drive.forward_map", "ForwardLayer", Quantities::Tables::kTangent);
+    to.types("DrivenKkl", {m.nx(), m.ny(), m.nz(), m.nu(), own.latent.pairs},
+             {{"inverse_map", "Layer"}, {"drive.forward_map", "ForwardLayer"}});
   }
 };
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlo/functions.h>
 
+#include <algorithm>
 #include <bit>
 #include <cctype>
 #include <cstdint>
@@ -95,6 +96,22 @@ std::string EquationLines::lines(const std::vector<Expression>& expressions, con
     text += fmt::format("{}{} = {};\n", indent_, name, expressions[i].text(reading, number, part_of_sum_, parts));
   }
   return text;
+}
+
+void add_function_tables(Quantities& to, const Equations& equations) {
+  const std::set<Function> named = functions_of(equations);
+  if (!named.contains(Function::kSine) && !named.contains(Function::kCosine)) return;
+  const auto add = [&]<class T>(const CircleFit<T>& fit) {
+    const auto values = [](const auto& list) {
+      Eigen::VectorXd vector(static_cast<Eigen::Index>(std::size(list)));
+      std::copy(std::begin(list), std::end(list), vector.begin());
+      return vector;
+    };
+    to.vector("the runtime's circle", "", "circle.kQuarter", values(fit.quarter));
+    to.vector("the runtime's circle", "", "circle.kSine", values(fit.sine));
+    to.vector("the runtime's circle", "", "circle.kCosine", values(fit.cosine));
+  };
+  to.source().init.scalar_bytes() == 4 ? add(CircleFit<float>()) : add(CircleFit<double>());
 }
 
 std::string c99_functions(const Equations& equations, const Initialiser& init) {

@@ -8,6 +8,7 @@
 
 #include "codegen/model/equations.h"
 #include "codegen/text/generated_text.h"
+#include "codegen/text/quantity.h"
 
 namespace nlo::codegen {
 
@@ -33,5 +34,8 @@ class EquationLines {
 
 /// Those of templates/c99/functions.c.in that the equations name.
 std::string c99_functions(const Equations& equations, const Initialiser& init);
+
+/// The tables that they read.
+void add_function_tables(Quantities& to, const Equations& equations);
 
 }  // namespace nlo::codegen

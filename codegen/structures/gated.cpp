@@ -162,6 +162,14 @@ class GatedModule final : public StructureModule {
             {"FIRST", "    advance(REGULAR_STEP, o->z, o->y, o->y);\n"},
             {"STEP_DT_COST", "Some 200 operations a unit more than a sample period"}};
   }
+  void quantities(Quantities& to) const override {
+    const Model& m = to.source().model;
+    add_gated_units(to, "advance", m.nz(), m.nz() + m.nr());
+    add_step_limits(to, 1000);
+    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
+    to.types("Gated", {m.nx(), m.ny(), m.nz()},
+             {{"gates", "GatesLayer"}, {"candidate", "CandidateLayer"}, {"inverse_map", "Layer"}});
+  }
 };
 
 }  // namespace
@@ -173,6 +181,18 @@ void check_gate_layer(const Network& n, const Eigen::VectorXd& largest, int outp
     fail("{} has {} layers{}; it must be one layer alone", field, n.layers.size(),
          n.skip.size() != 0 ? " and a linear path" : "");
   check_sums(n, largest, field);
+}
+
+void add_gated_units(Quantities& to, const std::string& function, int units, int reads) {
+  const std::string in = std::to_string(reads), gates = std::to_string(2 * units);
+  to.vector("initial_latent", "kModel.initial", "", to.source().model.initial_latent);
+  to.scalar("periods of a step", "", "kStep.periods", 1.0);
+  to.integer("a regular step", "", "kStep.regular", 1.0);
+  to.network("gates", "GatesLayer", Quantities::Tables::kOneLayer);
+  to.network("candidate", "CandidateLayer", Quantities::Tables::kOneLayer);
+  to.words("gates", "", function + "#1", {"dense", in, gates, "kGates", "kGatesBias", "in", "gate"});
+  to.words("candidate", "", function + "#2",
+           {"dense", in, std::to_string(units), "kCandidate", "kCandidateBias", "in", "target"});
 }
 
 const StructureModule& gated_module() {

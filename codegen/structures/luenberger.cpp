@@ -188,6 +188,7 @@ class LuenbergerModule final : public StructureModule {
     return std::make_unique<LuenbergerDynamics<double>>(m, a);
   }
 
+  bool may_diverge() const override { return true; }
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<LuenbergerHeader>(source);
   }
@@ -199,6 +200,18 @@ class LuenbergerModule final : public StructureModule {
     values["ERROR_MATRIX"] = source.init.matrix(error_matrix(own), "luenberger.state_matrix");
     values["GAIN"] = source.init.matrix(reading_gain(own, inputs), "luenberger.gain");
     return values;
+  }
+  void quantities(Quantities& to) const override {
+    const Model& m = to.source().model;
+    const Luenberger& own = own_part<Luenberger>(m);
+    to.words("hold", "kModel.hold", "", {hold_identifier(m.hold)});
+    to.vector("initial_latent", "kModel.initial", "", m.initial_latent);
+    add_rk4(to);
+    to.matrix("A - G C of luenberger", "kModel.error_matrix", "kErrorMatrix", error_matrix(own));
+    to.matrix("luenberger.gain and input_matrix", "kModel.gain", "kGain",
+              reading_gain(own, static_cast<Eigen::Index>(m.inputs.size())));
+    to.network("luenberger.nonlinearity", "Layer", Quantities::Tables::kFunction);
+    to.types("Luenberger", {m.nx(), m.ny()}, {{"luenberger.nonlinearity", "Layer"}});
   }
 };
 

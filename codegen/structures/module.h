@@ -19,6 +19,7 @@
 #include "codegen/model/model.h"
 #include "codegen/reference/dynamics.h"
 #include "codegen/text/cpp_structure.h"
+#include "codegen/text/quantity.h"
 
 namespace nlo::codegen {
 
@@ -64,6 +65,8 @@ class StructureModule {
   virtual bool reads_stalenesses() const { return false; }
   /// Its states are directions: vectors of three components and length 1, whose angle to the truth is the error.
   virtual bool estimates_directions(const Model&) const { return false; }
+  /// A step may overflow: its status may be kDiverged.
+  virtual bool may_diverge() const { return false; }
   /// Model::saturation may be there.
   virtual bool saturates() const { return false; }
   /// Rates of the fastest and the slowest mode that reads an output [1/s]; nothing where no mode is known.
@@ -84,6 +87,8 @@ class StructureModule {
   /// Its part of templates/c99: values by name. LATENT (how z moves), and where it has a steady state WARM_START and
   /// WARM_START_BODY, name templates of its own. Only with abilities().c99.
   virtual std::map<std::string, std::string> c99(const ExportSource&) const { return {}; }
+  /// What both must say, each constant of them by its name there: an export is refused that says another thing.
+  virtual void quantities(Quantities& to) const = 0;
 };
 
 /// All of them, in the order of the variant Structure.

@@ -8,6 +8,7 @@
 #include "codegen/base/identifier.h"
 #include "codegen/model/checks.h"
 #include "codegen/model/model_fields.h"
+#include "codegen/structures/c99_pieces.h"
 #include "codegen/structures/equation_text.h"
 #include "codegen/structures/kkl_family.h"
 #include "codegen/structures/prior_dynamics.h"
@@ -263,6 +264,33 @@ class PriorModule final : public StructureModule {
             {"COARSE", init.vector(own.coarse, "coarse")},
             {"SIXTH", init(1.0 / 6, "a sixth")},
             {"THIRD", init(1.0 / 3, "a third")}};
+  }
+  void quantities(Quantities& to) const override {
+    const Model& m = to.source().model;
+    const Prior& own = own_part<Prior>(m);
+    const int nx = m.nx(), ny = m.ny(), units = m.nz() - nx;
+    const int reads = units + static_cast<int>(reads_of_units(m));
+    add_gated_units(to, "correct", units, reads);
+    to.vector("state_min", "kModel.state_min", "kStateMin", own.state_min);
+    to.vector("state_max", "kModel.state_max", "kStateMax", own.state_max);
+    to.vector("fine", "kModel.fine", "kFine", own.fine);
+    to.vector("coarse", "kModel.coarse", "kCoarse", own.coarse);
+    to.integer("units", "", "kUnits", units);
+    to.integer("what they read", "", "kReads", reads);
+    add_step_limits(to, kMostPieces);
+    add_pieces(to);
+    add_rk4_weights(to);
+    add_function_tables(to, prior_equations(m));
+    to.network("correction", "CorrectionLayer", Quantities::Tables::kOneLayer);
+    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
+    const std::string in = std::to_string(reads), out = std::to_string(nx * (ny + 1));
+    to.words("correction", "", "correct#3", {"dense", in, out, "kCorrection", "kCorrectionBias", "in", "gain"});
+    to.types("Prior", {nx, ny, units},
+             {{"gates", "GatesLayer"},
+              {"candidate", "CandidateLayer"},
+              {"correction", "CorrectionLayer"},
+              {"inverse_map", "Layer"}},
+             false, "Equations");
   }
 };
 

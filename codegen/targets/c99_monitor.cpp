@@ -30,8 +30,7 @@ void add_c99_monitor(const Model& m, const Initialiser& init, std::map<std::stri
   if (!m.monitor) return;
   std::string constants;
   for (const MonitorConstant& c : monitor_constants(m, init))
-    constants +=
-        fmt::format("static const IN_FLASH {} {}{} = {};\n", c.type, constant_name(c.name), c.extents, c.value);
+    constants += fmt::format("static const IN_FLASH {} {}{} = {};\n", c.type, constant_name(c.name), c.extents, c.text);
   values["CONSTANTS"] = constants;
   values["PROMISE"] = monitor_promise(*m.monitor);
   values["WINDOWS"] = std::to_string(m.monitor->windows());

@@ -7,6 +7,17 @@
 #include "codegen/base/number.h"
 
 namespace nlo::codegen {
+namespace {
+
+std::string initialised(const MonitorConstant& c, const Initialiser& init) {
+  const std::string_view extents = c.extents;
+  if (extents.empty()) return c.is_integer() ? fmt::format("{:.0f}", c.values(0, 0)) : init(c.values(0, 0), c.field);
+  if (c.is_integer()) return fmt::format("{{{:.0f}}}", fmt::join(c.values.reshaped(), ", "));
+  if (c.name == std::string_view("prediction")) return init.rows(c.values, 6, c.field);
+  return extents.find("][") == std::string_view::npos ? init.vector(c.values, c.field) : init.matrix(c.values, c.field);
+}
+
+}  // namespace
 
 std::vector<MonitorConstant> monitor_constants(const Model& model, const Initialiser& init) {
   const Monitor& m = *model.monitor;
@@ -14,29 +25,35 @@ std::vector<MonitorConstant> monitor_constants(const Model& model, const Initial
   const Eigen::MatrixXd prediction = per(m.deviation).asDiagonal() * m.prediction;
   const Eigen::VectorXd gain = -(-model.sample_period_s / m.windows_s.array()).expm1().matrix();
   const char *outputs = "[kNy]", *latents = "[kNz]", *windows = "[kWindows]", *both = "[kNy][kWindows]";
+  const Eigen::MatrixXd gate = Eigen::MatrixXd::Constant(1, 1, m.gate * m.gate),
+                        armed = Eigen::MatrixXd::Constant(1, 1, armed_after(m, model.sample_period_s));
   std::vector<MonitorConstant> constants = {
-      {"prediction", "Scalar", "[kNy][kWatchFeatures]", init.rows(prediction, 6, "monitor.prediction")},
-      {"offset", "Scalar", outputs, init.vector(m.offset.cwiseQuotient(m.deviation), "monitor.offset")},
-      {"per_deviation", "Scalar", outputs, init.vector(per(m.deviation), "monitor.deviation")},
-      {"least_variance", "Scalar", outputs, init.vector(m.least_variance, "monitor.least_variance")},
-      {"latent_mean", "Scalar", latents, init.vector(m.latent_mean, "monitor.latent_mean")},
-      {"per_latent_deviation", "Scalar", latents, init.vector(per(m.latent_deviation), "monitor.latent_deviation")},
-      {"gain", "Scalar", windows, init.vector(gain, "monitor.windows_s")},
-      {"mean_limit", "Scalar", both, init.matrix(m.mean_limit, "monitor.mean_limit")},
-      {"variance_limit", "Scalar", both, init.matrix(m.variance_limit, "monitor.variance_limit")},
-      {"correlation_limit", "Scalar", both, init.matrix(m.correlation_limit, "monitor.correlation_limit")},
-      {"latent_limit", "Scalar", windows, init.vector(m.latent_limit, "monitor.latent_limit")},
-      {"missing_limit", "Scalar", outputs, init.vector(m.missing_limit, "monitor.missing_limit")},
-      {"gate_squared", "Scalar", "", init(m.gate * m.gate, "monitor.gate")},
-      {"armed_after", "int32_t", "", std::to_string(armed_after(m, model.sample_period_s))},
+      {"prediction", "Scalar", "[kNy][kWatchFeatures]", "prediction", prediction, {}},
+      {"offset", "Scalar", outputs, "offset", m.offset.cwiseQuotient(m.deviation), {}},
+      {"per_deviation", "Scalar", outputs, "deviation", per(m.deviation), {}},
+      {"least_variance", "Scalar", outputs, "least_variance", m.least_variance, {}},
+      {"latent_mean", "Scalar", latents, "latent_mean", m.latent_mean, {}},
+      {"per_latent_deviation", "Scalar", latents, "latent_deviation", per(m.latent_deviation), {}},
+      {"gain", "Scalar", windows, "windows_s", gain, {}},
+      {"mean_limit", "Scalar", both, "mean_limit", m.mean_limit, {}},
+      {"variance_limit", "Scalar", both, "variance_limit", m.variance_limit, {}},
+      {"correlation_limit", "Scalar", both, "correlation_limit", m.correlation_limit, {}},
+      {"latent_limit", "Scalar", windows, "latent_limit", m.latent_limit, {}},
+      {"missing_limit", "Scalar", outputs, "missing_limit", m.missing_limit, {}},
+      {"gate_squared", "Scalar", "", "gate", gate, {}},
+      {"armed_after", "int32_t", "", "armed_after_s", armed, {}},
   };
-  if (m.freezes_none()) return constants;
-  const auto counts = [](const Eigen::VectorXd& v) { return fmt::format("{{{}}}", fmt::join(v.cast<int>(), ", ")); };
-  constants.push_back({"most_equal", "uint16_t", outputs, counts(m.most_equal)});
-  constants.push_back({"resting", "Scalar", outputs, init.vector(m.resting, "monitor.resting")});
-  constants.push_back({"witness", "uint8_t", outputs, counts(m.witness)});
-  constants.push_back({"rest_min", "Scalar", outputs, init.vector(m.rest_min, "monitor.rest_min")});
-  constants.push_back({"rest_max", "Scalar", outputs, init.vector(m.rest_max, "monitor.rest_max")});
+  if (!m.freezes_none()) {
+    constants.push_back({"most_equal", "uint16_t", outputs, "most_equal", m.most_equal, {}});
+    constants.push_back({"resting", "Scalar", outputs, "resting", m.resting, {}});
+    constants.push_back({"witness", "uint8_t", outputs, "witness", m.witness, {}});
+    constants.push_back({"rest_min", "Scalar", outputs, "rest_min", m.rest_min, {}});
+    constants.push_back({"rest_max", "Scalar", outputs, "rest_max", m.rest_max, {}});
+  }
+  for (MonitorConstant& constant : constants) {
+    constant.field.insert(0, "monitor.");
+    constant.text = initialised(constant, init);
+  }
   return constants;
 }
 
@@ -57,7 +74,7 @@ std::string cpp_monitor(const Model& model, const Initialiser& init) {
           "inline constexpr MonitorModel kMonitor = {{\n",
           init.scalar_name(), model.nx(), model.ny(), model.nz(), model.nr(), m.windows());
   for (const MonitorConstant& constant : monitor_constants(model, init))
-    text += fmt::format("    .{} = {},\n", constant.name, constant.value);
+    text += fmt::format("    .{} = {},\n", constant.name, constant.text);
   return text + "};\n";
 }
 

@@ -13,7 +13,11 @@ namespace nlo::codegen {
 /// Of a nlo::MonitorModel, as C and C++ alike initialise it.
 struct MonitorConstant {
   const char *name, *type, *extents;  ///< "gain", "Scalar", "[kWindows]"
-  std::string value;
+  std::string field;                  ///< of the model: "monitor.windows_s"
+  Eigen::MatrixXd values;
+  std::string text;
+
+  bool is_integer() const { return std::string_view(type) != "Scalar"; }
 };
 
 /// Of a model that has a monitor, as all of these are.

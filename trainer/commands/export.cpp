@@ -15,6 +15,7 @@
 #include "codegen/export/fit.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
+#include "codegen/targets/generated.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "trainer/base/printable.h"
@@ -91,7 +92,7 @@ void run_export(const ExportArguments& arguments) {
   const codegen::Model model = codegen::read_model(arguments.model);
   const bool has_tiers = !target.of_c99;  // of tanh; C99 has the most accurate
   const codegen::PreparedExport prepared(model, options, has_tiers ? arguments.max_error : "");
-  const std::vector<codegen::NamedText> files = target.generate(prepared);
+  const std::vector<codegen::NamedText> files = codegen::generated(target, prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   const Judged judged = judge(prepared, arguments);
   if (!arguments.quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(model)));

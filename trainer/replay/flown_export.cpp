@@ -14,6 +14,7 @@
 #include "codegen/base/file.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/targets/c99.h"
+#include "codegen/targets/generated.h"
 #include "codegen/targets/library.h"
 #include "codegen/targets/registry.h"
 #include "trainer/replay/flight_log.h"
@@ -45,7 +46,7 @@ FlownExport::FlownExport(const codegen::Model& model, const Flown& flown) : answ
   options.weights = codegen::weight_type(flown.weights);
   if (!cpp) codegen::check_c99(model);
   const codegen::PreparedExport prepared(model, options, cpp ? flown.max_error : "");
-  std::vector<codegen::NamedText> files = codegen::export_target(flown.target).generate(prepared);
+  std::vector<codegen::NamedText> files = codegen::generated(codegen::export_target(flown.target), prepared);
   if (cpp)
     for (const std::string& header : codegen::runtime_headers(files.front().text))
       files.push_back({header, std::string(codegen::embedded_text(header))});

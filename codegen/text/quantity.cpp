@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/text/quantity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "codegen/model/activations.h"
+
+namespace nlo::codegen {
+namespace {
+
+std::vector<double> by_rows(const Eigen::MatrixXd& values) {
+  const Eigen::MatrixXd columns = values.transpose();
+  return {columns.data(), columns.data() + columns.size()};
+}
+
+/// "drive.forward_map": what stands behind the last point.
+std::string last_name(std::string_view field) {
+  return std::string(field.substr(field.rfind('.') + 1));
+}
+
+/// "forward_map": "ForwardMap".
+std::string in_capitals(const std::string& name) {
+  std::string text;
+  bool upper = true;
+  for (const char c : name) {
+    if (c != '_') text += upper ? static_cast<char>(c - 'a' + 'A') : c;
+    upper = c == '_';
+  }
+  return text;
+}
+
+/// "make_mlp<Activation::kTanh>(weights::kLayer1,weights::kLayer2)", its parts apart.
+std::vector<std::string> made(const FoldedNetwork& network, const std::string& layer, bool integers) {
+  std::string layers;
+  for (std::size_t l = 1; l <= network.layers.size(); ++l)
+    layers += fmt::format("{}weights::k{}{}", l == 1 ? "" : ",", layer, l);
+  return {integers ? "make_quantised_mlp" : "make_mlp", activation_row(network.activation).identifier,
+          "(" + layers + ")"};
+}
+
+/// "GatesLayer": "GatesNetwork".
+std::string network_type(std::string layer) {
+  return layer.replace(layer.rfind("Layer"), 5, "Network");
+}
+
+}  // namespace
+
+void Quantities::add(Quantity quantity) {
+  if (!quantity.cpp.empty() || !quantity.c99.empty()) all_.push_back(std::move(quantity));
+}
+
+void Quantities::scalar(std::string field, std::string cpp, std::string c99, double value) {
+  add({std::move(field), std::move(cpp), std::move(c99), Quantity::Kind::kScalar, {}, {value}});
+}
+
+void Quantities::vector(std::string field, std::string cpp, std::string c99, const Eigen::VectorXd& values) {
+  add({std::move(field), std::move(cpp), std::move(c99), Quantity::Kind::kScalar, {values.size()}, by_rows(values)});
+}
+
+void Quantities::matrix(std::string field, std::string cpp, std::string c99, const Eigen::MatrixXd& values) {
+  add({std::move(field),
+       std::move(cpp),
+       std::move(c99),
+       Quantity::Kind::kScalar,
+       {values.rows(), values.cols()},
+       by_rows(values)});
+}
+
+void Quantities::integer(std::string field, std::string cpp, std::string c99, double value) {
+  add({std::move(field), std::move(cpp), std::move(c99), Quantity::Kind::kInteger, {}, {value}});
+}
+
+void Quantities::integers(std::string field, std::string cpp, std::string c99, const Eigen::MatrixXd& values) {
+  add({std::move(field),
+       std::move(cpp),
+       std::move(c99),
+       Quantity::Kind::kInteger,
+       {values.rows(), values.cols()},
+       by_rows(values)});
+}
+
+void Quantities::words(std::string field, std::string cpp, std::string c99, std::vector<std::string> words) {
+  const auto count = static_cast<Eigen::Index>(words.size());
+  add({std::move(field), std::move(cpp), std::move(c99), Quantity::Kind::kWords, {count}, {}, std::move(words)});
+}
+
+void Quantities::stack(std::string field, std::string cpp, std::string c99,
+                       const std::vector<Eigen::MatrixXd>& values) {
+  Quantity quantity{std::move(field), std::move(cpp), std::move(c99), Quantity::Kind::kScalar};
+  quantity.shape = {static_cast<Eigen::Index>(values.size()), values.front().rows(), values.front().cols()};
+  for (const Eigen::MatrixXd& matrix : values) {
+    const std::vector<double> rows = by_rows(matrix);
+    quantity.values.insert(quantity.values.end(), rows.begin(), rows.end());
+  }
+  add(std::move(quantity));
+}
+
+void Quantities::network(std::string_view field, const std::string& layer, Tables tables) {
+  const FoldedNetwork& n = source_.folded.network(field);
+  const std::string member = last_name(field), name = std::string(field);
+  const bool integers = source_.quantised != nullptr && tables == Tables::kMap;
+  const std::string prefix = tables == Tables::kMap ? "" : in_capitals(member);
+  for (std::size_t l = 0; l < n.layers.size(); ++l) {
+    layer_type(n, layer, l);
+    if (integers) continue;
+    const std::string at = fmt::format("{}.layers[{}]", name, l), cpp = fmt::format("weights::k{}{}", layer, l + 1);
+    const bool one = tables == Tables::kOneLayer, last = l + 1 == n.layers.size();
+    const std::string number = one ? "" : std::to_string(l + 1);
+    matrix(at + ".weights", cpp + ".weights", "k" + prefix + (one ? "" : "Weights") + number, n.layers[l].weights);
+    // A derivative does not see the last bias.
+    vector(at + ".bias", cpp + ".bias", tables == Tables::kTangent && last ? "" : "k" + prefix + "Bias" + number,
+           n.layers[l].bias);
+  }
+  const std::vector<std::string> parts = made(n, layer, integers);
+  words(name, "kModel." + member + ".mlp", "", {parts[0] + "<" + parts[1] + ">" + parts[2]});
+  words(name, network_type(layer), "", {"decltype(" + parts[0], parts[1], parts[2] + ")"});
+  if (integers) return integer_map(n);
+  if (tables == Tables::kMap && source_.folded.error) error_head();
+  if (n.linear_path.size() != 0)
+    matrix(name + ".skip", "kModel." + member + ".linear_path.weights", "k" + prefix + "LinearPath", n.linear_path);
+  if (tables != Tables::kOneLayer) calls(n, prefix, tables);
+}
+
+void Quantities::layer_type(const FoldedNetwork& n, const std::string& layer, std::size_t l) {
+  const std::string at = fmt::format("{}.layers[{}]", n.field, l),
+                    cpp = fmt::format("weights::k{}{}.type", layer, l + 1);
+  const std::string rows = std::to_string(n.layers[l].weights.rows()),
+                    columns = std::to_string(n.layers[l].weights.cols());
+  if (source_.quantised != nullptr && n.field == "inverse_map") {
+    words(at, cpp, "", {"QuantisedDense", columns, rows, std::to_string(source_.quantised->layers[l].shift)});
+  } else {
+    words(at, cpp, "", {"Dense", source_.init.weight_type(), columns, rows});
+  }
+}
+
+void Quantities::integer_map(const FoldedNetwork& n) {
+  const QuantisedNetwork& q = *source_.quantised;
+  std::string in = "in";
+  for (std::size_t l = 0; l < q.layers.size(); ++l) {
+    const QuantisedLayer& layer = q.layers[l];
+    const std::string at = fmt::format("{}.layers[{}]", n.field, l), number = std::to_string(l + 1);
+    integers(at + ".weights", "weights::kLayer" + number + ".weights", "kWeights" + number,
+             layer.weights.cast<double>());
+    integers(at + ".bias", "weights::kLayer" + number + ".bias", "kBias" + number, layer.bias.cast<double>());
+    const bool last = l + 1 == q.layers.size();
+    std::vector<std::string> call = {last ? "integer_dense" : "hidden", std::to_string(layer.weights.cols()),
+                                     std::to_string(layer.weights.rows())};
+    if (!last) call.push_back(std::to_string(layer.shift));
+    call.insert(call.end(), {"kWeights" + number, "kBias" + number, "values", "sums"});
+    words(at, "", "estimate#" + number, call);
+  }
+  const std::string member = "kModel.inverse_map.";
+  vector("latent_min", member + "centre", "kCentre", q.centre.cast<double>());
+  vector("latent_max", member + "gain", "kGain", q.gain.cast<double>());
+  vector("inverse_map.layers", member + "scale", "kScale", q.scale.cast<double>());
+  if (q.linear_path.size() != 0)
+    matrix("inverse_map.skip", member + "linear_path.weights", "kLinearPath", q.linear_path.cast<double>());
+}
+
+void Quantities::error_head() {
+  const FoldedErrorHead& head = *source_.folded.error;
+  const std::string constant = "weights::kErrorHead", member = "kModel.inverse_map.error.";
+  words("error", constant + ".type", "",
+        {"Dense", source_.init.scalar_name(), std::to_string(head.layer.weights.cols()),
+         std::to_string(head.layer.weights.rows())});
+  matrix("error.weights", constant + ".weights", "", head.layer.weights);
+  vector("error.bias", constant + ".bias", "", head.layer.bias);
+  words("error", member + "layer", "", {"pack(" + constant + ")"});
+  vector("error.log_min", member + "lowest", "", head.lowest);
+  vector("error.log_max", member + "highest", "", head.highest);
+  vector("error.factor_95", member + "bound_95", "", head.bound_95);
+}
+
+std::string Quantities::map_type(const Map& map) const {
+  const FoldedNetwork& n = source_.folded.network(map.field);
+  const bool is_map = map.field == "inverse_map", integers = is_map && source_.quantised != nullptr;
+  const auto& error = source_.folded.error;
+  const std::string scalar = source_.init.scalar_name();
+  const Eigen::Index out = n.layers.back().bias.size();
+  std::string text = (integers ? "QuantisedMap<" : "LearnedMap<") + network_type(map.layer);
+  if (n.linear_path.size() != 0) {
+    text += fmt::format(",LinearPath<{},{},{}>", scalar, n.inputs(), out);
+  } else if (is_map && error) {
+    text += ",NoLinearPath";
+  }
+  if (is_map && error) text += fmt::format(",ErrorHead<{},{},{}>", scalar, error->layer.weights.cols() / 2, out);
+  return text + ">";
+}
+
+void Quantities::types(const std::string& name, const std::vector<Eigen::Index>& sizes, const std::vector<Map>& maps,
+                       bool may_saturate, const std::string& between) {
+  const Model& m = source_.model;
+  std::vector<std::string> parts = {name + "Model", source_.init.scalar_name()};
+  for (const Eigen::Index size : sizes) parts.push_back(std::to_string(size));
+  if (!between.empty()) parts.push_back(between);
+  for (const Map& map : maps) parts.push_back(map_type(map));
+  // From the last that is there on, those before it are written too.
+  const std::vector<std::pair<bool, std::string>> more = {
+      {!m.inputs.empty(), std::to_string(m.inputs.size())},
+      {m.input_hold != Hold::kZeroOrder, hold_identifier(m.input_hold)},
+      {!m.failures.none(), std::to_string(m.failures.outputs.size())},
+      {m.saturates(), m.saturates() ? saturates_relative(m) ? "Saturation::kRelativeLatent" : "Saturation::kLatent"
+                                    : "Saturation::kNone"},
+      {m.measured() < m.ny(), "Computed"}};
+  std::size_t count = more.size();
+  while (count > 0 && !more[count - 1].first) --count;
+  for (std::size_t i = 0; i < count; ++i)
+    if (may_saturate || i != 3) parts.push_back(more[i].second);
+  words("structure", "Model", "", parts);
+  words("structure", "Observer", "", {name + "Observer", "Model"});
+}
+
+/// Layer by layer through two buffers.
+void Quantities::calls(const FoldedNetwork& n, const std::string& prefix, Tables tables) {
+  const bool tangent = tables == Tables::kTangent;
+  const std::string function = tables == Tables::kMap ? "estimate" : last_name(n.field) + (tangent ? "_tangent" : "");
+  const std::string result = tables == Tables::kMap ? "x_hat" : "out";
+  std::string in = "in", direction = "direction";
+  for (std::size_t l = 0; l < n.layers.size(); ++l) {
+    const DenseLayer& layer = n.layers[l];
+    const bool last = l + 1 == n.layers.size();
+    const std::string number = std::to_string(l + 1), out = l % 2 == 0 ? "ping" : "pong";
+    const std::string hidden = (tangent ? "tangent" : std::string(activation_row(n.activation).name)) + "_layer";
+    std::vector<std::string> call = {last ? "dense" : hidden, std::to_string(layer.weights.cols()),
+                                     std::to_string(layer.weights.rows()), "k" + prefix + "Weights" + number,
+                                     tangent && last ? "kNoBias" : "k" + prefix + "Bias" + number};
+    if (!tangent || !last) call.push_back(in);
+    if (tangent) call.push_back(direction);
+    call.push_back(last ? result : out);
+    if (tangent && !last) call.push_back(out + "_tangent");
+    words(fmt::format("{}.layers[{}]", n.field, l), "", function + "#" + number, call);
+    in = out;
+    direction = out + "_tangent";
+  }
+}
+
+}  // namespace nlo::codegen
