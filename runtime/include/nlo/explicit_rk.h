@@ -87,9 +87,10 @@ void integrate(const Model& model, Scalar (&z)[kNz], const Scalar (&y)[kNy], con
   const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
   const Scalar h = (dt_s == Scalar(0) ? model.sample_period_s : dt_s) * share;
   for (int i = 0; i < pieces; ++i) {
+    const auto before = static_cast<Scalar>(i);
     explicit_rk_step<kArithmetic>(kRk4<Scalar>, h, z, [&](Scalar c, const Scalar(&at)[kNz], Scalar(&dz)[kNz]) {
       Scalar y_now[kNy];
-      between<kArithmetic>(model.hold, y, y_next, rounded<Scalar>((static_cast<Scalar>(i) + c) * share), y_now);
+      between<kArithmetic>(model.hold, y, y_next, rounded<Scalar>((before + c) * share), y_now);
       model.template slope<kArithmetic>(at, y_now, dz);
     });
   }

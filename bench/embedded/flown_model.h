@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// The observer that a program of this folder flies, chosen by macros: see CMakeLists.txt.
+#pragma once
+
+#include <type_traits>
+
+#include "bench/random_model.h"
+#if NLO_GATED || NLO_PRIOR || NLO_CARRIED || NLO_LUENBERGER
+#include "bench/random_structures.h"
+#elif NLO_INT16
+#include "bench/random_quantised_model.h"
+#endif
+#if NLO_EIGEN || NLO_NAIVE
+#include "bench/embedded/plain_networks.h"
+#endif
+
+namespace {
+
+using nlo::Activation;
+using nlo::Arithmetic;
+
+constexpr Activation kActivation = Activation::NLO_ACTIVATION;
+constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
+
+#if NLO_GATED
+constexpr auto kModel = nlo::bench::random_gated_model<32>();  // and T* 32-32-2 tanh
+#elif NLO_PRIOR
+constexpr auto kModel = nlo::bench::random_prior_model<24>();  // and T* 26-16-2 tanh
+#elif NLO_CARRIED
+constexpr auto kModel = nlo::bench::random_carried_model();
+#elif NLO_LUENBERGER
+constexpr auto kModel = nlo::bench::random_luenberger_model<kActivation, kWidth, 1>();
+#elif NLO_INT16
+constexpr auto kModel = nlo::bench::random_quantised_model<kActivation, kWidth, kDepth>();
+#elif NLO_EIGEN || NLO_NAIVE
+constexpr auto kLayers = nlo::bench::random_layers<3, kWidth, kDepth, 2>();
+constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, 1, 1>();  // for its latent system
+#else
+constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, kWidth, kDepth>();
+#endif
+using Observer = nlo::SampledObserver<std::remove_const_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
+
+constinit Observer observer{kModel};
+
+}  // namespace

@@ -1,0 +1,46 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Prints the most instructions that each call of a program made by nlo_worst() can take, from its control-flow graph:
+   usage: bound.py PROGRAM CALL...                    a line "CALL INSTRUCTIONS" each; exit 1 where there is no bound
+   --doublings N                                      in place of what the program says of its model"""
+import argparse
+import sys
+
+from functions import Bound
+from program import Program
+from instruction import Unknown
+from walk import Walk
+
+POINTER, STATE, DOUBLINGS = 4, 8, 32  # bytes; the latter two of CalledObserver (calls.h)
+MOST_PIECES = 64  # nlo::kMostPieces
+
+
+def loops(doublings):
+    """Loops that end by arithmetic, not by a counter, and what says when."""
+    halve = "for (; doublings < kMost && magnitude(w) > T(0.5); ++doublings) w = w * T(0.5);"
+    return [
+        Bound("nlo/latent.h", halve, doublings),  # |lambda dt| of the longest step, halved to 1/2: of the model
+        Bound("nlo/explicit_rk.h", "for (int i = 0; i < pieces; ++i) {", MOST_PIECES),  # what pieces_of() gives at most
+    ]
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("program")
+    options.add_argument("calls", nargs="+")
+    options.add_argument("--doublings", type=int)
+    given = options.parse_args()
+    program = Program(given.program)
+    called = program.symbols["called"]
+    program.frozen.add(program.word(called + STATE) - POINTER)  # the observer's pointer to its model
+    doublings = program.word(called + DOUBLINGS) if given.doublings is None else given.doublings
+    walk = Walk(program, loops(doublings))
+    for call in given.calls:
+        print(call, walk.bound(program.symbols[call])[0])
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Unknown as error:
+        sys.exit(f"no bound: {error}")

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// The calls of an observer of ../flown_model.h, each a function of its own.
+#include "bench/embedded/worst_case/calls.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "bench/embedded/flown_model.h"
+
+namespace {
+
+volatile float estimated;
+volatile int status;
+
+template <class Values>
+Values values(const float* from) {
+  Values result{};
+  for (int i = 0; i < static_cast<int>(result.size()); ++i) result[i] = from[i];
+  return result;
+}
+
+/// A template, so that the branch that does not fit the observer is not compiled.
+template <class Called, class... Dt>
+void step(Called& one, Dt... dt_s) {
+  const auto y = values<typename Called::Output>(call_y);
+  if constexpr (Called::kDriven) {
+    status = static_cast<int>(one.step(y, values<typename Called::Input>(call_u), dt_s...));
+  } else {
+    status = static_cast<int>(one.step(y, dt_s...));
+  }
+}
+
+constexpr float kLongest = kModel.sample_period_s * static_cast<float>(Observer::Model::kLongestGap);
+
+/// Of the exponentials that a step of another length takes: of the modes of z, or of a gate (decay_minus_1()).
+template <class Model>
+constexpr int doublings(const Model& model) {
+  const auto of = [](float re, float im) { return nlo::Halved<float>({re * kLongest, im * kLongest}).doublings; };
+  if constexpr (requires { model.latent.eigenvalues; }) {
+    int most = 0;
+    const auto& values = model.latent.eigenvalues;
+    for (int r = 0; r < 2 * Model::kPairs; r += 2) most = std::max(most, of(values[r], values[r + 1]));
+    for (int r = 2 * Model::kPairs; r < std::ssize(values); ++r) most = std::max(most, of(values[r], 0.0F));
+    return most;
+  }
+  return nlo::Halved<float>({-64.0F, 0.0F}).doublings;
+}
+
+constexpr int kDoublings = doublings(kModel), kPointer = static_cast<int>(sizeof(void*));
+
+}  // namespace
+
+float call_y[16], call_u[16], call_dt_s;
+
+extern const CalledObserver called = {
+    .outputs = static_cast<int>(Observer::Output{}.size()),
+    .inputs = Observer::kDriven ? static_cast<int>(Observer::Input{}.size()) : 0,
+    .state = reinterpret_cast<unsigned char*>(&observer) + kPointer,
+    .bytes = sizeof(Observer) - kPointer,
+    .lowest = kModel.outputs.min[0],
+    .highest = kModel.outputs.max[0],
+    .sample_period_s = kModel.sample_period_s,
+    .longest = kLongest,
+    .doublings = kDoublings,
+};
+
+void call_step() {
+  step(observer);
+}
+
+void call_step_dt() {
+  step(observer, call_dt_s);
+}
+
+void call_estimate() {
+  for (const float value : observer.estimate()) estimated = value;
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// What seen.cpp knows of the observer whose calls it counts: a compilation of its own, so that they can be bounded.
+#pragma once
+
+// C linkage gives the names by which bound.py finds them.
+extern "C" {
+/// The observer whose calls are counted. `state`: its bytes behind the pointer to the model.
+struct CalledObserver {
+  int outputs, inputs;
+  unsigned char* state;
+  unsigned bytes;
+  float lowest, highest;           ///< of the first output
+  float sample_period_s, longest;  ///< dt that it takes at most [s]
+  int doublings;                   ///< of nlo::Phi at most, over a step of `longest`
+};
+extern const CalledObserver called;
+
+/// What the calls are given. More than any observer has outputs or inputs.
+extern float call_y[16], call_u[16], call_dt_s;
+
+void call_step();
+void call_step_dt();
+void call_estimate();
+}

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: MIT
+"""What is known of the functions of a program before they are walked over: their blocks, the depth of their stack, their
+loops with a bound from outside, and what can decide a later branch (strong liveness, from the last instruction back)."""
+from dataclasses import dataclass, field
+
+from instruction import Unknown, number
+from thumb_effects import effects, is_number
+
+KEPT = [f"r{i}" for i in range(4, 12)]
+GIVEN = {"r0", "r1", "r2", "r3"} | {f"s{i}" for i in range(16)}
+LOST = GIVEN | {"r12", "lr", "flags", "fpscr"}
+AT_EXIT = set(KEPT) | {"r0", "r1", "r2", "r3"}
+
+
+@dataclass
+class Function:
+    entry: int
+    depth: dict = field(default_factory=dict)  # sp at each instruction, from what it was at entry
+    leads: set = field(default_factory=set)  # where a block starts
+    before: dict = field(default_factory=dict)  # instruction: those that may run before it
+    escaped: int = 1  # the lowest slot whose address is taken
+    relevant: dict = field(default_factory=dict)  # what may decide a later branch, before each instruction
+    loops: dict = field(default_factory=dict)  # (branch, header) with a bound given: instructions of the loop
+
+
+@dataclass
+class Bound:
+    """A loop that ends after `most` rounds for a reason that is not in the code: the text of its line in a file."""
+
+    file: str
+    text: str
+    most: int
+
+    def is_at(self, file, _, text):
+        return file.endswith(self.file) and text == self.text
+
+
+def slots(ins, depth):
+    """The stack slots of a load or store by sp, in the order of its list."""
+    base, offset, index, pre, post = ins.memory
+    if base != "sp" or index:
+        return None
+    start = depth + (0 if post is not None and ins.name in ("ldr", "str") else offset)
+    return [f"m{start + 4 * i}" for i in range(len(ins.listed))]
+
+
+class Functions:
+    def __init__(self, program, bounds=None):
+        self.program, self.code = program, program.code
+        self.given = bounds or []  # Bound of loops that the code does not bound
+        self.bounds = {}  # (branch, header): how often it is taken at most
+        self.functions, self.pending = {}, set()
+
+    def instruction(self, at):
+        ins = self.code.get(at)
+        if ins is None:
+            raise Unknown(f"{at:x}: no code")
+        if isinstance(ins, Unknown):
+            raise ins
+        return ins
+
+    def where(self, at):
+        name = max((a for a in self.program.names if a <= at), default=0)
+        file, line, _ = self.program.lines([at])[at][0]
+        return f"{at:x} in {self.program.names.get(name, '?')} ({file}:{line})"
+
+    def successors(self, ins):
+        if ins.kind == "return":
+            return [ins.after] if ins.condition else []
+        if ins.kind == "branch":
+            always = ins.name == "b" and not ins.condition
+            return [ins.target] if always else [ins.after, ins.target]
+        return [ins.after]
+
+    def function(self, entry):
+        if entry in self.functions:
+            return self.functions[entry]
+        if entry in self.pending:
+            raise Unknown(f"{self.where(entry)}: a call of itself")
+        self.pending.add(entry)
+        f = Function(entry)
+        f.depth[entry], f.leads = 0, {entry}
+        todo = [entry]
+        while todo:
+            at = todo.pop()
+            ins = self.instruction(at)
+            change = ins.sp_change
+            if change is None:
+                change = self.sp_by_register(ins)
+            for to in self.successors(ins):
+                f.before.setdefault(to, []).append(at)
+                if to != ins.after or len(f.before[to]) > 1 or ins.kind == "branch":
+                    f.leads.add(to)
+                depth = f.depth[at] + change
+                if to not in f.depth:
+                    f.depth[to] = depth
+                    todo.append(to)
+                elif f.depth[to] != depth:
+                    raise Unknown(f"{self.where(to)}: the stack has two depths")
+            if ins.name in ("mov", "add") and "sp" in ins.reads and "sp" not in ins.writes:
+                rest = [op for op in ins.operands[1:] if op != "sp"]
+                at_least = f.depth[at] + (number(rest[0]) if rest and rest[0].startswith("#") else 0)
+                f.escaped = at_least if f.escaped > 0 else min(f.escaped, at_least)
+        self.loops_of(f)
+        self.liveness(f)
+        self.functions[entry] = f
+        self.pending.discard(entry)
+        return f
+
+    def sp_by_register(self, ins):
+        """add sp, r4: r4 was set to a number just before."""
+        register, at = ins.operands[-1], ins.at
+        for _ in range(12):
+            at = max((a for a in range(at - 4, at, 2) if a in self.code), default=None)
+            before = self.code.get(at)
+            if before is None or isinstance(before, Unknown):
+                break
+            if register in before.writes:
+                state = {}
+                self.access(before, state, None) if before.memory else state.update(effects(before, {}))
+                if is_number(state.get(register)):
+                    value = state[register][1]
+                    value -= (value & 0x80000000) << 1
+                    return value if ins.name == "add" else -value
+                break
+        raise Unknown(f"{self.where(ins.at)}: sp moves by what is not known")
+
+    def loops_of(self, f):
+        back = {(at, self.code[at].target) for at in f.depth if self.code[at].kind == "branch"}
+        back = {(at, to) for at, to in back if to <= at}
+        lines = self.program.lines({at for at, _ in back}) if self.given and back else {}
+        for branch, header in back:
+            most = [b.most for b in self.given if any(b.is_at(*place) for place in lines.get(branch, []))]
+            if not most:
+                continue
+            self.bounds[branch, header] = min(most)
+            body, todo = {header, branch}, [branch]
+            while todo:
+                at = todo.pop()
+                for before in f.before.get(at, []) if at != header else []:
+                    if before not in body:
+                        body.add(before)
+                        todo.append(before)
+            f.loops[branch, header] = body
+
+    def calls_reads(self, f, ins):
+        callee = self.function(ins.target)
+        reads = set()
+        for name in callee.relevant[callee.entry]:
+            if name in GIVEN:
+                reads.add(name)
+            elif name.startswith("m") and int(name[1:]) >= 0:
+                reads.add(f"m{int(name[1:]) + f.depth[ins.at]}")
+        return reads
+
+    def liveness(self, f):
+        order = sorted(f.depth)
+        f.relevant = {at: set() for at in order}
+        todo = set(order)
+        while todo:
+            at = max(todo)
+            todo.discard(at)
+            ins = self.instruction(at)
+            after = set()
+            for to in self.successors(ins):
+                after |= f.relevant[to]
+            if ins.kind == "return":
+                after = after | AT_EXIT
+            reads, writes = set(ins.reads), set(ins.writes)
+            at_sp = slots(ins, f.depth[at]) if ins.memory else None
+            if at_sp and ins.name in ("ldr", "ldm"):
+                pairs = zip(at_sp, ins.listed) if abs(ins.size) == 4 else []
+                reads |= {slot for slot, name in pairs if name in after or name == "pc"}
+            if at_sp and ins.name in ("str", "stm"):
+                writes = writes | set(at_sp)
+                reads = {name for slot, name in zip(at_sp, ins.listed) if slot in after} | (reads - set(ins.listed))
+            if ins.kind == "call":
+                reads, writes = self.calls_reads(f, ins), LOST
+            deciding = ins.kind == "branch" or (ins.kind == "return" and ins.condition)
+            needed = reads if deciding or ins.kind == "call" or writes & after else set()
+            before = needed | (after if ins.condition else after - writes)
+            before.discard("sp")
+            if before != f.relevant[at]:
+                f.relevant[at] = before
+                todo.update(f.before.get(at, []))
