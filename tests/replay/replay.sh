@@ -104,6 +104,35 @@ differs 'logged a row late' "$model" edited.csv
 missed=$(awk -F, 'NR > 5 && $1 ~ /nan/ { print NR; exit }' "$log") # logged as if it had been given
 edit "NR == $missed { \$1 = 0.25 } 1"
 differs "in line $missed the observer was given no reading" "$model" edited.csv
+# The log's time tells what is lost, in its unit and beside steps of a dt of their own: where no mean of neighbours would.
+period=$(sed -n 's/.*sampled every \([^ ]*\) s.*/\1/p' van_der_pol.h)
+timed() { # UNIT FORMAT [JITTER]: the log with a column time
+  awk -F, -v OFS=, -v period="$period" -v unit="$1" -v format="$2" -v jitter="${3:-.06}" 'NR == 1 { print "time", $0; next }
+    NR > 2 { now += ($2 == "" ? period : $2) } { print sprintf(format, (7 + now + period * jitter * (NR % 7 - 3) / 3) * unit), $0 }' "$log" >timed.csv
+}
+timed 1 %.6f
+same "$model" timed.csv
+awk "NR < $regular || NR > $regular + 4" timed.csv >edited.csv
+differs "5 steps of the observer are lost before line $regular, where the time goes on by .* s, 6 sample periods" "$model" edited.csv
+timed 1000000 %.0f
+awk "NR != $regular" timed.csv | sed '1s/time/stamp/' >edited.csv
+differs "a step of the observer is lost before line $regular, where the time goes on by .* s, 2 sample periods" "$model" edited.csv --column time=stamp
+awk -F, -v OFS=, "NR >= $regular && NR < $regular + 3 { \$4 = \$5 = \$6 = \$7 = \"\" } NR != $regular" timed.csv >edited.csv
+differs "is lost before line $regular, where the time" "$model" edited.csv
+timed 1 %.9f 0
+awk -F, -v OFS=, 'NR > 1 { $3 = "" } 1' timed.csv >edited.csv
+differs 'step\(\) was given a dt in line [0-9]+, where the time goes on by .* s: with it the difference is .*e-0[5-9] of' "$model" edited.csv
+# Controls: a time that says no more than the steps, is too coarse, is text, or belongs to another thing, tells nothing.
+timed 1 %.6f
+awk -F, -v OFS=, "NR == $regular { \$2 = \$2 + 0.5 } 1" timed.csv >edited.csv
+differs "happened once before or in line $regular" "$model" edited.csv
+! grep -q 'time goes on' said.txt || fail 'a time without gaps tells of one'
+timed 1 %.0f
+awk "NR != $regular" timed.csv >edited.csv
+differs "a step of the observer is lost before line $regular: with the mean" "$model" edited.csv
+awk -F, -v OFS=, 'NR > 1 { $1 = "12:30:00" } 1' timed.csv >edited.csv
+same "$model" edited.csv
+refused 'clock: "12:30:00" is not a number' "$model" <(sed '1s/time/clock/' edited.csv) --column time=clock
 # Numbers of six digits: as the log rounds them, and readings that nobody can know.
 edit 'NR > 1 { $3 = sprintf("%.6g", $3); $4 = sprintf("%.6g", $4) } 1'
 same "$model" edited.csv

@@ -127,7 +127,7 @@ void add_replay(CLI::App& app, Action& action) {
   options
       .value("LOG", arguments->log,
              "CSV with a row for each step: the readings as step() was given them, NAME_hat of each state, and where "
-             "there are any dt, status and in_domain")
+             "there are any time, dt, status and in_domain")
       ->required();
   options.shown("--target", arguments->flown.target,
                 "what flew: c99 (also for single and the deterministic policy), or cpp (the fast policy, whose bits "
@@ -137,7 +137,7 @@ void add_replay(CLI::App& app, Action& action) {
   options.value("--max-error", arguments->flown.max_error, "of the export that flew (cpp)", "VALUE");
   options.value("--compiler", arguments->flown.compiler,
                 "compiler and flags (default: cc -O1 for c99, c++ -O2 for cpp)", "WORDS");
-  options.repeated("--column", arguments->columns, "the log's heading of a reading, an estimate, dt or status",
+  options.repeated("--column", arguments->columns, "the log's heading of a reading, an estimate, time, dt or status",
                    "NAME=HEADING");
   options.flag("--warm-start", arguments->warm_start, "the first row was given to warm_start()");
   options.value("-o,--output", arguments->output, "write what the replay estimates as CSV; - for stdout");

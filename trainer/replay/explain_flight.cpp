@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "codegen/base/error.h"
+#include "trainer/replay/flight_times.h"
 
 namespace nlo::trainer {
 namespace {
@@ -24,14 +25,15 @@ constexpr Index kLatestStart = 64;  // rows that may have been logged before the
 
 class Explanation {
  public:
-  Explanation(const FlightLog& log, const FlownExport& flown, const MatrixXd& answers,
+  Explanation(const FlightLog& log, double sample_period_s, const FlownExport& flown, const MatrixXd& answers,
               const FlightDifference& difference)
       : log_(log),
         flown_(flown),
         answers_(answers),
         compare_(log, flown.single()),
         row_(difference.row),
-        rows_(log.given.cols()) {}
+        rows_(log.given.cols()),
+        times_(log, sample_period_s, row_) {}
 
   /// The estimates stand a row late (they were logged before the step), or early.
   std::string shifted() const {
@@ -90,30 +92,36 @@ class Explanation {
     return "";
   }
 
+  /// The log's time goes on by another step there: one of a dt that was not logged, or of rows that were not.
+  std::string told_by_time() const {
+    Index row = row_;
+    while (row > 0 && !times_.off(row) && nothing_compared(row - 1)) --row;
+    if (!times_.off(row)) return "";
+    MatrixXd given = log_.given;
+    for (Index k = row; k < rows_; ++k)
+      if (times_.off(k)) given(kGivenCommand, k) = kStepOverDt, given(kGivenDt, k) = log_.since_s[k];
+    const Index count = times_.lost(row);
+    const double by_dt = left_of(flown_.run(given)), by_steps = count > 0 && row == row_ ? left_with(count) : 1.0;
+    const std::string where = fmt::format("line {}, where the time goes on by {:.6g} s", line(row), log_.since_s[row]);
+    if (by_dt < (count == 0 ? kMuchSmaller : kRounding))  // one long step and several short ones differ little
+      return fmt::format(
+          "step() was given a dt in {}: with it the difference is {:.2g} of what it is; log the column dt", where,
+          by_dt);
+    if (count == 0) return "";
+    return fmt::format(
+        "{} before {}, {} sample periods{}: log every step", steps_lost(count), where, times_.passed(row),
+        by_steps < 1.0 ? fmt::format(" (with means in between the difference is {:.2g} of what it is)", by_steps) : "");
+  }
+
   /// A step that the log lacks: with the mean of its neighbours in its place the difference is much smaller.
   std::string lost() const {
     if (row_ == 0) return "";
-    const Index until = std::min(rows_, row_ + kEnough);
-    const double before = compare_.largest(answers_, row_, until);
     for (Index count = 1; count <= 3; ++count) {
-      MatrixXd given(log_.given.rows(), rows_ + count);
-      given.leftCols(row_) = log_.given.leftCols(row_);
-      given.rightCols(rows_ - row_) = log_.given.rightCols(rows_ - row_);
-      for (Index i = 0; i < count; ++i) {
-        const double part = static_cast<double>(i + 1) / static_cast<double>(count + 1);
-        given.col(row_ + i) = (1.0 - part) * log_.given.col(row_ - 1) + part * log_.given.col(row_);
-        given(kGivenCommand, row_ + i) = kStep;
-      }
-      const MatrixXd answers = flown_.run(given);
-      MatrixXd moved = answers_;
-      moved.rightCols(rows_ - row_) = answers.rightCols(rows_ - row_);
-      constexpr double kMuchSmaller = 0.2;
-      if (compare_.largest(moved, row_, until) < kMuchSmaller * before)
+      if (const double left = left_with(count); left < kMuchSmaller)
         return fmt::format(
-            "{} lost before line {}: with the mean of the neighbours in {} place the difference is {:.2g} of what it "
-            "is",
-            count == 1 ? "a step of the observer is" : fmt::format("{} steps of the observer are", count), line(row_),
-            count == 1 ? "its" : "their", compare_.largest(moved, row_, until) / before);
+            "{} before line {}: with the mean of the neighbours in {} place the difference is {:.2g} of "
+            "what it is",
+            steps_lost(count), line(row_), count == 1 ? "its" : "their", left);
     }
     return "";
   }
@@ -176,7 +184,8 @@ class Explanation {
   }
 
  private:
-  static constexpr double kRounding = 1e-4;  // of the range of a column
+  static constexpr double kRounding = 1e-4;    // of the range of a column
+  static constexpr double kMuchSmaller = 0.2;  // what is left of a difference whose cause was found
 
   int line(Index row) const { return log_.lines[static_cast<std::size_t>(row)]; }
 
@@ -197,6 +206,36 @@ class Explanation {
     return enough(compare_.agreeing(from, flown_.run(until), from + moved, kEnough), from);
   }
 
+  bool nothing_compared(Index row) const {
+    return std::all_of(log_.answers.begin(), log_.answers.end(),
+                       [row](const LoggedColumn& column) { return std::isnan(column.values[row]); });
+  }
+
+  static std::string steps_lost(Index count) {
+    return count == 1 ? "a step of the observer is lost" : fmt::format("{} steps of the observer are lost", count);
+  }
+
+  /// What part of the difference is left, by `answers` to another flight.
+  double left_of(const MatrixXd& answers) const {
+    const Index until = std::min(rows_, row_ + kEnough);
+    return compare_.largest(answers, row_, until) / compare_.largest(answers_, row_, until);
+  }
+
+  /// With so many steps before it, of means of its neighbours.
+  double left_with(Index count) const {
+    MatrixXd given(log_.given.rows(), rows_ + count);
+    given.leftCols(row_) = log_.given.leftCols(row_);
+    given.rightCols(rows_ - row_) = log_.given.rightCols(rows_ - row_);
+    for (Index i = 0; i < count; ++i) {
+      const double part = static_cast<double>(i + 1) / static_cast<double>(count + 1);
+      given.col(row_ + i) = (1.0 - part) * log_.given.col(row_ - 1) + part * log_.given.col(row_);
+      given(kGivenCommand, row_ + i) = kStep;
+    }
+    MatrixXd moved = answers_;
+    moved.rightCols(rows_ - row_) = flown_.run(given).rightCols(rows_ - row_);
+    return left_of(moved);
+  }
+
   MatrixXd without(Index row) const {
     MatrixXd given(log_.given.rows(), rows_ - 1);
     given.leftCols(row) = log_.given.leftCols(row);
@@ -209,6 +248,7 @@ class Explanation {
   const MatrixXd& answers_;
   FlightComparison compare_;
   Index row_, rows_;
+  StepTimes times_;
 };
 
 /// Another export of the model that gives all of the log. `small`: the fast policy may, too, which takes seconds to
@@ -235,10 +275,11 @@ std::string other_arithmetic(const FlightLog& log, const codegen::Model& model, 
 
 std::string explain_flight(const FlightLog& log, const codegen::Model& model, const Flown& arithmetic,
                            const FlownExport& flown, const MatrixXd& answers, const FlightDifference& difference) {
-  const Explanation why(log, flown, answers, difference);
+  const Explanation why(log, model.sample_period_s, flown, answers, difference);
   std::string cause = why.shifted();
   if (cause.empty()) cause = why.started_otherwise();
   if (cause.empty()) cause = why.given_otherwise();
+  if (cause.empty()) cause = why.told_by_time();
   if (cause.empty()) cause = why.rounded_readings();
   if (cause.empty()) cause = other_arithmetic(log, model, arithmetic, why.small());
   if (cause.empty() && !why.small()) cause = why.lost();
