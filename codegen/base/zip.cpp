@@ -70,4 +70,27 @@ std::string zip(const std::vector<NamedText>& files) {
   return archive;
 }
 
+std::vector<NamedText> unzipped(std::string_view archive) {
+  constexpr std::size_t kHeader = 30, kMethod = 8, kSum = 14, kSize = 18, kNameSize = 26, kMoreSize = 28;
+  std::vector<NamedText> files;
+  std::size_t at = 0;
+  const auto number = [&](std::size_t place, std::size_t count) {
+    std::size_t value = 0;
+    for (std::size_t i = count; i-- > 0;) value = value << 8 | static_cast<unsigned char>(archive[at + place + i]);
+    return value;
+  };
+  while (archive.substr(at, 4) == "PK\3\4" && archive.size() - at > kHeader) {
+    const std::size_t name = number(kNameSize, 2), text = kHeader + name + number(kMoreSize, 2);
+    NamedText file{std::string(archive.substr(at + kHeader, name)), ""};
+    if (number(kMethod, 2) != 0 || archive.size() - at < text + number(kSize, 4))
+      throw Error(file.path + ": the archive ends too early, or is compressed");
+    file.text = archive.substr(at + text, number(kSize, 4));
+    if (crc32(file.text) != number(kSum, 4)) throw Error(file.path + ": another check sum than the archive says");
+    at += text + file.text.size();
+    files.push_back(std::move(file));
+  }
+  if (archive.substr(at, 4) != "PK\1\2") throw Error("this is no zip archive without compression");
+  return files;
+}
+
 }  // namespace nlo::codegen

@@ -18,4 +18,7 @@ std::uint32_t crc32(std::string_view bytes);
 /// it. Throws Error when the archive is larger than the 4 GiB, or has more than the 65,535 files, that plain zip holds.
 std::string zip(const std::vector<NamedText>& files);
 
+/// The files of such an archive. Throws Error when it is none, or a check sum is another.
+std::vector<NamedText> unzipped(std::string_view archive);
+
 }  // namespace nlo::codegen

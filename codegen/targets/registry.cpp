@@ -16,11 +16,11 @@ namespace {
 
 /// A target that writes one file: NAME and `ending`.
 ExportTarget one_file(const char* name, const char* description, const char* ending,
-                      std::string (*text)(const PreparedExport&), bool of_c99 = false) {
+                      std::string (*text)(const PreparedExport&), bool of_c99 = false, bool no_observer = false) {
   const auto generate = [=](const PreparedExport& prepared) {
     return std::vector<NamedText>{{prepared.name() + ending, text(prepared)}};
   };
-  return {name, description, ExportForm::kFile, generate, of_c99};
+  return {name, description, ExportForm::kFile, generate, of_c99, false, no_observer};
 }
 
 }  // namespace
@@ -28,12 +28,13 @@ ExportTarget one_file(const char* name, const char* description, const char* end
 const std::vector<ExportTarget>& export_targets() {
   static const std::vector<ExportTarget> targets = {
       one_file("cpp", "C++20 header with the observer as a constant", ".h", cpp_header),
-      one_file("replay", "C++20 header with inputs and the answers that the cpp header must give", "_replay.h", replay),
+      one_file("replay", "C++20 header with inputs and the answers that the cpp header must give", "_replay.h", replay,
+               false, true),
       {"c99", "C99 header and source with the observer, no C++ and no library", ExportForm::kFiles, c99, true},
       one_file("single", "C++20 header that includes nothing of ours, plain loops, to audit; the bits of c99", ".h",
                single_header, true),
       one_file("replay-c99", "C99 header with inputs and the answers that the c99 pair must give", "_replay.h",
-               replay_c99, true),
+               replay_c99, true, true),
       {"selftest", "folder with the c99 pair and a program that replays it on its target and counts cycles",
        ExportForm::kDirectory, selftest, true},
       {"arduino", "folder with an Arduino and PlatformIO library: header, runtime, C99 pair, sketch",

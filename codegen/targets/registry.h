@@ -26,8 +26,9 @@ struct ExportTarget {
   ExportForm form;
   /// The files, their paths relative to where the export goes. Throws Error.
   std::function<std::vector<NamedText>(const PreparedExport&)> generate;
-  bool of_c99 = false;    ///< made of what the c99 pair has: no standard deviations, one tanh
-  bool roles = false;    ///< asks which channels are what (ExportOptions::roles)
+  bool of_c99 = false;       ///< made of what the c99 pair has: no standard deviations, one tanh
+  bool roles = false;        ///< asks which channels are what (ExportOptions::roles)
+  bool no_observer = false;  ///< what it writes belongs to an observer of another target
 };
 
 const std::vector<ExportTarget>& export_targets();

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "codegen/base/child.h"
+#include "codegen/base/error.h"
 #include "codegen/base/zip.h"
 #include "tests/codegen/example_models.h"
 #include "tests/support/scratch_directory.h"
@@ -18,28 +19,14 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The files of an archive without compression, by their headers.
-std::map<std::string, std::string> unzipped(const std::string& archive) {
-  const auto number = [&](std::size_t at, std::size_t count) {
-    std::size_t value = 0;
-    for (std::size_t i = count; i-- > 0;) value = value << 8 | static_cast<unsigned char>(archive.at(at + i));
-    return value;
-  };
-  std::map<std::string, std::string> files;
-  std::size_t at = 0;
-  while (archive.compare(at, 4, "PK\3\4") == 0) {
-    const std::size_t size = number(at + 18, 4), name_size = number(at + 26, 2);
-    const std::string text = archive.substr(at + 30 + name_size, size);
-    EXPECT_EQ(number(at + 14, 4), crc32(text));
-    files[archive.substr(at + 30, name_size)] = text;
-    at += 30 + name_size + size;
-  }
-  EXPECT_EQ(archive.substr(at, 4), "PK\1\2") << "the directory follows";
-  return files;
+std::map<std::string, std::string> by_path(const std::vector<NamedText>& files) {
+  std::map<std::string, std::string> texts;
+  for (const NamedText& file : files) texts[file.path] = file.text;
+  return texts;
 }
 
 std::string description_of(const Model& model) {
-  return unzipped(fmu_of_sources(PreparedExport(model)).front().text)["modelDescription.xml"];
+  return by_path(unzipped(fmu_of_sources(PreparedExport(model)).front().text))["modelDescription.xml"];
 }
 
 std::string token_of(const Model& model) {
@@ -50,9 +37,15 @@ std::string token_of(const Model& model) {
 TEST(Zip, HasTheCheckSumThatAllHaveAndEveryByte) {
   EXPECT_EQ(crc32("123456789"), 0xCBF43926U) << "the check value of CRC-32 in every catalogue of them";
   const std::string all("\0\1PK\3\4\xff", 7);
-  const auto files = unzipped(zip({{"empty", ""}, {"a/b", all}}));
+  const std::string archive = zip({{"empty", ""}, {"a/b", all}});
+  const auto files = by_path(unzipped(archive));
   EXPECT_EQ(files.size(), 2U);
   EXPECT_EQ(files.at("a/b"), all);
+  std::string damaged = archive;
+  damaged[damaged.find(all)] = '\2';
+  EXPECT_THROW(unzipped(damaged), Error);
+  EXPECT_THROW(unzipped(archive.substr(0, archive.find(all) + 2)), Error);
+  EXPECT_THROW(unzipped("no archive"), Error);
 }
 
 TEST(Child, SaysWhyItFailed) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "codegen/base/error.h"
+#include "codegen/base/zip.h"
 #include "codegen/readback/read_constants.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/generated.h"
@@ -136,6 +137,35 @@ TEST(ReadBack, EveryExportSaysItsModel) {
   for (const Model& model : {large_model(), mixed_model()})  // laid out as panels
     for (const WeightType weights : {WeightType::kFull, WeightType::kBfloat16, WeightType::kFloat16})
       EXPECT_NO_THROW(generated(export_target("cpp"), PreparedExport(model, {.name = "", .weights = weights})));
+}
+
+/// A digit of the last layer's last bias is another in each text of it.
+std::vector<NamedText> spoilt(const std::vector<NamedText>& files, const std::string& text) {
+  std::vector<NamedText> changed = files;
+  for (NamedText& file : changed)
+    for (std::size_t at = 0; (at = file.text.find(text, at)) != std::string::npos; at += text.size())
+      file.text[at + text.size() - 2] = file.text[at + text.size() - 2] == '9' ? '8' : '9';
+  return changed;
+}
+
+TEST(ReadBack, LooksIntoEveryFormOfExport) {
+  const std::string bias = "0.5261358f";
+  for (ExportTarget target : export_targets()) {
+    if (target.name == "fmu" || target.roles) continue;  // asks for a compiler, or which channels are what
+    EXPECT_NO_THROW(generated(target, PreparedExport(tiny_model()))) << target.name;
+    const auto right = target.generate;
+    target.generate = [&](const PreparedExport& prepared) {
+      const std::vector<NamedText> files = right(prepared);
+      if (target.name != "fmu-sources") return spoilt(files, bias);
+      return std::vector<NamedText>{{files[0].path, zip(spoilt(unzipped(files[0].text), bias))}};
+    };
+    EXPECT_THAT(thrown_message([&] { return generated(target, PreparedExport(tiny_model())); }),
+                target.no_observer ? HasSubstr("no error") : HasSubstr("must be 0.5261358f"))
+        << target.name;
+    target.generate = [](const PreparedExport&) { return std::vector<NamedText>{{"README.md", "no observer"}}; };
+    EXPECT_EQ(thrown_message([&] { return generated(target, PreparedExport(tiny_model())); }) == "no error",
+              target.no_observer);
+  }
 }
 
 TEST(ReadBack, OneDigitOfEachConstantIsSeen) {

@@ -44,7 +44,8 @@ Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arg
   std::optional<codegen::Budget> budget;
   if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, prepared.model());
   if (!arguments.fit.empty()) budget = codegen::budget(arguments.fit);
-  if (budget && (arguments.target.starts_with("replay") || codegen::export_target(arguments.target).of_c99))
+  if (budget &&
+      (codegen::export_target(arguments.target).no_observer || codegen::export_target(arguments.target).of_c99))
     throw codegen::Error(fmt::format(
         "--fit knows what the C++ runtime takes, not --target {}; leave it out, or export cpp", arguments.target));
 
