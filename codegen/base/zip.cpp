@@ -89,7 +89,7 @@ std::vector<NamedText> unzipped(std::string_view archive) {
     at += text + file.text.size();
     files.push_back(std::move(file));
   }
-  if (archive.substr(at, 4) != "PK\1\2") throw Error("this is no zip archive without compression");
+  if (archive.substr(at, 4) != "PK\1\2") throw Error("a zip archive without compression begins otherwise");
   return files;
 }
 

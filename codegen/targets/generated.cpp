@@ -13,7 +13,7 @@
 namespace nlo::codegen {
 namespace {
 
-/// "src/rig_c99.h": "rig_c99", which its text calls itself too.
+/// A file name without folder and ending, which its text calls itself too: "rig_c99".
 std::string stem_of(const std::string& path) {
   const std::size_t name = path.rfind('/') + 1;
   return path.substr(name, path.rfind('.') - name);
