@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bindings/c/nlo_model.h"
+#include "bindings/c/step_memory.h"
 #include "codegen/base/error.h"
 #include "codegen/model/domain.h"
 #include "codegen/model/model.h"
@@ -109,6 +110,7 @@ struct nlo_observer {
   int precision;
   nlo::c_interface::AnyObserver any;
   nlo::codegen::LatentDomain domain;
+  std::unique_ptr<nlo::c_interface::StepMemory> memory;  ///< null: it is just being made
 
   nlo_observer(std::shared_ptr<const nlo::c_interface::Loaded> of, int wanted)
       : loaded(std::move(of)),

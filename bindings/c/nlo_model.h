@@ -16,8 +16,9 @@
  * Threads  A model never changes: any number of threads may use it and make observers of it. An observer is for one
  *          thread at a time. The text of the last error belongs to its thread. Models and observers may be freed in any
  *          order; an observer keeps what it needs of its model.
- * Memory   nlo_observer_step() and nlo_observer_estimate() take some memory and give it back. That is for programs on an
- *          operating system, not for a loop with hard deadlines.
+ * Memory   An observer has the memory for its steps from nlo_observer_create() on: what is done with it in a loop, from
+ *          step to reset, takes none from the system, and no lock. (The first call of a thread may take some, where the
+ *          library was opened by dlopen().) How long a step takes has no bound that is proven, as that of an export has.
  */
 #ifndef NLO_MODEL_H
 #define NLO_MODEL_H

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Observers of nlo_model.h: the reference observer, step by step.
+#include <cstddef>
+#include <limits>
 #include <memory>
+#include <utility>
 #include <variant>
 
 #include "bindings/c/handles.h"
@@ -19,11 +22,59 @@ VectorXd state_of(const nlo_observer& observer) {
   return std::visit([](const auto& o) { return o.snapshot(); }, observer.any);
 }
 
+/// guarded() `work` on the observer, in its memory; what is thrown is in there, too.
+template <class Observer, class Work>
+int on(Observer* observer, const Work& work, int code_of_error = NLO_FAILED) noexcept {
+  const StepMemory::Use memory(observer == nullptr ? nullptr : observer->memory.get());
+  return guarded(code_of_error, [&] {
+    need(observer, "observer");
+    return work();
+  });
+}
+
+/// Each thing that may be asked of it once, from a first sample to a reset.
+void exercise(nlo_observer& observer) {
+  const Loaded& loaded = *observer.loaded;
+  const Model& m = loaded.model;
+  const VectorXd u = VectorXd::Zero(m.nu());
+  VectorXd y = 0.5 * (m.output_min + m.output_max), x_hat(m.nx()), sigma(m.nx()), z(m.nz()),
+           state(nlo_observer_state_size(&observer));
+  const auto ask = [&] {
+    nlo_observer_estimate(&observer, x_hat.data());
+    if (m.error) nlo_observer_estimate_with_error(&observer, x_hat.data(), sigma.data());
+    nlo_observer_in_domain(&observer);
+    nlo_observer_latent(&observer, z.data());
+    nlo_observer_save(&observer, state.data());
+    nlo_observer_restore(&observer, state.data(), static_cast<std::size_t>(state.size()));
+  };
+  constexpr double kOther[] = {1.5, 3.5};  // sample periods
+  nlo_observer_step(&observer, y.data(), u.data());
+  nlo_observer_step(&observer, y.data(), u.data());
+  for (const double periods : kOther) nlo_observer_step_dt(&observer, y.data(), u.data(), periods * m.sample_period_s);
+  ask();
+  y.setConstant(std::numeric_limits<double>::quiet_NaN());
+  nlo_observer_step(&observer, y.data(), u.data());
+  ask();
+  nlo_observer_reset(&observer);
+}
+
+/// With memory enough for what exercise() asks. What it does not suffice for comes from the system.
+nlo_observer* with_memory(const std::shared_ptr<const Loaded>& loaded, int precision) {
+  constexpr std::size_t kFirst = std::size_t{1} << 15, kMost = std::size_t{1} << 28;
+  for (std::size_t bytes = kFirst;; bytes *= 2) {
+    auto observer = std::make_unique<nlo_observer>(loaded, precision);
+    exercise(*observer);  // without: what a process makes at its first step and keeps is not of this observer
+    observer->memory = std::make_unique<StepMemory>(bytes);
+    exercise(*observer);
+    if (!observer->memory->ran_out() || bytes >= kMost) return observer.release();
+    nlo_observer_free(observer.release());
+  }
+}
+
 /// `step` of the observer with the vectors of a sample.
 template <class Step>
 int stepped(nlo_observer* observer, const double* y, const double* u, const Step& step) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
+  return on(observer, [&] {
     need(y, "y");
     const VectorXd outputs = observer->loaded->with_computed(y, 1), inputs = observer->loaded->given_inputs(u, 1);
     return std::visit(
@@ -42,26 +93,29 @@ extern "C" {
 nlo_observer* nlo_observer_create(const nlo_model* model, int precision) {
   return made<nlo_observer>([&] {
     need(model, "model");
-    return new nlo_observer(model->loaded, precision);
+    return with_memory(model->loaded, precision);
   });
 }
 
 nlo_observer* nlo_observer_copy(const nlo_observer* observer) {
   return made<nlo_observer>([&] {
     need(observer, "observer");
-    auto copy = std::make_unique<nlo_observer>(observer->loaded, observer->precision);
-    std::visit([&](auto& o) { o.restore(state_of(*observer)); }, copy->any);
-    return copy.release();
+    const VectorXd state = state_of(*observer);
+    nlo_observer* copy = with_memory(observer->loaded, observer->precision);
+    nlo_observer_restore(copy, state.data(), static_cast<std::size_t>(state.size()));
+    return copy;
   });
 }
 
 void nlo_observer_free(nlo_observer* observer) {
+  if (observer == nullptr) return;
+  const std::unique_ptr<StepMemory> memory = std::move(observer->memory);  // its vectors may lie there
+  const StepMemory::Use use(memory.get());
   delete observer;
 }
 
 int nlo_observer_reset(nlo_observer* observer) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
+  return on(observer, [&] {
     std::visit([](auto& o) { o.reset(); }, observer->any);
     return NLO_DONE;
   });
@@ -76,22 +130,16 @@ int nlo_observer_step_dt(nlo_observer* observer, const double* y, const double* 
 }
 
 int nlo_observer_status(const nlo_observer* observer) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
-    return std::visit([](const auto& o) { return static_cast<int>(o.status()); }, observer->any);
-  });
+  return on(observer,
+            [&] { return std::visit([](const auto& o) { return static_cast<int>(o.status()); }, observer->any); });
 }
 
 int nlo_observer_in_domain(const nlo_observer* observer) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
-    return observer->domain.contains(latent_of(*observer), output_of(*observer)) ? 1 : 0;
-  });
+  return on(observer, [&] { return observer->domain.contains(latent_of(*observer), output_of(*observer)) ? 1 : 0; });
 }
 
 int nlo_observer_estimate(const nlo_observer* observer, double* x_hat) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
+  return on(observer, [&] {
     need(x_hat, "x_hat");
     std::visit(
         [&](const auto& o) { Rows(x_hat, observer->loaded->model.nx(), 1) = o.estimate().template cast<double>(); },
@@ -103,7 +151,7 @@ int nlo_observer_estimate(const nlo_observer* observer, double* x_hat) {
 int nlo_observer_estimate_with_error(const nlo_observer* observer, double* x_hat, double* sigma) {
   const int done = nlo_observer_estimate(observer, x_hat);
   if (done != NLO_DONE) return done;
-  return guarded(NLO_FAILED, [&] {
+  return on(observer, [&] {
     need(sigma, "sigma");
     const Model& m = observer->loaded->model;
     if (!m.error) throw NotKnown("\"" + m.name + "\" has no sigma");
@@ -114,8 +162,7 @@ int nlo_observer_estimate_with_error(const nlo_observer* observer, double* x_hat
 }
 
 int nlo_observer_latent(const nlo_observer* observer, double* z) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
+  return on(observer, [&] {
     need(z, "z");
     Rows(z, observer->loaded->model.nz(), 1) = latent_of(*observer);
     return NLO_DONE;
@@ -123,15 +170,13 @@ int nlo_observer_latent(const nlo_observer* observer, double* z) {
 }
 
 int nlo_observer_state_size(const nlo_observer* observer) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
+  return on(observer, [&] {
     return std::visit([](const auto& o) { return static_cast<int>(o.snapshot_size()); }, observer->any);
   });
 }
 
 int nlo_observer_save(const nlo_observer* observer, double* state) {
-  return guarded(NLO_FAILED, [&] {
-    need(observer, "observer");
+  return on(observer, [&] {
     need(state, "state");
     const VectorXd all = state_of(*observer);
     Rows(state, all.size(), 1) = all;
@@ -140,13 +185,13 @@ int nlo_observer_save(const nlo_observer* observer, double* state) {
 }
 
 int nlo_observer_restore(nlo_observer* observer, const double* state, size_t size) {
-  return guarded(NLO_BAD_ARGUMENT, [&] {
-    need(observer, "observer");
+  const auto restored = [&] {
     need(state, "state");
     const VectorXd given = Eigen::Map<const VectorXd>(state, columns(size));
     std::visit([&](auto& o) { o.restore(given); }, observer->any);
     return NLO_DONE;
-  });
+  };
+  return on(observer, restored, NLO_BAD_ARGUMENT);
 }
 
 }  // extern "C"

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// The memory of an observer's steps. The reference writes equations as they stand, with vectors that come and go; what
+// these take during a step comes from here, made once with the observer, and goes back here.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+
+namespace nlo::c_interface {
+
+class StepMemory {
+ public:
+  explicit StepMemory(std::size_t bytes);
+
+  /// `size` bytes as malloc aligns them. Null where no such piece is left.
+  void* take(std::size_t size) noexcept;
+  /// What take() has given.
+  void give_back(void* piece) noexcept;
+  bool owns(const void* piece) const noexcept;
+  /// How many bytes a piece has, at least those it was taken for.
+  static std::size_t size_of(const void* piece) noexcept;
+
+  /// take() has had to refuse.
+  bool ran_out() const { return ran_out_; }
+
+  /// While it lives, what this thread takes inside of the library comes from `memory`, as long as there is some
+  /// (library_malloc.cpp). Null: nothing does.
+  class Use {
+   public:
+    explicit Use(StepMemory* memory) noexcept;
+    ~Use();
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+
+   private:
+    StepMemory* before_;
+  };
+  static StepMemory* in_use() noexcept;
+
+ private:
+  struct alignas(std::max_align_t) Head {
+    std::size_t kind;  ///< a piece has 2^kind bytes behind its head
+    Head* next;        ///< free one of this kind
+  };
+  static constexpr std::size_t kSmallest = 6, kKinds = 48;
+
+  std::unique_ptr<Head[]> all_;
+  std::size_t heads_, used_ = 0;  ///< in heads: pieces that were ever taken stand in front
+  std::array<Head*, kKinds> free_{};
+  bool ran_out_ = false;
+};
+
+}  // namespace nlo::c_interface
