@@ -4,7 +4,7 @@
 #pragma once
 
 #include <Arduino.h>
-#include "common/base_classes/Sensor.h"
+#include <common/base_classes/Sensor.h>
 
 inline unsigned long _micros() {
   return micros();

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdint.h>
 
-#include "common/time_utils.h"
+#include <common/time_utils.h>
 
 #define _2PI 6.28318530718f
 
