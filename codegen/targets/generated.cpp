@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "codegen/base/fail.h"
 #include "codegen/base/zip.h"
@@ -28,38 +27,39 @@ std::optional<TextForm> form_of(const NamedText& file) {
   return std::nullopt;
 }
 
-/// Reads each observer among `files` back. How many there are.
-int read_back(const PreparedExport& prepared, const std::vector<NamedText>& files) {
-  int observers = 0;
+}  // namespace
+
+std::vector<GeneratedObserver> observers_in(const std::vector<NamedText>& files) {
+  if (files.size() == 1 && files.front().text.starts_with("PK")) return observers_in(unzipped(files.front().text));
+  std::vector<GeneratedObserver> observers;
   for (const NamedText& file : files) {
     const std::optional<TextForm> form = form_of(file);
     if (!form) continue;
-    ++observers;
-    std::vector<NamedText> texts = {file};
-    const std::string stem = stem_of(file.path);
+    GeneratedObserver observer{*form, stem_of(file.path), {file}};
     if (form == TextForm::kC99)
-      std::copy_if(files.begin(), files.end(), std::back_inserter(texts),
-                   [&](const NamedText& other) { return other.path.ends_with(".c") && stem_of(other.path) == stem; });
-    if (stem == prepared.name()) {
-      check_text(prepared, *form, texts);
-      continue;
-    }
-    ExportOptions renamed = prepared.options();
-    renamed.name = stem;
-    check_text(prepared.with(renamed), *form, texts);
+      std::copy_if(files.begin(), files.end(), std::back_inserter(observer.files), [&](const NamedText& other) {
+        return other.path.ends_with(".c") && stem_of(other.path) == observer.name;
+      });
+    observers.push_back(std::move(observer));
   }
   return observers;
 }
 
-}  // namespace
+PreparedExport named(const PreparedExport& prepared, const std::string& name) {
+  ExportOptions options = prepared.options();
+  if (name != prepared.name()) options.name = name;
+  return prepared.with(options);
+}
 
 std::vector<NamedText> generated(const ExportTarget& target, const PreparedExport& prepared) {
   std::vector<NamedText> files = target.generate(prepared);
   if (target.no_observer) return files;
-  const bool archive = files.size() == 1 && files.front().text.starts_with("PK");
-  if (read_back(prepared, archive ? unzipped(files.front().text) : files) == 0)
+  const std::vector<GeneratedObserver> observers = observers_in(files);
+  if (observers.empty())
     fail("target {}: there is no observer in its files; nothing is written: this is a fault of nlo, please report it",
          target.name);
+  for (const GeneratedObserver& observer : observers)
+    check_text(named(prepared, observer.name), observer.form, observer.files);
   return files;
 }
 

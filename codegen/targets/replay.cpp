@@ -165,34 +165,24 @@ int first_mismatch(Observer& observer) {{
 }}  // namespace nlo::{4}::replay
 )";
 
+/// Factors on what the emulation showed.
+double times_measured(const ExportOptions& options) {
+  const bool is_coarse = options.weights != WeightType::kFull || options.tanh != Activation::kTanh;
+  return options.scalar == ScalarType::kInt16 ? kTimesMeasuredInt16 : is_coarse ? kTimesCoarse : kTimesMeasured;
+}
+
 Golden golden(const PreparedExport& prepared) {
   const ExportOptions& options = prepared.options();
-  Golden result{prepared.name(), "", prepared.initialiser(), run_replay(prepared), "", "", "", ""};
-  const ReplayRun& run = result.run;
+  const Initialiser& init = prepared.initialiser();
+  GoldenReplay replay = golden_replay(prepared);
+  Golden result{prepared.name(), number_flags(options), init, std::move(replay.run), "", "", "", ""};
+  if (result.name != prepared.model().name) result.flags += " --name " + result.name;
+  result.z_tolerance = init.vector(replay.z_tolerance, "tolerance");
+  result.x_hat_tolerance = init.vector(replay.x_hat_tolerance, "tolerance");
+  if (replay.sigma_tolerance.size() != 0) result.sigma_tolerance = init.vector(replay.sigma_tolerance, "tolerance");
   const bool is_int16 = options.scalar == ScalarType::kInt16;
   const bool is_coarse = options.weights != WeightType::kFull || options.tanh != Activation::kTanh;
-  const double times = is_int16 ? kTimesMeasuredInt16 : is_coarse ? kTimesCoarse : kTimesMeasured;
-  const auto within = [&](const Eigen::MatrixXd& want, const Eigen::MatrixXd& got, double factor) {
-    return result.init.vector(tolerance(want, got, factor, options.scalar), "tolerance");
-  };
-
-  result.flags = number_flags(options);
-  if (result.name != prepared.model().name) result.flags += " --name " + result.name;
-  result.z_tolerance = within(run.z, run.exported_z, kTimesMeasured);
-  result.x_hat_tolerance = within(run.x_hat, run.exported_x_hat, times);
-  if (run.sigma.size() != 0) result.sigma_tolerance = within(run.sigma, run.exported_sigma, kTimesMeasured);
-  if (is_coarse) {
-    ExportOptions same = best_tanh(options);
-    same.weights = WeightType::kFull;
-    const ReplayRun plain = run_replay(prepared.with(same));
-    result.z_tolerance = result.init.vector(tolerance(run, plain, &ReplayRun::z, &ReplayRun::exported_z), "tolerance");
-    result.x_hat_tolerance =
-        result.init.vector(tolerance(run, plain, &ReplayRun::x_hat, &ReplayRun::exported_x_hat), "tolerance");
-    if (run.sigma.size() != 0)
-      result.sigma_tolerance =
-          result.init.vector(tolerance(run, plain, &ReplayRun::sigma, &ReplayRun::exported_sigma), "tolerance");
-  }
-  result.explanation = fmt::format(kExplanation, times, numbers_name(options), kTimesRounding,
+  result.explanation = fmt::format(kExplanation, times_measured(options), numbers_name(options), kTimesRounding,
                                    is_int16    ? kNearest
                                    : is_coarse ? fmt::format(kBesidePlain, kTimesMeasured)
                                                : "");
@@ -200,6 +190,29 @@ Golden golden(const PreparedExport& prepared) {
 }
 
 }  // namespace
+
+GoldenReplay golden_replay(const PreparedExport& prepared) {
+  const ExportOptions& options = prepared.options();
+  GoldenReplay result{run_replay(prepared), {}, {}, {}};
+  const ReplayRun& run = result.run;
+  const bool has_sigma = run.sigma.size() != 0;
+  if (options.weights != WeightType::kFull || options.tanh != Activation::kTanh) {
+    ExportOptions same = best_tanh(options);
+    same.weights = WeightType::kFull;
+    const ReplayRun plain = run_replay(prepared.with(same));
+    result.z_tolerance = tolerance(run, plain, &ReplayRun::z, &ReplayRun::exported_z);
+    result.x_hat_tolerance = tolerance(run, plain, &ReplayRun::x_hat, &ReplayRun::exported_x_hat);
+    if (has_sigma) result.sigma_tolerance = tolerance(run, plain, &ReplayRun::sigma, &ReplayRun::exported_sigma);
+    return result;
+  }
+  const auto within = [&](const Eigen::MatrixXd& want, const Eigen::MatrixXd& got, double factor) {
+    return tolerance(want, got, factor, options.scalar);
+  };
+  result.z_tolerance = within(run.z, run.exported_z, kTimesMeasured);
+  result.x_hat_tolerance = within(run.x_hat, run.exported_x_hat, times_measured(options));
+  if (has_sigma) result.sigma_tolerance = within(run.sigma, run.exported_sigma, kTimesMeasured);
+  return result;
+}
 
 std::string replay(const PreparedExport& prepared) {
   const Model& m = prepared.model();

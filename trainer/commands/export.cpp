@@ -23,6 +23,7 @@
 #include "trainer/commands/input_facts.h"
 #include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
+#include "trainer/replay/checked_flight.h"
 
 namespace nlo::trainer {
 namespace {
@@ -30,7 +31,7 @@ namespace {
 struct ExportArguments {
   std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit, roles;
   int samples = codegen::ExportOptions{}.samples;
-  bool quiet = false;
+  bool check = false, quiet = false;
 };
 
 /// What the user is told of an export beside its file, and why it is refused (empty: it is not).
@@ -95,6 +96,10 @@ void run_export(const ExportArguments& arguments) {
   const codegen::PreparedExport prepared(model, options, has_tiers ? arguments.max_error : "");
   const std::vector<codegen::NamedText> files = codegen::generated(target, prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
+  if (arguments.check && target.no_observer)
+    throw codegen::Error(
+        fmt::format("--check flies an export, and target {} has no observer; leave it out", target.name));
+  const std::string seen = arguments.check ? check_flight(prepared, files) : "";
   const Judged judged = judge(prepared, arguments);
   if (!arguments.quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(model)));
   fmt::print(stderr, "{}", left_out_warnings(prepared, arguments));
@@ -103,7 +108,7 @@ void run_export(const ExportArguments& arguments) {
     throw RunFailure(judged.refusal);
   }
   if (to_stdout) {
-    if (!arguments.quiet) fmt::print(stderr, "{}", printable(judged.tables));
+    if (!arguments.quiet) fmt::print(stderr, "{}{}", printable(judged.tables), seen);
     fmt::print("{}", files.front().text);
     return;
   }
@@ -113,7 +118,7 @@ void run_export(const ExportArguments& arguments) {
     written = codegen::write_export(target, files, arguments.output);
   });
   if (arguments.quiet) return;
-  fmt::print("{}", printable(judged.tables));
+  fmt::print("{}{}", printable(judged.tables), seen);
   for (std::size_t i = 0; i < written.size(); ++i) fmt::print("{}: {} bytes\n", written[i], files[i].text.size());
 }
 
@@ -147,6 +152,10 @@ void add_export(CLI::App& app, Action& action) {
                 "angle=NAME,velocity=NAME");
   options.number("--samples", arguments->samples, 20, 100000,
                  "how many a replay or a self-test has: fewer for a small flash");
+  options.flag(
+      "--check", arguments->check,
+      "compile it with $CC and $CXX (or cc, c++) and replay generated readings first: refuse unless it answers "
+      "as the model does, and C99 and C++ to the bit alike");
   options.flag("-q,--quiet", arguments->quiet, "print nothing when the export succeeds, except what it leaves out");
   options
       .value("-o,--output", arguments->output,

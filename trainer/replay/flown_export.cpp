@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <vector>
@@ -32,9 +33,7 @@ void write(const fs::path& folder, const std::string& name, const std::string& t
   codegen::write_file_atomically((folder / name).string(), text);
 }
 
-}  // namespace
-
-FlownExport::FlownExport(const codegen::Model& model, const Flown& flown) : answers_(kAnswerEstimate + model.nx()) {
+codegen::PreparedExport prepared_of(const codegen::Model& model, const Flown& flown) {
   const bool cpp = flown.target == "cpp";
   if (!cpp && flown.target != "c99")
     throw Error(
@@ -45,21 +44,38 @@ FlownExport::FlownExport(const codegen::Model& model, const Flown& flown) : answ
   options.scalar = codegen::scalar_type(flown.scalar);
   options.weights = codegen::weight_type(flown.weights);
   if (!cpp) codegen::check_c99(model);
-  const codegen::PreparedExport prepared(model, options, cpp ? flown.max_error : "");
-  std::vector<codegen::NamedText> files = codegen::generated(codegen::export_target(flown.target), prepared);
+  return codegen::PreparedExport(model, options, cpp ? flown.max_error : "");
+}
+
+}  // namespace
+
+FlownExport::FlownExport(const codegen::PreparedExport& prepared, const CompiledText& text)
+    : answers_(kAnswerEstimate + prepared.model().nx()) {
+  const codegen::Model& model = prepared.model();
+  const std::string& name = prepared.name();
+  const codegen::TextForm form = text.observer.form;
+  const bool cpp = form == codegen::TextForm::kCpp, c99 = form == codegen::TextForm::kC99;
+  const bool driven = model.nu() > 0;
+  single_ = prepared.initialiser().scalar_bytes() == 4;
+  settles_ =
+      cpp ? model.nu() == 0 && codegen::linear_latent(model) != nullptr
+          : text.observer.files.front().text.find(c99 ? name + "_warm_start(" : "warm_start(") != std::string::npos;
+  std::vector<codegen::NamedText> files = text.observer.files;
+  for (codegen::NamedText& file : files) file.path = fs::path(file.path).filename().string();
   if (cpp)
     for (const std::string& header : codegen::runtime_headers(files.front().text))
       files.push_back({header, std::string(codegen::embedded_text(header))});
-
-  const std::string& name = prepared.name();
-  single_ = prepared.initialiser().scalar_bytes() == 4;
-  settles_ = cpp ? model.nu() == 0 && codegen::linear_latent(model) != nullptr
-                 : files.front().text.find(name + "_warm_start(") != std::string::npos;
-  name_ = fmt::format("--target {} --scalar {}", flown.target, flown.scalar);
-  const bool driven = model.nu() > 0;
-  files.push_back({cpp ? "main.cpp" : "main.c",
+  const std::string type = !cpp                 ? fmt::format("nlo::single::{}::Observer", name)
+                           : text.deterministic ? fmt::format(
+                                                      "nlo::SampledObserver<nlo::{}::Model, "
+                                                      "nlo::Arithmetic::kDeterministic>",
+                                                      name)
+                                                : fmt::format("nlo::{}::Observer", name);
+  files.push_back({c99 ? "main.c" : "main.cpp",
                    codegen::filled(codegen::embedded_text("flight/replay.c.in"),
                                    {{"NAME", name},
+                                    {"OBSERVER", type},
+                                    {"MADE_OF", cpp ? fmt::format("{{nlo::{}::kModel}}", name) : ""},
                                     {"SCALAR", prepared.initialiser().scalar_name()},
                                     {"NM", std::to_string(model.measured())},
                                     {"NU", std::to_string(model.nu())},
@@ -67,24 +83,35 @@ FlownExport::FlownExport(const codegen::Model& model, const Flown& flown) : answ
                                     {"AND_U", driven ? ", u" : ""},
                                     {"READ_U", model.inputs.empty() ? "" : ", u"},  // not those that act alone
                                     {"DRIVEN", driven ? "true" : ""},
-                                    {"WARM_START", settles_ ? "true" : ""},
-                                    {"CPP", cpp ? "true" : ""}})});
+                                    {"WARM_START", settles_ && !text.deterministic ? "true" : ""},
+                                    {"CPP", c99 ? "" : "true"}})});
   folder_ = std::make_unique<codegen::TemporaryFolder>((fs::temp_directory_path() / "nlo-replay").string());
   for (const codegen::NamedText& file : files) write(folder_->name(), file.path, file.text);
 
-  std::vector<std::string> command =
-      codegen::words_of(flown.compiler.empty() ? cpp ? "c++ -O2" : "cc -O1" : flown.compiler);
-  if (command.empty()) throw Error("--compiler has no word: name a compiler, with its flags");
+  const char* chosen = std::getenv(c99 ? "CC" : "CXX");
+  std::vector<std::string> command = codegen::words_of(text.compiler);
+  if (command.empty()) command = codegen::words_of(chosen != nullptr ? chosen : "");
+  if (command.empty()) command = codegen::words_of(c99 ? "cc -O1" : "c++ -O2");
   std::vector<std::string> rest = {"-std=c99", "main.c", name + ".c"};
-  if (cpp) rest = {"-std=c++20", "-I.", "main.cpp"};
+  if (!c99) rest = {"-std=c++20", "-I.", "main.cpp"};
   command.insert(command.end(), rest.begin(), rest.end());
   command.insert(command.end(), {"-o", "flight"});
   const std::string failure = codegen::run_child(command, folder_->name(), kCompiling);
   if (!failure.empty())
-    throw Error(
-        fmt::format("{}: a flight is replayed by compiling what flew: install a {} compiler (gcc, clang), or "
-                    "name yours with --compiler",
-                    failure, cpp ? "C++20" : "C"));
+    throw Error(fmt::format(
+        "{}: an export is flown here by compiling it: install a {} compiler (gcc, clang), or "
+        "name yours {}",
+        failure, c99 ? "C" : "C++20", text.compiler.empty() ? c99 ? "in CC" : "in CXX" : "with --compiler"));
+}
+
+FlownExport::FlownExport(const codegen::Model& model, const Flown& flown)
+    : FlownExport(prepared_of(model, flown), flown) {}
+
+FlownExport::FlownExport(const codegen::PreparedExport& prepared, const Flown& flown)
+    : FlownExport(prepared,
+                  {codegen::observers_in(codegen::generated(codegen::export_target(flown.target), prepared)).front(),
+                   flown.compiler}) {
+  name_ = fmt::format("--target {} --scalar {}", flown.target, flown.scalar);
 }
 
 Eigen::MatrixXd FlownExport::run(const Eigen::MatrixXd& given) const {

@@ -9,7 +9,9 @@
 #include <string>
 
 #include "codegen/base/temporary.h"
+#include "codegen/export/prepared_export.h"
 #include "codegen/model/model.h"
+#include "codegen/targets/generated.h"
 
 namespace nlo::trainer {
 
@@ -19,8 +21,18 @@ struct Flown {
   std::string compiler;  ///< with its flags, blanks between; empty: cc -O1 or c++ -O2
 };
 
+/// One of an export's observers, as it is compiled here.
+struct CompiledText {
+  codegen::GeneratedObserver observer;
+  std::string compiler;        ///< with its flags; empty: $CC or cc -O1, $CXX or c++ -O2
+  bool deterministic = false;  ///< the C++ header's policy
+};
+
 class FlownExport {
  public:
+  /// The same of an export that is there. `prepared`: named as the observer is.
+  FlownExport(const codegen::PreparedExport& prepared, const CompiledText& text);
+
   /// Throws codegen::Error when the model has no such export, or nothing here compiles it.
   FlownExport(const codegen::Model& model, const Flown& flown);
 
@@ -32,6 +44,8 @@ class FlownExport {
   const std::string& name() const { return name_; }  ///< "--target c99 --scalar float"
 
  private:
+  FlownExport(const codegen::PreparedExport& prepared, const Flown& flown);
+
   std::unique_ptr<codegen::TemporaryFolder> folder_;
   Eigen::Index answers_;
   bool single_ = true, settles_ = false;
