@@ -17,10 +17,13 @@ MOST_PIECES = 64  # nlo::kMostPieces
 
 def loops(doublings):
     """Loops that end by arithmetic, not by a counter, and what says when."""
+    piece = "for (int i = 0; i < pieces; ++i) {"  # what pieces_of() gives at most
     halve = "for (; doublings < kMost && magnitude(w) > T(0.5); ++doublings) w = w * T(0.5);"
     return [
         Bound("nlo/latent.h", halve, doublings),  # |lambda dt| of the longest step, halved to 1/2: of the model
-        Bound("nlo/explicit_rk.h", "for (int i = 0; i < pieces; ++i) {", MOST_PIECES),  # what pieces_of() gives at most
+        Bound("nlo/explicit_rk.h", piece, MOST_PIECES),
+        Bound("nlo/prior_observer.h", piece, MOST_PIECES),
+        Bound("nlo/driven_kkl_observer.h", piece, MOST_PIECES),
     ]
 
 

@@ -19,6 +19,7 @@ class Function:
     leads: set = field(default_factory=set)  # where a block starts
     before: dict = field(default_factory=dict)  # instruction: those that may run before it
     escaped: int = 1  # the lowest slot whose address is taken
+    arguments_escape: bool = False  # so is one of its arguments'
     relevant: dict = field(default_factory=dict)  # what may decide a later branch, before each instruction
     loops: dict = field(default_factory=dict)  # (branch, header) with a bound given: instructions of the loop
 
@@ -100,6 +101,7 @@ class Functions:
             if ins.name in ("mov", "add") and "sp" in ins.reads and "sp" not in ins.writes:
                 rest = [op for op in ins.operands[1:] if op != "sp"]
                 at_least = f.depth[at] + (number(rest[0]) if rest and rest[0].startswith("#") else 0)
+                f.arguments_escape |= at_least >= 0
                 f.escaped = at_least if f.escaped > 0 else min(f.escaped, at_least)
         self.loops_of(f)
         self.liveness(f)
@@ -169,7 +171,7 @@ class Functions:
             reads, writes = set(ins.reads), set(ins.writes)
             at_sp = slots(ins, f.depth[at]) if ins.memory else None
             if at_sp and ins.name in ("ldr", "ldm"):
-                pairs = zip(at_sp, ins.listed) if abs(ins.size) == 4 else []
+                pairs = zip(at_sp, ins.listed) if abs(ins.size) in (4, 8) else []
                 reads |= {slot for slot, name in pairs if name in after or name == "pc"}
             if at_sp and ins.name in ("str", "stm"):
                 writes = writes | set(at_sp)

@@ -15,6 +15,10 @@ def is_number(value):
     return value is not None and value[0] == ""
 
 
+def signed(n):
+    return n - (1 << 32) if n & 0x80000000 else n
+
+
 def low_bits(value):
     """The last three bits, where they are known: sp is a multiple of 8 where a function starts (AAPCS, 6.2.1.2)."""
     if value is not None and (value[0] == "" or value[0].startswith(("sp:", "~"))):
@@ -26,7 +30,7 @@ def plus(a, b):
     if a is None or b is None or (a[0] and b[0]):
         return None
     total = a[1] + b[1]
-    return (a[0] or b[0], total) if a[0] or b[0] else constant(total)
+    return (a[0] or b[0], signed(total & WORD)) if a[0] or b[0] else constant(total)
 
 
 def minus(a, b):
@@ -34,11 +38,7 @@ def minus(a, b):
         return None
     if a[0] == b[0]:
         return None if a[0].startswith("~") else constant(a[1] - b[1])
-    return (a[0], a[1] - b[1]) if b[0] == "" else None
-
-
-def signed(n):
-    return n - (1 << 32) if n & 0x80000000 else n
+    return (a[0], signed((a[1] - b[1]) & WORD)) if b[0] == "" else None
 
 
 def compare(a, b):
@@ -92,6 +92,8 @@ def holds(condition, flags):
 
 
 def shifted(value, how, by):
+    if how == "lsl" and 29 <= by < 32 and low_bits(value) is not None:
+        return constant(low_bits(value) << by)
     if not is_number(value):
         return value if by == 0 else None
     n = value[1]

@@ -71,8 +71,9 @@ class Walk(Functions):
             self.forget_escaped(f, state)
 
     def forget_escaped(self, f, state):
+        """A pointer into this frame may have been written through; not over its saved registers to its arguments."""
         for slot in [s for s in state if s[0] == "m" and int(s[1:]) >= f.escaped]:
-            if not state[slot][0].startswith("in:"):
+            if not state[slot][0].startswith("in:") and (int(slot[1:]) < 0 or f.arguments_escape):
                 del state[slot]
 
     def write(self, state, results, may=False):
@@ -162,7 +163,7 @@ class Walk(Functions):
 
     def expand(self, f, node, exits):
         """[(instructions, node that follows or None)] from a node to the next block or branch."""
-        at, state, count = node[0], dict(node[1]), 0
+        at, state, count, asked = node[0], dict(node[1]), 0, None
         while True:
             ins = self.instruction(at)
             count += 1
@@ -178,11 +179,13 @@ class Walk(Functions):
                     value = state.get(ins.operands[0])
                     zero = value[1] == 0 if is_number(value) else False if value and value[0][:3] == "sp:" else None
                     taken = None if zero is None else zero == (ins.name == "cbz")
+                    asked = (ins.operands[0], constant(0))
+                equal = ins.target if ins.condition == "eq" or ins.name == "cbz" else ins.after
                 ways = []
-                if taken is not False:
-                    ways += self.follow(f, ins, ins.target, state, count)
-                if taken is not True:
-                    ways += self.follow(f, ins, ins.after, state, count)
+                for to, goes in ((ins.target, taken is not False), (ins.after, taken is not True)):
+                    if goes:
+                        learnt = dict([asked]) if asked and to == equal and ins.condition in ("eq", "ne", "") else {}
+                        ways += self.follow(f, ins, to, {**state, **learnt}, count)
                 return ways
             elif ins.memory:
                 if taken is not False:
@@ -194,12 +197,21 @@ class Walk(Functions):
                             del state[name]
             elif taken is not False:
                 self.with_sp(f, ins, state, taken is None)
+            asked = self.question(ins, asked, state)
             if ins.kind == "return" and taken is not False:
                 self.returned(f, ins, state, exits)
                 return [(count, None)] + (self.follow(f, ins, ins.after, state, count) if taken is None else [])
             at = ins.after
             if at in f.leads:
                 return [(count, self.node(f, at, state))]
+
+    @staticmethod
+    def question(ins, asked, state):
+        """(register, number): where the flags say equal, it is that number."""
+        if ins.name == "cmp" and not ins.condition:
+            number = operand(ins.operands[1], state) if len(ins.operands) == 2 else None
+            return (ins.operands[0], number) if is_number(number) else None
+        return None if asked and ({"flags", asked[0]} & ins.writes or ins.kind == "call") else asked
 
     def with_sp(self, f, ins, state, may):
         """Any other instruction; the value of sp is known from its place."""

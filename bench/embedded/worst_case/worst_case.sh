@@ -14,7 +14,8 @@ if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
 recorded=$here/README.md
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
-declare -A LOOSE=([gated call_step_dt]=1.10) # each gate of random weights is halved as often as the slowest may be
+# What random weights and the modes of one model do not ask for all at once: README.md.
+declare -A LOOSE=([gated call_step_dt]=1.10 [prior call_step_dt]=1.10 [carried call_step_dt]=1.05)
 calls=(call_step call_step_dt call_estimate)
 failed=0
 source "$here/../write_table.sh"
