@@ -58,16 +58,19 @@ void exercise(nlo_observer& observer) {
   nlo_observer_reset(&observer);
 }
 
+struct Free {  // its vectors go before the memory that they may lie in
+  void operator()(nlo_observer* observer) const { nlo_observer_free(observer); }
+};
+
 /// With memory enough for what exercise() asks. What it does not suffice for comes from the system.
 nlo_observer* with_memory(const std::shared_ptr<const Loaded>& loaded, int precision) {
   constexpr std::size_t kFirst = std::size_t{1} << 15, kMost = std::size_t{1} << 28;
   for (std::size_t bytes = kFirst;; bytes *= 2) {
-    auto observer = std::make_unique<nlo_observer>(loaded, precision);
+    std::unique_ptr<nlo_observer, Free> observer(new nlo_observer(loaded, precision));
     exercise(*observer);  // without: what a process makes at its first step and keeps is not of this observer
     observer->memory = std::make_unique<StepMemory>(bytes);
     exercise(*observer);
     if (!observer->memory->ran_out() || bytes >= kMost) return observer.release();
-    nlo_observer_free(observer.release());
   }
 }
 
