@@ -39,13 +39,13 @@ const Channel* find(const Role& role, const std::string& given, const std::vecto
   const std::string known = channel_list(channels, true);
   if (may_lack && given == kNone) return nullptr;
   const Channel* found = nullptr;
-  bool told = true;  // by a unit, of each channel
+  bool told = true;  // by each channel's unit, that it is no angle
   for (const Channel& channel : channels) {
     bool is_it = channel.name == given;
     if (given.empty()) {
       is_it = channel.unit == role.unit;
       for (const std::string_view name : role.names) is_it = is_it || (channel.unit.empty() && channel.name == name);
-      told = told && !channel.unit.empty();
+      told = told && !channel.unit.empty() && channel.unit.find("deg") == std::string::npos && channel.unit != "°";
     }
     if (is_it && found != nullptr)
       fail("target simplefoc: {} and {} may each be the {}; say --roles {}=NAME, one of {}", found->name, channel.name,

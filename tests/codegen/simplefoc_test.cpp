@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Which channels a Sensor of SimpleFOC takes for the shaft's angle and velocity, and what it says where it cannot tell.
+// compile_wrappers.sh flies it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "codegen/targets/around_c99.h"
+#include "tests/codegen/example_models.h"
+#include "tests/support/thrown_message.h"
+
+namespace nlo::codegen {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string sensor_of(const Model& model, const std::string& roles = "") {
+  ExportOptions options;
+  options.roles = roles;
+  for (const NamedText& file : simplefoc(PreparedExport(model, options)))
+    if (file.path == "src/" + model.name + "_sensor.h") return file.text;
+  return "";
+}
+
+std::string refusal_of(const Model& model, const std::string& roles = "") {
+  return thrown_message([&] { sensor_of(model, roles); });
+}
+
+TEST(SimpleFoc, UnitsTellTheAngleAndTheVelocity) {
+  const std::string sensor = sensor_of(rig_model());
+  EXPECT_THAT(sensor, HasSubstr("y[rig_output_alpha] = static_cast<float>(angle_prev)"));  // it turns
+  EXPECT_THAT(sensor, HasSubstr("return static_cast<float>(x_hat_[rig_state_alpha_dot])"));
+  Model straight = rig_model();
+  straight.outputs[0].unit = "m";  // then none is the encoder
+  EXPECT_THAT(sensor_of(straight), Not(HasSubstr("y[rig_output_alpha]")));
+  EXPECT_THAT(sensor_of(rig_model(), "angle=none"), Not(HasSubstr("y[rig_output_alpha]")));
+}
+
+TEST(SimpleFoc, NamesTellWhereThereIsNoUnit) {
+  Model m = rig_model();
+  for (Channel& channel : m.outputs) channel.unit.clear();
+  for (Channel& channel : m.states) channel.unit.clear();
+  EXPECT_THAT(refusal_of(m), HasSubstr("which output is the angle? One of them in rad would tell; say --roles "
+                                       "angle=NAME, one of alpha, load, or none"));
+  m.outputs[0].name = "theta";
+  EXPECT_THAT(refusal_of(m), HasSubstr("which state is the velocity?"));
+  m.states[1].name = "omega";
+  EXPECT_THAT(sensor_of(m), HasSubstr("x_hat_[rig_state_omega]"));
+}
+
+TEST(SimpleFoc, SeveralAreAskedFor) {
+  Model m = rig_model();
+  m.states[1].unit = "rad/s";
+  EXPECT_THAT(refusal_of(m),
+              HasSubstr("alpha_dot and load_dot may each be the velocity; say --roles velocity=NAME, one "
+                        "of alpha_dot [rad/s], load_dot [rad/s], phase [rad]"));
+  EXPECT_THAT(sensor_of(m, "velocity=load_dot"), HasSubstr("x_hat_[rig_state_load_dot]"));
+}
+
+TEST(SimpleFoc, OtherUnitsAndTurnsAreRefused) {
+  Model m = rig_model();
+  m.outputs[0].unit = "deg";
+  EXPECT_THAT(refusal_of(m), HasSubstr("which output is the angle?"));
+  EXPECT_THAT(refusal_of(m, "angle=alpha"), HasSubstr("it is in deg, and SimpleFOC is in rad"));
+  EXPECT_THAT(refusal_of(rig_model(), "velocity=load_dot"), HasSubstr("it is in N/s, and SimpleFOC is in rad/s"));
+  EXPECT_THAT(refusal_of(rig_model(), "velocity=alpha_dot,speed=phase"), HasSubstr("there is no role \"speed\""));
+  EXPECT_THAT(refusal_of(rig_model(), "velocity"), HasSubstr("--roles: \"velocity\" is not KEY=VALUE"));
+}
+
+}  // namespace
+}  // namespace nlo::codegen
