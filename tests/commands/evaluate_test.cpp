@@ -205,10 +205,9 @@ TEST(MonitorCommand, GivesTheModelWhatItsHeaderThenHas) {
   EXPECT_THAT(scratch.read("tiny.h"), HasSubstr("kMonitor"));
   scratch.ok({"export", "new.json", "--target", "c99", "-q", "-o", "firmware/tiny.h"});
   EXPECT_THAT(scratch.read("firmware/tiny.c"), HasSubstr("kWatchMeanLimit"));
-  // Simulink has no monitor: that is said to who is told nothing else, too.
   const auto block = scratch.ok({"export", "new.json", "--target", "simulink", "-q", "-o", "block"});
-  EXPECT_THAT(block.err, testing::StartsWith("warning: the model's monitor is left out: target simulink has none"));
-  EXPECT_EQ(block.out, "");
+  EXPECT_EQ(block.err + block.out, "");
+  EXPECT_THAT(scratch.read("block/tiny_sfun.c"), HasSubstr("tiny_watch("));
   EXPECT_EQ(scratch.run({"export", "new.json", "-q", "-o", "tiny.h"}).err, "");
   // Made again from a model that has one it is the same.
   scratch.ok({"monitor", "new.json", "--hours", "0.05", "--runs", "0", "--threads", "3"});
