@@ -77,11 +77,19 @@ constexpr auto random_gated_model() {
 
 /// A pendulum with friction, y = its angle.
 struct PendulumEquations {
-  static constexpr void derivative(const float (&x)[2], const float*, float (&dx)[2]) {
+  static constexpr void derivative(const float (&x)[5], const float*, float (&dx)[5]) {
+    const float falls = rounded<float>(-9.81F * cosine(x[0]));
     dx[0] = x[1];
     dx[1] = rounded<float>(-9.81F * sine(x[0])) - rounded<float>(0.1F * x[1]);
+    dx[2] = rounded<float>(2.0F * x[3]);
+    dx[3] = x[4] + (rounded<float>(falls * x[2]) - rounded<float>(0.1F * x[3]));
+    dx[4] = 2.0F * (rounded<float>(falls * x[3]) - rounded<float>(0.1F * x[4]));
   }
-  static constexpr void output(const float (&x)[2], float (&y)[1]) { y[0] = x[0]; }
+  static constexpr void output(const float* x, float (&y)[3]) {
+    y[0] = x[0];
+    y[1] = 1.0F;
+    y[2] = 0.0F;
+  }
 };
 
 /// The same equations as the prior of kUnits units, T* of one hidden layer of 16.
@@ -91,22 +99,25 @@ constexpr auto random_prior_model() {
   constexpr int kIn = kUnits + 5;  // and the innovation squashed twice, y, two states
   using Gates = decltype(make_mlp<kKind>(random_dense<kIn, 2 * kUnits>(1)));
   using Candidate = decltype(make_mlp<kKind>(random_dense<kIn, kUnits>(2)));
-  using Correction = decltype(make_mlp<kKind>(random_dense<kIn, 4>(3)));
-  using Network = decltype(random_mlp<kKind, kUnits + 2, 16, 1, 2>());
+  using Correction = decltype(make_mlp<kKind>(random_dense<kIn, 7>(3)));
+  using Network = decltype(random_mlp<kKind, kUnits + 5, 16, 1, 2>());
   PriorModel<float, 2, 1, kUnits, PendulumEquations, LearnedMap<Gates>, LearnedMap<Candidate>, LearnedMap<Correction>,
              LearnedMap<Network>>
       model{};
   set_sampling(model);
-  for (int i = 0; i < 2; ++i) {
-    model.state_min[i] = -5.0F;
+  for (int i = 0; i < 5; ++i) {
+    model.state_min[i] = i == 2 || i == 4 ? 1e-6F : -5.0F;
     model.state_max[i] = 5.0F;
   }
+  model.initial[kUnits + 2] = model.initial[kUnits + 4] = 1.0F;
+  model.state_noise[0] = model.state_noise[1] = 1e-3F;
+  model.output_noise[0] = 0.1F;
   model.fine[0] = 0.05F;
   model.coarse[0] = 3.0F;
   model.gates.mlp = make_mlp<kKind>(random_dense<kIn, 2 * kUnits>(1));
   model.candidate.mlp = make_mlp<kKind>(random_dense<kIn, kUnits>(2));
-  model.correction.mlp = make_mlp<kKind>(random_dense<kIn, 4>(3));
-  model.inverse_map.mlp = random_mlp<kKind, kUnits + 2, 16, 1, 2>();
+  model.correction.mlp = make_mlp<kKind>(random_dense<kIn, 7>(3));
+  model.inverse_map.mlp = random_mlp<kKind, kUnits + 5, 16, 1, 2>();
   return model;
 }
 

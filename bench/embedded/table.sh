@@ -10,7 +10,7 @@ shift
 if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
 network_multiply_adds=7750 # 3 x 50 + 3 x 50 x 50 + 50 x 2
 gated_multiply_adds=4256    # 33 x 64 + 33 x 32, and T*: 32 x 32 + 32 x 2
-prior_multiply_adds=2702    # 29 x (48 + 24 + 4), T*: 26 x 16 + 16 x 2, and 50 of the equations
+prior_multiply_adds=2896    # 29 x (48 + 24 + 7), T*: 29 x 16 + 16 x 2, and 109 of the equations and the covariance
 carried_multiply_adds=182   # 80 of the rotation, four vectors turned, three modes of three components, a direction
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')

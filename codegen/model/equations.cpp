@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "codegen/base/fail.h"
+#include "codegen/model/expression_derivative.h"
 
 namespace nlo::codegen {
 
@@ -12,17 +13,22 @@ Interval kept_within(Interval x, double low, double high) {
 }
 
 Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& states, const std::vector<Channel>& inputs)
-    : nu_(static_cast<int>(inputs.size())) {
+    : nx_(static_cast<int>(states.size())),
+      ny_(static_cast<int>(texts.outputs.size())),
+      nu_(static_cast<int>(inputs.size())) {
   if (states.size() > kMostStates || inputs.size() > kMostInputs)
     fail("equations have {} states and {} inputs; {} and {} are the most", states.size(), inputs.size(), kMostStates,
          kMostInputs);
   if (texts.outputs.size() > kMostOutputs)
     fail("equations have {} outputs; {} are the most", texts.outputs.size(), kMostOutputs);
+  if (texts.parameters.size() > kMostParameters)
+    fail("equations have {} parameters; {} are the most", texts.parameters.size(), kMostParameters);
   if (texts.derivative.size() != states.size())
     fail("equations.derivative has {} expressions, and there are {} states; give one for each", texts.derivative.size(),
          states.size());
   std::vector<std::string> names;
   for (const Channel& state : states) names.push_back(state.name);
+  names.resize(static_cast<std::size_t>(carried()));  // no text names an element of the covariance
   for (const Channel& input : inputs) names.push_back(input.name);
   for (const auto& [name, value] : texts.parameters) {
     names.push_back(name);
@@ -41,10 +47,30 @@ Equations::Equations(const EquationTexts& texts, const std::vector<Channel>& sta
   };
   std::vector<Expression> derivative, output;
   add(derivative, texts.derivative, "derivative");
+  append_covariance(derivative);
   derivative_ = SharedExpressions(derivative, static_cast<int>(names.size()));
-  for (std::size_t j = 0; j < inputs.size(); ++j) names[states.size() + j] = "";  // an output is of the state alone
+  for (int j = 0; j < nu_; ++j) names[static_cast<std::size_t>(first_input() + j)] = "";  // an output is of x alone
   add(output, texts.outputs, "outputs");
+  for (int j = 0; j < ny_; ++j)
+    for (int i = 0; i < nx_; ++i)
+      output.push_back(expression_of(nlo::codegen::derivative(output[static_cast<std::size_t>(j)], i)));
   output_ = SharedExpressions(output, static_cast<int>(names.size()));
+}
+
+void Equations::append_covariance(std::vector<Expression>& derivative) const {
+  const auto slope = [&](int i, int k) { return nlo::codegen::derivative(derivative[static_cast<std::size_t>(i)], k); };
+  // Row i of F P, times column j.
+  const auto carried_by = [&](int i, int j) {
+    ExpressionNodes all;
+    for (int k = 0; k < nx_; ++k) all = sum(std::move(all), product(slope(i, k), reading_nodes(place(k, j))));
+    return all;
+  };
+  std::vector<Expression> rows;
+  for (int i = 0; i < nx_; ++i)
+    for (int j = i; j < nx_; ++j)
+      rows.push_back(expression_of(i == j ? product(number_nodes(2.0), carried_by(i, i))
+                                          : sum(carried_by(i, j), carried_by(j, i))));
+  derivative.insert(derivative.end(), rows.begin(), rows.end());
 }
 
 int Equations::count(int (Expression::*of)() const) const {

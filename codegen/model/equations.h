@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The known equations of a plant, dx/dt = f(x, u) and y = h(x), by expressions: what an observer's prior is made of.
-// One text for all who step them: in double and float, in lanes side by side, with derivatives, in intervals.
+// One text for all who step them: in double and float, in lanes side by side and back, in intervals.
 #pragma once
 
+#include <nlo/covariance.h>
+
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>
@@ -28,56 +31,70 @@ Scalar kept_within(Scalar x, double low, double high) {
 }
 Interval kept_within(Interval x, double low, double high);
 
+/// The equations, and what an extended Kalman filter adds to them: the covariance P of x between measurements,
+///   dP/dt = F P + P F',  F = df/dx,
+/// stepped with x as [x; p], p the upper triangle of P row by row; and the slopes dh/dx of the outputs.
 class Equations {
  public:
   static constexpr int kMostStates = 16, kMostInputs = 16, kMostOutputs = 16;
+  static constexpr int kMostCarried = kMostStates + triangle_size(kMostStates);
+  static constexpr int kMostSlopes = kMostOutputs * (1 + kMostStates);
 
   Equations() = default;
   /// Throws Error, naming the equation and what is wrong with it.
   Equations(const EquationTexts& texts, const std::vector<Channel>& states, const std::vector<Channel>& inputs);
 
-  int nx() const { return static_cast<int>(derivative_.rows.size()); }
-  int ny() const { return static_cast<int>(output_.rows.size()); }
+  int nx() const { return nx_; }
+  int ny() const { return ny_; }
+  int carried() const { return nx_ + triangle_size(nx_); }                ///< of [x; p]
+  int place(int i, int j) const { return nx_ + in_triangle(nx_, i, j); }  ///< of P's element in [x; p]
   /// Of what a step of RK4 and an output evaluate.
   int count(int (Expression::*of)() const) const;
   const SharedExpressions& derivative() const { return derivative_; }
   const SharedExpressions& output() const { return output_; }
   double parameter(int index) const { return parameters_[static_cast<std::size_t>(index)]; }
-  /// What an expression reads as reading j is x[j], then u[j - n_x], then parameter(j - n_x - n_u), then the parts
-  /// that they share.
-  int first_input() const { return nx(); }
-  int first_parameter() const { return nx() + nu_; }
+  /// What an expression reads as reading j is [x; p] from 0 on, then u, then the parameters, then the parts that they
+  /// share.
+  int first_input() const { return carried(); }
+  int first_parameter() const { return carried() + nu_; }
   int first_part() const { return first_parameter() + static_cast<int>(parameters_.size()); }
 
-  /// y (n_y) from x (n_x).
+  /// From x (n_x) y (n_y), and behind it the slopes dh/dx (n_y x n_x), row by row.
   template <class Value>
   void output(const Value* x, Value* y) const {
-    output_.evaluate([&](int j) { return j < nx() ? x[j] : Value(parameter(j - first_parameter())); }, y);
+    output_.evaluate(readings<Value>(x, nullptr), y);
+  }
+  /// Adds to `to_x` (n_x) from the cotangents of y and of its slopes.
+  template <class Value>
+  void output_back(const Value* x, const Value* to_y, Value* to_x) const {
+    std::array<Value, kMostReadings> to;
+    to.fill(Value(0.0));
+    output_.pull_back(readings<Value>(x, nullptr), to_y, to.data());
+    for (int i = 0; i < nx_; ++i) to_x[i] = to_x[i] + to[static_cast<std::size_t>(i)];
   }
 
-  /// dx (n_x) from x (n_x) and u (n_u).
+  /// d[x; p]/dt from [x; p] and u (n_u).
   template <class Value>
   void derivative(const Value* x, const Value* u, Value* dx) const {
-    const auto reading = [&](int j) {
-      if (j < nx()) return x[j];
-      return j < first_parameter() ? u[j - nx()] : Value(parameter(j - first_parameter()));
-    };
-    derivative_.evaluate(reading, dx);
+    derivative_.evaluate(readings<Value>(x, u), dx);
   }
 
-  /// x (n_x) `h` seconds on, in place, by one step of RK4.
+  /// Where a step of RK4 evaluated the equations.
+  template <class Value>
+  using Stages = std::array<std::array<Value, kMostCarried>, 4>;
+
+  /// [x; p] `h` seconds on, in place, by one step of RK4.
   ///   inputs(c, u)  writes u (n_u) at the part c in [0, 1] of the step
   template <class Value, class Inputs>
-  void step(Value* x, const Value& h, const Inputs& inputs) const {
-    using State = std::array<Value, kMostStates>;
-    State at, k, sum;
+  void step(Value* x, const Value& h, const Inputs& inputs, Stages<Value>* stages = nullptr) const {
+    std::array<Value, kMostCarried> at, k, sum;
     std::array<Value, kMostInputs> u;
-    const auto n = static_cast<std::size_t>(nx());
-    constexpr std::array kParts = {0.0, 0.5, 0.5, 1.0}, kWeights = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    const auto n = static_cast<std::size_t>(carried());
     for (std::size_t i = 0; i < kParts.size(); ++i) {
       for (std::size_t r = 0; r < n; ++r) at[r] = i == 0 ? x[r] : x[r] + h * (Value(kParts[i]) * k[r]);
       inputs(kParts[i], u.data());
       derivative(at.data(), u.data(), k.data());
+      if (stages != nullptr) std::copy_n(at.begin(), n, (*stages)[i].begin());
       for (std::size_t r = 0; r < n; ++r) {
         const Value part = Value(kWeights[i]) * k[r];
         sum[r] = i == 0 ? part : sum[r] + part;
@@ -85,9 +102,43 @@ class Equations {
     }
     for (std::size_t r = 0; r < n; ++r) x[r] = x[r] + h * sum[r];
   }
+  /// The cotangent of [x; p] after a step becomes that of before it, in place.
+  template <class Value, class Inputs>
+  void step_back(const Stages<Value>& stages, const Value& h, const Inputs& inputs, Value* cotangent) const {
+    std::array<Value, kMostCarried> to_k, next;
+    std::array<Value, kMostReadings> to_at;
+    std::array<Value, kMostInputs> u;
+    const auto n = static_cast<std::size_t>(carried());
+    std::copy_n(cotangent, n, next.begin());
+    for (std::size_t i = kParts.size(); i-- > 0;) {
+      for (std::size_t r = 0; r < n; ++r) {
+        to_k[r] = h * (Value(kWeights[i]) * next[r]);
+        if (i + 1 < kParts.size()) to_k[r] = to_k[r] + h * (Value(kParts[i + 1]) * to_at[r]);
+      }
+      to_at.fill(Value(0.0));
+      inputs(kParts[i], u.data());
+      derivative_.pull_back(readings<Value>(stages[i].data(), u.data()), to_k.data(), to_at.data());
+      for (std::size_t r = 0; r < n; ++r) cotangent[r] = cotangent[r] + to_at[r];
+    }
+  }
 
  private:
-  int nu_ = 0;
+  static constexpr std::size_t kMostParameters = 64;
+  static constexpr std::size_t kMostReadings = kMostCarried + kMostInputs + kMostParameters;
+  static constexpr std::array kParts = {0.0, 0.5, 0.5, 1.0}, kWeights = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+
+  /// Behind f, the rows of dP/dt.
+  void append_covariance(std::vector<Expression>& derivative) const;
+
+  template <class Value>
+  auto readings(const Value* x, const Value* u) const {
+    return [this, x, u](int j) {
+      if (j < first_input()) return x[j];
+      return j < first_parameter() ? u[j - first_input()] : Value(parameter(j - first_parameter()));
+    };
+  }
+
+  int nx_ = 0, ny_ = 0, nu_ = 0;
   SharedExpressions derivative_, output_;
   std::vector<double> parameters_;
 };

@@ -18,8 +18,9 @@
 namespace nlo::codegen {
 namespace {
 
+/// Those that the equations name, and the one that noises are made by.
 std::set<Function> functions_of(const Equations& equations) {
-  std::set<Function> named;
+  std::set<Function> named = {Function::kExponential};
   const auto add = [&](const std::vector<Expression>& expressions) {
     for (const Expression& expression : expressions)
       for (const Expression::Node& node : expression.nodes())
@@ -116,7 +117,6 @@ void add_function_tables(Quantities& to, const Equations& equations) {
 
 std::string c99_functions(const Equations& equations, const Initialiser& init) {
   const std::set<Function> named = functions_of(equations);
-  if (named.empty()) return "";
   auto values = init.scalar_bytes() == 4 ? numbers<float>() : numbers<double>();
   for (const FunctionRow& row : all_functions()) {
     std::string key(row.runtime);

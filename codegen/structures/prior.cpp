@@ -24,6 +24,15 @@ Index reads_of_units(const Model& m) {
   return 2 * m.ny() + m.nr() + m.nx();
 }
 
+/// Of [x; p].
+int carried_by(const Model& m) {
+  return m.nx() + triangle_size(m.nx());
+}
+
+int corrections_of(const Model& m) {
+  return m.nx() * (m.ny() + 2) + m.ny();
+}
+
 class PriorHeader final : public CppStructureBase {
  public:
   explicit PriorHeader(const ExportSource& source)
@@ -31,50 +40,58 @@ class PriorHeader final : public CppStructureBase {
 
   std::string title() const override { return "a learned state observer (known equations, corrected)"; }
   std::string description() const override {
-    return fmt::format("// Prior: RK4 of the plant's equations. Corrected by {} gated units. Map T*: {}.\n", nz_ - nx_,
-                       inverse_map().description()) +
+    return fmt::format(
+               "// Prior: RK4 of the plant's equations and of their covariance. Corrected by {} gated units. Map T*: "
+               "{}.\n",
+               units_, inverse_map().description()) +
            input_comment();
   }
   std::string header() const override { return "prior_observer.h"; }
   std::vector<CppNetwork> networks() const override { return {gates(), candidate(), correction(), inverse_map()}; }
   std::string types() const override {
     const std::string scalar = init_.scalar_name();
-    std::string text = "/// The plant's known equations: dx/dt = f(x, u), y = h(x).\nstruct Equations {\n";
+    std::string text =
+        "/// The plant's known equations: d[x; p]/dt of dx/dt = f(x, u) and its covariance; y = h(x) and "
+        "dh/dx.\nstruct Equations {\n";
     const auto function = [&](const std::string& head, const std::string& lines) {
       text += "  static constexpr void " + head + " {\n" + lines + "  }\n";
     };
     const EquationLines lines(equations_, init_, "    ", [&](const std::string& product) {
       return fmt::format("rounded<{}>({})", scalar, product);
     });
-    function(fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar, nx_),
+    function(fmt::format("derivative(const {0} (&x)[{1}], [[maybe_unused]] const {0}* u, {0} (&dx)[{1}])", scalar,
+                         nz_ - units_),
              lines.derivative());
-    function(fmt::format("output(const {0} (&x)[{1}], {0} (&y)[{2}])", scalar, nx_, ny_), lines.output());
+    function(fmt::format("output(const {0}* x, {0} (&y)[{1}])", scalar, ny_ * (1 + nx_)), lines.output());
     return text + "};\n" +
            fmt::format(
                "using Model = PriorModel<{}, {}, {}, {}, Equations, {}, {}, {}, {}{}>;\n"
                "// n_x, n_y, n_m, equations, gates, candidate, correction, T*{}\n"
                "using Observer = PriorObserver<Model>;\n",
-               scalar, nx_, ny_, nz_ - nx_, gates().map_type(init_), candidate().map_type(init_),
+               scalar, nx_, ny_, units_, gates().map_type(init_), candidate().map_type(init_),
                correction().map_type(init_), inverse_map().map_type(init_), input_arguments(), input_words());
   }
   std::string leading_fields() const override {
     return fmt::format(
-        "    .initial = {},\n    .state_min = {},\n    .state_max = {},\n    .fine = {},\n    .coarse = {},\n",
+        "    .initial = {},\n    .state_min = {},\n    .state_max = {},\n    .fine = {},\n    .coarse = {},\n"
+        "    .state_noise = {},\n    .output_noise = {},\n",
         init_.vector(m_.initial_latent, "initial_latent"), init_.vector(own_.state_min, "state_min"),
-        init_.vector(own_.state_max, "state_max"), init_.vector(own_.fine, "fine"),
-        init_.vector(own_.coarse, "coarse"));
+        init_.vector(own_.state_max, "state_max"), init_.vector(own_.fine, "fine"), init_.vector(own_.coarse, "coarse"),
+        init_.vector(own_.state_noise, "state_noise"), init_.vector(own_.output_noise, "output_noise"));
   }
 
   Index step_multiply_adds() const override {
     constexpr Index kRk4 = 8;  // for each state: three slopes on the way, their weighted sum, the step
-    const Index equations = kRk4 * nx_ + equations_.count(&Expression::operations);
-    return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + nx_ * ny_ + equations;
+    const Index equations = kRk4 * (nz_ - units_) + equations_.count(&Expression::operations);
+    const Index update = ny_ * (nx_ * nx_ + 4 * nx_ + triangle_size(static_cast<int>(nx_))) + 2 * nx_;
+    return gates().multiply_adds() + candidate().multiply_adds() + correction().multiply_adds() + nx_ * ny_ +
+           equations + update;
   }
   /// Squashed innovations and the equations' functions among them.
   Index step_activations() const override {
-    return 3 * (nz_ - nx_) + 2 * ny_ + equations_.count(&Expression::functions);
+    return 3 * units_ + 3 * ny_ + nx_ + equations_.count(&Expression::functions);
   }
-  Index own_scalars() const override { return nz_ + 2 * nx_ + 2 * ny_ + 1; }  // stale_after
+  Index own_scalars() const override { return nz_ + 2 * (nz_ - units_) + nx_ + 3 * ny_ + 1; }  // stale_after
 
  private:
   std::string units_read() const { return "[m; s(nu); y; u; x-]"; }
@@ -84,13 +101,18 @@ class PriorHeader final : public CppStructureBase {
 
   const Prior& own_;
   Equations equations_;
+  Index units_ = nz_ - equations_.carried();
 };
+
+VectorXd largest_carried(const Prior& own) {
+  return own.state_min.cwiseAbs().cwiseMax(own.state_max.cwiseAbs());
+}
 
 /// Of [m; w].
 VectorXd largest_reads(const Model& m, const Prior& own) {
-  const VectorXd x = own.state_min.cwiseAbs().cwiseMax(own.state_max.cwiseAbs());
-  VectorXd largest(m.nz() - m.nx() + reads_of_units(m));
-  largest << VectorXd::Ones(m.nz() - m.nx() + 2 * m.ny()), largest_readings(m), x;
+  const Index units = m.nz() - carried_by(m);
+  VectorXd largest(units + reads_of_units(m));
+  largest << VectorXd::Ones(units + 2 * m.ny()), largest_readings(m), largest_carried(own).head(m.nx());
   return largest;
 }
 
@@ -108,8 +130,9 @@ void check_parameters(const EquationTexts& texts) {
 /// beyond may have no bound, of quotients and functions: what has none in flight is not a number, and resets.
 void check_bounded(const Model& m, const Prior& own, const Equations& equations) {
   constexpr double kLongestPiece = 1.5;  // sample periods
+  const int carried = carried_by(m);
   std::vector<Interval> x;
-  for (Index i = 0; i < m.nx(); ++i) x.emplace_back(own.state_min(i), own.state_max(i));
+  for (Index i = 0; i < carried; ++i) x.emplace_back(own.state_min(i), own.state_max(i));
   const auto check = [](Interval of, const char* what, Index i) {
     if (!of.bounded())
       fail(
@@ -121,9 +144,17 @@ void check_bounded(const Model& m, const Prior& own, const Equations& equations)
           "equations.{}[{}] may reach {} to {} from where state_min and state_max keep x; float32 wants it within +-{}",
           what, i, of.low, of.high, kLargestNumber);
   };
-  std::vector<Interval> y(static_cast<std::size_t>(m.ny()));
+  // Behind the outputs are their slopes, behind f what it makes of the covariance.
+  const auto check_all = [&](const std::vector<Interval>& all, const char* first, Index count, const char* others) {
+    for (Index i = 0; i < static_cast<Index>(all.size()); ++i) {
+      const Interval& one = all[static_cast<std::size_t>(i)];
+      if (i < count) check(one, first, i);
+      if (i >= count) check(one, others, i - count);
+    }
+  };
+  std::vector<Interval> y(static_cast<std::size_t>(m.ny() * (1 + m.nx())));
   equations.output(x.data(), y.data());
-  for (Index j = 0; j < m.ny(); ++j) check(y[static_cast<std::size_t>(j)], "outputs", j);
+  check_all(y, "outputs", m.ny(), "slopes");
   const auto inputs = [&](double, Interval* u) {
     for (std::size_t j = 0; j < m.inputs.size(); ++j)
       u[j] = {m.input_min(static_cast<Index>(j)), m.input_max(static_cast<Index>(j))};
@@ -131,10 +162,11 @@ void check_bounded(const Model& m, const Prior& own, const Equations& equations)
   std::vector<Interval> u(m.inputs.size()), slope(x.size());
   inputs(0.0, u.data());
   equations.derivative(x.data(), u.data(), slope.data());
-  for (Index i = 0; i < m.nx(); ++i) check(slope[static_cast<std::size_t>(i)], "derivative", i);
+  check_all(slope, "derivative", m.nx(), "covariance");
   equations.step(x.data(), Interval(0.0, kLongestPiece * m.sample_period_s), inputs);
-  for (Index i = 0; i < m.nx(); ++i)
-    if (const Interval next = x[static_cast<std::size_t>(i)]; next.bounded()) check(next, "derivative", i);
+  for (Interval& next : x)
+    if (!next.bounded()) next = Interval(0.0);
+  check_all(x, "derivative", m.nx(), "covariance");
 }
 
 std::vector<std::string> texts(const Field& field) {
@@ -154,7 +186,8 @@ class PriorModule final : public StructureModule {
   std::string_view name() const override { return "prior"; }
 
   std::vector<const char*> keys() const override {
-    return {"equations", "state_min", "state_max", "fine", "coarse", "gates", "candidate", "correction", "inverse_map"};
+    return {"equations",    "state_min", "state_max", "fine",       "coarse",     "state_noise",
+            "output_noise", "gates",     "candidate", "correction", "inverse_map"};
   }
   void read(const Field& file, Model& m) const override {
     const Field equations = file["equations"], parameters = equations["parameters"];
@@ -163,9 +196,10 @@ class PriorModule final : public StructureModule {
     parameters.expect(parameters.value.is_object(), "an object of numbers");
     for (const auto& [name, value] : parameters.value.items())
       known.parameters.emplace_back(name, number({value, parameters.path + "." + name}));
-    m.structure = Prior{std::move(known),           vector(file["state_min"]),   vector(file["state_max"]),
-                        vector(file["fine"]),       vector(file["coarse"]),      network(file["gates"]),
-                        network(file["candidate"]), network(file["correction"]), network(file["inverse_map"])};
+    m.structure = Prior{
+        std::move(known),           vector(file["state_min"]),   vector(file["state_max"]),    vector(file["fine"]),
+        vector(file["coarse"]),     vector(file["state_noise"]), vector(file["output_noise"]), network(file["gates"]),
+        network(file["candidate"]), network(file["correction"]), network(file["inverse_map"])};
   }
   void write(const Model& m, JsonObject& file) const override {
     const Prior& own = own_part<Prior>(m);
@@ -181,6 +215,8 @@ class PriorModule final : public StructureModule {
     file.vector("state_max", own.state_max);
     file.vector("fine", own.fine);
     file.vector("coarse", own.coarse);
+    file.vector("state_noise", own.state_noise);
+    file.vector("output_noise", own.output_noise);
     file.network("gates", own.gates);
     file.network("candidate", own.candidate);
     file.network("correction", own.correction);
@@ -189,39 +225,45 @@ class PriorModule final : public StructureModule {
   void check(const Model& m) const override {
     check_no_angles(m);
     const Prior& own = own_part<Prior>(m);
-    const int units = m.nz() - m.nx();
-    if (units < 1) fail("there are {} latent states for {} states; there must be more", m.nz(), m.nx());
+    const int carried = carried_by(m), units = m.nz() - carried;
+    if (units < 1)
+      fail("there are {} latent states; there must be more than {}, for {} states and their covariance", m.nz(),
+           carried, m.nx());
     check_parameters(own.equations);
     const Equations equations = prior_equations(m);
     if (equations.ny() != m.ny())
       fail("equations.outputs has {} expressions, and there are {} outputs; give one for each", equations.ny(), m.ny());
-    check_shape(own.state_min, m.nx(), "state_min", "n_x");
-    check_shape(own.state_max, m.nx(), "state_max", "n_x");
+    check_shape(own.state_min, carried, "state_min", "n_x and the covariance");
+    check_shape(own.state_max, carried, "state_max", "n_x and the covariance");
     check_range(own.state_min, own.state_max, "state");
     for (const auto& [limit, field] : {std::pair{&own.fine, "fine"}, std::pair{&own.coarse, "coarse"}}) {
       check_shape(*limit, m.ny(), field, "n_y");
       check_positive(*limit, field);
     }
+    check_shape(own.state_noise, m.nx(), "state_noise", "n_x");
+    check_positive(own.state_noise, "state_noise");
+    check_shape(own.output_noise, m.ny(), "output_noise", "n_y");
+    check_positive(own.output_noise, "output_noise");
     check_bounded(m, own, equations);
     const VectorXd largest = largest_reads(m, own);
     check_gate_layer(own.gates, largest, 2 * units, "gates", "n_u x (n_m + n_w)");
     check_gate_layer(own.candidate, largest, units, "candidate", "n_u x (n_m + n_w)");
-    check_gate_layer(own.correction, largest, m.nx() * (m.ny() + 1), "correction", "n_u x (n_m + n_w)");
+    check_gate_layer(own.correction, largest, corrections_of(m), "correction", "n_u x (n_m + n_w)");
     for (Index r = 0; r < units; ++r)
       if (!(std::abs(m.initial_latent(r)) <= 1.0))
         fail("initial_latent[{}] is {}; a gated unit is between -1 and 1", r, m.initial_latent(r));
-    for (Index i = 0; i < m.nx(); ++i)
+    for (Index i = 0; i < carried; ++i)
       if (const double x = m.initial_latent(units + i); !(x >= own.state_min(i) && x <= own.state_max(i)))
         fail("initial_latent[{}] is {}; x starts within state_min and state_max", units + i, x);
     check_network(own.inverse_map, m.nz() + m.nr(), m.nx(), "inverse_map", "n_u x (n_z + n_r)");
     VectorXd read(m.nz() + m.nr());
-    read << VectorXd::Ones(units), largest.tail(m.nx()), largest_readings(m);
+    read << VectorXd::Ones(units), largest_carried(own), largest_readings(m);
     check_sums(own.inverse_map, read, "inverse_map");
   }
 
   std::vector<Named<Network>> networks(Model& m) const override {
     Prior& own = own_part<Prior>(m);
-    const Index all = m.nz() - m.nx() + reads_of_units(m);
+    const Index all = m.nz() - carried_by(m) + reads_of_units(m);
     return {{"gates", &own.gates, all},
             {"candidate", &own.candidate, all},
             {"correction", &own.correction, all},
@@ -262,20 +304,26 @@ class PriorModule final : public StructureModule {
             {"STATE_MAX", init.vector(own.state_max, "state_max")},
             {"FINE", init.vector(own.fine, "fine")},
             {"COARSE", init.vector(own.coarse, "coarse")},
+            {"STATE_NOISE", init.vector(own.state_noise, "state_noise")},
+            {"OUTPUT_NOISE", init.vector(own.output_noise, "output_noise")},
             {"SIXTH", init(1.0 / 6, "a sixth")},
             {"THIRD", init(1.0 / 3, "a third")}};
   }
   void quantities(Quantities& to) const override {
     const Model& m = to.source().model;
     const Prior& own = own_part<Prior>(m);
-    const int nx = m.nx(), ny = m.ny(), units = m.nz() - nx;
+    const int nx = m.nx(), ny = m.ny(), units = m.nz() - carried_by(m);
     const int reads = units + static_cast<int>(reads_of_units(m));
     add_gated_units(to, "correct", units, reads);
     to.vector("state_min", "kModel.state_min", "kStateMin", own.state_min);
     to.vector("state_max", "kModel.state_max", "kStateMax", own.state_max);
     to.vector("fine", "kModel.fine", "kFine", own.fine);
     to.vector("coarse", "kModel.coarse", "kCoarse", own.coarse);
+    to.vector("state_noise", "kModel.state_noise", "kStateNoise", own.state_noise);
+    to.vector("output_noise", "kModel.output_noise", "kOutputNoise", own.output_noise);
     to.integer("units", "", "kUnits", units);
+    to.integer("states and covariance", "", "kCarried", carried_by(m));
+    to.integer("corrections", "", "kCorrections", corrections_of(m));
     to.integer("what they read", "", "kReads", reads);
     add_step_limits(to, kMostPieces);
     add_pieces(to);
@@ -283,7 +331,7 @@ class PriorModule final : public StructureModule {
     add_function_tables(to, prior_equations(m));
     to.network("correction", "CorrectionLayer", Quantities::Tables::kOneLayer);
     to.network("inverse_map", "Layer", Quantities::Tables::kMap);
-    const std::string in = std::to_string(reads), out = std::to_string(nx * (ny + 1));
+    const std::string in = std::to_string(reads), out = std::to_string(corrections_of(m));
     to.words("correction", "", "correct#3", {"dense", in, out, "kCorrection", "kCorrectionBias", "in", "gain"});
     to.types("Prior", {nx, ny, units},
              {{"gates", "GatesLayer"},

@@ -4,6 +4,7 @@
 
 #include <nlo/explicit_rk.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "codegen/model/prior.h"
@@ -35,8 +36,8 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
   void advance(Vector& z, const Between<Scalar>& over, double dt_s) override {
     const int pieces = pieces_of(dt_s, sample_period_s_);
     const auto h = static_cast<Scalar>(dt_s / pieces), share = Scalar(1) / static_cast<Scalar>(pieces);
-    const Eigen::Index nx = equations_.nx();
-    Vector x = z.tail(nx);
+    const Eigen::Index carried = equations_.carried();
+    Vector x = z.tail(carried);
     for (int i = 0; i < pieces; ++i) {
       equations_.step(x.data(), h, [&](double c, Scalar* u) {
         const Scalar part = (static_cast<Scalar>(i) + static_cast<Scalar>(c)) * share;
@@ -45,7 +46,7 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
       });
       keep_within(x);
     }
-    z.tail(nx) = x;
+    z.tail(carried) = x;
     Matrix all = z;
     correct(all, over.y_next, static_cast<Scalar>(dt_s / sample_period_s_));
     z = all;
@@ -61,33 +62,67 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     for (Eigen::Index i = 0; i < x.size(); ++i) x(i) = kept_within(x(i), own_.state_min(i), own_.state_max(i));
   }
 
-  /// z = [m; x-] becomes [m; x], column by column.
+  /// z = [m; x-; p-] becomes [m; x; p], column by column.
   void correct(Matrix& z, const Matrix& readings, Scalar periods) const {
-    const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), units = z.rows() - nx;
-    Matrix w(2 * ny + readings.rows() + nx, z.cols());
-    w << Matrix::Zero(2 * ny, z.cols()), readings, z.bottomRows(nx);
+    const Eigen::Index nx = equations_.nx(), ny = equations_.ny(), carried = equations_.carried(),
+                       units = z.rows() - carried;
+    Matrix w(2 * ny + readings.rows() + nx, z.cols()), nu(ny, z.cols());
+    w << Matrix::Zero(2 * ny, z.cols()), readings, z.middleRows(units, nx);
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
-      const Vector x = z.col(b).tail(nx);
-      Vector expected(ny);
-      equations_.output(x.data(), expected.data());
+      const Vector expected = expected_at(z.col(b).tail(carried));
       for (Eigen::Index j = 0; j < ny; ++j) {
-        const Scalar nu = readings(j, b) - expected(j);
-        w(j, b) = nu / (static_cast<Scalar>(own_.fine(j)) + std::abs(nu));
-        w(ny + j, b) = nu / (static_cast<Scalar>(own_.coarse(j)) + std::abs(nu));
+        const Scalar e = nu(j, b) = readings(j, b) - expected(j);
+        w(j, b) = e / (static_cast<Scalar>(own_.fine(j)) + std::abs(e));
+        w(ny + j, b) = e / (static_cast<Scalar>(own_.coarse(j)) + std::abs(e));
       }
     }
     const Matrix m = units_.stepped(z.topRows(units), w, periods), gain = correction_(stacked<Scalar>(m, w));
     z.topRows(units) = m;
     for (Eigen::Index b = 0; b < z.cols(); ++b) {
-      Vector x = z.col(b).tail(nx);
+      Vector x = z.col(b).tail(carried);
+      const Vector change = filtered(x, nu.col(b), gain.col(b).tail(nx + ny), periods);
       for (Eigen::Index i = 0; i < nx; ++i) {
-        Scalar change = gain(nx * ny + i, b);
-        for (Eigen::Index j = 0; j < ny; ++j) change += gain(i * ny + j, b) * w(ny + j, b);
-        x(i) += change;
+        Scalar learned = gain(nx * ny + i, b);
+        for (Eigen::Index j = 0; j < ny; ++j) learned += gain(i * ny + j, b) * w(ny + j, b);
+        x(i) += change(i) + learned;
       }
       keep_within(x);
-      z.col(b).tail(nx) = x;
+      z.col(b).tail(carried) = x;
     }
+  }
+
+  /// y, and behind it its slopes.
+  Vector expected_at(const Vector& x) const {
+    Vector expected(equations_.ny() * (1 + equations_.nx()));
+    equations_.output(x.data(), expected.data());
+    return expected;
+  }
+
+  /// What an extended Kalman filter's measurement adds to x; the covariance in x becomes that behind it.
+  Vector filtered(Vector& x, const Vector& nu, const Vector& logarithms, Scalar periods) const {
+    const Eigen::Index nx = equations_.nx(), ny = equations_.ny();
+    const auto noise = [&](const Eigen::VectorXd& unit, Eigen::Index at, Eigen::Index row) {
+      return static_cast<Scalar>(unit(at)) * std::exp(std::clamp(logarithms(row), Scalar(-16), Scalar(16)));
+    };
+    const auto element = [&](Eigen::Index i, Eigen::Index j) -> Scalar& {
+      return x(equations_.place(static_cast<int>(i), static_cast<int>(j)));
+    };
+    Matrix p(nx, nx);
+    for (Eigen::Index i = 0; i < nx; ++i)
+      for (Eigen::Index j = 0; j < nx; ++j) p(i, j) = element(i, j);
+    for (Eigen::Index i = 0; i < nx; ++i) p(i, i) += periods * noise(own_.state_noise, i, i);
+    const Vector expected = expected_at(x);
+    Vector change = Vector::Zero(nx);
+    for (Eigen::Index j = 0; j < ny; ++j) {
+      const Vector slopes = expected.segment(ny + j * nx, nx), ph = p * slopes;
+      const Scalar spread = std::max(slopes.dot(ph), Scalar(0)) + noise(own_.output_noise, j, nx + j);
+      const Scalar rest = nu(j) - slopes.dot(change);
+      change += ph * (rest / spread);
+      p -= ph * ph.transpose() / spread;
+    }
+    for (Eigen::Index i = 0; i < nx; ++i)
+      for (Eigen::Index j = i; j < nx; ++j) element(i, j) = p(i, j);
+    return change;
   }
 
   double sample_period_s_;

@@ -552,17 +552,19 @@ Model prior_model() {
   m.inputs = {{"torque", "N m", 0.0}};
   m.input_min = Eigen::VectorXd::Constant(1, -2.0);
   m.input_max = Eigen::VectorXd::Constant(1, 2.0);
-  m.initial_latent = Eigen::VectorXd::Zero(6);
-  m.initial_latent << 0.1, 0.0, -0.2, 0.0, 0.3, -0.1;
+  m.initial_latent = Eigen::VectorXd::Zero(9);
+  m.initial_latent << 0.1, 0.0, -0.2, 0.0, 0.3, -0.1, 1.5, 0.0, 2.0;
   Prior own{.equations = {{"x2", "mu * (1 - x1^2) * x2 - x1 + torque / 2"}, {"x1", "x2 - 0.5 * x1"}, {{"mu", 0.9}}},
-            .state_min = Eigen::Vector2d(-2.5, -4.0),
-            .state_max = Eigen::Vector2d(2.5, 3.5),
+            .state_min = Eigen::VectorXd{{-2.5, -4.0, 1e-9, -8.0, 1e-9}},
+            .state_max = Eigen::VectorXd{{2.5, 3.5, 8.0, 8.0, 8.0}},
             .fine = Eigen::Vector2d(0.1, 0.2),
             .coarse = Eigen::Vector2d(2.0, 3.0),
+            .state_noise = Eigen::Vector2d(1e-3, 2e-3),
+            .output_noise = Eigen::Vector2d(0.02, 0.05),
             .gates = random_network({13, 8}, 91, 0.8),
             .candidate = random_network({13, 4}, 92, 0.9),
-            .correction = random_network({13, 6}, 93, 0.1),
-            .inverse_map = random_network({9, 8, 2}, 94, 1.2)};
+            .correction = random_network({13, 10}, 93, 0.1),
+            .inverse_map = random_network({12, 8, 2}, 94, 1.2)};
   own.gates.output_scale.setOnes();
   own.gates.layers[0].bias.head(4) << -3.0, -2.0, -1.0, 0.0;
   m.structure = own;

@@ -251,8 +251,8 @@ TEST(GeneralObserver, AnUnstableOneKeepsItsLastLatentStateAndSaysSo) {
 
 /// x_1' = 1 / 0 from below x_0 = 1 on.
 struct DividingEquations : testing::OscillatorEquations<float> {
-  static constexpr void derivative(const float (&x)[2], const float*, float (&dx)[2]) {
-    dx[0] = 0.0F;
+  static constexpr void derivative(const float (&x)[5], const float*, float (&dx)[5]) {
+    for (float& slope : dx) slope = 0.0F;
     dx[1] = 1.0F / (x[0] > 1.0F ? 2.0F : 0.0F);
   }
 };
@@ -263,7 +263,7 @@ TEST(PriorObserver, ADivisionBy0DoesNotComeBackIntoTheRangeUnnoticed) {
   for (int k = 0; k < 5; ++k) {
     EXPECT_EQ(observer.step(0.0F), StepStatus::kOk) << "the first measurement divides by nothing";
     EXPECT_EQ(observer.step(0.0F), StepStatus::kReset) << "infinite: a clamp alone would make it the range's end";
-    for (int r = 0; r < 6; ++r) ASSERT_TRUE(std::isfinite(observer.latent()[r]));
+    for (int r = 0; r < 9; ++r) ASSERT_TRUE(std::isfinite(observer.latent()[r]));
   }
 }
 

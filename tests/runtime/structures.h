@@ -185,11 +185,20 @@ constexpr CarriedTestModel<Scalar, kReadsOutput, kUnitLength> carried_model(Hold
 /// A Van der Pol oscillator, y = x1.
 template <class Scalar>
 struct OscillatorEquations {
-  static constexpr void derivative(const Scalar (&x)[2], const Scalar*, Scalar (&dx)[2]) {
+  static constexpr void derivative(const Scalar (&x)[5], const Scalar*, Scalar (&dx)[5]) {
+    const Scalar grows = Scalar(1) - rounded<Scalar>(x[0] * x[0]);
+    const Scalar turns = rounded<Scalar>(rounded<Scalar>(Scalar(-2) * x[0]) * x[1]) - Scalar(1);
     dx[0] = x[1];
-    dx[1] = rounded<Scalar>((Scalar(1) - rounded<Scalar>(x[0] * x[0])) * x[1]) - x[0];
+    dx[1] = rounded<Scalar>(grows * x[1]) - x[0];
+    dx[2] = Scalar(2) * x[3];
+    dx[3] = x[4] + rounded<Scalar>(turns * x[2]) + rounded<Scalar>(grows * x[3]);
+    dx[4] = Scalar(2) * (rounded<Scalar>(turns * x[3]) + rounded<Scalar>(grows * x[4]));
   }
-  static constexpr void output(const Scalar (&x)[2], Scalar (&y)[1]) { y[0] = x[0]; }
+  static constexpr void output(const Scalar* x, Scalar (&y)[3]) {
+    y[0] = x[0];
+    y[1] = Scalar(1);
+    y[2] = Scalar(0);
+  }
 };
 
 /// Four units; w has two squashed innovations, y and two states.
@@ -197,27 +206,30 @@ template <class Scalar, class Equations = OscillatorEquations<Scalar>>
 using PriorTestModel =
     PriorModel<Scalar, 2, 1, 4, Equations, LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 8>>>,
                LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 4>>>,
-               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 4>>>, LearnedMap<MixedMlp<Scalar, 6, 2>>>;
+               LearnedMap<Mlp<Activation::kTanh, PackedDense<Scalar, 9, 7>>>, LearnedMap<MixedMlp<Scalar, 9, 2>>>;
 
 template <class Scalar, class Equations = OscillatorEquations<Scalar>>
 constexpr PriorTestModel<Scalar, Equations> prior_model() {
   PriorTestModel<Scalar, Equations> model{};
   set_sampling(model);
-  for (int i = 0; i < 2; ++i) {
-    model.state_min[i] = Scalar(-3);
+  for (int i = 0; i < 5; ++i) {
+    model.state_min[i] = i == 2 || i == 4 ? Scalar(1e-6) : Scalar(-3);
     model.state_max[i] = Scalar(3.5);
   }
+  model.initial[6] = model.initial[8] = Scalar(1);
   model.fine[0] = Scalar(0.1);
   model.coarse[0] = Scalar(2);
+  model.state_noise[0] = model.state_noise[1] = Scalar(0.01);
+  model.output_noise[0] = Scalar(0.1);
   auto gates = mixed_dense<Scalar, 9, 8>(1.0, 6);
   for (int r = 0; r < 4; ++r) gates.bias[r] = Scalar(-0.4 * r);
   model.gates.mlp = make_mlp<Activation::kTanh>(gates);
   model.candidate.mlp = make_mlp<Activation::kTanh>(mixed_dense<Scalar, 9, 4>(1.0, 7));
-  auto correction = mixed_dense<Scalar, 9, 4>(0.1, 8);
+  auto correction = mixed_dense<Scalar, 9, 7>(0.1, 8);
   correction.bias[0] = Scalar(0.5);  // K draws every x to what is measured: an oscillator left alone keeps its phase
   correction.bias[1] = Scalar(0.3);
   model.correction.mlp = make_mlp<Activation::kTanh>(correction);
-  model.inverse_map.mlp = mixed_mlp<Scalar, 6, 2>(1.0, 9);
+  model.inverse_map.mlp = mixed_mlp<Scalar, 9, 2>(1.0, 9);
   return model;
 }
 

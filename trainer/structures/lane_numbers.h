@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A number of each of eight trajectories, and the same with a derivative, to evaluate known equations side by side.
+// A number of each of eight trajectories, to evaluate known equations side by side.
 #pragma once
 
 #include <algorithm>
 
 #include "codegen/model/expression_values.h"
-#include "trainer/sensitivity/dual.h"
 #include "trainer/sensitivity/linear_latent.h"
 
 namespace nlo::trainer {
@@ -39,10 +38,6 @@ struct Lanes {
   friend Lanes value_of(codegen::Function function, const Lanes& x) {
     return each(x, x, [function](Scalar v, Scalar) { return codegen::value_of(function, v); });
   }
-  friend DualOf<Lanes> value_of(codegen::Function function, const DualOf<Lanes>& x) {
-    const Lanes value = value_of(function, x.value);
-    return {value, slope_of(function, x.value, value) * x.slope};
-  }
   /// Of a function at x, where its value is known. 0 where a size or a sign has none.
   friend Lanes slope_of(codegen::Function function, const Lanes& x, const Lanes& value) {
     using codegen::Function;
@@ -70,14 +65,6 @@ struct Lanes {
   }
   friend Lanes kept_within(Lanes x, double low, double high) {
     for (Scalar& value : x.at) value = std::clamp(value, static_cast<Scalar>(low), static_cast<Scalar>(high));
-    return x;
-  }
-  friend DualOf<Lanes> kept_within(DualOf<Lanes> x, double low, double high) {
-    for (int l = 0; l < kGroup; ++l) {
-      const Scalar value = x.value.at[l];
-      if (value < static_cast<Scalar>(low) || value > static_cast<Scalar>(high)) x.slope.at[l] = Scalar(0);
-    }
-    x.value = kept_within(x.value, low, high);
     return x;
   }
 };

@@ -145,10 +145,11 @@ class PriorStructure final : public TrainableStructure {
     own.readings = structure.readings;
     own.inputs = structure.inputs;
     own.commands = experiment.observer.input_hold == Hold::kZeroOrder;
-    structure.latent.rows = own.units + own.nx();
+    structure.latent.rows = own.units + own.carried();
     structure.dynamics = dynamics_network({.hidden = {}, .activation = "tanh"}, own.units + own.reads(),
                                           3 * own.units + own.corrections(), false);
-    for (int row = 0; row < structure.latent.rows; ++row) structure.features.push_back({.latent = row});
+    // T* does not read the covariance, which on other logs than those of the training is elsewhere.
+    for (int row = 0; row < own.units + own.nx(); ++row) structure.features.push_back({.latent = row});
     if (experiment.observer.features == FeatureSet::kLatent) return;
     for (int j = 0; j < structure.readings; ++j)
       structure.features.push_back({.latent = -1, .reading = j, .reading_gain = 1.0F});
@@ -159,6 +160,9 @@ class PriorStructure final : public TrainableStructure {
     // corrected of the state's deviation, so that an optimiser's first steps are small ones.
     constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 0.25, kCircle = 1.02;
     constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
+    // Of a state's and an output's variance, where training begins; what one of its steps may do to a logarithm; and
+    // where variances are kept.
+    constexpr double kStateNoise = 1e-4, kOutputNoise = 1.0, kLogarithm = 2.0, kLeast = 1e-10, kMost = 16.0;
     PriorSetting& own = structure.own.set<PriorSetting>();
     own.period_s = data.sample_period_s;
     const int nx = own.nx(), ny = own.ny();
@@ -194,15 +198,33 @@ class PriorStructure final : public TrainableStructure {
       set(2 * ny + own.readings + i, range.moments.mean, scale_of(range));
       for (int j = 0; j < ny; ++j) own.scale.push_back(kGain * kCoarse * scale_of(range));
     }
-    for (int i = 0; i < nx; ++i) own.scale.push_back(kDrift * scale_of(states[static_cast<std::size_t>(i)]));
+    std::vector<double> deviations;
+    for (const Range& range : states) deviations.push_back(scale_of(range));
+    for (const double deviation : deviations) {
+      own.scale.push_back(kDrift * deviation);
+      own.state_noise.push_back(kStateNoise * deviation * deviation);
+    }
+    for (int j = 0; j < ny; ++j) {
+      const double deviation = scale_of(readings[static_cast<std::size_t>(j)]);
+      own.output_noise.push_back(kOutputNoise * deviation * deviation);
+    }
+    own.scale.resize(static_cast<std::size_t>(own.corrections()), kLogarithm);
+    for (std::size_t i = 0; i < deviations.size(); ++i)
+      for (std::size_t j = i; j < deviations.size(); ++j) {
+        const double product = deviations[i] * deviations[j];
+        own.start.push_back(i == j ? product : 0.0);
+        own.low.push_back((i == j ? kLeast : -kMost) * product);
+        own.high.push_back(kMost * product);
+      }
     const auto units = static_cast<std::ptrdiff_t>(own.units);
     std::copy(read.mean.begin(), read.mean.end(), structure.dynamics.inputs.mean.begin() + units);
     std::copy(read.scale.begin(), read.scale.end(), structure.dynamics.inputs.scale.begin() + units);
   }
 
-  /// The units as those of a gated observer; of an innovation a tenth is believed in the states that it is made of.
+  /// The units as those of a gated observer; of an innovation a little is believed in the states that it is made of, on
+  /// top of a slow filter.
   std::vector<float> initial_dynamics(const ObserverStructure& structure, const Experiment& experiment) const override {
-    constexpr double kBelieved = 0.1;
+    constexpr double kBelieved = 0.03;
     const PriorSetting& own = structure.own.get<PriorSetting>();
     const LayerView& layer = structure.dynamics.shape.layers[0];
     std::vector<float> parameters =
@@ -245,12 +267,14 @@ class PriorStructure final : public TrainableStructure {
     };
     codegen::Network all = dynamics_of(structure.dynamics, parameters);
     all.output_scale.tail(own.corrections()) = vector(own.scale);
-    model.initial_latent.tail(own.nx()) = vector(own.start);
+    model.initial_latent.tail(own.carried()) = vector(own.start);
     model.structure = codegen::Prior{.equations = equations_of_plant(experiment, own.inputs > 0).texts,
                                      .state_min = vector(own.low),
                                      .state_max = vector(own.high),
                                      .fine = vector(own.fine),
                                      .coarse = vector(own.coarse),
+                                     .state_noise = vector(own.state_noise),
+                                     .output_noise = vector(own.output_noise),
                                      .gates = rows_of(all, 0, 2 * own.units),
                                      .candidate = rows_of(all, 2 * own.units, own.units),
                                      .correction = rows_of(all, 3 * own.units, own.corrections()),
@@ -258,21 +282,12 @@ class PriorStructure final : public TrainableStructure {
   }
 
  private:
-  /// dh_j/dx where the states are on average; by a difference, as it only says where training begins.
+  /// dh_j/dx where the states are on average.
   static std::vector<double> output_slopes(const PriorSetting& own, int j) {
-    const auto output = [&](const std::vector<double>& x) {
-      std::vector<double> y(static_cast<std::size_t>(own.ny()));
-      own.equations.output(x.data(), y.data());
-      return y[static_cast<std::size_t>(j)];
-    };
-    std::vector<double> slopes;
-    for (std::size_t i = 0; i < own.start.size(); ++i) {
-      const double step = 1e-3 * (own.high[i] - own.low[i]);
-      std::vector<double> x = own.start;
-      x[i] += step;
-      slopes.push_back((output(x) - output(own.start)) / step);
-    }
-    return slopes;
+    std::vector<double> y(static_cast<std::size_t>(own.ny() * (1 + own.nx())));
+    own.equations.output(own.start.data(), y.data());
+    const auto first = y.begin() + own.ny() + static_cast<std::ptrdiff_t>(j) * own.nx();
+    return {first, first + own.nx()};
   }
 };
 

@@ -13,24 +13,6 @@
 namespace nlo::trainer {
 namespace {
 
-template <class Scalar>
-using States = std::array<Lanes<Scalar>, codegen::Equations::kMostStates>;
-template <class Scalar>
-using DualStates = std::array<DualOf<Lanes<Scalar>>, codegen::Equations::kMostStates>;
-template <class Value>
-using Outputs = std::array<Value, codegen::Equations::kMostOutputs>;
-
-/// x with the derivative by x_i.
-template <class Scalar>
-DualStates<Scalar> seeded(const States<Scalar>& x, int count, int i) {
-  DualStates<Scalar> dual;
-  for (int r = 0; r < count; ++r) {
-    const auto row = static_cast<std::size_t>(r);
-    dual[row] = {x[row], Lanes<Scalar>(r == i ? 1.0 : 0.0)};
-  }
-  return dual;
-}
-
 /// Place in an array of rows of eight.
 std::size_t lane(int row, int l) {
   return static_cast<std::size_t>(row) * kGroup + static_cast<std::size_t>(l);
@@ -53,11 +35,15 @@ template <class Scalar>
 PriorLanes<Scalar>::PriorLanes(const PriorSetting& setting)
     : setting_(setting),
       units_(setting.units, setting.read, setting.corrections()),
+      update_(setting.nx(), setting.ny()),
+      measured_(setting.nx(), setting.ny()),
+      to_measured_(measured_),
+      expected_(static_cast<std::size_t>(setting.ny() * (1 + setting.nx()))),
+      to_expected_(expected_),
       gain_(lanes(setting.corrections())),
       correction_transposed_(static_cast<std::size_t>(units_.columns() * setting.corrections())),
-      p_(lanes(setting.nx())),
-      x_(p_),
-      to_prior_(p_),
+      x_(static_cast<std::size_t>(setting.carried())),
+      to_x_(x_),
       to_squashed_(lanes(setting.ny())),
       to_gain_(gain_),
       to_in_(lanes(units_.columns())),
@@ -81,46 +67,76 @@ void PriorLanes<Scalar>::begin(const GatedRun<Scalar>& run) {
   run_ = run;
   given_ = run.readings;
   w_.resize(lanes(setting_.reads() * run.length));
+  prior_.resize(static_cast<std::size_t>(setting_.carried() * run.length));
   run_.readings = w_.data();
 }
 
 template <class Scalar>
-template <class Value>
-void PriorLanes<Scalar>::predict(Value* x, int time) const {
-  using L = Lanes<Scalar>;
-  std::array<int, kGroup> pieces;
-  pieces.fill(1);
-  L h(setting_.period_s);
-  if (run_.periods != nullptr)
-    for (int l = 0; l < kGroup; ++l) {
-      const Scalar periods = run_.periods[time * kGroup + l];
-      pieces[static_cast<std::size_t>(l)] = pieces_of(periods, Scalar(1));
-      h.at[l] =
-          periods * static_cast<Scalar>(setting_.period_s) / static_cast<Scalar>(pieces[static_cast<std::size_t>(l)]);
-    }
-  const int most = *std::max_element(pieces.begin(), pieces.end());
-  const auto u_row = [&](int j, int at) {
+auto PriorLanes<Scalar>::cut(int time) const -> Cut {
+  Cut cut{.pieces = {}, .most = 1, .h = L(setting_.period_s)};
+  cut.pieces.fill(1);
+  if (run_.periods == nullptr) return cut;
+  for (int l = 0; l < kGroup; ++l) {
+    int& pieces = cut.pieces[static_cast<std::size_t>(l)];
+    pieces = pieces_of(periods(time, l), Scalar(1));
+    cut.h.at[l] = periods(time, l) * static_cast<Scalar>(setting_.period_s) / static_cast<Scalar>(pieces);
+    cut.most = std::max(cut.most, pieces);
+  }
+  return cut;
+}
+
+/// 0 where a lane has arrived.
+template <class Scalar>
+auto PriorLanes<Scalar>::step_of(const Cut& cut, int piece) const -> L {
+  L h = cut.h;
+  for (int l = 0; l < kGroup; ++l)
+    if (piece >= cut.pieces[static_cast<std::size_t>(l)]) h.at[l] = Scalar(0);
+  return h;
+}
+
+template <class Scalar>
+void PriorLanes<Scalar>::inputs_at(const Cut& cut, int time, int piece, double c, L* u) const {
+  for (int j = 0; j < setting_.inputs; ++j) {
     // w has the readings from row 2 n_y on, outputs first.
-    return w_.data() + (static_cast<std::ptrdiff_t>(3 * setting_.ny() + j) * run_.length + at) * kGroup;
-  };
-  for (int i = 0; i < most; ++i) {
-    for (int l = 0; l < kGroup; ++l)
-      if (i >= pieces[static_cast<std::size_t>(l)]) h.at[l] = Scalar(0);  // it is there
-    setting_.equations.step(x, Value(h), [&](double c, Value* u) {
-      for (int j = 0; j < setting_.inputs; ++j) {
-        const Scalar* to = u_row(j, time);
-        const Scalar* from = setting_.commands ? to : u_row(j, time - 1);
-        L now;
-        for (int l = 0; l < kGroup; ++l) {
-          const Scalar part = (static_cast<Scalar>(i) + static_cast<Scalar>(c)) /
-                              static_cast<Scalar>(pieces[static_cast<std::size_t>(l)]);
-          now.at[l] = (1 - part) * from[l] + part * to[l];
-        }
-        u[j] = Value(now);
+    const int row = 3 * setting_.ny() + j;
+    const Scalar *to = w(row, time), *from = setting_.commands ? to : w(row, time - 1);
+    for (int l = 0; l < kGroup; ++l) {
+      const Scalar part = (static_cast<Scalar>(piece) + static_cast<Scalar>(c)) /
+                          static_cast<Scalar>(cut.pieces[static_cast<std::size_t>(l)]);
+      u[j].at[l] = (1 - part) * from[l] + part * to[l];
+    }
+  }
+}
+
+template <class Scalar>
+void PriorLanes<Scalar>::predict(L* x, int time) {
+  const Cut cut = this->cut(time);
+  path_.resize(std::max(path_.size(), static_cast<std::size_t>(cut.most)));
+  for (int i = 0; i < cut.most; ++i) {
+    Piece& piece = path_[static_cast<std::size_t>(i)];
+    setting_.equations.step(
+        x, step_of(cut, i), [&](double c, L* u) { inputs_at(cut, time, i, c, u); }, &piece.stages);
+    for (int r = 0; r < setting_.carried(); ++r) {
+      const auto row = static_cast<std::size_t>(r);
+      piece.reached[row] = x[r];
+      x[r] = kept_within(x[r], setting_.low[row], setting_.high[row]);
+    }
+  }
+}
+
+/// The cotangent of the prior of `time` becomes that of the sample before it.
+template <class Scalar>
+void PriorLanes<Scalar>::predict_back(int time, L* cotangent) {
+  const Cut cut = this->cut(time);
+  for (int i = cut.most; i-- > 0;) {
+    const Piece& piece = path_[static_cast<std::size_t>(i)];
+    for (int r = 0; r < setting_.carried(); ++r)
+      for (int l = 0; l < kGroup; ++l) {
+        const Scalar reached = piece.reached[static_cast<std::size_t>(r)].at[l];
+        if (reached < low(r) || reached > high(r)) cotangent[r].at[l] = Scalar(0);
       }
-    });
-    for (int r = 0; r < setting_.nx(); ++r)
-      x[r] = kept_within(x[r], setting_.low[static_cast<std::size_t>(r)], setting_.high[static_cast<std::size_t>(r)]);
+    setting_.equations.step_back(
+        piece.stages, step_of(cut, i), [&](double c, L* u) { inputs_at(cut, time, i, c, u); }, cotangent);
   }
 }
 
@@ -130,28 +146,42 @@ void PriorLanes<Scalar>::read(int time) {
   const int nx = setting_.nx(), ny = setting_.ny();
   for (int r = 0; r < setting_.readings; ++r)
     std::copy_n(given_ + (static_cast<std::ptrdiff_t>(r) * run_.length + time) * kGroup, kGroup, w(2 * ny + r, time));
-  States<Scalar> prior;
-  for (int i = 0; i < nx; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    prior[row] = time == 0 ? Lanes<Scalar>(setting_.start[row]) : Lanes<Scalar>(x(i, time - 1));
-  }
-  if (time > 0) predict(prior.data(), time);
-  for (int i = 0; i < nx; ++i) std::copy_n(prior[static_cast<std::size_t>(i)].at, kGroup, w(prior_row() + i, time));
-  Outputs<Lanes<Scalar>> y;
-  setting_.equations.output(prior.data(), y.data());
+  L* const prior = this->prior(time);
+  for (int i = 0; i < setting_.carried(); ++i)
+    prior[i] = time == 0 ? L(setting_.start[static_cast<std::size_t>(i)]) : L(x(i, time - 1));
+  if (time > 0) predict(prior, time);
+  for (int i = 0; i < nx; ++i) std::copy_n(prior[i].at, kGroup, w(prior_row() + i, time));
+  setting_.equations.output(prior, expected_.data());
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
-    const Lanes<Scalar>& expected = y[row];
     const auto fine = static_cast<Scalar>(setting_.fine[row]), coarse = static_cast<Scalar>(setting_.coarse[row]);
     for (int l = 0; l < kGroup; ++l) {
-      const Scalar nu = w(2 * ny + j, time)[l] - expected.at[l];
+      const Scalar nu = w(2 * ny + j, time)[l] - expected_[row].at[l];
       w(j, time)[l] = nu / (fine + std::abs(nu));
       w(ny + j, time)[l] = nu / (coarse + std::abs(nu));
     }
   }
 }
 
-/// Fills gain_, [K; b], from [m; w], and x_, what the correction makes of the prior before x is kept within its range.
+template <class Scalar>
+auto PriorLanes<Scalar>::noise(int correction) const -> L {
+  L result;
+  for (int l = 0; l < kGroup; ++l)
+    result.at[l] = std::exp(std::clamp(gain_[lane(correction, l)], Scalar(-16), Scalar(16)));
+  return result;
+}
+
+/// From the cotangent of a variance, which is proportional to noise(correction), to that of what the correction's layer
+/// has there.
+template <class Scalar>
+void PriorLanes<Scalar>::noise_back(int correction, const L& variance, const L& to_variance) {
+  for (int l = 0; l < kGroup; ++l) {
+    const bool inside = std::abs(gain_[lane(correction, l)]) < Scalar(16);
+    to_gain_[lane(correction, l)] = inside ? to_variance.at[l] * variance.at[l] * scale(correction) : Scalar(0);
+  }
+}
+
+/// Fills gain_ from [m; w], measured_, and x_: what the correction makes of the prior, before the range cuts it off.
 template <class Scalar>
 void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
   const int first = 3 * setting_.units, nx = setting_.nx(), ny = setting_.ny();
@@ -159,19 +189,38 @@ void PriorLanes<Scalar>::correct(const Scalar* in, int time) {
                   gain_.data());
   for (int r = 0; r < setting_.corrections(); ++r)
     for (int l = 0; l < kGroup; ++l) gain_[lane(r, l)] *= scale(r);
-  for (int i = 0; i < nx; ++i)
+  const L* const prior = this->prior(time);
+  setting_.equations.output(prior, expected_.data());
+  std::copy_n(prior + nx, measured_.p.size(), measured_.p.begin());
+  std::copy_n(expected_.begin() + ny, measured_.slopes.size(), measured_.slopes.begin());
+  for (int j = 0; j < ny; ++j) {
+    const auto row = static_cast<std::size_t>(j);
+    measured_.innovations[row] = L(w(2 * ny + j, time)) - expected_[row];
+    measured_.r[row] = L(setting_.output_noise[row]) * noise(noise_row() + nx + j);
+  }
+  for (int i = 0; i < nx; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    measured_.q[row] = L(setting_.state_noise[row]) * noise(noise_row() + i);
+    for (int l = 0; l < kGroup; ++l) measured_.q[row].at[l] *= periods(time, l);
+  }
+  update_.forward(measured_);
+  for (int i = 0; i < nx; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    x_[row] = prior[i] + measured_.change[row];
     for (int l = 0; l < kGroup; ++l) {
-      Scalar sum = w(prior_row() + i, time)[l] + gain_[lane(nx * ny + i, l)];
-      for (int j = 0; j < ny; ++j) sum += gain_[lane(i * ny + j, l)] * w(ny + j, time)[l];
-      x_[lane(i, l)] = sum;
+      Scalar learned = gain_[lane(nx * ny + i, l)];
+      for (int j = 0; j < ny; ++j) learned += gain_[lane(i * ny + j, l)] * w(ny + j, time)[l];
+      x_[row].at[l] += learned;
     }
+  }
+  std::copy(measured_.p.begin(), measured_.p.end(), x_.begin() + nx);
 }
 
 template <class Scalar>
 void PriorLanes<Scalar>::stepped(int time, const Scalar* in) {
   correct(in, time);
-  for (int i = 0; i < setting_.nx(); ++i)
-    for (int l = 0; l < kGroup; ++l) x(i, time)[l] = std::clamp(x_[lane(i, l)], low(i), high(i));
+  for (int i = 0; i < setting_.carried(); ++i)
+    for (int l = 0; l < kGroup; ++l) x(i, time)[l] = std::clamp(x_[static_cast<std::size_t>(i)].at[l], low(i), high(i));
 }
 
 template <class Scalar>
@@ -184,7 +233,8 @@ template <class Scalar>
 void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<double>& gradient) {
   begin(run);
   for (int k = 0; k < run.length; ++k) read(k);
-  for (std::vector<Scalar>* sums : {&p_, &gradient_, &bias_gradient_}) std::fill(sums->begin(), sums->end(), Scalar(0));
+  std::fill(to_x_.begin(), to_x_.end(), L(0.0));
+  for (std::vector<Scalar>* sums : {&gradient_, &bias_gradient_}) std::fill(sums->begin(), sums->end(), Scalar(0));
   units_.backward(run_, gradient, this);
   const int first = 3 * setting_.units, rows = setting_.corrections(), columns = units_.columns();
   const auto total = [](const Scalar* from, int count) {
@@ -200,32 +250,49 @@ void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
         total(bias_gradient_.data() + r * kGroup, kGroup);
 }
 
-/// From dl/dx of a sample to the correction's weights, and to what it reads.
+/// From dl/d[x; p] of a sample to the correction's weights, and to what it reads.
 template <class Scalar>
 void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
   const int nx = setting_.nx(), ny = setting_.ny(), rows = setting_.corrections(), columns = units_.columns();
   correct(in, time);
+  for (int i = 0; i < setting_.carried(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    const Scalar* own =
+        run_.cotangent + (static_cast<std::ptrdiff_t>(setting_.units + i) * run_.length + time) * kGroup;
+    for (int l = 0; l < kGroup; ++l) {
+      const bool inside = x_[row].at[l] >= low(i) && x_[row].at[l] <= high(i);
+      to_x_[row].at[l] = inside ? to_x_[row].at[l] + own[l] : Scalar(0);
+    }
+  }
   std::fill(to_squashed_.begin(), to_squashed_.end(), Scalar(0));
   for (int i = 0; i < nx; ++i)
     for (int l = 0; l < kGroup; ++l) {
-      const Scalar own =
-          run_.cotangent[(static_cast<std::ptrdiff_t>(setting_.units + i) * run_.length + time) * kGroup + l];
-      const bool inside = x_[lane(i, l)] >= low(i) && x_[lane(i, l)] <= high(i);
-      const Scalar p = inside ? p_[lane(i, l)] + own : Scalar(0);
-      p_[lane(i, l)] = p;
-      to_gain_[lane(nx * ny + i, l)] = p * scale(nx * ny + i);
+      const Scalar to = to_x_[static_cast<std::size_t>(i)].at[l];
+      to_gain_[lane(nx * ny + i, l)] = to * scale(nx * ny + i);
       for (int j = 0; j < ny; ++j) {
-        to_gain_[lane(i * ny + j, l)] = p * w(ny + j, time)[l] * scale(i * ny + j);
-        to_squashed_[lane(j, l)] += p * gain_[lane(i * ny + j, l)];
+        to_gain_[lane(i * ny + j, l)] = to * w(ny + j, time)[l] * scale(i * ny + j);
+        to_squashed_[lane(j, l)] += to * gain_[lane(i * ny + j, l)];
       }
     }
+  std::copy_n(to_x_.begin(), nx, to_measured_.change.begin());
+  std::copy(to_x_.begin() + nx, to_x_.end(), to_measured_.p.begin());
+  update_.backward(measured_, to_measured_);
+  std::copy(to_measured_.p.begin(), to_measured_.p.end(), to_x_.begin() + nx);
+  for (int i = 0; i < nx; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    noise_back(noise_row() + i, measured_.q[row], to_measured_.q[row]);
+  }
+  for (int j = 0; j < ny; ++j) {
+    const auto row = static_cast<std::size_t>(j);
+    noise_back(noise_row() + nx + j, measured_.r[row], to_measured_.r[row]);
+  }
   Products<Scalar, kGroup>::outer_product(to_gain_.data(), rows, in, columns, gradient_.data());
   for (std::size_t i = 0; i < to_gain_.size(); ++i) bias_gradient_[i] += to_gain_[i];
   product<Scalar>(correction_transposed_.data(), columns, rows, nullptr, to_gain_.data(), to_in_.data());
   for (std::size_t i = 0; i < lane(setting_.units, 0); ++i) to_z[i] += to_in_[i];
 }
 
-/// From what the units read, and from p_, to dl/dx of the sample before.
+/// From what the units read, and from to_x_, to dl/d[x; p] of the sample before.
 template <class Scalar>
 void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
   const int nx = setting_.nx(), ny = setting_.ny();
@@ -233,14 +300,9 @@ void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
     const auto scale = static_cast<Scalar>(setting_.read.scale[static_cast<std::size_t>(row)]);
     return (to_readings[lane(row, l)] + to_in_[lane(setting_.units + row, l)]) / scale;
   };
-  for (int i = 0; i < nx; ++i)
-    for (int l = 0; l < kGroup; ++l) p_[lane(i, l)] += to_w(prior_row() + i, l);
   if (time == 0) return;
-  States<Scalar> prior, before;
-  for (int i = 0; i < nx; ++i) {
-    prior[static_cast<std::size_t>(i)] = Lanes<Scalar>(w(prior_row() + i, time));
-    before[static_cast<std::size_t>(i)] = Lanes<Scalar>(x(i, time - 1));
-  }
+  for (int i = 0; i < nx; ++i)
+    for (int l = 0; l < kGroup; ++l) to_x_[static_cast<std::size_t>(i)].at[l] += to_w(prior_row() + i, l);
   for (int j = 0; j < ny; ++j) {
     const auto row = static_cast<std::size_t>(j);
     // ds/dnu = c / (c + |nu|)^2, and 1 - |s| = c / (c + |nu|)
@@ -248,29 +310,16 @@ void PriorLanes<Scalar>::take(int time, const Scalar* to_readings) {
       return (1 - std::abs(s)) * (1 - std::abs(s)) / static_cast<Scalar>(c);
     };
     for (int l = 0; l < kGroup; ++l)
-      to_squashed_[lane(j, l)] =
-          (to_squashed_[lane(j, l)] + to_w(ny + j, l)) * slope(w(ny + j, time)[l], setting_.coarse[row]) +
-          to_w(j, l) * slope(w(j, time)[l], setting_.fine[row]);  // dl/dnu now
+      to_expected_[row].at[l] =
+          -(to_squashed_[lane(j, l)] + to_w(ny + j, l)) * slope(w(ny + j, time)[l], setting_.coarse[row]) -
+          to_w(j, l) * slope(w(j, time)[l], setting_.fine[row]) - to_measured_.innovations[row].at[l];
   }
-  for (int i = 0; i < nx; ++i) {
-    const auto dual = seeded(prior, nx, i);
-    Outputs<DualOf<Lanes<Scalar>>> y;
-    setting_.equations.output(dual.data(), y.data());
-    for (int j = 0; j < ny; ++j) {
-      const Lanes<Scalar>& slope = y[static_cast<std::size_t>(j)].slope;
-      for (int l = 0; l < kGroup; ++l) p_[lane(i, l)] -= to_squashed_[lane(j, l)] * slope.at[l];
-    }
-  }
-  std::copy(p_.begin(), p_.end(), to_prior_.begin());
-  for (int i = 0; i < nx; ++i) {
-    auto dual = seeded(before, nx, i);
-    predict(dual.data(), time);
-    for (int l = 0; l < kGroup; ++l) {
-      Scalar sum = 0;
-      for (int r = 0; r < nx; ++r) sum += dual[static_cast<std::size_t>(r)].slope.at[l] * to_prior_[lane(r, l)];
-      p_[lane(i, l)] = sum;
-    }
-  }
+  std::copy(to_measured_.slopes.begin(), to_measured_.slopes.end(), to_expected_.begin() + ny);
+  std::vector<L> at(static_cast<std::size_t>(setting_.carried()));
+  setting_.equations.output_back(prior(time), to_expected_.data(), to_x_.data());
+  for (int i = 0; i < setting_.carried(); ++i) at[static_cast<std::size_t>(i)] = L(x(i, time - 1));
+  predict(at.data(), time);
+  predict_back(time, to_x_.data());
 }
 
 template class PriorLanes<float>;

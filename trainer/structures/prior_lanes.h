@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 // An observer with a prior (codegen/model/prior.h) over whole trajectories, eight side by side, and its gradient:
 // backpropagation through time, exact for the discrete steps, with exact derivatives of the known equations.
-//   back from dl/dx_k = p, less what the range of x cuts off, with x_k = x-_k + K s(nu) + b:
-//   to K p s(nu)',  to b p,  to nu and x- by K' p and by what the units read;  dl/dx_{k-1} += (df/dx)' dl/dx-_k
+//   back from g = dl/d[x; p]_k, less what the range cuts off: through the measurement (covariance_lanes.h), with
+//   x_k = ... + K s(nu) + b to K g s(nu)' and to b g, to nu and x- by what the units read; then through RK4 of
+//   [x; p], stage by stage, to dl/d[x; p]_{k-1}
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "codegen/model/equations.h"
+#include "trainer/structures/covariance_lanes.h"
 #include "trainer/structures/gated_units.h"
 
 namespace nlo::trainer {
@@ -15,22 +18,24 @@ namespace nlo::trainer {
 /// What is known of the observer before training.
 struct PriorSetting {
   codegen::Equations equations;
-  int units = 0, readings = 0, inputs = 0;  ///< n_m, n_r, n_u
-  bool commands = false;                    ///< the input of a sample has acted since the one before
-  double period_s = 0.0;                    ///< what rates are told in
-  std::vector<bool> on_circle;              ///< n_x: the sine or cosine of an angle
-  std::vector<double> start, low, high;     ///< n_x: the first prior, and where x is kept
-  std::vector<double> fine, coarse;         ///< n_y, of s(nu)
-  std::vector<double> scale;                ///< n_x (n_y + 1): of the correction's outputs
-  Normalisation read;                       ///< of w
+  int units = 0, readings = 0, inputs = 0;        ///< n_m, n_r, n_u
+  bool commands = false;                          ///< the input of a sample has acted since the one before
+  double period_s = 0.0;                          ///< what rates are told in
+  std::vector<bool> on_circle;                    ///< n_x: the sine or cosine of an angle
+  std::vector<double> start, low, high;           ///< the first prior of [x; p], and where it is kept
+  std::vector<double> fine, coarse;               ///< n_y, of s(nu)
+  std::vector<double> state_noise, output_noise;  ///< n_x, n_y: variances where c is 0
+  std::vector<double> scale;                      ///< of the correction's outputs
+  Normalisation read;                             ///< of w
 
   int nx() const { return equations.nx(); }
   int ny() const { return equations.ny(); }
   int reads() const { return 2 * ny() + readings + nx(); }  ///< n_w
-  int corrections() const { return nx() * (ny() + 1); }
+  int carried() const { return equations.carried(); }
+  int corrections() const { return nx() * (ny() + 2) + ny(); }  ///< [K; b; c_q; c_r]
 };
 
-/// GatedRun with z = [m; x].
+/// GatedRun with z = [m; x; p].
 template <class Scalar>
 class PriorLanes final : private GatedLoop<Scalar> {
  public:
@@ -42,33 +47,66 @@ class PriorLanes final : private GatedLoop<Scalar> {
   void backward(const GatedRun<Scalar>& run, std::vector<double>& gradient);
 
  private:
+  using L = Lanes<Scalar>;
+  /// One piece of the step between two samples, as RK4 takes it.
+  struct Piece {
+    codegen::Equations::Stages<L> stages;
+    std::array<L, codegen::Equations::kMostCarried> reached;  ///< before it is kept within the range
+  };
+  /// How the step to a sample is cut, lane by lane.
+  struct Cut {
+    std::array<int, kGroup> pieces;
+    int most;
+    L h;
+  };
+
   void begin(const GatedRun<Scalar>& run);
-  /// x of sample `time` - 1 becomes the prior of `time`. Value: of eight lanes, or with their derivative.
-  template <class Value>
-  void predict(Value* x, int time) const;
+  /// Fills path_: [x; p] of sample `time` - 1 becomes the prior of `time`.
+  void predict(L* x, int time);
+  void predict_back(int time, L* cotangent);
+  Cut cut(int time) const;
+  L step_of(const Cut& cut, int piece) const;
+  void inputs_at(const Cut& cut, int time, int piece, double c, L* u) const;
   void read(int time) override;
   void stepped(int time, const Scalar* in) override;
   void pull_back(int time, const Scalar* in, Scalar* to_z) override;
   void take(int time, const Scalar* to_readings) override;
 
   void correct(const Scalar* in, int time);
+  /// exp(c), c one of the last corrections and kept within +-16.
+  L noise(int correction) const;
+  void noise_back(int correction, const L& variance, const L& to_variance);
+  Scalar periods(int time, int l) const {
+    return run_.periods == nullptr || time == 0 ? 1 : run_.periods[time * kGroup + l];
+  }
   Scalar* w(int row, int time) { return w_.data() + (static_cast<std::ptrdiff_t>(row) * run_.length + time) * kGroup; }
+  const Scalar* w(int row, int time) const {
+    return w_.data() + (static_cast<std::ptrdiff_t>(row) * run_.length + time) * kGroup;
+  }
   Scalar* x(int row, int time) const {
     return run_.latent + (static_cast<std::ptrdiff_t>(setting_.units + row) * run_.length + time) * kGroup;
   }
-  int prior_row() const { return setting_.reads() - setting_.nx(); }  ///< of w
+  L* prior(int time) { return prior_.data() + static_cast<std::ptrdiff_t>(time) * setting_.carried(); }
+  int prior_row() const { return setting_.reads() - setting_.nx(); }                        ///< of w
+  int noise_row() const { return setting_.corrections() - setting_.nx() - setting_.ny(); }  ///< of the corrections
   Scalar low(int i) const { return static_cast<Scalar>(setting_.low[static_cast<std::size_t>(i)]); }
   Scalar high(int i) const { return static_cast<Scalar>(setting_.high[static_cast<std::size_t>(i)]); }
   Scalar scale(int r) const { return static_cast<Scalar>(setting_.scale[static_cast<std::size_t>(r)]); }
 
   PriorSetting setting_;
   GatedUnits<Scalar> units_;
+  CovarianceUpdate<Scalar> update_;
+  Measured<Scalar> measured_, to_measured_;
   GatedRun<Scalar> run_;
   const Scalar* given_ = nullptr;              ///< readings
   std::vector<Scalar> w_;                      ///< of a run
-  std::vector<Scalar> gain_;                   ///< [K; b] of a sample
+  std::vector<L> prior_;                       ///< [x-; p-] of its samples
+  std::vector<Piece> path_;                    ///< of a step
+  std::vector<L> expected_, to_expected_;      ///< outputs, and their slopes
+  std::vector<Scalar> gain_;                   ///< [K; b; c_q; c_r] of a sample
   std::vector<Scalar> correction_transposed_;  ///< columns x corrections
-  std::vector<Scalar> p_, x_, to_prior_, to_squashed_, to_gain_, to_in_;
+  std::vector<L> x_, to_x_;                    ///< [x; p] behind the correction; dl/d[x; p]
+  std::vector<Scalar> to_squashed_, to_gain_, to_in_;
   std::vector<Scalar> gradient_, bias_gradient_;  ///< of the correction, lanes apart
 };
 

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: MIT
-// The observer with a prior: a plant's known equations step its state, and gated units that are learned correct it.
-//   x-  = x one step on by dx/dt = f(x, u), RK4          the prior
+// The observer with a prior: a plant's known equations step its state and its covariance, as those of an extended
+// Kalman filter; gated units that are learned say how large the noises are, and correct what is left.
+//   x-  = x one step on by dx/dt = f(x, u), RK4          the prior; with it dP/dt = F P + P F', F = df/dx
 //   nu  = y - h(x-)                                      the innovation
 //   w   = [s(nu, fine); s(nu, coarse); y; u; x-]         s(v, c) = v / (c + |v|), between -1 and 1
 //   m   gated units (gated_observer.h) that read w where those read y
-//   x   = x- + K s(nu, coarse) + b                       [K; b] = correction([m; w])
-//   x_hat = T*([m; x]),   z = [m; x]
-// x- and x are kept within a range, from which no step overflows: one outlier cannot lead x where f has never been.
+//   [K; b; c_q; c_r] = correction([m; w])
+//   x, P  by the measurement (covariance.h), q = state_noise exp(c_q), r = output_noise exp(c_r);  x += K s(nu) + b
+//   x_hat = T*([m; x; p]),   z = [m; x; p],   p: the upper triangle of P
+// x and p are kept within a range, from which no step overflows: one outlier cannot lead x where f has never been.
 // Where y stands, stalenesses are read beside it.
 #pragma once
 
 #include <cstdint>
 #include <limits>
 
+#include "nlo/covariance.h"
 #include "nlo/explicit_rk.h"
 #include "nlo/functions.h"
 #include "nlo/gate.h"
@@ -28,7 +31,8 @@
 namespace nlo {
 
 /// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
-///   Equations  derivative(x, u, dx) and output(x, y), each operation rounded by itself
+///   Equations  derivative(x, u, dx) of [x; p], and output(x, y), each operation rounded by itself; behind the n_y
+///              outputs are their slopes dh/dx, row by row
 template <class Scalar_, int kNx_, int kNy_, int kUnits_, class Equations_, class Gates_, class Candidate_,
           class Correction_, class InverseMap_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
 struct PriorModel {
@@ -40,8 +44,9 @@ struct PriorModel {
   using InverseMap = InverseMap_;
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
-  static constexpr int kUnits = kUnits_;  ///< n_m
-  static constexpr int kNz = kUnits + kNx;
+  static constexpr int kUnits = kUnits_;                     ///< n_m
+  static constexpr int kCarried = kNx + triangle_size(kNx);  ///< [x; p]
+  static constexpr int kNz = kUnits + kCarried;
   static constexpr int kNu = kNu_;
   static constexpr int kNf = kNf_;             ///< outputs that may be missing
   static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, then inputs, then how stale those outputs are
@@ -53,20 +58,22 @@ struct PriorModel {
   static_assert(kNx > 0 && kNy > 0 && kUnits > 0 && kNu >= 0);
   static_assert(Gates::kIn == kUnits + kReads && Gates::kOut == 2 * kUnits, "gates map [m; w] to 2 n_m");
   static_assert(Candidate::kIn == kUnits + kReads && Candidate::kOut == kUnits, "the candidate maps [g m; w] to n_m");
-  static_assert(Correction::kIn == kUnits + kReads && Correction::kOut == kNx * (kNy + 1), "[m; w] to K and b");
+  static constexpr int kCorrections = kNx * (kNy + 2) + kNy;  ///< [K; b; c_q; c_r]
+  static_assert(Correction::kIn == kUnits + kReads && Correction::kOut == kCorrections, "[m; w] to K, b, c_q and c_r");
   static_assert(InverseMap::kOut == kNx, "T* ends in n_x outputs");
   static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;              ///< this many held measurements in a row make the status kStale
-  Scalar initial[kNz];                    ///< m before the first measurement, and the first prior
-  Scalar state_min[kNx], state_max[kNx];  ///< x is kept within
-  Scalar fine[kNy], coarse[kNy];          ///< innovations that s makes 1/2
-  ReadingRange<Scalar, kNr> outputs;      ///< and of the other readings, behind them
+  std::uint16_t stale_after;                        ///< this many held measurements in a row make the status kStale
+  Scalar initial[kNz];                              ///< m before the first measurement, and the first prior
+  Scalar state_min[kCarried], state_max[kCarried];  ///< [x; p] is kept within
+  Scalar fine[kNy], coarse[kNy];                    ///< innovations that s makes 1/2
+  Scalar state_noise[kNx], output_noise[kNy];       ///< variances, of a sample period and of an output, of c = 0
+  ReadingRange<Scalar, kNr> outputs;                ///< and of the other readings, behind them
   Domain<Scalar, kNz> domain;
   Gates gates;             ///< a_s, then a_g
   Candidate candidate;     ///< before its tanh
-  Correction correction;   ///< K row by row, then b
+  Correction correction;   ///< K row by row, then b, c_q, c_r
   InverseMap inverse_map;  ///< T*
   [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 
@@ -112,40 +119,41 @@ struct PriorModel {
     return select<kArithmetic>(is_below(x, Scalar(0x1p100)), x, std::numeric_limits<Scalar>::quiet_NaN());
   }
 
-  /// The x of z becomes its prior.
+  /// The x and p of z become their prior.
   template <Arithmetic kArithmetic>
   void predict(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar h, int pieces) const {
     const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
-    Scalar x[kNx];
-    for (int r = 0; r < kNx; ++r) x[r] = possible<kArithmetic>(z[kUnits + r]);
+    Scalar x[kCarried];
+    for (Scalar& value : z) value = possible<kArithmetic>(value);
+    for (int r = 0; r < kCarried; ++r) x[r] = z[kUnits + r];
     for (int i = 0; i < pieces; ++i) {
-      explicit_rk_step<kArithmetic>(kRk4<Scalar>, h, x, [&](Scalar c, const Scalar(&at)[kNx], Scalar(&dx)[kNx]) {
+      explicit_rk_step<kArithmetic>(kRk4<Scalar>, h, x, [&](Scalar c, const Scalar(&at)[kCarried], auto& dx) {
         Scalar u[kNu > 0 ? kNu : 1]{};
         const Scalar part = rounded<Scalar>((static_cast<Scalar>(i) + c) * share);
         for (int j = 0; j < kNu; ++j) u[j] = multiply_add<kArithmetic>(part, y_next[kNy + j] - y[kNy + j], y[kNy + j]);
         Equations::derivative(at, u, dx);
       });
-      for (int r = 0; r < kNx; ++r) x[r] = kept_within<kArithmetic>(possible<kArithmetic>(x[r]), r);
+      for (int r = 0; r < kCarried; ++r) x[r] = kept_within<kArithmetic>(possible<kArithmetic>(x[r]), r);
     }
-    for (int r = 0; r < kNx; ++r) z[kUnits + r] = x[r];
+    for (int r = 0; r < kCarried; ++r) z[kUnits + r] = x[r];
   }
 
-  /// [m; x-] becomes [m; x].
+  /// [m; x-; p-] becomes [m; x; p].
   template <Arithmetic kArithmetic, bool kRegular>
   void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     constexpr int kIn = kUnits + kReads;
     LayerBuffer<Scalar, kIn> in;
     LayerBuffer<Scalar, 2 * kUnits> gate;
     LayerBuffer<Scalar, kUnits> target;
-    Scalar m[kUnits], x[kNx], expected[kNy], gain[kNx * (kNy + 1)];
+    Scalar m[kUnits], expected[kNy * (1 + kNx)], nu[kNy], gain[kCorrections];
+    Scalar *const w = &in.values[kUnits], *const x = &z[kUnits];
     for (int r = 0; r < kUnits; ++r) in.values[r] = m[r] = z[r];
-    for (int i = 0; i < kNx; ++i) x[i] = z[kUnits + i];
-    Scalar* w = &in.values[kUnits];
     Equations::output(x, expected);
     for (int j = 0; j < kNy; ++j) {
-      const Scalar nu = y[j] - expected[j], size = select<kArithmetic>(nu >= Scalar(0), nu, -nu);
-      w[j] = nu / (fine[j] + size);
-      w[kNy + j] = nu / (coarse[j] + size);
+      nu[j] = y[j] - expected[j];
+      const Scalar size = select<kArithmetic>(nu[j] >= Scalar(0), nu[j], -nu[j]);
+      w[j] = nu[j] / (fine[j] + size);
+      w[kNy + j] = nu[j] / (coarse[j] + size);
     }
     for (int r = 0; r < kNr; ++r) w[2 * kNy + r] = y[r];
     for (int i = 0; i < kNx; ++i) w[2 * kNy + kNr + i] = x[i];
@@ -154,11 +162,22 @@ struct PriorModel {
                                                target.values, m, periods);
     for (int r = 0; r < kUnits; ++r) in.values[r] = z[r] = m[r];
     correction.template evaluate<kArithmetic>(in.values, gain);
+    const Scalar *const drift = &gain[kNx * kNy], *const noise = drift + kNx;
+    Scalar change[kNx]{}, *const p = x + kNx;
     for (int i = 0; i < kNx; ++i) {
-      Scalar change = gain[kNx * kNy + i];
-      for (int j = 0; j < kNy; ++j) change = multiply_add<kArithmetic>(gain[i * kNy + j], w[kNy + j], change);
-      z[kUnits + i] = kept_within<kArithmetic>(x[i] + change, i);
+      Scalar q = rounded<Scalar>(state_noise[i] * noise_of<kArithmetic>(noise[i]));
+      if constexpr (!kRegular) q = rounded<Scalar>(q * periods);
+      p[in_triangle(kNx, i, i)] += q;
     }
+    for (int j = 0; j < kNy; ++j)
+      take_output<kArithmetic>(&expected[kNy + j * kNx], nu[j],
+                               rounded<Scalar>(output_noise[j] * noise_of<kArithmetic>(noise[kNx + j])), change, p);
+    for (int i = 0; i < kNx; ++i) {
+      Scalar learned = drift[i];
+      for (int j = 0; j < kNy; ++j) learned = multiply_add<kArithmetic>(gain[i * kNy + j], w[kNy + j], learned);
+      x[i] += change[i] + learned;
+    }
+    for (int i = 0; i < kCarried; ++i) x[i] = kept_within<kArithmetic>(x[i], i);
   }
 };
 

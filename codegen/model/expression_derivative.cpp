@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/model/expression_derivative.h"
+
+#include <utility>
+
+namespace nlo::codegen {
+namespace {
+
+using Kind = Expression::Kind;
+using Nodes = ExpressionNodes;
+
+bool is_number(const Nodes& nodes, double value) {
+  return nodes.size() == 1 && nodes[0].kind == Kind::kNumber && nodes[0].number == value;
+}
+
+Nodes combined(Nodes a, const Nodes& b, Kind kind) {
+  a.insert(a.end(), b.begin(), b.end());
+  a.push_back({.kind = kind});
+  return a;
+}
+
+Nodes quotient(Nodes a, const Nodes& b) {
+  return a.empty() ? a : combined(std::move(a), b, Kind::kQuotient);
+}
+
+Nodes applied(Function function, Nodes nodes) {
+  nodes.push_back({.kind = Kind::kFunction, .function = function});
+  return nodes;
+}
+
+/// Of a function at v, whose value there is f.
+Nodes slope_of(Function function, const Nodes& v, const Nodes& f) {
+  const Nodes one = number_nodes(1.0);
+  switch (function) {
+    case Function::kSine:
+      return applied(Function::kCosine, v);
+    case Function::kCosine:
+      return product(number_nodes(-1.0), applied(Function::kSine, v));
+    case Function::kTanh:
+      return difference(one, product(f, f));
+    case Function::kExponential:
+      return f;
+    case Function::kLogarithm:
+      return quotient(one, v);
+    case Function::kRoot:
+      return quotient(f, sum(product(number_nodes(2.0), v), number_nodes(1e-6)));
+    case Function::kArcTangent:
+      return quotient(one, sum(one, product(v, v)));
+    case Function::kMagnitude:
+      return applied(Function::kSign, v);
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+ExpressionNodes number_nodes(double value) {
+  return {{.kind = Kind::kNumber, .number = value}};
+}
+ExpressionNodes reading_nodes(int reading) {
+  return {{.kind = Kind::kReading, .reading = reading}};
+}
+
+ExpressionNodes sum(ExpressionNodes a, const ExpressionNodes& b) {
+  if (a.empty()) return b;
+  return b.empty() ? a : combined(std::move(a), b, Kind::kSum);
+}
+ExpressionNodes difference(ExpressionNodes a, const ExpressionNodes& b) {
+  if (a.empty()) return product(number_nodes(-1.0), b);
+  return b.empty() ? a : combined(std::move(a), b, Kind::kDifference);
+}
+ExpressionNodes product(ExpressionNodes a, const ExpressionNodes& b) {
+  if (a.empty() || b.empty()) return {};
+  if (is_number(a, 1.0)) return b;
+  if (a.size() == 1 && b.size() == 1 && a[0].kind == Kind::kNumber && b[0].kind == Kind::kNumber)
+    return number_nodes(a[0].number * b[0].number);
+  return is_number(b, 1.0) ? a : combined(std::move(a), b, Kind::kProduct);
+}
+
+ExpressionNodes derivative(const Expression& expression, int reading) {
+  struct Term {
+    Nodes value, slope;
+  };
+  std::vector<Term> stack;
+  for (const Expression::Node& node : expression.nodes()) {
+    if (node.kind == Kind::kNumber || node.kind == Kind::kReading) {
+      const bool itself = node.kind == Kind::kReading && node.reading == reading;
+      stack.push_back({{node}, itself ? number_nodes(1.0) : Nodes()});
+      continue;
+    }
+    if (node.kind == Kind::kFunction) {
+      Term& of = stack.back();
+      Nodes value = applied(node.function, of.value);
+      of.slope = product(slope_of(node.function, of.value, value), of.slope);
+      of.value = std::move(value);
+      continue;
+    }
+    if (node.kind == Kind::kSquare) {
+      Term& of = stack.back();
+      of.slope = product(number_nodes(2.0), product(of.value, of.slope));
+      of.value.push_back(node);
+      continue;
+    }
+    const Term right = std::move(stack.back());
+    stack.pop_back();
+    Term& left = stack.back();
+    Nodes value = combined(left.value, right.value, node.kind);
+    if (node.kind == Kind::kSum) left.slope = sum(left.slope, right.slope);
+    if (node.kind == Kind::kDifference) left.slope = difference(left.slope, right.slope);
+    if (node.kind == Kind::kProduct)
+      left.slope = sum(product(left.slope, right.value), product(left.value, right.slope));
+    if (node.kind == Kind::kQuotient)
+      left.slope = difference(quotient(left.slope, right.value), quotient(product(value, right.slope), right.value));
+    left.value = std::move(value);
+  }
+  return stack.back().slope;
+}
+
+Expression expression_of(ExpressionNodes nodes) {
+  return Expression(nodes.empty() ? number_nodes(0.0) : std::move(nodes));
+}
+
+}  // namespace nlo::codegen

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// The derivative of an expression as another expression: what a covariance is stepped by, and outputs' slopes.
+#pragma once
+
+#include <vector>
+
+#include "codegen/model/expression.h"
+
+namespace nlo::codegen {
+
+/// Postfix, as Expression has them; empty: 0.
+using ExpressionNodes = std::vector<Expression::Node>;
+
+ExpressionNodes number_nodes(double value);
+ExpressionNodes reading_nodes(int reading);
+/// Without terms that are 0 and factors that are 1.
+ExpressionNodes sum(ExpressionNodes a, const ExpressionNodes& b);
+ExpressionNodes difference(ExpressionNodes a, const ExpressionNodes& b);
+ExpressionNodes product(ExpressionNodes a, const ExpressionNodes& b);
+
+/// d(expression) / d(reading). 0 where a size or a sign has none. A root's is root(v) / (2 v + 1e-6), which has a value
+/// at 0, too.
+ExpressionNodes derivative(const Expression& expression, int reading);
+
+/// As an expression: of nothing it is 0.
+Expression expression_of(ExpressionNodes nodes);
+
+}  // namespace nlo::codegen

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// What a measurement does to the covariance of eight trajectories side by side (nlo/covariance.h), and back.
+#pragma once
+
+#include <nlo/covariance.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "trainer/structures/lane_numbers.h"
+
+namespace nlo::trainer {
+
+/// Of one sample: values, or cotangents of them.
+template <class Scalar>
+struct Measured {
+  using L = Lanes<Scalar>;
+  std::vector<L> p;                  ///< triangle
+  std::vector<L> slopes;             ///< n_y x n_x
+  std::vector<L> innovations, r, q;  ///< n_y, n_y, n_x
+  std::vector<L> change;             ///< n_x, x - x-
+
+  Measured(int nx, int ny)
+      : p(static_cast<std::size_t>(triangle_size(nx))),
+        slopes(static_cast<std::size_t>(nx * ny)),
+        innovations(static_cast<std::size_t>(ny)),
+        r(innovations),
+        q(static_cast<std::size_t>(nx)),
+        change(q) {}
+};
+
+template <class Scalar>
+class CovarianceUpdate {
+ public:
+  using L = Lanes<Scalar>;
+
+  CovarianceUpdate(int nx, int ny) : nx_(nx), ny_(ny), taken_(static_cast<std::size_t>(ny), Taken(nx)) {}
+
+  /// `of`: p before the measurement becomes p behind it, and change is filled.
+  void forward(Measured<Scalar>& of) {
+    for (int i = 0; i < nx_; ++i) {
+      element(of.p, i, i) = element(of.p, i, i) + of.q[at(i)];
+      of.change[at(i)] = L(0.0);
+    }
+    for (int j = 0; j < ny_; ++j) {
+      const L* h = of.slopes.data() + static_cast<std::ptrdiff_t>(j) * nx_;
+      Taken& now = taken_[at(j)];
+      now.p = of.p;
+      now.change = of.change;
+      L spread(0.0);
+      now.rest = of.innovations[at(j)];
+      for (int i = 0; i < nx_; ++i) {
+        L sum(0.0);
+        for (int k = 0; k < nx_; ++k) sum = sum + element(of.p, i, k) * h[k];
+        now.ph[at(i)] = sum;
+      }
+      for (int i = 0; i < nx_; ++i) {
+        spread = spread + h[i] * now.ph[at(i)];
+        now.rest = now.rest - h[i] * of.change[at(i)];
+      }
+      for (int l = 0; l < kGroup; ++l) {
+        now.positive.at[l] = spread.at[l] < Scalar(0) ? Scalar(0) : Scalar(1);
+        now.share.at[l] = Scalar(1) / (now.positive.at[l] * spread.at[l] + of.r[at(j)].at[l]);
+      }
+      for (int i = 0; i < nx_; ++i) {
+        const L gain = now.ph[at(i)] * now.share;
+        of.change[at(i)] = of.change[at(i)] + gain * now.rest;
+        for (int k = i; k < nx_; ++k) element(of.p, i, k) = element(of.p, i, k) - gain * now.ph[at(k)];
+      }
+    }
+  }
+
+  /// After forward(of): cotangents of p and change, in `to`, become those of p before it; the others are filled.
+  void backward(const Measured<Scalar>& of, Measured<Scalar>& to) {
+    std::fill(to.slopes.begin(), to.slopes.end(), L(0.0));
+    for (int j = ny_; j-- > 0;) {
+      const L* h = of.slopes.data() + static_cast<std::ptrdiff_t>(j) * nx_;
+      L* to_h = to.slopes.data() + static_cast<std::ptrdiff_t>(j) * nx_;
+      const Taken& now = taken_[at(j)];
+      std::vector<L> to_ph(at(nx_), L(0.0));
+      L to_rest(0.0), to_share(0.0);
+      for (int i = 0; i < nx_; ++i) {
+        const L gain = now.ph[at(i)] * now.share;
+        to_rest = to_rest + to.change[at(i)] * gain;
+        L to_gain = to.change[at(i)] * now.rest;
+        for (int k = i; k < nx_; ++k) {
+          const L& to_p = element(to.p, i, k);
+          to_gain = to_gain - to_p * now.ph[at(k)];
+          to_ph[at(k)] = to_ph[at(k)] - to_p * gain;
+        }
+        to_ph[at(i)] = to_ph[at(i)] + to_gain * now.share;
+        to_share = to_share + to_gain * now.ph[at(i)];
+      }
+      const L to_sum = L(0.0) - to_share * now.share * now.share;
+      to.r[at(j)] = to_sum;
+      to.innovations[at(j)] = to_rest;
+      const L to_spread = to_sum * now.positive;
+      for (int i = 0; i < nx_; ++i) {
+        to_ph[at(i)] = to_ph[at(i)] + to_spread * h[i];
+        to_h[i] = to_h[i] + to_spread * now.ph[at(i)] - to_rest * now.change[at(i)];
+        to.change[at(i)] = to.change[at(i)] - to_rest * h[i];
+      }
+      for (int i = 0; i < nx_; ++i)
+        for (int k = 0; k < nx_; ++k) {
+          L& to_p = element(to.p, i, k);
+          to_p = to_p + to_ph[at(i)] * h[k];
+          to_h[k] = to_h[k] + to_ph[at(i)] * element(now.p, i, k);
+        }
+    }
+    for (int i = 0; i < nx_; ++i) to.q[at(i)] = element(to.p, i, i);
+  }
+
+ private:
+  /// What an output found, and what the way back needs of it.
+  struct Taken {
+    std::vector<L> p, change, ph;
+    L rest, share, positive;
+
+    explicit Taken(int nx) : ph(static_cast<std::size_t>(nx)) {}
+  };
+
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  L& element(std::vector<L>& p, int i, int j) const { return p[at(in_triangle(nx_, i, j))]; }
+  const L& element(const std::vector<L>& p, int i, int j) const { return p[at(in_triangle(nx_, i, j))]; }
+
+  int nx_, ny_;
+  std::vector<Taken> taken_;
+};
+
+}  // namespace nlo::trainer
