@@ -27,6 +27,7 @@ class Instruction:
     size: int = 4
     listed: list = field(default_factory=list)  # registers of a list, in order
     sp_change: int = 0
+    operation: str = ""  # of floats whose result intervals.py knows
 
 
 def split_operands(text):

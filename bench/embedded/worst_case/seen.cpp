@@ -9,9 +9,14 @@
 #include "bench/embedded/worst_case/calls.h"
 #include "toolchains/cortex_m/console.h"
 
+#ifndef NLO_CASES
+#define NLO_CASES 1000
+#endif
+
 namespace {
 
-constexpr int kLargestState = 512;
+constexpr int kLargestState = 512, kMostValues = 16;
+constexpr std::uint32_t kMostSteps = 40'000;
 
 /// A linear congruential generator, its upper bits.
 struct Random {
@@ -73,18 +78,25 @@ float duration() {
   }
 }
 
-void choose_inputs() {
-  const bool usual = random(2) != 0;
-  for (float& y : call_y) y = usual ? between(called.lowest, called.highest) : reading();
-  for (float& u : call_u) u = usual ? between(-1.0F, 1.0F) : reading();
-  call_dt_s = duration();
-}
-
 volatile unsigned waiting = 0;
-unsigned char fresh[kLargestState], tried[kLargestState];
+
+/// What a call is given: the observer's state and the arguments.
+struct Case {
+  unsigned char state[kLargestState];
+  float y[kMostValues], u[kMostValues], dt_s;
+};
+unsigned char fresh[kLargestState];
+Case tried, usual;  ///< in turn; one from which there is much to find
 
 void restore() {
-  std::memcpy(called.state, tried, called.bytes);
+  std::memcpy(called.state, tried.state, called.bytes);
+}
+
+void choose_inputs() {
+  const bool as_usual = random(2) != 0;
+  for (float& y : tried.y) y = as_usual ? between(called.lowest, called.highest) : reading();
+  for (float& u : tried.u) u = as_usual ? between(-1.0F, 1.0F) : reading();
+  tried.dt_s = duration();
 }
 
 /// Leaves in `tried` a state that follows from the last one, or is spoilt.
@@ -110,36 +122,84 @@ void choose_state() {
     default:
       break;
   }
-  std::memcpy(tried, called.state, called.bytes);
+  std::memcpy(tried.state, called.state, called.bytes);
+}
+
+/// Moves some values of `tried`, all by about as much. Not the flags behind z, y and the inputs held.
+void move_some() {
+  constexpr float kScales[] = {0.1F, 0.3F, 1.0F, 3.0F, 10.0F, 30.0F, 100.0F, 300.0F};
+  constexpr std::uint32_t kShares[] = {50, 300, 1000};  // thousandths
+  const float scale = kScales[random(8)];
+  const std::uint32_t share = kShares[random(3)];
+  const auto move = [&](float value) { return random(1000) < share ? value + between(-scale, scale) : value; };
+  const auto outputs = static_cast<unsigned>(called.outputs), inputs = static_cast<unsigned>(called.inputs);
+  const unsigned flags = (2 * (outputs + inputs) + 2 + 3) / 4 * 4;
+  for (unsigned at = 0; at + 4 <= called.bytes - flags; at += 4) {
+    float value;
+    std::memcpy(&value, tried.state + at, sizeof(value));
+    value = move(value);
+    std::memcpy(tried.state + at, &value, sizeof(value));
+  }
+  for (unsigned j = 0; j < outputs; ++j) tried.y[j] = move(tried.y[j]);
+  for (unsigned j = 0; j < inputs; ++j) tried.u[j] = move(tried.u[j]);
+  if (random(4) == 0) tried.dt_s = duration();
 }
 
 /// One of the calls and the worst that was seen of it.
 struct Call {
   const char* name;
   void (*run)();
-  std::uint32_t most_ticks = 0, most = 0;
+  std::uint32_t times = 1;  ///< that it is called to be compared
+  std::uint32_t most = 0;   ///< ticks of them
+  Case worst = {};
 };
 Call calls[] = {{"call_step", call_step}, {"call_step_dt", call_step_dt}, {"call_estimate", call_estimate}};
 
-/// Counts a call to the instruction where it may be the worst: many times over, from the same state.
-void look_at(Call& call, const nlo::bench::InstructionClock& clock) {
-  using nlo::bench::ticks;
-  restore();
-  const std::uint32_t once = ticks(call.run, 1);
-  if (once < call.most_ticks) return;
-  call.most_ticks = once;
-  const int times = once > 20'000 ? 4 : once > 1000 ? 64 : 256;
-  const auto from_the_same = [times](void (*run)()) {
-    return ticks(
-        [run] {
-          restore();
-          run();
-        },
-        times);
-  };
-  const std::uint32_t counted = from_the_same(call.run) - from_the_same(nlo::bench::nothing);
-  const std::uint32_t all = clock.instructions(counted, static_cast<std::uint32_t>(times)) + 1;  // `nothing` is one
-  if (all > call.most) call.most = all;
+/// Ticks of `times` calls of `tried`.
+std::uint32_t ticks_of(void (*run)(), std::uint32_t times) {
+  std::memcpy(call_y, tried.y, sizeof(call_y));
+  std::memcpy(call_u, tried.u, sizeof(call_u));
+  call_dt_s = tried.dt_s;
+  return nlo::bench::ticks(
+      [run] {
+        restore();
+        run();
+      },
+      static_cast<int>(times));
+}
+
+/// Keeps `tried` where none was worse.
+bool look_at(Call& call) {
+  const std::uint32_t counted = ticks_of(call.run, call.times);
+  if (counted < call.most) return false;
+  call.most = counted;
+  call.worst = tried;
+  return true;
+}
+
+/// Instructions of a call of `tried`: so often that a tick matters no more.
+std::uint32_t instructions(const Call& call, const nlo::bench::InstructionClock& clock) {
+  const std::uint32_t times = call.times >= 50 ? 400 : 200;
+  const std::uint32_t counted = ticks_of(call.run, times) - ticks_of(nlo::bench::nothing, times);
+  return clock.instructions(counted, times) + 1;  // `nothing` is one
+}
+
+/// From a case to others near it, as long as they are no better: at most so many instructions.
+void climb(Call& call, const Case& start, std::uint32_t length) {
+  const std::uint32_t steps = NLO_CLIMB / (length * call.times);
+  static Case best;
+  best = tried = start;
+  std::uint32_t most = ticks_of(call.run, call.times);
+  for (std::uint32_t i = 0; i < (steps < kMostSteps ? steps : kMostSteps); ++i) {
+    tried = best;
+    move_some();
+    const std::uint32_t counted = ticks_of(call.run, call.times);
+    if (counted < most) continue;
+    most = counted;
+    best = tried;
+  }
+  tried = best;
+  look_at(call);
 }
 
 }  // namespace
@@ -153,19 +213,39 @@ extern "C" __attribute__((noinline)) void waits_for_data() {
 int main() {
   waits_for_data();
   const nlo::bench::InstructionClock clock;
-  if (called.bytes > kLargestState) return 1;
+  if (called.bytes > kLargestState || called.outputs > kMostValues || called.inputs > kMostValues) return 1;
   std::memcpy(fresh, called.state, called.bytes);
+  usual.dt_s = called.longest;
+  for (int i = 0; i < 10; ++i) {
+    call_y[0] = 0.5F * (called.lowest + called.highest);
+    call_step();
+  }
+  std::memcpy(usual.state, called.state, called.bytes);
   for (int i = 0; i < NLO_CASES; ++i) {
     choose_state();
     choose_inputs();
-    for (Call& call : calls) look_at(call, clock);
+    for (Call& call : calls) {
+      look_at(call);
+      if (i == 20) {  // a long call is counted once, a short one often
+        const std::uint32_t length = instructions(call, clock);
+        call.times = length < 20'000 ? 20'000 / length + 1 : 1;
+        call.most = 0;
+      }
+    }
     restore();
     call_step();  // goes on from here
   }
-  for (const Call& call : calls) {
+  for (Call& call : calls) {
+    tried = call.worst;
+    const std::uint32_t length = instructions(call, clock);
+    static Case from;
+    from = call.worst;
+    climb(call, from, length);
+    climb(call, usual, length);
+    tried = call.worst;
     board::write(call.name);
     board::write(" ");
-    board::write(call.most);
+    board::write(instructions(call, clock));
     board::write("\n");
   }
   return clock.counts() ? 0 : 1;

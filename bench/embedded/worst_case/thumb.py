@@ -178,7 +178,7 @@ def read(text):
             first = operands.strip()
             other = {a: b for pair in zip(CONDITIONS[::2], CONDITIONS[1::2]) for a, b in (pair, pair[::-1])}[first]
             block = [first] + [first if c == "t" else other for c in name[2:]]
-            found[at] = Instruction(at, after, "it", [])
+            found[at] = Instruction(at, after, "it", [first, str(len(block))])
             continue
         try:
             found[at] = decode(at, after, name, operands, block.pop(0) if block else "", comment)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """What a Thumb instruction makes of known values: see thumb.py for what a value is."""
-import struct
-
+import intervals
 from instruction import REGISTER, halves, number
 
 WORD = 0xFFFFFFFF
@@ -21,20 +20,20 @@ def signed(n):
 
 def low_bits(value):
     """The last three bits, where they are known: sp is a multiple of 8 where a function starts (AAPCS, 6.2.1.2)."""
-    if value is not None and (value[0] == "" or value[0].startswith(("sp:", "~"))):
+    if value is not None and (value[0] in ("", "~") or value[0].startswith("sp:")):
         return value[1] & 7
     return None
 
 
 def plus(a, b):
-    if a is None or b is None or (a[0] and b[0]):
+    if a is None or b is None or (a[0] and b[0]) or "~f" in (a[0], b[0]):
         return None
     total = a[1] + b[1]
     return (a[0] or b[0], signed(total & WORD)) if a[0] or b[0] else constant(total)
 
 
 def minus(a, b):
-    if a is None or b is None:
+    if a is None or b is None or "~f" in (a[0], b[0]):
         return None
     if a[0] == b[0]:
         return None if a[0].startswith("~") else constant(a[1] - b[1])
@@ -56,15 +55,6 @@ def of_result(value, carry=None, overflow=None):
     if not is_number(value):
         return (None,) * 4
     return (value[1] >> 31, int(value[1] == 0), carry, overflow)
-
-
-def compare_floats(a, b):
-    if not (is_number(a) and is_number(b)):
-        return (None,) * 4
-    x, y = (struct.unpack("<f", struct.pack("<I", v[1]))[0] for v in (a, b))
-    if x != x or y != y:
-        return (0, 0, 1, 1)
-    return (int(x < y), int(x == y), int(x >= y), 0)
 
 
 def holds(condition, flags):
@@ -180,15 +170,15 @@ def compared(ins, state):
     return {"flags": (None,) * 4}
 
 
-def compared_floats(ins, state):
-    a, b = (constant(0) if op.startswith("#") else state.get(op) for op in ins.operands)
-    return {"fpscr": compare_floats(a, b)}
+def float_operand(text, state):
+    return (0.0, 0.0) if text.startswith("#") else intervals.ends(state.get(text))
 
 
 def moved(ins, state):
     to, source = halves(ins.operands[0]), ins.operands[1]
     if REGISTER.match(source):
-        return dict(zip(to, (state.get(half) for half in halves(source))))
+        moved_values = [state.get(half) for half in halves(source)]
+        return {name: None if name[0] == "r" and v and v[0] == "~f" else v for name, v in zip(to, moved_values)}
     known = constant(number(source)) if source.startswith("#") and len(to) == 1 else None
     return {half: known for half in to}
 
@@ -198,11 +188,13 @@ def effects(ins, state):
     if ins.name in ("cmp", "cmn", "tst", "teq"):
         return compared(ins, state)
     if ins.name == "vcmp":
-        return compared_floats(ins, state)
+        return {"fpscr": intervals.compare(*(float_operand(op, state) for op in ins.operands))}
     if ins.name == "vmov":
         return moved(ins, state)
     if ins.name == "vmrs" and "flags" in ins.writes:
         return {"flags": state.get("fpscr")}
+    if ins.operation:
+        return {ins.operands[0]: intervals.result(ins.operation, [float_operand(op, state) for op in ins.operands[1:]])}
     if ins.name in ("float", "several", "vmrs") or len(ins.operands) < 2 or not ins.writes:
         return {name: None for name in ins.writes}
     result = {name: None for name in ins.writes}

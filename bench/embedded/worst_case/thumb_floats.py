@@ -2,6 +2,7 @@
 """Instructions of the FPU: see thumb.py."""
 import re
 
+import intervals
 from instruction import REGISTER, Unknown, addressing, halves, multiple, register_list
 
 FLOATS = {"vadd", "vsub", "vmul", "vdiv", "vnmul", "vneg", "vabs", "vsqrt", "vcvt", "vcvtr", "vcvta", "vrinta", "vrintn",
@@ -60,6 +61,8 @@ def decode(ins, name, ops, comment):
         return ins
     if head in FLOATS or head in FLOATS_READ_FIRST:
         ins.name = "float"
+        if kind == "f32" and head in intervals.KNOWN and all(op.startswith("s") for op in ops):
+            ins.operation = head
         ins.writes.update(halves(ops[0]))
         for op in ops if head in FLOATS_READ_FIRST else ops[1:]:
             if REGISTER.match(op):

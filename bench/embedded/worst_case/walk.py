@@ -10,9 +10,10 @@ back to a place with nothing learnt, the loop has no bound: an error, with its a
 What is assumed, as of every compiled program: calls keep r4 to r11 (checked at each return) and s16 to s31, and no
 pointer reaches the slots in which a compiler keeps registers.
 """
+import intervals
 from functions import GIVEN, KEPT, LOST, Functions, slots
 from instruction import Unknown
-from thumb_effects import constant, effects, holds, is_number, operand, plus
+from thumb_effects import constant, effects, float_operand, holds, is_number, operand, plus
 
 MOST_NODES = 2_000_000
 
@@ -43,6 +44,8 @@ class Walk(Functions):
                     word = self.program.word(address[1] + 4 * i, size)
                     if word is not None:
                         value = constant(word - (1 << 8 * size) if ins.size < 0 and word >> (8 * size - 1) else word)
+                if value is not None and value[0] == "~f" and name.startswith("r"):
+                    value = None
                 if value is None and (ins.size in (4, 8) or ins.name == "ldm") and name.startswith("r"):
                     value = (f"@{ins.at:x}.{i}", 0)
                 results[name] = value
@@ -131,7 +134,12 @@ class Walk(Functions):
 
     def node(self, f, at, state):
         keep = f.relevant[at]
-        return (at, frozenset((n, v) for n, v in state.items() if n in keep or n[0] == "#"))
+        return (at, frozenset((n, v) for n, v in state.items() if n in keep or (n[0] == "#" and self.is_asked(n, keep))))
+
+    @staticmethod
+    def is_asked(name, keep):
+        """A counter of a loop, or what flags are about that matter."""
+        return name not in ("#flags", "#fpscr") or name[1:] in keep
 
     def longest(self, f, state):
         root = self.node(f, f.entry, state)
@@ -163,7 +171,7 @@ class Walk(Functions):
 
     def expand(self, f, node, exits):
         """[(instructions, node that follows or None)] from a node to the next block or branch."""
-        at, state, count, asked = node[0], dict(node[1]), 0, None
+        at, state, count = node[0], dict(node[1]), 0
         while True:
             ins = self.instruction(at)
             count += 1
@@ -179,13 +187,12 @@ class Walk(Functions):
                     value = state.get(ins.operands[0])
                     zero = value[1] == 0 if is_number(value) else False if value and value[0][:3] == "sp:" else None
                     taken = None if zero is None else zero == (ins.name == "cbz")
-                    asked = (ins.operands[0], constant(0))
-                equal = ins.target if ins.condition == "eq" or ins.name == "cbz" else ins.after
+                    state["#flags"] = (ins.operands[0], constant(0))
+                condition = ins.condition or {"cbz": "eq", "cbnz": "ne"}.get(ins.name)
                 ways = []
-                for to, goes in ((ins.target, taken is not False), (ins.after, taken is not True)):
+                for to, held, goes in ((ins.target, True, taken is not False), (ins.after, False, taken is not True)):
                     if goes:
-                        learnt = dict([asked]) if asked and to == equal and ins.condition in ("eq", "ne", "") else {}
-                        ways += self.follow(f, ins, to, {**state, **learnt}, count)
+                        ways += self.follow(f, ins, to, self.learnt(state, condition, held), count)
                 return ways
             elif ins.memory:
                 if taken is not False:
@@ -197,7 +204,11 @@ class Walk(Functions):
                             del state[name]
             elif taken is not False:
                 self.with_sp(f, ins, state, taken is None)
-            asked = self.question(ins, asked, state)
+            self.question(ins, state)
+            if ins.name == "it":
+                ways = self.two_ways(f, ins, state, count)
+                if ways:
+                    return ways
             if ins.kind == "return" and taken is not False:
                 self.returned(f, ins, state, exits)
                 return [(count, None)] + (self.follow(f, ins, ins.after, state, count) if taken is None else [])
@@ -206,12 +217,54 @@ class Walk(Functions):
                 return [(count, self.node(f, at, state))]
 
     @staticmethod
-    def question(ins, asked, state):
-        """(register, number): where the flags say equal, it is that number."""
-        if ins.name == "cmp" and not ins.condition:
-            number = operand(ins.operands[1], state) if len(ins.operands) == 2 else None
-            return (ins.operands[0], number) if is_number(number) else None
-        return None if asked and ({"flags", asked[0]} & ins.writes or ins.kind == "call") else asked
+    def question(ins, state):
+        """Keeps what the flags are about: (register, what it was compared with)."""
+        asked = state.get("#fpscr")
+        for name in ("flags", "fpscr"):
+            writes = LOST if ins.kind == "call" else ins.writes
+            if "#" + name in state and (name in writes or state["#" + name][0] in writes):
+                del state["#" + name]
+        if ins.condition or len(ins.operands) != 2:
+            return
+        if ins.name == "cmp" and is_number(operand(ins.operands[1], state)):
+            state["#flags"] = (ins.operands[0], operand(ins.operands[1], state))
+        elif ins.name == "vcmp" and float_operand(ins.operands[1], state):
+            state["#fpscr"] = (ins.operands[0], float_operand(ins.operands[1], state))
+        elif ins.name == "vmrs" and asked and "flags" in ins.writes:
+            state["#flags"] = asked
+
+    @staticmethod
+    def learnt(state, condition, held):
+        """What is known where a condition held, or did not."""
+        state = dict(state)
+        register, other = state.get("#flags", ("", None))
+        if register.startswith("s") and register != "sp":
+            value = intervals.learnt(state.get(register), condition, held, other)
+            if value is not None:
+                state[register] = value
+        elif register and (condition, held) in (("eq", True), ("ne", False)):
+            state[register] = other
+        return state
+
+    def two_ways(self, f, ins, state, count):
+        """An IT block of floats, whose condition is not known, as a branch: what is learnt of its condition lasts."""
+        condition, length = ins.operands[0], int(ins.operands[1])
+        if holds(condition, state.get("flags")) is not None or not state.get("#flags", ("",))[0].startswith("s"):
+            return []
+        block, at = [], ins.after
+        for _ in range(length):
+            block.append(self.instruction(at))
+            at = block[-1].after
+        if any(i.name not in ("vmov", "float") for i in block):
+            return []
+        ways = []
+        for held in (True, False):
+            way = self.learnt(state, condition, held)
+            for i in block:
+                if (i.condition == condition) == held:
+                    self.with_sp(f, i, way, False)
+            ways.append((count + length, self.node(f, at, way)))
+        return ways
 
     def with_sp(self, f, ins, state, may):
         """Any other instruction; the value of sp is known from its place."""

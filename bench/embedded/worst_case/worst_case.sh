@@ -3,7 +3,7 @@
 # The most instructions of each call of an observer with the deterministic policy: the most that was seen on an emulated
 # core over inputs that look for it (seen.cpp), and what the control-flow graph of the linked program allows (bound.py).
 # Prints the table of README.md and checks that no bound is below what was seen, that none is above
-# it by more than 2 % but those that LOOSE gives a reason for, and that no figure has changed by more than 5 %.
+# it by more than 2 %, and that no figure has changed by more than 5 %.
 #   usage: worst_case.sh BUILDS [CORE...]                    BUILDS/CORE holds the cross build of each core
 #          worst_case.sh BUILDS --write bench/embedded/worst_case/README.md     all cores
 set -euo pipefail
@@ -14,8 +14,6 @@ if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
 recorded=$here/README.md
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
-# What random weights and the modes of one model do not ask for all at once: README.md.
-declare -A LOOSE=([gated call_step_dt]=1.10 [prior call_step_dt]=1.10 [carried call_step_dt]=1.05)
 calls=(call_step call_step_dt call_estimate)
 failed=0
 source "$here/../write_table.sh"
@@ -45,7 +43,7 @@ for core in "${cores[@]}"; do
     said=$(python3 -B "$here/bound.py" "$image" "${calls[@]}") || { echo "$image: $said" >&2; exit 1; }
     while read -r call count; do bound[$call]=$count; done <<<"$said"
     for call in "${calls[@]}"; do
-      judge "$core $network $call" "${seen[$call]}" "${bound[$call]}" "${LOOSE[$network $call]:-1.02}" || failed=1
+      judge "$core $network $call" "${seen[$call]}" "${bound[$call]}" 1.02 || failed=1
       if [[ -n $target && $core != @(m4f|m0plus) ]]; then continue; fi # as table.sh: checked, left out of the page
       name=${call#call_} && name=${name/step_dt/step by dt}
       lines+=("| ${title[$core]} | $network | $name | ${seen[$call]} | ${bound[$call]} | $ratio |")
