@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
-// The observer that a program of this folder flies, chosen by macros: see CMakeLists.txt.
+// The observer that a program of this folder flies, chosen by macros: see CMakeLists.txt. With NLO_HEADER, an exported
+// one, and NLO_MODEL, its namespace.
 #pragma once
 
 #include <type_traits>
 
+#if defined(NLO_HEADER)
+#include NLO_HEADER
+#else
 #include "bench/random_model.h"
 #if NLO_GATED || NLO_PRIOR || NLO_CARRIED || NLO_LUENBERGER
 #include "bench/random_structures.h"
@@ -13,14 +17,18 @@
 #if NLO_EIGEN || NLO_NAIVE
 #include "bench/embedded/plain_networks.h"
 #endif
+#endif
 
 namespace {
 
 using nlo::Activation;
 using nlo::Arithmetic;
 
+#if defined(NLO_HEADER)
+constexpr const auto& kModel = nlo::NLO_MODEL::kModel;
+#else
 constexpr Activation kActivation = Activation::NLO_ACTIVATION;
-constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
+constexpr int kWidth = 50, kDepth = 4;                         // the paper's network, 3-50x4-2
 
 #if NLO_GATED
 constexpr auto kModel = nlo::bench::random_gated_model<32>();  // and T* 32-32-2 tanh
@@ -38,8 +46,7 @@ constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, 1, 1>();  // f
 #else
 constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, kWidth, kDepth>();
 #endif
-using Observer = nlo::SampledObserver<std::remove_const_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
-
-constinit Observer observer{kModel};
+#endif
+using Observer = nlo::SampledObserver<std::remove_cvref_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 namespace {
 
+constinit Observer observer{kModel};
 volatile float measured = 0.5F;
 
 }  // namespace

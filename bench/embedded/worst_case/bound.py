@@ -11,7 +11,7 @@ from program import Program
 from instruction import Unknown
 from walk import Walk
 
-POINTER, STATE, DOUBLINGS = 4, 8, 32  # bytes; the latter two of CalledObserver (calls.h)
+WORD, STATE, BYTES, DOUBLINGS, SECOND_POINTER = 4, 8, 12, 32, 36  # in bytes; all but the first of CalledObserver (calls.h)
 MOST_PIECES = 64  # nlo::kMostPieces
 
 
@@ -19,10 +19,12 @@ def loops(doublings):
     """Loops that end by arithmetic, not by a counter, and what says when."""
     piece = "for (int i = 0; i < pieces; ++i) {"  # what pieces_of() gives at most
     halve = "for (; doublings < kMost && magnitude(w) > T(0.5); ++doublings) w = w * T(0.5);"
+    window = "for (int s = 1; s <= samples; ++s) {"
     return [
         Bound("nlo/latent.h", halve, doublings),  # |lambda dt| of the longest step, halved to 1/2: of the model
         Bound("nlo/explicit_rk.h", piece, MOST_PIECES),
         Bound("nlo/prior_observer.h", piece, MOST_PIECES),
+        Bound("nlo/window_observer.h", window, MOST_PIECES),
         Bound("nlo/driven_kkl_observer.h", piece, MOST_PIECES),
     ]
 
@@ -35,7 +37,10 @@ def main():
     given = options.parse_args()
     program = Program(given.program)
     called = program.symbols["called"]
-    program.frozen.add(program.word(called + STATE) - POINTER)  # the observer's pointer to its model
+    state = program.word(called + STATE)
+    program.frozen.add(state - WORD)  # the observer's pointer to its model, and that of its monitor
+    if program.word(called + SECOND_POINTER) < program.word(called + BYTES):
+        program.frozen.add(state + program.word(called + SECOND_POINTER))
     doublings = program.word(called + DOUBLINGS) if given.doublings is None else given.doublings
     walk = Walk(program, loops(doublings))
     for call in given.calls:

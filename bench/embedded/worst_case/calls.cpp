@@ -1,16 +1,29 @@
 // SPDX-License-Identifier: MIT
-// The calls of an observer of ../flown_model.h, each a function of its own.
+// The calls of an observer of ../flown_model.h, and of its monitor with NLO_MONITORED, each a function of its own.
 #include "bench/embedded/worst_case/calls.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <iterator>
 
 #include "bench/embedded/flown_model.h"
+#if NLO_MONITORED
+#include <nlo/monitor.h>
+#endif
 
 namespace {
 
 volatile float estimated;
 volatile int status;
+
+/// What flies, the pointers to the models first of each.
+struct Flown {
+  Observer observer{kModel};
+#if NLO_MONITORED
+  nlo::Monitor<nlo::NLO_MODEL::MonitorModel, Arithmetic::NLO_ARITHMETIC> monitor{nlo::NLO_MODEL::kMonitor};
+#endif
+};
+constinit Flown flown;
 
 template <class Values>
 Values values(const float* from) {
@@ -41,11 +54,18 @@ constexpr int doublings(const Model& model) {
     const auto& values = model.latent.eigenvalues;
     for (int r = 0; r < 2 * Model::kPairs; r += 2) most = std::max(most, of(values[r], values[r + 1]));
     for (int r = 2 * Model::kPairs; r < std::ssize(values); ++r) most = std::max(most, of(values[r], 0.0F));
-    return most;
+    if (Model::kNf == 0) return most;
+    return std::max(most, nlo::Halved<float>({-64.0F, 0.0F}).doublings);  // of SensorFailures::keep_over()
   }
   return nlo::Halved<float>({-64.0F, 0.0F}).doublings;
 }
 
+#if NLO_MONITORED
+constexpr unsigned kSecondPointer = offsetof(Flown, monitor) - sizeof(void*);
+using Estimate = decltype(flown.observer.estimate());
+#else
+constexpr unsigned kSecondPointer = sizeof(Flown) - sizeof(void*);
+#endif
 constexpr int kDoublings = doublings(kModel), kPointer = static_cast<int>(sizeof(void*));
 
 }  // namespace
@@ -55,23 +75,34 @@ float call_y[16], call_u[16], call_dt_s;
 extern const CalledObserver called = {
     .outputs = static_cast<int>(Observer::Output{}.size()),
     .inputs = Observer::kDriven ? static_cast<int>(Observer::Input{}.size()) : 0,
-    .state = reinterpret_cast<unsigned char*>(&observer) + kPointer,
-    .bytes = sizeof(Observer) - kPointer,
+    .state = reinterpret_cast<unsigned char*>(&flown) + kPointer,
+    .bytes = sizeof(Flown) - kPointer,
     .lowest = kModel.outputs.min[0],
     .highest = kModel.outputs.max[0],
     .sample_period_s = kModel.sample_period_s,
     .longest = kLongest,
     .doublings = kDoublings,
+    .pointer = kSecondPointer,
 };
 
 void call_step() {
-  step(observer);
+  step(flown.observer);
 }
 
 void call_step_dt() {
-  step(observer, call_dt_s);
+  step(flown.observer, call_dt_s);
 }
 
 void call_estimate() {
-  for (const float value : observer.estimate()) estimated = value;
+  for (const float value : flown.observer.estimate()) estimated = value;
 }
+
+#if NLO_MONITORED
+void call_trusted() {
+  for (const float value : flown.monitor.trusted(values<Observer::Output>(call_y), flown.observer)) estimated = value;
+}
+
+void call_watch() {
+  status = static_cast<int>(flown.monitor.watch(flown.observer, values<Estimate>(call_u)));
+}
+#endif

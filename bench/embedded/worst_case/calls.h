@@ -4,7 +4,8 @@
 
 // C linkage gives the names by which bound.py finds them.
 extern "C" {
-/// The observer whose calls are counted. `state`: its bytes behind the pointer to the model.
+/// The observer whose calls are counted, and its monitor where it has one. `state`: their bytes behind the first
+/// pointer to a model; `pointer`: where the second is in them, at the end where there is none.
 struct CalledObserver {
   int outputs, inputs;
   unsigned char* state;
@@ -12,6 +13,7 @@ struct CalledObserver {
   float lowest, highest;           ///< of the first output
   float sample_period_s, longest;  ///< dt that it takes at most [s]
   int doublings;                   ///< of nlo::Phi at most, over a step of `longest`
+  unsigned pointer;
 };
 extern const CalledObserver called;
 
@@ -21,4 +23,6 @@ extern float call_y[16], call_u[16], call_dt_s;
 void call_step();
 void call_step_dt();
 void call_estimate();
+void call_trusted();  ///< of the monitor, before a step
+void call_watch();    ///< after it, with the last estimate
 }

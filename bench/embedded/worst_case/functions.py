@@ -21,6 +21,7 @@ class Function:
     escaped: int = 1  # the lowest slot whose address is taken
     arguments_escape: bool = False  # so is one of its arguments'
     relevant: dict = field(default_factory=dict)  # what may decide a later branch, before each instruction
+    forgotten: dict = field(default_factory=dict)  # what of it, as too much would be known
     loops: dict = field(default_factory=dict)  # (branch, header) with a bound given: instructions of the loop
 
 
@@ -50,7 +51,7 @@ class Functions:
         self.program, self.code = program, program.code
         self.given = bounds or []  # Bound of loops that the code does not bound
         self.bounds = {}  # (branch, header): how often it is taken at most
-        self.functions, self.pending = {}, set()
+        self.functions, self.pending, self.switches = {}, set(), {}
 
     def instruction(self, at):
         ins = self.code.get(at)
@@ -68,6 +69,8 @@ class Functions:
     def successors(self, ins):
         if ins.kind == "return":
             return [ins.after] if ins.condition else []
+        if ins.kind == "switch":
+            return self.switch_targets(ins)
         if ins.kind == "branch":
             always = ins.name == "b" and not ins.condition
             return [ins.target] if always else [ins.after, ins.target]
@@ -90,7 +93,7 @@ class Functions:
                 change = self.sp_by_register(ins)
             for to in self.successors(ins):
                 f.before.setdefault(to, []).append(at)
-                if to != ins.after or len(f.before[to]) > 1 or ins.kind == "branch":
+                if to != ins.after or len(f.before[to]) > 1 or ins.kind in ("branch", "switch"):
                     f.leads.add(to)
                 depth = f.depth[at] + change
                 if to not in f.depth:
@@ -108,6 +111,27 @@ class Functions:
         self.functions[entry] = f
         self.pending.discard(entry)
         return f
+
+    def switch_targets(self, ins):
+        """mov pc, r2 after: cmp r1, #N; a branch where above; r1 = 4 r1; r0 = a table in flash; r2 = [r0, r1]."""
+        if ins.at in self.switches:
+            return self.switches[ins.at]
+        above, table, at = None, None, ins.at
+        for _ in range(12):
+            at = max((a for a in range(at - 4, at, 2) if a in self.code), default=None)
+            before = self.code.get(at)
+            if before is None or isinstance(before, Unknown):
+                break
+            if before.name == "ldr" and before.memory[0] == "":
+                table = table or self.program.word(before.memory[1])
+            if before.name == "cmp" and before.operands[1].startswith("#"):
+                above = number(before.operands[1])
+                break
+        if above is None or table is None:
+            raise Unknown(f"{self.where(ins.at)}: goes where the program computes")
+        words = [self.program.word(table + 4 * i) for i in range(above + 1)]
+        self.switches[ins.at] = sorted({word & ~1 for word in words})
+        return self.switches[ins.at]
 
     def sp_by_register(self, ins):
         """add sp, r4: r4 was set to a number just before."""
@@ -178,7 +202,7 @@ class Functions:
                 reads = {name for slot, name in zip(at_sp, ins.listed) if slot in after} | (reads - set(ins.listed))
             if ins.kind == "call":
                 reads, writes = self.calls_reads(f, ins), LOST
-            deciding = ins.kind == "branch" or (ins.kind == "return" and ins.condition)
+            deciding = ins.kind in ("branch", "switch") or (ins.kind == "return" and ins.condition)
             needed = reads if deciding or ins.kind == "call" or writes & after else set()
             before = needed | (after if ins.condition else after - writes)
             before.discard("sp")

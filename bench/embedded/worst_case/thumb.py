@@ -95,7 +95,8 @@ def decode(at, after, name, operands, condition, comment):
             if base == "mov" and ops[1] == "lr":
                 ins.kind = "return"
                 return ins
-            raise Unknown(f"{at:x}: {name} {operands}: goes where the program computes")
+            ins.kind = "switch"
+            ins.writes.discard("pc")
         return ins
     if base in LONG:
         ins.writes |= {ops[0], ops[1]}

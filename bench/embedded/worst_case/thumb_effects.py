@@ -163,6 +163,8 @@ def arithmetic(ins, state):
 def compared(ins, state):
     first, last = operand(ins.operands[0], state), last_operand(ins.operands, state)
     if ins.name == "cmp":
+        if last is not None and state.get("#not " + ins.operands[0]) == last:
+            return {"flags": (None, 0, None, None)}
         return {"flags": compare(first, last)}
     if ins.name in ("tst", "teq") and is_number(first) and is_number(last):
         bits = first[1] & last[1] if ins.name == "tst" else first[1] ^ last[1]

@@ -10,15 +10,17 @@ back to a place with nothing learnt, the loop has no bound: an error, with its a
 What is assumed, as of every compiled program: calls keep r4 to r11 (checked at each return) and s16 to s31, and no
 pointer reaches the slots in which a compiler keeps registers.
 """
-import intervals
+from collections import Counter
+
 from functions import GIVEN, KEPT, LOST, Functions, slots
 from instruction import Unknown
-from thumb_effects import constant, effects, float_operand, holds, is_number, operand, plus
+from questions import Questions
+from thumb_effects import constant, effects, holds, is_number, operand, plus
 
-MOST_NODES = 2_000_000
+MOST_STATES = 20_000  # of one instruction
 
 
-class Walk(Functions):
+class Walk(Functions, Questions):
     def __init__(self, program, bounds=None):
         super().__init__(program, bounds)
         self.known, self.active = {}, []
@@ -133,24 +135,28 @@ class Walk(Functions):
         return self.known[key]
 
     def node(self, f, at, state):
-        keep = f.relevant[at]
+        keep = f.relevant[at] - f.forgotten[at] if at in f.forgotten else f.relevant[at]
         return (at, frozenset((n, v) for n, v in state.items() if n in keep or (n[0] == "#" and self.is_asked(n, keep))))
 
-    @staticmethod
-    def is_asked(name, keep):
-        """A counter of a loop, or what flags are about that matter."""
-        return name not in ("#flags", "#fpscr") or name[1:] in keep
-
     def longest(self, f, state):
+        while True:
+            found = self.longest_unless_many(f, state)
+            if found:
+                return found
+
+    def longest_unless_many(self, f, state):
+        """None where too many states meet at an instruction: what differs most among them is forgotten there, as the
+        bits of a quotient that a loop shifts together."""
         root = self.node(f, f.entry, state)
-        cost, ways, exits, stack, nodes = {}, {}, [], [root], 0
+        cost, ways, exits, stack, nodes = {}, {}, [], [root], Counter()
         while stack:
             node = stack[-1]
             if node not in ways:
                 ways[node] = self.expand(f, node, exits)
-                nodes += 1
-                if nodes > MOST_NODES:
-                    raise Unknown(f"{self.where(f.entry)}: too many paths")
+                nodes[node[0]] += 1
+                if nodes[node[0]] > MOST_STATES:
+                    self.forget(f, node[0], [n for n in ways if n[0] == node[0]])
+                    return None
                 for _, to in ways[node]:
                     if to is not None and to not in cost:
                         if to in ways:
@@ -169,6 +175,17 @@ class Walk(Functions):
         joined = {n: v for n, v in exits[0].items() if all(e.get(n) == v for e in exits)}
         return cost[root], joined
 
+    def forget(self, f, at, nodes):
+        values = {}
+        for _, items in nodes:
+            for name, value in items:
+                if name[0] in "rms":
+                    values.setdefault(name, set()).add(value)
+        most = max(values, key=lambda name: len(values[name]), default=None)
+        if most is None or len(values[most]) < 2:
+            raise Unknown(f"{self.where(at)}: too many paths")
+        f.forgotten.setdefault(at, set()).add(most)
+
     def expand(self, f, node, exits):
         """[(instructions, node that follows or None)] from a node to the next block or branch."""
         at, state, count = node[0], dict(node[1]), 0
@@ -182,6 +199,8 @@ class Walk(Functions):
                 if taken is not True:
                     raise Unknown(f"{self.where(at)}: a conditional call")
                 count += self.call(f, ins, state)
+            elif ins.kind == "switch":
+                return [way for to in self.successors(ins) for way in self.follow(f, ins, to, state, count)]
             elif ins.kind == "branch":
                 if ins.name in ("cbz", "cbnz"):
                     value = state.get(ins.operands[0])
@@ -192,7 +211,7 @@ class Walk(Functions):
                 ways = []
                 for to, held, goes in ((ins.target, True, taken is not False), (ins.after, False, taken is not True)):
                     if goes:
-                        ways += self.follow(f, ins, to, self.learnt(state, condition, held), count)
+                        ways += self.follow(f, ins, to, self.learnt(state, condition, held, bool(ins.condition)), count)
                 return ways
             elif ins.memory:
                 if taken is not False:
@@ -215,56 +234,6 @@ class Walk(Functions):
             at = ins.after
             if at in f.leads:
                 return [(count, self.node(f, at, state))]
-
-    @staticmethod
-    def question(ins, state):
-        """Keeps what the flags are about: (register, what it was compared with)."""
-        asked = state.get("#fpscr")
-        for name in ("flags", "fpscr"):
-            writes = LOST if ins.kind == "call" else ins.writes
-            if "#" + name in state and (name in writes or state["#" + name][0] in writes):
-                del state["#" + name]
-        if ins.condition or len(ins.operands) != 2:
-            return
-        if ins.name == "cmp" and is_number(operand(ins.operands[1], state)):
-            state["#flags"] = (ins.operands[0], operand(ins.operands[1], state))
-        elif ins.name == "vcmp" and float_operand(ins.operands[1], state):
-            state["#fpscr"] = (ins.operands[0], float_operand(ins.operands[1], state))
-        elif ins.name == "vmrs" and asked and "flags" in ins.writes:
-            state["#flags"] = asked
-
-    @staticmethod
-    def learnt(state, condition, held):
-        """What is known where a condition held, or did not."""
-        state = dict(state)
-        register, other = state.get("#flags", ("", None))
-        if register.startswith("s") and register != "sp":
-            value = intervals.learnt(state.get(register), condition, held, other)
-            if value is not None:
-                state[register] = value
-        elif register and (condition, held) in (("eq", True), ("ne", False)):
-            state[register] = other
-        return state
-
-    def two_ways(self, f, ins, state, count):
-        """An IT block of floats, whose condition is not known, as a branch: what is learnt of its condition lasts."""
-        condition, length = ins.operands[0], int(ins.operands[1])
-        if holds(condition, state.get("flags")) is not None or not state.get("#flags", ("",))[0].startswith("s"):
-            return []
-        block, at = [], ins.after
-        for _ in range(length):
-            block.append(self.instruction(at))
-            at = block[-1].after
-        if any(i.name not in ("vmov", "float") for i in block):
-            return []
-        ways = []
-        for held in (True, False):
-            way = self.learnt(state, condition, held)
-            for i in block:
-                if (i.condition == condition) == held:
-                    self.with_sp(f, i, way, False)
-            ways.append((count + length, self.node(f, at, way)))
-        return ways
 
     def with_sp(self, f, ins, state, may):
         """Any other instruction; the value of sp is known from its place."""

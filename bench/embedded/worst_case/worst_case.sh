@@ -2,19 +2,25 @@
 # SPDX-License-Identifier: MIT
 # The most instructions of each call of an observer with the deterministic policy: the most that was seen on an emulated
 # core over inputs that look for it (seen.cpp), and what the control-flow graph of the linked program allows (bound.py).
-# Prints the table of README.md and checks that no bound is below what was seen, that none is above
-# it by more than 2 %, and that no figure has changed by more than 5 %.
-#   usage: worst_case.sh BUILDS [CORE...]                    BUILDS/CORE holds the cross build of each core
-#          worst_case.sh BUILDS --write bench/embedded/worst_case/README.md     all cores
+# Prints the table of README.md and checks that no bound is below what was seen, that none is above it by more than LIMIT,
+# and that no figure has changed by more than 5 %.
+#   usage: worst_case.sh BUILDS [CORE[:NETWORK,...]...]      BUILDS/CORE holds the cross build of each core;
+#                                                            `exported`: all of BUILDS/CORE/models
+#          worst_case.sh BUILDS --write bench/embedded/worst_case/README.md     all of them
 set -euo pipefail
-builds=$1 target='' cores=(m4f m7 m33)
+builds=$1 target=''
 here=$(dirname "${BASH_SOURCE[0]}")
+structures=relu,tanh,int16_relu,int16_tanh,gated,prior,carried,luenberger
+declare -A all=([m4f]="$structures,exported" [m7]="$structures" [m33]="$structures" [m0plus]="int16_relu,int16_tanh,relu")
+cores=(m4f m7 m33 m0plus)
 shift
 if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
 recorded=$here/README.md
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m0plus]='M0, M0+')
-calls=(call_step call_step_dt call_estimate)
+# More than 1.02, and README.md says why: software floats, and what a T* in integers still has of them.
+declare -A LIMIT=([m0plus relu]=1.75 [m0plus int16_relu]=1.65 [m0plus int16_tanh]=1.65)
+LIMIT[m4f failing_rig]=1.05 LIMIT[m4f watched_rig]=1.06 # small calls, whose branches exclude each other
 failed=0
 source "$here/../write_table.sh"
 
@@ -34,25 +40,32 @@ see() {
 }
 
 lines=('| core | network | call | seen | bound | bound / seen |' '|---|---|---|---|---|---|')
-for core in "${cores[@]}"; do
-  for image in "$builds/$core"/bench/embedded/worst_*.elf; do
-    network=$(basename "$image" .elf) && network=${network#worst_}
-    declare -A seen=() bound=()
-    said=$(see "$image" "$core") || { echo "$image: $said" >&2; exit 1; }
-    while read -r call count; do seen[$call]=$count; done <<<"$said"
-    said=$(python3 -B "$here/bound.py" "$image" "${calls[@]}") || { echo "$image: $said" >&2; exit 1; }
+for entry in "${cores[@]}"; do
+  core=${entry%%:*}
+  networks=${entry#*:}
+  if [[ $networks == "$core" ]]; then networks=${all[$core]}; fi
+  if [[ $networks == *exported* ]]; then
+    networks=${networks/exported/$(cd "$builds/$core/models" && printf '%s\n' *.json | sed 's/\.json//' | paste -sd,)}
+  fi
+  for network in ${networks//,/ }; do
+    image=$builds/$core/bench/embedded/worst_$network.elf
+    said=$(cmake --build "$builds/$core" --target "worst_$network" 2>&1) || { echo "$said" >&2; exit 1; }
+    declare -A bound=()
+    counted=$(see "$image" "$core") || { echo "$image: $counted" >&2; exit 1; }
+    said=$(cut -d' ' -f1 <<<"$counted" | xargs python3 -B "$here/bound.py" "$image") || { echo "$image: $said" >&2; exit 1; }
     while read -r call count; do bound[$call]=$count; done <<<"$said"
-    for call in "${calls[@]}"; do
-      judge "$core $network $call" "${seen[$call]}" "${bound[$call]}" 1.02 || failed=1
+    while read -r call count; do
+      judge "$core $network $call" "$count" "${bound[$call]}" "${LIMIT[$core $network]:-1.02}" || failed=1
       if [[ -n $target && $core != @(m4f|m0plus) ]]; then continue; fi # as table.sh: checked, left out of the page
       name=${call#call_} && name=${name/step_dt/step by dt}
-      lines+=("| ${title[$core]} | $network | $name | ${seen[$call]} | ${bound[$call]} | $ratio |")
-    done
+      lines+=("| ${title[$core]} | ${network//_/ } | $name | $count | ${bound[$call]} | $ratio |")
+    done <<<"$counted"
   done
-  # The controls, with the last image: a bound from a wrong fact is seen, and so is a loop that waits for data.
-  said=$(python3 -B "$here/bound.py" "$builds/$core/bench/embedded/worst_relu.elf" call_step_dt --doublings 1)
-  if judge control "$(see "$builds/$core/bench/embedded/worst_relu.elf" "$core" | awk '$1 == "call_step_dt" { print $2 }')" \
-    "${said##* }" 9 2>/dev/null; then
+  # The controls: a bound from a wrong fact is seen, and so is a loop that waits for data.
+  image=$builds/$core/bench/embedded/worst_${networks%%,*}.elf
+  counted=$(see "$image" "$core" | awk '$1 == "call_step_dt" { print $2 }')
+  said=$(python3 -B "$here/bound.py" "$image" call_step_dt --doublings 0)
+  if judge control "$counted" "${said##* }" 9 2>/dev/null; then
     echo 'FAILED: the control: a bound below what was seen is not' >&2 && failed=1
   fi
   if said=$(python3 -B "$here/bound.py" "$image" waits_for_data 2>&1) || [[ $said != *"no bound for the loop"*waits_for_data* ]]; then

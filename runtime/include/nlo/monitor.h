@@ -88,13 +88,14 @@ class Monitor {
   /// which it holds. For the sample that watch() sees next.
   template <class Observer>
   [[nodiscard]] constexpr Measured<Observer> trusted(Measured<Observer> y, const Observer& observer) {
-    if (observer.save().started != 1) reset();  // what comes is its first measurement
+    const bool first = observer.save().started != 1;  // what comes is its first measurement
+    if (first) reset();
     for (int j = 0; j < kMeasured<Observer>; ++j) {
       OutputState& own = state_.outputs[j];
       own.missing = !is_finite(y[j]);
       if (own.missing == 1) continue;
       count_repeats(own, j, y[j], y[model_->witness[j]]);
-      if (state_.samples == 0) continue;
+      if (first || state_.samples == 0) continue;
       const Scalar e = innovation(j, y[j], observer.model().outputs.wrap[j]);
       const Scalar noise = own.windows[0].variance > Scalar(1) ? own.windows[0].variance : Scalar(1);
       const bool beyond = e * e > model_->gate_squared * noise && own.rejected < kMostRejected;
@@ -135,8 +136,7 @@ class Monitor {
     note_place(z);
     predict(z, y, x_hat);
     if (state_.samples <= model_->armed_after) ++state_.samples;
-    if (!judge()) return begin_again(Alarm::kReset);
-    return state_.alarm;
+    return judge() ? state_.alarm : begin_again(Alarm::kReset);
   }
 
   /// It has seen as many samples as it takes to tell: before, watch() says kNone whatever the level. Not so after the
