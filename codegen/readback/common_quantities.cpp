@@ -12,8 +12,10 @@
 #include <limits>
 
 #include "codegen/model/activations.h"
+#include "codegen/model/computed_outputs.h"
 #include "codegen/structures/module.h"
 #include "codegen/text/cpp_monitor.h"
+#include "codegen/text/flown_number.h"
 
 namespace nlo::codegen {
 namespace {
@@ -128,6 +130,46 @@ void add_functions(Quantities& to) {
   to.integers("tanh of the runtime", "", "kTanhTable", table);
 }
 
+/// What C99 does of what the model may ask for.
+void add_code(Quantities& to) {
+  const Model& m = to.source().model;
+  const std::string f = to.source().init.scalar_bytes() == 4 ? "f" : "";
+  bool angles = false, relative = false;
+  for (const Channel& channel : readings(m)) angles = angles || channel.wrap > 0.0;
+  for (int j = 0; j < m.nr(); ++j) relative = relative || is_relative(m, j);
+  to.code("wrap of the outputs", "screened", "wrapped(y[j]-accepted[j],kWrap[j])", angles);
+  to.code("wrap of the outputs", "take", "turn_back(o);", angles);
+  to.code("relative_outputs", "in_domain", "relative=observer->z[r]-resting(observer,r);", relative);
+  to.code("saturation", "estimate", "saturated(observer,in);", m.saturates());
+  to.code("input_hold", "take", "copy(o->y+kNy,next+kNy,kNu);",
+          m.nu() > 0 && module_of(m).input_hold(m) == Hold::kZeroOrder);
+  to.code("may_fail", "take", "note_missing(o,missing);", !m.failures.none());
+  if (!m.failures.none())
+    to.code("may_fail.staleness_s", "make_step",
+            "step->keep=decay_minus_1(" + to.source().init(1.0 / m.failures.staleness_s, "may_fail.staleness_s") +
+                "*h)+1.0" + f + ";",
+            true);
+}
+
+/// Outputs that are computed of readings r.
+template <class Scalar>
+void add_computed(Quantities& to) {
+  const Model& m = to.source().model;
+  if (m.measured() == m.ny()) return;
+  to.code("expression of an output", "take", "compute(given);", true);
+  const auto fill = [computed = ComputedOutputs(m.outputs, m.inputs)](Quantity::Arrays& arrays) {
+    std::vector<double>& r = arrays.at("r");
+    for (std::size_t i = 0; i < computed.all().size(); ++i)
+      r[static_cast<std::size_t>(computed.first()) + i] =
+          computed.all()[i]
+              .evaluate<FlownNumber<Scalar>>(
+                  [&](int j) { return FlownNumber<Scalar>::computed(r[static_cast<std::size_t>(j)]); })
+              .value;
+  };
+  to.formula("expression of an output", "Computed::fill", "compute",
+             {{"r", std::vector<double>(static_cast<std::size_t>(m.nr()))}}, fill);
+}
+
 void add_monitor(Quantities& to, TextForm form) {
   const Model& m = to.source().model;
   if (!m.monitor) return;
@@ -163,6 +205,8 @@ void add_monitor(Quantities& to, TextForm form) {
 
 void add_common_quantities(Quantities& to, const PreparedExport& prepared, TextForm form) {
   const Model& m = prepared.model();
+  const bool single = form == TextForm::kSingle;
+  to.words("name", "namespace", single ? "namespace" : "", {(single ? "nlo::single::" : "nlo::") + prepared.name()});
   add_names(to, measured_channels(m), "Output", "output_");
   add_names(to, inputs(m), "Input", "input_");
   add_names(to, m.states, "State", "state_");
@@ -170,6 +214,8 @@ void add_common_quantities(Quantities& to, const PreparedExport& prepared, TextF
   add_ranges(to);
   add_failures(to);
   add_functions(to);
+  add_code(to);
+  prepared.initialiser().scalar_bytes() == 4 ? add_computed<float>(to) : add_computed<double>(to);
   add_monitor(to, form);
   if (m.measured() < m.ny()) to.integer("outputs that are computed", "Computed::kCount", "", m.ny() - m.measured());
   std::vector<std::pair<std::string, int>> statuses = {{"OK", static_cast<int>(StepStatus::kOk)},

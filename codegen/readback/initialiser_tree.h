@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "codegen/readback/read_constants.h"
+#include "codegen/readback/read_text.h"
 #include "codegen/readback/token_stream.h"
 
 namespace nlo::codegen {

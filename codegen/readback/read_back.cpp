@@ -3,17 +3,20 @@
 
 #include <nlo/kernels/panels.h>
 
-#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "codegen/base/fail.h"
 #include "codegen/base/number.h"
-#include "codegen/readback/read_constants.h"
+#include "codegen/base/splitmix.h"
+#include "codegen/readback/formula_text.h"
+#include "codegen/readback/read_number.h"
+#include "codegen/readback/read_text.h"
+#include "codegen/readback/token_stream.h"
 #include "codegen/structures/module.h"
 
 namespace nlo::codegen {
@@ -21,35 +24,17 @@ namespace {
 
 constexpr const char* kNothingWritten = "nothing is written: this is a fault of nlo, please report it with the model";
 
-/// A number as a compiler reads it where a Scalar is asked for; nothing where it is none.
-template <class Scalar>
-std::optional<Scalar> number_of(std::string_view text) {
-  Scalar product(1);
-  while (true) {
-    const std::size_t times = text.find('*');
-    const std::string factor(text.substr(0, times));
-    char* end = nullptr;
-    const bool single = factor.ends_with('f') && !factor.starts_with("0x");
-    const auto value = single ? static_cast<Scalar>(std::strtof(factor.c_str(), &end))
-                              : static_cast<Scalar>(std::strtod(factor.c_str(), &end));
-    if (factor.empty() || std::string_view(end) != (single ? "f" : "")) return std::nullopt;
-    if (times == std::string_view::npos) return product == Scalar(1) ? value : product * value;
-    product *= value;
-    text.remove_prefix(times + 1);
-  }
-}
-
 /// To the bit: -0 is not 0.
 template <class Scalar>
 bool says(std::string_view text, double value) {
   using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
-  const std::optional<Scalar> read = number_of<Scalar>(text);
+  const std::optional<Scalar> read = read_number<Scalar>(text);
   return read && std::bit_cast<Bits>(*read) == std::bit_cast<Bits>(static_cast<Scalar>(value));
 }
 
 bool says_integer(std::string_view text, double value) {
   if (text == "true" || text == "false") return value == (text == "true" ? 1.0 : 0.0);
-  const std::optional<double> read = number_of<double>(text);
+  const std::optional<double> read = read_number<double>(text);
   return read && *read == value && text.find_first_of(".ef") == std::string_view::npos;
 }
 
@@ -59,11 +44,16 @@ class Comparison {
       : prepared_(prepared), form_(form) {
     for (const NamedText& file : files) {
       files_ += (files_.empty() ? "" : " and ") + file.path;
-      for (ReadConstant& constant : read(file)) {
+      ReadText text = read(file);
+      for (ReadConstant& constant : text.constants) {
         const std::string path = constant.path;
         const int line = constant.line;
-        if (!read_.try_emplace(path, Found{std::move(constant), file.path}).second)
+        if (!read_.try_emplace(path, Found<ReadConstant>{std::move(constant), file.path}).second)
           fail("{}:{}: {} is there twice; {}", file.path, line, path, kNothingWritten);
+      }
+      for (ReadFunction& function : text.functions) {
+        const std::string path = function.path;
+        functions_.try_emplace(path, Found<ReadFunction>{std::move(function), file.path});
       }
     }
   }
@@ -84,14 +74,15 @@ class Comparison {
   }
 
  private:
+  template <class Read>
   struct Found {
-    ReadConstant constant;
+    Read read;
     std::string file;
   };
 
-  std::vector<ReadConstant> read(const NamedText& file) const {
+  ReadText read(const NamedText& file) const {
     try {
-      return read_constants(file.text, prepared_.name());
+      return read_text(file.text, prepared_.name());
     } catch (const Error& error) {
       fail("{}: {}; {}", file.path, error.what(), kNothingWritten);
     }
@@ -104,6 +95,8 @@ class Comparison {
   }
 
   void compare(const std::string& path, const Quantity& q) {
+    if (q.kind == Quantity::Kind::kCode) return compare_code(path, q);
+    if (q.kind == Quantity::Kind::kFormula) return compare_formula(path, q);
     const auto found = read_.find(path);
     if (found == read_.end()) fail("{}: {} is not there, which says {}; {}", files_, path, q.field, kNothingWritten);
     const auto& [constant, file] = found->second;
@@ -132,12 +125,55 @@ class Comparison {
            kNothingWritten);
   }
 
+  const Found<ReadFunction>& function(const std::string& path, const Quantity& q) const {
+    const auto found = functions_.find(path);
+    if (found == functions_.end())
+      fail("{}: the function {} is not there, which says {}; {}", files_, path, q.field, kNothingWritten);
+    return found->second;
+  }
+
+  void compare_code(const std::string& path, const Quantity& q) const {
+    const auto& [read, file] = function(path, q);
+    const bool should = q.values.front() != 0.0;
+    if ((text_of(read.body).find(q.words.front()) != std::string::npos) != should)
+      fail("{}:{}: {} has {}\"{}\", and by {} it must have {}; {}", file, read.line, path, should ? "no " : "",
+           q.words.front(), q.field, should ? "one" : "none", kNothingWritten);
+  }
+
+  /// At points where no formula is likely to be equal to another.
+  void compare_formula(const std::string& path, const Quantity& q) const {
+    const auto& [read, file] = function(path, q);
+    constexpr int kPoints = 8;
+    constexpr double kRounding = 1e-12;
+    std::uint64_t state = 1;
+    for (int point = 0; point < kPoints; ++point) {
+      Quantity::Arrays got = q.arrays;
+      for (auto& [name, values] : got)
+        for (double& value : values) value = 0.3 + static_cast<double>(splitmix64(state) >> 11) * 0x1p-53;
+      Quantity::Arrays want = got;
+      q.formula(want);
+      try {
+        run_formula(read, is_single(), got);
+      } catch (const Error& error) {
+        fail("{}: {}: {}; {}", file, path, error.what(), kNothingWritten);
+      }
+      for (const auto& [name, values] : want)
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          const double is = got.at(name)[i], should = values[i];
+          if (std::isnan(is) ? std::isnan(should) : std::abs(is - should) <= kRounding * (1.0 + std::abs(should)))
+            continue;
+          fail("{}:{}: {} computes {}[{}] as {}, and by {} it must be {}; {}", file, read.line, path, name, i, is,
+               q.field, should, kNothingWritten);
+        }
+    }
+  }
+
   /// Row by row, or as PanelDense has it.
   std::vector<double> as_laid_out(const std::string& path, const Quantity& q) const {
     const std::string_view weights = ".weights";
     if (!path.ends_with(weights)) return q.values;
     const auto type = read_.find(path.substr(0, path.size() - weights.size()) + ".type");
-    if (type == read_.end() || type->second.constant.values.front().text != "PanelDense") return q.values;
+    if (type == read_.end() || type->second.read.values.front().text != "PanelDense") return q.values;
     const auto out = static_cast<int>(q.shape[0]), in = static_cast<int>(q.shape[1]);
     const kernels::PanelLayout layout{in, out};
     std::vector<double> packed(static_cast<std::size_t>(layout.weights()), 0.0);
@@ -188,7 +224,8 @@ class Comparison {
   const PreparedExport& prepared_;
   TextForm form_;
   std::string files_;
-  std::map<std::string, Found> read_;
+  std::map<std::string, Found<ReadConstant>> read_;
+  std::map<std::string, Found<ReadFunction>> functions_;
   std::set<std::string> explained_;
 };
 

@@ -28,6 +28,14 @@ void add_rk4(Quantities& to) {
   to.integer("structure", "", "kLongestGap", kMostPieces);
   add_pieces(to);
   add_rk4_weights(to);
+  add_part(to, "advance", "part", "((Scalar)i+kParts[s])*step->share", to.source().model.hold);
+}
+
+void add_part(Quantities& to, const std::string& function, const std::string& name, const std::string& part,
+              Hold hold) {
+  const std::string held = to.source().init(0.0, "part");
+  to.code("hold", function, name + "=" + (hold == Hold::kZeroOrder ? held : part), true);
+  to.code("hold", function, name + "=" + (hold == Hold::kZeroOrder ? part : held), false);
 }
 
 void add_pieces(Quantities& to) {

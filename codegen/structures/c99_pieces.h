@@ -20,5 +20,7 @@ std::map<std::string, std::string> c99_of_rk4(const ExportSource& source, const 
 void add_rk4(Quantities& to);
 void add_pieces(Quantities& to);       ///< of its regular step: one piece
 void add_rk4_weights(Quantities& to);  ///< of its stages
+/// How far between two samples a reading is: `name` in `function`, as c99_part() has it.
+void add_part(Quantities& to, const std::string& function, const std::string& name, const std::string& part, Hold hold);
 
 }  // namespace nlo::codegen

@@ -250,6 +250,8 @@ class CarriedModule final : public StructureModule {
               steady_gain(one));
     to.vector("initial_latent", cpp + "initial", "", one.initial_latent);
     to.integer("starts_steady", cpp + "starts_steady", "", own.component.starts_steady ? 1.0 : 0.0);
+    to.code("starts_steady", "take", "settle(o);", own.component.starts_steady);
+    to.code("unit_length", "estimate", "make_unit(total);", own.unit_length);
     to.integer("inverse_map", "", "kFeatures", static_cast<double>(weights.cols()));
     to.matrix("inverse_map", "kModel.weights", "kWeights", weights);
     std::vector<std::string> type = {"CarriedModel",

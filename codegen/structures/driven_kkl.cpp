@@ -246,6 +246,8 @@ class DrivenKklModule final : public StructureModule {
     Eigen::MatrixXd of_phi(8, 3);
     of_phi << 0.5, 0, 0, 0.5, -1, 0, 0, 1, 0, 1, -2, 0, 0, 2, 0, 1, -3, 4, 0, 2, -4, 0, -1, 4;
     to.matrix("stages of phi(z) u", "", "kOfPhi", of_phi);
+    add_part(to, "readings_at", "y_part", "part", m.hold);
+    add_part(to, "readings_at", "u_part", "part", own.input_hold);
     to.words("drive.input_hold", "kModel.input_hold", "", {hold_identifier(own.input_hold)});
     std::vector<Eigen::MatrixXd> slopes;
     for (int i = 0; i < nu; ++i) slopes.push_back(own.input_field.weights.middleRows(i * nx, nx));

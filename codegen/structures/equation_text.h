@@ -38,4 +38,7 @@ std::string c99_functions(const Equations& equations, const Initialiser& init);
 /// The tables that they read.
 void add_function_tables(Quantities& to, const Equations& equations);
 
+/// What the functions must compute, which C99 and C++ call so.
+void add_equations(Quantities& to, const Equations& equations);
+
 }  // namespace nlo::codegen

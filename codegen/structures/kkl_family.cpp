@@ -247,6 +247,7 @@ void add_linear_latent(Quantities& to, const std::string& step) {
   to.matrix("S of output_injection", cpp + "steady_gain", "kSteadyGain", folded.steady_gain);
   to.vector("initial_latent", cpp + "initial", "", m.initial_latent);
   to.integer("starts_steady", cpp + "starts_steady", "", latent.starts_steady ? 1.0 : 0.0);
+  to.code("starts_steady", "take", "settle(o);", latent.starts_steady);
   Eigen::VectorXd relative(m.nr());
   for (int j = 0; j < m.nr(); ++j) relative(j) = is_relative(m, j) ? 1.0 : 0.0;
   const bool some = !relative.isZero(0.0), others = !relative.isOnes(0.0);

@@ -329,6 +329,7 @@ class PriorModule final : public StructureModule {
     add_pieces(to);
     add_rk4_weights(to);
     add_function_tables(to, prior_equations(m));
+    add_equations(to, prior_equations(m));
     to.network("correction", "CorrectionLayer", Quantities::Tables::kOneLayer);
     to.network("inverse_map", "Layer", Quantities::Tables::kMap);
     const std::string in = std::to_string(reads), out = std::to_string(corrections_of(m));

@@ -137,6 +137,7 @@ class WindowModule final : public StructureModule {
     to.words("hold", "kModel.hold", "", {hold_identifier(m.hold)});
     to.integer("structure", "", "kLongestGap", kMostPieces);
     to.integer("samples", "", "kSamples", samples);
+    add_part(to, "advance", "part", "(Scalar)s/(Scalar)step->samples", m.hold);
     to.integer("samples of a step", "", "kStep.samples", 1.0);
     to.network("inverse_map", "Layer", Quantities::Tables::kMap);
     to.types("Window", {m.nx(), m.ny(), samples}, {{"inverse_map", "Layer"}});

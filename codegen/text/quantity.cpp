@@ -41,6 +41,12 @@ std::vector<std::string> made(const FoldedNetwork& network, const std::string& l
           "(" + layers + ")"};
 }
 
+/// The function of C99 that evaluates it.
+std::string caller(const FoldedNetwork& n, Quantities::Tables tables) {
+  if (tables == Quantities::Tables::kMap) return "estimate";
+  return last_name(n.field) + (tables == Quantities::Tables::kTangent ? "_tangent" : "");
+}
+
 /// "GatesLayer": "GatesNetwork".
 std::string network_type(std::string layer) {
   return layer.replace(layer.rfind("Layer"), 5, "Network");
@@ -98,6 +104,18 @@ void Quantities::stack(std::string field, std::string cpp, std::string c99,
   add(std::move(quantity));
 }
 
+void Quantities::code(std::string field, std::string function, std::string words, bool so) {
+  add({std::move(field), "", std::move(function), Quantity::Kind::kCode, {}, {so ? 1.0 : 0.0}, {std::move(words)}});
+}
+
+void Quantities::formula(std::string field, std::string cpp, std::string c99, Quantity::Arrays arrays,
+                         std::function<void(Quantity::Arrays&)> formula) {
+  Quantity quantity{std::move(field), std::move(cpp), std::move(c99), Quantity::Kind::kFormula};
+  quantity.arrays = std::move(arrays);
+  quantity.formula = std::move(formula);
+  add(std::move(quantity));
+}
+
 void Quantities::network(std::string_view field, const std::string& layer, Tables tables) {
   const FoldedNetwork& n = source_.folded.network(field);
   const std::string member = last_name(field), name = std::string(field);
@@ -117,11 +135,21 @@ void Quantities::network(std::string_view field, const std::string& layer, Table
   const std::vector<std::string> parts = made(n, layer, integers);
   words(name, "kModel." + member + ".mlp", "", {parts[0] + "<" + parts[1] + ">" + parts[2]});
   words(name, network_type(layer), "", {"decltype(" + parts[0], parts[1], parts[2] + ")"});
-  if (integers) return integer_map(n);
+  if (integers) {
+    map_code(n);
+    return integer_map(n);
+  }
   if (tables == Tables::kMap && source_.folded.error) error_head();
   if (n.linear_path.size() != 0)
     matrix(name + ".skip", "kModel." + member + ".linear_path.weights", "k" + prefix + "LinearPath", n.linear_path);
-  if (tables != Tables::kOneLayer) calls(n, prefix, tables);
+  if (tables == Tables::kOneLayer) return;
+  calls(n, prefix, tables);
+  const bool tangent = tables == Tables::kTangent;
+  if (tables == Tables::kMap) map_code(n);
+  if (n.linear_path.size() != 0)
+    code(name + ".skip", caller(n, tables),
+         fmt::format("total+=k{}LinearPath[({}*o)+i]*{}[i];", prefix, n.inputs(), tangent ? "direction" : "in"), true);
+  if (n.layers.size() > 1) activation_code(n, tangent);
 }
 
 void Quantities::layer_type(const FoldedNetwork& n, const std::string& layer, std::size_t l) {
@@ -158,6 +186,9 @@ void Quantities::integer_map(const FoldedNetwork& n) {
   vector("inverse_map.layers", member + "scale", "kScale", q.scale.cast<double>());
   if (q.linear_path.size() != 0)
     matrix("inverse_map.skip", member + "linear_path.weights", "kLinearPath", q.linear_path.cast<double>());
+  code("inverse_map.skip", "estimate", fmt::format("total+=kLinearPath[({}*o)+i]*in[i];", n.inputs()),
+       q.linear_path.size() != 0);
+  code("inverse_map", "estimate", "values[i]=quantised(in[i]-kCentre[i],kGain[i]);", true);
 }
 
 void Quantities::error_head() {
@@ -213,10 +244,27 @@ void Quantities::types(const std::string& name, const std::vector<Eigen::Index>&
   words("structure", "Observer", "", {name + "Observer", "Model"});
 }
 
+void Quantities::map_code(const FoldedNetwork& n) {
+  const Model& m = source_.model;
+  const std::string readings = m.nr() == m.ny() ? "kNy" : "kNr";
+  code(n.field, "estimate", "copy(in+kNz,observer->y," + readings + ");", n.inputs() > m.nz());
+}
+
+void Quantities::activation_code(const FoldedNetwork& n, bool tangent) {
+  const std::string name(activation_row(n.activation).name), f = source_.init.scalar_bytes() == 4 ? "f" : "";
+  const std::string field = n.field + ".activation";
+  const bool tanh = n.activation == Activation::kTanh, relu = n.activation == Activation::kRelu;
+  const std::string function = tanh ? "tanh_rational" : name;
+  if (!tangent) return code(field, name + "_layer", "out[o]=" + function + "(out[o]);", true);
+  code(field, "tangent_layer", "a=" + function + "(v);", true);
+  code(field, "tangent_layer", "tangent[o]*=1.0" + f + "-(a*a);", tanh);
+  code(field, "tangent_layer", "tangent[o]*=(v>0.0" + f + ")?1.0" + f + ":0.0" + f + ";", relu);
+}
+
 /// Layer by layer through two buffers.
 void Quantities::calls(const FoldedNetwork& n, const std::string& prefix, Tables tables) {
   const bool tangent = tables == Tables::kTangent;
-  const std::string function = tables == Tables::kMap ? "estimate" : last_name(n.field) + (tangent ? "_tangent" : "");
+  const std::string function = caller(n, tables);
   const std::string result = tables == Tables::kMap ? "x_hat" : "out";
   std::string in = "in", direction = "direction";
   for (std::size_t l = 0; l < n.layers.size(); ++l) {

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,14 +20,20 @@ struct Quantity {
     kScalar,   ///< rounded once to the export's scalar
     kInteger,  ///< whole numbers, true and false
     kWords,
+    kCode,     ///< the function has the words, without spaces between, or where values are {0} has not
+    kFormula,  ///< the function computes what `formula` does
   };
+  using Arrays = std::map<std::string, std::vector<double>>;
+
   std::string field;  ///< where the model has it: "inverse_map.layers[0].weights"
-  std::string cpp;    ///< its path in the C++ header (codegen/readback/read_constants.h); empty: it is not there
+  std::string cpp;    ///< its path in the C++ header (codegen/readback/read_text.h); empty: it is not there
   std::string c99;    ///< in C99, and in the single header
   Kind kind = Kind::kScalar;
   std::vector<Eigen::Index> shape = {};  ///< empty: one value
   std::vector<double> values = {};       ///< row by row
   std::vector<std::string> words = {};
+  Arrays arrays = {};  ///< what the function reads and writes, by its names there
+  std::function<void(Arrays&)> formula = {};
 };
 
 class Quantities {
@@ -43,6 +51,12 @@ class Quantities {
   void words(std::string field, std::string cpp, std::string c99, std::vector<std::string> words);
   /// Matrices of one shape, one behind the other.
   void stack(std::string field, std::string cpp, std::string c99, const std::vector<Eigen::MatrixXd>& values);
+
+  /// What the model decides of the code: `function` of C99 says `words` if `so`, and else nowhere.
+  void code(std::string field, std::string function, std::string words, bool so);
+  /// A function of either text that computes of `arrays` what `formula` does.
+  void formula(std::string field, std::string cpp, std::string c99, Quantity::Arrays arrays,
+               std::function<void(Quantity::Arrays&)> formula);
 
   /// How C99 calls the tables of a network, and who evaluates it.
   enum class Tables : std::uint8_t {
@@ -69,6 +83,8 @@ class Quantities {
   void integer_map(const FoldedNetwork& network);
   void calls(const FoldedNetwork& network, const std::string& prefix, Tables tables);
   void error_head();
+  void map_code(const FoldedNetwork& network);
+  void activation_code(const FoldedNetwork& network, bool tangent);
   std::string map_type(const Map& map) const;
 
   const ExportSource& source_;

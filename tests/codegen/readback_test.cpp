@@ -12,56 +12,15 @@
 
 #include "codegen/base/error.h"
 #include "codegen/base/zip.h"
-#include "codegen/readback/read_constants.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/generated.h"
-#include "tests/codegen/example_models.h"
-#include "tests/support/thrown_message.h"
+#include "tests/codegen/readback_text.h"
 
 namespace nlo::codegen {
 namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-
-struct Form {
-  const char* target;
-  TextForm form;
-};
-constexpr Form kForms[] = {{"cpp", TextForm::kCpp}, {"c99", TextForm::kC99}, {"single", TextForm::kSingle}};
-
-/// An export whose text is right, and what stands in it.
-struct Text {
-  PreparedExport prepared;
-  TextForm form;
-  std::string text, what;
-  std::vector<ReadConstant> constants;
-
-  Text(const Model& model, const ExportOptions& options, const Form& f)
-      : prepared(model, options),
-        form(f.form),
-        what(model.name + " as " + f.target + " in " + scalar_name(options.scalar)) {
-    for (const NamedText& file : export_target(f.target).generate(prepared)) text += file.text + "\n";
-    constants = read_constants(text, prepared.name());
-  }
-
-  std::string refusal(const std::string& changed) const {
-    return thrown_message([&] {
-      check_text(prepared, form, {{"FILE", changed}});
-      return 0;
-    });
-  }
-
-  const ReadConstant& constant(const std::string& path) const {
-    return *std::find_if(constants.begin(), constants.end(), [&](const ReadConstant& c) { return c.path == path; });
-  }
-
-  std::string with_values(const ReadConstant& c, const std::vector<std::string>& values) const {
-    std::string changed = text;
-    for (std::size_t i = values.size(); i-- > 0;) changed.replace(c.values[i].at, c.values[i].text.size(), values[i]);
-    return changed;
-  }
-};
 
 std::vector<std::string> values_of(const ReadConstant& c) {
   std::vector<std::string> values;
@@ -109,12 +68,6 @@ std::string without(const Text& t, const ReadConstant& c) {
   }
   const std::size_t start = changed.rfind('\n', changed.rfind("const", first));
   return changed.erase(start, changed.find(';', last) + 1 - start);
-}
-
-/// One model of each structure, with what it can have.
-std::vector<Model> models_of_structures() {
-  return {rig_model(),           failing_model(), driven_model(),  luenberger_model(), general_model(),
-          failing_gated_model(), window_model(),  carried_model(), prior_model(),      watched_rig_model()};
 }
 
 template <class Check>

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The constants of generated C99 and C++ text, read back by their names: what a compiler would make of it, told by
-// none of the code that wrote it.
+// The constants and functions of generated C99 and C++ text, read back by their names: what a compiler would make of
+// it, told by none of the code that wrote it.
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "codegen/readback/tokens.h"
 
 namespace nlo::codegen {
 
@@ -23,6 +25,7 @@ struct ReadValue {
 ///   advance.kParts                    of the function `advance`
 ///   estimate#2                        the second call in it that passes two constants: function, arguments
 ///   kModel.latent.eigenvalues         of C++, by its designators
+///   namespace                         the outermost
 ///   weights::kLayer1.type             the template and its arguments, of a constant with such a type or of an alias
 struct ReadConstant {
   std::string path;
@@ -31,7 +34,20 @@ struct ReadConstant {
   int line;
 };
 
+/// A function, called as the constants are. `body`: its words and marks within the braces, without the constants that
+/// are declared in it.
+struct ReadFunction {
+  std::string path;
+  std::vector<Token> body;
+  int line;
+};
+
+struct ReadText {
+  std::vector<ReadConstant> constants;
+  std::vector<ReadFunction> functions;
+};
+
 /// `name` of the export. Throws Error, naming the line, for text that is not of the forms that exports have.
-std::vector<ReadConstant> read_constants(std::string_view text, const std::string& name);
+ReadText read_text(std::string_view text, const std::string& name);
 
 }  // namespace nlo::codegen

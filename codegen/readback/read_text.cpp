@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/readback/read_constants.h"
+#include "codegen/readback/read_text.h"
 
 #include <algorithm>
 #include <map>
@@ -23,10 +23,10 @@ class Reader {
  public:
   Reader(std::string_view text, const std::string& name) : in_(tokens_of(text)), prefix_(name + "_") {}
 
-  std::vector<ReadConstant> all() {
+  ReadText all() {
     declarations("", nullptr);
     if (!in_.at_end()) fail("line {}: a closing brace too many", in_.line());
-    return std::move(constants_);
+    return std::move(text_);
   }
 
  private:
@@ -52,8 +52,11 @@ class Reader {
     if (in_.accept(";")) return;
     if (in_.at("[")) return in_.skip_balanced();  // an attribute
     if (in_.accept("namespace")) {
-      const std::string inner = in_.take().text;
-      return braced(scope + (inner == "weights" ? "weights::" : ""), nullptr);
+      const Token inner = in_.take();
+      if (!in_namespace_)
+        text_.constants.push_back({"namespace", {1}, {{inner.text, inner.line, inner.at}}, inner.line});
+      in_namespace_ = true;
+      return braced(scope + (inner.is("weights") ? "weights::" : ""), nullptr);
     }
     if (in_.accept("extern")) {
       (void)in_.take();  // "C"
@@ -113,7 +116,7 @@ class Reader {
 
   void note_integer(const std::string& path, long value, const Token& at) {
     integers_[path] = value;
-    constants_.push_back({path, {}, {{std::to_string(value), at.line, at.at}}, at.line});
+    text_.constants.push_back({path, {}, {{std::to_string(value), at.line, at.at}}, at.line});
   }
 
   void variables_or_function(const std::string& scope, Fields* fields) {
@@ -148,6 +151,7 @@ class Reader {
     (void)in_.take_until({";", "{"});
     if (in_.accept(";")) return;
     const std::string inside = scope + name;
+    ReadFunction read{inside, {}, in_.line()};
     int calls = 0, depth = 0;
     do {
       if (in_.at("static") || in_.at("constexpr")) {
@@ -156,8 +160,9 @@ class Reader {
       }
       if (in_.is_word() && in_.at("(", 1)) note_call(inside, calls);
       depth += in_.at("{") ? 1 : in_.at("}") ? -1 : 0;
-      (void)in_.take();
+      read.body.push_back(in_.take());
     } while (depth > 0);
+    text_.functions.push_back(std::move(read));
   }
 
   /// At a function's name. A call that passes two constants evaluates a layer of a network.
@@ -171,7 +176,7 @@ class Reader {
       const std::optional<long> value = integer(a);
       call.values.push_back({value ? std::to_string(*value) : text_of(a), in_.line(), a.empty() ? 0 : a.front().at});
     }
-    constants_.push_back(std::move(call));
+    text_.constants.push_back(std::move(call));
   }
 
   void add_constant(const std::string& path, const std::string& type, bool is_array, const InitialiserTree& tree,
@@ -185,7 +190,7 @@ class Reader {
 
   void flatten(const std::string& path, const std::string& type, bool is_array, const InitialiserTree& tree) {
     if (tree.is_leaf()) {
-      constants_.push_back({path, {}, {{text_of(tree.leaf), tree.line, tree.leaf.front().at}}, tree.line});
+      text_.constants.push_back({path, {}, {{text_of(tree.leaf), tree.line, tree.leaf.front().at}}, tree.line});
       return;
     }
     if (!tree.names.empty()) {
@@ -205,7 +210,7 @@ class Reader {
     ReadConstant constant{path, {}, {}, tree.line};
     if (!shape_of(tree, 0, constant.shape)) fail("line {}: the rows of {} differ in length", tree.line, path);
     values_of(tree, constant.values);
-    constants_.push_back(std::move(constant));
+    text_.constants.push_back(std::move(constant));
   }
 
   /// "Dense<float, 2, 4>" as its parts.
@@ -232,7 +237,7 @@ class Reader {
     }
     end_part();
     constant.shape = {constant.values.size()};
-    constants_.push_back(std::move(constant));
+    text_.constants.push_back(std::move(constant));
   }
 
   std::optional<long> integer(const std::vector<Token>& expression) const { return integer_of(expression, integers_); }
@@ -243,16 +248,17 @@ class Reader {
   }
 
   TokenStream in_;
+  bool in_namespace_ = false;
   std::string prefix_;
   std::map<std::string, Fields> structures_;
   std::map<std::string, long> integers_;
   std::set<std::string> tables_;
-  std::vector<ReadConstant> constants_;
+  ReadText text_;
 };
 
 }  // namespace
 
-std::vector<ReadConstant> read_constants(std::string_view text, const std::string& name) {
+ReadText read_text(std::string_view text, const std::string& name) {
   return Reader(text, name).all();
 }
 
