@@ -132,7 +132,9 @@ void add_equations_in(Quantities& to, const Equations& equations) {
     for (std::size_t i = 0; i < from.size(); ++i) to_values[i] = from[i].value;
   };
   const auto sized = [](std::size_t count) { return std::vector<double>(count); };
-  const auto nx = static_cast<std::size_t>(equations.nx()), ny = static_cast<std::size_t>(equations.ny());
+  // [x; p], and the outputs with their slopes.
+  const auto nx = static_cast<std::size_t>(equations.carried()),
+             ny = static_cast<std::size_t>(equations.ny() * (1 + equations.nx()));
   to.formula("equations.derivative", "Equations::derivative", "derivative",
              {{"x", sized(nx)}, {"u", sized(m.inputs.size())}, {"dx", sized(nx)}}, [=](Arrays& arrays) {
                const std::vector<Number> x = numbers(arrays.at("x")), u = numbers(arrays.at("u"));

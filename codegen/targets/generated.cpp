@@ -7,6 +7,7 @@
 
 #include "codegen/base/fail.h"
 #include "codegen/base/zip.h"
+#include "codegen/readback/folding.h"
 #include "codegen/readback/read_back.h"
 
 namespace nlo::codegen {
@@ -58,6 +59,7 @@ std::vector<NamedText> generated(const ExportTarget& target, const PreparedExpor
   if (observers.empty())
     fail("target {}: there is no observer in its files; nothing is written: this is a fault of nlo, please report it",
          target.name);
+  check_folding(prepared.model(), prepared.folded(), prepared.options().weights);
   for (const GeneratedObserver& observer : observers)
     check_text(named(prepared, observer.name), observer.form, observer.files);
   return files;

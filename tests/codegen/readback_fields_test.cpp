@@ -14,6 +14,7 @@
 
 #include "codegen/base/error.h"
 #include "codegen/model_file/model_file.h"
+#include "codegen/readback/folding.h"
 #include "tests/codegen/readback_text.h"
 
 namespace nlo::codegen {
@@ -100,10 +101,52 @@ TEST(ReadBackFields, AFormulaThatComputesOtherwiseIsSeen) {
     };
     EXPECT_THAT(edited(prior, "magnitude(x[1])", "magnitude(x[0])"), HasSubstr("computes dx[1] as"));
     EXPECT_THAT(edited(prior, "t0 = sine(x[0])", "t0 = cosine(x[0])"), HasSubstr("computes dx[0] as"));
-    EXPECT_THAT(edited(prior, "x[1] / square_root", "x[1] * square_root"), HasSubstr("computes y[1] as"));
+    EXPECT_THAT(edited(prior, "t2 = exponential(", "t2 = logarithm("), HasSubstr("computes y[0] as"));
     EXPECT_THAT(edited(computed, "0.5f * r[0] * r[4]", "0.5f * r[0] * r[5]"), HasSubstr("computes r[2] as"));
     EXPECT_THAT(edited(computed, "- 2.0f)", "- 2.0001f)"), HasSubstr("computes r[3] as"));
   }
+}
+
+/// What check_folding() says when `change` has been made to the folded numbers.
+template <class Change>
+std::string folded_otherwise(const Model& model, const Change& change, WeightType weights = WeightType::kFull) {
+  const PreparedExport prepared(model, {.name = "", .weights = weights});
+  FoldedModel folded = prepared.folded();
+  change(folded);
+  return thrown_message([&] {
+    check_folding(model, folded, weights);
+    return 0;
+  });
+}
+
+TEST(ReadBackFields, NumbersThatAreFoldedOtherwiseAreSeen) {
+  const auto map = [](FoldedModel& f) -> FoldedNetwork& { return f.networks.front(); };
+  for (const Model& model : {rig_model(), commanded_model(), hold_model("rk4"), hold_model("zero_order")}) {
+    SCOPED_TRACE(model.name);
+    EXPECT_EQ(folded_otherwise(model, [](FoldedModel&) {}), "no error");
+    EXPECT_THAT(folded_otherwise(model, [&](FoldedModel& f) { map(f).layers[0].weights(1, 1) *= 1.0 + 1e-9; }),
+                HasSubstr("inverse_map.layers[0].weights[1][1] is "));
+    EXPECT_THAT(folded_otherwise(model, [&](FoldedModel& f) { map(f).layers[0].bias(1) += 1e-9; }),
+                HasSubstr("inverse_map.layers[0].bias[1] is "));
+    EXPECT_THAT(folded_otherwise(model, [&](FoldedModel& f) { map(f).layers.pop_back(); }),
+                HasSubstr("layers when folded"));
+    EXPECT_THAT(folded_otherwise(model, [&](FoldedModel& f) { map(f).layers.back().weights *= 1.5; }),
+                HasSubstr(".weights[0][0] is "));  // as an output scale that is taken twice
+    EXPECT_THAT(folded_otherwise(model, [&](FoldedModel& f) { map(f).layers[0].weights.transposeInPlace(); }),
+                HasSubstr("when folded, and the model's"));
+    EXPECT_THAT(folded_otherwise(model, [](FoldedModel& f) { f.step.a_minus_1(0) *= 1.0 + 1e-9; }),
+                HasSubstr("A - I[0]"));
+    EXPECT_THAT(folded_otherwise(model, [](FoldedModel& f) { f.step.b0(0, 0) *= 1.0 + 1e-9; }), HasSubstr("B0[0]"));
+    EXPECT_THAT(folded_otherwise(model, [](FoldedModel& f) { f.step.b1(0, 0) += 1e-9; }), HasSubstr("B1[0]"));
+    EXPECT_THAT(folded_otherwise(model, [](FoldedModel& f) { f.steady_gain(0, 0) *= 1.0 + 1e-9; }), HasSubstr("S[0]"));
+  }
+  EXPECT_THAT(folded_otherwise(rig_model(), [&](FoldedModel& f) { map(f).linear_path(0, 1) *= 1.0 + 1e-9; }),
+              HasSubstr("inverse_map.skip[0][1]"));
+  const auto by = [&](double factor) {
+    return [&, factor](FoldedModel& f) { map(f).layers[0].weights(0, 0) *= factor; };
+  };
+  EXPECT_EQ(folded_otherwise(rig_model(), by(1.0), WeightType::kBfloat16), "no error");
+  EXPECT_THAT(folded_otherwise(rig_model(), by(1.01), WeightType::kBfloat16), HasSubstr("weights[0][0]"));
 }
 
 }  // namespace
