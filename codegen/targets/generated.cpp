@@ -9,6 +9,7 @@
 #include "codegen/base/zip.h"
 #include "codegen/readback/folding.h"
 #include "codegen/readback/read_back.h"
+#include "codegen/readback/wrappers.h"
 
 namespace nlo::codegen {
 namespace {
@@ -28,10 +29,15 @@ std::optional<TextForm> form_of(const NamedText& file) {
   return std::nullopt;
 }
 
+/// An archive's files, or these themselves.
+std::vector<NamedText> unpacked(const std::vector<NamedText>& files) {
+  return files.size() == 1 && files.front().text.starts_with("PK") ? unzipped(files.front().text) : files;
+}
+
 }  // namespace
 
-std::vector<GeneratedObserver> observers_in(const std::vector<NamedText>& files) {
-  if (files.size() == 1 && files.front().text.starts_with("PK")) return observers_in(unzipped(files.front().text));
+std::vector<GeneratedObserver> observers_in(const std::vector<NamedText>& given) {
+  const std::vector<NamedText> files = unpacked(given);
   std::vector<GeneratedObserver> observers;
   for (const NamedText& file : files) {
     const std::optional<TextForm> form = form_of(file);
@@ -59,6 +65,7 @@ std::vector<NamedText> generated(const ExportTarget& target, const PreparedExpor
   if (observers.empty())
     fail("target {}: there is no observer in its files; nothing is written: this is a fault of nlo, please report it",
          target.name);
+  check_wrappers(prepared.model(), unpacked(files));
   check_folding(prepared.model(), prepared.folded(), prepared.options().weights);
   for (const GeneratedObserver& observer : observers)
     check_text(named(prepared, observer.name), observer.form, observer.files);

@@ -7,11 +7,14 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "codegen/base/error.h"
 #include "codegen/base/zip.h"
+#include "codegen/model_file/model_file.h"
+#include "codegen/readback/wrappers.h"
 #include "codegen/structures/module.h"
 #include "codegen/targets/generated.h"
 #include "tests/codegen/readback_text.h"
@@ -87,6 +90,13 @@ TEST(ReadBack, EveryExportSaysItsModel) {
   for (const Model& model : example_models())
     for (const Form& form : kForms)
       EXPECT_NO_THROW(generated(export_target(form.target), PreparedExport(model))) << model.name << form.target;
+  for (const auto& entry : std::filesystem::directory_iterator(NLO_SOURCE_DIR "/examples/models")) {
+    const PreparedExport shipped(read_model(entry.path().string()));
+    for (const ExportTarget& target : export_targets()) {
+      if (target.name == "fmu" || target.roles) continue;  // asks for a compiler, or which channels are what
+      EXPECT_NO_THROW(generated(target, shipped)) << entry << target.name;
+    }
+  }
   for (const Model& model : {large_model(), mixed_model()})  // laid out as panels
     for (const WeightType weights : {WeightType::kFull, WeightType::kBfloat16, WeightType::kFloat16})
       EXPECT_NO_THROW(generated(export_target("cpp"), PreparedExport(model, {.name = "", .weights = weights})));
@@ -119,6 +129,35 @@ TEST(ReadBack, LooksIntoEveryFormOfExport) {
     EXPECT_EQ(thrown_message([&] { return generated(target, PreparedExport(tiny_model())); }) == "no error",
               target.no_observer);
   }
+}
+
+TEST(ReadBack, WrappersNameThePeriodAndTheSizesOfTheirModel) {
+  int files = 0;
+  for (const ExportTarget& target : export_targets()) {
+    if (target.name == "fmu" || target.roles) continue;
+    const Model model = commanded_model();
+    std::vector<NamedText> right = target.generate(PreparedExport(model));
+    if (target.name == "fmu-sources") right = unzipped(right.front().text);
+    EXPECT_NO_THROW(check_wrappers(model, right)) << target.name;
+    for (const std::string_view place :
+         {"kPeriod = ", "kPeriod_us = ", "kStatus = kEstimate + ", "stepSize=\"", "ssSetSampleTime(S, 0, ",
+          "kStates = ", "ssSetInputPortWidth(S, kKnown, ", "variability=\"fixed\" start=\""})
+      for (std::size_t i = 0; i < right.size(); ++i) {
+        const std::size_t at = right[i].text.find(place);
+        if (at == std::string::npos || right[i].path.find("nlo/") != std::string::npos) continue;
+        std::vector<NamedText> changed = right;
+        char& digit = changed[i].text[at + place.size()];
+        digit = digit == '7' ? '8' : '7';
+        EXPECT_THAT(thrown_message([&] {
+                      check_wrappers(model, changed);
+                      return 0;
+                    }),
+                    AllOf(HasSubstr(right[i].path + ":"), HasSubstr(std::string(place))))
+            << target.name;
+        ++files;
+      }
+  }
+  EXPECT_GT(files, 8);
 }
 
 TEST(ReadBack, OneDigitOfEachConstantIsSeen) {
