@@ -22,7 +22,7 @@ class Function:
     arguments_escape: bool = False  # so is one of its arguments'
     relevant: dict = field(default_factory=dict)  # what may decide a later branch, before each instruction
     forgotten: dict = field(default_factory=dict)  # what of it, as too much would be known
-    loops: dict = field(default_factory=dict)  # (branch, header) with a bound given: instructions of the loop
+    loops: dict = field(default_factory=dict)  # (branch, where it stays) with a bound given: header, instructions
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Functions:
     def __init__(self, program, bounds=None):
         self.program, self.code = program, program.code
         self.given = bounds or []  # Bound of loops that the code does not bound
-        self.bounds = {}  # (branch, header): how often it is taken at most
+        self.bounds = {}  # (branch, where it stays): how often at most
         self.functions, self.pending, self.switches = {}, set(), {}
 
     def instruction(self, at):
@@ -152,22 +152,46 @@ class Functions:
         raise Unknown(f"{self.where(ins.at)}: sp moves by what is not known")
 
     def loops_of(self, f):
-        back = {(at, self.code[at].target) for at in f.depth if self.code[at].kind == "branch"}
-        back = {(at, to) for at, to in back if to <= at}
-        lines = self.program.lines({at for at, _ in back}) if self.given and back else {}
-        for branch, header in back:
-            most = [b.most for b in self.given if any(b.is_at(*place) for place in lines.get(branch, []))]
-            if not most:
+        """Finds what counts the rounds of loops with a bound from outside: of their tests, the way that stays inside."""
+        bodies = {} if not self.given else self.bodies(f)
+        tests = {at for body in bodies.values() for at in body if self.code[at].kind == "branch" and self.code[at].reads}
+        for branch, places in (self.program.lines(tests) if tests else {}).items():
+            most = [b.most for b in self.given if any(b.is_at(*place) for place in places)]
+            ways = self.successors(self.code[branch])
+            left = [h for h, body in bodies.items() if branch in body and sum(to in body for to in ways) == 1]
+            if not most or not left:
                 continue
-            self.bounds[branch, header] = min(most)
-            body, todo = {header, branch}, [branch]
+            header = min(left, key=lambda h: len(bodies[h]))
+            stays = next(to for to in ways if to in bodies[header])
+            out = {at for at in bodies[header] if any(to not in bodies[header] for to in self.successors(self.code[at]))}
+            # With no other way out, and back to its first instruction, it has run once before it first goes back.
+            self.bounds[branch, stays] = min(most) - (out == {branch} and stays == header)
+            f.loops[branch, stays] = (header, bodies[header])
+
+    def bodies(self, f):
+        """{header: instructions} of the natural loops: an edge back to what every way to its start comes by."""
+        bodies = {}
+        for header in f.leads:
+            before = f.before.get(header, [])
+            if len(before) < 2:
+                continue
+            seen, todo = {header}, [f.entry] if f.entry != header else []
+            while todo:  # what is reached but by the header
+                at = todo.pop()
+                if at not in seen:
+                    seen.add(at)
+                    todo += self.successors(self.code[at])
+            back = [at for at in before if at not in seen or at == header]
+            if not back:
+                continue
+            body, todo = {header}, back
             while todo:
                 at = todo.pop()
-                for before in f.before.get(at, []) if at != header else []:
-                    if before not in body:
-                        body.add(before)
-                        todo.append(before)
-            f.loops[branch, header] = body
+                if at not in body:
+                    body.add(at)
+                    todo += f.before.get(at, [])
+            bodies[header] = body
+        return bodies
 
     def calls_reads(self, f, ins):
         callee = self.function(ins.target)

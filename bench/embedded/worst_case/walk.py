@@ -81,13 +81,12 @@ class Walk(Functions, Questions):
             if not state[slot][0].startswith("in:") and (int(slot[1:]) < 0 or f.arguments_escape):
                 del state[slot]
 
-    def write(self, state, results, may=False):
-        """Takes over what an instruction writes. A new unknown is another than what had its name before."""
-        for value in results.values():
-            if value is not None and isinstance(value[0], str) and value[0].startswith("@"):
-                for name in [n for n, v in state.items() if n not in ("flags", "fpscr") and v[0] == value[0]]:
-                    if value[1] == 0:
-                        del state[name]
+    def write(self, at, state, results, may=False):
+        """Takes over what an instruction writes. A new unknown has its name: what had it before is another."""
+        new = {v[0] for v in results.values() if v is not None and str(v[0]).startswith(f"@{at:x}.")}
+        if new:
+            for name in [n for n, v in state.items() if n not in ("flags", "fpscr") and v[0] in new]:
+                del state[name]
         for name, value in results.items():
             if may and state.get(name) != value:
                 value = None
@@ -117,7 +116,7 @@ class Walk(Functions, Questions):
             if value is None or value[0].startswith(("@", "sp:" + f"{callee.entry:x}", "in:")):
                 value = (f"@{ins.at:x}.r{i}", 0)
             results[f"r{i}"] = value
-        self.write(state, results)
+        self.write(ins.at, state, results)
         return most
 
     def bound(self, entry, given=None):
@@ -136,7 +135,8 @@ class Walk(Functions, Questions):
 
     def node(self, f, at, state):
         keep = f.relevant[at] - f.forgotten[at] if at in f.forgotten else f.relevant[at]
-        return (at, frozenset((n, v) for n, v in state.items() if n in keep or (n[0] == "#" and self.is_asked(n, keep))))
+        kept = ((n, v) for n, v in state.items() if n in keep or (n[0] == "#" and self.is_asked(n, keep)))
+        return (at, frozenset(kept))
 
     def longest(self, f, state):
         while True:
@@ -217,7 +217,7 @@ class Walk(Functions, Questions):
                 if taken is not False:
                     before = dict(state)
                     results = self.access(ins, state, f)
-                    self.write(state, results, may=taken is None)
+                    self.write(ins.at, state, results, may=taken is None)
                     if taken is None:
                         for name in [n for n in state if before.get(n) != state[n]]:
                             del state[name]
@@ -241,16 +241,16 @@ class Walk(Functions, Questions):
         results = effects(ins, state)
         results.pop("sp", None)
         del state["sp"]
-        self.write(state, results, may)
+        self.write(ins.at, state, results, may)
 
     def follow(self, f, ins, to, state, count):
         """A way from a branch, unless a bound given for its loop is used up."""
         state = dict(state)
-        for (branch, header), body in f.loops.items():
+        for (branch, stays), (header, body) in f.loops.items():
             name = f"#{branch:x}"
-            if (ins.at, to) == (branch, header):
+            if (ins.at, to) == (branch, stays):
                 taken = state.get(name, ("", 0))[1] + 1
-                if taken > self.bounds[branch, header]:
+                if taken > self.bounds[branch, stays]:
                     return []
                 state[name] = ("", taken)
             elif to not in body or (to == header and ins.at not in body):

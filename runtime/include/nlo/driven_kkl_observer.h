@@ -112,7 +112,8 @@ struct DrivenKklModel {
                   const Scalar (&u_next)[kNu]) const {
     const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
     for (int i = 0; i < pieces; ++i) {
-      const auto part = [&](Scalar c) { return rounded<Scalar>((static_cast<Scalar>(i) + c) * share); };
+      const auto before = static_cast<Scalar>(i);
+      const auto part = [&](Scalar c) { return rounded<Scalar>((before + c) * share); };
       Scalar from[kNy], half[kNy], to[kNy];
       between<kArithmetic>(latent.hold, y, y_next, part(Scalar(0)), from);
       between<kArithmetic>(latent.hold, y, y_next, part(Scalar(0.5)), half);
