@@ -131,6 +131,10 @@ TEST(ReadBack, LooksIntoEveryFormOfExport) {
   }
 }
 
+TEST(ReadBack, ASensorForSimpleFocIsRight) {
+  EXPECT_NO_THROW(generated(export_target("simplefoc"), PreparedExport(watched_rig_model())));
+}
+
 TEST(ReadBack, WrappersNameThePeriodAndTheSizesOfTheirModel) {
   int files = 0;
   for (const ExportTarget& target : export_targets()) {
