@@ -25,14 +25,17 @@ std::vector<std::string> words_of(const std::string& text) {
   return words;
 }
 
-std::string run_child(const std::vector<std::string>& words, const std::string& directory,
-                      std::chrono::seconds patience) {
+ChildEnd end_of_child(const std::vector<std::string>& words, const std::string& directory,
+                      std::chrono::seconds patience, const std::string& output) {
+  constexpr int kCreate = O_WRONLY | O_CREAT | O_TRUNC;
+  constexpr mode_t kOwn = 0600;
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "log.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "log.txt", kCreate, kOwn);
+  if (output.empty()) posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
+  if (!output.empty()) posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), kCreate, kOwn);
   std::vector<std::string> copies = words;
   std::vector<char*> arguments;
   for (std::string& word : copies) arguments.push_back(word.data());
@@ -40,7 +43,7 @@ std::string run_child(const std::vector<std::string>& words, const std::string& 
   pid_t child = 0;
   const int error = posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) return fmt::format("{} could not be started: {}", words[0], std::strerror(error));
+  if (error != 0) return {fmt::format("{} could not be started: {}", words[0], std::strerror(error))};
 
   int status = 0;
   const auto deadline = std::chrono::steady_clock::now() + patience;
@@ -48,21 +51,27 @@ std::string run_child(const std::vector<std::string>& words, const std::string& 
   while (true) {
     const pid_t done = waitpid(child, &status, WNOHANG);
     if (done > 0) break;
-    if (done < 0 && errno != EINTR) return fmt::format("{} was lost: {}", words[0], std::strerror(errno));
+    if (done < 0 && errno != EINTR) return {fmt::format("{} was lost: {}", words[0], std::strerror(errno))};
     if (std::chrono::steady_clock::now() > deadline) {
       kill(child, SIGKILL);
       waitpid(child, &status, 0);
-      return fmt::format("{} did not finish within {} s", words[0], patience.count());
+      return {fmt::format("{} did not finish within {} s", words[0], patience.count())};
     }
     std::this_thread::sleep_for(pause);
     if (pause < std::chrono::milliseconds(5)) pause *= 2;
   }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  if (code == 0) return {"", 0};
   std::ifstream file(directory + "/log.txt", std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
   const std::string log = text.str().substr(0, 400);
-  return fmt::format("{} failed{}{}", words[0], log.empty() ? "" : ": ", log);
+  return {fmt::format("{} failed{}{}", words[0], log.empty() ? "" : ": ", log), code};
+}
+
+std::string run_child(const std::vector<std::string>& words, const std::string& directory,
+                      std::chrono::seconds patience) {
+  return end_of_child(words, directory, patience).failure;
 }
 
 }  // namespace nlo::codegen

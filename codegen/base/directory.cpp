@@ -30,7 +30,7 @@ std::string line_of(const NamedText& file) {
 std::string manifest_of(const std::vector<NamedText>& files) {
   std::map<std::string, std::string> lines;
   for (const NamedText& file : files) lines[file.path] = line_of(file);
-  std::string text = "Made by nlo export, which replaces this folder only while all of it is as listed here.\n";
+  std::string text = "Made by nlo, which replaces this folder only while all of it is as listed here.\n";
   for (const auto& [path, line] : lines) text += line;
   return text;
 }
@@ -51,7 +51,7 @@ std::vector<NamedText> contents_of(const fs::path& folder) {
 void check_folder(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw Error(folder.string() + ": is not a folder; choose another one with -o");
   if (!fs::is_empty(folder) && !fs::is_regular_file(folder / kManifest))
-    throw Error(folder.string() + ": this folder was not made by nlo export; choose another one with -o");
+    throw Error(folder.string() + ": this folder was not made by nlo; choose another one with -o");
 }
 
 /// Throws unless nothing is lost when `folder` is replaced.
@@ -63,7 +63,7 @@ void check_replaceable(const fs::path& folder) {
   for (const NamedText& file : files)
     if (listed.find("\n" + line_of(file)) == std::string::npos)
       throw Error(
-          fmt::format("{}: was added or changed since nlo export made this folder; move it away, or choose "
+          fmt::format("{}: was added or changed since nlo made this folder; move it away, or choose "
                       "another folder with -o",
                       (folder / file.path).string()));
 }

@@ -82,7 +82,7 @@ TEST_F(Directory, ReplacesWhatItHasMade) {
 TEST_F(Directory, KeepsWhatSomebodyHasMadeOrChanged) {
   fs::create_directory(path("theirs"));
   write_file_atomically(path("theirs/thesis.tex"), "years of work");
-  EXPECT_THAT(refusal("theirs"), HasSubstr("not made by nlo export"));
+  EXPECT_THAT(refusal("theirs"), HasSubstr("not made by nlo"));
 
   write_directory_atomically(path("added"), {{"a.txt", "A"}});
   write_file_atomically(path("added/notes.txt"), "notes");

@@ -81,7 +81,7 @@ TEST(BashCompletion, KnowsEveryOptionOfTheHelp) {
   const std::string script = scratch.run({"completion", "bash"}).out;
   int options = 0;
   for (const char* command :
-       {"train", "evaluate", "crossvalidate", "bound", "export", "report", "reproduce", "simulate"}) {
+       {"train", "evaluate", "crossvalidate", "bound", "dossier", "export", "report", "reproduce", "simulate"}) {
     const auto at = script.find(std::string("      '") + command + "')");
     ASSERT_NE(at, std::string::npos) << command;
     const std::string listed = script.substr(at, script.find('\n', at) - at);

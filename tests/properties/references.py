@@ -34,6 +34,7 @@ VERSIONS = {
 
 # Reference: why it may lead nowhere.
 GENERATED = "what a user exports"
+DOSSIER = "a page of a dossier"
 PLACEHOLDER = "stands for any name"
 SLURM = "an option of sbatch"
 EXCEPTIONS = {
@@ -42,6 +43,8 @@ EXCEPTIONS = {
     "firmware/van_der_pol.h": GENERATED,
     "firmware/van_der_pol_replay.h": GENERATED,
     "pendulum.h": GENERATED,
+    "index.md": DOSSIER,
+    "evidence.md": DOSSIER,
     "NAME.h": PLACEHOLDER,
     "NAME_replay.h": PLACEHOLDER,
     "a_test.cpp": PLACEHOLDER,

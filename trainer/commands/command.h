@@ -39,6 +39,7 @@ void add_train(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_crossvalidate(CLI::App& app, Action& action);
 void add_identify(CLI::App& app, Action& action);
+void add_dossier(CLI::App& app, Action& action);
 void add_evaluate(CLI::App& app, Action& action);
 void add_export(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);

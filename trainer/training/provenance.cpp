@@ -13,12 +13,6 @@ namespace nlo::trainer {
 
 namespace {
 
-std::string hex(std::uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
 std::string without_steps(const std::string& source_text) {
   constexpr std::string_view kKey = "\nsteps = ";
   const auto begin = source_text.find(kKey);
@@ -44,6 +38,16 @@ std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash) {
   return hash;
 }
 
+std::uint64_t training_data_hash(const Dataset& training, const Dataset& validation) {
+  return data_fingerprint(validation, data_fingerprint(training, fingerprint(nullptr, 0)));
+}
+
+std::string hex_text(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
 std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_hash) {
   const std::string identity = without_steps(experiment.source_text) + '\n' + std::to_string(experiment.seed);
   return fingerprint(identity.data(), identity.size(), data_hash);
@@ -59,7 +63,7 @@ void note_provenance(const Experiment& experiment, const Dataset& dataset, std::
                       {"seed", std::to_string(experiment.seed)},
                       {"data", std::to_string(dataset.trajectories.size()) + " trajectories, " +
                                    shortest_text(std::round(time_s)) + " s"},
-                      {"data_hash", hex(data_hash)},
+                      {"data_hash", hex_text(data_hash)},
                       {"steps", std::to_string(state.step)},
                       {"validation_rmse", shortest_text(validation_rmse)},
                       {"config", experiment.source_text}};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "codegen/model/model.h"
 #include "trainer/config/experiment.h"
@@ -13,6 +14,12 @@ namespace nlo::trainer {
 
 /// Hash of a data set's numbers, on top of `hash`.
 std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash);
+
+/// Of all that a run trains on and chooses its model by: data_hash of a model's provenance.
+std::uint64_t training_data_hash(const Dataset& training, const Dataset& validation);
+
+/// 16 hex digits.
+std::string hex_text(std::uint64_t value);
 
 /// Of a run on data of that hash: experiment and seed. A run may be resumed with another number of steps; everything
 /// else makes it another run.

@@ -58,7 +58,7 @@ class Training {
         objective_(experiment_, structure_, training_data_, pool_),
         validator_(experiment_, structure_, validation_data_, pool_),
         optimiser_(experiment.training.optimiser, parameter_groups(experiment, structure_)),
-        data_hash_(data_fingerprint(validation, data_fingerprint(training, fingerprint(nullptr, 0)))),
+        data_hash_(training_data_hash(training, validation)),
         fingerprint_(run_fingerprint(experiment, data_hash_)) {}
 
   TrainingResult run() {
