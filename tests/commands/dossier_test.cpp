@@ -93,6 +93,12 @@ TEST_F(DossierOfPlant, ItsPagesHaveTheNumbersOfItsFiles) {
   EXPECT_EQ(identity["model"]["sha256"], codegen::sha256(scratch_.read("a/model.json")));
   EXPECT_EQ(identity["experiment"]["sha256"], codegen::sha256(scratch_.read("d/experiment.toml")));
   EXPECT_EQ(identity["training_data"]["same"], true);
+  // By another program than the build's.
+  const Scratch other;
+  const auto sums = other.run_program(
+      "/bin/sh", {"-c", std::string("cd '") + NLO_SOURCE_DIR +
+                            "' && find runtime codegen trainer -type f | LC_ALL=C sort | xargs sha256sum | sha256sum"});
+  EXPECT_EQ(identity["nlo"]["sources_sha256"], sums.out.substr(0, 64));
   const auto model = nlohmann::json::parse(scratch_.read("a/model.json"));
   const auto domain = nlohmann::json::parse(scratch_.read("d/domain.json"));
   for (const char* member : {"output_min", "output_max", "latent_min", "latent_max"})
@@ -138,6 +144,14 @@ TEST_F(DossierOfPlant, OneDigitOfTheModelOrOfItsDataHashIsSeen) {
   EXPECT_NE(scratch_.read("d/export/tiny.c"), scratch_.read("e/export/tiny.c"));
   EXPECT_THAT(scratch_.read("d/index.md"), HasSubstr("computed again: the same"));
 
+  const auto before = scratch_.contents();
+  EXPECT_THAT(scratch_.ok({"dossier", "a/model.json", "--check", "-o", "d"}).out, HasSubstr("the same again"));
+  const std::string differs = scratch_.refusal(1, {"dossier", "other.json", "--check", "-q", "-o", "d"});
+  EXPECT_THAT(differs, HasSubstr("model.json (SHA-256 " + codegen::sha256(text) + " there, " + hash + " now)"));
+  EXPECT_THAT(differs, HasSubstr("export/tiny.c"));
+  EXPECT_THAT(differs, Not(HasSubstr("experiment.toml"))) << "which is the same";
+  EXPECT_EQ(scratch_.contents(), before);
+
   const auto at = text.find("\"data_hash\": \"") + std::string("\"data_hash\": \"").size();
   std::string forged = text;
   forged[at] = text[at] == '0' ? '1' : '0';
@@ -162,6 +176,8 @@ TEST_F(DossierOfPlant, WhatIsMissingOrInTheWayIsRefusedBeforeAnythingIsWritten) 
   EXPECT_THAT(refusal({"a/model.json", "-o", "d"}), HasSubstr("d/notes.txt: was added or changed"));
   EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--data", "no_*.csv"}), HasSubstr("no_*.csv"));
   EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--scalar", "half"}), HasSubstr("half"));
+  EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--check"}), HasSubstr("no dossier to check"));
+  EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--training-data", "mine"}), HasSubstr("not trained on logs"));
   EXPECT_EQ(scratch_.contents(), before);
   // A command that fails: a compiler that is not there compiles nothing.
   ::setenv("CC", "no-such-compiler", 1);
@@ -195,6 +211,14 @@ TEST(DossierOfLogs, HasTheErrorsOnLogsThatAreGivenAndSaysWhereNoneAre) {
   again.write("model.json", scratch.read("a/model.json"));
   again.write("logs/test one.csv", tiny_log(2.0));
   EXPECT_THAT(scratch.read("with/index.md"), HasSubstr("--data 'logs/test one.csv'"));
+  EXPECT_THAT(scratch.read("with/index.md"), HasSubstr("as recorded; not computed again"));
+  const auto with_training = [&](const char* folder) {
+    scratch.ok({"dossier", "a/model.json", "-q", "--training-data", "logs", "-o", folder});
+    return scratch.read(std::string(folder) + "/index.md");
+  };
+  EXPECT_THAT(with_training("same"), HasSubstr("computed again: the same"));
+  scratch.write("logs/a.csv", tiny_log(0.1));
+  EXPECT_THAT(with_training("changed"), HasSubstr("when computed again: other data"));
   const auto evaluated = again.ok({"evaluate", "model.json", "--json", "--data", "logs/test one.csv"});
   EXPECT_EQ(evaluated.out, scratch.read("with/results_on_logs.json"));
   EXPECT_THAT(evaluated.out, HasSubstr("\"norm\""));

@@ -84,8 +84,9 @@ std::string index_page(const DossierInput& input, const Dossier& dossier) {
   if (identity.contains("experiment"))
     text += row({"experiment.toml, SHA-256", identity["experiment"]["sha256"].get<std::string>()});
   text += row({"training data, hash", data_line(identity["training_data"])});
-  text += row({"nlo", fmt::format("{}, program's SHA-256 {}", identity["nlo"]["version"].get<std::string>(),
-                                  identity["nlo"]["program_sha256"].get<std::string>())});
+  text += row({"nlo", fmt::format("{}, sources' SHA-256 {}", identity["nlo"]["version"].get<std::string>(),
+                                  identity["nlo"]["sources_sha256"].get<std::string>())});
+  text += row({"its program, SHA-256", identity["nlo"]["program_sha256"].get<std::string>()});
   text += row({"arithmetic", input.scalar});
   text += row({"golden replay", find(dossier, "replay.txt")->text});
   text += results_table(dossier, "results.json", "On new runs of the plant");

@@ -56,7 +56,9 @@ std::string fact(const codegen::Model& model, std::string_view name) {
 std::string identity(const DossierInput& input, const std::string&) {
   Json json;
   json["model"] = {{"name", input.model.name}, {"sha256", codegen::sha256(input.model_text)}};
-  json["nlo"] = {{"version", kVersion}, {"program_sha256", codegen::sha256(codegen::read_file(input.program))}};
+  json["nlo"] = {{"version", kVersion},
+                 {"sources_sha256", input.sources},
+                 {"program_sha256", codegen::sha256(codegen::read_file(input.program))}};
   if (input.experiment != nullptr) json["experiment"] = {{"sha256", codegen::sha256(fact(input.model, "config"))}};
   const std::string recorded = fact(input.model, "data_hash");
   Json& data = json["training_data"];

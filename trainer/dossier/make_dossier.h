@@ -17,6 +17,7 @@ namespace nlo::trainer {
 /// What is known before anything runs.
 struct DossierInput {
   std::string program;     ///< this program's file
+  std::string sources;     ///< SHA-256 of what it was built from
   std::string model_text;  ///< the bytes of the model's file
   codegen::Model model;
   const Experiment* experiment = nullptr;  ///< null: the model does not say what trained it
