@@ -77,6 +77,23 @@ TEST_F(DossierOfPlant, EveryFileIsWhatItsCommandGivesAgain) {
   EXPECT_EQ(scratch_.read("d/model.json"), scratch_.read("a/model.json"));
 }
 
+TEST_F(DossierOfPlant, ScriptsOfTheSourceTreeLookAtItsPair) {
+  scratch_.ok({"dossier", "a/model.json", "-q", "--source", NLO_SOURCE_DIR, "-o", "d"});
+  const std::string index = scratch_.read("d/index.md");
+  EXPECT_THAT(index, Not(HasSubstr(NLO_SOURCE_DIR)));
+  for (const auto& [file, program] : {std::pair("eva.txt", "frama-c"), std::pair("misra.txt", "cppcheck")}) {
+    const bool is_here = scratch_.run_program("/bin/sh", {"-c", std::string("command -v ") + program}).exit_code == 0;
+    EXPECT_EQ(scratch_.read(std::string("d/") + file), is_here ? "ok      this:float\n" : "") << file;
+    EXPECT_EQ(index.find(std::string("SKIPPED: no ") + program) == std::string::npos, is_here);
+  }
+  // A script that finds something ends the dossier.
+  for (const char* script : {"eva.sh", "export_this.sh"})
+    scratch_.write(std::string("tree/tests/proofs/") + script, "echo FAILED an alarm; exit 1\n");
+  const std::string said = scratch_.refusal(1, {"dossier", "a/model.json", "-q", "--source", "tree", "-o", "e"});
+  EXPECT_THAT(said, HasSubstr("eva.txt: FAILED an alarm"));
+  EXPECT_FALSE(scratch_.has("e"));
+}
+
 TEST_F(DossierOfPlant, ItsPagesHaveTheNumbersOfItsFiles) {
   made("d");
   const std::string index = scratch_.read("d/index.md");
@@ -177,6 +194,7 @@ TEST_F(DossierOfPlant, WhatIsMissingOrInTheWayIsRefusedBeforeAnythingIsWritten) 
   EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--data", "no_*.csv"}), HasSubstr("no_*.csv"));
   EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--scalar", "half"}), HasSubstr("half"));
   EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--check"}), HasSubstr("no dossier to check"));
+  EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--source", "mine"}), HasSubstr("mine: is not a source tree"));
   EXPECT_THAT(refusal({"a/model.json", "-o", "new", "--training-data", "mine"}), HasSubstr("not trained on logs"));
   EXPECT_EQ(scratch_.contents(), before);
   // A command that fails: a compiler that is not there compiles nothing.

@@ -4,7 +4,7 @@
 # Controls: a bound that is one too far, z that is not looked at.
 #   eva.sh EXPORT_MODEL SOURCE_DIR [EXAMPLE:SCALAR...]   without pairs: all that C99 is written for
 set -euo pipefail
-export_model=$1 source=$2
+export_model=$1 source=$(cd "$2" && pwd)
 shift 2
 command -v frama-c >/dev/null || { echo 'SKIPPED: no frama-c here'; exit 77; }
 work=$(mktemp -d)

@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct DossierArguments {
-  std::string model, scalar = "float", output, training_data;
+  std::string model, scalar = "float", output, training_data, source;
   std::vector<std::string> data;
   bool check = false, quiet = false;
 };
@@ -94,6 +94,12 @@ void run_dossier(const DossierArguments& arguments) {
   if (!arguments.training_data.empty() && !(experiment && experiment->log))
     throw codegen::Error(fmt::format("--training-data: {} was not trained on logs; leave it out", arguments.model));
 
+  if (!arguments.source.empty()) {
+    if (!fs::is_regular_file(arguments.source + "/tests/proofs/export_this.sh"))
+      throw codegen::Error(fmt::format("--source {}: is not a source tree of nlo with tests/proofs", arguments.source));
+    input.tree = fs::canonical(arguments.source).string();
+  }
+
   const DossierTable& table = dossier_table();
   const auto say = [&](const std::string& text) {
     if (!arguments.quiet) fmt::print(stderr, "{}\n", printable(text));
@@ -132,6 +138,8 @@ void add_dossier(CLI::App& app, Action& action) {
   options.directory("--training-data", arguments->training_data,
                     "directory of the logs that it was trained on: their hash is compared with the model's");
   options.shown("--scalar", arguments->scalar, "arithmetic of the export: float, double, or int16 (kkl)");
+  options.directory("--source", arguments->source,
+                    "nlo's source tree: its scripts for Frama-C and MISRA C run on the exported pair");
   options.flag("--check", arguments->check,
                "write nothing: make it again and compare it with the one in DIR; exit 1 names the files that differ");
   options.flag("-q,--quiet", arguments->quiet, "print nothing when it succeeds");

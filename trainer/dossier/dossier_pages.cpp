@@ -37,6 +37,10 @@ std::string heading(const std::vector<std::string>& cells) {
   return text + "\n";
 }
 
+std::string first_line(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
 const codegen::NamedText* find(const Dossier& dossier, std::string_view path) {
   const auto found = std::ranges::find(dossier.files, path, &codegen::NamedText::path);
   return found == dossier.files.end() ? nullptr : &*found;
@@ -88,7 +92,7 @@ std::string index_page(const DossierInput& input, const Dossier& dossier) {
                                   identity["nlo"]["sources_sha256"].get<std::string>())});
   text += row({"its program, SHA-256", identity["nlo"]["program_sha256"].get<std::string>()});
   text += row({"arithmetic", input.scalar});
-  text += row({"golden replay", find(dossier, "replay.txt")->text});
+  text += row({"golden replay", first_line(find(dossier, "replay.txt")->text)});
   text += results_table(dossier, "results.json", "On new runs of the plant");
   text += results_table(dossier, "results_on_logs.json", "On the logs that were given");
   text += "\nWhat is here, and how to make each again in this folder:\n\n" + heading({"file", "what", "again"});

@@ -16,6 +16,7 @@ const std::vector<Key<DossierItem>>& item_keys() {
       key("file", &DossierItem::file, any(), "in the folder"),
       key("what", &DossierItem::what, any(), "for the reader"),
       key("command", &DossierItem::command, any(), "of nlo, run in the folder"),
+      key("script", &DossierItem::script, any(), "of the source tree"),
       key("needs", &DossierItem::needs, one_of({"plant", "training", "logs", "tree", "judgement"}),
           "else it is not made"),
       key("again", &DossierItem::again, any(), "how to make it where no command does"),

@@ -9,7 +9,7 @@
 namespace nlo::trainer {
 
 struct DossierItem {
-  std::string file, what, command, needs, again;
+  std::string file, what, command, script, needs, again;
   bool refusable = false;
 };
 

@@ -136,8 +136,8 @@ const std::map<std::string, OwnFile>& own_files() {
 
 /// Why an item cannot be made of this input; empty: it can.
 std::string missing(const DossierItem& item, const DossierInput& input) {
-  if (item.needs == "tree") return "takes nlo's source tree and its tools";
-  if (item.needs == "judgement") return "is not made without a person who judges it";
+  if (item.needs == "tree" && input.tree.empty()) return "no source tree of nlo was given";
+  if (item.needs == "judgement") return "takes what nlo dossier does not have, or a judgement";
   if (item.needs == "training" && input.experiment == nullptr) return "the model does not say what trained it";
   if (item.needs == "plant" && (input.experiment == nullptr || !input.experiment->plant))
     return "the model was not trained on a plant";
@@ -191,18 +191,30 @@ std::string shell_text(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Runs its command in `folder`. Throws codegen::Error.
-void run(DossierEntry& entry, std::vector<std::string> words, const DossierInput& input, const std::string& folder) {
+/// Runs its command or script in `folder`. Throws codegen::Error.
+void run(DossierEntry& entry, const DossierInput& input, const std::string& folder,
+         const std::function<void(const std::string& command)>& before) {
   constexpr auto kPatience = std::chrono::hours(24);
-  constexpr int kRefused = 2;
-  words.insert(words.begin(), input.program);
-  const codegen::ChildEnd end = codegen::end_of_child(words, folder, kPatience, entry.item->file);
+  constexpr int kRefused = 2, kSkipped = 77;
+  const DossierItem& item = *entry.item;
+  const bool of_nlo = item.script.empty();
+  std::vector<std::string> words = filled_words(of_nlo ? item.command : item.script, input);
+  const std::string command = (of_nlo ? "nlo " : "") + shell_text(words);
+  entry.again = "`" + command + "`";
+  before(command);
+  if (of_nlo)
+    words.insert(words.begin(), input.program);
+  else
+    words.insert(words.begin(), {"env", "NLO=" + input.program});
+  const codegen::ChildEnd end = codegen::end_of_child(words, folder, kPatience, item.file);
   if (end.failure.empty()) return;
-  const std::string said = end.failure.substr(0, end.failure.find_last_not_of('\n') + 1);
-  if (!entry.item->refusable || end.exit_code != kRefused)
-    throw codegen::Error(
-        fmt::format("{}: {}, which {} should make; nothing is written", entry.item->file, said, entry.again));
-  fs::remove(fs::path(folder) / entry.item->file);
+  const fs::path printed = fs::path(folder) / item.file;
+  std::string said = of_nlo ? end.failure : codegen::read_file(printed.string());
+  said = said.substr(0, said.find_last_not_of('\n') + 1);
+  const bool is_refusal = of_nlo ? item.refusable && end.exit_code == kRefused : end.exit_code == kSkipped;
+  if (!is_refusal)
+    throw codegen::Error(fmt::format("{}: {}, which {} should make; nothing is written", item.file, said, entry.again));
+  fs::remove(printed);
   const std::string mark = "error: ";
   const auto at = said.find(mark);
   entry.refusal = at == std::string::npos ? said : said.substr(at + mark.size());
@@ -215,6 +227,7 @@ Dossier make_dossier(const DossierInput& input, const DossierTable& table,
   const codegen::TemporaryFolder folder((fs::temp_directory_path() / "nlo-dossier").string());
   for (const auto& [name, path] : log_folders(input.logs))
     fs::create_directory_symlink(path, fs::path(folder.name()) / name);
+  if (!input.tree.empty()) fs::create_directory_symlink(input.tree, fs::path(folder.name()) / "nlo");
   Dossier dossier;
   for (const DossierItem& item : table.items) {
     dossier.entries.push_back({&item, filled(item.what, input), filled(item.again, input), missing(item, input)});
@@ -224,11 +237,7 @@ Dossier make_dossier(const DossierInput& input, const DossierTable& table,
       codegen::write_file_atomically(folder.name() + "/" + item.file, own->second(input, folder.name()));
       continue;
     }
-    const std::vector<std::string> words = filled_words(item.command, input);
-    const std::string command = "nlo " + shell_text(words);
-    entry.again = "`" + command + "`";
-    before(command);
-    run(entry, words, input, folder.name());
+    run(entry, input, folder.name(), before);
   }
   dossier.files = files_in(folder.name());
   return dossier;

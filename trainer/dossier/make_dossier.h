@@ -22,6 +22,7 @@ struct DossierInput {
   codegen::Model model;
   const Experiment* experiment = nullptr;  ///< null: the model does not say what trained it
   std::vector<std::string> logs;           ///< files, absolute; empty: none were given
+  std::string tree;                        ///< nlo's source tree, absolute; empty: none was given
   std::string scalar;                      ///< of the export
   std::string data_hash;                   ///< of the training data as they are now; empty: not computed
 };
