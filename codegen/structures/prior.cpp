@@ -306,6 +306,7 @@ class PriorModule final : public StructureModule {
             {"COARSE", init.vector(own.coarse, "coarse")},
             {"STATE_NOISE", init.vector(own.state_noise, "state_noise")},
             {"OUTPUT_NOISE", init.vector(own.output_noise, "output_noise")},
+            {"LEAST_NOISE", init(1.0 + static_cast<double>(kLeastNoise), "the least noise")},
             {"SIXTH", init(1.0 / 6, "a sixth")},
             {"THIRD", init(1.0 / 3, "a third")}};
   }

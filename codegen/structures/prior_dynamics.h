@@ -115,7 +115,8 @@ class PriorDynamics final : public ReferenceDynamics<Scalar> {
     Vector change = Vector::Zero(nx);
     for (Eigen::Index j = 0; j < ny; ++j) {
       const Vector slopes = expected.segment(ny + j * nx, nx), ph = p * slopes;
-      const Scalar spread = std::max(slopes.dot(ph), Scalar(0)) + noise(own_.output_noise, j, nx + j);
+      const Scalar spread =
+          (1 + Scalar(kLeastNoise)) * std::max(slopes.dot(ph), Scalar(0)) + noise(own_.output_noise, j, nx + j);
       const Scalar rest = nu(j) - slopes.dot(change);
       change += ph * (rest / spread);
       p -= ph * ph.transpose() / spread;

@@ -60,7 +60,7 @@ class CovarianceUpdate {
         now.rest = now.rest - h[i] * of.change[at(i)];
       }
       for (int l = 0; l < kGroup; ++l) {
-        now.positive.at[l] = spread.at[l] < Scalar(0) ? Scalar(0) : Scalar(1);
+        now.positive.at[l] = spread.at[l] < Scalar(0) ? Scalar(0) : Scalar(1) + Scalar(kLeastNoise);
         now.share.at[l] = Scalar(1) / (now.positive.at[l] * spread.at[l] + of.r[at(j)].at[l]);
       }
       for (int i = 0; i < nx_; ++i) {
@@ -115,7 +115,7 @@ class CovarianceUpdate {
   /// What an output found, and what the way back needs of it.
   struct Taken {
     std::vector<L> p, change, ph;
-    L rest, share, positive;
+    L rest, share, positive;  ///< positive: dS / d(h' P h)
 
     explicit Taken(int nx) : ph(static_cast<std::size_t>(nx)) {}
   };

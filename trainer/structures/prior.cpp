@@ -18,6 +18,7 @@
 #include "trainer/structures/model_networks.h"
 #include "trainer/structures/module.h"
 #include "trainer/structures/prior_lanes.h"
+#include "trainer/structures/prior_start.h"
 #include "trainer/structures/unit_settings.h"
 #include "trainer/structures/units_latent.h"
 
@@ -79,26 +80,6 @@ void check_plant(const Experiment& experiment, const ChannelCounts& channels) {
   }
 }
 
-/// Smallest and largest, and the moments, of each row of a signal.
-struct Range {
-  Moments moments;
-  double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
-};
-std::vector<Range> ranges_of(const TrainingData& data, std::vector<float> TrainingData::Run::*signal, int rows) {
-  std::vector<Range> ranges(static_cast<std::size_t>(rows));
-  for (const TrainingData::Run& run : data.runs)
-    for (std::size_t row = 0; row < ranges.size(); ++row)
-      for (int k = 0; k < run.samples; ++k) {
-        const auto value = static_cast<double>(
-            (run.*signal)[row * static_cast<std::size_t>(run.samples) + static_cast<std::size_t>(k)]);
-        Range& range = ranges[row];
-        range.moments.add(value, 1.0);
-        range.low = std::min(range.low, value);
-        range.high = std::max(range.high, value);
-      }
-  return ranges;
-}
-
 class PriorStructure final : public TrainableStructure {
  public:
   std::string_view name() const override { return "prior"; }
@@ -145,6 +126,7 @@ class PriorStructure final : public TrainableStructure {
     own.readings = structure.readings;
     own.inputs = structure.inputs;
     own.commands = experiment.observer.input_hold == Hold::kZeroOrder;
+    own.noisy = !std::ranges::all_of(experiment.training.all_noise().parts, &NoiseConfig::none);
     structure.latent.rows = own.units + own.carried();
     structure.dynamics = dynamics_network({.hidden = {}, .activation = "tanh"}, own.units + own.reads(),
                                           3 * own.units + own.corrections(), false);
@@ -156,69 +138,11 @@ class PriorStructure final : public TrainableStructure {
   }
 
   void normalise_dynamics(ObserverStructure& structure, const TrainingData& data, ThreadPool&) const override {
-    // Of a measurement's deviation: what an innovation without noise is, and one with it. Of a step: what may be
-    // corrected of the state's deviation, so that an optimiser's first steps are small ones.
-    constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 0.25, kCircle = 1.02;
-    constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
-    // Of a state's and an output's variance, where training begins; what one of its steps may do to a logarithm; and
-    // where variances are kept.
-    constexpr double kStateNoise = 1e-4, kOutputNoise = 1.0, kLogarithm = 2.0, kLeast = 1e-10, kMost = 16.0;
     PriorSetting& own = structure.own.set<PriorSetting>();
-    own.period_s = data.sample_period_s;
-    const int nx = own.nx(), ny = own.ny();
-    const std::vector<Range> readings = ranges_of(data, &TrainingData::Run::readings, data.given());
-    const std::vector<Range> states = ranges_of(data, &TrainingData::Run::states, nx);
-    const auto scale_of = [](const Range& range) { return static_cast<double>(safe_scale(range.moments.deviation())); };
-    Normalisation& read = own.read;
-    read.mean.assign(static_cast<std::size_t>(own.reads()), 0.0);
-    read.scale.assign(static_cast<std::size_t>(own.reads()), 1.0);
-    const auto set = [&read](int row, double mean, double scale) {
-      read.mean[static_cast<std::size_t>(row)] = mean;
-      read.scale[static_cast<std::size_t>(row)] = scale;
-    };
-    for (int j = 0; j < ny; ++j) {
-      const double deviation = scale_of(readings[static_cast<std::size_t>(j)]);
-      own.fine.push_back(kFine * deviation);
-      own.coarse.push_back(kCoarse * deviation);
-      set(j, 0.0, kFineScale);
-      set(ny + j, 0.0, kCoarseScale);
-    }
-    for (int r = 0; r < data.given(); ++r) {
-      const Range& range = readings[static_cast<std::size_t>(r)];
-      set(2 * ny + r, range.moments.mean, scale_of(range));
-    }
-    for (int i = 0; i < nx; ++i) {
-      const Range& range = states[static_cast<std::size_t>(i)];
-      const double beyond = std::max(kBeyond * (range.high - range.low), 1e-3);
-      // A sine has no other values, and what divides by what is made of them must not be 0.
-      const bool on_circle = own.on_circle[static_cast<std::size_t>(i)];
-      own.start.push_back(range.moments.mean);
-      own.low.push_back(on_circle ? -kCircle : range.low - beyond);
-      own.high.push_back(on_circle ? kCircle : range.high + beyond);
-      set(2 * ny + own.readings + i, range.moments.mean, scale_of(range));
-      for (int j = 0; j < ny; ++j) own.scale.push_back(kGain * kCoarse * scale_of(range));
-    }
-    std::vector<double> deviations;
-    for (const Range& range : states) deviations.push_back(scale_of(range));
-    for (const double deviation : deviations) {
-      own.scale.push_back(kDrift * deviation);
-      own.state_noise.push_back(kStateNoise * deviation * deviation);
-    }
-    for (int j = 0; j < ny; ++j) {
-      const double deviation = scale_of(readings[static_cast<std::size_t>(j)]);
-      own.output_noise.push_back(kOutputNoise * deviation * deviation);
-    }
-    own.scale.resize(static_cast<std::size_t>(own.corrections()), kLogarithm);
-    for (std::size_t i = 0; i < deviations.size(); ++i)
-      for (std::size_t j = i; j < deviations.size(); ++j) {
-        const double product = deviations[i] * deviations[j];
-        own.start.push_back(i == j ? product : 0.0);
-        own.low.push_back((i == j ? kLeast : -kMost) * product);
-        own.high.push_back(kMost * product);
-      }
+    start_prior(own, data);
     const auto units = static_cast<std::ptrdiff_t>(own.units);
-    std::copy(read.mean.begin(), read.mean.end(), structure.dynamics.inputs.mean.begin() + units);
-    std::copy(read.scale.begin(), read.scale.end(), structure.dynamics.inputs.scale.begin() + units);
+    std::copy(own.read.mean.begin(), own.read.mean.end(), structure.dynamics.inputs.mean.begin() + units);
+    std::copy(own.read.scale.begin(), own.read.scale.end(), structure.dynamics.inputs.scale.begin() + units);
   }
 
   /// The units as those of a gated observer; of an innovation a little is believed in the states that it is made of, on

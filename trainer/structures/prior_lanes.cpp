@@ -51,6 +51,10 @@ PriorLanes<Scalar>::PriorLanes(const PriorSetting& setting)
                                          Products<Scalar, kGroup>::kLanesPerWeight)),
       bias_gradient_(gain_) {
   static_assert(Products<Scalar, kGroup>::kStride == kGroup);
+  const auto deviation = [this](int i) { return setting_.read.scale[static_cast<std::size_t>(prior_row() + i)]; };
+  for (int i = 0; i < setting.nx(); ++i) unit_.push_back(static_cast<Scalar>(deviation(i)));
+  for (int i = 0; i < setting.nx(); ++i)
+    for (int j = i; j < setting.nx(); ++j) unit_.push_back(static_cast<Scalar>(deviation(i) * deviation(j)));
 }
 
 template <class Scalar>
@@ -250,9 +254,11 @@ void PriorLanes<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
         total(bias_gradient_.data() + r * kGroup, kGroup);
 }
 
-/// From dl/d[x; p] of a sample to the correction's weights, and to what it reads.
+/// From dl/d[x; p] of a sample to the correction's weights, and to what it reads. A run whose filter has been lost, so
+/// that its end depends on its beginning a thousand times more than its loss is large, teaches from there on alone.
 template <class Scalar>
 void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
+  constexpr Scalar kLost = Scalar(1000), kFinite = Scalar(1e6);
   const int nx = setting_.nx(), ny = setting_.ny(), rows = setting_.corrections(), columns = units_.columns();
   correct(in, time);
   for (int i = 0; i < setting_.carried(); ++i) {
@@ -261,7 +267,9 @@ void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
         run_.cotangent + (static_cast<std::ptrdiff_t>(setting_.units + i) * run_.length + time) * kGroup;
     for (int l = 0; l < kGroup; ++l) {
       const bool inside = x_[row].at[l] >= low(i) && x_[row].at[l] <= high(i);
-      to_x_[row].at[l] = inside ? to_x_[row].at[l] + own[l] : Scalar(0);
+      const Scalar to = to_x_[row].at[l] + own[l];
+      const bool lost = !(std::abs(to) * unit_[row] < kLost);
+      to_x_[row].at[l] = inside && !lost ? to : Scalar(0);
     }
   }
   std::fill(to_squashed_.begin(), to_squashed_.end(), Scalar(0));
@@ -286,6 +294,8 @@ void PriorLanes<Scalar>::pull_back(int time, const Scalar* in, Scalar* to_z) {
     const auto row = static_cast<std::size_t>(j);
     noise_back(noise_row() + nx + j, measured_.r[row], to_measured_.r[row]);
   }
+  for (Scalar& to : to_gain_)
+    if (!(std::abs(to) < kFinite)) to = Scalar(0);
   Products<Scalar, kGroup>::outer_product(to_gain_.data(), rows, in, columns, gradient_.data());
   for (std::size_t i = 0; i < to_gain_.size(); ++i) bias_gradient_[i] += to_gain_[i];
   product<Scalar>(correction_transposed_.data(), columns, rows, nullptr, to_gain_.data(), to_in_.data());

@@ -20,6 +20,7 @@ struct PriorSetting {
   codegen::Equations equations;
   int units = 0, readings = 0, inputs = 0;        ///< n_m, n_r, n_u
   bool commands = false;                          ///< the input of a sample has acted since the one before
+  bool noisy = false;                             ///< training adds noise to the sensors
   double period_s = 0.0;                          ///< what rates are told in
   std::vector<bool> on_circle;                    ///< n_x: the sine or cosine of an angle
   std::vector<double> start, low, high;           ///< the first prior of [x; p], and where it is kept
@@ -106,6 +107,7 @@ class PriorLanes final : private GatedLoop<Scalar> {
   std::vector<Scalar> gain_;                   ///< [K; b; c_q; c_r] of a sample
   std::vector<Scalar> correction_transposed_;  ///< columns x corrections
   std::vector<L> x_, to_x_;                    ///< [x; p] behind the correction; dl/d[x; p]
+  std::vector<Scalar> unit_;                   ///< of [x; p]: a state's deviation
   std::vector<Scalar> to_squashed_, to_gain_, to_in_;
   std::vector<Scalar> gradient_, bias_gradient_;  ///< of the correction, lanes apart
 };

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The covariance P of a state that known equations step (prior_observer.h), and what a measurement does to it: the
 // update of an extended Kalman filter, output by output.
-//   S = h' P h + r,  K = P h / S,  x <- x + K (nu - h' (x - x-)),  P <- P - K (P h)'
-// P is symmetric: the upper triangle is kept, row by row.
+//   S = h' P h (1 + 2^-16) + r,  K = P h / S,  x <- x + K (nu - h' (x - x-)),  P <- P - K (P h)'
+// P is symmetric: the upper triangle is kept, row by row. The 2^-16 is noise, too: in float, what is left of a variance
+// after a far more exact measurement would be rounding, and might be below 0.
 #pragma once
 
 #include "nlo/functions.h"
 #include "nlo/kernels/arithmetic.h"
 
 namespace nlo {
+
+inline constexpr float kLeastNoise = 0x1p-16F;  ///< of an output: this part of the variance that P gives it
 
 constexpr int triangle_size(int n) {
   return n * (n + 1) / 2;
@@ -44,7 +47,8 @@ NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, Scala
     rest = multiply_add<kArithmetic>(-slopes[i], change[i], rest);
   }
   // Below 0 is rounding. NaN stays what it is.
-  const Scalar share = Scalar(1) / (select<kArithmetic>(!(spread < Scalar(0)), spread, Scalar(0)) + noise);
+  spread = select<kArithmetic>(!(spread < Scalar(0)), spread, Scalar(0));
+  const Scalar share = Scalar(1) / (multiply_add<kArithmetic>(Scalar(1) + Scalar(kLeastNoise), spread, noise));
   for (int i = 0; i < n; ++i) {
     const Scalar gain = rounded<Scalar>(ph[i] * share);
     change[i] = multiply_add<kArithmetic>(gain, rest, change[i]);

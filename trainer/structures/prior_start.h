@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// Where the training of an observer with a prior begins: ranges, scales, and noises by what the equations leave over.
+#pragma once
+
+#include "trainer/rollout/training_data.h"
+#include "trainer/structures/prior_lanes.h"
+
+namespace nlo::trainer {
+
+/// Fills what of the setting is of the data: start, range, fine and coarse, noises, scales and the normalisation of w.
+///   state_noise   the variance of x(t + period) - (the equations' step from x(t)), over the runs
+///   output_noise  of y - h(x); where training adds noise to the sensors (`noisy`), which no run has, the variance of y
+void start_prior(PriorSetting& own, const TrainingData& data);
+
+}  // namespace nlo::trainer
