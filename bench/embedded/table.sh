@@ -32,7 +32,7 @@ row() {
   local core=$1 variant=$2 folder=$builds/$1/bench/embedded image said instructions painted observer per flash ram bound
   local multiply_adds=$network_multiply_adds stack_limit=512 ram_limit=32
   if [[ $variant == gated* ]]; then multiply_adds=$gated_multiply_adds stack_limit=1024 ram_limit=144; fi # z and layers of 32
-  if [[ $variant == prior* ]]; then multiply_adds=$prior_multiply_adds stack_limit=1280 ram_limit=128; fi
+  if [[ $variant == prior* ]]; then multiply_adds=$prior_multiply_adds stack_limit=1280 ram_limit=160; fi
   if [[ $variant == carried* ]]; then multiply_adds=$carried_multiply_adds ram_limit=96; fi
   image=$folder/count_$variant.elf
   said=$(timeout 100 qemu-system-arm -M "${board[$core]}" -icount shift=0,sleep=off -nographic -monitor none -serial null \

@@ -295,6 +295,7 @@ class PriorModule final : public StructureModule {
             {"FIRST", "    correct(REGULAR_STEP, o->z, o->y);\n"},
             {"STEP_DT_COST",
              "Some 200 operations a unit more than a sample period, and the equations once for each period"},
+            {"UNITS", std::to_string(source.model.nz() - carried_by(source.model))},
             {"INPUTS", std::to_string(source.model.inputs.size())},
             {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
             {"DERIVATIVE", lines.derivative()},

@@ -82,7 +82,7 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   // corrected of the state's deviation, so that an optimiser's first steps are small ones.
   constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 1.0, kCircle = 1.02;
   constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
-  // Of a variance: the least of a noise, and where the covariance is kept. What a step of training may do to a logarithm.
+  // Of a variance: the least of a noise, and where the covariance is kept. Last, what a step does to a logarithm.
   constexpr double kLeastOfState = 1e-8, kLeastOfOutput = 1e-5, kLeast = 1e-10, kMost = 16.0, kLogarithm = 2.0;
   own.period_s = data.sample_period_s;
   const int nx = own.nx(), ny = own.ny();
