@@ -6,25 +6,25 @@
 namespace nlo::codegen {
 namespace {
 
-using Kind = Expression::Kind;
+using NodeKind = Expression::Kind;
 using Nodes = ExpressionNodes;
 
 bool is_number(const Nodes& nodes, double value) {
-  return nodes.size() == 1 && nodes[0].kind == Kind::kNumber && nodes[0].number == value;
+  return nodes.size() == 1 && nodes[0].kind == NodeKind::kNumber && nodes[0].number == value;
 }
 
-Nodes combined(Nodes a, const Nodes& b, Kind kind) {
+Nodes combined(Nodes a, const Nodes& b, NodeKind kind) {
   a.insert(a.end(), b.begin(), b.end());
   a.push_back({.kind = kind});
   return a;
 }
 
 Nodes quotient(Nodes a, const Nodes& b) {
-  return a.empty() ? a : combined(std::move(a), b, Kind::kQuotient);
+  return a.empty() ? a : combined(std::move(a), b, NodeKind::kQuotient);
 }
 
 Nodes applied(Function function, Nodes nodes) {
-  nodes.push_back({.kind = Kind::kFunction, .function = function});
+  nodes.push_back({.kind = NodeKind::kFunction, .function = function});
   return nodes;
 }
 
@@ -56,26 +56,26 @@ Nodes slope_of(Function function, const Nodes& v, const Nodes& f) {
 }  // namespace
 
 ExpressionNodes number_nodes(double value) {
-  return {{.kind = Kind::kNumber, .number = value}};
+  return {{.kind = NodeKind::kNumber, .number = value}};
 }
 ExpressionNodes reading_nodes(int reading) {
-  return {{.kind = Kind::kReading, .reading = reading}};
+  return {{.kind = NodeKind::kReading, .reading = reading}};
 }
 
 ExpressionNodes sum(ExpressionNodes a, const ExpressionNodes& b) {
   if (a.empty()) return b;
-  return b.empty() ? a : combined(std::move(a), b, Kind::kSum);
+  return b.empty() ? a : combined(std::move(a), b, NodeKind::kSum);
 }
 ExpressionNodes difference(ExpressionNodes a, const ExpressionNodes& b) {
   if (a.empty()) return product(number_nodes(-1.0), b);
-  return b.empty() ? a : combined(std::move(a), b, Kind::kDifference);
+  return b.empty() ? a : combined(std::move(a), b, NodeKind::kDifference);
 }
 ExpressionNodes product(ExpressionNodes a, const ExpressionNodes& b) {
   if (a.empty() || b.empty()) return {};
   if (is_number(a, 1.0)) return b;
-  if (a.size() == 1 && b.size() == 1 && a[0].kind == Kind::kNumber && b[0].kind == Kind::kNumber)
+  if (a.size() == 1 && b.size() == 1 && a[0].kind == NodeKind::kNumber && b[0].kind == NodeKind::kNumber)
     return number_nodes(a[0].number * b[0].number);
-  return is_number(b, 1.0) ? a : combined(std::move(a), b, Kind::kProduct);
+  return is_number(b, 1.0) ? a : combined(std::move(a), b, NodeKind::kProduct);
 }
 
 ExpressionNodes derivative(const Expression& expression, int reading) {
@@ -84,19 +84,19 @@ ExpressionNodes derivative(const Expression& expression, int reading) {
   };
   std::vector<Term> stack;
   for (const Expression::Node& node : expression.nodes()) {
-    if (node.kind == Kind::kNumber || node.kind == Kind::kReading) {
-      const bool itself = node.kind == Kind::kReading && node.reading == reading;
+    if (node.kind == NodeKind::kNumber || node.kind == NodeKind::kReading) {
+      const bool itself = node.kind == NodeKind::kReading && node.reading == reading;
       stack.push_back({{node}, itself ? number_nodes(1.0) : Nodes()});
       continue;
     }
-    if (node.kind == Kind::kFunction) {
+    if (node.kind == NodeKind::kFunction) {
       Term& of = stack.back();
       Nodes value = applied(node.function, of.value);
       of.slope = product(slope_of(node.function, of.value, value), of.slope);
       of.value = std::move(value);
       continue;
     }
-    if (node.kind == Kind::kSquare) {
+    if (node.kind == NodeKind::kSquare) {
       Term& of = stack.back();
       of.slope = product(number_nodes(2.0), product(of.value, of.slope));
       of.value.push_back(node);
@@ -106,11 +106,11 @@ ExpressionNodes derivative(const Expression& expression, int reading) {
     stack.pop_back();
     Term& left = stack.back();
     Nodes value = combined(left.value, right.value, node.kind);
-    if (node.kind == Kind::kSum) left.slope = sum(left.slope, right.slope);
-    if (node.kind == Kind::kDifference) left.slope = difference(left.slope, right.slope);
-    if (node.kind == Kind::kProduct)
+    if (node.kind == NodeKind::kSum) left.slope = sum(left.slope, right.slope);
+    if (node.kind == NodeKind::kDifference) left.slope = difference(left.slope, right.slope);
+    if (node.kind == NodeKind::kProduct)
       left.slope = sum(product(left.slope, right.value), product(left.value, right.slope));
-    if (node.kind == Kind::kQuotient)
+    if (node.kind == NodeKind::kQuotient)
       left.slope = difference(quotient(left.slope, right.value), quotient(product(value, right.slope), right.value));
     left.value = std::move(value);
   }

@@ -16,7 +16,7 @@ using Real = long double;
 using ComplexReal = std::complex<Real>;
 
 /// Roundings that double may have taken, and those of a series of some thirty terms.
-constexpr Real kRoundings = 64.0L * std::numeric_limits<double>::epsilon();
+constexpr Real kRoundings = 64.0L * static_cast<Real>(std::numeric_limits<double>::epsilon());
 
 /// A sum, and that of its terms' magnitudes: what its rounding goes by.
 struct Sum {
@@ -75,10 +75,14 @@ class Folding {
     const LinearLatent& latent = *linear_latent(m);
     for (Index r = 0; r < m.nz(); ++r) {
       const bool pair = r < 2 * latent.pairs;
-      const ComplexReal lambda(latent.eigenvalues(r), pair ? latent.eigenvalues(r + 1) : 0.0);
+      const auto complex = [&](double real, double imaginary) {
+        return ComplexReal(static_cast<Real>(real), pair ? static_cast<Real>(imaginary) : 0.0L);
+      };
+      const Index next = pair ? r + 1 : r;
+      const ComplexReal lambda = complex(latent.eigenvalues(r), latent.eigenvalues(next));
       const Step step(m.hold, lambda, static_cast<Real>(m.sample_period_s));
       const auto of = [&](const Eigen::MatrixXd& values, Index column) {
-        return ComplexReal(values(r, column), pair ? values(r + 1, column) : 0.0);
+        return complex(values(r, column), values(next, column));
       };
       compare_complex("A - I", r, of(folded.step.a_minus_1, 0), step.a_minus_1, step.a_minus_1);
       for (Index j = 0; j < m.nr(); ++j) {
