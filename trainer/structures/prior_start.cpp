@@ -83,7 +83,8 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   constexpr double kFine = 0.05, kCoarse = 3.0, kGain = 0.3, kDrift = 0.1, kBeyond = 1.0, kCircle = 1.02;
   constexpr double kFineScale = 0.5, kCoarseScale = 0.25;
   // Of a variance: the least of a noise, and where the covariance is kept. Last, what a step does to a logarithm.
-  constexpr double kLeastOfState = 1e-8, kLeastOfOutput = 1e-5, kLeast = 1e-10, kMost = 16.0, kLogarithm = 2.0;
+  constexpr double kStateOfNoisy = 1e-4, kLeastOfState = 1e-8, kLeastOfOutput = 1e-5, kLeast = 1e-10, kMost = 16.0,
+                   kLogarithm = 2.0;
   own.period_s = data.sample_period_s;
   const int nx = own.nx(), ny = own.ny();
   const std::vector<Range> readings = ranges_of(data, &TrainingData::Run::readings, data.given());
@@ -123,7 +124,9 @@ void start_prior(PriorSetting& own, const TrainingData& data) {
   const LeftOver left = left_over(own, data);
   for (std::size_t i = 0; i < deviations.size(); ++i) {
     own.scale.push_back(kDrift * deviations[i]);
-    own.state_noise.push_back(std::max(left.states[i], kLeastOfState * deviations[i] * deviations[i]));
+    const double variance = deviations[i] * deviations[i];
+    own.state_noise.push_back(own.noisy ? kStateOfNoisy * variance
+                                        : std::max(left.states[i], kLeastOfState * variance));
   }
   for (std::size_t j = 0; j < left.outputs.size(); ++j) {
     const double variance = scale_of(readings[j]) * scale_of(readings[j]);
