@@ -38,7 +38,6 @@ class Equations {
  public:
   static constexpr int kMostStates = 16, kMostInputs = 16, kMostOutputs = 16;
   static constexpr int kMostCarried = kMostStates + triangle_size(kMostStates);
-  static constexpr int kMostSlopes = kMostOutputs * (1 + kMostStates);
 
   Equations() = default;
   /// Throws Error, naming the equation and what is wrong with it.
