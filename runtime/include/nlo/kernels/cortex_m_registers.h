@@ -123,11 +123,11 @@ NLO_INLINE const float* multiply_block(const float* weights, const float* bias, 
   "vadd.f32 s" #q ", s" #q ", s9\n"
 // Past the limit tanh is that of the limit: the sign falls out of the comparison, |x| > limit, or not a number. Fast: a
 // branch that is hardly ever taken. Deterministic: one instruction more, and as many of them whatever x is.
-#define NLO_CLAMP_RARELY                     \
-  "vldmia %[at], {s13}\n"                    \
-  "vmov %[bits], s13\n"                      \
-  "cmp %[limit], %[bits], lsl #1\n"          \
-  "blo 3f\n"                                 \
+#define NLO_CLAMP_RARELY            \
+  "vldmia %[at], {s13}\n"           \
+  "vmov %[bits], s13\n"             \
+  "cmp %[limit], %[bits], lsl #1\n" \
+  "blo 3f\n"                        \
   "2:\n"
 #define NLO_RARELY                           \
   "3:\n"                                     \
@@ -135,10 +135,10 @@ NLO_INLINE const float* multiply_block(const float* weights, const float* bias, 
   "orr %[bits], %[bits], %[limit], lsr #1\n" \
   "vmov s13, %[bits]\n"                      \
   "b 2b\n"
-#define NLO_CLAMP_ALWAYS                \
-  "ldr %[bits], [%[at]]\n"              \
-  "cmp %[limit], %[bits], lsl #1\n"     \
-  "it lo\n"                             \
+#define NLO_CLAMP_ALWAYS                 \
+  "ldr %[bits], [%[at]]\n"               \
+  "cmp %[limit], %[bits], lsl #1\n"      \
+  "it lo\n"                              \
   "bfilo %[bits], %[clamped], #0, #31\n" \
   "vmov s13, %[bits]\n"
 #define NLO_TANH(step, clamp, rarely) \
