@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// What rounding can do to a computation in double: the constants and the few steps that a bound needs to hold for the
+// real numbers, not only for those that were computed. Nothing switches the processor's direction of rounding: bounds
+// are computed to nearest and then raised by more than all of their roundings together (Higham, Accuracy and Stability
+// of Numerical Algorithms, 2002, chapter 3: in any order of the sums, with or without fused multiply-adds).
+//
+// Assumed: IEEE doubles, no -ffast-math, no overflow (a bound is then infinite, which holds), and functions of the
+// standard library that are within kLibraryUlps of the real ones (glibc documents 2 for tanh and exp).
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+
+namespace nlo::trainer {
+
+/// u: a rounded result is off by at most u times itself.
+inline constexpr double kUnit = 0x1p-53;
+inline constexpr double kLibraryUlps = 4.0;
+
+/// gamma_n = n u / (1 - n u), rounded up: n roundings in a row are a factor within [1 - gamma_n, 1 + gamma_n], and a
+/// scalar product of n terms is off by at most gamma_n |a|'|b|. For n below 2^50.
+template <class Count>
+constexpr double gamma(Count n) {
+  const double exact = static_cast<double>(n) * kUnit;  // both it and 1 - n u are doubles
+  return exact / (1.0 - exact) * (1.0 + 4.0 * kUnit);
+}
+
+/// At least the real value of what came out as `value` >= 0 from terms >= 0, each of which went through at most
+/// `roundings` sums, products, quotients and roots; results below 1e-308, too.
+template <class Count>
+constexpr double upward(double value, Count roundings) {
+  return value * (1.0 + gamma(static_cast<double>(roundings) + 2.0)) + std::numeric_limits<double>::min();
+}
+template <class Count>
+Eigen::MatrixXd upward(const Eigen::MatrixXd& value, Count roundings) {
+  return value.unaryExpr([roundings](double entry) { return upward(entry, roundings); });
+}
+
+/// |a b - what is computed for it| is at most this, entry by entry.
+inline Eigen::MatrixXd product_error(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return upward(gamma(a.cols()) * (a.cwiseAbs() * b.cwiseAbs()), a.cols() + 1);
+}
+
+/// At least the largest singular value of m, and above it by some n^2 roundings alone: a Cholesky factorisation of
+/// t I - G that comes to its end proves that no eigenvalue of G exceeds t by more than its own rounding (Rump,
+/// Verification of positive definiteness, 2006). Infinite where m is not finite.
+double norm_above(const Eigen::MatrixXd& m);
+
+/// At least the square root of the sum of squares of all entries.
+double frobenius_above(const Eigen::MatrixXd& m);
+
+}  // namespace nlo::trainer
