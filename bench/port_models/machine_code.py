@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""The instructions that one call of a function executes, from the assembly that a compiler has written.
+
+llvm-mca reads instructions one after the other: it follows no jump. So the call is executed here as far as control and
+addresses go (integers, by value); vectors pass by, their contents decide nothing in a kernel. An instruction that would
+decide something and is not known stops with an error that names it.
+
+llvm-mca does not see either that a load reads what a store before it wrote, and would run the layers of a network side
+by side. trace() says it by a register: behind such a store its value moves to a general register, and the load takes
+that register for its address. What this costs stands for the store's way through memory.
+"""
+import re
+
+MASK = (1 << 64) - 1
+MOST = 500000  # instructions of one call
+
+
+class Unknown(Exception):
+    """An instruction that the emulator would have to understand and does not."""
+
+
+def operands(text):
+    """The operands of one instruction: commas inside brackets do not part them."""
+    parts, depth, start = [], 0, 0
+    for at, char in enumerate(text):
+        depth += (char in "([{") - (char in ")]}")
+        if char == "," and depth == 0:
+            parts.append(text[start:at].strip())
+            start = at + 1
+    return [*parts, text[start:].strip()] if text.strip() else []
+
+
+def instructions(assembly):
+    """(instructions as (mnemonic, operands), {label: index}) of a file."""
+    code, labels = [], {}
+    for line in assembly.split("\n"):
+        line = re.sub(r"^\s*#.*|//.*", "", line).strip()
+        if line.endswith(":"):
+            labels[line[:-1]] = len(code)
+        elif line and not line.startswith("."):
+            mnemonic, *rest = line.split(None, 1)
+            code.append((mnemonic, operands(rest[0] if rest else "")))
+    return code, labels
+
+
+class Core:
+    """What both architectures share: registers, memory of integers, symbols at addresses of their own."""
+
+    def __init__(self):
+        self.registers, self.memory, self.symbols, self.flags = {}, {}, {}, (0, 0)
+
+    def symbol(self, name):
+        """The address of "name", "name+8" or "8+name"."""
+        parts = name.lstrip("#:").removeprefix("lo12:").split("+")
+        base = next(part for part in parts if not re.fullmatch(r"-?\d+", part))
+        return self.symbols.setdefault(base, (len(self.symbols) + 16) << 24) + sum(int(p) for p in parts if p != base)
+
+    def signed(self, value, bits=64):
+        value &= (1 << bits) - 1
+        return value - (1 << bits) if value >> (bits - 1) else value
+
+    def holds(self, condition):
+        """Whether a comparison of the two in `flags` came out like that."""
+        if self.flags is None or None in self.flags:
+            raise Unknown("a jump that the caller's data decide")
+        a, b = self.flags
+        s, t = self.signed(a), self.signed(b)
+        return {"e": a == b, "ne": a != b, "l": s < t, "ge": s >= t, "le": s <= t, "g": s > t,
+                "b": a < b, "ae": a >= b, "be": a <= b, "a": a > b, "s": s < t, "ns": s >= t}[condition]
+
+
+def run(core, code, labels, name):
+    """The instructions of one call: [(text, loaded range or None, stored range or None, stored register)]"""
+    if name not in labels:
+        raise Unknown(f"there is no function {name}")
+    at, returns, done = labels[name], [], []
+    while len(done) < MOST:
+        mnemonic, ops = code[at]
+        at += 1
+        if mnemonic == "ret" and not returns:
+            return done
+        if mnemonic == "ret":
+            at = returns.pop()
+        elif mnemonic in ("call", "bl"):
+            returns.append(at)
+            at = labels[ops[0]]
+        else:
+            target = core.jump(mnemonic, ops)
+            moved = (None, None, None) if target is not None else core.execute(mnemonic, ops)
+            done.append((f"{mnemonic}\t{', '.join(ops)}", *moved))
+            if target:
+                at = labels[target]
+    raise Unknown(f"{name} takes more than {MOST} instructions")
+
+
+def trace(core, assembly, name):
+    """One call of a function of instructions() as text for llvm-mca, with the ways through memory as registers."""
+    done = run(core, *assembly, name)
+    text = "\n".join(line for line, *_ in done)
+    free = [register for register in core.general() if not core.uses(text, register)]
+    if len(free) < 2:  # a batch takes all; its layers are so long that what they hide of each other is little
+        return text + "\n"
+    writer, read_later = {}, {}
+    for index, (_, loaded, stored, _) in enumerate(done):
+        if loaded:
+            sources = {writer[word] for word in range(loaded[0] // 4, (sum(loaded) + 3) // 4) if word in writer}
+            if sources:
+                read_later[index] = max(sources)
+        if stored and done[index][3]:
+            for word in range(stored[0] // 4, (sum(stored) + 3) // 4):
+                writer[word] = index
+    linked, lines = {}, []
+    wanted = set(read_later.values())
+    for index, (line, _, _, register) in enumerate(done):
+        if index in read_later:
+            line = core.addressed_by(line, linked[read_later[index]])
+        lines.append(line)
+        if index in wanted:
+            linked[index] = free[len(linked) % len(free)]
+            lines.append(core.link(register, linked[index]))
+    return "\n".join(lines) + "\n"
