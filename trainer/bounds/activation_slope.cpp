@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "trainer/bounds/rounding.h"
+
 namespace nlo::trainer {
 
 using codegen::ActivationRow;
@@ -12,6 +14,17 @@ using codegen::ActivationRow;
 namespace {
 
 constexpr double kNarrowest = 1e-9;  // of an interval that has a chord
+
+/// What some ten roundings and a function of the library are off by at most, of values and slopes of arguments of that
+/// size: |value| <= 1.1 |x|, |slope| <= 1.1.
+double slack(double size) {
+  constexpr double kMany = 64.0;
+  static_assert(kMany > 8.0 * kLibraryUlps);
+  return kMany * kUnit * (1.0 + size);
+}
+double slack(double low, double high, double at = 0.0) {
+  return slack(std::abs(low) + std::abs(high) + std::abs(at));
+}
 
 /// Widens the range of a function over [low, high], as its ends have it, by where it turns in between.
 void include_turns(const codegen::TurningPoints& turns, double low, double high, double& lowest, double& highest) {
@@ -40,7 +53,7 @@ Line chord(const Function& function, double bend, double low, double high, doubl
     most = std::max(most, left);
   }
   // Between two points a function leaves its chord by at most h^2 / 8 times its second derivative.
-  return {0.5 * (least + most), gradient, 0.5 * (most - least) + bend * h * h / 8.0};
+  return {0.5 * (least + most), gradient, 0.5 * (most - least) + bend * h * h / 8.0 + slack(low, high, at)};
 }
 
 }  // namespace
@@ -49,6 +62,10 @@ SlopeRange slope_range(const ActivationRow& activation, double low, double high)
   const double a = activation.slope(low), b = activation.slope(high);
   SlopeRange range{std::min(a, b), std::max(a, b)};
   include_turns(activation.slope_turns, low, high, range.low, range.high);
+  if (!activation.kink_at_zero) {  // straight pieces have exact slopes
+    range.low -= slack(low, high);
+    range.high += slack(low, high);
+  }
   return range;
 }
 
@@ -61,14 +78,16 @@ SlopeLine slope_line(const ActivationRow& activation, const Eigen::VectorXd& low
     const SlopeRange range = slope_range(activation, low(i), high(i));
     const double width = high(i) - low(i);
     line.centre(i) = 0.5 * (range.low + range.high);
-    line.remainder(i) = 0.5 * (range.high - range.low);
+    line.remainder(i) = 0.5 * (range.high - range.low) + slack(0.0);
     if (!activation.kink_at_zero && width > kNarrowest && width < kWidest) {
       const Line of_chord = chord(activation.slope, activation.largest_slope_change, low(i), high(i), v(i));
-      line.centre(i) = of_chord.centre;
-      line.gradient(i) = of_chord.gradient;
-      line.remainder(i) = of_chord.remainder;
+      if (std::abs(of_chord.centre) <= kSteepest) {
+        line.centre(i) = of_chord.centre;
+        line.gradient(i) = of_chord.gradient;
+        line.remainder(i) = of_chord.remainder;
+      }
     }
-    line.range(i) = std::max(range.high - line.centre(i), line.centre(i) - range.low);
+    line.range(i) = std::max(range.high - line.centre(i), line.centre(i) - range.low) + slack(0.0);
   }
   return line;
 }
@@ -80,12 +99,13 @@ ActivationLine activation_line(const ActivationRow& activation, const Eigen::Vec
   for (Eigen::Index i = 0; i < n; ++i) {
     if (high(i) - low(i) <= kNarrowest) {  // slopes are below 1.1
       line.offset(i) = activation.value(low(i));
-      line.remainder(i) = 2.0 * kNarrowest;
+      line.remainder(i) = 2.0 * kNarrowest + slack(low(i), high(i));
     } else if (activation.kink_at_zero) {  // its chord and the line below it through the kink
       const double a = activation.value(low(i)), b = activation.value(high(i));
       line.gradient(i) = (b - a) / (high(i) - low(i));
-      line.remainder(i) = 0.5 * std::max(a - line.gradient(i) * low(i), 0.0);
-      line.offset(i) = a - line.gradient(i) * low(i) - line.remainder(i);
+      const double gap = 0.5 * std::max(a - line.gradient(i) * low(i), 0.0);
+      line.offset(i) = a - line.gradient(i) * low(i) - gap;
+      line.remainder(i) = gap + slack(low(i), high(i));
     } else {
       const Line of_chord = chord(activation.value, activation.largest_curvature, low(i), high(i), 0.0);
       line.offset(i) = of_chord.centre;
@@ -105,6 +125,9 @@ void activated_range(const ActivationRow& activation, const Eigen::VectorXd& low
     lowest(i) = std::min(a, b);
     highest(i) = std::max(a, b);
     include_turns(activation.value_turns, low(i), high(i), lowest(i), highest(i));
+    if (activation.kink_at_zero) continue;
+    lowest(i) -= slack(std::abs(lowest(i)));
+    highest(i) += slack(std::abs(highest(i)));
   }
 }
 

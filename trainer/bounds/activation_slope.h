@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What is known of an activation and of its slope over an interval: what bounds of a network's Jacobian are made of.
-// All of it follows from the activation's row in codegen/model/activations.h.
+// All of it follows from the activation's row in codegen/model/activations.h, and holds for the real function: rounding
+// is included, with functions of the standard library as rounding.h assumes them.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,12 +10,15 @@
 
 namespace nlo::trainer {
 
+/// No slope of an activation, and no centre of a line, is larger.
+inline constexpr double kSteepest = 2.0;
+
 /// Smallest and largest slope.
 struct SlopeRange {
   double low, high;
 };
 
-/// Over [low, high]; exact for tanh and relu, within 1e-5 for silu.
+/// Over [low, high]; but for rounding exact for tanh and relu, within 1e-5 for silu.
 SlopeRange slope_range(const codegen::ActivationRow& activation, double low, double high);
 
 /// Slopes of neurons over intervals of their pre-activations x, v being one point of each:

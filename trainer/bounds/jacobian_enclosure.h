@@ -12,6 +12,8 @@
 //   entries   the same with absolute values entry by entry: for small ones, and for relu
 //   linear    D_l - C_l = s_l V_l (x - c) + a remainder of second order: the linear part of J is kept whole, signs and
 //             all, and the norm, a convex function of x, is largest at a corner of the box
+// Rounding is included (rounding.h): whatever is summed of weights is off by gamma times the same sum of their sizes,
+// with kSteepest for each slope. These sums are the same for all boxes.
 #pragma once
 
 #include <Eigen/Core>
@@ -55,12 +57,23 @@ class JacobianEnclosure {
  private:
   /// Every hidden layer over the box; mid: the Jacobian at the centre's slopes.
   std::vector<LayerRange> ranges_over(const InputBox& box, Eigen::MatrixXd& mid) const;
+  double bound_by_norms(const std::vector<LayerRange>& ranges) const;
 
   const codegen::ActivationRow* activation_;
   std::vector<codegen::DenseLayer> layers_;  ///< features, normalisation and scales folded in
   Eigen::MatrixXd linear_path_;              ///< n_out x n_p
   Eigen::MatrixXd directions_;
   std::vector<Eigen::VectorXd> balance_;  ///< per hidden layer, positive
+
+  /// What rounding can be, of the layers as they are folded, and of what over() makes of them.
+  struct Roundings {
+    double gamma = 0.0;
+    std::vector<codegen::DenseLayer> layer;          ///< of weights and of bias
+    std::vector<Eigen::MatrixXd> mid;                ///< of V at the centre's slopes; behind the last: of J
+    std::vector<double> mid_norm;                    ///< of that times the directions
+    std::vector<std::vector<Eigen::MatrixXd>> from;  ///< [m][l], l < m: of the map from layer l to layer m
+    std::vector<std::vector<double>> from_norm;
+  } rounding_;
 };
 
 }  // namespace nlo::trainer
