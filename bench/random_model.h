@@ -37,11 +37,15 @@ constexpr Dense<Weight, kIn, kOut> random_dense(std::uint32_t seed) {
 /// kIn - kWidth x kDepth - kOut.
 template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut, class Weight = float>
 constexpr auto random_mlp() {
-  return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
-    return make_mlp<kKind>(random_dense<kIn, kWidth, Weight>(1), random_dense<kWidth, kWidth, Weight>(kIndex + 2)...,
-                           random_dense<kWidth, kOut, Weight>(1000));
+  if constexpr (kDepth == 0) {
+    return make_mlp<kKind>(random_dense<kIn, kOut, Weight>(1000));
+  } else {
+    return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+      return make_mlp<kKind>(random_dense<kIn, kWidth, Weight>(1), random_dense<kWidth, kWidth, Weight>(kIndex + 2)...,
+                             random_dense<kWidth, kOut, Weight>(1000));
+    }
+    (std::make_index_sequence<kDepth - 1>{});
   }
-  (std::make_index_sequence<kDepth - 1>{});
 }
 
 /// Observer for two states from one output at 50 Hz, n_z = 3 (a complex pair and a real eigenvalue), with an inverse

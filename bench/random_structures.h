@@ -13,13 +13,15 @@
 
 namespace nlo::bench {
 
-/// One output in +-10, a domain of +-5, 50 Hz, ramps between samples.
+/// Outputs in +-10, a domain of +-5, 50 Hz, ramps between samples.
 template <class Model>
 constexpr void set_sampling(Model& model) {
   model.sample_period_s = 0.02F;
   model.stale_after = 10;
-  model.outputs.min[0] = -10.0F;
-  model.outputs.max[0] = 10.0F;
+  for (int j = 0; j < Model::kNy; ++j) {
+    model.outputs.min[j] = -10.0F;
+    model.outputs.max[j] = 10.0F;
+  }
   for (int r = 0; r < Model::kNz; ++r) {
     model.domain.latent_min[r] = -5.0F;
     model.domain.latent_max[r] = 5.0F;
@@ -60,18 +62,20 @@ constexpr auto random_general_model() {
   return model;
 }
 
-/// kUnits gated units for two states, T* of one hidden layer of kUnits that reads z.
-template <int kUnits>
+/// kUnits gated units that read kNy outputs, T* of kDepth hidden layers of kUnits that reads z. <64, 0, 32, 32> has the
+/// products of EdgeMark's GRU of 20,896 parameters: 64 units, 32 inputs, and a layer of 32 outputs.
+template <int kUnits, int kDepth = 1, int kNy = 1, int kNx = 2>
 constexpr auto random_gated_model() {
   constexpr Activation kKind = Activation::kTanh;
-  using Gates = decltype(make_mlp<kKind>(random_dense<kUnits + 1, 2 * kUnits>(1)));
-  using Candidate = decltype(make_mlp<kKind>(random_dense<kUnits + 1, kUnits>(2)));
-  using Network = decltype(random_mlp<kKind, kUnits, kUnits, 1, 2>());
-  GatedModel<float, 2, 1, kUnits, LearnedMap<Gates>, LearnedMap<Candidate>, LearnedMap<Network>> model{};
+  constexpr int kIn = kUnits + kNy;
+  using Gates = decltype(make_mlp<kKind>(random_dense<kIn, 2 * kUnits>(1)));
+  using Candidate = decltype(make_mlp<kKind>(random_dense<kIn, kUnits>(2)));
+  using Network = decltype(random_mlp<kKind, kUnits, kUnits, kDepth, kNx>());
+  GatedModel<float, kNx, kNy, kUnits, LearnedMap<Gates>, LearnedMap<Candidate>, LearnedMap<Network>> model{};
   set_sampling(model);
-  model.gates.mlp = make_mlp<kKind>(random_dense<kUnits + 1, 2 * kUnits>(1));
-  model.candidate.mlp = make_mlp<kKind>(random_dense<kUnits + 1, kUnits>(2));
-  model.inverse_map.mlp = random_mlp<kKind, kUnits, kUnits, 1, 2>();
+  model.gates.mlp = make_mlp<kKind>(random_dense<kIn, 2 * kUnits>(1));
+  model.candidate.mlp = make_mlp<kKind>(random_dense<kIn, kUnits>(2));
+  model.inverse_map.mlp = random_mlp<kKind, kUnits, kUnits, kDepth, kNx>();
   return model;
 }
 

@@ -9,7 +9,7 @@
 #include NLO_HEADER
 #else
 #include "bench/random_model.h"
-#if NLO_GATED || NLO_PRIOR || NLO_CARRIED || NLO_LUENBERGER
+#if NLO_GATED || NLO_GRU || NLO_PRIOR || NLO_CARRIED || NLO_LUENBERGER
 #include "bench/random_structures.h"
 #elif NLO_INT16
 #include "bench/random_quantised_model.h"
@@ -28,9 +28,11 @@ using nlo::Arithmetic;
 constexpr const auto& kModel = nlo::NLO_MODEL::kModel;
 #else
 constexpr Activation kActivation = Activation::NLO_ACTIVATION;
-constexpr int kWidth = 50, kDepth = 4;                         // the paper's network, 3-50x4-2
+constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
 
-#if NLO_GATED
+#if NLO_GRU
+constexpr auto kModel = nlo::bench::random_gated_model<64, 0, 32, 32>();
+#elif NLO_GATED
 constexpr auto kModel = nlo::bench::random_gated_model<32>();  // and T* 32-32-2 tanh
 #elif NLO_PRIOR
 constexpr auto kModel = nlo::bench::random_prior_model<24>();  // and T* 26-16-2 tanh

@@ -19,7 +19,11 @@ void step_and_estimate() {
 #if NLO_CARRIED
   static_cast<void>(observer.step({{measured, measured, measured}}, {{measured, -measured, measured}}));
 #else
-  static_cast<void>(observer.step(measured));
+  {
+    Observer::Output y;
+    for (float& entry : y.values) entry = measured;
+    static_cast<void>(observer.step(y));
+  }
 #endif
 #if NLO_EIGEN
   nlo::bench::eigen_estimate<kActivation>(kLayers, observer.latent().data(), x_hat);

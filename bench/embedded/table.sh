@@ -10,6 +10,7 @@ shift
 if [[ ${1:-} == --write ]]; then target=$2; elif (($#)); then cores=("$@"); fi
 network_multiply_adds=7750 # 3 x 50 + 3 x 50 x 50 + 50 x 2
 gated_multiply_adds=4256    # 33 x 64 + 33 x 32, and T*: 32 x 32 + 32 x 2
+gru_multiply_adds=20480     # 96 x 128 + 96 x 64, and T*: 64 x 32
 prior_multiply_adds=2896    # 29 x (48 + 24 + 7), T*: 29 x 16 + 16 x 2, and 109 of the equations and the covariance
 carried_multiply_adds=182   # 80 of the rotation, four vectors turned, three modes of three components, a direction
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m0plus]=microbit)
@@ -32,6 +33,8 @@ row() {
   local core=$1 variant=$2 folder=$builds/$1/bench/embedded image said instructions painted observer per flash ram bound
   local multiply_adds=$network_multiply_adds stack_limit=512 ram_limit=32
   if [[ $variant == gated* ]]; then multiply_adds=$gated_multiply_adds stack_limit=1024 ram_limit=144; fi # z and layers of 32
+  # With the stack less than 2 KB.
+  if [[ $variant == gru* ]]; then multiply_adds=$gru_multiply_adds stack_limit=1536 ram_limit=456; fi
   if [[ $variant == prior* ]]; then multiply_adds=$prior_multiply_adds stack_limit=1280 ram_limit=160; fi
   if [[ $variant == carried* ]]; then multiply_adds=$carried_multiply_adds ram_limit=96; fi
   image=$folder/count_$variant.elf
@@ -53,6 +56,7 @@ row() {
     int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((21 * 1024)) ;; # 3 KB of soft floats there
     float*) gate "$core $variant: flash" "$flash" $((38 * 1024)) ;;
     gated* | prior*) gate "$core $variant: flash" "$flash" $((25 * 1024)) ;;
+    gru*) gate "$core $variant: flash" "$flash" $((91 * 1024)) ;; # 80 KB of weights
     carried*) gate "$core $variant: flash" "$flash" $((12 * 1024)) ;;
   esac
   [[ $core == m0plus ]] && return
@@ -60,13 +64,14 @@ row() {
     float_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.4 ;;
     float_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.9 ;;
     int16*) gate "$core $variant: instructions per multiply-add" "$per" 1.3 ;;
+    gru*) gate "$core $variant: instructions per multiply-add" "$per" 1.6 ;;
   esac
 }
 
 lines=('| core | network | instructions | per multiply-add | flash [B] | RAM [B] | stack, bound [B] | stack, painted [B] |'
   '|---|---|---|---|---|---|---|---|')
 for core in "${cores[@]}"; do
-  for variant in {float,deterministic,int16}_{relu,tanh} {eigen,naive}_tanh gated_{float,deterministic} {prior,carried}_float; do
+  for variant in {float,deterministic,int16}_{relu,tanh} {eigen,naive}_tanh gated_{float,deterministic} {gru,prior,carried}_float; do
     if [[ $core == m0plus && $variant == *deterministic* ]]; then continue; fi # soft floats: the same as float
     if [[ $variant == @(eigen|naive)* && $core != m4f ]]; then continue; fi
     row "$core" "$variant"

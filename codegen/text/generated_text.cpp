@@ -20,7 +20,7 @@ namespace {
 // clang-format off
 constexpr std::array kRuntimeNames = {
     "Activation", "Alarm", "Arithmetic", "Bfloat16", "CarriedLimits", "CarriedModel", "CarriedObserver", "Complex", "ComputesIn", "NoComputed", "DelayLine", "Dense", "Domain", "DrivenKklModel",
-    "DrivenKklObserver", "ErrorHead", "EstimateWithError", "ExpSeries", "Fate", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
+    "DrivenKklObserver", "ErrorHead", "EstimateWithError", "ExpSeries", "Fate", "Float16", "ForcedPhi", "ForcedStep", "ForcedWeights", "GateBuffers", "GatedBatch", "GatedModel", "GatedObserver", "GeneralModel", "GeneralObserver",
     "HasAdvance", "HasDrivenAdvance", "HasEstimate", "HasSizes", "HasStep", "HasValues",
     "Halved", "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "KnowsError", "NoErrorHead",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",

@@ -9,8 +9,20 @@
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/dense.h"
 #include "nlo/latent.h"
+#include "nlo/mlp.h"
 
 namespace nlo {
+
+/// What a step of kUnits gated units writes in between: the gates' values, 2 kUnits, and targets, kUnits.
+template <class Scalar, int kUnits>
+struct GateBuffers {
+  // Once reset gates are multiplied with z nothing reads them, so that targets may stand there: a quarter of the stack.
+  // Vectors want targets apart, aligned.
+  static constexpr bool kShares = !kernels::kHasVectors;
+  LayerBuffer<Scalar, 2 * kUnits> gates;
+  LayerBuffer<Scalar, kShares ? 1 : kUnits> apart;
+  constexpr Scalar* targets() { return kShares ? gates.values + kUnits : apart.values; }
+};
 
 /// log(1 + t) for 0 <= t <= 1, relative error below 4 rounding units: 2 atanh(t / (2 + t)), whose series in
 /// (t / (2 + t))^2 <= 1/9 has dropped below the rounding of a double after 16 terms.

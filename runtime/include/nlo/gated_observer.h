@@ -87,13 +87,12 @@ struct GatedModel {
   template <Arithmetic kArithmetic, bool kRegular>
   void step(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     LayerBuffer<Scalar, kNz + kNr> in;
-    LayerBuffer<Scalar, 2 * kNz> gate;
-    LayerBuffer<Scalar, kNz> target;
+    GateBuffers<Scalar, kNz> between;
     for (int r = 0; r < kNz; ++r) in.values[r] = z[r];
     for (int j = 0; j < kNr; ++j) in.values[kNz + j] = y[j];
     for (int i = kNz + kNr; i < kernels::padded(kNz + kNr); ++i) in.values[i] = Scalar(0);
-    kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, gate.values,
-                                               target.values, z, periods);
+    kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, between.gates.values,
+                                               between.targets(), z, periods);
   }
 };
 

@@ -143,8 +143,7 @@ struct PriorModel {
   void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     constexpr int kIn = kUnits + kReads;
     LayerBuffer<Scalar, kIn> in;
-    LayerBuffer<Scalar, 2 * kUnits> gate;
-    LayerBuffer<Scalar, kUnits> target;
+    GateBuffers<Scalar, kUnits> between;
     Scalar m[kUnits], expected[kNy * (1 + kNx)], nu[kNy], gain[kCorrections];
     Scalar *const w = &in.values[kUnits], *const x = &z[kUnits];
     for (int r = 0; r < kUnits; ++r) in.values[r] = m[r] = z[r];
@@ -158,8 +157,8 @@ struct PriorModel {
     for (int r = 0; r < kNr; ++r) w[2 * kNy + r] = y[r];
     for (int i = 0; i < kNx; ++i) w[2 * kNy + kNr + i] = x[i];
     for (int i = kIn; i < kernels::padded(kIn); ++i) in.values[i] = Scalar(0);
-    kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, gate.values,
-                                               target.values, m, periods);
+    kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, between.gates.values,
+                                               between.targets(), m, periods);
     for (int r = 0; r < kUnits; ++r) in.values[r] = z[r] = m[r];
     correction.template evaluate<kArithmetic>(in.values, gain);
     const Scalar *const drift = &gain[kNx * kNy], *const noise = drift + kNx;
