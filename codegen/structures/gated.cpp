@@ -144,6 +144,10 @@ class GatedModule final : public StructureModule {
   Network* inverse_map(Model& m) const override { return &own_part<Gated>(m).inverse_map; }
   bool computes_outputs() const override { return true; }
   bool reads_stalenesses() const override { return true; }
+  std::optional<Eigen::VectorXd> latent_limit(const Model& m) const override { return Eigen::VectorXd::Ones(m.nz()); }
+  std::optional<Contraction> contraction(const Model& m) const override {
+    return find_contraction(m, own_part<Gated>(m));
+  }
 
   std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model& m, Activations a) const override {
     return std::make_unique<GatedDynamics<float>>(m, a);

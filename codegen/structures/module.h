@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "codegen/base/json_field.h"
+#include "codegen/model/contraction.h"
 #include "codegen/model/folded.h"
 #include "codegen/model/json_object.h"
 #include "codegen/model/model.h"
@@ -69,6 +70,10 @@ class StructureModule {
   virtual bool may_diverge() const { return false; }
   /// Model::saturation may be there.
   virtual bool saturates() const { return false; }
+  /// |z| at most, n_z, whatever is measured, where the equations say so by themselves.
+  virtual std::optional<Eigen::VectorXd> latent_limit(const Model&) const { return std::nullopt; }
+  /// What its weights prove of forgetting where z began: none where they do not, nothing where no proof is known.
+  virtual std::optional<Contraction> contraction(const Model&) const { return std::nullopt; }
   /// Rates of the fastest and the slowest mode that reads an output [1/s]; nothing where no mode is known.
   virtual std::optional<double> fastest_mode(const Model&) const { return std::nullopt; }
   virtual std::optional<double> slowest_mode(const Model&) const { return std::nullopt; }

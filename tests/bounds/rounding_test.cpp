@@ -22,7 +22,7 @@ double above(long double value) {
 }
 
 TEST(Rounding, GammaIsAboveItsValueAndHardlySo) {
-  for (const double n : {1.0, 2.0, 3.0, 17.0, 1000.0, 1e9}) {
+  for (const long double n : {1.0L, 2.0L, 3.0L, 17.0L, 1000.0L, 1e9L}) {
     const long double u = 0x1p-53L, exact = n * u / (1.0L - n * u);
     EXPECT_GE(static_cast<long double>(gamma(n)), exact);
     EXPECT_LE(static_cast<long double>(gamma(n)), exact * (1.0L + 10.0L * u));
@@ -71,6 +71,10 @@ TEST(Rounding, NormIsAboveTheLargestSingularValueAndHardlySo) {
       const double bound = norm_above(m), value = codegen::singular_values(m)(0);
       EXPECT_GE(bound, value * (1.0 - 4.0 * kUnit * static_cast<double>(m.size())));
       EXPECT_LE(bound, value * kWide);
+      EXPECT_GE(rough_norm_above(m), value * (1.0 - 1e-12));
+      EXPECT_LE(rough_norm_above(m), value * 1.01);
+      EXPECT_EQ(norm_above(m, 2.0 * value), 2.0 * value);
+      EXPECT_GE(norm_above(m, 0.99 * value), value * (1.0 - 1e-12)) << "a smaller one does not count";
       // In long double: |m v| for the best v of double, which no norm may be below.
       const auto system = codegen::eigensystem(m.transpose() * m);
       Eigen::Index best = 0;

@@ -135,6 +135,8 @@ const std::vector<BadInput>& bad_inputs() {
       usage("NoFactors", {"bound", "model.json", "--k", ""}, "--k"),
       usage("FactorsEndInAComma", {"bound", "model.json", "--k", "1,2,"}, "\"\" is not a factor"),
       usage("NoModelToBound", {"bound"}, "MODEL is required"),
+      usage("NoModelToCertify", {"certify"}, "MODEL is required"),
+      usage("CertifyWithoutAGap", {"certify", "model.json", "--gap", "0"}, "--gap: Value 0 not in range"),
       usage("BoundOfALogModel", {"bound", "log_model.json"}, "was trained on logs; the bound needs a plant"),
       usage("BoundWithGaussianNoise", {"bound", "model.json", "--noise", "gaussian:0.5"},
             "this noise has no bound, and Proposition 2 speaks of bounded noise; write uniform:0.866"),

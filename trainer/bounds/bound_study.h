@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "codegen/model/model.h"
+#include "trainer/bounds/evidence.h"
 #include "trainer/bounds/map_constants.h"
 #include "trainer/bounds/robustness_bound.h"
 #include "trainer/config/experiment.h"
@@ -33,14 +34,6 @@ struct BoundTest {
   int threads = 0;         ///< 0: all cores; does not change the result
   std::int64_t boxes = 0;  ///< LocalLipschitzOptions::boxes
 };
-
-/// How far a number can be trusted.
-enum class Evidence {
-  kProven,   ///< a theorem or an exact computation: nothing can exceed it
-  kSampled,  ///< the largest found at finitely many points: there may be larger ones between them
-  kAssumed   ///< given by the user
-};
-const char* evidence_name(Evidence evidence);
 
 /// A constant of the bound, for people.
 struct BoundConstant {

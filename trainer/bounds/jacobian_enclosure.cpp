@@ -16,29 +16,32 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// max |centre + sum of +-h_k|, h_k the columns' blocks: at a corner, as a norm is convex.
-double largest_at_corners(const Matrix& centre, const std::vector<Matrix>& steps) {
+/// At least |centre + sum of s_k h_k| for all |s_k| <= 1, h_k the `steps`: a norm is convex, so that it is largest at a
+/// corner. Of many steps, the largest ones have corners.
+double largest_at_corners(const Matrix& centre, std::vector<Matrix> steps) {
   constexpr std::size_t kMostCorners = 10;
-  if (steps.size() > kMostCorners) {
-    double sum = norm_above(centre);
-    for (const Matrix& step : steps) sum += norm_above(step);
-    return upward(sum, steps.size());
+  std::vector<double> sizes;
+  for (const Matrix& step : steps) sizes.push_back(frobenius_above(step));
+  double all = frobenius_above(centre), rest = 0.0;
+  for (const double size : sizes) all += size;
+  while (steps.size() > kMostCorners) {
+    const auto least = std::min_element(sizes.begin(), sizes.end()) - sizes.begin();
+    rest += norm_above(steps[static_cast<std::size_t>(least)]);
+    sizes.erase(sizes.begin() + least);
+    steps.erase(steps.begin() + least);
   }
-  double largest = 0.0;
   Matrix corner = centre;
   for (const Matrix& step : steps) corner -= step;
-  largest = norm_above(corner);
+  double largest = norm_above(corner);
   unsigned signs = 0;
   for (unsigned n = 1; n < 1u << steps.size(); ++n) {  // Gray code: one sign changes at a time
     const auto k = static_cast<std::size_t>(__builtin_ctz(n));
     signs ^= 1u << k;
-    corner += (signs >> k & 1u) != 0 ? Matrix(2.0 * steps[k]) : Matrix(-2.0 * steps[k]);
-    largest = std::max(largest, norm_above(corner));
+    corner += ((signs >> k & 1u) != 0 ? 2.0 : -2.0) * steps[k];
+    largest = norm_above(corner, largest);
   }
-  double sizes = frobenius_above(centre);
-  for (const Matrix& step : steps) sizes += frobenius_above(step);
-  const double sums = std::exp2(static_cast<double>(steps.size())) + static_cast<double>(steps.size());
-  return upward(largest + gamma(2.0 * sums) * upward(sizes, steps.size()), 2);
+  const double sums = std::exp2(static_cast<double>(steps.size())) + 16.0;
+  return upward(largest + rest + gamma(2.0 * sums) * all, 64);
 }
 
 }  // namespace
@@ -82,14 +85,15 @@ double JacobianEnclosure::bound_by_norms(const std::vector<LayerRange>& ranges) 
   for (std::size_t m = 0; m < ranges.size(); ++m) {
     const LayerRange& range = ranges[m];
     const Vector root = range.slope.range.cwiseSqrt(), in = root.cwiseProduct(balance_[m]);
-    double size = norm_above(in.asDiagonal() * range.mid * directions_) + in.maxCoeff() * rounding_.mid_norm[m];
+    double size = rough_norm_above(in.asDiagonal() * range.mid * directions_) + in.maxCoeff() * rounding_.mid_norm[m];
     for (std::size_t l = 0; l < m; ++l)
-      size += (norm_above(in.asDiagonal() * range.from[l] * out[l].asDiagonal()) +
+      size += (rough_norm_above(in.asDiagonal() * range.from[l] * out[l].asDiagonal()) +
                in.maxCoeff() * out[l].maxCoeff() * rounding_.from_norm[m][l]) *
               sizes[l];
     sizes.push_back(size);
     out.push_back(root.cwiseQuotient(balance_[m]));
-    sum += (norm_above(range.back * out.back().asDiagonal()) + out.back().maxCoeff() * rounding_.from_norm.back()[m]) *
+    sum += (rough_norm_above(range.back * out.back().asDiagonal()) +
+            out.back().maxCoeff() * rounding_.from_norm.back()[m]) *
            size;
   }
   return sum * (1.0 + rounding_.gamma);
@@ -123,7 +127,7 @@ double JacobianEnclosure::cost() const {
   return sum;
 }
 
-JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box) const {
+JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms) const {
   const Vector& r = box.radius;
   Matrix mid;
   const std::vector<LayerRange> ranges = ranges_over(box, mid);
@@ -151,10 +155,13 @@ JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box) const {
   }
   const double raised = 1.0 + rounding_.gamma;
   const Matrix at_centre = mid * directions_, beside = raised * (entries * along);
-  const double by_norms = norm_above(at_centre) + bound_by_norms(ranges);
-  const double by_entries =
-      std::min(norm_above(at_centre) + norm_above(beside), norm_above(raised * (at_centre.cwiseAbs() + beside)));
-  const double by_line = largest_at_corners(at_centre, steps) + norm_above(raised * (linear * along));
+  const double centre = norm_above(at_centre);
+  const double by_entries = std::min(centre + norm_above(beside), norm_above(raised * (at_centre.cwiseAbs() + beside)));
+  const double by_line = largest_at_corners(at_centre, std::move(steps)) + norm_above(raised * (linear * along));
+  double least = std::min(by_entries, by_line);
+  const double by_norms = norms ? centre + bound_by_norms(ranges) : least;
+  norms = by_norms < least;
+  least = std::min(by_norms, least);
 
   // A split pays where an input moves pre-activations whose slopes vary and matter.
   Vector gain = Vector::Zero(r.size());
@@ -164,7 +171,7 @@ JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box) const {
         range.slope.range.cwiseQuotient(range.half_width.cwiseMax(std::numeric_limits<double>::min()));
     gain += range.mid.cwiseAbs().transpose() * influence.cwiseProduct(slope_per_width);
   }
-  Bound bound{raised * (std::min({by_norms, by_entries, by_line}) + rounding_.mid_norm.back()), 0};
+  Bound bound{raised * (least + rounding_.mid_norm.back()), 0, norms};
   gain.cwiseProduct(r).maxCoeff(&bound.split);
   return bound;
 }

@@ -40,8 +40,10 @@ class JacobianEnclosure {
   struct Bound {
     double norm = 0.0;       ///< |J(p) directions| is at most this for every p of the box
     Eigen::Index split = 0;  ///< the input whose halving promises most
+    bool by_norms = true;    ///< that bound counts; where it does not, it does not in a part of the box either
   };
-  Bound over(const InputBox& box) const;
+  /// Without `norms`, most of the time, only the other two are looked at.
+  Bound over(const InputBox& box, bool norms = true) const;
 
   /// Chooses the scaling of neurons that makes the bound by norms small over that box, by a search that starts from a
   /// good guess; it then serves smaller boxes too. Bounds hold for any scaling. `rounds` cost two bounds per neuron

@@ -23,6 +23,10 @@
 
 namespace nlo::trainer {
 
+Eigen::Index readings_of_map(const codegen::Model& model) {
+  return codegen::inverse_map(model)->inputs() - model.nz();
+}
+
 double spectral_norm(const Eigen::MatrixXd& matrix) {
   if (matrix.size() == 0) return 0.0;
   return codegen::singular_values(matrix)(0);
@@ -38,11 +42,12 @@ Eigen::MatrixXd inverse_map_jacobian(const codegen::Model& model, const Eigen::V
 
 LipschitzConstants lipschitz_sampled(const codegen::Model& model, const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) {
   LipschitzConstants result;
-  const bool reads_output = !codegen::inverse_map(model)->features.rightCols(model.ny()).isZero(0.0);
+  const bool reads_output = !codegen::inverse_map(model)->features.rightCols(readings_of_map(model)).isZero(0.0);
   for (Eigen::Index b = 0; b < z.cols(); ++b) {
     const Eigen::MatrixXd jacobian = inverse_map_jacobian(model, z.col(b), y.col(b));
     result.latent = std::max(result.latent, spectral_norm(jacobian.leftCols(model.nz())));
-    if (reads_output) result.output = std::max(result.output, spectral_norm(jacobian.rightCols(model.ny())));
+    if (reads_output)
+      result.output = std::max(result.output, spectral_norm(jacobian.rightCols(readings_of_map(model))));
   }
   return result;
 }
@@ -52,25 +57,25 @@ namespace {
 /// The domain as a box of p, [z; y] = inputs p: for angle outputs z = p_z + S y.
 struct Domain {
   InputBox box;
-  Eigen::MatrixXd inputs;      ///< n_z + n_y square
+  Eigen::MatrixXd inputs;      ///< n_z + n_r square
   Eigen::MatrixXd directions;  ///< of p, that move z alone or y alone
 };
 
 Domain domain_of(const codegen::Model& model, bool of_output) {
-  const Eigen::Index nz = model.nz(), ny = model.ny(), n = nz + ny;
+  const Eigen::Index nz = model.nz(), nr = readings_of_map(model), n = nz + nr;
   Eigen::VectorXd low(n), high(n);
-  low << model.latent_min, model.output_min;
-  high << model.latent_max, model.output_max;
+  low << model.latent_min, codegen::reading_min(model).head(nr);
+  high << model.latent_max, codegen::reading_max(model).head(nr);
   const Eigen::VectorXd centre = 0.5 * (low + high), radius = (high - centre).cwiseMax(centre - low);
   Domain domain{{centre, upward(radius, 1)}, Eigen::MatrixXd::Identity(n, n), {}};
-  if (codegen::inverse_map(model)->features.rightCols(ny).isZero(0.0)) domain.box.radius.tail(ny).setZero();
+  if (codegen::inverse_map(model)->features.rightCols(nr).isZero(0.0)) domain.box.radius.tail(nr).setZero();
   const Eigen::MatrixXd gain = codegen::steady_gain(model);
-  for (int j = 0; j < model.ny(); ++j)
+  for (int j = 0; j < nr; ++j)
     if (codegen::is_relative(model, j)) domain.inputs.block(0, nz + j, nz, 1) = gain.col(j);
   domain.directions = Eigen::MatrixXd::Identity(n, n);
   if (of_output) {  // y alone: z = p_z + S y must stay where it is
-    domain.directions.topRightCorner(nz, ny) = -domain.inputs.topRightCorner(nz, ny);
-    domain.directions = domain.directions.rightCols(ny).eval();
+    domain.directions.topRightCorner(nz, nr) = -domain.inputs.topRightCorner(nz, nr);
+    domain.directions = domain.directions.rightCols(nr).eval();
   } else {
     domain.directions = domain.directions.leftCols(nz).eval();
   }
@@ -78,8 +83,8 @@ Domain domain_of(const codegen::Model& model, bool of_output) {
 }
 
 double slope_at(const codegen::Model& model, bool of_output, const Eigen::VectorXd& in) {
-  const Eigen::MatrixXd jacobian = inverse_map_jacobian(model, in.head(model.nz()), in.tail(model.ny()));
-  return spectral_norm(of_output ? jacobian.rightCols(model.ny()) : jacobian.leftCols(model.nz()));
+  const Eigen::MatrixXd jacobian = inverse_map_jacobian(model, in.head(model.nz()), in.tail(readings_of_map(model)));
+  return spectral_norm(of_output ? jacobian.rightCols(readings_of_map(model)) : jacobian.leftCols(model.nz()));
 }
 
 /// As many as a fifth of the work allows; ten find what there is.
@@ -95,6 +100,7 @@ struct Candidate {
   double bound;
   std::int64_t number;
   Eigen::Index split;
+  bool by_norms;
   InputBox box;
 
   bool operator<(const Candidate& other) const {
@@ -183,20 +189,20 @@ LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output, cons
   JacobianEnclosure enclosure(*codegen::inverse_map(model), domain.inputs, domain.directions);
   enclosure.balance(domain.box, balancing_rounds(*codegen::inverse_map(model), enclosure.cost()));
   const std::int64_t most =
-      options.boxes > 0 ? options.boxes
-                        : std::max<std::int64_t>(
-                              1, static_cast<std::int64_t>(LocalLipschitzOptions::kMultiplyAdds / enclosure.cost()));
+      options.boxes > 0
+          ? options.boxes
+          : std::max<std::int64_t>(1, static_cast<std::int64_t>(options.multiply_adds / enclosure.cost()));
   std::priority_queue<Candidate> left;
-  const auto look_at = [&](InputBox box, double parent) {
-    const JacobianEnclosure::Bound bound = enclosure.over(box);
+  const auto look_at = [&](InputBox box, double parent, bool by_norms) {
+    const JacobianEnclosure::Bound bound = enclosure.over(box, by_norms);
     const double centre = enclosure.at(box.centre);
     if (centre > result.found) {
       result.found = centre;
       result.steepest = domain.inputs * box.centre;
     }
-    left.push({std::min(parent, bound.norm), result.boxes++, bound.split, std::move(box)});
+    left.push({std::min(parent, bound.norm), result.boxes++, bound.split, bound.by_norms, std::move(box)});
   };
-  look_at(domain.box, global);
+  look_at(domain.box, global, true);
   while (left.top().bound > result.found * (1.0 + options.gap) && result.boxes + 2 <= most) {
     const Candidate widest = left.top();
     left.pop();
@@ -206,7 +212,7 @@ LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output, cons
       radius *= 0.5;
       half.centre(widest.split) += side * radius;
       radius += 2.0 * kUnit * (radius + std::abs(half.centre(widest.split)));  // no gap between the two
-      look_at(std::move(half), widest.bound);
+      look_at(std::move(half), widest.bound, widest.by_norms);
     }
   }
   result.bound = left.top().bound;

@@ -23,29 +23,33 @@ struct LipschitzConstants {
   double output = 0.0;  ///< 0 when no feature reads y
 };
 
+/// How many readings T* is given beside z: n_r, or none.
+Eigen::Index readings_of_map(const codegen::Model& model);
+
 /// Holds for all z and y. Slopes of the activation lie in [c - r, c + r] (tanh and relu: 1/2 +- 1/2), so a Jacobian is
 /// W_L (c I + r S) W_(L-1) ... W_1 with unknown |S| <= 1: multiplied out, and each unbroken run of layers bounded by
 /// the norm of its product (Combettes and Pesquet 2020). Never above the product of the layers' norms; exact for one
 /// layer. Features, normalisation, scales and the linear path are part of it.
 LipschitzConstants lipschitz_upper(const codegen::Model& model);
 
-/// The largest Jacobian norm over the columns of z (n_z x B) and y (n_y x B), by forward differentiation: no constant
-/// can be smaller.
+/// The largest Jacobian norm over the columns of z (n_z x B) and readings y (n_r x B), by forward differentiation: no
+/// constant can be smaller.
 LipschitzConstants lipschitz_sampled(const codegen::Model& model, const Eigen::MatrixXd& z, const Eigen::MatrixXd& y);
 
-/// d x_hat / d [z; y] at one point, n_x x (n_z + n_y).
+/// d x_hat / d [z; y] at one point, n_x x (n_z + n_r).
 Eigen::MatrixXd inverse_map_jacobian(const codegen::Model& model, const Eigen::VectorXd& z, const Eigen::VectorXd& y);
 
 /// Largest singular value.
 double spectral_norm(const Eigen::MatrixXd& matrix);
 
 struct LocalLipschitzOptions {
-  std::int64_t boxes = 0;       ///< to look at, at most; 0: what kMultiplyAdds allow
+  std::int64_t boxes = 0;       ///< to look at, at most; 0: what multiply_adds allow
   double gap = 0.01;            ///< relative; less is not asked for
   Eigen::MatrixXd points = {};  ///< [z; y], a column each: where the search for steep slopes looks too, in the box
 
   /// Some two seconds of one core. By counting rather than by the clock, so that a result can be had again.
   static constexpr double kMultiplyAdds = 5e9;
+  double multiply_adds = kMultiplyAdds;
 };
 
 struct LocalLipschitz {
@@ -55,8 +59,8 @@ struct LocalLipschitz {
   std::int64_t boxes = 0;    ///< that were looked at
 };
 
-/// Slopes of T* in z, or with `of_output` in the y that it reads, over [latent_min, latent_max] x [output_min,
-/// output_max]. For angle outputs the latent box is relative to S y, as in_domain() has it.
+/// Slopes of T* in z, or with `of_output` in the readings y, over [latent_min, latent_max] x [reading_min,
+/// reading_max]. For angle outputs the latent box is relative to S y, as in_domain() has it.
 /// Throws codegen::Error when a slope is found above the bound, which is a defect of this program.
 LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output = false,
                                const LocalLipschitzOptions& options = {});

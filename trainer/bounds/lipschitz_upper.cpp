@@ -84,10 +84,10 @@ double upper_bound(const codegen::Network& m, Eigen::Index first_input, Eigen::I
 
 LipschitzConstants lipschitz_upper(const codegen::Model& model) {
   const CentredRange range = slopes_anywhere(codegen::inverse_map(model)->activation);
-  const Eigen::Index nz = model.nz(), ny = model.ny();
+  const Eigen::Index nz = model.nz(), nr = readings_of_map(model);
   LipschitzConstants result{upper_bound(*codegen::inverse_map(model), 0, nz, range), 0.0};
-  if (!codegen::inverse_map(model)->features.rightCols(ny).isZero(0.0))
-    result.output = upper_bound(*codegen::inverse_map(model), nz, ny, range);
+  if (!codegen::inverse_map(model)->features.rightCols(nr).isZero(0.0))
+    result.output = upper_bound(*codegen::inverse_map(model), nz, nr, range);
   // Where z - S y is held at its reach, S y carries on: y acts through T*'s z too. Holding z itself stretches nothing.
   if (model.saturates())
     result.output = upward(result.output + result.latent * norm_above(codegen::LatentDomain(model).relative_gain()), 2);

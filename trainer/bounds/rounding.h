@@ -43,8 +43,12 @@ inline Eigen::MatrixXd product_error(const Eigen::MatrixXd& a, const Eigen::Matr
 
 /// At least the largest singular value of m, and above it by some n^2 roundings alone: a Cholesky factorisation of
 /// t I - G that comes to its end proves that no eigenvalue of G exceeds t by more than its own rounding (Rump,
-/// Verification of positive definiteness, 2006). Infinite where m is not finite.
-double norm_above(const Eigen::MatrixXd& m);
+/// Verification of positive definiteness, 2006). Infinite where m is not finite. With `at_least` the larger of both, at
+/// less work where that is it.
+double norm_above(const Eigen::MatrixXd& m, double at_least = 0.0);
+
+/// The same within a per cent, in a fifth of the time for matrices of more than a few rows and columns.
+double rough_norm_above(const Eigen::MatrixXd& m);
 
 /// At least the square root of the sum of squares of all entries.
 double frobenius_above(const Eigen::MatrixXd& m);

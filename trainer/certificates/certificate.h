@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// What can be proven of a model: a row for each bound, with what a falsifier has found beside it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "codegen/model/model.h"
+#include "trainer/bounds/evidence.h"
+
+namespace nlo::trainer {
+
+/// Nothing in its unit is above `bound`; `found` is the largest that a search has met. A row that a model does not have
+/// is there all the same, with neither, and its note says why.
+struct CertificateRow {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  std::string id;    ///< "lipschitz", "latent.z3": of a file and a test
+  std::string what;  ///< what it bounds, for people
+  std::string unit = {};
+  Evidence evidence = Evidence::kProven;
+  double bound = kNone;
+  double found = kNone;
+  std::string where = {};  ///< found, for people
+  std::string note = {};
+
+  /// Its falsifier is above it, by more than the falsifier's own rounding: a defect of this program.
+  bool is_broken() const { return found > bound + kFalsifierRounding * std::abs(bound); }
+  static constexpr double kFalsifierRounding = 1e-9;
+};
+
+struct CertifyOptions {
+  std::int64_t boxes = 0;  ///< at most, of each branch and bound; 0: some minute of one core each
+  double gap = 0.2;        ///< a branch and bound ends where bound / found - 1 is below this
+  std::uint64_t seed = 1;  ///< of falsifiers
+  /// Said of each group of rows as it begins; may be empty.
+  std::function<void(const std::string&)> progress = {};
+};
+
+struct Certificate {
+  std::string model, structure;
+  std::vector<CertificateRow> rows;
+  std::vector<std::string> assumptions;  ///< what all proofs rest on
+};
+
+/// All rows that need the model alone.
+Certificate certify(const codegen::Model& model, const CertifyOptions& options);
+
+/// Rows of one kind. Makers stand in a table of certificate.cpp.
+using CertificateRows = std::vector<CertificateRow>;
+CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions& options);
+CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptions& options);
+CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions& options);
+
+/// A row without a bound.
+CertificateRow absent_row(std::string id, std::string what, std::string why);
+
+/// A table, then notes and assumptions.
+std::string certificate_text(const Certificate& certificate);
+std::string certificate_json(const Certificate& certificate);
+
+/// The rows whose falsifier is above them, in one sentence; empty: none.
+std::string broken_rows(const Certificate& certificate);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// Rows of the inverse map T*: how much it can amplify an error.
+#include <fmt/format.h>
+
+#include <string>
+
+#include "trainer/bounds/lipschitz.h"
+#include "trainer/certificates/certificate.h"
+#include "trainer/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// Some minute of one core, where the gap is not closed before.
+constexpr double kMultiplyAddsOfARow = 50.0 * LocalLipschitzOptions::kMultiplyAdds;
+
+/// "at [z; y] = [0.1, 2]".
+std::string place_text(const Eigen::VectorXd& at) {
+  std::string text;
+  for (const double value : at) text += fmt::format("{}{}", text.empty() ? "" : ", ", significant(value, 4));
+  return fmt::format("at [z; y] = [{}]", text);
+}
+
+}  // namespace
+
+CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions& options) {
+  if (codegen::inverse_map(model) == nullptr)
+    return {absent_row("lipschitz", "a slope of T*", "z is the estimate: there is no T*")};
+  CertificateRows rows;
+  const LipschitzConstants everywhere = lipschitz_upper(model);
+  for (const bool of_output : {false, true}) {
+    const char* id = of_output ? "lipschitz_y" : "lipschitz";
+    const char* of = of_output ? "y" : "z";
+    const double global = of_output ? everywhere.output : everywhere.latent;
+    if (global == 0.0) {
+      rows.push_back(absent_row(id, fmt::format("|d x_hat / d {}|", of), "T* does not read y"));
+      continue;
+    }
+    LocalLipschitzOptions search{.boxes = options.boxes, .gap = options.gap};
+    search.multiply_adds = kMultiplyAddsOfARow;
+    const LocalLipschitz local = local_lipschitz(model, of_output, search);
+    CertificateRow row;
+    row.id = id;
+    row.what = fmt::format("|d x_hat / d {}| over the domain", of);
+    row.unit = "units of x_hat";
+    row.bound = local.bound;
+    row.found = local.found;
+    row.where = place_text(local.steepest);
+    row.note = fmt::format("boxes looked at: {}", local.boxes);
+    rows.push_back(row);
+    row.id += "_everywhere";
+    row.what = fmt::format("|d x_hat / d {}| for all z and y", of);
+    row.bound = global;
+    row.note = "from the weights";
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// Where the latent state of a KKL observer can go, whatever is measured. With z+ = A z + B0 y_k + B1 y_(k+1) and every
+// y_j = c_j + r_j s, |s| <= 1, as screening lets it through,
+//   z_k = A^k z_0 + B1 y_k + sum over 0 < m < k of A^(m-1) (B0 + A B1) y_(k-m) + A^(k-1) B0 y_0
+// so coordinate i fills an interval whose half width is the sum of |row i of each factor| r: no interval is smaller.
+// An angle is turned back with z, so of it, a step moves z - S y by (S - B1) times a change of half a turn at most, and
+// y itself is within half a turn.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "codegen/model/model.h"
+
+namespace nlo::trainer {
+
+/// From a reset on, at any sample; n_z each.
+struct LatentHull {
+  Eigen::VectorXd low, high;
+
+  Eigen::VectorXd middle() const { return 0.5 * (low + high); }
+};
+
+/// z moves by A, B0 and B1 alone: a linear latent system, and no input acts beside the readings.
+bool moves_linearly(const codegen::Model& model);
+
+/// Steps of one sample period. Outwards by what rounding can do, with the double A - I, B0, B1 that are exported.
+LatentHull reachable_latent(const codegen::Model& model);
+
+/// What the reference observer reaches by readings at their ends, chosen for each coordinate: a point of every hull.
+LatentHull reached_latent(const codegen::Model& model);
+
+}  // namespace nlo::trainer
