@@ -53,18 +53,23 @@ row() {
   gate "$core $variant: bound of the stack" "$bound" $stack_limit
   gate "$core $variant: RAM of an observer" "$observer" $ram_limit
   case $variant in
-    int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((21 * 1024)) ;; # 3 KB of soft floats there
+    int16*) [[ $core == m0plus ]] || gate "$core $variant: flash" "$flash" $((22 * 1024)) ;; # 3 KB of soft floats there
     float*) gate "$core $variant: flash" "$flash" $((38 * 1024)) ;;
     gated* | prior*) gate "$core $variant: flash" "$flash" $((25 * 1024)) ;;
     gru*) gate "$core $variant: flash" "$flash" $((91 * 1024)) ;; # 80 KB of weights
     carried*) gate "$core $variant: flash" "$flash" $((12 * 1024)) ;;
   esac
-  [[ $core == m0plus ]] && return
+  if [[ $core == m0plus ]]; then
+    if [[ $variant == int16* ]]; then gate "$core $variant: instructions per multiply-add" "$per" 6; fi
+    return
+  fi
   case $variant in
-    float_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.4 ;;
-    float_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.9 ;;
-    int16*) gate "$core $variant: instructions per multiply-add" "$per" 1.3 ;;
-    gru*) gate "$core $variant: instructions per multiply-add" "$per" 1.6 ;;
+    int16_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.05 ;;
+    int16_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.2 ;;
+    *_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.25 ;;
+    *_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.65 ;;
+    gated*) gate "$core $variant: instructions per multiply-add" "$per" 2 ;;
+    gru*) gate "$core $variant: instructions per multiply-add" "$per" 1.5 ;;
   esac
 }
 

@@ -25,7 +25,6 @@ using Eigen::Index;
 struct Calibration {
   Index base, per_latent;  ///< a program with a linear T*
   Index per_layer;         ///< each hidden layer of another shape (int16 without DSP instructions: each)
-  Index second_block;      ///< float kernel: a layer whose blocks of outputs have two sizes
   Index tanh;              ///< int16: the table, and its use
   Index stack;             ///< beside the activations
 };
@@ -34,15 +33,27 @@ struct Core {
   bool fpu;  ///< and DSP instructions: the assembly kernels
   Calibration in_float, in_int16;
 };
-constexpr Calibration kFpuFloat{1540, 50, 680, 420, 0, 150}, kFpuInt16{1890, 50, 300, 0, 1180, 180};
-constexpr Calibration kSoftFloat{5310, 50, 660, 0, 0, 72}, kSoftInt16{5850, 70, 420, 0, 1260, 210};
+constexpr Calibration kFpuFloat{1830, 50, 190, 0, 150}, kFpuInt16{2290, 50, 300, 1180, 180};
+constexpr Calibration kSoftFloat{5310, 50, 660, 0, 72}, kSoftInt16{6070, 70, 420, 1260, 210};
 constexpr std::array kCores = {
     Core{"m0plus", "M0+", false, kSoftFloat, kSoftInt16}, Core{"m4f", "M4F", true, kFpuFloat, kFpuInt16},
     Core{"m7", "M7", true, kFpuFloat, kFpuInt16}, Core{"m33", "M33", true, kFpuFloat, kFpuInt16}};
 
-/// Of the float kernel: blocks of at most 13 outputs, sizes equal or one apart (kernels/cortex_m.h).
-bool has_two_blocks(Index outputs) {
-  return outputs % ((outputs + 12) / 13) != 0;
+/// Of the float kernel (kernels/cortex_m.h), for each shape: ten inputs of a block and the rest, 4 bytes for each of
+/// size + 1 instructions, of both sizes of its blocks; in hidden layers tanh or silu, four by four and the rest.
+Index float_blocks(const FoldedNetwork& n) {
+  constexpr Index kAround = 5, kFours = 330, kOne = 68;
+  std::set<std::pair<Index, Index>> shapes;
+  Index bytes = 0;
+  for (std::size_t l = 0; l < n.layers.size(); ++l) {
+    const Index in = n.layers[l].weights.cols(), out = n.layers[l].bias.size();
+    if (!shapes.emplace(in, out).second) continue;
+    const Index blocks = (out + 12) / 13, small = out / blocks, inputs = (in >= 10 ? 10 : 0) + in % 10;
+    for (const Index size : out % blocks == 0 ? std::vector<Index>{small} : std::vector<Index>{small, small + 1})
+      bytes += 4 * (inputs * (size + 1) + kAround);
+    if (l + 1 < n.layers.size() && n.activation != Activation::kRelu) bytes += kFours + kOne * (out % 4);
+  }
+  return bytes;
 }
 
 /// Hidden layers whose code is not shared with another's.
@@ -74,14 +85,7 @@ Index code_bytes(const Model& m, const FoldedNetwork& map, const Core& core, con
   Index bytes = c.base + c.per_latent * m.nz() + c.per_layer * hidden;
   if (quantised && map.layers.size() > 1 && map.activation == Activation::kTanh) bytes += c.tanh;
   if (quantised && core.fpu) bytes += int16_blocks(*quantised);
-  if (!quantised && core.fpu) {
-    std::set<std::pair<Index, Index>> shapes;
-    for (std::size_t l = 0; l + 1 < map.layers.size(); ++l)
-      if (has_two_blocks(map.layers[l].bias.size()))
-        shapes.emplace(map.layers[l].weights.rows(), map.layers[l].weights.cols());
-    bytes += c.second_block * static_cast<Index>(shapes.size());
-  }
-  return bytes;
+  return !quantised && core.fpu ? bytes + float_blocks(map) : bytes;
 }
 
 Index stack_bytes(const Model& m, const FoldedNetwork& map, const Core& core, bool is_int16) {

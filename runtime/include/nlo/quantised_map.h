@@ -64,6 +64,7 @@ struct QuantisedMlp;
 
 template <Activation kKind, class Last>
 struct QuantisedMlp<kKind, Last> {
+  static constexpr int kLayers = 1;
   static constexpr int kIn = Last::kIn;
   static constexpr int kOut = Last::kOut;
   static constexpr int kWidest = 2 * kernels::int16::kPairs<kIn>;  ///< inputs of a layer, padded
@@ -81,6 +82,7 @@ template <Activation kKind, class First, class... Rest>
 struct QuantisedMlp<kKind, First, Rest...> {
   using Tail = QuantisedMlp<kKind, Rest...>;
   static_assert(First::kOut == Tail::kIn, "each layer reads what the one before it writes");
+  static constexpr int kLayers = 1 + Tail::kLayers;
   static constexpr int kIn = First::kIn;
   static constexpr int kOut = Tail::kOut;
   static constexpr int kOwnWidth = 2 * kernels::int16::kPairs<kIn>;
@@ -126,7 +128,7 @@ struct QuantisedMap {
     alignas(4) std::int16_t ping[Mlp_::kWidest];
     alignas(4) std::int16_t pong[Mlp_::kWidest];
     if constexpr (kIn % 2 != 0) ping[kIn] = 0;
-    for (int i = 0; i < kIn; ++i) ping[i] = quantised(in[i] - centre[i], gain[i]);
+    for (int i = 0; i < kIn; ++i) ping[i] = kernels::int16::quantised(in[i] - centre[i], gain[i]);
     std::int32_t sums[kOut];
     mlp.run(ping, pong, sums);
     for (int o = 0; o < kOut; ++o) {
@@ -138,16 +140,6 @@ struct QuantisedMap {
       }
       out[o] = total;
     }
-  }
-
- private:
-  /// The nearest integer; outside of the range its end. Not a number gives the upper end.
-  static std::int16_t quantised(float value, float gain) {
-    constexpr float kLimit = 32767.0F;
-    float q = rounded(value * gain);
-    q = q < kLimit ? q : kLimit;
-    q = q > -kLimit ? q : -kLimit;
-    return static_cast<std::int16_t>(q < 0 ? q - 0.5F : q + 0.5F);
   }
 };
 

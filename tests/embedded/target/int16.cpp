@@ -21,10 +21,10 @@ void check_block(bench::RandomUniform& random, Hash& hash) {
   };
   for (int i = 0; i < 2 * kSize * kPairCount; ++i) weights[i] = static_cast<std::int16_t>(any() / (2 * kPairCount));
   for (int i = 0; i < 2 * kPairCount; ++i) in[i] = any() == -32768 ? 0 : any();
-  std::int32_t plain[kSize], fast[kSize];
-  for (int r = 0; r < kSize; ++r) plain[r] = fast[r] = any() * 16384;
-  kernels::int16::add_block_plain<kSize, kPairCount>(weights, in, plain);
-  kernels::int16::add_block<kSize, kPairCount>(weights, in, fast);
+  std::int32_t bias[kSize], plain[kSize], fast[kSize];
+  for (std::int32_t& b : bias) b = any() * 16384;
+  kernels::int16::add_block_plain<kSize, kPairCount>(weights, in, bias, plain);
+  kernels::int16::add_block<kSize, kPairCount>(weights, in, bias, fast);
   for (int r = 0; r < kSize; ++r) {
     hash.add(static_cast<std::uint32_t>(plain[r]));
     if (plain[r] != fast[r]) {

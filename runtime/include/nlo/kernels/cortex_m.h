@@ -3,12 +3,12 @@
 //
 // 32 registers, one load port: what counts is instructions per weight. A block of 13 outputs stays in s0-s12 while its
 // weights come 13 at a time (one multiple-register load) and inputs 5 at a time. Weights are stored in the order in
-// which they are read. Measured on the paper's 50 x 50 layers: 1.12 instructions per multiply-add; compiled loops: 3.
+// which they are read. On the paper's 50 x 50 layers 1.11 instructions per multiply-add; compiled loops: 3.
 //
-// fast           VFMA: one instruction per multiply-add, on every core. Arm's manual of the M4 gives VFMA 3 cycles and
-//                VMUL and VADD 1 each, so that on M4 silicon the pair may be the faster one: measure there, and define
-//                NLO_CORTEX_M_NO_FMA to have it.
-// deterministic  VMUL, VADD: each operation rounded by itself, as on every other target.
+// fast           VFMA: one instruction per multiply-add, on every core.
+// deterministic  VMLA: the product is rounded, then the sum, as on every other target.
+// Arm's manual of the M4 gives both 3 cycles, and VMUL and VADD 1 each, so that on M4 silicon the pair may be the
+// faster one: measure there, and define NLO_CORTEX_M_NO_FMA to have it.
 //
 // layer_plain() is the same in C++, to the bit, for any machine.
 #pragma once
@@ -87,15 +87,6 @@ void layer_plain(const float* weights, const float* bias, const float* in, float
 
 #if defined(NLO_CORTEX_M_FLOAT)
 
-/// max(v, 0) on the bits; three instructions instead of the five of a float comparison.
-template <int kN>
-NLO_INLINE void relu_in_place(float* v) {
-  typedef std::int32_t Bits __attribute__((may_alias));
-  Bits* bits = reinterpret_cast<Bits*>(v);
-#pragma GCC unroll 10
-  for (int i = 0; i < kN; ++i) bits[i] &= ~(bits[i] >> 31);
-}
-
 /// out = f(W in + b). `out` must not overlap `in`. Not inlined: layers of one shape share the code.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
@@ -119,7 +110,7 @@ __attribute__((noinline)) void layer(const float* weights, const float* bias, co
   out -= kOut;
   if constexpr (!kLast) {
     if constexpr (kKind == Activation::kTanh) {
-      tanh_in_place<kFused>(out, out + kOut);
+      tanh_in_place<kFused, kOut>(out);
     } else if constexpr (kKind == Activation::kRelu) {
       relu_in_place<kOut>(out);
     } else {

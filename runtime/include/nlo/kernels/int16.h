@@ -4,7 +4,8 @@
 // summation does not matter, and every target gives the same bits.
 //
 // Cortex-M with DSP instructions: SMLAD does two multiply-adds; a block of 5 (or 4) outputs keeps its sums in registers
-// and loads the weights of a pair of inputs at once: 0.7 instructions per multiply-add.
+// and loads the weights of a pair of inputs at once: 0.7 instructions per multiply-add. Without them (M0, M0+) the same
+// block keeps its sums in the high registers, which only additions reach: 3.7.
 #pragma once
 
 #include <array>
@@ -12,6 +13,7 @@
 #include <type_traits>
 
 #include "nlo/kernels/activation.h"
+#include "nlo/kernels/arithmetic.h"
 
 // By GCC and optimised: the block needs all registers but the stack pointer. Elsewhere plain C++ gives the same bits.
 #if defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && !defined(__clang__) && \
@@ -19,6 +21,11 @@
 #if __ARM_ARCH_PROFILE == 'M'
 #define NLO_CORTEX_M_DSP 1
 #endif
+#endif
+// GCC keeps away from the high registers where it optimises for size.
+#if defined(__thumb__) && !defined(__thumb2__) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && \
+    !defined(__OPTIMIZE_SIZE__) && !defined(__clang__) && !defined(NLO_SCALAR_KERNELS)
+#define NLO_CORTEX_M_THUMB1 1
 #endif
 
 namespace nlo::kernels::int16 {
@@ -68,6 +75,15 @@ inline constexpr auto kTanhTable = [] {
 /// Largest |tanh_q15(x) / 32767 - tanh(x)|, over all arguments: half of it the lines, half the rounding.
 inline constexpr double kTanhTableMaxError = 1e-4;
 
+/// To Q15: the nearest integer of value gain; outside of the range its end. Not a number gives the upper end.
+inline std::int16_t quantised(float value, float gain) {
+  constexpr float kLimit = static_cast<float>(kOne);
+  float q = rounded(value * gain);
+  q = q < kLimit ? q : kLimit;
+  q = q > -kLimit ? q : -kLimit;
+  return static_cast<std::int16_t>(q < 0 ? q - 0.5F : q + 0.5F);
+}
+
 /// Largest integer below value / 2^kShift, saturated to kBits bits with sign.
 template <int kBits, int kShift>
 NLO_INLINE std::int32_t shifted_and_saturated(std::int32_t value) {
@@ -99,13 +115,21 @@ NLO_INLINE std::int16_t activated(std::int32_t sum) {
   if constexpr (kKind == Activation::kTanh) {
     return static_cast<std::int16_t>(tanh_q15(shifted_and_saturated<20, kShift>(sum)));
   } else {
+#if defined(NLO_CORTEX_M_DSP)
+    std::int32_t result;
+    asm("usat %0, #15, %1, asr %2" : "=r"(result) : "r"(sum), "i"(kShift));
+    return static_cast<std::int16_t>(result);
+#else
     return static_cast<std::int16_t>(shifted_and_saturated<16, kShift>(sum & ~(sum >> 31)));
+#endif
   }
 }
 
-/// The sums of one block: kSize rows times all pairs of inputs. `sums` holds the biases.
+/// The sums of one block: its biases and kSize rows times all pairs of inputs.
 template <int kSize, int kPairCount>
-NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t* in, std::int32_t (&sums)[kSize]) {
+NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
+                                std::int32_t (&sums)[kSize]) {
+  for (int r = 0; r < kSize; ++r) sums[r] = bias[r];
   for (int p = 0; p < kPairCount; ++p) {
     for (int r = 0; r < kSize; ++r) {
       sums[r] += weights[2 * (p * kSize + r)] * in[2 * p] + weights[2 * (p * kSize + r) + 1] * in[2 * p + 1];
@@ -134,13 +158,14 @@ NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t*
 
 /// kPairCount pairs one after the other, without a loop: no register is left for a counter.
 template <int kSize, int kPairCount>
-NLO_INLINE void add_run(const std::int16_t*& weights, const std::int16_t*& in, std::int32_t (&sums)[kSize]) {
-  register std::int32_t sum0 asm("r4") = sums[0];
-  register std::int32_t sum1 asm("r5") = sums[1];
-  register std::int32_t sum2 asm("r6") = sums[2];
-  register std::int32_t sum3 asm("r8") = sums[3];
+NLO_INLINE void add_run(const std::int16_t*& weights, const std::int16_t*& in, const std::int32_t* from,
+                        std::int32_t (&sums)[kSize]) {
+  register std::int32_t sum0 asm("r4") = from[0];
+  register std::int32_t sum1 asm("r5") = from[1];
+  register std::int32_t sum2 asm("r6") = from[2];
+  register std::int32_t sum3 asm("r8") = from[3];
   if constexpr (kSize == 5) {
-    register std::int32_t sum4 asm("r9") = sums[4];
+    register std::int32_t sum4 asm("r9") = from[4];
     asm volatile(".rept %c[pairs]\n" NLO_PAIR_5 ".endr\n"
                  : [weights] "+r"(weights), [in] "+r"(in), "+r"(sum0), "+r"(sum1), "+r"(sum2), "+r"(sum3), "+r"(sum4)
                  : [pairs] "i"(kPairCount)
@@ -160,26 +185,88 @@ NLO_INLINE void add_run(const std::int16_t*& weights, const std::int16_t*& in, s
 
 /// Not inlined: amid other code GCC runs out of registers.
 template <int kSize, int kPairCount>
-__attribute__((noinline)) void add_block(const std::int16_t* weights, const std::int16_t* in,
+__attribute__((noinline)) void add_block(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
                                          std::int32_t (&sums)[kSize]) {
   static_assert(kSize == 4 || kSize == 5);
   constexpr int kLongest = 32;  // 0.9 KB of code
   if constexpr (kPairCount <= kLongest) {
-    add_run<kSize, kPairCount>(weights, in, sums);
+    add_run<kSize, kPairCount>(weights, in, bias, sums);
   } else {
-    for (int rounds = kPairCount / kLongest; rounds > 0; --rounds) add_run<kSize, kLongest>(weights, in, sums);
-    if constexpr (kPairCount % kLongest != 0) add_run<kSize, kPairCount % kLongest>(weights, in, sums);
+    add_run<kSize, kLongest>(weights, in, bias, sums);
+    for (int rounds = kPairCount / kLongest; rounds > 1; --rounds) add_run<kSize, kLongest>(weights, in, sums, sums);
+    if constexpr (kPairCount % kLongest != 0) add_run<kSize, kPairCount % kLongest>(weights, in, sums, sums);
   }
 }
 
 #undef NLO_PAIR_5
 #undef NLO_PAIR_4
 
+#elif defined(NLO_CORTEX_M_THUMB1)
+
+// The inputs of a pair come to r5 and r4, the weights of two or three rows to r0, r1, r3.
+#define NLO_ROW(weights, sum)  \
+  "sxth r2, " weights          \
+  "\n"                         \
+  "asrs " weights ", " weights \
+  ", #16\n"                    \
+  "muls r2, r5\n"              \
+  "muls " weights              \
+  ", r4\n"                     \
+  "add " sum                   \
+  ", r2\n"                     \
+  "add " sum ", " weights "\n"
+
+/// The same for the inputs up to `in_end`, at least one pair. Not inlined: all registers but the stack pointer.
+template <int kSize>
+__attribute__((noinline)) void add_pairs(const std::int16_t* weights, const std::int16_t* in,
+                                         const std::int16_t* in_end, const std::int32_t* bias,
+                                         std::int32_t (&sums)[kSize]) {
+  static_assert(kSize == 4 || kSize == 5);
+  register const std::int16_t* end asm("lr") = in_end;
+  register std::int32_t sum0 asm("r8") = bias[0];
+  register std::int32_t sum1 asm("r9") = bias[1];
+  register std::int32_t sum2 asm("r10") = bias[2];
+  register std::int32_t sum3 asm("r11") = bias[3];
+  register std::int32_t sum4 asm("r12") = bias[kSize - 1];
+  asm volatile(
+      ".syntax unified\n"
+      "1:\n"
+      "ldmia %[in]!, {r4}\n"
+      "sxth r5, r4\n"
+      "asrs r4, r4, #16\n"
+      "ldmia %[weights]!, {r0, r1}\n" NLO_ROW("r0", "r8") NLO_ROW("r1", "r9")
+      ".if %c[size] == 5\n"
+      "ldmia %[weights]!, {r0, r1, r3}\n"
+      ".else\n"
+      "ldmia %[weights]!, {r0, r1}\n"
+      ".endif\n" NLO_ROW("r0", "r10") NLO_ROW("r1", "r11")
+      ".if %c[size] == 5\n" NLO_ROW("r3", "r12") ".endif\n"
+      "cmp %[in], %[end]\n"
+      "bne 1b\n"
+      : [weights] "+l"(weights), [in] "+l"(in), "+h"(sum0), "+h"(sum1), "+h"(sum2), "+h"(sum3), "+h"(sum4)
+      : [end] "h"(end), [size] "i"(kSize)
+      : "r0", "r1", "r2", "r3", "r4", "r5", "cc", "memory");
+  sums[0] = sum0;
+  sums[1] = sum1;
+  sums[2] = sum2;
+  sums[3] = sum3;
+  if constexpr (kSize == 5) sums[4] = sum4;
+}
+
+template <int kSize, int kPairCount>
+NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
+                          std::int32_t (&sums)[kSize]) {
+  add_pairs<kSize>(weights, in, in + 2 * kPairCount, bias, sums);
+}
+
+#undef NLO_ROW
+
 #else
 
 template <int kSize, int kPairCount>
-NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, std::int32_t (&sums)[kSize]) {
-  add_block_plain<kSize, kPairCount>(weights, in, sums);
+NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
+                          std::int32_t (&sums)[kSize]) {
+  add_block_plain<kSize, kPairCount>(weights, in, bias, sums);
 }
 
 #endif
@@ -191,8 +278,8 @@ NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, con
   using B = Blocks<kOut>;
   const auto block = [&]<int kSize>(std::integral_constant<int, kSize>, int first) NLO_INLINE_LAMBDA {
     std::int32_t sums[kSize];
-    for (int r = 0; r < kSize; ++r) sums[r] = bias[first + r];
-    add_block<kSize, kPairs<kIn>>(weights + 2 * kPairs<kIn> * first, in, sums);
+    add_block<kSize, kPairs<kIn>>(weights + 2 * kPairs<kIn> * first, in, bias + first, sums);
+    NLO_UNROLL
     for (int r = 0; r < kSize; ++r) write(first + r, sums[r]);
   };
   for (int b = 0; b < B::kFives; ++b) block(std::integral_constant<int, 5>{}, 5 * b);
