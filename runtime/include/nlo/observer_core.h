@@ -279,30 +279,14 @@ class ObserverCore {
 
   NLO_INLINE constexpr void advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next,
                                     Scalar dt_s) {
+    constexpr bool kInPlace = !Model::kMayDiverge && kNz > 16;  // a copy of so many would be on the stack
+    Scalar copy[kNz]{};
+    Scalar(&z)[kNz] = kInPlace ? state_.z : copy;
+    for (int r = 0; !kInPlace && r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kReadsInputs) {
       // A command given now has acted since the last sample: whatever the hold, a ramp between equals is constant.
       for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
-    constexpr bool kInPlace = !Model::kMayDiverge && kNz > 16;  // a copy of so many would be on the stack
-    if constexpr (kInPlace) {
-      move(state_.z, y_next, u_next, dt_s);
-      keep(state_.z);
-    } else {
-      Scalar z[kNz]{};
-      for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
-      move(z, y_next, u_next, dt_s);
-      if constexpr (Model::kMayDiverge) {
-        if (!is_reachable(z) && is_reachable(state_.z)) {  // z is kept: what follows may lead it back
-          state_.status = StepStatus::kDiverged;
-          return;
-        }
-      }
-      keep(z);
-    }
-  }
-
-  NLO_INLINE constexpr void move(Scalar (&z)[kNz], const Scalar (&y_next)[kNr],
-                                 const InputMemory<Scalar, kActing>& u_next, Scalar dt_s) {
     if constexpr (kActing > 0) {
       model_->template advance<kArithmetic>(z, state_.y, y_next, state_.input.u, u_next.u, dt_s);
     } else if constexpr (kArithmetic == Arithmetic::kFast) {
@@ -310,14 +294,15 @@ class ObserverCore {
     } else {
       model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
     }
-  }
-
-  NLO_INLINE constexpr void keep(const Scalar (&z)[kNz]) {
+    if constexpr (Model::kMayDiverge) {
+      if (!is_reachable(z) && is_reachable(state_.z)) {  // z is kept: what follows may lead it back
+        state_.status = StepStatus::kDiverged;
+        return;
+      }
+    }
     // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
     constexpr Scalar kTiny = Scalar(0x1p-100);
-    for (int r = 0; r < kNz; ++r) {
-      state_.z[r] = select<kArithmetic>(!is_below(z[r], kTiny), z[r], Scalar(0));
-    }
+    for (int r = 0; r < kNz; ++r) state_.z[r] = select<kArithmetic>(!is_below(z[r], kTiny), z[r], Scalar(0));
   }
 };
 
