@@ -11,6 +11,7 @@
 #include <string>
 
 #include "codegen/model/latent_step.h"
+#include "codegen/reference/network.h"
 #include "codegen/replay/reference_observer.h"
 #include "tests/bounds/random_inverse_map.h"
 #include "trainer/bounds/activation_slope.h"
@@ -101,6 +102,34 @@ TEST_P(LocalLipschitzOf, NoJacobianOfABoxIsAboveItsBound) {
       }
     }
   }
+}
+
+TEST_P(LocalLipschitzOf, NoOutputOfABoxIsOutsideItsRange) {
+  int beside = 0;  // of half of it: the control
+  for (unsigned seed = 1; seed <= 18; ++seed) {
+    const codegen::Model model = random_model(seed, GetParam(), static_cast<int>(seed % 4));
+    const codegen::ReferenceNetwork<double> map(*codegen::inverse_map(model));
+    const Eigen::Index n = kNz + kNy;
+    const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
+    const JacobianEnclosure enclosure(*codegen::inverse_map(model), identity, identity);
+    std::mt19937 engine(seed);
+    for (const double radius : {0.0, 1e-6, 0.01, 0.1, 0.5, 2.0}) {
+      for (int trial = 0; trial < 4; ++trial) {
+        const InputBox box{random(engine, n, 1), radius * random(engine, n, 1).cwiseAbs()};
+        const JacobianEnclosure::Values values = enclosure.values_over(box);
+        const Eigen::VectorXd middle = 0.5 * (values.low + values.high), reach = 0.5 * (values.high - values.low);
+        for (int i = 0; i < 30; ++i) {
+          const Eigen::VectorXd out = map(point_in(box, engine));
+          const Eigen::VectorXd size = kRounding * (Eigen::VectorXd::Ones(out.size()) + out.cwiseAbs());
+          ASSERT_TRUE(((out - middle).cwiseAbs().array() <= (reach + 1e-4 * size).array()).all())
+              << "seed " << seed << ", radius " << radius << ": " << out.transpose() << " in " << middle.transpose()
+              << " +- " << reach.transpose();
+          beside += ((out - middle).cwiseAbs().array() > 0.5 * reach.array()).any();
+        }
+      }
+    }
+  }
+  EXPECT_GT(beside, 100);
 }
 
 using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;

@@ -163,17 +163,44 @@ JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms
   norms = by_norms < least;
   least = std::min(by_norms, least);
 
-  // A split pays where an input moves pre-activations whose slopes vary and matter.
+  return {raised * (least + rounding_.mid_norm.back()), split_of(ranges, box), norms};
+}
+
+// A split pays where an input moves pre-activations whose slopes vary and matter.
+Eigen::Index JacobianEnclosure::split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const {
+  const Vector& r = box.radius;
   Vector gain = Vector::Zero(r.size());
   for (const LayerRange& range : ranges) {
     const Vector influence = range.back.colwise().norm().transpose().cwiseProduct(range.most.rowwise().norm());
     const Vector slope_per_width =
-        range.slope.range.cwiseQuotient(range.half_width.cwiseMax(std::numeric_limits<double>::min()));
+        range.slope.range.cwiseQuotient((0.5 * (range.high - range.low)).cwiseMax(std::numeric_limits<double>::min()));
     gain += range.mid.cwiseAbs().transpose() * influence.cwiseProduct(slope_per_width);
   }
-  Bound bound{raised * (least + rounding_.mid_norm.back()), 0, norms};
-  gain.cwiseProduct(r).maxCoeff(&bound.split);
-  return bound;
+  Eigen::Index best = 0;
+  gain.cwiseProduct(r).maxCoeff(&best);
+  return best;
+}
+
+std::vector<LayerRange> JacobianEnclosure::layers_over(const InputBox& box) const {
+  Matrix mid;
+  return ranges_over(box, mid);
+}
+
+JacobianEnclosure::Values JacobianEnclosure::values_over(const InputBox& box) const {
+  const double raised = 1.0 + rounding_.gamma;
+  Matrix mid;
+  AffineValues v;
+  const std::vector<LayerRange> ranges = ranges_over(box, mid, &v);
+  Matrix most = mid.cwiseAbs() + rounding_.mid.back();  // of the Jacobian
+  for (const LayerRange& range : ranges) most += range.back_size * range.slope.range.asDiagonal() * range.most;
+  const Vector swing = raised * (v.gradient.cwiseAbs() * box.radius + v.error);
+  const Vector reach = raised * (raised * (most * box.radius) + v.off);
+  const auto widened = [&](const Vector& at, const Vector& by) { return Vector(by + rounding_.gamma * at.cwiseAbs()); };
+  const Vector by_centre = widened(v.at_centre, reach), by_line = widened(v.middle, swing),
+               by_range = widened(v.interval, v.spread);
+  return {(v.at_centre - by_centre).cwiseMax(v.middle - by_line).cwiseMax(v.interval - by_range),
+          (v.at_centre + by_centre).cwiseMin(v.middle + by_line).cwiseMin(v.interval + by_range),
+          split_of(ranges, box)};
 }
 
 }  // namespace nlo::trainer

@@ -25,6 +25,7 @@
 namespace nlo::trainer {
 
 struct LayerRange;
+struct AffineValues;
 
 /// A box of inputs: centre +- radius.
 struct InputBox {
@@ -45,6 +46,24 @@ class JacobianEnclosure {
   /// Without `norms`, most of the time, only the other two are looked at.
   Bound over(const InputBox& box, bool norms = true) const;
 
+  /// Lowest and highest outputs over the box, and the input whose halving promises most.
+  struct Values {
+    Eigen::VectorXd low, high;
+    Eigen::Index split = 0;
+  };
+  Values values_over(const InputBox& box) const;
+
+  /// Every hidden layer over the box.
+  std::vector<LayerRange> layers_over(const InputBox& box) const;
+  /// The input whose halving promises most.
+  Eigen::Index split_of(const std::vector<LayerRange>& ranges, const InputBox& box) const;
+
+  /// The layers as they are folded, with what their numbers are off at most. A linear path beside them.
+  const std::vector<codegen::DenseLayer>& layers() const { return layers_; }
+  const std::vector<codegen::DenseLayer>& layer_roundings() const { return rounding_.layer; }
+  const Eigen::MatrixXd& linear_path() const { return linear_path_; }
+  const Eigen::MatrixXd& linear_path_rounding() const { return rounding_.linear_path; }
+
   /// Chooses the scaling of neurons that makes the bound by norms small over that box, by a search that starts from a
   /// good guess; it then serves smaller boxes too. Bounds hold for any scaling. `rounds` cost two bounds per neuron
   /// each.
@@ -58,7 +77,7 @@ class JacobianEnclosure {
 
  private:
   /// Every hidden layer over the box; mid: the Jacobian at the centre's slopes.
-  std::vector<LayerRange> ranges_over(const InputBox& box, Eigen::MatrixXd& mid) const;
+  std::vector<LayerRange> ranges_over(const InputBox& box, Eigen::MatrixXd& mid, AffineValues* values = nullptr) const;
   double bound_by_norms(const std::vector<LayerRange>& ranges) const;
 
   const codegen::ActivationRow* activation_;
@@ -70,7 +89,8 @@ class JacobianEnclosure {
   /// What rounding can be, of the layers as they are folded, and of what over() makes of them.
   struct Roundings {
     double gamma = 0.0;
-    std::vector<codegen::DenseLayer> layer;          ///< of weights and of bias
+    std::vector<codegen::DenseLayer> layer;  ///< of weights and of bias
+    Eigen::MatrixXd linear_path;
     std::vector<Eigen::MatrixXd> mid;                ///< of V at the centre's slopes; behind the last: of J
     std::vector<double> mid_norm;                    ///< of that times the directions
     std::vector<std::vector<Eigen::MatrixXd>> from;  ///< [m][l], l < m: of the map from layer l to layer m

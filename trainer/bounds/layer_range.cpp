@@ -41,14 +41,23 @@ JacobianEnclosure::JacobianEnclosure(const codegen::Network& m, const Matrix& in
   first.bias -= first.weights * m.feature_mean.cwiseProduct(inverse_scale);
   first.weights = (first.weights * features).eval();
   layers_.back().weights = (m.output_scale.asDiagonal() * layers_.back().weights).eval();
+  layers_.back().bias = (m.output_mean + m.output_scale.cwiseProduct(layers_.back().bias)).eval();
+  sizes.back().bias = (m.output_mean.cwiseAbs() + m.output_scale.cwiseAbs().cwiseProduct(sizes.back().bias)).eval();
+  if (m.skip.size() != 0) {
+    const Vector at_zero = m.feature_mean.cwiseProduct(inverse_scale);
+    layers_.back().bias -= m.output_scale.cwiseProduct(m.skip * at_zero);
+    sizes.back().bias += m.output_scale.cwiseAbs().cwiseProduct(m.skip.cwiseAbs() * at_zero.cwiseAbs());
+    rounding_.linear_path = m.output_scale.cwiseAbs().asDiagonal() * m.skip.cwiseAbs() * feature_sizes;
+  } else {
+    rounding_.linear_path = Matrix::Zero(linear_path_.rows(), linear_path_.cols());
+  }
   for (std::size_t l = 0; l + 1 < layers_.size(); ++l) balance_.push_back(Vector::Ones(layers_[l].weights.rows()));
 
   const Matrix along = directions_.cwiseAbs();
   Matrix mid;
   for (std::size_t n = 0; n < sizes.size(); ++n) {
     mid = n == 0 ? sizes[0].weights : Matrix(kSteepest * (sizes[n].weights * mid));
-    if (n + 1 == sizes.size() && m.skip.size() != 0)
-      mid += m.output_scale.cwiseAbs().asDiagonal() * m.skip.cwiseAbs() * feature_sizes;
+    if (n + 1 == sizes.size()) mid += rounding_.linear_path;
     rounding_.mid.push_back(rounding_.gamma * mid);
     rounding_.mid_norm.push_back(frobenius_above(rounding_.mid.back() * along));
     auto& from = rounding_.from.emplace_back();
@@ -64,9 +73,10 @@ JacobianEnclosure::JacobianEnclosure(const codegen::Network& m, const Matrix& in
     layer.weights *= rounding_.gamma;
     layer.bias *= rounding_.gamma;
   }
+  rounding_.linear_path *= rounding_.gamma;
 }
 
-std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matrix& mid) const {
+std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matrix& mid, AffineValues* values) const {
   const Vector& r = box.radius;
   const double raised = 1.0 + rounding_.gamma;
   Vector a = box.centre, off = Vector::Zero(r.size());  // values of the layer before at the centre, what they are off
@@ -115,7 +125,8 @@ std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matr
     const Vector swing = raised * (gradient.cwiseAbs() * r + error);
     const Vector low = (v - reach).cwiseMax(centre - spread).cwiseMax(middle - swing).cwiseMin(v) - rounding;
     const Vector high = (v + reach).cwiseMin(centre + spread).cwiseMin(middle + swing).cwiseMax(v) + rounding;
-    range.half_width = 0.5 * (high - low);
+    range.low = low;
+    range.high = high;
     range.slope = slope_line(*activation_, low, high, v);
     range.slope.remainder += range.slope.gradient.cwiseAbs().cwiseProduct(off);  // the line is about the real v
     a = v.unaryExpr(activation_->value);
@@ -132,6 +143,22 @@ std::vector<LayerRange> JacobianEnclosure::ranges_over(const InputBox& box, Matr
     ranges.push_back(std::move(range));
   }
   mid += linear_path_;
+  if (values == nullptr) return ranges;
+  const auto& [weights, bias] = layers_.back();
+  const Matrix size = weights.cwiseAbs();
+  const Vector reads = box.centre.cwiseAbs() + r, reach = gradient.cwiseAbs() * r + error;
+  const Vector rounding =
+      times(rounding_.layer.back(),
+            a.cwiseAbs().cwiseMax(a_low.cwiseAbs()).cwiseMax(a_high.cwiseAbs()).cwiseMax(middle.cwiseAbs() + reach)) +
+      rounding_.linear_path * reads;
+  const Matrix path = linear_path_;
+  values->at_centre = weights * a + bias + path * box.centre;
+  values->off = raised * (size * off + rounding);
+  values->middle = weights * middle + bias + path * box.centre;
+  values->gradient = weights * gradient + path;
+  values->error = raised * (size * error + rounding);
+  values->interval = weights * (0.5 * (a_low + a_high)) + bias + path * box.centre;
+  values->spread = raised * (size * (0.5 * (a_high - a_low)) + path.cwiseAbs() * r + rounding);
   return ranges;
 }
 

@@ -14,18 +14,14 @@
 #include "codegen/base/error.h"
 #include "codegen/base/linear_algebra.h"
 #include "codegen/model/domain.h"
-#include "codegen/model/latent_step.h"
 #include "codegen/reference/network.h"
 #include "codegen/replay/reference_observer.h"
 #include "trainer/bounds/activation_slope.h"
 #include "trainer/bounds/jacobian_enclosure.h"
+#include "trainer/bounds/map_region.h"
 #include "trainer/bounds/rounding.h"
 
 namespace nlo::trainer {
-
-Eigen::Index readings_of_map(const codegen::Model& model) {
-  return codegen::inverse_map(model)->inputs() - model.nz();
-}
 
 double spectral_norm(const Eigen::MatrixXd& matrix) {
   if (matrix.size() == 0) return 0.0;
@@ -54,25 +50,16 @@ LipschitzConstants lipschitz_sampled(const codegen::Model& model, const Eigen::M
 
 namespace {
 
-/// The domain as a box of p, [z; y] = inputs p: for angle outputs z = p_z + S y.
+/// The domain, with the directions of p that move z alone or y alone.
 struct Domain {
   InputBox box;
-  Eigen::MatrixXd inputs;      ///< n_z + n_r square
-  Eigen::MatrixXd directions;  ///< of p, that move z alone or y alone
+  Eigen::MatrixXd inputs, directions;
 };
 
 Domain domain_of(const codegen::Model& model, bool of_output) {
   const Eigen::Index nz = model.nz(), nr = readings_of_map(model), n = nz + nr;
-  Eigen::VectorXd low(n), high(n);
-  low << model.latent_min, codegen::reading_min(model).head(nr);
-  high << model.latent_max, codegen::reading_max(model).head(nr);
-  const Eigen::VectorXd centre = 0.5 * (low + high), radius = (high - centre).cwiseMax(centre - low);
-  Domain domain{{centre, upward(radius, 1)}, Eigen::MatrixXd::Identity(n, n), {}};
-  if (codegen::inverse_map(model)->features.rightCols(nr).isZero(0.0)) domain.box.radius.tail(nr).setZero();
-  const Eigen::MatrixXd gain = codegen::steady_gain(model);
-  for (int j = 0; j < nr; ++j)
-    if (codegen::is_relative(model, j)) domain.inputs.block(0, nz + j, nz, 1) = gain.col(j);
-  domain.directions = Eigen::MatrixXd::Identity(n, n);
+  const MapRegion region = domain_region(model);
+  Domain domain{region.box, region.inputs, Eigen::MatrixXd::Identity(n, n)};
   if (of_output) {  // y alone: z = p_z + S y must stay where it is
     domain.directions.topRightCorner(nz, nr) = -domain.inputs.topRightCorner(nz, nr);
     domain.directions = domain.directions.rightCols(nr).eval();
@@ -206,14 +193,7 @@ LocalLipschitz local_lipschitz(const codegen::Model& model, bool of_output, cons
   while (left.top().bound > result.found * (1.0 + options.gap) && result.boxes + 2 <= most) {
     const Candidate widest = left.top();
     left.pop();
-    for (const double side : {-1.0, 1.0}) {
-      InputBox half = widest.box;
-      double& radius = half.radius(widest.split);
-      radius *= 0.5;
-      half.centre(widest.split) += side * radius;
-      radius += 2.0 * kUnit * (radius + std::abs(half.centre(widest.split)));  // no gap between the two
-      look_at(std::move(half), widest.bound, widest.by_norms);
-    }
+    for (const InputBox& half : halves(widest.box, widest.split)) look_at(half, widest.bound, widest.by_norms);
   }
   result.bound = left.top().bound;
   if (result.found > result.bound * (1.0 + 1e-9))

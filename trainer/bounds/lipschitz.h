@@ -23,9 +23,6 @@ struct LipschitzConstants {
   double output = 0.0;  ///< 0 when no feature reads y
 };
 
-/// How many readings T* is given beside z: n_r, or none.
-Eigen::Index readings_of_map(const codegen::Model& model);
-
 /// Holds for all z and y. Slopes of the activation lie in [c - r, c + r] (tanh and relu: 1/2 +- 1/2), so a Jacobian is
 /// W_L (c I + r S) W_(L-1) ... W_1 with unknown |S| <= 1: multiplied out, and each unbroken run of layers bounded by
 /// the norm of its product (Combettes and Pesquet 2020). Never above the product of the layers' norms; exact for one

@@ -7,6 +7,7 @@
 #include "codegen/model/domain.h"
 #include "trainer/bounds/activation_slope.h"
 #include "trainer/bounds/lipschitz.h"
+#include "trainer/bounds/map_region.h"
 #include "trainer/bounds/rounding.h"
 
 namespace nlo::trainer {

@@ -18,7 +18,8 @@ struct RowMaker {
 };
 constexpr RowMaker kRowMakers[] = {{"reachable latent states", latent_rows},
                                    {"contraction", contraction_rows},
-                                   {"Lipschitz constants of T*", lipschitz_rows}};
+                                   {"Lipschitz constants of T*", lipschitz_rows},
+                                   {"largest estimates", estimate_rows}};
 
 std::vector<std::string> assumptions() {
   return {"The model's constants are what the file says, in double; real numbers beyond that.",

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Rows of the inverse map T*: how much it can amplify an error.
+// Rows of the inverse map T*: how much it can amplify an error, and how large an estimate can get.
 #include <fmt/format.h>
 
 #include <string>
 
 #include "trainer/bounds/lipschitz.h"
 #include "trainer/certificates/certificate.h"
+#include "trainer/certificates/output_range.h"
 #include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
@@ -52,6 +53,33 @@ CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions
     row.what = fmt::format("|d x_hat / d {}| for all z and y", of);
     row.bound = global;
     row.note = "from the weights";
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions& options) {
+  constexpr std::int64_t kBoxes = 20000;
+  constexpr const char* kWhat = "|x_hat| of T*, wherever z can go";
+  if (codegen::inverse_map(model) == nullptr)
+    return {absent_row("estimate", kWhat, "z is the estimate: there is no T*")};
+  const auto region = reachable_region(model);
+  if (!region)
+    return {absent_row("estimate", kWhat,
+                       fmt::format("no bound of z is known here for structure {}", codegen::structure_name(model)))};
+  CertificateRows rows;
+  for (Eigen::Index i = 0; i < model.nx(); ++i) {
+    const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
+    const LargestOutput largest =
+        largest_output(model, *region, i, options.boxes > 0 ? options.boxes : kBoxes, options.gap, options.seed);
+    CertificateRow row;
+    row.id = "estimate." + state.name;
+    row.what = fmt::format("|{}| of T*, wherever z can go{}", state.name, model.saturates() ? " and T* follows" : "");
+    row.unit = state.unit;
+    row.bound = largest.bound;
+    row.found = largest.found;
+    row.where = place_text(largest.where);
+    row.note = fmt::format("over a box that holds all reachable z; boxes looked at: {}", largest.boxes);
     rows.push_back(std::move(row));
   }
   return rows;
