@@ -69,6 +69,8 @@ class AArch64(Core):
             return ops[0]
         if mnemonic in ("cbz", "cbnz"):
             return ops[1] if (self.value(ops[0]) == 0) == (mnemonic == "cbz") else ""
+        if mnemonic in ("tbz", "tbnz"):
+            return ops[2] if (self.value(ops[0]) >> self.value(ops[1]) & 1 == 0) == (mnemonic == "tbz") else ""
         if re.fullmatch(r"b\.?(\w+)", mnemonic) and mnemonic.lstrip("b").lstrip(".") in CONDITIONS:
             return ops[0] if self.holds(CONDITIONS[mnemonic.lstrip("b").lstrip(".")]) else ""
         return None

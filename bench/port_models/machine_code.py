@@ -55,6 +55,11 @@ class Core:
         base = next(part for part in parts if not re.fullmatch(r"-?\d+", part))
         return self.symbols.setdefault(base, (len(self.symbols) + 16) << 24) + sum(int(p) for p in parts if p != base)
 
+    @staticmethod
+    def fused(_):
+        """Whether an instruction is one with the jump behind it."""
+        return False
+
     def signed(self, value, bits=64):
         value &= (1 << bits) - 1
         return value - (1 << bits) if value >> (bits - 1) else value
@@ -87,19 +92,24 @@ def run(core, code, labels, name):
         else:
             target = core.jump(mnemonic, ops)
             moved = (None, None, None) if target is not None else core.execute(mnemonic, ops)
+            if target is not None and done and core.fused(done[-1][0]):
+                done.pop()
             done.append((f"{mnemonic}\t{', '.join(ops)}", *moved))
             if target:
                 at = labels[target]
     raise Unknown(f"{name} takes more than {MOST} instructions")
 
 
-def trace(core, assembly, name):
-    """One call of a function of instructions() as text for llvm-mca, with the ways through memory as registers."""
+def trace(core, assembly, name, waits=True):
+    """One call of a function of instructions() as text for llvm-mca, where it `waits` with the ways through memory as
+    registers."""
     done = run(core, *assembly, name)
     text = "\n".join(line for line, *_ in done)
-    free = [register for register in core.general() if not core.uses(text, register)]
-    if len(free) < 2:  # a batch takes all; its layers are so long that what they hide of each other is little
+    if not waits:
         return text + "\n"
+    free = [register for register in core.general() if not core.uses(text, register)]
+    if len(free) < 2:
+        raise Unknown(f"{name} leaves no registers for the ways through memory")
     writer, read_later = {}, {}
     for index, (_, loaded, stored, _) in enumerate(done):
         if loaded:

@@ -56,12 +56,12 @@ def compiled(name, core, also, work):
     return machine_code.instructions(target.read_text())
 
 
-def count(core, assembly, kernel, path):
+def count(core, assembly, kernel, path, waits):
     """(cycles of one call, cycles that its busiest port needs)."""
     arm = core["compiler"].startswith("aarch64")
-    text = machine_code.trace(aarch64.AArch64() if arm else x86.X86(), assembly, kernel)
-    if core.get("broadcast_is_a_load"):  # Zen: LLVM has a shuffle with it, and 32 plants flew at .94 of the peak without
-        text = re.sub(r"vbroadcastss(\t[^%\n]*\()", r"vmovups\1", text)
+    text = machine_code.trace(aarch64.AArch64() if arm else x86.X86(), assembly, kernel, waits)
+    for wrong, right in core.get("instead", {}).items():  # a load that LLVM gives a unit of the products, too
+        text = re.sub(rf"{wrong}(\t[^%\n]*\()", rf"{right}\1", text)
     path.write_text(text)
     out = said([core["mca"], f"-march={'aarch64' if arm else 'x86-64'}", f"-mcpu={core['of']}", "-iterations=1",
                 "-instruction-info=0", "-resource-pressure=0", path])
@@ -69,38 +69,40 @@ def count(core, assembly, kernel, path):
 
 
 def row(core, kernel, cycles, ports):
-    """What is said of a kernel on a core: cycles per multiply-add, the limit, and the shares of it and of the ports."""
+    """What is said of a kernel on a core: cycles per multiply-add, what binds it and how much of that is reached, and the
+    share of what the products and the loads of the weights alone would take."""
     lanes = core["bytes"] // 4
     plants = 2 * lanes if kernel.get("batch") else 1
     count = kernel["multiply_adds"] * plants
-    limits = {"products": 1 / (lanes * core["multiply_adds"])}
+    needed = {"products": count / (lanes * core["multiply_adds"])}
     if not kernel.get("batch"):  # whose weights are loaded once for all plants
-        limits["loads"] = 1 / (lanes * core["loads"])
-    binding = max(limits.values())
-    share = binding * count / cycles
-    met = None if "gate" not in kernel else round(share, 2) >= kernel["gate"]
-    return {"cycles": cycles, "per_multiply_add": round(cycles / count, 4), "limit": round(binding, 4),
-            "by": " and ".join(sorted(name for name, value in limits.items() if value == binding)),
-            "share": round(share, 3), "ports": round(ports / cycles, 3), "met": met}
+        needed["loads"] = count / (lanes * core["loads"])
+    least = max(needed.values())
+    binding = max(least, ports)
+    share = binding / cycles
+    return {"cycles": cycles, "per_multiply_add": round(cycles / count, 4), "limit": round(binding / count, 4),
+            "by": "ports" if ports > least else " and ".join(sorted(name for name, value in needed.items() if value == least)),
+            "share": round(share, 3), "of_products": round(least / cycles, 3),
+            "met": round(share, 2) >= kernel["gate"] if "gate" in kernel else None}
 
 
 def rows_of(name, table, also, work):
     core = table["cores"][name]
     assembly = compiled(name, core, also, work)
-    return {kernel: row(core, of, *count(core, assembly, kernel, work / f"{name}.{kernel}.s"))
+    return {kernel: row(core, of, *count(core, assembly, kernel, work / f"{name}.{kernel}.s", not of.get("batch")))
             for kernel, of in table["kernels"].items()}
 
 
 def markdown(table, counted):
-    """A row per core, a column per kernel: the share of the limit, where a gate is open in brackets what is asked."""
+    """A row per core, a column per kernel: cycles per multiply-add, shares of the limit and of the products alone."""
     kernels = table["kernels"]
     lines = ["| core | " + " | ".join(kernel["says"] for kernel in kernels.values()) + " |", "|---" * (len(kernels) + 1) + "|"]
     for name, rows in counted.items():
         cells = []
         for kernel, said_of in rows.items():
             gate = kernels[kernel].get("gate")
-            cells.append(f"{said_of['per_multiply_add']:.4f}, {said_of['share']:.2f}" +
-                         ("" if gate is None else ", met" if said_of["met"] else f" of {gate:.2f}"))
+            cells.append(f"{said_of['per_multiply_add']:.4f}: {said_of['share']:.2f}" +
+                         ("" if gate is None or said_of["met"] else f" of {gate:.2f}") + f", {said_of['of_products']:.2f}")
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
@@ -158,12 +160,12 @@ def main():
             counted = dict(zip(names, pool.map(lambda name: rows_of(name, table, options.also, work), names)))
         except machine_code.Unknown as error:
             fail(error)
-    print(f"{'core':15} {'kernel':12} {'cycles':>7} {'per multiply-add':>17} {'limit':>7} {'share':>6} {'ports':>6}  gate")
+    print(f"{'core':15} {'kernel':12} {'cycles':>7} {'per multiply-add':>17} {'limit':>7} {'by':18} {'share':>5} {'of products':>11}  gate")
     for name, rows in counted.items():
         for kernel, of in rows.items():
             gate = table["kernels"][kernel].get("gate")
-            print(f"{name:15} {kernel:12} {of['cycles']:7} {of['per_multiply_add']:17.4f} {of['limit']:7.4f} {of['share']:6.2f} "
-                  f"{of['ports']:6.2f}  " + ("" if gate is None else f"{gate:.2f} {'met' if of['met'] else 'open'}"))
+            print(f"{name:15} {kernel:12} {of['cycles']:7} {of['per_multiply_add']:17.4f} {of['limit']:7.4f} {of['by']:18} "
+                  f"{of['share']:5.2f} {of['of_products']:11.2f}  " + ("" if gate is None else f"{gate:.2f} {'met' if of['met'] else 'open'}"))
     if options.write:
         everything = before["cores"] | counted if options.cores else counted
         path.write_text(json.dumps({"compilers": before["compilers"] | used, "cores": everything}, indent=1) + "\n")

@@ -51,6 +51,10 @@ class X86(Core):
     def link(vector, register):
         return f"vmovd\t%xmm{vector}, %{register}{'d' if register[1:].isdigit() else ''}"
 
+    @staticmethod
+    def fused(line):
+        return line.startswith(("cmp", "test"))
+
     def address(self, operand):
         match = MEMORY.fullmatch(operand)
         if not match:

@@ -23,7 +23,7 @@ struct Exception {
 };
 const std::vector<Exception> kExceptions = {
     // Of sizes that are template arguments: they end while compiling, or the program does not compile.
-    {"kernels/per_isa/panels.inc", "while (lanes > 1 && outputs % lanes != 0) lanes /= 2;"},
+    {"kernels/per_isa/vectors.inc", "while (lanes > 1 && values % lanes != 0) lanes /= 2;"},
     {"kernels/panels.h", "while (o >= tile_at(tile + 1)) ++tile;"},
     {"kernels/int16.h", "while (4 * fours(rows) > rows) ++rows;"},
     {"kernels/cortex_m.h", "while (o >= Blocks<kOut>::first(block) + Blocks<kOut>::size(block)) ++block;"},

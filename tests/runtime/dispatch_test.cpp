@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A program for any x86-64 that asks the CPU computes what one compiled for that CPU does, bit for bit: networks, their
-// batches and their forward-mode products.
+// batches and their forward-mode products, errors' deviations and gated units.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -20,12 +20,14 @@ bool same(const Values& a, const Values& b) {
 
 TEST(Dispatch, GivesTheBitsOfTheCpusInstructionSet) {
   const Bits ours = testing::run_networks();
-  const bool avx512 = x86::level() == x86::Level::kAvx512;
+  const bool avx512 = x86::has_avx512(x86::level());
   const Bits native = avx512 ? instruction_set::bits_of_avx512() : instruction_set::bits_of_avx2();
   EXPECT_TRUE(same(ours.estimate, native.estimate));
   EXPECT_TRUE(same(ours.jvp, native.jvp));
   EXPECT_TRUE(same(ours.silu_jvp, native.silu_jvp));
   EXPECT_TRUE(same(ours.batch, native.batch));
+  EXPECT_TRUE(same(ours.log2_sigma, native.log2_sigma));
+  EXPECT_TRUE(same(ours.gated, native.gated));
 }
 
 /// By the code for AVX2, whatever more the CPU has.
@@ -62,11 +64,31 @@ TEST(Dispatch, GivesTheBitsOfAvx2WhereThatIsAll) {
   EXPECT_TRUE(same(ours.batch, native.batch));
 }
 
+TEST(Dispatch, GivesTheSameBitsHoweverManyWideLoadsTheCpuHas) {
+  if (!x86::has_avx512(x86::level())) GTEST_SKIP() << "no registers of 64 bytes";
+  constexpr auto& kMlp = testing::InstructionSetModel<Activation::kTanh>::kModel.inverse_map.mlp;
+  using Mlp = std::remove_cvref_t<decltype(kMlp)>;
+  LayerBuffer<float, Mlp::kWidest> ping, pong;
+  JvpBuffer<float, Mlp::kWidest> jvp_here, jvp_there;
+  Bits one{}, two{};
+  testing::for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
+    x86::evaluate_one_load<Activation::kTanh, Arithmetic::kFast>(kMlp, in, one.estimate[round], ping.values,
+                                                                 pong.values);
+    x86::evaluate_avx512<Activation::kTanh, Arithmetic::kFast>(kMlp, in, two.estimate[round], ping.values, pong.values);
+    x86::jvp_one_load<Activation::kTanh>(kMlp, in, direction, one.jvp[round], jvp_here, jvp_there);
+    x86::jvp_avx512<Activation::kTanh>(kMlp, in, direction, two.jvp[round], jvp_here, jvp_there);
+  });
+  EXPECT_TRUE(same(one.estimate, two.estimate));
+  EXPECT_TRUE(same(one.jvp, two.jvp));
+}
+
 TEST(Dispatch, TheBitsTellInstructionSetsApart) {  // the control of the tests above
-  if (x86::level() != x86::Level::kAvx512) GTEST_SKIP() << "one instruction set alone";
+  if (!x86::has_avx512(x86::level())) GTEST_SKIP() << "one instruction set alone";
   const Bits avx2 = instruction_set::bits_of_avx2(), avx512 = instruction_set::bits_of_avx512();
   EXPECT_FALSE(same(avx2.estimate, avx512.estimate));
   EXPECT_FALSE(same(avx2.jvp, avx512.jvp));
+  EXPECT_FALSE(same(avx2.log2_sigma, avx512.log2_sigma));
+  EXPECT_FALSE(same(avx2.gated, avx512.gated));
 }
 
 TEST(Dispatch, TakesBatchesOfAnySize) {

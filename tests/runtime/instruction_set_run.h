@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The networks behind instruction_set_bits.h: estimates, products and batches of the fast policy, whose bits depend on
-// the length of vectors and on fused multiply-adds.
+// The networks behind instruction_set_bits.h: estimates, products, batches, the errors' deviations and gated units of
+// the fast policy, whose bits depend on the length of vectors and on fused multiply-adds.
 #pragma once
 
 #include <nlo/jvp.h>
 #include <nlo/kkl_batch.h>
 #include <nlo/kkl_observer.h>
 
+#include "bench/random_error_head.h"
 #include "bench/random_model.h"
+#include "bench/random_structures.h"
 #include "tests/runtime/instruction_set_bits.h"
 
 namespace nlo::testing {
@@ -32,12 +34,21 @@ void for_each_round(const Work& work) {
 inline instruction_set::Bits run_networks() {
   static constexpr auto& kTanh = InstructionSetModel<Activation::kTanh>::kModel;
   static constexpr auto& kSilu = InstructionSetModel<Activation::kSilu>::kModel;
+  static constexpr auto kSure = bench::with_error_head(kTanh.inverse_map);
   instruction_set::Bits bits{};
   for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
     kTanh.inverse_map.evaluate(in, bits.estimate[round]);
     jvp(kTanh.inverse_map, in, direction, bits.jvp[round]);
     jvp(kSilu.inverse_map, in, direction, bits.silu_jvp[round]);
+    float x_hat[2];
+    kSure.evaluate(in, x_hat, bits.log2_sigma[round]);
   });
+  static constexpr auto kGated = bench::random_gated_model<instruction_set::kUnits>();
+  GatedObserver gated{kGated};
+  for (int round = 0; round < instruction_set::kRounds; ++round) {
+    (void)gated.step(0.1F * static_cast<float>(round % 7));
+    for (int i = 0; i < instruction_set::kUnits; ++i) bits.gated[round][i] = gated.latent()[i];
+  }
   KklBatch<std::remove_cvref_t<decltype(kTanh)>, instruction_set::kPlants> batch{kTanh};
   for (int n = 0; n < instruction_set::kPlants; ++n) {
     auto state = batch.save(n);

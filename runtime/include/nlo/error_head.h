@@ -71,6 +71,11 @@ struct ErrorHead {
   Scalar highest[kNx];
   Scalar bound_95[kNx];  ///< half width of the 95 % interval, in sigmas
 
+  struct OneLayer {  ///< as a chain of layers
+    static constexpr int kLayers = 1;
+    const PackedDense<Scalar, 2 * kWidth, kNx>& layer;
+  };
+
   /// out = mlp(in), and log2 sigma (kNx), not held within its range yet.
   template <Arithmetic kArithmetic, class Mlp>
   void evaluate(const Mlp& mlp, const Scalar* in, Scalar* out, Scalar* log2_sigma) const {
@@ -90,7 +95,7 @@ struct ErrorHead {
   void evaluate(Scalar* h, Scalar* log2_sigma) const {
     for (int i = 0; i < kWidth; ++i) h[kWidth + i] = h[i] * h[i];
     for (int i = 2 * kWidth; i < kernels::padded(2 * kWidth); ++i) h[i] = Scalar(0);
-    kernels::layer<Activation::kTanh, kArithmetic, true, 2 * kWidth, kNx>(layer.weights, layer.bias, h, log2_sigma);
+    kernels::evaluate<Activation::kTanh, kArithmetic>(OneLayer{layer}, h, log2_sigma, h, h);
   }
 
   /// sigma of state i. `known`: z lies in the domain. What is not a number counts as the largest.

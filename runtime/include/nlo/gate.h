@@ -49,7 +49,12 @@ constexpr T gate_over(T a, T periods) {
 
 namespace nlo::kernels {
 
+#if NLO_HAS_VECTORS
+using native::tile;
+#endif
+using simd::lanes_for;
 using simd::load;
+using simd::Pack;
 using simd::store;
 #define NLO_CODE NLO_INLINE
 #include "nlo/kernels/per_isa/gated.inc"
@@ -70,6 +75,12 @@ namespace avx512 {
 #undef NLO_CODE
 }  // namespace avx512
 
+namespace avx512_one_load {
+#define NLO_CODE NLO_CODE_AVX512
+#include "nlo/kernels/per_isa/gated.inc"
+#undef NLO_CODE
+}  // namespace avx512_one_load
+
 template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX2)) void gated_step_avx2(const Gates& gates, const Candidate& candidate,
                                                                 Scalar* in, Scalar* gate, Scalar* target,
@@ -84,6 +95,14 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_avx512(const Gates&
   avx512::gated_units<kArithmetic, kRegular, avx512::OnePlant, kNz>(gates, candidate, in, gate, target, z, periods);
 }
 
+template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_one_load(const Gates& gates, const Candidate& candidate,
+                                                                      Scalar* in, Scalar* gate, Scalar* target,
+                                                                      Scalar (&z)[kNz], Scalar periods) {
+  avx512_one_load::gated_units<kArithmetic, kRegular, avx512_one_load::OnePlant, kNz>(gates, candidate, in, gate,
+                                                                                      target, z, periods);
+}
+
 }  // namespace x86
 #endif
 
@@ -93,6 +112,7 @@ NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scala
                            Scalar (&z)[kNz], Scalar periods) {
 #if defined(NLO_DISPATCHES)
   if (x86::dispatched(
+          [&] { x86::gated_step_one_load<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); },
           [&] { x86::gated_step_avx512<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); },
           [&] { x86::gated_step_avx2<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); }))
     return;

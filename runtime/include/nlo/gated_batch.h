@@ -41,7 +41,7 @@ NLO_INLINE void gated_batch(const Gates& gates, const Candidate& candidate, Scal
 #if defined(NLO_DISPATCHES)
   const x86::Level level = x86::level();
   if constexpr (kPlants == kBatchBlock<Scalar, 64>) {
-    if (level == x86::Level::kAvx512)
+    if (x86::has_avx512(level))
       return x86::gated_batch_avx512<kArithmetic, kPlants, kNz>(gates, candidate, in, gate, target, z);
   }
   if constexpr (kPlants == kBatchBlock<Scalar, 32>) {

@@ -29,7 +29,8 @@ template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar,
 NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& ping,
                     Buffer& pong) {
 #if defined(NLO_DISPATCHES)
-  if (x86::dispatched([&] { x86::jvp_avx512<kKind, kArithmetic>(net, in, direction, out, ping, pong); },
+  if (x86::dispatched([&] { x86::jvp_one_load<kKind, kArithmetic>(net, in, direction, out, ping, pong); },
+                      [&] { x86::jvp_avx512<kKind, kArithmetic>(net, in, direction, out, ping, pong); },
                       [&] { x86::jvp_avx2<kKind, kArithmetic>(net, in, direction, out, ping, pong); }))
     return;
 #endif

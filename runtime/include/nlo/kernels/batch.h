@@ -42,6 +42,7 @@ NLO_INLINE void for_batch_block(const Work& work) {
 #if defined(NLO_DISPATCHES)
   switch (x86::level()) {
     case x86::Level::kAvx512:
+    case x86::Level::kAvx512OneLoad:
       return work(std::integral_constant<int, kBatchBlock<Scalar, 64>>{});
     case x86::Level::kAvx2:
       return work(std::integral_constant<int, kBatchBlock<Scalar, 32>>{});
@@ -59,7 +60,7 @@ NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out
 #if defined(NLO_DISPATCHES)
   const x86::Level level = x86::level();
   if constexpr (kPlants == kBatchBlock<Scalar, 64>) {
-    if (level == x86::Level::kAvx512)
+    if (x86::has_avx512(level))
       return x86::evaluate_batch_avx512<kKind, kArithmetic, kPlants>(net, in, out, ping, pong);
   }
   if constexpr (kPlants == kBatchBlock<Scalar, 32>) {

@@ -49,7 +49,8 @@ using native::layer;
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
 NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scalar* ping, Scalar* pong) {
 #if defined(NLO_DISPATCHES)
-  if (x86::dispatched([&] { x86::evaluate_avx512<kKind, kArithmetic>(net, in, out, ping, pong); },
+  if (x86::dispatched([&] { x86::evaluate_one_load<kKind, kArithmetic>(net, in, out, ping, pong); },
+                      [&] { x86::evaluate_avx512<kKind, kArithmetic>(net, in, out, ping, pong); },
                       [&] { x86::evaluate_avx2<kKind, kArithmetic>(net, in, out, ping, pong); }))
     return;
 #endif

@@ -99,6 +99,14 @@ namespace avx512 {
 #undef NLO_ISA_BYTES
 #undef NLO_CODE
 }  // namespace avx512
+
+namespace avx512_one_load {
+#define NLO_CODE NLO_CODE_AVX512
+#define NLO_ISA_BYTES 64
+#include "nlo/kernels/per_isa/half_weights.inc"
+#undef NLO_ISA_BYTES
+#undef NLO_CODE
+}  // namespace avx512_one_load
 #undef NLO_ISA_F16C
 }  // namespace nlo::kernels::x86
 #endif

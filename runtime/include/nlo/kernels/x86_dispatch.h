@@ -22,15 +22,9 @@ using namespace nlo::simd::types;
 #define NLO_CODE NLO_CODE_AVX2
 #define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX2))
 #define NLO_ISA_BYTES 32
-// Each builds upon the one before it.
-// clang-format off
-#include "nlo/kernels/per_isa/vectors.inc"
-#include "nlo/kernels/per_isa/activations.inc"
-#include "nlo/kernels/per_isa/panels.inc"
-#include "nlo/kernels/per_isa/batch.inc"
-#include "nlo/kernels/per_isa/network.inc"
-#include "nlo/kernels/per_isa/tangent.inc"
-// clang-format on
+#define NLO_ISA_WIDE_LOADS 2
+#include "nlo/kernels/per_isa/one_isa.inc"
+#undef NLO_ISA_WIDE_LOADS
 #undef NLO_ISA_BYTES
 #undef NLO_CODE_SHARED
 #undef NLO_CODE
@@ -41,21 +35,29 @@ using namespace nlo::simd::types;
 #define NLO_CODE NLO_CODE_AVX512
 #define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX512))
 #define NLO_ISA_BYTES 64
-// Each builds upon the one before it.
-// clang-format off
-#include "nlo/kernels/per_isa/vectors.inc"
-#include "nlo/kernels/per_isa/activations.inc"
-#include "nlo/kernels/per_isa/panels.inc"
-#include "nlo/kernels/per_isa/batch.inc"
-#include "nlo/kernels/per_isa/network.inc"
-#include "nlo/kernels/per_isa/tangent.inc"
-// clang-format on
+#define NLO_ISA_WIDE_LOADS 2
+#include "nlo/kernels/per_isa/one_isa.inc"
+#undef NLO_ISA_WIDE_LOADS
 #undef NLO_ISA_BYTES
 #undef NLO_CODE_SHARED
 #undef NLO_CODE
 }  // namespace avx512
 
-enum class Level : int { kUnknown, kBaseline, kAvx2, kAvx512 };
+// The same sums; what differs is how an input comes into all lanes.
+namespace avx512_one_load {
+using namespace nlo::simd::types;
+#define NLO_CODE NLO_CODE_AVX512
+#define NLO_CODE_SHARED __attribute__((noinline, NLO_TARGET_AVX512))
+#define NLO_ISA_BYTES 64
+#define NLO_ISA_WIDE_LOADS 1
+#include "nlo/kernels/per_isa/one_isa.inc"
+#undef NLO_ISA_WIDE_LOADS
+#undef NLO_ISA_BYTES
+#undef NLO_CODE_SHARED
+#undef NLO_CODE
+}  // namespace avx512_one_load
+
+enum class Level : int { kUnknown, kBaseline, kAvx2, kAvx512, kAvx512OneLoad };
 
 /// What the CPU has. The operating system must save the registers too, which the builtins look at.
 inline Level ask_cpu() {
@@ -64,7 +66,12 @@ inline Level ask_cpu() {
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return Level::kBaseline;
   const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                       __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-  return avx512 ? Level::kAvx512 : Level::kAvx2;
+  if (!avx512) return Level::kAvx2;
+  return __builtin_cpu_is("amdfam19h") ? Level::kAvx512OneLoad : Level::kAvx512;  // Zen 4: one load of 64 bytes a cycle
+}
+
+constexpr bool has_avx512(Level level) {
+  return level == Level::kAvx512 || level == Level::kAvx512OneLoad;
 }
 
 /// Asked for once; threads that ask at the same time find the same.
@@ -78,16 +85,18 @@ inline Level level() {
   return level;
 }
 
-/// Runs that of the two which the CPU has instructions for. False: it has them for neither.
-template <class OfAvx512, class OfAvx2>
-NLO_INLINE bool dispatched(const OfAvx512& of_avx512, const OfAvx2& of_avx2) {
+/// Runs that of the three which suits the CPU. False: it has instructions for none.
+template <class OfOneLoad, class OfAvx512, class OfAvx2>
+NLO_INLINE bool dispatched(const OfOneLoad& of_one_load, const OfAvx512& of_avx512, const OfAvx2& of_avx2) {
   const Level found = level();
-  if (found == Level::kAvx512) {
+  if (found == Level::kAvx512OneLoad) {
+    of_one_load();
+  } else if (found == Level::kAvx512) {
     of_avx512();
   } else if (found == Level::kAvx2) {
     of_avx2();
   }
-  return found == Level::kAvx512 || found == Level::kAvx2;
+  return has_avx512(found) || found == Level::kAvx2;
 }
 
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
@@ -100,6 +109,12 @@ template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
 __attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_avx512(const Network& net, const Scalar* in, Scalar* out,
                                                                   Scalar* ping, Scalar* pong) {
   avx512::network<kKind, kArithmetic>(net, in, out, ping, pong);
+}
+
+template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
+__attribute__((noinline, NLO_TARGET_AVX512)) void evaluate_one_load(const Network& net, const Scalar* in, Scalar* out,
+                                                                    Scalar* ping, Scalar* pong) {
+  avx512_one_load::network<kKind, kArithmetic>(net, in, out, ping, pong);
 }
 
 template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
@@ -125,6 +140,13 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void jvp_avx512(const Network& net,
                                                              const Scalar* direction, Scalar* out, Buffer& ping,
                                                              Buffer& pong) {
   avx512::network_jvp<kKind, kArithmetic>(net, in, direction, out, ping, pong);
+}
+
+template <Activation kKind, Arithmetic kArithmetic = Arithmetic::kFast, class Network, class Scalar, class Buffer>
+__attribute__((noinline, NLO_TARGET_AVX512)) void jvp_one_load(const Network& net, const Scalar* in,
+                                                               const Scalar* direction, Scalar* out, Buffer& ping,
+                                                               Buffer& pong) {
+  avx512_one_load::network_jvp<kKind, kArithmetic>(net, in, direction, out, ping, pong);
 }
 
 }  // namespace nlo::kernels::x86
