@@ -3,11 +3,13 @@
 #pragma once
 
 #include <nlo/quantised_map.h>
+#include <nlo/quantised_units.h>
 
 #include <cstdint>
 #include <utility>
 
 #include "bench/random_model.h"
+#include "bench/random_structures.h"
 
 namespace nlo::bench {
 
@@ -27,16 +29,22 @@ constexpr auto random_quantised_dense(std::uint32_t seed) {
   return layer;
 }
 
-/// 3-kWidth x kDepth-2, inputs in +-5.
-template <Activation kKind, int kWidth, int kDepth>
+/// kIn-kWidth x kDepth-kOut, inputs in +-5.
+template <Activation kKind, int kWidth, int kDepth, int kIn = 3, int kOut = 2>
 constexpr auto random_quantised_map() {
   constexpr int kScale = kWidth <= 16 ? 13 : 12;
-  auto mlp = []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
-    return make_quantised_mlp<kKind>(random_quantised_dense<3, kWidth, 14>(1),
-                                     random_quantised_dense<kWidth, kWidth, kScale>(kIndex + 2)...,
-                                     random_quantised_dense<kWidth, 2, kScale>(1000));
-  }
-  (std::make_index_sequence<kDepth - 1>{});
+  auto mlp = [] {
+    if constexpr (kDepth == 0) {
+      return make_quantised_mlp<kKind>(random_quantised_dense<kIn, kOut, kScale>(1000));
+    } else {
+      return []<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+        return make_quantised_mlp<kKind>(random_quantised_dense < kIn, kWidth, kIn <= 3 ? 14 : kScale > (1),
+                                         random_quantised_dense<kWidth, kWidth, kScale>(kIndex + 2)...,
+                                         random_quantised_dense<kWidth, kOut, kScale>(1000));
+      }
+      (std::make_index_sequence<kDepth - 1>{});
+    }
+  }();
   QuantisedMap<decltype(mlp)> map{};
   for (float& gain : map.gain) gain = 32767.0F / 5.0F;
   map.mlp = mlp;
@@ -51,6 +59,24 @@ constexpr auto random_quantised_model() {
   constexpr auto kMap = random_quantised_map<kKind, kWidth, kDepth>();
   return KklModel<float, 2, 1, 3, 1, std::remove_const_t<decltype(kMap)>>{
       single.sample_period_s, single.stale_after, single.latent, single.outputs, single.domain, kMap};
+}
+
+/// random_gated_model() in int16.
+template <int kUnits, int kDepth = 1, int kNy = 1, int kNx = 2>
+constexpr auto random_quantised_gated_model() {
+  constexpr int kIn = kUnits + kNy;
+  constexpr auto kGates = make_quantised_mlp<Activation::kTanh>(random_quantised_dense<kIn, 2 * kUnits, 12>(1));
+  constexpr auto kCandidate = make_quantised_mlp<Activation::kTanh>(random_quantised_dense<kIn, kUnits, 12>(2));
+  constexpr auto kMap = random_quantised_map<Activation::kTanh, kUnits, kDepth, kUnits, kNx>();
+  GatedModel<float, kNx, kNy, kUnits, QuantisedUnits<std::remove_const_t<decltype(kGates)>, kNy>,
+             QuantisedUnits<std::remove_const_t<decltype(kCandidate)>>, std::remove_const_t<decltype(kMap)>>
+      model{};
+  set_sampling(model);
+  for (float& gain : model.gates.gain) gain = 32767.0F / 10.0F;
+  model.gates.mlp = kGates;
+  model.candidate.mlp = kCandidate;
+  model.inverse_map = kMap;
+  return model;
 }
 
 }  // namespace nlo::bench

@@ -9,10 +9,10 @@
 #include NLO_HEADER
 #else
 #include "bench/random_model.h"
-#if NLO_GATED || NLO_GRU || NLO_PRIOR || NLO_CARRIED || NLO_LUENBERGER
-#include "bench/random_structures.h"
-#elif NLO_INT16
+#if NLO_INT16
 #include "bench/random_quantised_model.h"
+#elif NLO_GATED || NLO_GRU || NLO_PRIOR || NLO_CARRIED || NLO_LUENBERGER
+#include "bench/random_structures.h"
 #endif
 #if NLO_EIGEN || NLO_NAIVE
 #include "bench/embedded/plain_networks.h"
@@ -30,7 +30,11 @@ constexpr const auto& kModel = nlo::NLO_MODEL::kModel;
 constexpr Activation kActivation = Activation::NLO_ACTIVATION;
 constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
 
-#if NLO_GRU
+#if NLO_GRU && NLO_INT16
+constexpr auto kModel = nlo::bench::random_quantised_gated_model<64, 0, 32, 32>();
+#elif NLO_GATED && NLO_INT16
+constexpr auto kModel = nlo::bench::random_quantised_gated_model<32>();
+#elif NLO_GRU
 constexpr auto kModel = nlo::bench::random_gated_model<64, 0, 32, 32>();
 #elif NLO_GATED
 constexpr auto kModel = nlo::bench::random_gated_model<32>();  // and T* 32-32-2 tanh

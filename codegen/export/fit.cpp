@@ -141,7 +141,7 @@ std::vector<Need> needs(const PreparedExport& prepared) {
   if (options.weights != WeightType::kFull)
     fail("--fit does not know what weights in {} take; leave --weights out", weight_name(options.weights));
   const FoldedNetwork& map = *prepared.folded().inverse_map();
-  const QuantisedNetwork* q = prepared.quantised();
+  const QuantisedNetwork* q = prepared.quantised() == nullptr ? nullptr : &prepared.quantised()->map;
   const CppCost cost = cpp_cost(prepared);
   std::vector<Need> all;
   for (const Core& core : kCores)

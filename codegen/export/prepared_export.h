@@ -28,7 +28,7 @@ class PreparedExport {
   const ExportOptions& options() const { return options_; }  ///< with the tanh that was chosen
   const std::string& name() const { return name_; }          ///< namespace and file name of what is generated
   const FoldedModel& folded() const { return folded_; }      ///< in the numbers of options()
-  const QuantisedNetwork* quantised() const { return quantised_ ? &*quantised_ : nullptr; }  ///< of int16
+  const QuantisedModel* quantised() const { return quantised_ ? &*quantised_ : nullptr; }  ///< of int16
   const Initialiser& initialiser() const { return initialiser_; }
   ExportSource source() const { return {model_, folded_, initialiser_, quantised()}; }
 
@@ -54,7 +54,7 @@ class PreparedExport {
   std::string name_;
   std::shared_ptr<Exact> exact_;
   FoldedModel folded_;
-  std::optional<QuantisedNetwork> quantised_;
+  std::optional<QuantisedModel> quantised_;
   Initialiser initialiser_;
   mutable std::optional<ExportError> error_;
 };

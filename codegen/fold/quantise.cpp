@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "codegen/fold/quantise.h"
 
+#include <fmt/format.h>
 #include <nlo/kernels/int16.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "codegen/model/activations.h"
 #include "codegen/model/checks.h"
@@ -53,7 +56,7 @@ QuantisedLayer sized_like(const RealLayer& layer) {
 
 /// A layer whose sums are `unit` 2^shift per unit of v, with the largest shift that all rows allow. Shifting rounds
 /// down: half a unit of the result in the bias makes that the nearest.
-QuantisedLayer hidden_layer(const RealLayer& layer, double unit, std::size_t index) {
+QuantisedLayer hidden_layer(const RealLayer& layer, double unit, const std::string& name) {
   QuantisedLayer quantised = sized_like(layer);
   for (quantised.shift = kLargestShift; quantised.shift >= 1; --quantised.shift) {
     Eigen::Index o = 0;
@@ -67,9 +70,10 @@ QuantisedLayer hidden_layer(const RealLayer& layer, double unit, std::size_t ind
   for (Eigen::Index o = 1; o < layer.bias.size(); ++o)
     if (reach(o) > reach(worst)) worst = o;
   fail(
-      "inverse_map.layers[{}]: neuron {} sums up to {:.3g}, beyond the {:.3g} that int16 has room for; export with "
-      "--scalar float, or train with weight_decay",
-      index, worst, reach(worst), kLargestSum / (2.0 * unit));
+      "{}: neuron {} sums up to {:.3g}, beyond the {:.3g} that int16 has room for; export with --scalar float, or "
+      "train "
+      "with weight_decay",
+      name, worst, reach(worst), kLargestSum / (2.0 * unit));
 }
 
 /// The last layer: each row with the largest scale that it allows.
@@ -92,6 +96,32 @@ QuantisedLayer last_layer(const RealLayer& layer, std::size_t index, Eigen::Vect
           index, o);
   }
   return quantised;
+}
+
+/// As a layer over integers of which one unit is `per_unit`, and all of them at zero `offset`.
+RealLayer over_integers(RealLayer layer, const Eigen::VectorXd& per_unit, const Eigen::VectorXd& offset) {
+  layer.bias += layer.weights * offset;
+  layer.weights = layer.weights * per_unit.asDiagonal();
+  return layer;
+}
+
+/// Whose sums tanh reads. A neuron that is always saturated stays so with a smaller bias, which leaves room for scale.
+QuantisedLayer tanh_layer(RealLayer layer, const std::string& name) {
+  for (Eigen::Index o = 0; o < layer.bias.size(); ++o) {
+    const double enough = kTanhEnd + absolute_sum(layer, o) * kOne;
+    layer.bias(o) = std::clamp(layer.bias(o), -enough, enough);
+  }
+  return hidden_layer(layer, 0x1p16, name);
+}
+
+/// Of [low, high] in Q15. Narrower than floats can tell apart would make the gain infinite.
+void scale_input(double low, double high, const std::string& name, float& centre, float& gain) {
+  const double middle = low + (high - low) / 2.0;
+  const double half = std::max({(high - low) / 2.0, std::abs(middle) * 0x1p-23, 0x1p-60});
+  centre = static_cast<float>(middle);
+  gain = static_cast<float>(kOne / half);
+  if (!std::isfinite(centre) || !(gain > 0.0F))
+    fail("the range [{}, {}] of {} is beyond float; export with --scalar double", low, high, name);
 }
 
 void check_supported(const Model& m) {
@@ -133,37 +163,20 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std
   // What one unit of an integer stands for, and what stays when all integers are zero.
   Eigen::VectorXd per_unit(n.inputs()), offset(n.inputs());
   for (Eigen::Index i = 0; i < n.inputs(); ++i) {
-    // Narrower than floats can tell apart would make the gain infinite.
-    const double middle = box.min(i) + (box.max(i) - box.min(i)) / 2.0;
-    const double half = std::max({(box.max(i) - box.min(i)) / 2.0, std::abs(middle) * 0x1p-23, 0x1p-60});
-    q.centre(i) = static_cast<float>(middle);
-    q.gain(i) = static_cast<float>(kOne / half);
-    if (!std::isfinite(q.centre(i)) || !(q.gain(i) > 0.0F))
-      fail("the range [{}, {}] of input {} of inverse_map is beyond float; export with --scalar double", box.min(i),
-           box.max(i), i);
+    scale_input(box.min(i), box.max(i), fmt::format("input {} of inverse_map", i), q.centre(i), q.gain(i));
     per_unit(i) = 1.0 / static_cast<double>(q.gain(i));
     offset(i) = static_cast<double>(q.centre(i));
   }
 
   for (std::size_t l = 0; l < n.layers.size(); ++l) {
-    RealLayer real = n.layers[l];
-    for (Eigen::Index o = 0; o < real.bias.size(); ++o)
-      for (Eigen::Index i = 0; i < real.weights.cols(); ++i) {
-        real.bias(o) += real.weights(o, i) * offset(i);
-        real.weights(o, i) *= per_unit(i);
-      }
+    const RealLayer real = over_integers(n.layers[l], per_unit, offset);
+    const std::string name = fmt::format("inverse_map.layers[{}]", l);
     if (l + 1 == n.layers.size()) {
       q.layers.push_back(last_layer(real, l, q.scale));
       break;
     }
     const bool is_tanh = n.activation == Activation::kTanh;
-    if (is_tanh) {  // a neuron that is always saturated stays so with a smaller bias, which leaves room for scale
-      for (Eigen::Index o = 0; o < real.bias.size(); ++o) {
-        const double enough = kTanhEnd + absolute_sum(real, o) * kOne;
-        real.bias(o) = std::clamp(real.bias(o), -enough, enough);
-      }
-    }
-    q.layers.push_back(hidden_layer(real, is_tanh ? 0x1p16 : kOne / largest[l], l));
+    q.layers.push_back(is_tanh ? tanh_layer(real, name) : hidden_layer(real, kOne / largest[l], name));
     per_unit.setConstant(real.bias.size(), (is_tanh ? 1.0 : largest[l]) / kOne);
     offset.setConstant(real.bias.size(), is_tanh ? 0.5 / kOne : 0.0);  // the table of tanh rounds down
   }
@@ -191,11 +204,35 @@ std::vector<double> largest_activations(const Network& map, const FoldedNetwork&
   return largest;
 }
 
-QuantisedNetwork quantise(const Model& m, const FoldedModel& folded) {
+namespace {
+
+/// What they read of z is rounded down, as is what the reset gates leave of it: half a unit too low.
+QuantisedUnits quantised_units(const Model& m, const FoldedModel& folded) {
+  const int nz = m.nz(), nr = m.nr();
+  QuantisedNetwork gates{Activation::kTanh, Eigen::VectorXf(nr), Eigen::VectorXf(nr), {}, {}, {}};
+  QuantisedNetwork candidate{Activation::kTanh, {}, {}, {}, {}, {}};
+  Eigen::VectorXd per_unit = Eigen::VectorXd::Constant(nz + nr, 1.0 / (kOne + 1.0)), offset = per_unit / 2.0;
+  const Eigen::VectorXd low = reading_min(m), high = reading_max(m);
+  for (int j = 0; j < nr; ++j) {
+    scale_input(low(j), high(j), fmt::format("reading {}", j), gates.centre(j), gates.gain(j));
+    per_unit(nz + j) = 1.0 / static_cast<double>(gates.gain(j));
+    offset(nz + j) = static_cast<double>(gates.centre(j));
+  }
+  for (const auto& [field, network] : {std::pair{"gates", &gates}, std::pair{"candidate", &candidate}})
+    network->layers.push_back(tanh_layer(over_integers(folded.network(field).layers.front(), per_unit, offset),
+                                         fmt::format("{}.layers[0]", field)));
+  return {std::move(gates), std::move(candidate)};
+}
+
+}  // namespace
+
+QuantisedModel quantise(const Model& m, const FoldedModel& folded) {
   check_supported(m);
   const InputBox box = input_box(m, folded);
   const FoldedNetwork& map = *folded.inverse_map();
-  return quantise(map, box, largest_activations(*inverse_map(m), map, box));
+  QuantisedModel q{quantise(map, box, largest_activations(*inverse_map(m), map, box))};
+  if (module_of(m).has_gated_units()) q.units = quantised_units(m, folded);
+  return q;
 }
 
 }  // namespace nlo::codegen

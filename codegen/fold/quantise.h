@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The inverse map in int16, as runtime/include/nlo/quantised_map.h executes it: what `--scalar int16` exports. Scales
-// come from the ranges that training has seen and from the norms of the rows, so that no sum can overflow.
+// The inverse map in int16, as runtime/include/nlo/quantised_map.h executes it, and gated units, as quantised_units.h
+// does: what `--scalar int16` exports. Scales come from the ranges that training has seen and from the norms of the
+// rows, so that no sum can overflow.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,9 +20,9 @@ struct InputBox {
 };
 InputBox input_box(const Model& model, const FoldedModel& folded);
 
-/// The inverse map of a KKL or gated observer in int16. Throws Error, naming the layer and the mend, for another
-/// structure, for silu, and when weights are too large for any scale.
-QuantisedNetwork quantise(const Model& model, const FoldedModel& folded);
+/// The inverse map, and gated units, in int16. Throws Error, naming the layer and the remedy, for a structure without,
+/// for silu, and when weights are too large for any scale.
+QuantisedModel quantise(const Model& model, const FoldedModel& folded);
 
 /// `network` over inputs in `box`. `largest` has the largest activation of each hidden layer; only relu reads it.
 QuantisedNetwork quantise(const FoldedNetwork& network, const InputBox& box, const std::vector<double>& largest);

@@ -113,10 +113,10 @@ void add_failures(Quantities& to) {
 /// What C99 evaluates activations by: the runtime's tables.
 void add_functions(Quantities& to) {
   const FoldedModel& folded = to.source().folded;
-  const QuantisedNetwork* integers = to.source().quantised;
+  const QuantisedModel* integers = to.source().quantised;
   bool tanh = false;
   for (const FoldedNetwork& n : folded.networks) {
-    if (n.field == "inverse_map" && integers != nullptr) continue;
+    if (integers != nullptr && (n.field == "inverse_map" || integers->units)) continue;
     tanh = tanh || n.field == "gates" || (n.layers.size() > 1 && n.activation != Activation::kRelu);
   }
   constexpr const auto& kFit = kTanhFit<Activation::kTanh, double>;
@@ -124,7 +124,8 @@ void add_functions(Quantities& to) {
     to.vector("tanh of the runtime", "", "kTanhP", Eigen::Map<const VectorXd>(kFit.p, kFit.kTerms));
     to.vector("tanh of the runtime", "", "kTanhQ", Eigen::Map<const VectorXd>(kFit.q, kFit.kTerms));
   }
-  if (integers == nullptr || integers->layers.size() < 2 || integers->activation != Activation::kTanh) return;
+  if (integers == nullptr) return;
+  if (!integers->units && (integers->map.layers.size() < 2 || integers->map.activation != Activation::kTanh)) return;
   VectorXd table(static_cast<Index>(std::size(kernels::int16::kTanhTable)));
   std::copy(std::begin(kernels::int16::kTanhTable), std::end(kernels::int16::kTanhTable), table.begin());
   to.integers("tanh of the runtime", "", "kTanhTable", table);

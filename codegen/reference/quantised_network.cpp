@@ -4,6 +4,7 @@
 
 #include <nlo/kernels/arithmetic.h>
 #include <nlo/kernels/int16.h>
+#include <nlo/quantised_units.h>
 
 #include <algorithm>
 
@@ -12,20 +13,20 @@ namespace {
 
 using Integers = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 1>;
 
-/// As QuantisedMap::quantised().
-std::int32_t quantised(float value, float gain) {
-  constexpr float kLimit = static_cast<float>(kernels::int16::kOne);
-  float q = rounded(value * gain);
-  q = q < kLimit ? q : kLimit;
-  q = q > -kLimit ? q : -kLimit;
-  return static_cast<std::int32_t>(q < 0 ? q - 0.5F : q + 0.5F);
+/// Of tanh in Q16, |argument| <= 8.
+std::int32_t argument(int shift, std::int32_t sum) {
+  constexpr std::int32_t kEnd = 1 << 19;  // 8 in Q16
+  return std::clamp(sum >> shift, -kEnd, kEnd - 1);
 }
 
 /// As kernels::int16::activated().
 std::int32_t activated(bool is_tanh, int shift, std::int32_t sum) {
   if (!is_tanh) return std::min(std::max(sum, 0) >> shift, kernels::int16::kOne);
-  constexpr std::int32_t kEnd = 1 << 19;  // 8 in Q16
-  return kernels::int16::tanh_q15(std::clamp(sum >> shift, -kEnd, kEnd - 1));
+  return kernels::int16::tanh_q15(argument(shift, sum));
+}
+
+Integers sums(const QuantisedLayer& layer, const Integers& in) {
+  return layer.bias + layer.weights.cast<std::int32_t>() * in;
 }
 
 }  // namespace
@@ -49,13 +50,12 @@ Eigen::Index packed_bytes(const QuantisedNetwork& n) {
 
 Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& in) {
   Integers a(in.size());
-  for (Eigen::Index i = 0; i < in.size(); ++i) a(i) = quantised(in(i)-n.centre(i), n.gain(i));
+  for (Eigen::Index i = 0; i < in.size(); ++i) a(i) = kernels::int16::quantised(in(i)-n.centre(i), n.gain(i));
   for (std::size_t l = 0; l < n.layers.size(); ++l) {
     const QuantisedLayer& layer = n.layers[l];
-    Integers sums = layer.bias + layer.weights.cast<std::int32_t>() * a;
+    a = sums(layer, a);
     if (l + 1 < n.layers.size())
-      for (std::int32_t& sum : sums) sum = activated(n.activation == Activation::kTanh, layer.shift, sum);
-    a = sums;
+      for (std::int32_t& sum : a) sum = activated(n.activation == Activation::kTanh, layer.shift, sum);
   }
   Eigen::VectorXf out(n.outputs());
   for (Eigen::Index o = 0; o < out.size(); ++o) {
@@ -64,6 +64,30 @@ Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& in) {
       out(o) = multiply_add<Arithmetic::kDeterministic>(n.linear_path(o, i), in(i), out(o));
   }
   return out;
+}
+
+Eigen::VectorXf stepped(const QuantisedUnits& units, const Eigen::VectorXf& z, const Eigen::VectorXf& y, bool regular,
+                        float periods) {
+  namespace q = kernels::int16;
+  const QuantisedNetwork& gates = units.gates;
+  const QuantisedLayer &gate = gates.layers.front(), &candidate = units.candidate.layers.front();
+  const Eigen::Index nz = z.size();
+  Integers latent(nz), in(nz + y.size());
+  for (Eigen::Index r = 0; r < nz; ++r) {
+    latent(r) = q::integer_latent(z(r));
+    in(r) = latent(r) >> q::kBelowQ15;
+  }
+  for (Eigen::Index j = 0; j < y.size(); ++j) in(nz + j) = q::quantised(y(j) - gates.centre(j), gates.gain(j));
+  const Integers a = sums(gate, in);
+  for (Eigen::Index r = 0; r < nz; ++r) in(r) = (in(r) * (q::kOne + 1 + activated(true, gate.shift, a(nz + r)))) >> 16;
+  const Integers c = sums(candidate, in);
+  Eigen::VectorXf next(nz);
+  for (Eigen::Index r = 0; r < nz; ++r) {
+    const std::int32_t share = regular ? (q::kOne + 1 + activated(true, gate.shift, a(r))) >> 1
+                                       : q::share_over(argument(gate.shift, a(r)), periods);
+    next(r) = q::float_latent(q::moved(latent(r), share, activated(true, candidate.shift, c(r))));
+  }
+  return next;
 }
 
 }  // namespace nlo::codegen

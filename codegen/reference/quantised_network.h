@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A network in int16 as runtime/include/nlo/quantised_map.h executes it, with sizes known only when it runs: its
-// results and its size. codegen/fold/quantise.h makes it.
+// Networks in int16 as runtime/include/nlo/quantised_map.h and quantised_units.h execute them, with sizes known only
+// when they run: their results and their size. codegen/fold/quantise.h makes them.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "codegen/model/activations.h"
@@ -30,13 +31,30 @@ struct QuantisedNetwork {
   Eigen::Index outputs() const { return scale.size(); }
 };
 
+/// The layers of gated units (codegen/model/gated.h). Each has one, whose sums tanh reads, and no scale.
+struct QuantisedUnits {
+  QuantisedNetwork gates;      ///< [z; y] -> 2 n_z; centre and gain are those of y (n_r), of z 0 and 2^15
+  QuantisedNetwork candidate;  ///< [g z; y] -> n_z; no centre, no gain
+};
+
+/// What of an observer is in integers.
+struct QuantisedModel {
+  QuantisedNetwork map;                      ///< T*
+  std::optional<QuantisedUnits> units = {};  ///< of structure gated
+};
+
 /// Rows of a layer as the kernel executes them: those of zeros that fill up its blocks of 4 and 5 included.
 Eigen::Index padded_rows(Eigen::Index rows);
 
-/// Bytes of the nlo::QuantisedMap that holds it, padding included.
+/// Bytes of the nlo::QuantisedMap or nlo::QuantisedUnits that holds it, padding included.
 Eigen::Index packed_bytes(const QuantisedNetwork& network);
 
 /// The very bits that nlo::QuantisedMap::evaluate gives, on any target.
 Eigen::VectorXf evaluate(const QuantisedNetwork& network, const Eigen::VectorXf& in);
+
+/// z (n_z) one step of so many sample periods on, with the readings y (n_r) at its end: the very bits that
+/// nlo::QuantisedUnits::step gives. `regular`: of one sample period.
+Eigen::VectorXf stepped(const QuantisedUnits& units, const Eigen::VectorXf& z, const Eigen::VectorXf& y, bool regular,
+                        float periods);
 
 }  // namespace nlo::codegen

@@ -124,7 +124,7 @@ void ErrorReplay::add(ReplayInputs inputs) {
   runs_.push_back(std::move(inputs));
 }
 
-ExportError ErrorReplay::error(const FoldedModel& folded, const QuantisedNetwork* quantised, ScalarType scalar) const {
+ExportError ErrorReplay::error(const FoldedModel& folded, const QuantisedModel* quantised, ScalarType scalar) const {
   const Index nx = model_.nx();
   ExportError error{VectorXd::Zero(nx), VectorXd::Zero(nx), VectorXd::Zero(nx), VectorXd::Zero(nx)};
   error.samples = samples_;

@@ -30,8 +30,8 @@ class ErrorReplay {
   /// `plain`: the model folded. Throws Error, with the mend, when fewer than 1,000 samples lie in the domain.
   ErrorReplay(const Model& model, const FoldedModel& plain);
 
-  /// Of the model as `exported`, folded, in a scalar; its inverse map in integers where `quantised` is given.
-  ExportError error(const FoldedModel& exported, const QuantisedNetwork* quantised, ScalarType scalar) const;
+  /// Of the model as `exported`, folded, in a scalar; what is in integers where `quantised` is given.
+  ExportError error(const FoldedModel& exported, const QuantisedModel* quantised, ScalarType scalar) const;
 
  private:
   void add(ReplayInputs inputs);

@@ -31,7 +31,10 @@ bool is_latent(const Vector& z) {
 }
 
 template <class Scalar>
-std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_of(const Model& m, Activations activations) {
+std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_of(const Model& m, Activations activations,
+                                                       const QuantisedModel* integers) {
+  if constexpr (std::is_same_v<Scalar, float>)
+    if (integers != nullptr && integers->units) return module_of(m).dynamics_in_integers(m, *integers->units);
   if constexpr (std::is_same_v<Scalar, float>) return module_of(m).dynamics_in_float(m, activations);
   if constexpr (std::is_same_v<Scalar, double>) return module_of(m).dynamics_in_double(m, activations);
 }
@@ -43,10 +46,11 @@ ReferenceObserver<Scalar>::ReferenceObserver(const Model& model)
     : ReferenceObserver(validated(model), Activations::kExact) {}
 
 template <class Scalar>
-ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations activations)
+ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations activations,
+                                             const QuantisedModel* integers)
     : model_(std::make_unique<const Model>(model)),
       screening_(std::make_unique<Screening>(*model_)),
-      dynamics_(dynamics_of<Scalar>(*model_, activations)) {
+      dynamics_(dynamics_of<Scalar>(*model_, activations, integers)) {
   if (const Network* map = codegen::inverse_map(model)) inverse_map_.emplace(*map, activations);
   if (model.saturates()) saturated_.emplace(model);
   reset();

@@ -13,6 +13,7 @@
 #include "codegen/model/model.h"
 #include "codegen/reference/dynamics.h"
 #include "codegen/reference/network.h"
+#include "codegen/reference/quantised_network.h"
 #include "codegen/replay/screening.h"
 
 namespace nlo::codegen {
@@ -39,7 +40,8 @@ class ReferenceObserver {
   explicit ReferenceObserver(const Model& model);
 
   /// The same, not validated, with the runtime's activations: for a model that is rewritten as it is exported.
-  ReferenceObserver(const Model& model, Activations activations);
+  /// With `integers`, which must outlive it, z moves as they do (float only).
+  ReferenceObserver(const Model& model, Activations activations, const QuantisedModel* integers = nullptr);
 
   /// z = initial latent; the next sample is the first.
   void reset();

@@ -22,7 +22,7 @@ Model as_exported(Model m, const FoldedModel& folded) {
   return m;
 }
 
-ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, const QuantisedModel* quantised,
                  const ExportOptions& options) {
   ReplayRun run;
   run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, amplitude);
@@ -65,9 +65,10 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
 }
 
 std::variant<ReferenceObserver<float>, ReferenceObserver<double>> rounded_observer(const Model& exported,
+                                                                                   const QuantisedModel* quantised,
                                                                                    ScalarType scalar) {
   if (scalar == ScalarType::kDouble) return ReferenceObserver<double>(exported, Activations::kRuntime);
-  return ReferenceObserver<float>(exported, Activations::kRuntime);
+  return ReferenceObserver<float>(exported, Activations::kRuntime, quantised);
 }
 
 }  // namespace
@@ -81,9 +82,9 @@ VectorXd turns_in(const Model& m, const VectorXd& y) {
   return turned;
 }
 
-ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, const QuantisedModel* quantised,
                                    ScalarType scalar)
-    : observer_(rounded_observer(as_exported(m, folded), scalar)), quantised_(quantised) {}
+    : observer_(rounded_observer(as_exported(m, folded), quantised, scalar)), quantised_(quantised) {}
 
 void ExportedObserver::reset() {
   std::visit([](auto& observer) { observer.reset(); }, observer_);
@@ -101,10 +102,10 @@ VectorXd ExportedObserver::latent() const {
 VectorXd ExportedObserver::estimate(const VectorXd& z, const VectorXd& y) const {
   if (!quantised_)
     return std::visit([&](const auto& observer) -> VectorXd { return observer.estimates(z, y); }, observer_);
-  Eigen::VectorXf in(quantised_->inputs());
+  Eigen::VectorXf in(quantised_->map.inputs());
   in.head(z.size()) = z.cast<float>();
   if (in.size() > z.size()) in.tail(y.size()) = y.cast<float>();
-  return evaluate(*quantised_, in).cast<double>();
+  return evaluate(quantised_->map, in).cast<double>();
 }
 
 VectorXd ExportedObserver::deviation(const VectorXd& z, const VectorXd& y) const {
@@ -114,12 +115,12 @@ VectorXd ExportedObserver::deviation(const VectorXd& z, const VectorXd& y) const
 MatrixXd ExportedObserver::estimates(const MatrixXd& z, const MatrixXd& y) const {
   if (!quantised_)
     return std::visit([&](const auto& observer) -> MatrixXd { return observer.estimates(z, y); }, observer_);
-  MatrixXd x_hat(quantised_->outputs(), z.cols());
+  MatrixXd x_hat(quantised_->map.outputs(), z.cols());
   for (Eigen::Index k = 0; k < z.cols(); ++k) x_hat.col(k) = estimate(z.col(k), y.col(k));
   return x_hat;
 }
 
-ReplayRun run_replay(const Model& m, const FoldedModel& folded, const QuantisedNetwork* quantised,
+ReplayRun run_replay(const Model& m, const FoldedModel& folded, const QuantisedModel* quantised,
                      const ExportOptions& options) {
   constexpr int kFewestSamples = 20, kMostSamples = 1000000;
   if (options.samples < kFewestSamples || options.samples > kMostSamples)

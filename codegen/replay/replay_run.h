@@ -21,8 +21,8 @@ namespace nlo::codegen {
 /// of numbers is one more case here.
 class ExportedObserver {
  public:
-  /// `quantised`: the inverse map in integers, which must outlive this; null in the other scalars.
-  ExportedObserver(const Model& model, const FoldedModel& folded, const QuantisedNetwork* quantised, ScalarType scalar);
+  /// `quantised`: what is in integers, which must outlive this; null in the other scalars.
+  ExportedObserver(const Model& model, const FoldedModel& folded, const QuantisedModel* quantised, ScalarType scalar);
 
   void reset();
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u, double dt_s);
@@ -41,7 +41,7 @@ class ExportedObserver {
 
  private:
   std::variant<ReferenceObserver<float>, ReferenceObserver<double>> observer_;
-  const QuantisedNetwork* quantised_;
+  const QuantisedModel* quantised_;
 };
 
 /// Whole turns of the angles among the readings `y`, n_r, which the exported observer takes back.
@@ -60,7 +60,7 @@ struct ReplayRun {
 
 /// Runs `options.samples` replay inputs, small enough that at least half of them stay in the domain where that can be.
 /// `folded`: as `options` export it (number_formats.h). Throws Error when that many samples make no sense.
-ReplayRun run_replay(const Model& model, const FoldedModel& folded, const QuantisedNetwork* quantised,
+ReplayRun run_replay(const Model& model, const FoldedModel& folded, const QuantisedModel* quantised,
                      const ExportOptions& options);
 
 }  // namespace nlo::codegen

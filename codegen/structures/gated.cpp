@@ -39,6 +39,27 @@ class GatedDynamics final : public ReferenceDynamics<Scalar> {
   ReferenceUnits<Scalar> units_;
 };
 
+/// The same in integers.
+class IntegerGatedDynamics final : public ReferenceDynamics<float> {
+ public:
+  IntegerGatedDynamics(const Model& m, const QuantisedUnits& units)
+      : sample_period_s_(m.sample_period_s), units_(units), in_float_(m, Activations::kRuntime) {}
+
+  void start(Matrix& z, const Matrix& y) const override {
+    for (Eigen::Index b = 0; b < z.cols(); ++b) z.col(b) = stepped(units_, z.col(b), y.col(b), true, 1.0F);
+  }
+  void advance(Vector& z, const Between<float>& over, double dt_s) override {
+    z = stepped(units_, z, over.y_next, dt_s == sample_period_s_, static_cast<float>(dt_s / sample_period_s_));
+  }
+  double longest_step_s() const override { return in_float_.longest_step_s(); }
+  Matrix slope(const Matrix& z, const Matrix& y, const Vector& u) const override { return in_float_.slope(z, y, u); }
+
+ private:
+  double sample_period_s_;
+  const QuantisedUnits& units_;
+  GatedDynamics<float> in_float_;
+};
+
 class GatedHeader final : public CppStructureBase {
  public:
   using CppStructureBase::CppStructureBase;
@@ -70,9 +91,16 @@ class GatedHeader final : public CppStructureBase {
   Eigen::Index own_scalars() const override { return nz_ + 1; }  // stale_after
 
  private:
-  CppNetwork gates() const { return network("gates", "GatesLayer", "GatesNetwork", reads(false)); }
+  CppNetwork gates() const {
+    return unit(network("gates", "GatesLayer", "GatesNetwork", reads(false)), &QuantisedUnits::gates);
+  }
   CppNetwork candidate() const {
-    return network("candidate", "CandidateLayer", "CandidateNetwork", "[g z" + reads(false).substr(2));
+    return unit(network("candidate", "CandidateLayer", "CandidateNetwork", "[g z" + reads(false).substr(2)),
+                &QuantisedUnits::candidate);
+  }
+  CppNetwork unit(CppNetwork network, const QuantisedNetwork QuantisedUnits::*part) const {
+    if (quantised_ != nullptr) network.quantised = &((*quantised_->units).*part);
+    return network;
   }
 };
 
@@ -143,6 +171,7 @@ class GatedModule final : public StructureModule {
   }
   Network* inverse_map(Model& m) const override { return &own_part<Gated>(m).inverse_map; }
   bool computes_outputs() const override { return true; }
+  bool has_gated_units() const override { return true; }
   bool reads_stalenesses() const override { return true; }
   std::optional<Eigen::VectorXd> latent_limit(const Model& m) const override { return Eigen::VectorXd::Ones(m.nz()); }
   std::optional<Contraction> contraction(const Model& m) const override {
@@ -156,12 +185,23 @@ class GatedModule final : public StructureModule {
     return std::make_unique<GatedDynamics<double>>(m, a);
   }
 
+  std::unique_ptr<ReferenceDynamics<float>> dynamics_in_integers(const Model& m,
+                                                                 const QuantisedUnits& units) const override {
+    return std::make_unique<IntegerGatedDynamics>(m, units);
+  }
+
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<GatedHeader>(source);
   }
   Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
-  std::map<std::string, std::string> c99(const ExportSource&) const override {
-    return {{"LATENT", "c99/gated.c.in"},
+  std::map<std::string, std::string> c99(const ExportSource& source) const override {
+    const QuantisedModel* integers = source.quantised;
+    const auto shift = [&](const QuantisedNetwork QuantisedUnits::*part) {
+      return integers == nullptr ? "" : std::to_string(((*integers->units).*part).layers.front().shift);
+    };
+    return {{"LATENT", integers == nullptr ? "c99/gated.c.in" : "c99/gated_int16.c.in"},
+            {"GATE_SHIFT", shift(&QuantisedUnits::gates)},
+            {"CANDIDATE_SHIFT", shift(&QuantisedUnits::candidate)},
             {"DECAYS", "true"},
             {"FIRST", "    advance(REGULAR_STEP, o->z, o->y, o->y);\n"},
             {"STEP_DT_COST", "Some 200 operations a unit more than a sample period"}};
@@ -189,14 +229,25 @@ void check_gate_layer(const Network& n, const Eigen::VectorXd& largest, int outp
 
 void add_gated_units(Quantities& to, const std::string& function, int units, int reads) {
   const std::string in = std::to_string(reads), gates = std::to_string(2 * units);
+  const QuantisedModel* integers = to.source().quantised;
+  const std::string dense = integers == nullptr ? "dense" : "integer_dense";
   to.vector("initial_latent", "kModel.initial", "", to.source().model.initial_latent);
   to.scalar("periods of a step", "", "kStep.periods", 1.0);
   to.integer("a regular step", "", "kStep.regular", 1.0);
   to.network("gates", "GatesLayer", Quantities::Tables::kOneLayer);
   to.network("candidate", "CandidateLayer", Quantities::Tables::kOneLayer);
-  to.words("gates", "", function + "#1", {"dense", in, gates, "kGates", "kGatesBias", "in", "gate"});
+  to.words("gates", "", function + "#1", {dense, in, gates, "kGates", "kGatesBias", "in", "gate"});
   to.words("candidate", "", function + "#2",
-           {"dense", in, std::to_string(units), "kCandidate", "kCandidateBias", "in", "target"});
+           {dense, in, std::to_string(units), "kCandidate", "kCandidateBias", "in", "target"});
+  if (integers == nullptr) return;
+  const QuantisedUnits& q = *integers->units;
+  to.vector("readings of the gates", "kModel.gates.centre", "kReadingCentre", q.gates.centre.cast<double>());
+  to.vector("readings of the gates", "kModel.gates.gain", "kReadingGain", q.gates.gain.cast<double>());
+  const std::string gate = std::to_string(q.gates.layers.front().shift);
+  to.code("gates", function, "tanh_q15(shifted(gate[kNz+r]," + gate + "))", true);
+  to.code("gates", function, "argument=shifted(gate[r]," + gate + ");", true);
+  to.code("candidate", function,
+          "tanh_q15(shifted(target[r]," + std::to_string(q.candidate.layers.front().shift) + "))", true);
 }
 
 const StructureModule& gated_module() {

@@ -66,6 +66,8 @@ class StructureModule {
   virtual bool reads_stalenesses() const { return false; }
   /// Its states are directions: vectors of three components and length 1, whose angle to the truth is the error.
   virtual bool estimates_directions(const Model&) const { return false; }
+  /// Its step is that of `gates` and `candidate` alone.
+  virtual bool has_gated_units() const { return false; }
   /// A step may overflow: its status may be kDiverged.
   virtual bool may_diverge() const { return false; }
   /// Model::saturation may be there.
@@ -83,6 +85,11 @@ class StructureModule {
 
   virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_float(const Model&, Activations) const = 0;
   virtual std::unique_ptr<ReferenceDynamics<double>> dynamics_in_double(const Model&, Activations) const = 0;
+
+  /// With gated units in integers, which must outlive the result. Only where has_gated_units().
+  virtual std::unique_ptr<ReferenceDynamics<float>> dynamics_in_integers(const Model&, const QuantisedUnits&) const {
+    return nullptr;
+  }
 
   // Exports.
 

@@ -134,10 +134,32 @@ std::string integers(const Values& values, std::size_t columns) {
 std::string integer_activation(Activation kind) {
   if (kind == Activation::kRelu)
     return "// relu in Q15.\n"
-           "static int16_t activated(int32_t value) {\n"
+           "static int16_t relu_q15(int32_t value) {\n"
            "  return (int16_t)((value > 32767) ? 32767 : ((value < 0) ? 0 : value));\n"
            "}\n\n";
   return filled(embedded_text("c99/int16_tanh.c.in"), {{"TABLE", integers(kernels::int16::kTanhTable, 16)}});
+}
+
+/// Layers in int16 and their activations, of a step and of T*.
+std::string integer_arithmetic(const QuantisedModel& quantised) {
+  std::set<Activation> kinds;
+  if (quantised.units) kinds.insert(Activation::kTanh);
+  const bool has_hidden = quantised.map.layers.size() > 1;
+  if (has_hidden) kinds.insert(quantised.map.activation);
+  std::string text(embedded_text("c99/int16.c.in"));
+  for (const Activation kind : kinds) text += integer_activation(kind);
+  if (has_hidden)
+    text += filled(embedded_text("c99/int16_hidden.c.in"),
+                   {{"ACTIVATION", std::string(activation_row(quantised.map.activation).name)}});
+  return text;
+}
+
+std::string integer_tables(const QuantisedLayer& layer, const std::string& weights, const std::string& bias) {
+  const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
+  const Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> by_rows = layer.weights.transpose();
+  return fmt::format("static const IN_FLASH int16_t {}[{} * {}] = {};\n", weights, rows, columns,
+                     integers(by_rows.reshaped(), static_cast<std::size_t>(columns))) +
+         fmt::format("static const IN_FLASH int32_t {}[{}] = {};\n", bias, rows, integers(layer.bias, 8));
 }
 
 /// The head of NAME_estimate, up to where `in` is what T* reads.
@@ -165,16 +187,17 @@ std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, con
   return text + "}";
 }
 
-std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, bool has_gates, const Initialiser& init,
-                           const std::string& suffix) {
+std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quantised, bool has_gates,
+                           const Initialiser& init, const std::string& suffix) {
+  const bool integer_step = quantised != nullptr && quantised->units;
   std::set<Activation> kinds;
   bool evaluates = false;
   for (const FoldedNetwork& n : folded.networks) {
-    if (is_map(n) && has_int16_map) continue;
+    if (quantised != nullptr && (is_map(n) || integer_step)) continue;
     evaluates = true;
     if (n.layers.size() > 1) kinds.insert(n.activation);
   }
-  if (!evaluates) return "";
+  if (!evaluates) return integer_step ? integer_arithmetic(*quantised) : "";
   std::string text(embedded_text("c99/dense.c.in"));
   if (has_gates || kinds.contains(Activation::kTanh) || kinds.contains(Activation::kSilu))
     text += "\n" + tanh_text(init, suffix);
@@ -183,8 +206,17 @@ std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, bool h
   return text + "\n";
 }
 
-std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init) {
+std::string c99_step_networks(const FoldedModel& folded, const QuantisedModel* quantised, const Initialiser& init) {
   std::string text;
+  if (quantised != nullptr && quantised->units) {
+    const auto& [gates, candidate] = *quantised->units;
+    text += fmt::format("static const IN_FLASH Scalar kReadingCentre[{}] = {};\n", gates.centre.size(),
+                        init.vector(gates.centre.cast<double>(), "output_min"));
+    text += fmt::format("static const IN_FLASH Scalar kReadingGain[{}] = {};  // to +-32767\n", gates.gain.size(),
+                        init.vector(gates.gain.cast<double>(), "output_max"));
+    return text + integer_tables(gates.layers.front(), "kGates", "kGatesBias") +
+           integer_tables(candidate.layers.front(), "kCandidate", "kCandidateBias");
+  }
   for (const FoldedNetwork& n : folded.networks) {
     if (is_map(n)) continue;
     const std::string name = table_prefix(n);  // gates: kGates, kGatesBias
@@ -234,16 +266,14 @@ std::string c99_map(const std::string& name, const Model& m, const FoldedModel& 
 }
 
 std::string c99_int16_map(const std::string& name, const Model& m, const FoldedModel& folded,
-                          const QuantisedNetwork& map, const Initialiser& init) {
+                          const QuantisedModel& quantised, const Initialiser& init) {
+  const QuantisedNetwork& map = quantised.map;
   std::string text = "// T* in int16: one neuron per line.\n", body;
   Eigen::Index widest = map.inputs(), most_sums = 0;
   for (std::size_t l = 0; l < map.layers.size(); ++l) {
     const QuantisedLayer& layer = map.layers[l];
     const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
-    const Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> by_rows = layer.weights.transpose();
-    text += fmt::format("static const IN_FLASH int16_t kWeights{}[{} * {}] = {};\n", l + 1, rows, columns,
-                        integers(by_rows.reshaped(), static_cast<std::size_t>(columns)));
-    text += fmt::format("static const IN_FLASH int32_t kBias{}[{}] = {};\n", l + 1, rows, integers(layer.bias, 8));
+    text += integer_tables(layer, fmt::format("kWeights{}", l + 1), fmt::format("kBias{}", l + 1));
     const bool last = l + 1 == map.layers.size();
     body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, values, sums);\n", last ? "integer_dense" : "hidden",
                         columns, rows, last ? "" : fmt::format("{}, ", layer.shift), l + 1);
@@ -259,9 +289,8 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
                       init.vector(map.scale.cast<double>(), "inverse_map.layers"));
   const bool linear = map.linear_path.size() != 0;
   if (linear) text += table(init, "kLinearPath", map.linear_path.cast<double>(), "inverse_map.skip");
-  text += "\n" + std::string(embedded_text("c99/int16.c.in"));
-  if (map.layers.size() > 1)
-    text += integer_activation(map.activation) + std::string(embedded_text("c99/int16_hidden.c.in"));
+  text += "\n";
+  if (!quantised.units) text += integer_arithmetic(quantised);  // else before the step
 
   text += estimate_head(name, m, folded, init);
   text += fmt::format("  int16_t values[{}];\n  int32_t sums[{}];\n", widest, most_sums);

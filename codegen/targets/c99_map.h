@@ -12,12 +12,12 @@
 namespace nlo::codegen {
 
 /// `dense`, activations and layers with them in the scalar of `init`, as far as the step and the map need them;
-/// `suffix` ends literals.
-std::string c99_arithmetic(const FoldedModel& folded, bool has_int16_map, bool has_gates, const Initialiser& init,
-                           const std::string& suffix);
+/// `suffix` ends literals. What of it is `quantised` in integers; null: nothing.
+std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quantised, bool has_gates,
+                           const Initialiser& init, const std::string& suffix);
 
 /// The tables of the networks that a step evaluates, each of one layer; empty where there is none.
-std::string c99_step_networks(const FoldedModel& folded, const Initialiser& init);
+std::string c99_step_networks(const FoldedModel& folded, const QuantisedModel* quantised, const Initialiser& init);
 
 /// The networks of a step as functions of their names: `dynamics(in, out)`. And their derivatives along a direction:
 /// `dynamics_tangent(in, direction, out)`.
@@ -29,7 +29,7 @@ std::string c99_map(const std::string& name, const Model& model, const FoldedMod
 
 /// The same in int16, all around it in float.
 std::string c99_int16_map(const std::string& name, const Model& model, const FoldedModel& folded,
-                          const QuantisedNetwork& map, const Initialiser& init);
+                          const QuantisedModel& quantised, const Initialiser& init);
 
 /// `values` as an initialiser, one row per line; behind each other, as C99 cannot index past the end of a row.
 std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, const std::string& field);

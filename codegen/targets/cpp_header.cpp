@@ -165,6 +165,7 @@ std::string cpp_header(const PreparedExport& prepared) {
   include(prepared.options().weights != WeightType::kFull, "kernels/weight.h");
   include(model.monitor.has_value(), "monitor.h");
   include(quantised, "quantised_map.h");
+  include(quantised && prepared.quantised()->units, "quantised_units.h");
   include(model.saturates(), "saturation.h");
   include(!model.failures.none(), "sensor_failures.h");
   text += "\n";
@@ -177,7 +178,7 @@ std::string cpp_header(const PreparedExport& prepared) {
   if (quantised)
     text +=
         fmt::format("\n// QuantisedDense<inputs, neurons, shift> reads integers up to +-32767; sum / 2^shift is {}.\n",
-                    activation_row(prepared.quantised()->activation).int16_form);
+                    activation_row(prepared.quantised()->map.activation).int16_form);
   for (const CppNetwork& network : structure->networks()) text += network.layers(init);
   text += "\n}  // namespace weights\n\n";
   for (const CppNetwork& network : structure->networks()) text += network.using_declaration();

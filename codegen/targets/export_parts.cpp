@@ -51,13 +51,14 @@ std::string arithmetic_note(const PreparedExport& prepared) {
   if (!is_int16 && !half && tanh.empty()) return "";
   const ExportError& error = prepared.error();
   const bool has_table =
-      is_int16 && prepared.quantised()->activation == Activation::kTanh && prepared.quantised()->layers.size() > 1;
+      is_int16 && (prepared.quantised()->units || (prepared.quantised()->map.activation == Activation::kTanh &&
+                                                   prepared.quantised()->map.layers.size() > 1));
   std::string text = "//\n";
   if (is_int16)
     text += fmt::format(
-        "// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
+        "// {} in int16: weights of 16 bits, sums of 32 bits that cannot overflow{}. All else is float.\n"
         "// Where z leaves its domain, T* is that of the nearest point in it. ",
-        has_table ? ", tanh by a table" : "");
+        prepared.quantised()->units ? "Gated units and T* are" : "T* is", has_table ? ", tanh by a table" : "");
   if (half)
     text += fmt::format("// Weights of layers are in {}, 2 bytes each; the arithmetic and all else is float.\n",
                         weight_name(options.weights));

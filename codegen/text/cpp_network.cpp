@@ -109,6 +109,9 @@ std::string CppNetwork::using_declaration() const {
 }
 
 std::string CppNetwork::map_type(const Initialiser& init) const {
+  if (quantised && quantised->scale.size() == 0)
+    return "QuantisedUnits<" + type +
+           (quantised->centre.size() > 0 ? ", " + std::to_string(quantised->centre.size()) : "") + ">";
   const Eigen::Index out = network.layers.back().bias.size();
   const std::string path = has_linear_path()
                                ? fmt::format(", LinearPath<{}, {}, {}>", init.scalar_name(), network.inputs(), out)
@@ -121,12 +124,12 @@ std::string CppNetwork::map_type(const Initialiser& init) const {
 
 std::string CppNetwork::initialiser(const Initialiser& init, const std::string& member) const {
   std::string text = fmt::format("    .{} = {{\n", member);
-  if (quantised)
+  if (quantised && quantised->centre.size() > 0)
     text += fmt::format("        .centre = {},\n        .gain = {},  // to +-32767\n",
                         init.vector(quantised->centre.cast<double>(), "latent_min"),
                         init.vector(quantised->gain.cast<double>(), "latent_max"));
   text += fmt::format("        .mlp = {},\n", made());
-  if (quantised)
+  if (quantised && quantised->scale.size() > 0)
     text += fmt::format("        .scale = {},\n", init.vector(quantised->scale.cast<double>(), field + ".layers"));
   if (has_linear_path())
     text +=

@@ -99,7 +99,13 @@ std::string CppStructureBase::reads(bool latent_alone) const {
 
 CppNetwork CppStructureBase::inverse_map() const {
   const FoldedNetwork& map = f_.network("inverse_map");
-  return {map, map.field, "Layer", "Network", reads(map.inputs() == nz_), quantised_, f_.error ? &*f_.error : nullptr};
+  return {map,
+          map.field,
+          "Layer",
+          "Network",
+          reads(map.inputs() == nz_),
+          quantised_ ? &quantised_->map : nullptr,
+          f_.error ? &*f_.error : nullptr};
 }
 
 CppNetwork CppStructureBase::network(const std::string& field, const std::string& layer, const std::string& type,

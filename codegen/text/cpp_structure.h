@@ -18,7 +18,7 @@ struct ExportSource {
   const Model& model;
   const FoldedModel& folded;
   const Initialiser& init;
-  const QuantisedNetwork* quantised = nullptr;  ///< the inverse map in int16; null: in the scalar
+  const QuantisedModel* quantised = nullptr;  ///< what is in int16; null: nothing
 };
 
 class CppStructure {
@@ -65,7 +65,7 @@ class CppStructureBase : public CppStructure {
   const Model& m_;
   const FoldedModel& f_;
   const Initialiser& init_;
-  const QuantisedNetwork* quantised_;
+  const QuantisedModel* quantised_;
   const Eigen::Index nx_, ny_, nr_, read_inputs_, nz_;  ///< nr_: readings
 };
 

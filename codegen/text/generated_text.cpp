@@ -25,7 +25,7 @@ constexpr std::array kRuntimeNames = {
     "Halved", "Hold", "InputField", "InputMemory", "InverseMap", "JvpBuffer", "KklBatch", "KklModel", "KklObserver", "KnowsError", "NoErrorHead",
     "LatentModel", "LatentReach", "LatentStep", "LayerBuffer", "LearnedMap", "LinearPath", "LuenbergerModel", "LuenbergerObserver",
     "Mlp", "ModeStep", "Monitor", "MonitorModel", "ModeWeights", "NoLinearPath", "ObserverCore", "ObserverModel", "ObserverState", "OutputRange", "PackedDense",
-    "PackedQuantisedDense", "PanelDense", "Phi", "PriorModel", "PriorObserver", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "SampledObserver", "SensorFailures",
+    "PackedQuantisedDense", "PanelDense", "Phi", "PriorModel", "PriorObserver", "QuantisedDense", "QuantisedMap", "QuantisedMlp", "QuantisedUnits", "SampledObserver", "SensorFailures",
     "SampledBatch", "Saturation", "StepStatus", "Tableau", "ReadingRange", "Rotation", "TanhFit", "TargetDense", "Vector", "WindowModel", "WindowObserver", "activate", "activation_slope", "add_forced",
     "add_relative_state", "add_steady_state", "advance", "arc_tangent", "as_eigen", "between", "circle", "CircleFit", "cosine", "decay_minus_1", "discretise", "estrin", "evaluate_batch", "evaluate_inverse",
     "explicit_rk_step", "exponential", "exponential_rk_step", "forced_step", "forced_weights", "from_eigen", "gate_of", "gate_over", "horner", "hyperbolic_tangent", "in_triangle", "integrate",

@@ -119,14 +119,21 @@ void Quantities::formula(std::string field, std::string cpp, std::string c99, Qu
 void Quantities::network(std::string_view field, const std::string& layer, Tables tables) {
   const FoldedNetwork& n = source_.folded.network(field);
   const std::string member = last_name(field), name = std::string(field);
-  const bool integers = source_.quantised != nullptr && tables == Tables::kMap;
+  const QuantisedNetwork* quantised = quantised_of(n);
+  const bool integers = quantised != nullptr;
   const std::string prefix = tables == Tables::kMap ? "" : in_capitals(member);
   for (std::size_t l = 0; l < n.layers.size(); ++l) {
     layer_type(n, layer, l);
-    if (integers) continue;
+    if (integers && tables == Tables::kMap) continue;
     const std::string at = fmt::format("{}.layers[{}]", name, l), cpp = fmt::format("weights::k{}{}", layer, l + 1);
     const bool one = tables == Tables::kOneLayer, last = l + 1 == n.layers.size();
     const std::string number = one ? "" : std::to_string(l + 1);
+    if (integers) {
+      const QuantisedLayer& layer_in_integers = quantised->layers[l];
+      this->integers(at + ".weights", cpp + ".weights", "k" + prefix, layer_in_integers.weights.cast<double>());
+      this->integers(at + ".bias", cpp + ".bias", "k" + prefix + "Bias", layer_in_integers.bias.cast<double>());
+      continue;
+    }
     matrix(at + ".weights", cpp + ".weights", "k" + prefix + (one ? "" : "Weights") + number, n.layers[l].weights);
     // A derivative does not see the last bias.
     vector(at + ".bias", cpp + ".bias", tables == Tables::kTangent && last ? "" : "k" + prefix + "Bias" + number,
@@ -135,7 +142,7 @@ void Quantities::network(std::string_view field, const std::string& layer, Table
   const std::vector<std::string> parts = made(n, layer, integers);
   words(name, "kModel." + member + ".mlp", "", {parts[0] + "<" + parts[1] + ">" + parts[2]});
   words(name, network_type(layer), "", {"decltype(" + parts[0], parts[1], parts[2] + ")"});
-  if (integers) {
+  if (integers && tables == Tables::kMap) {
     map_code(n);
     return integer_map(n);
   }
@@ -152,20 +159,27 @@ void Quantities::network(std::string_view field, const std::string& layer, Table
   if (n.layers.size() > 1) activation_code(n, tangent);
 }
 
+const QuantisedNetwork* Quantities::quantised_of(const FoldedNetwork& n) const {
+  if (source_.quantised == nullptr) return nullptr;
+  if (n.field == "inverse_map") return &source_.quantised->map;
+  if (!source_.quantised->units) return nullptr;
+  return n.field == "gates" ? &source_.quantised->units->gates : &source_.quantised->units->candidate;
+}
+
 void Quantities::layer_type(const FoldedNetwork& n, const std::string& layer, std::size_t l) {
   const std::string at = fmt::format("{}.layers[{}]", n.field, l),
                     cpp = fmt::format("weights::k{}{}.type", layer, l + 1);
   const std::string rows = std::to_string(n.layers[l].weights.rows()),
                     columns = std::to_string(n.layers[l].weights.cols());
-  if (source_.quantised != nullptr && n.field == "inverse_map") {
-    words(at, cpp, "", {"QuantisedDense", columns, rows, std::to_string(source_.quantised->layers[l].shift)});
+  if (const QuantisedNetwork* quantised = quantised_of(n)) {
+    words(at, cpp, "", {"QuantisedDense", columns, rows, std::to_string(quantised->layers[l].shift)});
   } else {
     words(at, cpp, "", {"Dense", source_.init.weight_type(), columns, rows});
   }
 }
 
 void Quantities::integer_map(const FoldedNetwork& n) {
-  const QuantisedNetwork& q = *source_.quantised;
+  const QuantisedNetwork& q = source_.quantised->map;
   std::string in = "in";
   for (std::size_t l = 0; l < q.layers.size(); ++l) {
     const QuantisedLayer& layer = q.layers[l];
@@ -208,6 +222,10 @@ void Quantities::error_head() {
 std::string Quantities::map_type(const Map& map) const {
   const FoldedNetwork& n = source_.folded.network(map.field);
   const bool is_map = map.field == "inverse_map", integers = is_map && source_.quantised != nullptr;
+  if (const QuantisedNetwork* quantised = quantised_of(n); quantised != nullptr && !is_map) {
+    const std::string readings = quantised->centre.size() > 0 ? "," + std::to_string(quantised->centre.size()) : "";
+    return "QuantisedUnits<" + network_type(map.layer) + readings + ">";
+  }
   const auto& error = source_.folded.error;
   const std::string scalar = source_.init.scalar_name();
   const Eigen::Index out = n.layers.back().bias.size();

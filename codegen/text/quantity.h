@@ -81,6 +81,7 @@ class Quantities {
   void add(Quantity quantity);
   void layer_type(const FoldedNetwork& network, const std::string& layer, std::size_t index);
   void integer_map(const FoldedNetwork& network);
+  const QuantisedNetwork* quantised_of(const FoldedNetwork& network) const;  ///< null: in the scalar
   void calls(const FoldedNetwork& network, const std::string& prefix, Tables tables);
   void error_head();
   void map_code(const FoldedNetwork& network);

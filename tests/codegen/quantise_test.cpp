@@ -13,25 +13,13 @@
 #include "codegen/model/activations.h"
 #include "codegen/reference/network.h"
 #include "tests/codegen/example_models.h"
+#include "tests/codegen/unpacked_layer.h"
 #include "tests/support/thrown_message.h"
 
 namespace nlo::codegen {
 namespace {
 
 using testing::HasSubstr;
-
-template <class Packed>
-QuantisedLayer unpacked(const Packed& packed) {
-  QuantisedLayer layer{{}, {}, Packed::kShift};
-  layer.weights.resize(Packed::kOut, Packed::kIn);
-  layer.bias.resize(Packed::kOut);
-  for (int o = 0; o < Packed::kOut; ++o) {
-    layer.bias(o) = packed.bias[o];
-    for (int i = 0; i < Packed::kIn; ++i)
-      layer.weights(o, i) = packed.weights[kernels::int16::weight_position<Packed::kIn, Packed::kOut>(o, i)];
-  }
-  return layer;
-}
 
 template <Activation kKind, class Last>
 void unpack(const QuantisedMlp<kKind, Last>& mlp, std::vector<QuantisedLayer>& layers) {
@@ -135,7 +123,7 @@ TEST(Quantise, CannotOverflowAndStaysWithinItsBound) {
   for (const Model& m : example_models()) {
     if (!has_int16(m)) continue;
     const FoldedModel folded = fold(m);
-    const QuantisedNetwork q = quantise(m, folded);
+    const QuantisedNetwork q = quantise(m, folded).map;
     expect_no_overflow(q);
     const double error = relative_error(*folded.inverse_map(), input_box(m, folded), q);
     EXPECT_LT(error, kBound) << m.name;
@@ -143,7 +131,7 @@ TEST(Quantise, CannotOverflowAndStaysWithinItsBound) {
 }
 
 std::string error_of(const Model& m) {
-  return thrown_message([&] { expect_no_overflow(quantise(m, fold(m))); });
+  return thrown_message([&] { expect_no_overflow(quantise(m, fold(m)).map); });
 }
 
 TEST(Quantise, SaysWhatItSupports) {
@@ -166,7 +154,7 @@ TEST(Quantise, HugeWeightsAreRefusedWithTheirLayer) {
 /// Over the whole box, relative to the largest output.
 double error_of_quantised(const Model& m) {
   const FoldedModel folded = fold(m);
-  const QuantisedNetwork q = quantise(m, folded);
+  const QuantisedNetwork q = quantise(m, folded).map;
   expect_no_overflow(q);
   return relative_error(*folded.inverse_map(), input_box(m, folded), q);
 }
@@ -226,7 +214,7 @@ TEST(Quantise, AnyWeightsGiveAnErrorOrSumsThatFit) {
     }
     const FoldedModel folded = fold(m);
     try {
-      const QuantisedNetwork q = quantise(m, folded);
+      const QuantisedNetwork q = quantise(m, folded).map;
       expect_no_overflow(q);
       for (int corner = 0; corner < 4; ++corner)
         EXPECT_TRUE(
@@ -246,7 +234,7 @@ TEST(Quantise, RoundingDownIsMadeUpFor) {
   Model m = activation_model("tanh");
   inverse_map(m)->layers.back().weights = inverse_map(m)->layers.back().weights.cwiseAbs().eval();  // shifts add up
   const FoldedModel folded = fold(m);
-  QuantisedNetwork q = quantise(m, folded);
+  QuantisedNetwork q = quantise(m, folded).map;
   const auto mean_error = [&](const QuantisedNetwork& network) {
     const ReferenceNetwork<double> exact(*inverse_map(m));
     double sum = 0.0;
@@ -274,7 +262,8 @@ TEST(Quantise, ReluTakesItsRangesFromTheRecordOfTraining) {
   const std::vector<double> recorded = largest_activations(*inverse_map(m), *folded.inverse_map(), box);
   for (std::size_t l = 0; l < 2; ++l) EXPECT_NEAR(recorded[l], guessed[l] / 2.0, 1e-12 * guessed[l]);
   // Half the range, half the unit: the same integers stand for half as much.
-  EXPECT_EQ(quantise(m, folded).layers[0].shift, quantise(activation_model("relu"), folded).layers[0].shift - 1);
+  EXPECT_EQ(quantise(m, folded).map.layers[0].shift,
+            quantise(activation_model("relu"), folded).map.layers[0].shift - 1);
 }
 
 }  // namespace

@@ -86,6 +86,15 @@ struct GatedModel {
  private:
   template <Arithmetic kArithmetic, bool kRegular>
   void step(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
+    if constexpr (requires { gates.template step<kRegular>(candidate, z, y, periods); }) {
+      return gates.template step<kRegular>(candidate, z, y, periods);  // quantised_units.h
+    } else {
+      step_in_scalar<kArithmetic, kRegular>(z, y, periods);
+    }
+  }
+
+  template <Arithmetic kArithmetic, bool kRegular>
+  void step_in_scalar(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     LayerBuffer<Scalar, kNz + kNr> in;
     GateBuffers<Scalar, kNz> between;
     for (int r = 0; r < kNz; ++r) in.values[r] = z[r];

@@ -120,12 +120,11 @@ NLO_INLINE const float* multiply_block(const float* weights, const float* bias, 
 /// max(v, 0) of each value, on the bits: ten at a time 1.6 instructions, where a comparison of floats takes five.
 template <int kN>
 NLO_INLINE void relu_in_place(float* v) {
-  float* const end = v + kN / 10 * 10;
 #define NLO_POSITIVE(r) "bic " #r ", " #r ", " #r ", asr #31\n"
 #define NLO_FIVE_POSITIVE                                                                     \
   "ldmia %[v], {r2-r6}\n" NLO_POSITIVE(r2) NLO_POSITIVE(r3) NLO_POSITIVE(r4) NLO_POSITIVE(r5) \
       NLO_POSITIVE(r6) "stmia %[v]!, {r2-r6}\n"
-  while (v != end)
+  for (int i = 0; i < kN / 10; ++i)
     asm volatile(NLO_FIVE_POSITIVE NLO_FIVE_POSITIVE : [v] "+r"(v) : : "r2", "r3", "r4", "r5", "r6", "memory");
 #undef NLO_FIVE_POSITIVE
 #undef NLO_POSITIVE
