@@ -2,6 +2,7 @@
 // The assembly of Cortex-M gives the bits of its plain C++ version, and that one gives on the board the bits that it
 // gives on the host: hashes to compare with tests/golden. Fused lines come from machines that can fuse.
 #include <nlo/kernels/cortex_m.h>
+#include <nlo/kernels/cortex_m_vectors.h>
 
 #include <cstdint>
 #include <iterator>
@@ -44,6 +45,21 @@ void check(Hash& hash) {
     for (int o = 0; o < kOut; ++o) {
       same = same && std::bit_cast<std::uint32_t>(plain[o]) == std::bit_cast<std::uint32_t>(guarded[o + 1]);
     }
+#if defined(NLO_CORTEX_M_MVE)
+    float by_vectors[50 * 52]{}, padded_bias[52]{};
+    for (int o = 0; o < kOut; ++o) {
+      padded_bias[o] = bias[o];
+      for (int i = 0; i < kIn; ++i)
+        by_vectors[kernels::cortex_m_vectors::weight_position<kIn, kOut>(o, i)] =
+            weights[weight_position<kIn, kOut>(o, i)];
+    }
+    for (int o = 0; o < kOut; ++o) guarded[o + 1] = 0.0F;
+    kernels::cortex_m_vectors::layer<kKind, kArithmetic, kLast, kIn, kOut>(by_vectors, padded_bias, in, guarded + 1);
+    same = same && guarded[0] == kGuard && guarded[kOut + 1] == kGuard;
+    for (int o = 0; o < kOut; ++o) {
+      same = same && std::bit_cast<std::uint32_t>(plain[o]) == std::bit_cast<std::uint32_t>(guarded[o + 1]);
+    }
+#endif
     if (!same) {
       good = false;
       board::write("the assembly differs from its plain version: ");

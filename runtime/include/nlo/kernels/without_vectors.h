@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One layer of a network on targets without vectors, and the layout of its weights there:
-//   cortex_m.h  Cortex-M cores with an FPU, float
-//   plain.h     the others
+//   cortex_m.h          Cortex-M cores with an FPU, float
+//   cortex_m_vectors.h  those with vectors of floats
+//   plain.h             the others
 #pragma once
 
 #include <type_traits>
@@ -12,6 +13,7 @@
 #include "nlo/kernels/plain.h"
 #if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
 #include "nlo/kernels/cortex_m.h"
+#include "nlo/kernels/cortex_m_vectors.h"
 #endif
 
 namespace nlo::kernels {
@@ -27,12 +29,18 @@ inline constexpr bool kUsesCortexM = false;
 /// The layout of a layer's weights and biases.
 template <class Weight, int kIn, int kOut>
 struct TargetLayout {
-  static constexpr int kWeights = kIn * kOut;
+#if defined(NLO_CORTEX_M_MVE)
+  static constexpr int kBiases = kUsesCortexM<Weight> ? rounded_up(kOut, 4) : kOut;
+#else
   static constexpr int kBiases = kOut;
+#endif
+  static constexpr int kWeights = kIn * kBiases;
 
   /// Position of the weight of input i for output o.
   static constexpr int weight_position(int o, int i) {
-#if defined(NLO_CORTEX_M_FLOAT)
+#if defined(NLO_CORTEX_M_MVE)
+    if constexpr (kUsesCortexM<Weight>) return cortex_m_vectors::weight_position<kIn, kOut>(o, i);
+#elif defined(NLO_CORTEX_M_FLOAT)
     if constexpr (kUsesCortexM<Weight>) return cortex_m::weight_position<kIn, kOut>(o, i);
 #endif
     return plain::weight_position<kIn, kOut>(o, i);
@@ -43,7 +51,9 @@ struct TargetLayout {
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
 NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
   if constexpr (kUsesCortexM<Weight>) {
-#if defined(NLO_CORTEX_M_FLOAT)
+#if defined(NLO_CORTEX_M_MVE)
+    cortex_m_vectors::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
+#elif defined(NLO_CORTEX_M_FLOAT)
     cortex_m::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
 #endif
   } else {
