@@ -19,12 +19,16 @@ struct RowMaker {
 constexpr RowMaker kRowMakers[] = {{"reachable latent states", latent_rows},
                                    {"contraction", contraction_rows},
                                    {"Lipschitz constants of T*", lipschitz_rows},
-                                   {"largest estimates", estimate_rows}};
+                                   {"largest estimates", estimate_rows},
+                                   {"arithmetic that flies", arithmetic_rows}};
 
 std::vector<std::string> assumptions() {
-  return {"The model's constants are what the file says, in double; real numbers beyond that.",
-          "Arithmetic of this program is IEEE double, rounded to nearest; its roundings are part of each bound.",
-          "Functions of the C library (tanh, exp) are within 4 units in the last place."};
+  return {
+      "The model's constants are what the file says, in double; real numbers beyond that.",
+      "Arithmetic of this program is IEEE double, rounded to nearest; its roundings are part of each bound.",
+      "Functions of the C library (tanh, exp) are within 4 units in the last place.",
+      "Coefficients of a step, as double has them, are within 128 units in the last place and |lambda h| times that.",
+      "A target's floats are IEEE binary32, rounded to nearest; what it flies is what the export wrote."};
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions& o
 CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions& options);
+CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOptions& options);
 
 /// A row without a bound.
 CertificateRow absent_row(std::string id, std::string what, std::string why);
