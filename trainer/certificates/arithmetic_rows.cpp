@@ -39,7 +39,7 @@ constexpr Format kFormats[] = {{"float", codegen::ScalarType::kFloat, codegen::W
 /// A model in one of them, and what is searched.
 struct Flown {
   codegen::FoldedModel folded;
-  std::optional<codegen::QuantisedNetwork> quantised;
+  std::optional<codegen::QuantisedModel> quantised;
   FlownMap map;
 };
 
@@ -55,7 +55,7 @@ Flown flown_in(const codegen::Model& model, const Format& format, const Jacobian
   }
   flown.quantised = codegen::quantise(model, flown.folded);
   const codegen::InputBox box = codegen::input_box(model, flown.folded);
-  flown.map = flown_in_int16(real, *flown.quantised,
+  flown.map = flown_in_int16(real, flown.quantised->map,
                              codegen::largest_activations(*codegen::inverse_map(model), map, box), box.min, box.max);
   return flown;
 }
@@ -77,7 +77,7 @@ class MapSearch {
     const Eigen::VectorXf given = in.cast<float>();
     Vector out;
     if (flown_.quantised) {
-      out = codegen::evaluate(*flown_.quantised, given.head(flown_.quantised->inputs())).cast<double>();
+      out = codegen::evaluate(flown_.quantised->map, given.head(flown_.quantised->map.inputs())).cast<double>();
     } else {
       out = float_(given).cast<double>();
     }
