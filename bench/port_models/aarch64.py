@@ -10,6 +10,11 @@ CONDITIONS = {"eq": "e", "ne": "ne", "lt": "l", "ge": "ge", "le": "le", "gt": "g
               "hs": "ae", "ls": "be", "hi": "a", "mi": "s", "pl": "ns", "any": "ne", "none": "e"}
 
 
+RESULTS = {"add": lambda a, b: a + b, "sub": lambda a, b: a - b, "and": lambda a, b: a & b, "orr": lambda a, b: a | b,
+           "lsl": lambda a, b: a << (b & 63), "lsr": lambda a, b: a >> (b & 63), "mul": lambda a, b: a * b,
+           "neg": lambda _, b: -b, "mov": lambda _, b: b, "sxtw": lambda _, b: b, "uxtw": lambda _, b: b}
+
+
 class AArch64(Core):
     def __init__(self):
         super().__init__()
@@ -47,14 +52,13 @@ class AArch64(Core):
         if re.fullmatch(r"-?(0x)?[0-9a-f]+", operand) and not re.fullmatch(r"[a-f]\w*", operand):
             return int(operand, 0) & MASK
         if re.fullmatch(r"w\d+", operand):
-            return self.registers["x" + operand[1:]] & 0xffffffff
+            value = self.registers["x" + operand[1:]]
+            return None if value is None else value & 0xffffffff
         return self.registers[operand]
 
     def put(self, operand, value):
-        if operand[0] == "w":
-            self.registers["x" + operand[1:]] = value & 0xffffffff
-        else:
-            self.registers[operand] = value & MASK
+        bits = 0xffffffff if operand[0] == "w" else MASK
+        self.registers["x" + operand[1:] if operand[0] == "w" else operand] = None if value is None else value & bits
 
     def shifted(self, ops):
         """The last operand, behind which "lsl 2" and the like may stand."""
@@ -62,11 +66,15 @@ class AArch64(Core):
         if not match:
             return self.value(ops[-1])
         value = self.value(ops[-2])
+        if value is None:
+            return None
         return (self.signed(value, 32) if match[1] == "sxtw" else value) << int(match[2] or 0)
 
     def jump(self, mnemonic, ops):
         if mnemonic == "b":
             return ops[0]
+        if mnemonic in ("cbz", "cbnz", "tbz", "tbnz") and self.value(ops[0]) is None:
+            raise Unknown("a jump that the caller's data decide")
         if mnemonic in ("cbz", "cbnz"):
             return ops[1] if (self.value(ops[0]) == 0) == (mnemonic == "cbz") else ""
         if mnemonic in ("tbz", "tbnz"):
@@ -78,37 +86,39 @@ class AArch64(Core):
     def execute(self, mnemonic, ops):
         if any(MEMORY.match(op) for op in ops):
             return self.access(mnemonic, ops)
-        if VECTOR.match(ops[0]):
-            return None, None, None
-        if not re.fullmatch(r"[xw](\d+|zr)|sp", ops[0]) or any(VECTOR.fullmatch(op) for op in ops[1:]):
-            raise Unknown(f"{mnemonic} {', '.join(ops)}: a vector that decides an integer")
-        if mnemonic == "ccmp" and not self.holds(CONDITIONS[ops[3]]):  # n z c v as a number
-            self.flags = {0: (0, 1), 2: (1, 0), 4: (0, 0), 8: (0, 1)}[int(ops[2])]
-        elif mnemonic in ("cmp", "ccmp"):
-            ops = ops[:2] if mnemonic == "ccmp" else ops
-            self.flags = (self.value(ops[0]), self.shifted(ops))
-        elif mnemonic in ("mov", "sxtw", "uxtw"):
-            self.put(ops[0], self.value(ops[1]))
-        elif mnemonic == "adrp":
-            self.put(ops[0], self.symbol(ops[1]) >> 24 << 24)
-        elif mnemonic in ("add", "sub", "adds", "subs", "and", "ands", "lsl", "lsr", "neg", "mul", "orr"):
-            a, b = (0 if mnemonic == "neg" else self.value(ops[1]), self.shifted(ops[2:] or ops[1:]))
-            result = {"add": a + b, "sub": a - b, "and": a & b, "lsl": a << (b & 63), "lsr": a >> (b & 63), "neg": -b, "mul": a * b, "orr": a | b}[{"adds": "add", "subs": "sub", "ands": "and"}.get(mnemonic, mnemonic)]
-            self.put(ops[0], result)
-            if mnemonic == "subs":
-                self.flags = (a & MASK, b & MASK)
-            elif mnemonic in ("adds", "ands"):
-                self.flags = (result & MASK, 0)
-        else:
-            raise Unknown(f"{mnemonic} {', '.join(ops)}")
+        if mnemonic in ("fcmp", "fcmpe"):
+            self.flags = None
+        elif not VECTOR.match(ops[0]):
+            self.integer(mnemonic, ops)
         return None, None, None
+
+    def integer(self, mnemonic, ops):
+        if mnemonic == "adrp":
+            return self.put(ops[0], self.symbol(ops[1]) >> 24 << 24)
+        if mnemonic == "ccmp":  # the numbers are n z c v
+            if self.holds(CONDITIONS[ops[3]]):
+                return self.integer("cmp", ops[:2])
+            self.flags = {0: (0, 1), 2: (1, 0), 4: (0, 0), 8: (0, 1)}[int(ops[2])]
+            return None
+        if mnemonic == "cmp":
+            mnemonic, ops = "subs", ["xzr", *ops]
+        name = mnemonic[:-1] if mnemonic in ("adds", "subs", "ands") else mnemonic
+        known = name in RESULTS and not any(VECTOR.match(op) for op in ops)
+        a = self.value(ops[1]) if known and len(ops) > 2 else 0
+        b = self.shifted(ops[2:] or ops[1:]) if known else None
+        result = None if None in (a, b) else RESULTS[name](a, b)
+        self.put(ops[0], result)
+        if name != mnemonic or not known:
+            self.flags = None if result is None else (a & MASK, b & MASK) if name == "sub" else (result & MASK, 0)
+        return None
 
     def access(self, mnemonic, ops):
         at = next(n for n, op in enumerate(ops) if MEMORY.match(op))
         match = MEMORY.fullmatch(ops[at])
-        where = self.value(match["base"])
-        if match["offset"]:
-            where += self.shifted(operands(match["offset"]))
+        where, offset = self.value(match["base"]), self.shifted(operands(match["offset"])) if match["offset"] else 0
+        if None in (where, offset):
+            raise Unknown(f"the address {ops[at]}, which the caller's data decide")
+        where += offset
         if match["before"]:
             self.put(match["base"], where)
         elif at + 1 < len(ops):
@@ -120,7 +130,7 @@ class AArch64(Core):
                 if mnemonic.startswith("st"):
                     self.memory[where + n * size] = self.value(register)
                 else:
-                    self.put(register, self.memory.get(where + n * size, 0))
+                    self.put(register, self.memory.get(where + n * size))
             return None, None, None
         size = {"q": 16, "d": 8, "s": 4, "v": 16}[vector[1]] * (at if mnemonic in ("ldp", "stp") else 1)
         if mnemonic == "ld1r" or re.search(r"\.s\}?\[", ops[0]):

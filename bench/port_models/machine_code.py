@@ -2,8 +2,8 @@
 """The instructions that one call of a function executes, from the assembly that a compiler has written.
 
 llvm-mca reads instructions one after the other: it follows no jump. So the call is executed here as far as control and
-addresses go (integers, by value); vectors pass by, their contents decide nothing in a kernel. An instruction that would
-decide something and is not known stops with an error that names it.
+addresses go (integers, by value). Vectors and the caller's data pass by as None, and so does what an instruction gives
+that is not known here: a jump or an address that depends on one of them is an error.
 
 llvm-mca does not see either that a load reads what a store before it wrote, and would run the layers of a network side
 by side. trace() says it by a register: behind such a store its value moves to a general register, and the load takes

@@ -64,10 +64,13 @@ class X86(Core):
             return self.symbol(offset)
         at = int(offset, 0) if re.fullmatch(r"-?\w+", offset or "0") and offset[-1:].isdigit() else 0
         at = self.symbol(offset) if offset and not re.fullmatch(r"-?\d+", offset) else at
+        parts = [self.registers.get(long_name(match[part])) for part in ("base", "index") if match[part]]
+        if None in parts:
+            raise Unknown(f"the address {operand}, which the caller's data decide")
         if match["base"]:
-            at += self.registers[long_name(match["base"])]
+            at += parts[0]
         if match["index"]:
-            at += self.registers[long_name(match["index"])] * int(match["scale"] or 1)
+            at += parts[-1] * int(match["scale"] or 1)
         return at & MASK
 
     def value(self, operand):
@@ -91,14 +94,14 @@ class X86(Core):
         if mnemonic == "jmp":
             return ops[0]
         if mnemonic.startswith("j"):
-            return ops[0] if self.holds({"z": "e", "nz": "ne", "c": "b", "nc": "ae"}.get(mnemonic[1:], mnemonic[1:])) else ""
+            return ops[0] if self.holds({"z": "e", "nz": "ne", "c": "b", "nc": "ae", "nb": "ae", "nbe": "a", "na": "be", "nae": "b", "nl": "ge", "nle": "g", "ng": "le", "nge": "l"}.get(mnemonic[1:], mnemonic[1:])) else ""
         return None
 
     def execute(self, mnemonic, ops):
         last = ops[-1] if ops else ""
         if mnemonic.startswith("v") or any(VECTOR.match(op) for op in ops):
             if last.startswith("%") and long_name(last):
-                raise Unknown(f"{mnemonic} {', '.join(ops)}: a vector that decides an integer")
+                self.put(last, None)
             return self.vector(mnemonic, ops)
         known = re.fullmatch(r"(mov|lea|add|sub|and|or|xor|cmp|test|inc|dec|neg|sal|shl|sar|shr|imul|push|pop|movs|movz|movabs)"
                              r"[bwlq]{0,2}", mnemonic)
@@ -107,9 +110,12 @@ class X86(Core):
                 self.registers["rsp"] = self.registers["rbp"] + 8
                 self.registers["rbp"] = self.memory.get(self.registers["rbp"], 0)
             return None, None, None
-        if not known:
-            raise Unknown(f"{mnemonic} {', '.join(ops)}")
-        self.integer(known[1], ops)
+        if known:
+            self.integer(known[1], ops)
+        else:
+            self.flags = None
+            if last.startswith("%"):
+                self.put(last, None)
         return None, None, None
 
     def integer(self, what, ops):
