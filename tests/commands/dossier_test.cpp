@@ -62,7 +62,7 @@ TEST_F(DossierOfPlant, EveryFileIsWhatItsCommandGivesAgain) {
     EXPECT_EQ(scratch_.has("d/" + item.file), expected) << item.file;
   }
   const auto commands = commands_in(index);
-  EXPECT_EQ(commands.size(), 5U) << index;
+  EXPECT_EQ(commands.size(), 7U) << index;
   Scratch again;
   again.write("model.json", scratch_.read("d/model.json"));
   for (std::vector<std::string> words : commands) {
