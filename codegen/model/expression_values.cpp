@@ -48,12 +48,21 @@ Scalar number_of(Function function, Scalar x) {
   }
 }
 
+/// Outwards by more than what rounding, or the standard library (assumed within 4 units in the last place), is off by;
+/// a value of 0 stays.
+Interval outwards(double low, double high, double units = 1.0) {
+  const double by = units * std::numeric_limits<double>::epsilon();
+  return {low - by * std::abs(low), high + by * std::abs(high)};
+}
+constexpr double kLibraryUnits = 4.0;
+
 /// cos over an interval: 1 at whole turns, -1 half a turn on.
 Interval cosine_of(Interval x) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   const auto has = [&](double at) { return std::floor((x.high - at) / kTurn) >= std::ceil((x.low - at) / kTurn); };
   const auto [low, high] = std::minmax({std::cos(x.low), std::cos(x.high)});
-  return {has(0.5 * kTurn) ? -1.0 : low, has(0.0) ? 1.0 : high};
+  const Interval ends = outwards(low, high, kLibraryUnits);
+  return {has(0.5 * kTurn) ? -1.0 : std::max(-1.0, ends.low), has(0.0) ? 1.0 : std::min(1.0, ends.high)};
 }
 
 }  // namespace
@@ -93,27 +102,28 @@ bool Interval::bounded() const {
 }
 
 Interval operator+(Interval a, Interval b) {
-  return {a.low + b.low, a.high + b.high};
+  return outwards(a.low + b.low, a.high + b.high);
 }
 Interval operator-(Interval a, Interval b) {
-  return {a.low - b.high, a.high - b.low};
+  return outwards(a.low - b.high, a.high - b.low);
 }
 Interval operator*(Interval a, Interval b) {
   if (!a.bounded() || !b.bounded()) return Interval::any();
   const auto [low, high] = std::minmax({a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high});
-  return {low, high};
+  return outwards(low, high);
 }
 Interval operator/(Interval a, Interval b) {
   if (b.low <= 0.0 && b.high >= 0.0) return Interval::any();
-  return a * Interval(1.0 / b.high, 1.0 / b.low);
+  return a * outwards(1.0 / b.high, 1.0 / b.low);
 }
 Interval square(Interval a) {
   const auto [low, high] = std::minmax({a.low * a.low, a.high * a.high});
-  return {a.low < 0.0 && a.high > 0.0 ? 0.0 : low, high};
+  const Interval ends = outwards(low, high);
+  return {a.low < 0.0 && a.high > 0.0 ? 0.0 : ends.low, ends.high};
 }
 
 Interval value_of(Function function, Interval x) {
-  const auto rising = [&] { return Interval(number_of(function, x.low), number_of(function, x.high)); };
+  const auto rising = [&] { return outwards(number_of(function, x.low), number_of(function, x.high), kLibraryUnits); };
   // Where the runtime's have values.
   const auto within = [&](double low, double high) { return x.low > low && x.high < high; };
   constexpr auto kFarthestAngle = static_cast<double>(CircleFit<float>::kFarthest);
@@ -122,7 +132,7 @@ Interval value_of(Function function, Interval x) {
   constexpr double kFarthestPower = 80.0;
   switch (function) {
     case Function::kSine:
-      x = x - Interval(0.5 * std::numbers::pi);
+      x = x - outwards(0.5 * std::numbers::pi, 0.5 * std::numbers::pi);
       [[fallthrough]];
     case Function::kCosine:
       return within(-kFarthestAngle, kFarthestAngle) ? cosine_of(x) : Interval::any();

@@ -31,7 +31,8 @@ Value square(const Value& x) {
   return x * x;
 }
 
-/// All values that a quantity may have. Where it may have none, all numbers and beyond: low = -inf, high = inf.
+/// All values that a quantity may have, rounded outwards (where no product underflows). Where it may have none, all
+/// numbers and beyond: low = -inf, high = inf.
 struct Interval {
   double low = 0.0, high = 0.0;
 
