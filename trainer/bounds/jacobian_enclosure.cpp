@@ -127,12 +127,20 @@ double JacobianEnclosure::cost() const {
   return sum;
 }
 
-JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms) const {
+/// J directions = at_centre +- entries, and = at_centre + the sum of steps_k (p - c)_k / r_k +- linear; rounding of
+/// at_centre apart.
+struct JacobianEnclosure::Pieces {
+  std::vector<LayerRange> ranges;
+  Matrix at_centre, entries, linear;
+  std::vector<Matrix> steps;
+};
+
+JacobianEnclosure::Pieces JacobianEnclosure::pieces_over(const InputBox& box) const {
   const Vector& r = box.radius;
   Matrix mid;
-  const std::vector<LayerRange> ranges = ranges_over(box, mid);
+  Pieces pieces{ranges_over(box, mid), {}, {}, {}, {}};
+  const std::vector<LayerRange>& ranges = pieces.ranges;
   Matrix entries = Matrix::Zero(mid.rows(), mid.cols()), linear = entries;
-  std::vector<Matrix> steps;
   const Matrix along = directions_.cwiseAbs();
   for (std::size_t l = 0; l < ranges.size(); ++l) {
     const LayerRange& range = ranges[l];
@@ -151,13 +159,28 @@ JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms
       const Vector turn = r(k) * range.slope.gradient.cwiseProduct(range.mid.col(k));
       step += range.back * (turn.asDiagonal() * (range.mid * directions_));
     }
-    steps.push_back(std::move(step));
+    pieces.steps.push_back(std::move(step));
   }
   const double raised = 1.0 + rounding_.gamma;
-  const Matrix at_centre = mid * directions_, beside = raised * (entries * along);
-  const double centre = norm_above(at_centre);
+  pieces.at_centre = mid * directions_;
+  pieces.entries = raised * (entries * along);
+  pieces.linear = raised * (linear * along);
+  return pieces;
+}
+
+JacobianEnclosure::Secants JacobianEnclosure::secants_over(const InputBox& box) const {
+  Pieces pieces = pieces_over(box);
+  for (const Matrix& step : pieces.steps) pieces.linear += 0.5 * step.cwiseAbs();  // from 0 at c to a step at p
+  const double raised = 1.0 + rounding_.gamma;
+  return {pieces.at_centre,
+          raised * (pieces.entries.cwiseMin(pieces.linear) + rounding_.mid.back() * directions_.cwiseAbs())};
+}
+
+JacobianEnclosure::Bound JacobianEnclosure::over(const InputBox& box, bool norms) const {
+  auto [ranges, at_centre, beside, linear, steps] = pieces_over(box);
+  const double raised = 1.0 + rounding_.gamma, centre = norm_above(at_centre);
   const double by_entries = std::min(centre + norm_above(beside), norm_above(raised * (at_centre.cwiseAbs() + beside)));
-  const double by_line = largest_at_corners(at_centre, std::move(steps)) + norm_above(raised * (linear * along));
+  const double by_line = largest_at_corners(at_centre, std::move(steps)) + norm_above(linear);
   double least = std::min(by_entries, by_line);
   const double by_norms = norms ? centre + bound_by_norms(ranges) : least;
   norms = by_norms < least;

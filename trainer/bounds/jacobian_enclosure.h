@@ -64,6 +64,13 @@ class JacobianEnclosure {
   const Eigen::MatrixXd& linear_path() const { return linear_path_; }
   const Eigen::MatrixXd& linear_path_rounding() const { return rounding_.linear_path; }
 
+  /// J directions on average between the box's centre c and any p of it, which takes p - c to the difference of the
+  /// outputs: centre +- radius, entry by entry.
+  struct Secants {
+    Eigen::MatrixXd centre, radius;
+  };
+  Secants secants_over(const InputBox& box) const;
+
   /// Chooses the scaling of neurons that makes the bound by norms small over that box, by a search that starts from a
   /// good guess; it then serves smaller boxes too. Bounds hold for any scaling. `rounds` cost two bounds per neuron
   /// each.
@@ -76,6 +83,8 @@ class JacobianEnclosure {
   double cost() const;
 
  private:
+  struct Pieces;
+  Pieces pieces_over(const InputBox& box) const;
   /// Every hidden layer over the box; mid: the Jacobian at the centre's slopes.
   std::vector<LayerRange> ranges_over(const InputBox& box, Eigen::MatrixXd& mid, AffineValues* values = nullptr) const;
   double bound_by_norms(const std::vector<LayerRange>& ranges) const;

@@ -11,6 +11,8 @@
 
 #include "codegen/model/model.h"
 #include "trainer/bounds/evidence.h"
+#include "trainer/certificates/plant_enclosure.h"
+#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 
@@ -37,6 +39,11 @@ struct CertifyOptions {
   std::int64_t boxes = 0;  ///< at most, of each branch and bound; 0: some minute of one core each
   double gap = 0.2;        ///< a branch and bound ends where bound / found - 1 is below this
   std::uint64_t seed = 1;  ///< of falsifiers
+  // Of the error that stays:
+  const Experiment* experiment = nullptr;  ///< what the model was trained by; null: not known
+  double noise = 0.0;                      ///< V: each sample of each output is off by at most this
+  double disturbance = 0.0;                ///< W: each state's derivative is off by at most this [state / s]
+  StateBox box = {};                       ///< where the state stays; empty: where simulated runs have been
   /// Said of each group of rows as it begins; may be empty.
   std::function<void(const std::string&)> progress = {};
 };
@@ -47,7 +54,7 @@ struct Certificate {
   std::vector<std::string> assumptions;  ///< what all proofs rest on
 };
 
-/// All rows that need the model alone.
+/// All rows.
 Certificate certify(const codegen::Model& model, const CertifyOptions& options);
 
 /// Rows of one kind. Makers stand in a table of certificate.cpp.
@@ -57,6 +64,7 @@ CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptio
 CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOptions& options);
+CertificateRows steady_rows(const codegen::Model& model, const CertifyOptions& options);
 
 /// A row without a bound.
 CertificateRow absent_row(std::string id, std::string what, std::string why);

@@ -15,12 +15,12 @@
 #include "codegen/base/file.h"
 #include "codegen/model/model.h"
 #include "codegen/model_file/model_file.h"
-#include "trainer/base/noise_table.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/printable.h"
 #include "trainer/bounds/bound_study.h"
 #include "trainer/bounds/bound_text.h"
 #include "trainer/bounds/latent_system.h"
+#include "trainer/commands/bounded_errors.h"
 #include "trainer/commands/command.h"
 #include "trainer/commands/directory_lock.h"
 #include "trainer/commands/options.h"
@@ -133,39 +133,6 @@ std::vector<double> parse_factors(const std::string& text) {
   factors.erase(std::unique(factors.begin(), factors.end()), factors.end());
   if (factors.size() > kMost) throw codegen::Error(fmt::format("--k: at most {} factors", kMost));
   return factors;
-}
-
-/// V of |v_j| <= V. Without --noise: of the uniform noise that is as strong as the training's.
-double noise_limit(const std::string& text, const NoiseConfig& training) {
-  constexpr double kDefault = 0.1;
-  const auto as_uniform = [](const SensorNoise& own) {
-    return own.scale * (noise_row(own.kind).bounded() ? noise_row(own.kind).largest
-                                                      : std::sqrt(3.0 * noise_row(own.kind).variance));
-  };
-  if (text.empty()) {
-    double largest = 0.0;  // one V for all outputs: that of the strongest
-    for (const SensorNoise& own : training.sensors) largest = std::max(largest, as_uniform(own));
-    return largest == 0.0 ? kDefault : largest;
-  }
-  const NoiseConfig noise = parse_noise(text);
-  if (noise.sensors.size() > 1)
-    throw codegen::Error(fmt::format("--noise {}: the bound has one V for all outputs; give one noise", text));
-  const SensorNoise& own = noise.sensors.front();
-  if (own != SensorNoise{own.kind, own.scale, own.shape})
-    throw codegen::Error(fmt::format(
-        "--noise {}: Proposition 2 speaks of bounded noise about zero; write uniform:HALF_WIDTH alone", text));
-  if (!noise_row(own.kind).bounded())
-    throw codegen::Error(
-        fmt::format("--noise {}: this noise has no bound, and Proposition 2 speaks of bounded noise; write "
-                    "uniform:{:.4g}, which is as strong",
-                    text, as_uniform(own)));
-  return as_uniform(own);
-}
-
-double disturbance_limit(const std::string& text) {
-  const auto limit = finite_number(text);
-  if (limit && *limit >= 0.0) return *limit;
-  throw codegen::Error(fmt::format("--disturbance {}: must be a number from 0 on, the largest |w|", text));
 }
 
 void check_model(const codegen::Model& model, const Experiment& experiment, const std::string& path) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// What a KKL observer's latent state keeps of its past: z+ = A z + B0 y_k + B1 y_(k+1), so an error of the outputs v
+// and of the step d, whose effects are
+//   e_k = sum over i >= 0 of  A^i B1 v_(k-i)  +  A^i B0 v_(k-1-i)  -  A^i d_(k-i)
+#pragma once
+
+#include <Eigen/Core>
+
+#include "codegen/model/model.h"
+
+namespace nlo::trainer {
+
+struct LatentMemory {
+  Eigen::MatrixXd a, b0, b1;  ///< of a step
+  Eigen::Index steps = 0;     ///< that are kept; the rest is in `noise_tail` and `step_tail`
+  Eigen::MatrixXd noise;      ///< n_z x (steps + 1) n_y: de_k/dv_k, de_k/dv_(k-1), ...
+  Eigen::MatrixXd powers;     ///< n_z x steps n_z: I, A, A^2, ...
+  double tail = 0.0;          ///< at least the sum of the norms of all powers that are not kept
+  double rounding = 0.0;      ///< of each entry of `noise` and `powers`, relative to the largest
+
+  explicit LatentMemory(const codegen::Model& model);
+
+  /// At least sup |row e| for each row of `rows` (m x n_z) where |v_j| <= noise_j, |d_i| <= step_i in every step.
+  /// `feedthrough` (m x n_y, or 0 x 0): what rows besides read of v_k.
+  Eigen::VectorXd largest(const Eigen::MatrixXd& rows, const Eigen::VectorXd& noise_size,
+                          const Eigen::VectorXd& step_size, const Eigen::MatrixXd& feedthrough = {}) const;
+};
+
+}  // namespace nlo::trainer

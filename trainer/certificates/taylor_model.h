@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// Functions over a box as polynomials with a bound of what they leave out (Makino and Berz 1998):
+//   f(x) = sum over products of c t^power +- remainder,   t = (x - centre) / radius in [-1, 1]^n
+// Where terms cancel, their polynomials do, which intervals of their values can't see. Rounding is in the remainder.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "codegen/model/expression_values.h"
+
+namespace nlo::trainer {
+
+class TaylorModel {
+ public:
+  static constexpr std::size_t kVariables = 3;
+  static constexpr int kOrder = 6;  ///< the total degree of products that are kept
+  using Powers = std::array<int, kVariables>;
+
+  TaylorModel(double value = 0.0) { coefficients_[0] = value; }  // NOLINT: a number is a function
+  /// x of one variable.
+  static TaylorModel variable(std::size_t index, double centre, double radius);
+
+  /// Adds c t^power; beyond kOrder to the remainder.
+  void add(const Powers& power, double c);
+  void widen(double by) { remainder_ += by; }
+
+  /// |f| is at most this.
+  double most() const;
+
+  friend TaylorModel operator+(const TaylorModel& a, const TaylorModel& b);
+  friend TaylorModel operator-(const TaylorModel& a, const TaylorModel& b);
+  friend TaylorModel operator*(const TaylorModel& a, const TaylorModel& b);
+  /// Infinite where b may be 0, as value_of() is where a function has no value.
+  friend TaylorModel operator/(const TaylorModel& a, const TaylorModel& b);
+  friend TaylorModel value_of(codegen::Function function, const TaylorModel& x);
+
+ private:
+  static constexpr std::size_t kProducts = 84;  ///< (3 + 6)! / (3! 6!)
+  using Series = std::array<codegen::Interval, kOrder + 2>;
+
+  double size() const;  ///< sum of |c|
+  /// g(x) from Taylor's series of g: around a number, and around every number of a range, whose last term is used.
+  template <class SeriesOf>
+  TaylorModel composed(const SeriesOf& series_of) const;
+
+  std::array<double, kProducts> coefficients_{};
+  double remainder_ = 0.0;
+};
+
+}  // namespace nlo::trainer
