@@ -237,6 +237,10 @@ std::string Expression::text(const std::function<std::string(int)>& reading,
     const bool sum = part.kind == Kind::kSum || part.kind == Kind::kDifference;
     return sum || always ? "(" + part.text + ")" : part.text;
   };
+  // A quotient in a sum has parentheses for who reads it (MISRA C 12.1).
+  const auto term = [&](const Part& part) {
+    return enclosed({summand(part), part.kind}, part.kind == Kind::kQuotient);
+  };
   std::vector<Part> stack;
   for (const Node& node : nodes_) {
     if (node.kind == Kind::kNumber) {
@@ -257,8 +261,8 @@ std::string Expression::text(const std::function<std::string(int)>& reading,
         left.text = enclosed(left, false) + (node.kind == Kind::kProduct ? " * " : " / ") +
                     enclosed(right, multiplies(right.kind));
       else
-        left.text = summand(left) + (node.kind == Kind::kSum ? " + " : " - ") +
-                    (right.kind == Kind::kProduct ? summand(right) : enclosed(right, false));
+        left.text = (left.kind == Kind::kQuotient ? term(left) : summand(left)) +
+                    (node.kind == Kind::kSum ? " + " : " - ") + term(right);
       left.kind = node.kind;
     }
   }
