@@ -18,9 +18,14 @@
 namespace nlo::codegen {
 namespace {
 
+/// A factor of 1 is an operation without effect (MISRA C 2.2).
+std::string table_size(Eigen::Index rows, Eigen::Index columns) {
+  return rows == 1 ? fmt::format("{}", columns) : fmt::format("{} * {}", rows, columns);
+}
+
 std::string table(const Initialiser& init, const std::string& name, const Eigen::MatrixXd& values,
                   const std::string& field) {
-  return fmt::format("static const IN_FLASH Scalar {}[{} * {}] = {};\n", name, values.rows(), values.cols(),
+  return fmt::format("static const IN_FLASH Scalar {}[{}] = {};\n", name, table_size(values.rows(), values.cols()),
                      c99_rows(init, values, field));
 }
 
@@ -157,7 +162,7 @@ std::string integer_arithmetic(const QuantisedModel& quantised) {
 std::string integer_tables(const QuantisedLayer& layer, const std::string& weights, const std::string& bias) {
   const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
   const Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> by_rows = layer.weights.transpose();
-  return fmt::format("static const IN_FLASH int16_t {}[{} * {}] = {};\n", weights, rows, columns,
+  return fmt::format("static const IN_FLASH int16_t {}[{}] = {};\n", weights, table_size(rows, columns),
                      integers(by_rows.reshaped(), static_cast<std::size_t>(columns))) +
          fmt::format("static const IN_FLASH int32_t {}[{}] = {};\n", bias, rows, integers(layer.bias, 8));
 }

@@ -36,7 +36,7 @@
 extern "C" {
 #endif
 
-#define tiny_c99_EXPORT 0xef09cc53  // tiny_c99.c has the same
+#define tiny_c99_EXPORT 0xd7ac849a  // tiny_c99.c has the same
 
 // Sizes: estimate, measurement, latent state.
 enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };

@@ -64,9 +64,11 @@ def main():
                                      capture_output=True, text=True)
             if written.returncode and not few and re.search("target c99 writes|^int16 ", written.stderr):
                 continue
+            last = source
             left = unexplained(source, table, used) if not written.returncode else [written.stderr]
             print("\n".join([f"FAILED  {pair}", *left] if left else [f"ok      {pair}"]))
             failed |= bool(left)
+        source = last
         text = source.read_text()
         spoilt = text.replace("if (!good) { return false; }", "if (!good) good = false;")
         source.write_text(spoilt)
