@@ -135,7 +135,7 @@ TEST(FlownArithmetic, ControlAProofThatForgetsTheWeightsIsBroken) {
   FlownMap map = flown_in_float(real, *folded.inverse_map());
   const Eigen::VectorXd bf16 = largest_at_draws<Arithmetic::kDeterministic>(model, vdp_bf16::kModel);
   EXPECT_GE((arithmetic_error(model, region, map, latent, found, 1, 0.1).bound - bf16).minCoeff(), 0.0);
-  for (FlownLayer& layer : map.layers) layer.off.weights.setZero();
+  for (FlownLayer& layer : map.layers) layer.known.weights.setZero();
   EXPECT_LT((arithmetic_error(model, region, map, latent, found, 1, 0.1).bound - bf16).maxCoeff(), 0.0);
 }
 

@@ -58,60 +58,79 @@ class FlownEnclosure {
     const std::vector<LayerRange> ranges = enclosure_.layers_over(box);
     const Vector reads = kRaised * (inputs_.cwiseAbs() * (box.centre.cwiseAbs() + box.radius));
     const Vector in = reads.head(input_off_.size());
-    Vector size = in, off = input_off_;  // of what a layer reads: |it|, how far it is from the real one
-    std::vector<Vector> locals;
+    const Vector middle_in = (inputs_ * box.centre).head(in.size());
+    Vector low_in = middle_in - kRaised * (inputs_.cwiseAbs() * box.radius).head(in.size());  // what a layer reads
+    Vector high_in = 2.0 * middle_in - low_in, off = input_off_;                              // how far it is off
+    std::vector<Known> locals;
     std::vector<SlopeLine> slopes;
     for (std::size_t l = 0; l < ranges.size(); ++l) {
-      const Vector local = sum_error(l, size);
-      off = (kRaised * ((layers_[l].weights.cwiseAbs() + off_[l].weights) * off + local)).eval();
+      const Known sum = sum_error(l, low_in, high_in);
+      off = (kRaised * ((layers_[l].weights.cwiseAbs() + off_[l].weights) * off + sum.most())).eval();
       const Vector low = ranges[l].low - off, high = ranges[l].high + off;
       SlopeLine slope = slope_line(activation_, low, high, 0.5 * (low + high));
       const Vector steepest = slope.centre.cwiseAbs() + slope.range;
-      Vector lowest, highest;
-      activated_range(activation_, low, high, lowest, highest);
-      const Vector beyond = (highest.array() - flown_.layers[l].largest).max(0.0);
+      activated_range(activation_, low, high, low_in, high_in);
+      const Vector beyond = (high_in.array() - flown_.layers[l].largest).max(0.0);
       const Vector argument = low.cwiseAbs().cwiseMax(high.cwiseAbs());
       const Vector activation = (beyond + flown_.activation_relative * argument).array() + flown_.activation_off;
-      locals.push_back(kRaised * (steepest.cwiseProduct(local) + activation));
+      locals.push_back({slope.centre.cwiseProduct(sum.middle),
+                        kRaised * (steepest.cwiseProduct(sum.radius) + slope.range.cwiseProduct(sum.middle.cwiseAbs()) +
+                                   activation)});
       off = (kRaised * (steepest.cwiseProduct(off) + activation)).eval();
-      size = lowest.cwiseAbs().cwiseMax(highest.cwiseAbs()) + activation;
+      low_in -= activation;
+      high_in += activation;
       slopes.push_back(std::move(slope));
     }
     const std::size_t last = layers_.size() - 1;
-    const Vector out = layer_size(last, size);
-    Vector error = sum_error(last, size) + flown_.output_rounding * out + flown_.path_off * in +
-                   flown_.path_rounding * (out + (path_.cwiseAbs() + flown_.path_off) * in);
+    const Vector out = layer_size(last, low_in.cwiseAbs().cwiseMax(high_in.cwiseAbs()));
+    Known error = sum_error(last, low_in, high_in);
+    error.radius += flown_.output_rounding * out + flown_.path_off * in +
+                    flown_.path_rounding * (out + (path_.cwiseAbs() + flown_.path_off) * in);
     // The Jacobian of the net behind a layer, back to the inputs.
     Matrix tail = layers_[last].weights, around = off_[last].weights;
     for (std::size_t l = last; l-- > 0;) {
-      error += kRaised * ((tail.cwiseAbs() + around) * locals[l]);
+      error.middle += tail * locals[l].middle;
+      error.radius += kRaised * (around * locals[l].middle.cwiseAbs() + (tail.cwiseAbs() + around) * locals[l].radius) +
+                      kRounding * (tail.cwiseAbs() * locals[l].middle.cwiseAbs());
       const SlopeLine& slope = slopes[l];
       const Matrix weights = layers_[l].weights.cwiseAbs() + off_[l].weights;
       const Matrix middle = tail * slope.centre.asDiagonal();
       const Matrix spread =
           around * (slope.centre.cwiseAbs() + slope.range).asDiagonal() + tail.cwiseAbs() * slope.range.asDiagonal();
-      const double rounding = gamma(4 * layers_[l].weights.rows() + 16);
-      around = kRaised * (spread * weights + middle.cwiseAbs() * (off_[l].weights + rounding * weights));
+      around = kRaised * (spread * weights + middle.cwiseAbs() * (off_[l].weights + kRounding * weights));
       tail = middle * layers_[l].weights;
     }
-    error += kRaised * (((tail + path_).cwiseAbs() + around + path_off_) * input_off_);
-    return {kRaised * error, enclosure_.split_of(ranges, box)};
+    error.radius += kRaised * (((tail + path_).cwiseAbs() + around + path_off_) * input_off_);
+    return {kRaised * error.most(), enclosure_.split_of(ranges, box)};
   }
 
  private:
-  /// More than all roundings of the sums here, of a few thousand terms >= 0 at most.
-  static constexpr double kRaised = 1.0 + 1e-11;
-  static_assert(1e-11 > gamma(40000));
+  /// More than all roundings of the sums here, of a few thousand terms at most, are of the sum of their sizes.
+  static constexpr double kRounding = 1e-11, kRaised = 1.0 + kRounding;
+  static_assert(kRounding > gamma(40000));
+
+  /// An error within middle +- radius.
+  struct Known {
+    Vector middle, radius;
+
+    Vector most() const { return middle.cwiseAbs() + radius; }
+  };
 
   Vector layer_size(std::size_t l, const Vector& size) const {
-    const codegen::DenseLayer& off = flown_.layers[l].off;
-    return (layers_[l].weights.cwiseAbs() + off.weights) * size + layers_[l].bias.cwiseAbs() + off.bias;
+    const FlownLayer& flown = flown_.layers[l];
+    return (layers_[l].weights.cwiseAbs() + flown.known.weights.cwiseAbs() + flown.off.weights) * size +
+           layers_[l].bias.cwiseAbs() + flown.known.bias.cwiseAbs() + flown.off.bias;
   }
-  /// Of the sums of layer l, given flown inputs of that size, against the real layer's.
-  Vector sum_error(std::size_t l, const Vector& size) const {
+  /// Of the sums of layer l, given flown inputs between `low` and `high`, against the real layer's.
+  Known sum_error(std::size_t l, const Vector& low, const Vector& high) const {
     const FlownLayer& layer = flown_.layers[l];
-    return kRaised * (layer.off.weights * size + layer.off.bias + layer.sum_rounding * layer_size(l, size) +
-                      Vector::Constant(layer.off.bias.size(), layer.sum_off));
+    const Vector middle = 0.5 * (low + high), size = low.cwiseAbs().cwiseMax(high.cwiseAbs());
+    const Matrix known = layer.known.weights.cwiseAbs();
+    return {
+        layer.known.weights * middle + layer.known.bias,
+        kRaised * (known * (0.5 * (high - low)) + layer.off.weights * size + layer.off.bias +
+                   (layer.sum_rounding + kRounding) * (known * size + layer.known.bias.cwiseAbs()) +
+                   layer.sum_rounding * layer_size(l, size) + Vector::Constant(layer.off.bias.size(), layer.sum_off))};
   }
 
   const codegen::ActivationRow& activation_;

@@ -35,9 +35,21 @@ std::vector<codegen::DenseLayer> real_roundings(const JacobianEnclosure& real, I
   return layers;
 }
 
-/// |a - b|, with what b itself is off.
+/// What rounding and what b is off leave of the difference a - b.
+Matrix besides(const Matrix& a, const Matrix& b, const Matrix& off) {
+  return upward(2.0 * kUnit * (a.cwiseAbs() + b.cwiseAbs()) + off, 4);
+}
+/// |a - b|, with that.
 Matrix apart(const Matrix& a, const Matrix& b, const Matrix& off) {
-  return upward((a - b).cwiseAbs() + 4.0 * kUnit * b.cwiseAbs() + off, 4);
+  return upward((a - b).cwiseAbs() + besides(a, b, off), 2);
+}
+
+/// A flown layer against the real one, which is off by `off` itself.
+FlownLayer compared(const codegen::DenseLayer& flown, const codegen::DenseLayer& real, const codegen::DenseLayer& off) {
+  FlownLayer layer;
+  layer.known = {flown.weights - real.weights, flown.bias - real.bias};
+  layer.off = {besides(flown.weights, real.weights, off.weights), besides(flown.bias, real.bias, off.bias)};
+  return layer;
 }
 
 Matrix in_float(const Matrix& values) {
@@ -71,9 +83,8 @@ FlownMap flown_in_float(const JacobianEnclosure& real, const codegen::FoldedNetw
   FlownMap map;
   map.input_off = Vector::Zero(inputs);
   for (std::size_t l = 0; l < layers.size(); ++l) {
-    FlownLayer layer;
-    layer.off.weights = apart(in_float(folded.layers[l].weights), layers[l].weights, off[l].weights);
-    layer.off.bias = apart(in_float(folded.layers[l].bias), layers[l].bias, off[l].bias);
+    FlownLayer layer =
+        compared({in_float(folded.layers[l].weights), in_float(folded.layers[l].bias)}, layers[l], off[l]);
     layer.sum_rounding = float_gamma(layers[l].weights.cols() + 1);
     layer.sum_off = kSubnormal;
     map.layers.push_back(std::move(layer));
@@ -127,9 +138,8 @@ FlownMap flown_in_int16(const JacobianEnclosure& real, const codegen::QuantisedN
         scale.cwiseProduct(integers.bias.cast<double>().cwiseAbs() + Vector::Constant(rows, half)) +
         weights.cwiseAbs() * offset.cwiseAbs();
     const double rounding = gamma(kMany + static_cast<double>(inputs + weights.cols()));
-    FlownLayer layer;
-    layer.off.weights = apart(weights, layers[l].weights, off[l].weights + rounding * weights.cwiseAbs());
-    layer.off.bias = apart(bias, layers[l].bias, off[l].bias + rounding * bias_size);
+    FlownLayer layer = compared({weights, bias}, layers[l],
+                                {off[l].weights + rounding * weights.cwiseAbs(), off[l].bias + rounding * bias_size});
     if (last) {
       layer.sum_off = kSubnormal;
     } else {

@@ -20,9 +20,9 @@ inline constexpr double kFloatUnit = 0x1p-24;
 /// gamma_n of float, upwards.
 double float_gamma(Eigen::Index roundings);
 
-/// Layer l reads a and gives W a + b, of which it flies (W +- off) a + (b +- off), summed as below.
+/// Layer l reads a and gives W a + b, of which it flies (W + known +- off) a + (b + known +- off), summed as below.
 struct FlownLayer {
-  codegen::DenseLayer off;
+  codegen::DenseLayer known, off;
   double sum_rounding = 0.0;                                 ///< times the sum of the sizes of all terms
   double sum_off = 0.0;                                      ///< of each sum, besides
   double largest = std::numeric_limits<double>::infinity();  ///< its activation saturates there
