@@ -16,12 +16,10 @@ struct RowMaker {
   const char* name;
   CertificateRows (*rows)(const codegen::Model& model, const CertifyOptions& options);
 };
-constexpr RowMaker kRowMakers[] = {{"reachable latent states", latent_rows},
-                                   {"contraction", contraction_rows},
-                                   {"Lipschitz constants of T*", lipschitz_rows},
-                                   {"largest estimates", estimate_rows},
-                                   {"the error that stays", steady_rows},
-                                   {"arithmetic that flies", arithmetic_rows}};
+constexpr RowMaker kRowMakers[] = {
+    {"reachable latent states", latent_rows},      {"contraction", contraction_rows},
+    {"Lipschitz constants of T*", lipschitz_rows}, {"largest estimates", estimate_rows},
+    {"the error that stays", steady_rows},         {"arithmetic that flies", arithmetic_rows}};
 
 std::vector<std::string> assumptions() {
   return {

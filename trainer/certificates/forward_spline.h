@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "trainer/bounds/latent_system.h"
+#include "trainer/certificates/hold_effect.h"
 #include "trainer/certificates/interval_matrix.h"
 #include "trainer/certificates/plant_enclosure.h"
 #include "trainer/certificates/state_region.h"
@@ -28,20 +29,6 @@ struct MapRanges {
   IntervalMatrix slopes_at_centre;  ///< dT~/dx, n_z x n_x
   Eigen::VectorXd bent;             ///< |T~(x) - T~(c) - dT~/dx(c) (x - c)| of each row at most
   IntervalMatrix slopes;            ///< dT~/dx over the box
-};
-
-/// An observer that samples moves as one without a hold that reads g instead of y:
-///   F g = F (y + first L_f y + second L_f^2 y) + crossed D F L_f y
-struct HoldEffect {
-  double first = 0.0, second = 0.0, crossed = 0.0;  ///< [s], [s^2], [s^2]
-
-  HoldEffect(Hold hold, double dt_s);
-
-  /// What g leaves over of a step of z, at most, of a mode: the fourth order of dt.
-  ///   rates   sup |L_f^i y| for one output, i = 1, 2, 3
-  ///   pushes  sup |d/dx L_f^i y w| for i = 0, 1, 2: what a disturbance does to them
-  static double left_over(Hold hold, double dt_s, double eigenvalue_size, const std::array<double, 3>& rates,
-                          const std::array<double, 3>& pushes);
 };
 
 class ForwardSpline {

@@ -13,71 +13,19 @@
 #include <vector>
 
 #include "codegen/base/error.h"
-#include "codegen/model/activations.h"
 #include "codegen/model/domain.h"
 #include "codegen/model/latent_step.h"
-#include "codegen/reference/network.h"
-#include "codegen/replay/reference_observer.h"
-#include "trainer/bounds/jacobian_enclosure.h"
 #include "trainer/bounds/rounding.h"
 #include "trainer/certificates/forward_spline.h"
 #include "trainer/certificates/latent_memory.h"
-#include "trainer/evaluation/disturbed_runs.h"
-#include "trainer/plants/initial_states.h"
+#include "trainer/certificates/map_tangent.h"
+#include "trainer/certificates/region_maxima.h"
 
 namespace nlo::trainer {
 namespace {
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
-
-/// The largest over the region of what the proof reads of the plant and of T~.
-struct Largest {
-  Vector residual;                                          ///< n_z
-  Vector map;                                               ///< |T~|, n_z
-  Matrix map_slopes;                                        ///< |dT~/dx|, n_z x n_x
-  std::array<Vector, PlantRanges::kRates> rates;            ///< |L_f^i y|, n_y
-  std::array<Matrix, PlantRanges::kRates - 1> rate_slopes;  ///< n_y x n_x
-
-  Largest(Eigen::Index nx, Eigen::Index ny, Eigen::Index nz)
-      : residual(Vector::Zero(nz)), map(residual), map_slopes(Matrix::Zero(nz, nx)) {
-    rates.fill(Vector::Zero(ny));
-    rate_slopes.fill(Matrix::Zero(ny, nx));
-  }
-
-  void take(const PlantRanges& plant, const MapRanges& ranges) {
-    map = map.cwiseMax(Vector(ranges.at_centre.largest() + ranges.bent)).eval();
-    map_slopes = map_slopes.cwiseMax(ranges.slopes.largest()).eval();
-    for (std::size_t i = 0; i < rates.size(); ++i) rates[i] = rates[i].cwiseMax(plant.rates[i].largest()).eval();
-    for (std::size_t i = 0; i < rate_slopes.size(); ++i)
-      rate_slopes[i] = rate_slopes[i].cwiseMax(plant.rate_slopes[i].largest()).eval();
-  }
-};
-
-/// What double arithmetic does to T* at one input, for each output, at most.
-Vector map_rounding(const codegen::Network& m, const Vector& in) {
-  constexpr double kSteepest = 1.11;  // of all activations
-  constexpr double kActivation = 2.0 * kLibraryUlps * kUnit;
-  const Vector scale = m.feature_scale.cwiseInverse();
-  const auto terms = [](const Matrix& w, const Vector& a, const Vector& b) {
-    return Vector(gamma(w.cols() + 3) * (w.cwiseAbs() * a.cwiseAbs() + b.cwiseAbs()));
-  };
-  const Vector u = scale.cwiseProduct(m.features * in - m.feature_mean);
-  const Vector u_error = scale.cwiseProduct(terms(m.features, in, m.feature_mean)) + 4.0 * kUnit * u.cwiseAbs();
-  Vector a = u, error = u_error;
-  const codegen::ActivationRow& activation = codegen::activation_row(m.activation);
-  for (std::size_t l = 0; l < m.layers.size(); ++l) {
-    const auto& [weights, bias] = m.layers[l];
-    error = (weights.cwiseAbs() * error + terms(weights, a, bias)).eval();
-    a = (weights * a + bias).eval();
-    if (l + 1 == m.layers.size()) break;
-    a = a.unaryExpr(activation.value).eval();
-    error = kSteepest * error + kActivation * a.cwiseAbs();
-  }
-  if (m.skip.size() != 0) error += m.skip.cwiseAbs() * u_error + terms(m.skip, u, a);
-  error = m.output_scale.cwiseProduct(error + 4.0 * kUnit * a.cwiseAbs()) + 4.0 * kUnit * m.output_mean.cwiseAbs();
-  return 1.01 * error;
-}
 
 /// A box of the region with what is known of it.
 struct Examined {
@@ -99,7 +47,6 @@ class Proof {
         const SteadyQuestion& question)
       : model_(model),
         map_(*codegen::inverse_map(model)),
-        reference_(map_),
         plant_(plant),
         region_(region),
         coarse_(region.coarser(kMostSplineCells)),
@@ -226,7 +173,7 @@ class Proof {
     around.radius.tail(ny) = noise + h_beside;
     check_range(z, y, around, inputs);
 
-    const Tangent tangent(*this, inputs, around, pieces);
+    const MapTangent tangent(map_, inputs, around, importance_, pieces);
     const Matrix along_x = tangent.slopes.leftCols(nx) - Matrix::Identity(nx, nx);
     const Matrix along_e = tangent.slopes.middleCols(nx, nz), along_y = tangent.slopes.rightCols(ny);
     const Vector off = (tangent.value - box.centre).cwiseAbs() + tangent.rounding;
@@ -243,61 +190,6 @@ class Proof {
     along_x.row(worst).transpose().cwiseAbs().cwiseProduct(result.box.radius).maxCoeff(&result.split);
     return result;
   }
-
-  /// T* at the centre of a box of p and its tangent there, [z; y] = inputs p: beside it, T* is no further than `beside`
-  /// anywhere in the box. The box is cut into pieces where that is most.
-  struct Tangent {
-    Vector value, rounding, beside;  ///< n_x
-    Matrix slopes;                   ///< n_x x n_p
-
-    Tangent(const Proof& proof, const Matrix& inputs, const InputBox& box, int pieces) {
-      const Eigen::Index n = box.centre.size();
-      const JacobianEnclosure enclosure(proof.map_, inputs, Matrix::Identity(n, n));
-      struct Piece {
-        InputBox box;
-        Vector beside;
-        Eigen::Index split;
-      };
-      const auto value_at = [&](const Vector& p) { return Vector(proof.reference_(inputs * p)); };
-      value = value_at(box.centre);
-      rounding = map_rounding(proof.map_, inputs * box.centre);
-      const auto look = [&](const InputBox& at) {
-        const JacobianEnclosure::Secants secants = enclosure.secants_over(at);
-        if (slopes.size() == 0) slopes = secants.centre;
-        const Vector distance = at.centre - box.centre;
-        const Matrix turned = (secants.centre - slopes).cwiseAbs() + secants.radius;
-        const Vector at_centre = distance.isZero(0.0)
-                                     ? Vector(Vector::Zero(value.size()))
-                                     : Vector((value_at(at.centre) - value - slopes * distance).cwiseAbs() +
-                                              map_rounding(proof.map_, inputs * at.centre) + rounding +
-                                              gamma(n + 2) * slopes.cwiseAbs() * distance.cwiseAbs());
-        Piece piece{at, at_centre + turned * at.radius, 0};
-        (proof.importance_.asDiagonal() * turned * piece.box.radius.asDiagonal())
-            .colwise()
-            .sum()
-            .maxCoeff(&piece.split);
-        return piece;
-      };
-      const auto urgency = [&](const Piece& piece) { return proof.importance_.dot(piece.beside); };
-      const auto less = [&](const Piece& a, const Piece& b) { return urgency(a) < urgency(b); };
-      std::vector<Piece> heap{look(box)};
-      while (static_cast<int>(heap.size()) < pieces) {
-        std::ranges::pop_heap(heap, less);
-        const Piece largest = std::move(heap.back());
-        heap.pop_back();
-        for (const double side : {-1.0, 1.0}) {
-          InputBox half = largest.box;
-          half.radius(largest.split) *= 0.5;
-          half.centre(largest.split) += side * half.radius(largest.split);
-          half.radius(largest.split) *= 1.0 + 1e-9;
-          heap.push_back(look(half));
-          std::ranges::push_heap(heap, less);
-        }
-      }
-      beside = Vector::Zero(value.size());
-      for (const Piece& piece : heap) beside = beside.cwiseMax(piece.beside);
-    }
-  };
 
   /// |dh/dx - its value at the centre| over the box.
   static Matrix h_bent(const PlantRanges& plant, const Matrix& at_centre) {
@@ -391,7 +283,6 @@ class Proof {
 
   const codegen::Model& model_;
   const codegen::Network& map_;
-  codegen::ReferenceNetwork<double> reference_;
   PlantEnclosure plant_;
   static constexpr std::size_t kMostSplineCells = 400;
 
@@ -401,7 +292,7 @@ class Proof {
   SteadyQuestion question_;
   LatentSystem system_;
   LatentMemory memory_;
-  Largest largest_;
+  RegionMaxima largest_;
   bool reads_output_;
   std::unique_ptr<ForwardSpline> spline_;
   Matrix axes_;        ///< orthogonal: z - T~(x) = axes g
@@ -410,35 +301,6 @@ class Proof {
 };
 
 }  // namespace
-
-SteadyStates steady_states(const codegen::Model& model, const Plant& plant, SimulationConfig simulation,
-                           double disturbance, int trajectories, std::uint64_t seed) {
-  const double settled_s = static_cast<double>(LatentMemory(model).steps) * model.sample_period_s;
-  simulation.horizon_s = std::max(simulation.horizon_s, 2.0 * settled_s);
-  const Matrix initial = draw_initial_states(simulation, initial_state_seed(seed, SeedStream::kTest), trajectories);
-  const Dataset quiet = simulate_disturbed(plant, simulation, initial, 0.0, seed).set;
-  const Eigen::Index samples = quiet.trajectories.front().samples(), first = samples / 2, kept = samples - first;
-  const Eigen::Index all = kept * trajectories;
-  SteadyStates states{Matrix(plant.nx(), all), Matrix(plant.nx(), all), Matrix(model.nz(), all)};
-  codegen::ReferenceObserver<double> observer(model);
-  for (Eigen::Index i = 0; i < trajectories; ++i) {
-    const Trajectory& run = quiet.trajectories[static_cast<std::size_t>(i)];
-    states.x.middleCols(i * kept, kept) = run.states.rightCols(kept);
-    observer.reset();
-    for (Eigen::Index k = 0; k < samples; ++k) {
-      observer.step(run.outputs.col(k));
-      if (k >= first) states.z.col(i * kept + k - first) = observer.latent();
-    }
-  }
-  states.visited = states.x;
-  if (disturbance == 0.0) return states;
-  const Dataset pushed = simulate_disturbed(plant, simulation, initial, disturbance, seed).set;
-  states.visited.conservativeResize(Eigen::NoChange, 2 * all);
-  for (Eigen::Index i = 0; i < trajectories; ++i)
-    states.visited.middleCols(all + i * kept, kept) =
-        pushed.trajectories[static_cast<std::size_t>(i)].states.rightCols(kept);
-  return states;
-}
 
 SteadyError steady_error(const codegen::Model& model, const PlantConfig& plant, const StateRegion& region,
                          const SteadyStates& states, const SteadyQuestion& question) {

@@ -15,8 +15,8 @@
 
 #include "codegen/model/model.h"
 #include "trainer/certificates/state_region.h"
+#include "trainer/certificates/steady_states.h"
 #include "trainer/config/experiment.h"
-#include "trainer/plants/plant.h"
 
 namespace nlo::trainer {
 
@@ -33,17 +33,6 @@ struct SteadyError {
   double residual = 0.0;          ///< of (5), the largest row over the size of F y: proven
   std::int64_t boxes = 0;         ///< that were looked at
 };
-
-/// States that a plant comes to, and an observer's latent states there.
-struct SteadyStates {
-  Eigen::MatrixXd visited;  ///< with the disturbance, n_x x N
-  Eigen::MatrixXd x, z;     ///< without noise and disturbance, n_x x M and n_z x M
-};
-
-/// From the second half of simulated runs with the experiment's initial states, of longer ones where the observer takes
-/// longer to settle.
-SteadyStates steady_states(const codegen::Model& model, const Plant& plant, SimulationConfig simulation,
-                           double disturbance, int trajectories, std::uint64_t seed);
 
 /// `states` tell T~ which of the maps that solve (5) to be. The model is a KKL observer without inputs. Throws
 /// codegen::Error where a proof is not possible: a plant whose equations have no derivative, a region whose outputs or

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// What reading samples by a hold does to z, beside reading y all the time: to the third order of the sample period it
+// is another output that is read, and the fourth order has a bound.
+#pragma once
+
+#include <array>
+
+#include "codegen/model/hold.h"
+
+namespace nlo::trainer {
+
+/// An observer that samples moves as one without a hold that reads g instead of y:
+///   F g = F (y + first L_f y + second L_f^2 y) + crossed D F L_f y
+struct HoldEffect {
+  double first = 0.0, second = 0.0, crossed = 0.0;  ///< [s], [s^2], [s^2]
+
+  HoldEffect(Hold hold, double dt_s);
+
+  /// What g leaves over of a step of z, at most, of a mode: the fourth order of dt.
+  ///   rates   sup |L_f^i y| for one output, i = 1, 2, 3
+  ///   pushes  sup |d/dx L_f^i y w| for i = 0, 1, 2: what a disturbance does to them
+  static double left_over(Hold hold, double dt_s, double eigenvalue_size, const std::array<double, 3>& rates,
+                          const std::array<double, 3>& pushes);
+};
+
+}  // namespace nlo::trainer

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// Where a plant and its observer are once both have settled.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "codegen/model/model.h"
+#include "trainer/config/experiment.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+/// States that a plant comes to, and an observer's latent states there.
+struct SteadyStates {
+  Eigen::MatrixXd visited;  ///< with the disturbance, n_x x N
+  Eigen::MatrixXd x, z;     ///< without noise and disturbance, n_x x M and n_z x M
+};
+
+/// From the second half of simulated runs with the experiment's initial states, of longer ones where the observer takes
+/// longer to settle.
+SteadyStates steady_states(const codegen::Model& model, const Plant& plant, SimulationConfig simulation,
+                           double disturbance, int trajectories, std::uint64_t seed);
+
+}  // namespace nlo::trainer
