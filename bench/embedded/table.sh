@@ -74,6 +74,7 @@ row() {
   case $core,$variant in # four multiply-adds an instruction
     m55,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.8 ;;
     m55,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 1.15 ;;
+    m55,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.9 ;;
     m55,gated_float | m55,gru_float) gate "$core $variant: instructions per multiply-add" "$per" 0.95 ;;
   esac
   case $variant in

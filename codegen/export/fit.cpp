@@ -83,7 +83,7 @@ Index code_bytes(const Model& m, const FoldedNetwork& map, const Core& core, con
   const Calibration& c = quantised ? core.in_int16 : core.in_float;
   const Index hidden = hidden_layers(map.layers, core.fpu || !quantised, quantised);
   Index bytes = c.base + c.per_latent * m.nz() + c.per_layer * hidden;
-  if (quantised && map.layers.size() > 1 && map.activation == Activation::kTanh) bytes += c.tanh;
+  if (quantised && map.layers.size() > 1 && map.activation != Activation::kRelu) bytes += c.tanh;
   if (quantised && core.fpu) bytes += int16_blocks(*quantised);
   return !quantised && core.fpu ? bytes + float_blocks(map) : bytes;
 }

@@ -22,7 +22,8 @@ namespace {
 constexpr double kOne = kernels::int16::kOne;
 constexpr double kLargestSum = std::numeric_limits<std::int32_t>::max();
 constexpr int kLargestShift = 31;
-constexpr double kTanhEnd = 8.0;  // where the table of tanh ends: +-1
+constexpr double kTanhEnd = 8.0;             // where the table of tanh ends: +-1
+constexpr double kSiluEnd = 2.0 * kTanhEnd;  // what int16 has of silu
 
 /// Over the integers that a layer reads: v = weights q + bias.
 using RealLayer = DenseLayer;
@@ -175,10 +176,20 @@ QuantisedNetwork quantise(const FoldedNetwork& n, const InputBox& box, const std
       q.layers.push_back(last_layer(real, l, q.scale));
       break;
     }
-    const bool is_tanh = n.activation == Activation::kTanh;
-    q.layers.push_back(is_tanh ? tanh_layer(real, name) : hidden_layer(real, kOne / largest[l], name));
-    per_unit.setConstant(real.bias.size(), (is_tanh ? 1.0 : largest[l]) / kOne);
-    offset.setConstant(real.bias.size(), is_tanh ? 0.5 / kOne : 0.0);  // the table of tanh rounds down
+    if (n.activation == Activation::kRelu) {
+      q.layers.push_back(hidden_layer(real, kOne / largest[l], name));
+      per_unit.setConstant(real.bias.size(), largest[l] / kOne);
+      offset.setZero(real.bias.size());
+      continue;
+    }
+    // The table of tanh rounds down.
+    const bool silu = n.activation == Activation::kSilu;
+    if (silu && largest[l] > kSiluEnd)
+      fail("{} reaches {:.3g}, and int16 has silu up to {}; export with --scalar float, or train with weight_decay",
+           name, largest[l], kSiluEnd);
+    q.layers.push_back(tanh_layer(silu ? RealLayer{real.weights / 2.0, real.bias / 2.0} : real, name));
+    per_unit.setConstant(real.bias.size(), silu ? kSiluEnd / (kOne + 1.0) : 1.0 / kOne);
+    offset = per_unit / 2.0;
   }
   return q;
 }

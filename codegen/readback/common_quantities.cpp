@@ -125,7 +125,7 @@ void add_functions(Quantities& to) {
     to.vector("tanh of the runtime", "", "kTanhQ", Eigen::Map<const VectorXd>(kFit.q, kFit.kTerms));
   }
   if (integers == nullptr) return;
-  if (!integers->units && (integers->map.layers.size() < 2 || integers->map.activation != Activation::kTanh)) return;
+  if (!integers->units && (integers->map.layers.size() < 2 || integers->map.activation == Activation::kRelu)) return;
   VectorXd table(static_cast<Index>(std::size(kernels::int16::kTanhTable)));
   std::copy(std::begin(kernels::int16::kTanhTable), std::end(kernels::int16::kTanhTable), table.begin());
   to.integers("tanh of the runtime", "", "kTanhTable", table);

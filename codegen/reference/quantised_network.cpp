@@ -20,8 +20,9 @@ std::int32_t argument(int shift, std::int32_t sum) {
 }
 
 /// As kernels::int16::activated().
-std::int32_t activated(bool is_tanh, int shift, std::int32_t sum) {
-  if (!is_tanh) return std::min(std::max(sum, 0) >> shift, kernels::int16::kOne);
+std::int32_t activated(Activation kind, int shift, std::int32_t sum) {
+  if (kind == Activation::kRelu) return std::min(std::max(sum, 0) >> shift, kernels::int16::kOne);
+  if (kind == Activation::kSilu) return kernels::int16::silu_q11(argument(shift, sum));
   return kernels::int16::tanh_q15(argument(shift, sum));
 }
 
@@ -55,7 +56,7 @@ Eigen::VectorXf evaluate(const QuantisedNetwork& n, const Eigen::VectorXf& in) {
     const QuantisedLayer& layer = n.layers[l];
     a = sums(layer, a);
     if (l + 1 < n.layers.size())
-      for (std::int32_t& sum : a) sum = activated(n.activation == Activation::kTanh, layer.shift, sum);
+      for (std::int32_t& sum : a) sum = activated(n.activation, layer.shift, sum);
   }
   Eigen::VectorXf out(n.outputs());
   for (Eigen::Index o = 0; o < out.size(); ++o) {
@@ -79,13 +80,14 @@ Eigen::VectorXf stepped(const QuantisedUnits& units, const Eigen::VectorXf& z, c
   }
   for (Eigen::Index j = 0; j < y.size(); ++j) in(nz + j) = q::quantised(y(j) - gates.centre(j), gates.gain(j));
   const Integers a = sums(gate, in);
-  for (Eigen::Index r = 0; r < nz; ++r) in(r) = (in(r) * (q::kOne + 1 + activated(true, gate.shift, a(nz + r)))) >> 16;
+  for (Eigen::Index r = 0; r < nz; ++r)
+    in(r) = (in(r) * (q::kOne + 1 + activated(Activation::kTanh, gate.shift, a(nz + r)))) >> 16;
   const Integers c = sums(candidate, in);
   Eigen::VectorXf next(nz);
   for (Eigen::Index r = 0; r < nz; ++r) {
-    const std::int32_t share = regular ? (q::kOne + 1 + activated(true, gate.shift, a(r))) >> 1
+    const std::int32_t share = regular ? (q::kOne + 1 + activated(Activation::kTanh, gate.shift, a(r))) >> 1
                                        : q::share_over(argument(gate.shift, a(r)), periods);
-    next(r) = q::float_latent(q::moved(latent(r), share, activated(true, candidate.shift, c(r))));
+    next(r) = q::float_latent(q::moved(latent(r), share, activated(Activation::kTanh, candidate.shift, c(r))));
   }
   return next;
 }

@@ -16,12 +16,12 @@ namespace nlo::codegen {
 struct QuantisedLayer {
   Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> weights;  ///< n_out x n_in
   Eigen::Matrix<std::int32_t, Eigen::Dynamic, 1> bias;                  ///< n_out
-  int shift = 1;  ///< 1 to 31; sum / 2^shift is tanh's argument in Q16, or relu's result in Q15. Not read in the last
+  int shift = 1;  ///< 1 to 31; sum / 2^shift is as int16.h reads it. Not read in the last
 };
 
 /// out = scale (integer layers)(saturate((in - centre) gain)) + linear_path in
 struct QuantisedNetwork {
-  Activation activation;         ///< kTanh (by table) or kRelu; after every layer but the last
+  Activation activation;         ///< kTanh (by table), kRelu or kSilu; after every layer but the last
   Eigen::VectorXf centre, gain;  ///< n_in; gain is 32767 / half of the input's range
   std::vector<QuantisedLayer> layers;
   Eigen::VectorXf scale;        ///< n_out; result per unit of the last sums

@@ -244,10 +244,10 @@ void add_gated_units(Quantities& to, const std::string& function, int units, int
   to.vector("readings of the gates", "kModel.gates.centre", "kReadingCentre", q.gates.centre.cast<double>());
   to.vector("readings of the gates", "kModel.gates.gain", "kReadingGain", q.gates.gain.cast<double>());
   const std::string gate = std::to_string(q.gates.layers.front().shift);
-  to.code("gates", function, "tanh_q15(shifted(gate[kNz+r]," + gate + "))", true);
-  to.code("gates", function, "argument=shifted(gate[r]," + gate + ");", true);
+  to.code("gates", function, "tanh_q15(rounded_down(gate[kNz+r]," + gate + "))", true);
+  to.code("gates", function, "argument=rounded_down(gate[r]," + gate + ");", true);
   to.code("candidate", function,
-          "tanh_q15(shifted(target[r]," + std::to_string(q.candidate.layers.front().shift) + "))", true);
+          "tanh_q15(rounded_down(target[r]," + std::to_string(q.candidate.layers.front().shift) + "))", true);
 }
 
 const StructureModule& gated_module() {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <nlo/kernels/activation.h>
-#include <nlo/kernels/int16.h>
 #include <algorithm>
 #include <map>
 #include <set>
@@ -13,19 +12,15 @@
 #include "codegen/base/embedded_text.h"
 #include "codegen/model/activations.h"
 #include "codegen/model/checks.h"
+#include "codegen/targets/c99_integers.h"
 #include "codegen/targets/c99_readings.h"
 
 namespace nlo::codegen {
 namespace {
 
-/// A factor of 1 is an operation without effect (MISRA C 2.2).
-std::string table_size(Eigen::Index rows, Eigen::Index columns) {
-  return rows == 1 ? fmt::format("{}", columns) : fmt::format("{} * {}", rows, columns);
-}
-
 std::string table(const Initialiser& init, const std::string& name, const Eigen::MatrixXd& values,
                   const std::string& field) {
-  return fmt::format("static const IN_FLASH Scalar {}[{}] = {};\n", name, table_size(values.rows(), values.cols()),
+  return fmt::format("static const IN_FLASH Scalar {}[{}] = {};\n", name, c99_table_size(values.rows(), values.cols()),
                      c99_rows(init, values, field));
 }
 
@@ -127,46 +122,6 @@ bool is_map(const FoldedNetwork& n) {
   return n.field == "inverse_map";
 }
 
-/// Integers of whatever type as an initialiser, `columns` to a line.
-template <class Values>
-std::string integers(const Values& values, std::size_t columns) {
-  std::string text = "{";
-  std::size_t i = 0;
-  for (const auto value : values) text += (i++ % columns == 0 ? "\n    " : " ") + std::to_string(value) + ",";
-  return text + "\n}";
-}
-
-std::string integer_activation(Activation kind) {
-  if (kind == Activation::kRelu)
-    return "// relu in Q15.\n"
-           "static int16_t relu_q15(int32_t value) {\n"
-           "  return (int16_t)((value > 32767) ? 32767 : ((value < 0) ? 0 : value));\n"
-           "}\n\n";
-  return filled(embedded_text("c99/int16_tanh.c.in"), {{"TABLE", integers(kernels::int16::kTanhTable, 16)}});
-}
-
-/// Layers in int16 and their activations, of a step and of T*.
-std::string integer_arithmetic(const QuantisedModel& quantised) {
-  std::set<Activation> kinds;
-  if (quantised.units) kinds.insert(Activation::kTanh);
-  const bool has_hidden = quantised.map.layers.size() > 1;
-  if (has_hidden) kinds.insert(quantised.map.activation);
-  std::string text(embedded_text("c99/int16.c.in"));
-  for (const Activation kind : kinds) text += integer_activation(kind);
-  if (has_hidden)
-    text += filled(embedded_text("c99/int16_hidden.c.in"),
-                   {{"ACTIVATION", std::string(activation_row(quantised.map.activation).name)}});
-  return text;
-}
-
-std::string integer_tables(const QuantisedLayer& layer, const std::string& weights, const std::string& bias) {
-  const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
-  const Eigen::Matrix<std::int16_t, Eigen::Dynamic, Eigen::Dynamic> by_rows = layer.weights.transpose();
-  return fmt::format("static const IN_FLASH int16_t {}[{}] = {};\n", weights, table_size(rows, columns),
-                     integers(by_rows.reshaped(), static_cast<std::size_t>(columns))) +
-         fmt::format("static const IN_FLASH int32_t {}[{}] = {};\n", bias, rows, integers(layer.bias, 8));
-}
-
 /// The head of NAME_estimate, up to where `in` is what T* reads.
 std::string estimate_head(const std::string& name, const Model& m, const FoldedModel& folded, const Initialiser& init) {
   const FoldedNetwork* map = folded.inverse_map();
@@ -182,6 +137,10 @@ std::string estimate_head(const std::string& name, const Model& m, const FoldedM
 }
 
 }  // namespace
+
+std::string c99_table_size(Eigen::Index rows, Eigen::Index columns) {
+  return rows == 1 ? fmt::format("{}", columns) : fmt::format("{} * {}", rows, columns);
+}
 
 std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, const std::string& field) {
   std::string text = "{\n";
@@ -202,7 +161,7 @@ std::string c99_arithmetic(const FoldedModel& folded, const QuantisedModel* quan
     evaluates = true;
     if (n.layers.size() > 1) kinds.insert(n.activation);
   }
-  if (!evaluates) return integer_step ? integer_arithmetic(*quantised) : "";
+  if (!evaluates) return integer_step ? c99_integer_arithmetic(*quantised) : "";
   std::string text(embedded_text("c99/dense.c.in"));
   if (has_gates || kinds.contains(Activation::kTanh) || kinds.contains(Activation::kSilu))
     text += "\n" + tanh_text(init, suffix);
@@ -219,8 +178,8 @@ std::string c99_step_networks(const FoldedModel& folded, const QuantisedModel* q
                         init.vector(gates.centre.cast<double>(), "output_min"));
     text += fmt::format("static const IN_FLASH Scalar kReadingGain[{}] = {};  // to +-32767\n", gates.gain.size(),
                         init.vector(gates.gain.cast<double>(), "output_max"));
-    return text + integer_tables(gates.layers.front(), "kGates", "kGatesBias") +
-           integer_tables(candidate.layers.front(), "kCandidate", "kCandidateBias");
+    return text + c99_integer_tables(gates.layers.front(), "kGates", "kGatesBias") +
+           c99_integer_tables(candidate.layers.front(), "kCandidate", "kCandidateBias");
   }
   for (const FoldedNetwork& n : folded.networks) {
     if (is_map(n)) continue;
@@ -278,7 +237,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
   for (std::size_t l = 0; l < map.layers.size(); ++l) {
     const QuantisedLayer& layer = map.layers[l];
     const Eigen::Index rows = layer.weights.rows(), columns = layer.weights.cols();
-    text += integer_tables(layer, fmt::format("kWeights{}", l + 1), fmt::format("kBias{}", l + 1));
+    text += c99_integer_tables(layer, fmt::format("kWeights{}", l + 1), fmt::format("kBias{}", l + 1));
     const bool last = l + 1 == map.layers.size();
     body += fmt::format("  {0}({1}, {2}, {3}kWeights{4}, kBias{4}, values, sums);\n", last ? "integer_dense" : "hidden",
                         columns, rows, last ? "" : fmt::format("{}, ", layer.shift), l + 1);
@@ -295,7 +254,7 @@ std::string c99_int16_map(const std::string& name, const Model& m, const FoldedM
   const bool linear = map.linear_path.size() != 0;
   if (linear) text += table(init, "kLinearPath", map.linear_path.cast<double>(), "inverse_map.skip");
   text += "\n";
-  if (!quantised.units) text += integer_arithmetic(quantised);  // else before the step
+  if (!quantised.units) text += c99_integer_arithmetic(quantised);  // else before the step
 
   text += estimate_head(name, m, folded, init);
   text += fmt::format("  int16_t values[{}];\n  int32_t sums[{}];\n", widest, most_sums);

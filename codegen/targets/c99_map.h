@@ -31,6 +31,9 @@ std::string c99_map(const std::string& name, const Model& model, const FoldedMod
 std::string c99_int16_map(const std::string& name, const Model& model, const FoldedModel& folded,
                           const QuantisedModel& quantised, const Initialiser& init);
 
+/// The size of a table: a factor of 1 is an operation without effect (MISRA C 2.2).
+std::string c99_table_size(Eigen::Index rows, Eigen::Index columns);
+
 /// `values` as an initialiser, one row per line; behind each other, as C99 cannot index past the end of a row.
 std::string c99_rows(const Initialiser& init, const Eigen::MatrixXd& values, const std::string& field);
 

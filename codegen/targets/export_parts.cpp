@@ -51,7 +51,7 @@ std::string arithmetic_note(const PreparedExport& prepared) {
   if (!is_int16 && !half && tanh.empty()) return "";
   const ExportError& error = prepared.error();
   const bool has_table =
-      is_int16 && (prepared.quantised()->units || (prepared.quantised()->map.activation == Activation::kTanh &&
+      is_int16 && (prepared.quantised()->units || (prepared.quantised()->map.activation != Activation::kRelu &&
                                                    prepared.quantised()->map.layers.size() > 1));
   std::string text = "//\n";
   if (is_int16)

@@ -53,6 +53,8 @@ Flown flown_in(const codegen::Model& model, const Format& format, const Jacobian
     flown.map = flown_in_float(real, map);
     return flown;
   }
+  if (map.activation == Activation::kSilu && map.layers.size() > 1)
+    throw codegen::Error("silu in int16 has no proven error; export with --scalar float");
   flown.quantised = codegen::quantise(model, flown.folded);
   const codegen::InputBox box = codegen::input_box(model, flown.folded);
   flown.map = flown_in_int16(real, flown.quantised->map,

@@ -11,7 +11,7 @@ namespace {
 
 bool good = true;
 
-alignas(4) std::int16_t weights[2 * 5 * 64], in[2 * 64];
+alignas(4) std::int16_t weights[2 * 5 * 64], placed[2 * 5 * 64], in[2 * 64];
 
 template <int kSize, int kPairCount>
 void check_block(bench::RandomUniform& random, Hash& hash) {
@@ -23,8 +23,14 @@ void check_block(bench::RandomUniform& random, Hash& hash) {
   for (int i = 0; i < 2 * kPairCount; ++i) in[i] = any() == -32768 ? 0 : any();
   std::int32_t bias[kSize], plain[kSize], fast[kSize];
   for (std::int32_t& b : bias) b = any() * 16384;
-  kernels::int16::add_block_plain<kSize, kPairCount>(weights, in, bias, plain);
-  kernels::int16::add_block<kSize, kPairCount>(weights, in, bias, fast);
+  for (int r = 0; r < kSize; ++r) {
+    for (int i = 0; i < 2 * kPairCount; ++i) {
+      placed[kernels::int16::block_position(kPairCount, kSize, r, i)] =
+          weights[kernels::int16::pair_position(kSize, r, i)];
+    }
+  }
+  kernels::int16::add_block_plain<kSize, kPairCount>(placed, in, bias, plain);
+  kernels::int16::add_block<kSize, kPairCount>(placed, in, bias, fast);
   for (int r = 0; r < kSize; ++r) {
     hash.add(static_cast<std::uint32_t>(plain[r]));
     if (plain[r] != fast[r]) {
@@ -52,7 +58,7 @@ void check_blocks() {
 
 template <class Model>
 void run(const char* name, const Model& model) {
-  KklObserver<Model, Arithmetic::kDeterministic> observer{model};
+  SampledObserver<Model, Arithmetic::kDeterministic> observer{model};
   bench::RandomUniform random{2};
   Hash hash;
   for (int k = 0; k < 2000; ++k) {
@@ -66,6 +72,8 @@ void run(const char* name, const Model& model) {
 constexpr auto kPaper = bench::random_quantised_model<Activation::kTanh, 50, 4>();
 constexpr auto kRelu = bench::random_quantised_model<Activation::kRelu, 50, 4>();
 constexpr auto kSmall = bench::random_quantised_model<Activation::kTanh, 16, 2>();
+constexpr auto kSilu = bench::random_quantised_model<Activation::kSilu, 16, 2>();
+constexpr auto kGated = bench::random_quantised_gated_model<16>();
 constexpr auto kOdd = bench::random_quantised_model<Activation::kTanh, 7, 2>();
 
 }  // namespace
@@ -76,6 +84,8 @@ int run_all() {
   run("relu 50x4 ", kRelu);
   run("tanh 16x2 ", kSmall);
   run("tanh 7x2 ", kOdd);
+  run("silu 16x2 ", kSilu);
+  run("gated 16 ", kGated);
   return good ? 0 : 1;
 }
 

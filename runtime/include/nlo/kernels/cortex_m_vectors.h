@@ -19,8 +19,7 @@
 #include "nlo/kernels/cortex_m.h"
 #include "nlo/kernels/simd.h"
 
-// By GCC and optimised, as the others are.
-#if defined(NLO_CORTEX_M_FLOAT) && defined(__ARM_FEATURE_MVE) && !defined(__clang__)
+#if defined(NLO_CORTEX_M_FLOAT) && defined(__ARM_FEATURE_MVE)
 #if (__ARM_FEATURE_MVE & 2) != 0
 #define NLO_CORTEX_M_MVE 1
 #endif
@@ -60,8 +59,9 @@ constexpr int weight_position(int o, int i) {
 #define NLO_TERM(op, sum, factor, x) "vldrw.u32 q" #factor ", [%[weights]], #16\n" op(sum, factor, x)
 #define NLO_INPUT(op, x)                                                                             \
   NLO_TERM(op, 0, 6, x)                                                                              \
-  NLO_IF(2, NLO_TERM(op, 1, 7, x)) NLO_IF(3, NLO_TERM(op, 2, 6, x)) NLO_IF(4, NLO_TERM(op, 3, 7, x)) \
-      NLO_IF(5, NLO_TERM(op, 4, 6, x)) NLO_IF(6, NLO_TERM(op, 5, 7, x))
+  NLO_IF(2, NLO_TERM(op, 1, 7, x))                                                                   \
+  NLO_IF(3, NLO_TERM(op, 2, 6, x)) NLO_IF(4, NLO_TERM(op, 3, 7, x)) NLO_IF(5, NLO_TERM(op, 4, 6, x)) \
+      NLO_IF(6, NLO_TERM(op, 5, 7, x))
 // Of the last vector `tail` values, 1 to 4.
 #define NLO_STORE(q)                                \
   ".if (%c[size] > " #q " + 1) || (%c[size] == " #q \
