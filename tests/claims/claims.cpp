@@ -279,7 +279,8 @@ int main(int argc, char** argv) {
   CLI::App app("Runs the ledger of results, docs/results.toml, and fails when a figure has moved past its tolerance.");
   app.add_flag("--quick", options.quick, "the experiments marked quick, one training seed, 3 test sets for 20");
   app.add_flag("--update", options.update, "write the figures into the ledger and into the tables of the pages");
-  app.add_flag("--tables", options.tables, "run nothing: write the ledger in its form, and the tables of the pages from it");
+  app.add_flag("--tables", options.tables,
+               "run nothing: write the ledger in its form, and the tables of the pages from it");
   app.add_flag("--resume", options.resume, "go on with the models and evaluations that an earlier run left in --work");
   app.add_option("--only", options.only, "claims whose id begins so");
   app.add_option("--ledger", options.ledger, "another ledger")->capture_default_str();

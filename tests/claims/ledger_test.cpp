@@ -128,7 +128,8 @@ TEST(Ledger, TheShippedPagesShowTheLedgersFigures) {
   const std::string root = std::string(NLO_SOURCE_DIR) + "/", file = "docs/results.toml";
   const std::string text = codegen::read_file(root + file);
   const Ledger ledger = read_ledger(text, file);
-  EXPECT_TRUE(write_ledger(ledger) == text) << file << " is not in the form that the ledger is written in: run claims --tables";
+  EXPECT_TRUE(write_ledger(ledger) == text)
+      << file << " is not in the form that the ledger is written in: run claims --tables";
   for (const Claim& claim : ledger.claims) EXPECT_TRUE(claim.measured) << claim.id << ": run claims --update";
   for (const Table& table : ledger.tables) {
     const std::string page = codegen::read_file(root + table.file);

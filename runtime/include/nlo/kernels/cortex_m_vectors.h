@@ -57,11 +57,11 @@ constexpr int weight_position(int o, int i) {
   "vadd.f32 q" #sum ", q" #sum ", q" #factor "\n"
 #define NLO_IF(at_least, text) ".if %c[size] >= " #at_least "\n" text ".endif\n"
 #define NLO_TERM(op, sum, factor, x) "vldrw.u32 q" #factor ", [%[weights]], #16\n" op(sum, factor, x)
-#define NLO_INPUT(op, x)                                                                             \
-  NLO_TERM(op, 0, 6, x)                                                                              \
-  NLO_IF(2, NLO_TERM(op, 1, 7, x))                                                                   \
-  NLO_IF(3, NLO_TERM(op, 2, 6, x)) NLO_IF(4, NLO_TERM(op, 3, 7, x)) NLO_IF(5, NLO_TERM(op, 4, 6, x)) \
-      NLO_IF(6, NLO_TERM(op, 5, 7, x))
+#define NLO_INPUT(op, x)           \
+  NLO_TERM(op, 0, 6, x)            \
+  NLO_IF(2, NLO_TERM(op, 1, 7, x)) \
+  NLO_IF(3, NLO_TERM(op, 2, 6, x)) \
+  NLO_IF(4, NLO_TERM(op, 3, 7, x)) NLO_IF(5, NLO_TERM(op, 4, 6, x)) NLO_IF(6, NLO_TERM(op, 5, 7, x))
 // Of the last vector `tail` values, 1 to 4.
 #define NLO_STORE(q)                                \
   ".if (%c[size] > " #q " + 1) || (%c[size] == " #q \
