@@ -7,6 +7,7 @@
 
 #include "codegen/model/activations.h"
 #include "codegen/reference/network.h"
+#include "trainer/bounds/map_region.h"
 #include "trainer/bounds/rounding.h"
 
 namespace nlo::trainer {
@@ -76,11 +77,7 @@ MapTangent::MapTangent(const codegen::Network& map, const Matrix& inputs, const 
     std::ranges::pop_heap(heap, less);
     const Piece largest = std::move(heap.back());
     heap.pop_back();
-    for (const double side : {-1.0, 1.0}) {
-      InputBox half = largest.box;
-      half.radius(largest.split) *= 0.5;
-      half.centre(largest.split) += side * half.radius(largest.split);
-      half.radius(largest.split) *= 1.0 + 1e-9;
+    for (const InputBox& half : halves(largest.box, largest.split)) {
       heap.push_back(look(half));
       std::ranges::push_heap(heap, less);
     }

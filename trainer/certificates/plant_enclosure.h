@@ -9,16 +9,15 @@
 #include <vector>
 
 #include "codegen/model/shared_expressions.h"
+#include "trainer/bounds/jacobian_enclosure.h"
 #include "trainer/certificates/interval_matrix.h"
 #include "trainer/certificates/taylor_model.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 
-/// A box of states, centre +- radius.
-struct StateBox {
-  Eigen::VectorXd centre, radius;  ///< n_x
-};
+/// A box of states, n_x.
+using StateBox = InputBox;
 
 /// f, and y = h(x) with its rates along the plant's motion: L_f q = dq/dx f.
 struct PlantRanges {

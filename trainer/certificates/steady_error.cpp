@@ -15,6 +15,7 @@
 #include "codegen/base/error.h"
 #include "codegen/model/domain.h"
 #include "codegen/model/latent_step.h"
+#include "trainer/bounds/map_region.h"
 #include "trainer/bounds/rounding.h"
 #include "trainer/certificates/forward_spline.h"
 #include "trainer/certificates/latent_memory.h"
@@ -84,9 +85,7 @@ class Proof {
         const PlantRanges plant = plant_.over(box);
         const double size = (system_.injection.cwiseAbs() * plant.rates[0].largest()).norm();
         if (halving < kMostHalvings && !(bound.norm() <= kEnough * size)) {
-          const auto [first, second] = halves(box, halving % plant_.nx());
-          next.push_back(first);
-          next.push_back(second);
+          for (const StateBox& half : halves(box, halving % plant_.nx())) next.push_back(half);
           continue;
         }
         if (!bound.allFinite()) throw codegen::Error("the plant's equations have no values in a part of the region");
@@ -95,15 +94,6 @@ class Proof {
       }
       left = std::move(next);
     }
-  }
-
-  static std::pair<StateBox, StateBox> halves(const StateBox& box, Eigen::Index along) {
-    constexpr double kOverlap = 1.0 + 1e-9;
-    StateBox low = box, high = box;
-    low.radius(along) = high.radius(along) = 0.5 * kOverlap * box.radius(along);
-    low.centre(along) -= 0.5 * box.radius(along);
-    high.centre(along) += 0.5 * box.radius(along);
-    return {low, high};
   }
 
   /// How far z - T~(x) can move in a step besides the noise: |d| of each row.
@@ -264,8 +254,7 @@ class Proof {
         if (box.pieces < kMostPieces) next.push_back(examine(box.box, noise, step, 2 * box.pieces));
         looked_at += box.pieces * 2;
       } else {
-        const auto [low, high] = halves(box.box, box.split);
-        for (const StateBox& half : {low, high}) next.push_back(examine(half, noise, step, box.pieces));
+        for (const StateBox& half : halves(box.box, box.split)) next.push_back(examine(half, noise, step, box.pieces));
         looked_at += 2 * box.pieces;
       }
       bool better = false;
