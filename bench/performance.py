@@ -5,7 +5,7 @@
 usage: bench/performance.py [--check]
   --check  write nothing; exit 1 where the page is not what the counts say
 Each figure comes from the file whose own test holds it: bench/port_models/counted.json (cycles by models of ports),
-docs/appendix/embedded_counts.md and bench/embedded/worst_case/README.md (instructions on emulated boards),
+docs/appendix/embedded_counts.md and bench/embedded/README.md (instructions on emulated boards),
 bench/results (ratios that were timed).
 """
 import json
@@ -15,25 +15,24 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs/performance.md"
 
-# Structure, numbers, its name in counted.json, in embedded_counts.md, in worst_case; why a cell has nothing.
+# Structure, its name in counted.json, those in the pages of counts in float, deterministic and int16; why cells have nothing.
 ROWS = [
-    ("KKL, 3-50x4-2 relu", "float", "relu_50x4", "float relu", None, ""),
-    ("", "float, deterministic", None, "deterministic relu", None, "a"),
-    ("", "int16", None, "int16 relu", None, "b"),
-    ("KKL, 3-50x4-2 tanh", "float", "tanh_50x4", "float tanh", None, ""),
-    ("", "float, deterministic", None, "deterministic tanh", None, "a"),
-    ("", "int16", None, "int16 tanh", None, "b"),
-    ("gated, 32 units", "float", "gated_32", "gated float", None, ""),
-    ("", "int16", None, "gated int16", None, "b"),
-    ("prior, 24 units", "float", None, "prior float", None, "a"),
-    ("carried vectors", "float", None, "carried float", None, "a"),
-    ("Luenberger, 2-50-2", "float, deterministic", None, None, "luenberger", "c"),
-    ("general", "float, deterministic", None, None, "general", "c"),
-    ("driven KKL, window", "any", None, None, None, "d"),
+    ("KKL, 3-50x4-2 relu", "relu_50x4", ("float relu", "deterministic relu", "int16 relu")),
+    ("KKL, 3-50x4-2 tanh", "tanh_50x4", ("float tanh", "deterministic tanh", "int16 tanh")),
+    ("gated, 32 units", "gated_32", ("gated float", "gated deterministic", "gated int16")),
+    ("GRU of EdgeMark", None, ("gru float", "gru deterministic", "gru int16")),
+    ("prior, 24 units", None, ("prior float", "prior deterministic", None)),
+    ("carried vectors", None, ("carried float", "carried deterministic", None)),
+    ("Luenberger, 2-50-2", None, ("luenberger float", "luenberger deterministic", None)),
+    ("driven KKL, 3-32x2-2", None, ("driven float", "driven deterministic", None)),
+    ("general, 4-50-3", None, ("general float", "general deterministic", "general int16")),
+    ("window, 20-50x4-2", None, ("window float", "window deterministic", "window int16")),
 ]
 DESKTOP = [("Zen 4", "znver4"), ("Sapphire Rapids", "sapphirerapids"), ("Neoverse N1", "neoverse-n1"),
            ("Cortex-A72", "cortex-a72")]
 EMBEDDED = [("M4F", "M4F"), ("M0+", "M0, M0+")]
+NUMBERS = ("float", "deterministic", "int16")
+NOT_MODELLED, NO_INT16, NOT_TIMED = "- a", "- b", "- c"
 
 
 def table_rows(file):
@@ -44,20 +43,14 @@ def table_rows(file):
 
 def performance():
     cores = json.loads((ROOT / "bench/port_models/counted.json").read_text())["cores"]
-    counts = {(r[0], r[1]): int(r[2]) for r in table_rows("docs/appendix/embedded_counts.md")
-              if len(r) == 7 and r[2].isdigit()}
-    worst = {}
-    for r in table_rows("bench/embedded/worst_case/README.md"):
-        if len(r) == 6 and r[2] in ("step", "estimate"):
-            worst[r[0], r[1]] = worst.get((r[0], r[1]), 0) + int(r[3])
-    head = ["structure", "numbers", *(name for name, _ in DESKTOP + EMBEDDED)]
+    counts = {(r[0], r[1]): f"{int(r[2]):,}" for page in ("docs/appendix/embedded_counts.md", "bench/embedded/README.md")
+              for r in table_rows(page) if len(r) == 7 and r[2].isdigit()}
+    head = ["structure", *(name for name, _ in DESKTOP), *(f"{name} {n}" for name, _ in EMBEDDED for n in NUMBERS)]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    for structure, numbers, port, count, bound, why in ROWS:
-        cells = [f"{cores[core][port]['cycles']:,}" if port else f"- {why}" for _, core in DESKTOP]
-        for _, core in EMBEDDED:
-            figure = counts.get((core, count)) or worst.get((core, bound))
-            cells.append(f"{figure:,}" if figure else f"- {why or 'e'}")
-        lines.append(f"| {structure} | {numbers} | {' | '.join(cells)} |")
+    for structure, port, names in ROWS:
+        cells = [f"{cores[core][port]['cycles']:,}" if port else NOT_MODELLED for _, core in DESKTOP]
+        cells += [counts[core, name] if name else NO_INT16 for _, core in EMBEDDED for name in names]
+        lines.append(f"| {structure} | {' | '.join(cells)} |")
     return lines
 
 
@@ -72,7 +65,7 @@ def machines():
         for bench in ("step_latency", "training_epoch"):
             for name, ratio in result["benches"].get(bench, {}).get("ratios", {}).items():
                 if any(part in name for part in SHOWN) and not any(part in name for part in LEFT_OUT):
-                    ratios.setdefault(name, ["- f"] * len(results))[i] = f"{ratio['median']:.2f}"
+                    ratios.setdefault(name, [NOT_TIMED] * len(results))[i] = f"{ratio['median']:.2f}"
     lines = [f"| ratio | {' | '.join(result['machine']['cpu'] for result in results)} |", "|---" * (1 + len(results)) + "|"]
     return lines + [f"| {name} | {' | '.join(cells)} |" for name, cells in ratios.items()]
 

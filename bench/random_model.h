@@ -48,6 +48,9 @@ constexpr auto random_mlp() {
   }
 }
 
+template <Activation kKind, int kIn, int kWidth, int kDepth, int kOut>
+using RandomMap = LearnedMap<decltype(random_mlp<kKind, kIn, kWidth, kDepth, kOut>())>;
+
 /// Observer for two states from one output at 50 Hz, n_z = 3 (a complex pair and a real eigenvalue), with an inverse
 /// map of kDepth hidden layers of kWidth. random_kkl_model<kTanh, 50, 4> has the size of the paper's examples.
 template <Activation kKind, int kWidth, int kDepth, class Weight = float>

@@ -8,6 +8,7 @@
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
 #include <nlo/prior_observer.h>
+#include <nlo/window_observer.h>
 
 #include "bench/random_model.h"
 
@@ -45,12 +46,11 @@ constexpr auto random_luenberger_model() {
   return model;
 }
 
-/// (11) for two states and n_z = 3: F = -3 z + 2 y beside a network, G a network.
-template <Activation kKind, int kWidth, int kDepth>
-constexpr auto random_general_model() {
+/// (11) for two states and n_z = 3: F = -3 z + 2 y beside a network, G a network or what is given.
+template <Activation kKind, int kWidth, int kDepth, class Map = RandomMap<kKind, 3, kWidth, kDepth, 2>>
+constexpr auto random_general_model(const Map& inverse_map = {random_mlp<kKind, 3, kWidth, kDepth, 2>()}) {
   using Dynamics = decltype(random_mlp<kKind, 4, kWidth, kDepth, 3>());
-  using Network = decltype(random_mlp<kKind, 3, kWidth, kDepth, 2>());
-  GeneralModel<float, 2, 1, 3, LearnedMap<Dynamics, LinearPath<float, 4, 3>>, LearnedMap<Network>> model{};
+  GeneralModel<float, 2, 1, 3, LearnedMap<Dynamics, LinearPath<float, 4, 3>>, Map> model{};
   set_sampling(model);
   model.hold = Hold::kFirstOrder;
   model.dynamics.mlp = random_mlp<kKind, 4, kWidth, kDepth, 3>();
@@ -58,7 +58,18 @@ constexpr auto random_general_model() {
     model.dynamics.linear_path.weights[r][r] = -3.0F;
     model.dynamics.linear_path.weights[r][3] = 2.0F;
   }
-  model.inverse_map.mlp = random_mlp<kKind, 3, kWidth, kDepth, 2>();
+  model.inverse_map = inverse_map;
+  return model;
+}
+
+/// The last kSamples of one output, T* a network or what is given.
+template <Activation kKind, int kSamples, int kWidth, int kDepth,
+          class Map = RandomMap<kKind, kSamples, kWidth, kDepth, 2>>
+constexpr auto random_window_model(const Map& inverse_map = {random_mlp<kKind, kSamples, kWidth, kDepth, 2>()}) {
+  WindowModel<float, 2, 1, kSamples, Map> model{};
+  set_sampling(model);
+  model.hold = Hold::kFirstOrder;
+  model.inverse_map = inverse_map;
   return model;
 }
 

@@ -11,7 +11,7 @@
 #include "bench/random_model.h"
 #if NLO_INT16
 #include "bench/random_quantised_model.h"
-#elif NLO_GATED || NLO_GRU || NLO_PRIOR || NLO_CARRIED || NLO_LUENBERGER
+#elif !NLO_EIGEN && !NLO_NAIVE
 #include "bench/random_structures.h"
 #endif
 #if NLO_EIGEN || NLO_NAIVE
@@ -28,12 +28,19 @@ using nlo::Arithmetic;
 constexpr const auto& kModel = nlo::NLO_MODEL::kModel;
 #else
 constexpr Activation kActivation = Activation::NLO_ACTIVATION;
-constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
+constexpr int kWidth = 50, kDepth = 4;         // the paper's network, 3-50x4-2
+[[maybe_unused]] constexpr int kSamples = 20;  // of a window
 
 #if NLO_GRU && NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_gated_model<64, 0, 32, 32>();
 #elif NLO_GATED && NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_gated_model<32>();
+#elif NLO_GENERAL && NLO_INT16  // T* alone is in integers
+constexpr auto kModel = nlo::bench::random_general_model<kActivation, kWidth, 1>(
+    nlo::bench::random_quantised_map<kActivation, kWidth, 1>());
+#elif NLO_WINDOW && NLO_INT16
+constexpr auto kModel = nlo::bench::random_window_model<kActivation, kSamples, kWidth, kDepth>(
+    nlo::bench::random_quantised_map<kActivation, kWidth, kDepth, kSamples>());
 #elif NLO_GRU
 constexpr auto kModel = nlo::bench::random_gated_model<64, 0, 32, 32>();
 #elif NLO_GATED
@@ -44,6 +51,12 @@ constexpr auto kModel = nlo::bench::random_prior_model<24>();  // and T* 26-16-2
 constexpr auto kModel = nlo::bench::random_carried_model();
 #elif NLO_LUENBERGER
 constexpr auto kModel = nlo::bench::random_luenberger_model<kActivation, kWidth, 1>();
+#elif NLO_GENERAL
+constexpr auto kModel = nlo::bench::random_general_model<kActivation, kWidth, 1>();
+#elif NLO_DRIVEN
+constexpr auto kModel = nlo::bench::random_driven_model<kActivation, 32, 2>();
+#elif NLO_WINDOW
+constexpr auto kModel = nlo::bench::random_window_model<kActivation, kSamples, kWidth, kDepth>();
 #elif NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_model<kActivation, kWidth, kDepth>();
 #elif NLO_EIGEN || NLO_NAIVE
@@ -54,5 +67,15 @@ constexpr auto kModel = nlo::bench::random_kkl_model<kActivation, kWidth, kDepth
 #endif
 #endif
 using Observer = nlo::SampledObserver<std::remove_cvref_t<decltype(kModel)>, Arithmetic::NLO_ARITHMETIC>;
+
+/// A template, so that the branch that does not fit the observer is not compiled.
+template <class Called, class... Dt>
+nlo::StepStatus step(Called& one, const typename Called::Output& y, const typename Called::Input& u, Dt... dt_s) {
+  if constexpr (Called::kDriven) {
+    return one.step(y, u, dt_s...);
+  } else {
+    return one.step(y, dt_s...);
+  }
+}
 
 }  // namespace

@@ -16,15 +16,13 @@ float x_hat[2];
 extern const unsigned observer_bytes = sizeof(Observer);
 
 void step_and_estimate() {
-#if NLO_CARRIED
-  static_cast<void>(observer.step({{measured, measured, measured}}, {{measured, -measured, measured}}));
-#else
   {
     Observer::Output y;
+    Observer::Input u;
     for (float& entry : y.values) entry = measured;
-    static_cast<void>(observer.step(y));
+    for (float& entry : u.values) entry = measured;
+    static_cast<void>(step(observer, y, u));
   }
-#endif
 #if NLO_EIGEN
   nlo::bench::eigen_estimate<kActivation>(kLayers, observer.latent().data(), x_hat);
 #elif NLO_NAIVE

@@ -32,15 +32,10 @@ Values values(const float* from) {
   return result;
 }
 
-/// A template, so that the branch that does not fit the observer is not compiled.
-template <class Called, class... Dt>
-void step(Called& one, Dt... dt_s) {
-  const auto y = values<typename Called::Output>(call_y);
-  if constexpr (Called::kDriven) {
-    status = static_cast<int>(one.step(y, values<typename Called::Input>(call_u), dt_s...));
-  } else {
-    status = static_cast<int>(one.step(y, dt_s...));
-  }
+template <class... Dt>
+void called_step(Dt... dt_s) {
+  status = static_cast<int>(
+      step(flown.observer, values<Observer::Output>(call_y), values<Observer::Input>(call_u), dt_s...));
 }
 
 constexpr float kLongest = kModel.sample_period_s * static_cast<float>(Observer::Model::kLongestGap);
@@ -86,11 +81,11 @@ extern const CalledObserver called = {
 };
 
 void call_step() {
-  step(flown.observer);
+  called_step();
 }
 
 void call_step_dt() {
-  step(flown.observer, call_dt_s);
+  called_step(call_dt_s);
 }
 
 void call_estimate() {
