@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # The deterministic policy by a compiler: the golden bits, whatever it is allowed to fuse, vectorise or leave unoptimised,
-# for whatever CPU; the plain versions of the Cortex-M kernels, and int16.
+# for whatever CPU; the kernels of RISC-V's vectors or the plain versions of Cortex-M's, and int16.
 #   usage: parity.sh COMPILER SOURCE_DIR WORK_DIR [RUNNER]
 #   RUNNER runs the programs of a cross compiler, as qemu-aarch64 does.
 set -euo pipefail
@@ -35,6 +35,11 @@ case $("$compiler" -dumpmachine) in
     if grep -qw avx512vl /proc/cpuinfo; then variants+=('-O3 -march=x86-64-v4 -ffp-contract=fast'); fi
     variants+=('-O3 -march=native')
     ;;
+  riscv64*)
+    export QEMU_CPU=rv64,v=true,vext_spec=v1.0,vlen=128 # which g++ 12 uses by assembly alone, and not without -march
+    variants+=('-O0 -march=rv64gcv' '-O2 -march=rv64gcv')
+    fused=(-march=rv64gcv -ffp-contract=fast)
+    ;;
   *) fused=(-ffp-contract=fast) ;;
 esac
 if ((${#fused[@]})); then variants+=("-O3 ${fused[*]}"); fi
@@ -44,6 +49,13 @@ for flags in "${variants[@]}"; do
 done
 if [[ -z $runner ]]; then expect kernels kernels_cortex_m.txt -O2; fi # plain C++ and long to compile
 expect int16 int16.txt -O2
+if [[ -n ${QEMU_CPU:-} ]]; then
+  for vlen in 128 256; do # the bits are not those of one length
+    export QEMU_CPU=${QEMU_CPU%=*}=$vlen
+    expect kernels kernels_cortex_m.txt -O2 -march=rv64gcv
+    expect int16 int16.txt -O2 -march=rv64gcv
+  done
+fi
 
 # The control: the same program with fused arithmetic in the place of the deterministic one.
 if ((${#fused[@]})) && run parity -O2 "${fused[@]}" -DNLO_PARITY_POLICY=kFast | diff -q "$source/tests/golden/parity.txt" - >"$work/control"; then

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The assembly of Cortex-M gives the bits of its plain C++ version, and that one gives on the board the bits that it
-// gives on the host: hashes to compare with tests/golden. Fused lines come from machines that can fuse.
+// The assembly of Cortex-M and of RISC-V's vectors gives the bits of its plain C++ version, and that one gives there
+// the bits that it gives on the host: hashes to compare with tests/golden. Fused lines come from machines that
+// can fuse.
 #include <nlo/kernels/cortex_m.h>
 #include <nlo/kernels/cortex_m_vectors.h>
+#include <nlo/kernels/riscv_vectors.h>
 
 #include <cstdint>
 #include <iterator>
@@ -37,28 +39,36 @@ void check(Hash& hash) {
     float plain[kOut];
     layer_plain<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, plain);
     for (const float x : plain) hash.add(x);
-#if defined(NLO_CORTEX_M_FLOAT)
+#if defined(NLO_CORTEX_M_FLOAT) || defined(NLO_RISCV_VECTORS)
     float guarded[kOut + 2];
     guarded[0] = guarded[kOut + 1] = kGuard;
+    const auto is_plain = [&] {
+      bool same = guarded[0] == kGuard && guarded[kOut + 1] == kGuard;
+      for (int o = 0; o < kOut; ++o) {
+        same = same && std::bit_cast<std::uint32_t>(plain[o]) == std::bit_cast<std::uint32_t>(guarded[o + 1]);
+        guarded[o + 1] = 0.0F;
+      }
+      return same;
+    };
+    bool same = true;
+#if defined(NLO_CORTEX_M_FLOAT)
     layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, guarded + 1);
-    bool same = guarded[0] == kGuard && guarded[kOut + 1] == kGuard;
-    for (int o = 0; o < kOut; ++o) {
-      same = same && std::bit_cast<std::uint32_t>(plain[o]) == std::bit_cast<std::uint32_t>(guarded[o + 1]);
-    }
+    same = is_plain();
+#endif
+#if defined(NLO_CORTEX_M_MVE) || defined(NLO_RISCV_VECTORS)
 #if defined(NLO_CORTEX_M_MVE)
+    namespace vectors = kernels::cortex_m_vectors;
+#else
+    namespace vectors = kernels::riscv_vectors;
+#endif
     float by_vectors[50 * 52]{}, padded_bias[52]{};
     for (int o = 0; o < kOut; ++o) {
       padded_bias[o] = bias[o];
       for (int i = 0; i < kIn; ++i)
-        by_vectors[kernels::cortex_m_vectors::weight_position<kIn, kOut>(o, i)] =
-            weights[weight_position<kIn, kOut>(o, i)];
+        by_vectors[vectors::weight_position<kIn, kOut>(o, i)] = weights[weight_position<kIn, kOut>(o, i)];
     }
-    for (int o = 0; o < kOut; ++o) guarded[o + 1] = 0.0F;
-    kernels::cortex_m_vectors::layer<kKind, kArithmetic, kLast, kIn, kOut>(by_vectors, padded_bias, in, guarded + 1);
-    same = same && guarded[0] == kGuard && guarded[kOut + 1] == kGuard;
-    for (int o = 0; o < kOut; ++o) {
-      same = same && std::bit_cast<std::uint32_t>(plain[o]) == std::bit_cast<std::uint32_t>(guarded[o + 1]);
-    }
+    vectors::layer<kKind, kArithmetic, kLast, kIn, kOut>(by_vectors, padded_bias, in, guarded + 1);
+    same = is_plain() && same;
 #endif
     if (!same) {
       good = false;
@@ -101,7 +111,7 @@ int run_all() {
   run<Activation::kTanh, Arithmetic::kDeterministic>("deterministic tanh ");
   run<Activation::kRelu, Arithmetic::kDeterministic>("deterministic relu ");
   run<Activation::kSilu, Arithmetic::kDeterministic>("deterministic silu ");
-#if !defined(NLO_ON_BOARD) || defined(__ARM_FEATURE_FMA)
+#if !defined(NLO_ON_BOARD) || defined(__ARM_FEATURE_FMA) || defined(__riscv_flen)
   run<Activation::kTanh, Arithmetic::kFast>("fused tanh ");
   run<Activation::kRelu, Arithmetic::kFast>("fused relu ");
   run<Activation::kSilu, Arithmetic::kFast>("fused silu ");

@@ -2,6 +2,7 @@
 // One layer of a network on targets without vectors, and the layout of its weights there:
 //   cortex_m.h          Cortex-M cores with an FPU, float
 //   cortex_m_vectors.h  those with vectors of floats
+//   riscv_vectors.h     RISC-V cores with vectors of floats
 //   plain.h             the others
 #pragma once
 
@@ -15,22 +16,33 @@
 #include "nlo/kernels/cortex_m.h"
 #include "nlo/kernels/cortex_m_vectors.h"
 #endif
+#include "nlo/kernels/riscv_vectors.h"
 
 namespace nlo::kernels {
 
-#if defined(NLO_CORTEX_M_FLOAT)
-template <class Weight>
-inline constexpr bool kUsesCortexM = std::is_same_v<Weight, float>;
+// The kernels of this target for weights in float; those of others are plain.
+#if defined(NLO_CORTEX_M_MVE)
+namespace target = cortex_m_vectors;
+#elif defined(NLO_CORTEX_M_FLOAT)
+namespace target = cortex_m;
+#elif defined(NLO_RISCV_VECTORS)
+namespace target = riscv_vectors;
 #else
-template <class Weight>
-inline constexpr bool kUsesCortexM = false;
+namespace target = plain;
+#define NLO_ONLY_PLAIN true
 #endif
+#if !defined(NLO_ONLY_PLAIN)
+#define NLO_ONLY_PLAIN false
+#endif
+template <class Weight>
+inline constexpr bool kIsPlain = NLO_ONLY_PLAIN || !std::is_same_v<Weight, float>;
+#undef NLO_ONLY_PLAIN
 
 /// The layout of a layer's weights and biases.
 template <class Weight, int kIn, int kOut>
 struct TargetLayout {
 #if defined(NLO_CORTEX_M_MVE)
-  static constexpr int kBiases = kUsesCortexM<Weight> ? rounded_up(kOut, 4) : kOut;
+  static constexpr int kBiases = kIsPlain<Weight> ? kOut : rounded_up(kOut, 4);
 #else
   static constexpr int kBiases = kOut;
 #endif
@@ -38,26 +50,18 @@ struct TargetLayout {
 
   /// Position of the weight of input i for output o.
   static constexpr int weight_position(int o, int i) {
-#if defined(NLO_CORTEX_M_MVE)
-    if constexpr (kUsesCortexM<Weight>) return cortex_m_vectors::weight_position<kIn, kOut>(o, i);
-#elif defined(NLO_CORTEX_M_FLOAT)
-    if constexpr (kUsesCortexM<Weight>) return cortex_m::weight_position<kIn, kOut>(o, i);
-#endif
-    return plain::weight_position<kIn, kOut>(o, i);
+    if constexpr (kIsPlain<Weight>) return plain::weight_position<kIn, kOut>(o, i);
+    return target::weight_position<kIn, kOut>(o, i);
   }
 };
 
 /// out = f(W in + bias) with the activation f; without it in the last layer. `out` must not overlap `in`.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
 NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
-  if constexpr (kUsesCortexM<Weight>) {
-#if defined(NLO_CORTEX_M_MVE)
-    cortex_m_vectors::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
-#elif defined(NLO_CORTEX_M_FLOAT)
-    cortex_m::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
-#endif
-  } else {
+  if constexpr (kIsPlain<Weight>) {
     plain::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
+  } else {
+    target::layer<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, out);
   }
 }
 
