@@ -4,12 +4,34 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <type_traits>
+#include <utility>
 
 #include "nlo/kernels/simd.h"
 #include "trainer/nn/lane_sums.h"
 #include "trainer/nn/network_block.h"
 
 namespace nlo::trainer {
+
+/// Calls part(count, first) with a compile-time count of at most kMost for parts of [0, count) that differ by one at most.
+template <int kMost, class Part>
+NLO_INLINE void in_even_parts(int count, const Part& part) {
+  const auto call = [&]<int kCount>(const auto& self, std::integral_constant<int, kCount> most, int take, int first)
+                        NLO_INLINE_LAMBDA -> void {
+    if constexpr (kCount > 1) {
+      if (take < kCount) return self(self, std::integral_constant<int, kCount - 1>(), take, first);
+    }
+    part(most, first);
+  };
+  const int parts = (count + kMost - 1) / kMost, least = parts > 0 ? count / parts : 0;
+  const int larger = count - parts * least;  // so many parts have one more
+  for (int p = 0, first = 0; p < parts; ++p) {
+    const int take = p < larger ? least + 1 : least;
+    call(call, std::integral_constant<int, kMost>(), take, first);
+    first += take;
+  }
+}
 
 /// Products over blocks: rows x columns times columns x kColumns.
 template <class Scalar, int kColumns>
@@ -45,41 +67,15 @@ struct Products {
   }
 
   /// out = finish(W in + bias) over a block: `rows` x `columns` times `columns` x kColumns.
-  /// Rows are shared out evenly over tiles of at most six: 12 sums, the inputs and a weight fill 16 registers.
+  /// Tiles have at most six rows: 12 sums, the inputs and a weight fill 16 registers.
   template <class Finish>
   static void product(const Scalar* w, int rows, int columns, const Scalar* bias, const Scalar* in,
                       const Finish& finish) {
-    constexpr int kMaxRows = 6;
-    const int tiles = (rows + kMaxRows - 1) / kMaxRows;
     for (int s = 0; s < kColumns; s += kPacks * kWidth) {
-      int row = 0;
-      for (int t = 0; t < tiles; ++t) {
-        const int take = (rows - row) / (tiles - t) + ((rows - row) % (tiles - t) != 0 ? 1 : 0);
-        const Scalar* tile_w = w + row * columns;
-        const Scalar* tile_bias = bias != nullptr ? bias + row : nullptr;
-        const auto tile_finish = [&](int r, int p, P sum) NLO_INLINE_LAMBDA { finish(row + r, s + p * kWidth, sum); };
-        switch (take) {
-          case 6:
-            product_tile<6>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 5:
-            product_tile<5>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 4:
-            product_tile<4>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 3:
-            product_tile<3>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          case 2:
-            product_tile<2>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-          default:
-            product_tile<1>(tile_w, columns, tile_bias, in + s, tile_finish);
-            break;
-        }
-        row += take;
-      }
+      in_even_parts<6>(rows, [&](auto count, int row) NLO_INLINE_LAMBDA {
+        product_tile<count()>(w + row * columns, columns, bias != nullptr ? bias + row : nullptr, in + s,
+                              [&](int r, int p, P sum) NLO_INLINE_LAMBDA { finish(row + r, s + p * kWidth, sum); });
+      });
     }
   }
 
@@ -92,7 +88,8 @@ struct Products {
   /// Adds sum_s dv[o][s] a[i][s] to the gradient of W[o][i], for kRows x kTile entries of W.
   template <int kRows, int kTile>
   static NLO_INLINE void outer_tile(const Scalar* dv, const Scalar* a, Scalar* gradient, int columns) {
-    constexpr int kRegisters = (kRows * kTile + kWidth - 1) / kWidth;
+    constexpr int kSlots = kKeepsLanes ? kTile : std::bit_ceil(unsigned{kTile});  // of a row of W among the sums
+    constexpr int kRegisters = (kRows * kSlots + kWidth - 1) / kWidth;
     P sums[kRegisters * kWidth] = {};
     for (int s = 0; s < kColumns; s += kWidth) {
       P inputs[kTile];
@@ -103,7 +100,7 @@ struct Products {
       for (int r = 0; r < kRows; ++r) {
         P row = simd::load<P>(dv + r * kStride + s);
         simd::pin(row);
-        for (int c = 0; c < kTile; ++c) sums[r * kTile + c] += row * inputs[c];
+        for (int c = 0; c < kTile; ++c) sums[r * kSlots + c] += row * inputs[c];
       }
     }
     if constexpr (kKeepsLanes) {
@@ -112,47 +109,53 @@ struct Products {
         simd::store(lanes, simd::load<P>(lanes) + sums[i]);
       }
     } else {
-      Scalar totals[kRegisters * kWidth];
-      add_up<kRegisters>(sums, totals);
-      for (int i = 0; i < kRows * kTile; ++i) gradient[i / kTile * columns + i % kTile] += totals[i];
+      P totals[kRegisters];
+      for (int g = 0; g < kRegisters; ++g) totals[g] = sum_of_lanes(sums + g * kWidth);
+      const auto add_row = [&]<int kRow>(std::integral_constant<int, kRow>) NLO_INLINE_LAMBDA {
+        constexpr int kFirst = kRow * kSlots % kWidth;
+        add_lanes<kFirst, kTile>(totals[kRow * kSlots / kWidth], gradient + kRow * columns);
+      };
+      [&]<int... kRow>(std::integer_sequence<int, kRow...>) NLO_INLINE_LAMBDA {
+        (add_row(std::integral_constant<int, kRow>()), ...);
+      }
+      (std::make_integer_sequence<int, kRows>());
     }
   }
 
-  /// totals[i] = the sum of the lanes of sums[i].
-  template <int kRegisters>
-  static NLO_INLINE void add_up(const P* sums, Scalar* totals) {
-    for (int g = 0; g < kRegisters; ++g) {
-      P group[kWidth];
-      for (int i = 0; i < kWidth; ++i) group[i] = sums[g * kWidth + i];
-      simd::store(totals + g * kWidth, lane_sums(group));
+  /// Adds lanes kFirst to kFirst + kCount - 1 to as many scalars of the gradient.
+  template <int kFirst, int kCount>
+  static NLO_INLINE void add_lanes(P totals, Scalar* gradient) {
+    constexpr int kTogether = std::bit_floor(unsigned{kCount});
+    if constexpr (kTogether == 1) {
+      *gradient += totals[kFirst];
+    } else {
+      using Some = simd::Pack<Scalar, kTogether>;
+      const Some some = [&]<int... kLane>(std::integer_sequence<int, kLane...>) NLO_INLINE_LAMBDA {
+        return __builtin_shufflevector(totals, totals, (kFirst + kLane)...);
+      }
+      (std::make_integer_sequence<int, kTogether>());
+      simd::store(gradient, simd::load<Some>(gradient) + some);
     }
+    if constexpr (kCount > kTogether) add_lanes<kFirst + kTogether, kCount - kTogether>(totals, gradient + kTogether);
   }
 
-  template <int kRows>
-  static void outer_rows(const Scalar* dv, const Scalar* a, Scalar* gradient, int columns) {
-    // As many sums as fill registers after adding up their lanes; 32 registers hold sixteen.
-    constexpr int kTile = kKeepsLanes ? 3 : kWidth >= 16 ? 4 : 2;
-    int c = 0;
-    for (; c + kTile <= columns; c += kTile)
-      outer_tile<kRows, kTile>(dv, a + c * kStride, gradient + c * kLanesPerWeight, columns);
-    if constexpr (kTile == 4) {
-      if (columns - c == 3) outer_tile<kRows, 3>(dv, a + c * kStride, gradient + c * kLanesPerWeight, columns);
-    }
-    if constexpr (kTile >= 3) {
-      if (columns - c == 2) outer_tile<kRows, 2>(dv, a + c * kStride, gradient + c * kLanesPerWeight, columns);
-    }
-    if (columns - c == 1) outer_tile<kRows, 1>(dv, a + c * kStride, gradient + c * kLanesPerWeight, columns);
+  /// Lane i is the sum of the lanes of sums[i].
+  static NLO_INLINE P sum_of_lanes(const P* sums) {
+    P group[kWidth];
+    for (int i = 0; i < kWidth; ++i) group[i] = sums[i];
+    return lane_sums(group);
   }
 
   /// Gradient of a product's weights: dv a^T.
   static void outer_product(const Scalar* dv, int rows, const Scalar* a, int columns, Scalar* gradient) {
-    int r = 0;
-    for (; r + 4 <= rows; r += 4) outer_rows<4>(dv + r * kStride, a, gradient + r * columns * kLanesPerWeight, columns);
-    const Scalar* rest = dv + r * kStride;
-    Scalar* rest_gradient = gradient + r * columns * kLanesPerWeight;
-    if (rows - r == 3) outer_rows<3>(rest, a, rest_gradient, columns);
-    if (rows - r == 2) outer_rows<2>(rest, a, rest_gradient, columns);
-    if (rows - r == 1) outer_rows<1>(rest, a, rest_gradient, columns);
+    // As many sums as fill registers after adding up their lanes; 32 registers hold sixteen.
+    constexpr int kMostColumns = kKeepsLanes ? 3 : kWidth >= 16 ? 4 : 2;
+    in_even_parts<4>(rows, [&](auto row_count, int r) NLO_INLINE_LAMBDA {
+      in_even_parts<kMostColumns>(columns, [&](auto column_count, int c) NLO_INLINE_LAMBDA {
+        outer_tile<row_count(), column_count()>(dv + r * kStride, a + c * kStride,
+                                                gradient + (r * columns + c) * kLanesPerWeight, columns);
+      });
+    });
   }
 
   /// Gradient of a product's bias: each row's sum.
@@ -172,8 +175,7 @@ struct Products {
         const int count = std::min(kWidth, rows - first);
         P sums[kWidth] = {};
         for (int r = 0; r < count; ++r) sums[r] = sum_of(first + r);
-        Scalar totals[kWidth];
-        add_up<1>(sums, totals);
+        const P totals = sum_of_lanes(sums);
         for (int r = 0; r < count; ++r) gradient[first + r] += totals[r];
       }
     }

@@ -15,8 +15,8 @@ template <Activation kKind>
 constexpr bool kKeepsInputs = codegen::activation_row(kKind).slope_needs_input;
 
 template <class Scalar>
-std::vector<Scalar> rows(int count, int stride) {
-  return std::vector<Scalar>(static_cast<std::size_t>(count) * static_cast<std::size_t>(stride), Scalar(0));
+AlignedVector<Scalar> rows(int count, int stride) {
+  return AlignedVector<Scalar>(static_cast<std::size_t>(count) * static_cast<std::size_t>(stride), Scalar(0));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "nlo/kernels/simd.h"
+#include "trainer/base/aligned_vector.h"
 #include "trainer/nn/network.h"
 
 namespace nlo::trainer {
@@ -60,11 +61,12 @@ class NetworkBlock {
   void gradient(Scalar* out) const;
 
  private:
+  using Rows = AlignedVector<Scalar>;
   struct Pass {
-    std::vector<std::vector<Scalar>> activations;      // a_0 ... a_L, (width x kStride) each
-    std::vector<std::vector<Scalar>> pre_activations;  // v_l, only where a derivative needs it
-    std::array<std::vector<Scalar>, 2> cotangent;
-    std::vector<Scalar> input_cotangent;
+    std::vector<Rows> activations;      // a_0 ... a_L, (width x kStride) each
+    std::vector<Rows> pre_activations;  // v_l, only where a derivative needs it
+    std::array<Rows, 2> cotangent;
+    Rows input_cotangent;
 
     Scalar* last_cotangent() { return cotangent[(activations.size() - 1) % 2].data(); }
   };
@@ -79,7 +81,7 @@ class NetworkBlock {
 
   const NetworkShape* shape_;
   Pass values_, tangents_;
-  std::vector<Scalar> gradient_;  // Products::kLanesPerWeight summands of each parameter's
+  Rows gradient_;  // Products::kLanesPerWeight summands of each parameter's
 };
 
 /// The block that T* is trained by.
