@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // A program for any x86-64 that asks the CPU computes what one compiled for that CPU does, bit for bit: networks, their
-// batches and their forward-mode products, errors' deviations and gated units.
+// batches with the recurrence of z, their forward-mode products, errors' deviations and gated units.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "tests/runtime/instruction_set_run.h"
@@ -28,6 +30,7 @@ TEST(Dispatch, GivesTheBitsOfTheCpusInstructionSet) {
   EXPECT_TRUE(same(ours.batch, native.batch));
   EXPECT_TRUE(same(ours.log2_sigma, native.log2_sigma));
   EXPECT_TRUE(same(ours.gated, native.gated));
+  EXPECT_TRUE(same(ours.latent, native.latent));
 }
 
 /// By the code for AVX2, whatever more the CPU has.
@@ -53,6 +56,18 @@ Bits run_avx2() {
     for (int n = 0; n < kBlock && first + n < instruction_set::kPlants; ++n)
       for (int i = 0; i < 2; ++i) bits.batch[i][first + n] = out[i * kBlock + n];
   }
+  constexpr auto& kModel = testing::InstructionSetModel<Activation::kTanh>::kModel;
+  float kept[1][instruction_set::kWholeBlocks] = {}, y[1][instruction_set::kWholeBlocks];
+  for (int n = 0; n < instruction_set::kWholeBlocks; ++n) {
+    const auto state = testing::begun(KklObserver{kModel}.save(), n);
+    for (int r = 0; r < 3; ++r) bits.latent[r][n] = state.z[r];
+  }
+  for (int round = 0; round < instruction_set::kRounds; ++round) {
+    for (int n = 0; n < instruction_set::kWholeBlocks; ++n) y[0][n] = testing::measured(round, n);
+    for (int first = 0; first < instruction_set::kWholeBlocks; first += kBlock)
+      EXPECT_TRUE((x86::kkl_plants_avx2<Arithmetic::kFast, kBlock>(kModel, Vector<const float*, 1>{{y[0]}}, first,
+                                                                   bits.latent, kept)));
+  }
   return bits;
 }
 
@@ -62,6 +77,7 @@ TEST(Dispatch, GivesTheBitsOfAvx2WhereThatIsAll) {
   EXPECT_TRUE(same(ours.jvp, native.jvp));
   EXPECT_TRUE(same(ours.silu_jvp, native.silu_jvp));
   EXPECT_TRUE(same(ours.batch, native.batch));
+  EXPECT_TRUE(same(ours.latent, native.latent));
 }
 
 TEST(Dispatch, GivesTheSameBitsHoweverManyWideLoadsTheCpuHas) {
@@ -89,6 +105,20 @@ TEST(Dispatch, TheBitsTellInstructionSetsApart) {  // the control of the tests a
   EXPECT_FALSE(same(avx2.jvp, avx512.jvp));
   EXPECT_FALSE(same(avx2.log2_sigma, avx512.log2_sigma));
   EXPECT_FALSE(same(avx2.gated, avx512.gated));
+}
+
+TEST(Dispatch, ControlOneObserverHasOtherBitsThanTheBatch) {  // its z is stepped by what the compiler was told of
+  static constexpr auto& kModel = testing::InstructionSetModel<Activation::kTanh>::kModel;
+  const Bits ours = testing::run_networks();
+  float farthest = 0.0F;
+  for (int n = 0; n < instruction_set::kWholeBlocks; ++n) {
+    KklObserver observer{kModel};
+    ASSERT_TRUE(observer.restore(testing::begun(observer.save(), n)));
+    for (int round = 0; round < instruction_set::kRounds; ++round) (void)observer.step(testing::measured(round, n));
+    for (int r = 0; r < 3; ++r) farthest = std::max(farthest, std::fabs(observer.latent()[r] - ours.latent[r][n]));
+  }
+  EXPECT_GT(farthest, 0.0F);
+  EXPECT_LE(farthest, 5e-6F);  // 20 samples of a z of at most 2, two roundings of 1.2e-7 each
 }
 
 TEST(Dispatch, TakesBatchesOfAnySize) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The networks behind instruction_set_bits.h: estimates, products, batches, the errors' deviations and gated units of
-// the fast policy, whose bits depend on the length of vectors and on fused multiply-adds.
+// The networks behind instruction_set_bits.h: estimates, products, batches and their z, the errors' deviations and
+// gated units of the fast policy, whose bits depend on the length of vectors and on fused multiply-adds.
 #pragma once
 
 #include <nlo/jvp.h>
@@ -31,6 +31,30 @@ void for_each_round(const Work& work) {
   }
 }
 
+/// Where a plant of `latent` begins, and what it measures then: without rounding, as each build computes it by itself.
+template <class State>
+State begun(State state, int plant) {
+  for (int r = 0; r < 3; ++r) state.z[r] = 0.0625F * static_cast<float>(plant + 1) - static_cast<float>(r);
+  state.started = 1;
+  return state;
+}
+inline float measured(int round, int plant) {
+  return 0.25F * static_cast<float>((round + plant) % 7) - 0.75F;
+}
+
+template <class Model>
+void run_recurrence(const Model& model, float (&latent)[3][instruction_set::kWholeBlocks]) {
+  KklBatch<Model, instruction_set::kWholeBlocks> batch{model};
+  for (int n = 0; n < instruction_set::kWholeBlocks; ++n) (void)batch.restore(n, begun(batch.save(n), n));
+  for (int round = 0; round < instruction_set::kRounds; ++round) {
+    float y[1][instruction_set::kWholeBlocks];
+    for (int n = 0; n < instruction_set::kWholeBlocks; ++n) y[0][n] = measured(round, n);
+    (void)batch.step(y);
+  }
+  for (int n = 0; n < instruction_set::kWholeBlocks; ++n)
+    for (int r = 0; r < 3; ++r) latent[r][n] = batch.latent(n)[r];
+}
+
 inline instruction_set::Bits run_networks() {
   static constexpr auto& kTanh = InstructionSetModel<Activation::kTanh>::kModel;
   static constexpr auto& kSilu = InstructionSetModel<Activation::kSilu>::kModel;
@@ -56,6 +80,7 @@ inline instruction_set::Bits run_networks() {
     (void)batch.restore(n, state);
   }
   batch.estimate(bits.batch);
+  run_recurrence(kTanh, bits.latent);
   return bits;
 }
 

@@ -3,9 +3,52 @@
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
-#include "nlo/kernels/simd.h"
-#include "nlo/latent.h"
+#include "nlo/kernels/batch.h"
 #include "nlo/sampled_batch.h"
+
+namespace nlo::kernels {
+
+#if defined(NLO_DISPATCHES)
+namespace x86 {
+
+template <Arithmetic kArithmetic, int kPlants, class Model, class Rows, class Scalar, int kNz, int kNr, int kStride>
+__attribute__((noinline, NLO_TARGET_AVX2)) bool kkl_plants_avx2(const Model& model, const Rows& y, int first,
+                                                                Scalar (&z)[kNz][kStride],
+                                                                Scalar (&kept)[kNr][kStride]) {
+  return avx2::kkl_plants<kArithmetic, kPlants>(model, y, first, z, kept);
+}
+
+template <Arithmetic kArithmetic, int kPlants, class Model, class Rows, class Scalar, int kNz, int kNr, int kStride>
+__attribute__((noinline, NLO_TARGET_AVX512)) bool kkl_plants_avx512(const Model& model, const Rows& y, int first,
+                                                                    Scalar (&z)[kNz][kStride],
+                                                                    Scalar (&kept)[kNr][kStride]) {
+  return avx512::kkl_plants<kArithmetic, kPlants>(model, y, first, z, kept);
+}
+
+}  // namespace x86
+#endif
+
+/// A sample of kPlants plants, as for_batch_block() has chosen; see kkl_plants() of plants.inc.
+template <Arithmetic kArithmetic, int kPlants, class Model, class Rows, class Scalar, int kNz, int kNr, int kStride>
+NLO_INLINE bool kkl_plants(const Model& model, const Rows& y, int first, Scalar (&z)[kNz][kStride],
+                           Scalar (&kept)[kNr][kStride]) {
+#if defined(NLO_DISPATCHES)
+  const x86::Level level = x86::level();
+  if constexpr (kPlants == kBatchBlock<Scalar, 64>) {
+    if (x86::has_avx512(level)) return x86::kkl_plants_avx512<kArithmetic, kPlants>(model, y, first, z, kept);
+  }
+  if constexpr (kPlants == kBatchBlock<Scalar, 32>) {
+    if (level == x86::Level::kAvx2) return x86::kkl_plants_avx2<kArithmetic, kPlants>(model, y, first, z, kept);
+  }
+#endif
+
+  if constexpr (kPlants == kBatchBlock<Scalar, NLO_NATIVE_BYTES>)
+    return native::kkl_plants<kArithmetic, kPlants>(model, y, first, z, kept);
+
+  return false;
+}
+
+}  // namespace nlo::kernels
 
 namespace nlo {
 
@@ -13,24 +56,15 @@ template <class Model, int kPlants, Arithmetic kArithmetic = Arithmetic::kFast>
 class KklBatch : public SampledBatch<KklBatch<Model, kPlants, kArithmetic>, Model, kPlants, kArithmetic> {
   using Base = SampledBatch<KklBatch, Model, kPlants, kArithmetic>;
   friend Base;
-  using Base::kNr;
-  using typename Base::P;
   using typename Base::Rows;
 
  public:
   using Base::Base;
-  using Base::kNz;
 
  private:
   template <int kTogether>
-  void advance_block(const Rows& y, int first) {
-    for (int v = first; v < first + kTogether; v += Base::kWidth) {
-      P z[kNz], y_k[kNr], y_next[kNr];
-      for (int r = 0; r < kNz; ++r) z[r] = simd::load<P>(&this->z_[r][v]);
-      this->take(y, v, y_k, y_next);
-      nlo::advance<Model::kPairs, kArithmetic>(this->model_->latent.step, z, y_k, y_next);
-      for (int r = 0; r < kNz; ++r) this->keep(r, v, z[r]);
-    }
+  bool advance_block(const Rows& y, int first) {
+    return kernels::kkl_plants<kArithmetic, kTogether>(*this->model_, y, first, this->z_, this->y_);
   }
 };
 

@@ -155,27 +155,11 @@ constexpr LatentStep<Scalar, kNz, kNy> discretise(Hold hold, const Scalar (&eige
   return step;
 }
 
-/// z <- A z + B0 y_k + B1 y_{k+1}, in place. Values are scalars, or vectors of the scalar: of one plant, or of many.
-template <int kPairs, Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kNz, int kNy, class Value>
-constexpr void advance(const LatentStep<Scalar, kNz, kNy>& step, Value (&z)[kNz], const Value (&y_k)[kNy],
-                       const Value (&y_next)[kNy]) {
-  const auto multiply_add = [](Scalar a, Value b, Value c) NLO_INLINE_LAMBDA {
-    return nlo::multiply_add<kArithmetic, Value>(simd::broadcast<Value>(a), b, c);
-  };
-  Value change[kNz]{};
-  for (int r = 0; r < 2 * kPairs; r += 2) {
-    const Scalar re = step.a_minus_1[r], im = step.a_minus_1[r + 1];
-    change[r] = multiply_add(re, z[r], -rounded<Value>(im * z[r + 1]));
-    change[r + 1] = multiply_add(re, z[r + 1], rounded<Value>(im * z[r]));
-  }
-  for (int r = 2 * kPairs; r < kNz; ++r) change[r] = step.a_minus_1[r] * z[r];
-  for (int r = 0; r < kNz; ++r) {
-    for (int j = 0; j < kNy; ++j) {
-      const Value forced = multiply_add(step.b0[r][j], y_k[j], rounded<Value>(step.b1[r][j] * y_next[j]));
-      change[r] = rounded<Value>(change[r]) + forced;
-    }
-    z[r] += change[r];
-  }
-}
+inline namespace native {
+using simd::broadcast;
+#define NLO_CODE
+#include "nlo/kernels/per_isa/recurrence.inc"
+#undef NLO_CODE
+}  // namespace native
 
 }  // namespace nlo

@@ -16,17 +16,51 @@
 
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/batch.h"
-#include "nlo/kernels/lane_sum.h"
 #include "nlo/kernels/simd.h"
 #include "nlo/kkl_observer.h"
 #include "nlo/mlp_batch.h"
 #include "nlo/sampled_observer.h"
 #include "nlo/saturation.h"
 
+namespace nlo::kernels {
+
+namespace native {
+using namespace nlo::simd;
+using nlo::advance;
+#define NLO_CODE NLO_INLINE
+#include "nlo/kernels/per_isa/plants.inc"
+#undef NLO_CODE
+}  // namespace native
+
+#if defined(NLO_DISPATCHES)
+namespace x86 {
+
+namespace avx2 {
+#define NLO_CODE NLO_CODE_AVX2
+#include "nlo/kernels/per_isa/recurrence.inc"
+// Behind it.
+#include "nlo/kernels/per_isa/plants.inc"
+#undef NLO_CODE
+}  // namespace avx2
+
+namespace avx512 {
+#define NLO_CODE NLO_CODE_AVX512
+#include "nlo/kernels/per_isa/recurrence.inc"
+// Behind it.
+#include "nlo/kernels/per_isa/plants.inc"
+#undef NLO_CODE
+}  // namespace avx512
+
+}  // namespace x86
+#endif
+
+}  // namespace nlo::kernels
+
 namespace nlo {
 
 /// Batch has
-///   advance_block<kTogether>(y, first)   z and y of kTogether plants from `first` on, one sample period on
+///   advance_block<kTogether>(y, first)   z and y of kTogether plants from `first` on, one sample period on; false:
+///                                        one of them needs care, and nothing is done
 template <class Batch, class Model_, int kPlants_, Arithmetic kArithmetic>
 class SampledBatch {
  public:
@@ -110,9 +144,6 @@ class SampledBatch {
   }
 
  protected:
-  // Two vectors of plants are stepped together, of the instruction set that the CPU may decide.
-  using P = simd::Pack<Scalar>;
-  static constexpr int kWidth = sizeof(P) / sizeof(Scalar);
   static constexpr int kPadded = kernels::rounded_up(kPlants, kernels::kMostBatchBlock<Scalar>);
   static constexpr int kAlignment = kernels::kHasVectors ? 64 : alignof(Scalar);
 
@@ -130,27 +161,6 @@ class SampledBatch {
     Rows all{};
     for (int j = 0; j < kCount; ++j) all[j] = y[j];
     return all;
-  }
-
-  /// The readings of kWidth plants from `first` on: those of their last sample, and those they are given now, which are
-  /// kept.
-  void take(const Rows& y, int first, P (&y_k)[kNr], P (&y_next)[kNr]) {
-    for (int j = 0; j < kNr; ++j) {
-      y_k[j] = simd::load<P>(&y_[j][first]);
-      if constexpr (kNr > kGiven) {  // all are measured here: what was stale fades
-        y_next[j] = j < kGiven ? simd::load<P>(&y[j < kGiven ? j : 0][first]) : model_->failures.keep * y_k[j];
-      } else {
-        y_next[j] = simd::load<P>(&y[j][first]);
-      }
-      simd::store(&y_[j][first], y_next[j]);
-      if (j >= kNy && j < kGiven && Model::kInputHold == Hold::kZeroOrder) y_k[j] = y_next[j];  // as ObserverCore
-    }
-  }
-
-  /// z of kWidth plants. As ObserverCore: no subnormal stays for ever.
-  void keep(int r, int first, P z) {
-    const P tiny = P{} + Scalar(0x1p-100);
-    simd::store(&z_[r][first], z >= tiny || z <= -tiny ? z : P{});
   }
 
   const Model* model_;
@@ -211,32 +221,7 @@ class SampledBatch {
   bool step_block(const Rows& y, int first) {
     int started = 0;
     for (int n = first; n < first + kBlock; ++n) started += started_[n];
-    if (started != kBlock) return false;
-    P out_of_range{};
-    for (int j = 0; j < kGiven; ++j) {
-      if (model_->outputs.wrap[j] > Scalar(0)) return false;
-      const P low = simd::broadcast<P>(model_->outputs.min[j]), high = simd::broadcast<P>(model_->outputs.max[j]);
-      for (int v = 0; v < kBlock; v += kWidth) {
-        const P value = simd::load<P>(&y[j][first + v]);
-        const P good = simd::min(simd::max(value, low), high);  // NaN comes out as a limit, and differs from itself
-        out_of_range += value == good ? P{} : P{} + Scalar(1);
-      }
-    }
-    const P largest = simd::broadcast<P>(Scalar(0x1p100));
-    for (int r = 0; r < kNz; ++r) {
-      for (int v = 0; v < kBlock; v += kWidth) {
-        const P z = simd::load<P>(&z_[r][first + v]);
-        out_of_range += z == simd::min(simd::max(z, -largest), largest) ? P{} : P{} + Scalar(1);
-      }
-    }
-    for (int j = 0; j < kNr; ++j) {
-      for (int v = 0; v < kBlock; v += kWidth) {
-        const P y_k = simd::load<P>(&y_[j][first + v]);
-        out_of_range += y_k == simd::min(simd::max(y_k, -largest), largest) ? P{} : P{} + Scalar(1);
-      }
-    }
-    if (simd::sum<Scalar>(out_of_range) != Scalar(0)) return false;
-    static_cast<Batch*>(this)->template advance_block<kBlock>(y, first);
+    if (started != kBlock || !static_cast<Batch*>(this)->template advance_block<kBlock>(y, first)) return false;
     for (int n = first; n < first + kBlock; ++n) {
       for (int j = 0; j < kNr; ++j) fate_[j][n] = 0;
       status_[n] = StepStatus::kOk;

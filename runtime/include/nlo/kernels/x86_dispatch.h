@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks, their batches,
-// their forward-mode products and gated units are compiled for AVX2 and AVX-512 too. The first evaluation asks the CPU
-// once; each one after that costs a load and a jump. No ifunc and no static initialiser: observers work in static
-// initialisation as anywhere. Nothing changes where the compiler may use AVX-512 anyway.
+// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks, their
+// forward-mode products, gated units and whole samples of batches are compiled for AVX2 and AVX-512 too. The first
+// evaluation asks the CPU once; each one after that costs a load and a jump. No ifunc and no static initialiser:
+// observers work in static initialisation as anywhere. Nothing changes where the compiler may use AVX-512 anyway.
 #pragma once
 
 #include "nlo/kernels/panels.h"
