@@ -1,6 +1,6 @@
 # Bare-metal Arm, Debian's gcc-arm-none-eabi with newlib. Included by the file of each core, which sets
 #   nlo_core_flags  what the compiler and the linker must know of the core
-#   NLO_BOARD       the emulated board that has it: a linker script in toolchains/cortex_m, a machine of qemu-system-arm
+#   NLO_BOARD       the emulated board that has it: a linker script in NLO_BOARD_DIR, a machine of qemu-system-arm
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR arm)
 set(CMAKE_C_COMPILER arm-none-eabi-gcc)
@@ -19,5 +19,8 @@ string(APPEND CMAKE_CXX_FLAGS_INIT " -fno-exceptions -fno-rtti -fno-threadsafe-s
 string(APPEND CMAKE_CXX_FLAGS_INIT " -fno-asynchronous-unwind-tables")
 set(CMAKE_ASM_FLAGS_INIT "${nlo_core_flags}")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "${nlo_core_flags}")
+set(NLO_BOARD_DIR ${CMAKE_CURRENT_LIST_DIR}/cortex_m)
+# nano.specs: the small newlib, for the memcpy and memset that a compiler may call.
+set(NLO_BOARD_LINK_OPTIONS -nostartfiles --specs=nano.specs --specs=nosys.specs)
 
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER) # programs run on the host; headers such as Eigen's serve both

@@ -5,7 +5,7 @@
 
 #include "bench/embedded/fly.h"
 #include "bench/embedded/instruction_clock.h"
-#include "toolchains/cortex_m/console.h"
+#include "toolchains/console.h"
 
 namespace {
 
@@ -14,7 +14,11 @@ __attribute__((noinline)) std::uint32_t stack_of_a_call() {
   constexpr int kPainted = 600;  // words
   constexpr std::uint32_t kPaint = 0xa5a5a5a5U;
   std::uint32_t* top;
+#if defined(__riscv)
+  __asm__ volatile("mv %0, sp" : "=r"(top));
+#else
   __asm__ volatile("mov %0, sp" : "=r"(top));
+#endif
   volatile std::uint32_t* word = top - kPainted;
   while (word < top) *word++ = kPaint;
   step_and_estimate();

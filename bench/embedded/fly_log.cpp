@@ -14,7 +14,7 @@
 #include "bench/embedded/fly_exported.h"
 #include "bench/embedded/host_file.h"
 #include "bench/embedded/instruction_clock.h"
-#include "toolchains/cortex_m/console.h"
+#include "toolchains/console.h"
 
 namespace {
 
@@ -46,7 +46,7 @@ int main() {
   std::uint64_t all = 0;
   for (int count = file.read_line(row, kMost); count != 0; count = file.read_line(row, kMost)) {
     if (count != columns) return fail("flight.csv is not of this observer\n");
-    const std::uint32_t start = nlo::bench::systick().current;
+    const std::uint32_t start = nlo::bench::count_now();
     const int status = step_and_estimate(row[1], y, u, x_hat);
     const std::uint32_t taken = nlo::bench::ticks_since(start);
     if (samples > 0) {

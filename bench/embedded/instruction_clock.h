@@ -1,12 +1,26 @@
 // SPDX-License-Identifier: MIT
 // Counts instructions on an emulated board: the emulator lets each take 1 ns of the board's time (-icount shift=0), so
-// SysTick counts them, 40 per tick at 25 MHz. How many it is here is calibrated against code of known length.
+// SysTick counts them, 40 per tick at 25 MHz, and RISC-V's minstret counts each. How many it is here is calibrated
+// against code of known length.
 #pragma once
 
 #include <cstdint>
 
 namespace nlo::bench {
 
+#if defined(__riscv)
+inline std::uint32_t count_now() {
+  unsigned long count;
+  __asm__ volatile("csrr %0, minstret" : "=r"(count));
+  return static_cast<std::uint32_t>(count);
+}
+inline void start_counting() {}
+
+/// Ticks since `start`, a former count_now().
+inline std::uint32_t ticks_since(std::uint32_t start) {
+  return count_now() - start;
+}
+#else
 struct SysTick {
   volatile std::uint32_t control, reload, current, calibration;
 };
@@ -14,15 +28,25 @@ inline SysTick& systick() {
   return *reinterpret_cast<SysTick*>(0xE000E010);
 }
 
-/// Ticks since `start`, a former systick().current; it counts down, and 24 bits of it.
-inline std::uint32_t ticks_since(std::uint32_t start) {
-  return (start - systick().current) & 0xffffffU;
+inline std::uint32_t count_now() {
+  return systick().current;
 }
+inline void start_counting() {
+  systick().reload = 0xffffff;
+  systick().current = 0;
+  systick().control = 5;  // core clock, no interrupt
+}
+
+/// Ticks since `start`, a former count_now(); it counts down, and 24 bits of it.
+inline std::uint32_t ticks_since(std::uint32_t start) {
+  return (start - count_now()) & 0xffffffU;
+}
+#endif
 
 /// Ticks that `calls` calls take.
 template <class Function>
 __attribute__((noinline)) std::uint32_t ticks(Function function, int calls) {
-  const std::uint32_t start = systick().current;
+  const std::uint32_t start = count_now();
   for (int i = 0; i < calls; ++i) function();
   return ticks_since(start);
 }
@@ -37,13 +61,11 @@ __attribute__((noinline)) inline void two_hundred() {
   __asm__ volatile(".rept 200\nnop\n.endr");
 }
 
-/// Starts SysTick and finds what a tick is.
+/// Starts to count and finds what a tick is.
 class InstructionClock {
  public:
   InstructionClock() {
-    systick().reload = 0xffffff;
-    systick().current = 0;
-    systick().control = 5;  // core clock, no interrupt
+    start_counting();
     known_ = ticks(two_hundred, kCalls) - ticks(nothing, kCalls);
     half_ = ticks(one_hundred, kCalls) - ticks(nothing, kCalls);
   }

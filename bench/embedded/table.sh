@@ -1,14 +1,14 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Runs what count.cpp counts on every emulated core, prints the tables of docs/appendix/embedded_counts.md (the paper's
-# network) and README.md (structures, and the M55), and checks its gates and that no figure differs from the recorded one
-# by more than 5 %.
-#   usage: table.sh BUILDS [CORE...]     BUILDS/CORE holds the cross build of each core
-#          table.sh BUILDS --write       both pages: m4f, m0plus, m55
+# network), README.md (structures, and the M55) and riscv/README.md, and checks its gates and that no figure differs from
+# the recorded one by more than 5 %.
+#   usage: table.sh BUILDS [CORE...]            BUILDS/CORE holds the cross build of each core
+#          table.sh BUILDS --write [CORE...]    the pages, from all rows of m4f, m0plus, m55, rv64, rv64v that stand there
 set -euo pipefail
 builds=$1 write='' cores=(m4f m7 m33 m0plus)
 shift
-if [[ ${1:-} == --write ]]; then write=1 cores=(m4f m0plus m55) && shift; fi # M7, M33: within 0.2 % of the M4F
+if [[ ${1:-} == --write ]]; then write=1 cores=(m4f m0plus m55 rv64 rv64v) && shift; fi # M7, M33: within 0.2 % of the M4F
 if (($#)); then cores=("$@"); fi
 # Of each structure: multiply-adds of a step and an estimate; what its stack and the observer may take [B], and the flash of
 # the whole program in float and in int16 [KB].
@@ -22,8 +22,8 @@ luenberger   824  544  32  8  -  four times g_hat, 2 x 50 + 50 x 2, and 6 of the
 general     1698  896  32 12 12  four times F, 4 x 50 + 50 x 3 and 12 of its linear path, and T*: 3 x 50 + 50 x 2
 driven     15416 1344  32 25  -  four times T*, 3 x 32 + 32 x 32 + 32 x 2, T and its tangent, and 6 of g; T* again
 window      8600  512  96 42 28  20 x 50 + 3 x 50 x 50 + 50 x 2'
-declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m55]=mps3-an547 [m0plus]=microbit)
-declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m55]=M55 [m0plus]='M0, M0+')
+declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m55]=mps3-an547 [m0plus]=microbit [rv64]=virt [rv64v]=virt)
+declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m55]=M55 [m0plus]='M0, M0+' [rv64]=RV64 [rv64v]='RV64, vectors')
 failed=0
 here=$(dirname "${BASH_SOURCE[0]}")
 counts=$here/../../docs/appendix/embedded_counts.md
@@ -41,7 +41,7 @@ gate() {
 # row CORE VARIANT: sets the line of the table and checks what has a limit.
 row() {
   local core=$1 variant=$2 folder=$builds/$1/bench/embedded image said instructions painted observer per flash ram bound
-  local structure=${variant%_*} multiply_adds stack_limit ram_limit flash_limit int16_limit
+  local size=arm-none-eabi-size structure=${variant%_*} multiply_adds stack_limit ram_limit flash_limit int16_limit
   case $variant in *_relu | *_tanh) structure=network ;; esac
   read -r _ multiply_adds stack_limit ram_limit flash_limit int16_limit _ < <(grep "^$structure " <<<"$structures")
   if [[ $variant == *int16* ]]; then flash_limit=$int16_limit; fi
@@ -50,12 +50,15 @@ row() {
     m0plus,deterministic_*) stack_limit=544 ;;                 # and for calls of soft floats, 3 KB
     m0plus,int16_*) flash_limit=25 ;;
   esac
+  if [[ $core == rv64* ]]; then # pointers and saved registers of 64 bits
+    size=riscv64-linux-gnu-size ram_limit=$((ram_limit + 8)) stack_limit=$((stack_limit + 128))
+  fi
   image=$folder/count_$variant.elf
-  said=$(timeout 100 qemu-system-arm -M "${board[$core]}" -icount shift=0,sleep=off -nographic -monitor none -serial null \
-    -semihosting-config enable=on,target=native -kernel "$image" 2>&1 </dev/null) || { echo "$image: $said" >&2; exit 1; }
+  said=$(timeout 100 "$here/../../toolchains/emulate.sh" "${board[$core]}" "$image" -icount shift=0,sleep=off 2>&1) ||
+    { echo "$image: $said" >&2; exit 1; }
   read -r _ instructions _ painted _ observer <<<"$said"
   per=$(awk -v i="$instructions" -v m="$multiply_adds" 'BEGIN { printf "%.2f", i / m }')
-  read -r flash ram < <(arm-none-eabi-size "$folder/idle_$variant.elf" | awk 'NR == 2 { print $1 + $2, $2 + $3 }')
+  read -r flash ram < <("$size" "$folder/idle_$variant.elf" | awk 'NR == 2 { print $1 + $2, $2 + $3 }')
   bound=$(stack_bound "$folder/CMakeFiles/fly_$variant.dir/fly.cpp.ci")
   line="| ${title[$core]} | ${variant//_/ } | $instructions | $per | $flash | $ram | $((bound > painted ? bound : painted)) |"
 
@@ -79,6 +82,10 @@ row() {
     m55,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 1.15 ;;
     m55,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.9 ;;
     m55,gated_float | m55,gru_float | m55,window_float) gate "$core $variant: instructions per multiply-add" "$per" 0.95 ;;
+    rv64v,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;; # 32 of them
+    rv64v,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 0.4 ;;
+    rv64v,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.8 ;;
+    rv64,*) return ;; # to compare with
   esac
   case $variant in
     gru_int16) gate "$core $variant: instructions per multiply-add" "$per" 1.35 ;;
@@ -96,6 +103,7 @@ row() {
 # page_of CORE VARIANT: where its row stands.
 page_of() {
   case $1,$2 in
+    rv64*) echo "$here/riscv/README.md" ;;
     m55,* | *_float | *_deterministic | *_int16) echo "$here/README.md" ;;
     *) echo "$counts" ;;
   esac

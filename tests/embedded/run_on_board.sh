@@ -13,8 +13,7 @@ if [[ -n $golden ]]; then clock=(); fi
 printed=$(mktemp)
 trap 'rm -f "$printed"' EXIT
 status=0
-timeout 250 qemu-system-arm -M "$board" "${clock[@]}" -nographic -monitor none -serial null \
-  -semihosting-config enable=on,target=native -kernel "$image" >"$printed" 2>&1 </dev/null || status=$?
+timeout 250 "$(dirname "${BASH_SOURCE[0]}")/../../toolchains/emulate.sh" "$board" "$image" "${clock[@]}" >"$printed" 2>&1 || status=$?
 cat "$printed"
 echo "exit status $status"
 if [[ -n $golden ]]; then

@@ -4,12 +4,24 @@
 #include <stddef.h>
 
 void* memcpy(void* restrict to, const void* restrict from, size_t count);
+void* memmove(void* to, const void* from, size_t count);
 void* memset(void* at, int value, size_t count);
 
 void* memcpy(void* restrict to, const void* restrict from, size_t count) {
   volatile unsigned char* target = to;
   const unsigned char* source = from;
   for (; count > 0; --count) *target++ = *source++;
+  return to;
+}
+
+void* memmove(void* to, const void* from, size_t count) {
+  volatile unsigned char* target = to;
+  const unsigned char* source = from;
+  if (target < source) return memcpy(to, from, count);
+  while (count > 0) {
+    --count;
+    target[count] = source[count];
+  }
   return to;
 }
 

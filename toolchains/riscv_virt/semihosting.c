@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "../semihosting.h"
 
+#include <stdint.h>
+
 enum { kWriteString = 4, kExit = 0x18 };
 
 // The sequence that a debugger or an emulator answers: operation in a0, its argument in a1. Its three instructions must
@@ -22,8 +24,14 @@ void board_write(const char* text) {
 }
 
 void board_exit(int status) {
-  const unsigned application_exit = 0x20026, run_time_error = 0x20023;
-  call_host(kExit, (const void*)(status == 0 ? application_exit : run_time_error));
+  const uintptr_t application_exit = 0x20026, run_time_error = 0x20023;
+  const uintptr_t reason = status == 0 ? application_exit : run_time_error;
+#if __riscv_xlen == 32
+  call_host(kExit, (const void*)reason);
+#else
+  const uintptr_t block[2] = {reason, 0};
+  call_host(kExit, block);
+#endif
   for (;;) {
   }
 }

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Reset of the emulated board `virt`, 32-bit RISC-V: a stack, zeros in .bss, main. Constants and .data lie in RAM already.
+// Reset of the emulated board `virt`, 32-bit or 64-bit RISC-V: FPU and vectors on where there are any, a stack, zeros in
+// .bss, main. Constants and .data lie in RAM already.
   .section .init, "ax"
   .global _start
 _start:
+#if defined(__riscv_flen)
+  li t0, 0x2200  // mstatus.FS and VS
+  csrs mstatus, t0
+#endif
   la sp, stack_top
   la t0, bss_start
   la t1, bss_end

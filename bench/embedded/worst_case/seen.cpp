@@ -7,7 +7,7 @@
 
 #include "bench/embedded/instruction_clock.h"
 #include "bench/embedded/worst_case/calls.h"
-#include "toolchains/cortex_m/console.h"
+#include "toolchains/console.h"
 
 #ifndef NLO_CASES
 #define NLO_CASES 1000

@@ -36,8 +36,7 @@ judge() {
 
 # see IMAGE CORE: lines "CALL INSTRUCTIONS".
 see() {
-  timeout 300 qemu-system-arm -M "${board[$2]}" -icount shift=0,sleep=off -nographic -monitor none -serial null \
-    -semihosting-config enable=on,target=native -kernel "$1" 2>&1 </dev/null
+  timeout 300 "$here/../../../toolchains/emulate.sh" "${board[$2]}" "$1" -icount shift=0,sleep=off 2>&1
 }
 
 lines=('| core | network | call | seen | bound | bound / seen |' '|---|---|---|---|---|---|')

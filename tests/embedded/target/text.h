@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #if defined(NLO_ON_BOARD)
-#include "toolchains/cortex_m/console.h"
+#include "toolchains/console.h"
 #else
 #include <cstdio>
 namespace board {

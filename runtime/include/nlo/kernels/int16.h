@@ -6,7 +6,7 @@
 // Cortex-M with DSP instructions: SMLAD does two multiply-adds; a block of 5 (or 4) outputs keeps its sums in registers
 // and loads the weights of a pair of inputs at once: 0.7 instructions per multiply-add. Without them (M0, M0+) the same
 // block keeps its sums in the high registers, which only additions reach: 3.7. With vectors (MVE: M55) VMLADAVA does
-// eight multiply-adds of one row: 0.3.
+// eight multiply-adds of one row: 0.3. RISC-V: int16_riscv.h.
 #pragma once
 
 #include <array>
@@ -15,6 +15,7 @@
 
 #include "nlo/kernels/activation.h"
 #include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/int16_riscv.h"
 
 // By GCC and optimised: the block needs all registers but the stack pointer. Elsewhere plain C++ gives the same bits.
 #if defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && !defined(__clang__) && \
@@ -38,10 +39,16 @@ namespace nlo::kernels::int16 {
 /// Activations are Q15: 32767 is 1 (tanh), the layer's largest value (relu) or 16 (silu).
 inline constexpr int kOne = 32767;
 
-/// Outputs in blocks of 5 and 4 rows; rows of zeros behind the last one where that does not come out even.
+/// Outputs in blocks of 5 and 4 rows; rows of zeros behind the last one where that does not come out even. On RISC-V
+/// one block of all.
 template <int kOut>
 struct Blocks {
-  static constexpr int fours(int rows) { return (5 - rows % 5) % 5; }
+#if defined(__riscv)
+  static constexpr int kRows = kOut;
+#else
+  static constexpr int fours(int rows) {
+    return (5 - rows % 5) % 5;
+  }
   static constexpr int kRows = [] {
     int rows = kOut;
     while (4 * fours(rows) > rows) ++rows;
@@ -50,6 +57,7 @@ struct Blocks {
   static constexpr int kFours = fours(kRows);  ///< behind the fives
   static constexpr int kFives = (kRows - 4 * kFours) / 5;
   static_assert(5 * kFives + 4 * kFours == kRows && kFives >= 0);
+#endif
 };
 
 template <int kIn>
@@ -62,7 +70,9 @@ constexpr int pair_position(int size, int r, int i) {
 
 /// The same as the target has it. With vectors: eight inputs by eight, then what is left of so many pairs.
 constexpr int block_position([[maybe_unused]] int pairs, int size, int r, int i) {
-#if defined(NLO_CORTEX_M_OCTETS)
+#if defined(__riscv)
+  return i * size + r;
+#elif defined(NLO_CORTEX_M_OCTETS)
   const int eights = 2 * pairs / 8 * 8;
   return i < eights ? i / 8 * 8 * size + 8 * r + i % 8 : eights * size + (2 * pairs - eights) * r + (i - eights);
 #else
@@ -73,10 +83,14 @@ constexpr int block_position([[maybe_unused]] int pairs, int size, int r, int i)
 /// Position of the weight of input i for output o: block by block.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
+#if defined(__riscv)
+  return block_position(kPairs<kIn>, kOut, o, i);
+#else
   const int fives = 5 * Blocks<kOut>::kFives;
   const int size = o < fives ? 5 : 4;
   const int first = o < fives ? o / 5 * 5 : fives + (o - fives) / 4 * 4;
   return 2 * first * kPairs<kIn> + block_position(kPairs<kIn>, size, o - first, i);
+#endif
 }
 
 /// tanh over [-8, 8] in steps of 1/32. Straight lines through exact points would lie inside the curve by up to
@@ -157,11 +171,13 @@ NLO_INLINE std::int16_t activated(std::int32_t sum) {
 template <int kSize, int kPairCount>
 NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
                                 std::int32_t (&sums)[kSize]) {
+  NLO_UNROLL
   for (int r = 0; r < kSize; ++r) sums[r] = bias[r];
   for (int p = 0; p < kPairCount; ++p) {
+    NLO_UNROLL
     for (int r = 0; r < kSize; ++r) {
-      const std::int16_t* const pair = weights + block_position(kPairCount, kSize, r, 2 * p);
-      sums[r] += pair[0] * in[2 * p] + pair[1] * in[2 * p + 1];
+      const auto weight = [&](int i) NLO_INLINE_LAMBDA { return weights[block_position(kPairCount, kSize, r, i)]; };
+      sums[r] += weight(2 * p) * in[2 * p] + weight(2 * p + 1) * in[2 * p + 1];
     }
   }
 }
@@ -344,7 +360,7 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 
 #undef NLO_ROW
 
-#else
+#elif !defined(__riscv)
 
 template <int kSize, int kPairCount>
 NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
@@ -358,6 +374,11 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 ///   weights  in the order of weight_position(), 4-byte aligned; bias Blocks::kRows; in 2 kPairs<kIn>, 4-byte aligned
 template <int kIn, int kOut, class Write>
 NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, const std::int16_t* in, Write write) {
+#if defined(__riscv)
+  std::int32_t sums[kOut];
+  add_block<kOut, kPairs<kIn>>(weights, in, bias, sums);
+  for (int o = 0; o < kOut; ++o) write(o, sums[o]);
+#else
   using B = Blocks<kOut>;
   const auto block = [&]<int kSize>(std::integral_constant<int, kSize>, int first) NLO_INLINE_LAMBDA {
     std::int32_t sums[kSize];
@@ -367,6 +388,7 @@ NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, con
   };
   for (int b = 0; b < B::kFives; ++b) block(std::integral_constant<int, 5>{}, 5 * b);
   for (int b = 0; b < B::kFours; ++b) block(std::integral_constant<int, 4>{}, 5 * B::kFives + 4 * b);
+#endif
 }
 
 }  // namespace nlo::kernels::int16

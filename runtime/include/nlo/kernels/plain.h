@@ -41,12 +41,15 @@ template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOu
           class Scalar>
 NLO_INLINE void columns(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
   Scalar sums[kCount];
+  NLO_UNROLL
   for (int o = 0; o < kCount; ++o) sums[o] = bias[o];
   for (int i = 0; i < kIn; ++i) {
+    NLO_UNROLL
     for (int o = 0; o < kCount; ++o) {
       sums[o] = multiply_add<kArithmetic, Scalar>(in[i], static_cast<Scalar>(weights[i * kOut + o]), sums[o]);
     }
   }
+  NLO_UNROLL
   for (int o = 0; o < kCount; ++o) out[o] = finished<kKind, kArithmetic, kLast>(sums[o]);
 }
 

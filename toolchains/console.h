@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "../semihosting.h"
+#include "semihosting.h"
 
 namespace board {
 
