@@ -2,6 +2,8 @@
 // What the kernels for RISC-V's vectors rest on: which there are, and what their assembly leaves changed.
 #pragma once
 
+#include "nlo/kernels/arithmetic.h"
+
 #if defined(__riscv_vector) && !defined(NLO_SCALAR_KERNELS)
 #define NLO_RISCV_INTEGERS 1  // int16_riscv.h
 #if __riscv_v_elen_fp >= 32
