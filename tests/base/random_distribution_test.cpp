@@ -178,6 +178,19 @@ TEST(RandomLanes, NormalNumbersAreBoxAndMullersTransform) {
   }
 }
 
+TEST(RandomLanes, ManyPairsAreThePairsOneAfterTheOther) {
+  for (int pairs = 0; pairs <= 9; ++pairs) {
+    RandomLanes together(kSeed + 3), alone(kSeed + 3);
+    std::vector<RandomLanes::Floats> many(static_cast<std::size_t>(2 * pairs) + 1), one(many.size());
+    together.normal_pairs(many[0].data(), pairs);
+    for (std::size_t p = 0; p < 2 * static_cast<std::size_t>(pairs); p += 2)
+      alone.normal_pair(one[p].data(), one[p + 1].data());
+    together.uniform(many.back().data());
+    alone.uniform(one.back().data());
+    EXPECT_EQ(many, one) << pairs;
+  }
+}
+
 TEST(RandomLanes, NormalNumbersAreFiniteAtBothEndsOfTheUniformNumbers) {
   // Seeds whose first draw holds the edge are found by search: one in 2^21.
   bool zero = false;

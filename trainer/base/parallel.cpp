@@ -19,6 +19,18 @@ void say_fewer(int started, int wanted, const std::string& reason) {
                wanted, reason.c_str());
 }
 
+/// Looks for a condition some time before the caller goes to sleep: a training step has four rounds of some 100 us, and
+/// to wake a thread takes a good part of one. Other work gets the core in the meantime. Whether it came true.
+template <class Condition>
+bool came_true_soon(const Condition& condition) {
+  constexpr int kLooks = 200;  // some 50 us
+  for (int look = 0; look < kLooks; ++look) {
+    if (condition()) return true;
+    std::this_thread::yield();
+  }
+  return false;
+}
+
 }  // namespace
 
 ThreadPool::ThreadPool(int threads) {
@@ -73,20 +85,23 @@ void ThreadPool::run(int count, const std::function<void(int, int)>& task) {
   }
   wake_.notify_all();
   drain(0);
+  const auto done = [this] { return busy_ == 0; };
+  came_true_soon(done);
   std::unique_lock lock(mutex_);
-  done_.wait(lock, [this] { return busy_ == 0; });
+  done_.wait(lock, done);
   if (failure_) std::rethrow_exception(failure_);
 }
 
 void ThreadPool::work(int thread) {
   unsigned long seen = 0;
   for (;;) {
-    {
+    const auto wanted = [&] { return stopping_ || generation_ != seen; };
+    if (!came_true_soon(wanted)) {
       std::unique_lock lock(mutex_);
-      wake_.wait(lock, [&] { return stopping_ || generation_ != seen; });
-      if (stopping_) return;
-      seen = generation_;
+      wake_.wait(lock, wanted);
     }
+    if (stopping_) return;
+    seen = generation_;
     drain(thread);
     {
       const std::lock_guard lock(mutex_);

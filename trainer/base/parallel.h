@@ -41,9 +41,9 @@ class ThreadPool {
   const std::function<void(int, int)>* task_ = nullptr;
   std::atomic<int> next_{0};
   int count_ = 0;
-  int busy_ = 0;
-  unsigned long generation_ = 0;
-  bool stopping_ = false;
+  std::atomic<int> busy_{0};
+  std::atomic<unsigned long> generation_{0};
+  std::atomic<bool> stopping_{false};
   std::exception_ptr failure_;
 };
 

@@ -4,6 +4,7 @@
 // one would have drawn, on any number of threads.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -46,54 +47,94 @@ class RandomLanes {
 
   /// Uniform on [0, 1), 24 bits.
   void uniform(float* out) {
-    const Words bits = next() >> 8;
-    for (int l = 0; l < kLanes; ++l) out[l] = static_cast<float>(static_cast<std::int32_t>(bits[l])) * 0x1p-24F;
+    Generator generator(state_);
+    generator.uniform(out);
   }
 
   /// Two independent standard normal numbers per lane, by Box and Muller's transform.
   void normal_pair(float* first, float* second) {
     float u[kLanes];
     float v[kLanes];
-    uniform(u);
-    uniform(v);
-    for (int l = 0; l < kLanes; ++l) {
-      const float radius = std::sqrt(-2.0F * log_positive(1.0F - u[l]));  // 1 - u in (0, 1]
-      // cos and sin of 2 pi v: v = (q + f) / 4 with q whole and |f| <= 1/2.
-      const float quarter = 4.0F * v[l];
-      const auto q = static_cast<std::int32_t>(quarter + 0.5F);
-      const float angle = (quarter - static_cast<float>(q)) * 1.57079633F;
-      const float s2 = angle * angle;
-      const float sine = angle * (1.0F + s2 * (-1.0F / 6 + s2 * (1.0F / 120 - s2 * (1.0F / 5040))));
-      const float cosine = 1.0F + s2 * (-0.5F + s2 * (1.0F / 24 + s2 * (-1.0F / 720 + s2 * (1.0F / 40320))));
-      const float a = (q & 1) != 0 ? -sine : cosine;
-      const float b = (q & 1) != 0 ? cosine : sine;
-      const float sign = (q & 2) != 0 ? -radius : radius;
-      first[l] = sign * a;
-      second[l] = sign * b;
+    Generator generator(state_);
+    generator.uniform(u);
+    generator.uniform(v);
+    for (int l = 0; l < kLanes; ++l) box_muller(u[l], v[l], first[l], second[l]);
+  }
+
+  /// The same `pairs` times, to out: first, second, first, second...
+  void normal_pairs(float* out, int pairs) {
+    constexpr int kTogether = 4;  // enough for wide registers
+    Generator generator(state_);
+    float u[kTogether * kLanes], v[kTogether * kLanes], first[kTogether * kLanes], second[kTogether * kLanes];
+    for (int done = 0; done < pairs; done += kTogether) {
+      const int count = std::min(kTogether, pairs - done);
+      for (int p = 0; p < count; ++p) {
+        generator.uniform(u + p * kLanes);
+        generator.uniform(v + p * kLanes);
+      }
+      for (int i = 0; i < count * kLanes; ++i) box_muller(u[i], v[i], first[i], second[i]);
+      for (int p = 0; p < count; ++p, out += 2 * kLanes) {
+        std::copy_n(first + p * kLanes, kLanes, out);
+        std::copy_n(second + p * kLanes, kLanes, out + kLanes);
+      }
     }
   }
 
  private:
   using Words = simd::Pack<std::uint32_t, kLanes>;
+  using State = std::array<std::array<std::uint32_t, kLanes>, 4>;
 
-  static NLO_INLINE Words rotated_left(Words word, int bits) { return word << bits | word >> (32 - bits); }
+  /// The state in registers, until it is put back.
+  class Generator {
+   public:
+    explicit Generator(State& state) : state_(state) {
+      for (std::size_t i = 0; i < 4; ++i) s_[i] = simd::load<Words>(state[i].data());
+    }
+    ~Generator() {
+      for (std::size_t i = 0; i < 4; ++i) simd::store(state_[i].data(), s_[i]);
+    }
+    Generator(const Generator&) = delete;
+    Generator& operator=(const Generator&) = delete;
 
-  /// Compilers do not see by themselves that the lanes run side by side.
-  NLO_INLINE Words next() {
-    auto s0 = simd::load<Words>(state_[0].data()), s1 = simd::load<Words>(state_[1].data());
-    auto s2 = simd::load<Words>(state_[2].data()), s3 = simd::load<Words>(state_[3].data());
-    const Words result = rotated_left(s0 + s3, 7) + s0;
-    const Words t = s1 << 9;
-    s2 ^= s0;
-    s3 ^= s1;
-    s1 ^= s2;
-    s0 ^= s3;
-    s2 ^= t;
-    simd::store(state_[0].data(), s0);
-    simd::store(state_[1].data(), s1);
-    simd::store(state_[2].data(), s2);
-    simd::store(state_[3].data(), rotated_left(s3, 11));
-    return result;
+    NLO_INLINE void uniform(float* out) {
+      const Words bits = next() >> 8;
+      for (int l = 0; l < kLanes; ++l) out[l] = static_cast<float>(static_cast<std::int32_t>(bits[l])) * 0x1p-24F;
+    }
+
+   private:
+    static NLO_INLINE Words rotated_left(Words word, int bits) { return word << bits | word >> (32 - bits); }
+
+    /// Compilers do not see by themselves that the lanes run side by side.
+    NLO_INLINE Words next() {
+      const Words result = rotated_left(s_[0] + s_[3], 7) + s_[0];
+      const Words t = s_[1] << 9;
+      s_[2] ^= s_[0];
+      s_[3] ^= s_[1];
+      s_[1] ^= s_[2];
+      s_[0] ^= s_[3];
+      s_[2] ^= t;
+      s_[3] = rotated_left(s_[3], 11);
+      return result;
+    }
+
+    State& state_;
+    Words s_[4];
+  };
+
+  static NLO_INLINE void box_muller(float u, float v, float& first, float& second) {
+    const float radius = std::sqrt(-2.0F * log_positive(1.0F - u));  // 1 - u in (0, 1]
+    // cos and sin of 2 pi v: v = (q + f) / 4 with q whole and |f| <= 1/2.
+    const float quarter = 4.0F * v;
+    const auto q = static_cast<std::int32_t>(quarter + 0.5F);
+    const float angle = (quarter - static_cast<float>(q)) * 1.57079633F;
+    const float s2 = angle * angle;
+    const float sine = angle * (1.0F + s2 * (-1.0F / 6 + s2 * (1.0F / 120 - s2 * (1.0F / 5040))));
+    const float cosine = 1.0F + s2 * (-0.5F + s2 * (1.0F / 24 + s2 * (-1.0F / 720 + s2 * (1.0F / 40320))));
+    const float a = (q & 1) != 0 ? -sine : cosine;
+    const float b = (q & 1) != 0 ? cosine : sine;
+    const float sign = (q & 2) != 0 ? -radius : radius;
+    first = sign * a;
+    second = sign * b;
   }
 
   /// ln(x) for normal x > 0, relative error about 1e-7: exponent and mantissa, then 2 atanh((m - 1) / (m + 1)).
@@ -107,7 +148,7 @@ class RandomLanes {
     return static_cast<float>(exponent) * 0.693147181F + series;
   }
 
-  std::array<std::array<std::uint32_t, kLanes>, 4> state_;
+  State state_;
 };
 
 }  // namespace nlo::trainer

@@ -71,9 +71,12 @@ void EstimateBlock::evaluate(Rollout& rollout, const SampleRange& samples, const
     const float* z = has_network() ? nullptr : group.latent.data() + group.at(static_cast<int>(i), 0);
     float* errors = error_.data() + i * kRow;
     float squares = 0.0F;
+    const float* recorded[kGroup] = {};  // of lanes that are no image
+    for (int l = 0; l < group.lanes; ++l) recorded[l] = rollout.recorded(rollout.segment(samples.group, l), i);
     for (int s = 0; s < samples.count; ++s) {
-      const Segment& segment = rollout.segment(samples.group, offsets[s] % kGroup);
-      const float truth = rollout.state(segment, i, offsets[s] / kGroup);
+      const int lane = offsets[s] % kGroup, time = offsets[s] / kGroup;
+      const float truth = recorded[lane] != nullptr ? recorded[lane][time]
+                                                    : rollout.state(rollout.segment(samples.group, lane), i, time);
       const float estimate = n != nullptr ? mean + scale * n[s] : z[offsets[s]];
       const float error = estimate - truth;
       squares += weights[s] * error * error;

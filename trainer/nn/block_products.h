@@ -9,29 +9,11 @@
 #include <utility>
 
 #include "nlo/kernels/simd.h"
+#include "trainer/base/even_parts.h"
 #include "trainer/nn/lane_sums.h"
 #include "trainer/nn/network_block.h"
 
 namespace nlo::trainer {
-
-/// Calls part(count, first) with a compile-time count of at most kMost for parts of [0, count) that differ by one at most.
-template <int kMost, class Part>
-NLO_INLINE void in_even_parts(int count, const Part& part) {
-  const auto call = [&]<int kCount>(const auto& self, std::integral_constant<int, kCount> most, int take, int first)
-                        NLO_INLINE_LAMBDA -> void {
-    if constexpr (kCount > 1) {
-      if (take < kCount) return self(self, std::integral_constant<int, kCount - 1>(), take, first);
-    }
-    part(most, first);
-  };
-  const int parts = (count + kMost - 1) / kMost, least = parts > 0 ? count / parts : 0;
-  const int larger = count - parts * least;  // so many parts have one more
-  for (int p = 0, first = 0; p < parts; ++p) {
-    const int take = p < larger ? least + 1 : least;
-    call(call, std::integral_constant<int, kMost>(), take, first);
-    first += take;
-  }
-}
 
 /// Products over blocks: rows x columns times columns x kColumns.
 template <class Scalar, int kColumns>

@@ -23,6 +23,18 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
     for (LaneValue& each : all.subspan(1)) each = normal();
     all[0] = normal();
   }
+  void normal_series(std::span<LaneValue> all) override {
+    static_assert(sizeof(LaneValue) == kGroup * sizeof(float));
+    if (pair_ != Pair::kNormal) left_ = 0;
+    pair_ = Pair::kNormal;
+    if (left_ == 1 && !all.empty()) {
+      all[0] = normal();
+      all = all.subspan(1);
+    }
+    const std::size_t pairs = all.size() / 2;
+    if (pairs > 0) random_.normal_pairs(all[0].data(), static_cast<int>(pairs));
+    if (all.size() % 2 == 1) all.back() = normal();
+  }
   /// In [0, 1).
   const float* uniform01() {
     random_.uniform(uniform_);
@@ -59,9 +71,8 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
 static_assert(kGroup == kNoiseLanes);
 
 /// v = bias, and an outlier in its share of the lanes.
-void add_faults(const SensorNoise& own, const float* bias, const float* outlier, LaneNumbers& random, float* v) {
+void add_outliers(const SensorNoise& own, const float* outlier, LaneNumbers& random, const float* bias, float* v) {
   std::copy_n(bias, kGroup, v);
-  if (own.outlier_share == 0.0) return;
   float draw[kGroup];
   std::copy_n(random.uniform01(), kGroup, draw);
   const float* u = random.uniform01();
@@ -126,13 +137,16 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
     last[l] = segment.length - 1;  // past its end a segment repeats its last sample
     start[l] = segment.start;
   }
+  const int all_last = *std::min_element(last, last + kGroup);
   for (int j = 0; j < data_->given(); ++j) {
     const float* from[kGroup];
     for (int l = 0; l < kGroup; ++l) from[l] = runs[l]->readings.data() + j * runs[l]->samples + start[l];
     float* to = group.readings.data() + group.at(j, 0);
-    for (int t = 0; t < group.length; ++t, to += kGroup) {
+    int t = 0;
+    for (; t <= all_last; ++t, to += kGroup)
+      for (int l = 0; l < kGroup; ++l) to[l] = from[l][t];
+    for (; t < group.length; ++t, to += kGroup)
       for (int l = 0; l < kGroup; ++l) to[l] = from[l][std::min(t, last[l])];
-    }
   }
   for (int l = 0; l < kGroup; ++l)
     take_image(segment(index, std::min(l, group.lanes - 1)).image.readings, data_->given(), l, group);
@@ -237,25 +251,37 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
     const auto quantum = static_cast<float>(own.quantum), limit = static_cast<float>(own.limit);
     float* y = group.readings.data() + group.at(row, 0);
     float* cosine = encoded ? group.readings.data() + group.at(row + 1, 0) : nullptr;
-    for (int t = 0; own.disturbed() && t < group.length; ++t, y += kGroup) {
+    std::array<LaneValue, 128> series;
+    // The numbers of outliers are drawn in turn with the noise's.
+    const int together = own.outlier_share > 0.0 ? 1 : static_cast<int>(series.size());
+    // v(i) is added to sample t + i.
+    using Lanes = simd::Pack<float, kGroup>;
+    const auto add = [&](int t, int count, const auto& v) {
+      for (int i = 0; i < count; ++i) {
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(t + i) * kGroup;
+        const Lanes lanes = v(i);
+        if (!encoded) simd::store(y + at, simd::load<Lanes>(y + at) + lanes);
+        for (int l = 0; encoded && l < kGroup; ++l) turn(y[at + l], cosine[at + l], lanes[l]);
+      }
+    };
+    const auto scales = simd::load<Lanes>(scale), biases = simd::load<Lanes>(bias);
+    for (int t = 0; own.disturbed() && t < group.length; t += together) {
+      const int count = std::min(together, group.length - t);
       if (kind.has_scale()) {
-        const LaneValue v = kind.draw_lanes(random, own.shape);
-        if (encoded) {
-          for (int l = 0; l < kGroup; ++l) turn(y[l], cosine[l], scale[l] * v[l]);
-        } else {
-          for (int l = 0; l < kGroup; ++l) y[l] += scale[l] * v[l];
-        }
+        kind.draw_lanes(random, own.shape, std::span(series).first(static_cast<std::size_t>(count)));
+        add(t, count, [&](int i) { return scales * simd::load<Lanes>(series[static_cast<std::size_t>(i)].data()); });
       }
-      if (own.outlier_share > 0.0 || own.biased()) {
+      if (own.outlier_share > 0.0) {
         float v[kGroup];
-        add_faults(own, bias, outlier, random, v);
-        for (int l = 0; !encoded && l < kGroup; ++l) y[l] += v[l];
-        for (int l = 0; encoded && l < kGroup; ++l) turn(y[l], cosine[l], v[l]);
+        add_outliers(own, outlier, random, bias, v);
+        add(t, 1, [&](int) { return simd::load<Lanes>(v); });
+      } else if (own.biased()) {
+        add(t, count, [&](int) { return biases; });
       }
-      for (int l = 0; !encoded && limit > 0.0F && l < kGroup; ++l) y[l] = std::clamp(y[l], -limit, limit);
-      for (int l = 0; !encoded && quantum > 0.0F && l < kGroup; ++l) y[l] = quantum * std::round(y[l] / quantum);
-      if (encoded) cosine += kGroup;
     }
+    const std::size_t size = encoded ? 0 : group.at(1, 0);
+    for (std::size_t i = 0; limit > 0.0F && i < size; ++i) y[i] = std::clamp(y[i], -limit, limit);
+    for (std::size_t i = 0; quantum > 0.0F && i < size; ++i) y[i] = quantum * std::round(y[i] / quantum);
   }
 }
 

@@ -38,6 +38,12 @@ class Rollout {
     return segment.image.states.value<float>(
         static_cast<int>(row), at_sample(run, run.states, static_cast<std::size_t>(segment.start + time)));
   }
+  /// The same from a segment's start on, where it lies as recorded; null for an image.
+  const float* recorded(const Segment& segment, std::size_t row) const {
+    if (!segment.image.states.none()) return nullptr;
+    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+    return run.states.data() + row * static_cast<std::size_t>(run.samples) + segment.start;
+  }
 
  private:
   void gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);

@@ -130,35 +130,49 @@ std::vector<SampleSet> draw_samples(const Experiment& experiment, const Rollout&
     if (!all) {
       Indices random(stream_seed(experiment.seed, Purpose::kTicks, static_cast<std::uint64_t>(step),
                                  static_cast<std::uint64_t>(g)));
-      const int count = std::max(1, training.samples_per_step / std::max(1, segments));
-      const int early = static_cast<int>(std::lround(training.early_share * count));
+      const int drawn = std::max(1, training.samples_per_step / std::max(1, segments));
+      const int early = static_cast<int>(std::lround(training.early_share * drawn));
       const int early_ticks = std::clamp(static_cast<int>(training.early_s / data.sample_period_s), 1, group.length);
-      for (int i = 0; i < count; ++i)
+      for (int i = 0; i < drawn; ++i)
         ++ticks[static_cast<std::size_t>(random.below(i < early ? early_ticks : group.length))];
     }
     // A tick means the same share of each lane's own length: runs are drawn by their lengths, so every sample is as
     // likely.
     std::array<int, kGroup> latest{};  // 1 + index of a lane's latest sample: ticks that meet there add up
+    std::array<const float*, kGroup> weights{};
+    for (int l = 0; l < group.lanes; ++l) {
+      const Segment& segment = rollout.segment(g, l);
+      weights[static_cast<std::size_t>(l)] =
+          data.runs[static_cast<std::size_t>(segment.run)].weight.data() + segment.start;
+    }
+    const auto most = static_cast<std::size_t>(std::min(group.length, std::accumulate(ticks.begin(), ticks.end(), 0))) *
+                      static_cast<std::size_t>(group.lanes);
+    samples.offsets.resize(most);
+    samples.weights.resize(most);
+    std::size_t count = 0;
     for (int t = 0; t < group.length; ++t) {
       if (ticks[static_cast<std::size_t>(t)] == 0) continue;
       for (int l = 0; l < group.lanes; ++l) {
-        const Segment& segment = rollout.segment(g, l);
-        if (all && t >= segment.length) continue;
-        const int at = all ? t : static_cast<int>(static_cast<long>(t) * segment.length / group.length);
-        const auto& run = data.runs[static_cast<std::size_t>(segment.run)];
-        const float weight = run.weight[static_cast<std::size_t>(segment.start + at)] *
-                             static_cast<float>(ticks[static_cast<std::size_t>(t)]);
+        const int length = rollout.segment(g, l).length;
+        if (all && t >= length) continue;
+        // Most are of the group's length, and a division costs more than all else here.
+        const int at =
+            all || length == group.length ? t : static_cast<int>(static_cast<long>(t) * length / group.length);
+        const float weight =
+            weights[static_cast<std::size_t>(l)][at] * static_cast<float>(ticks[static_cast<std::size_t>(t)]);
         if (weight <= 0.0F) continue;
         int& last = latest[static_cast<std::size_t>(l)];
         if (last > 0 && samples.offsets[static_cast<std::size_t>(last - 1)] == at * kGroup + l) {
           samples.weights[static_cast<std::size_t>(last - 1)] += weight;
           continue;
         }
-        samples.offsets.push_back(at * kGroup + l);
-        samples.weights.push_back(weight);
-        last = static_cast<int>(samples.offsets.size());
+        samples.offsets[count] = at * kGroup + l;
+        samples.weights[count] = weight;
+        last = static_cast<int>(++count);
       }
     }
+    samples.offsets.resize(count);
+    samples.weights.resize(count);
     for (const float weight : samples.weights) samples.total_weight += static_cast<double>(weight);
   });
   return sets;

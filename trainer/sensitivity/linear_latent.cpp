@@ -5,6 +5,7 @@
 
 #include "nlo/kernels/lane_sum.h"
 #include "nlo/kernels/simd.h"
+#include "trainer/base/even_parts.h"
 #include "trainer/sensitivity/dual.h"
 
 namespace nlo::trainer {
@@ -105,98 +106,163 @@ NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> M
   }
 }
 
-template <bool kPair, bool kUniform>
-void filter_mode(const ModeCoefficients* table, std::complex<float> start, const float* y, int ahead,
-                 const int* step_of, int length, float* z_re, float* z_im) {
-  const P y0 = simd::load<P>(y);
-  P re = simd::broadcast<P>(start.real()) * y0;
-  P im = simd::broadcast<P>(start.imag()) * y0;
-  simd::store(z_re, re);
-  if constexpr (kPair) simd::store(z_im, im);
+/// A mode on its way through a group: its coefficients, what drives it, its rows of z and of dl/dz (_im: of pairs).
+struct ModeRun {
+  const ModeCoefficients* table;
+  std::complex<float> start, start_slope;
+  const float* y;
+  int ahead;
+  float *z_re, *z_im;
+  const float *g_re, *g_im;
+  int row;
+};
+
+/// The modes of one kind together: the steps of one wait for each other, those of several do not.
+constexpr int kTogether = 4;
+
+template <bool kPair, bool kUniform, int kModes>
+void filter_modes(const ModeRun* modes, const int* step_of, int length) {
+  struct Coefficient {
+    ComplexPack a, b0, b1;
+  };
+  const auto coefficient = [](const ModeRun& mode, const int* steps) NLO_INLINE_LAMBDA {
+    return Coefficient{pick<kUniform>(mode.table, &ModeCoefficients::a_minus_1, steps),
+                       pick<kUniform>(mode.table, &ModeCoefficients::b0, steps),
+                       pick<kUniform>(mode.table, &ModeCoefficients::b1, steps)};
+  };
+  P re[kModes], im[kModes];
+  Coefficient same[kModes];  // when sampling is uniform
+  for (int m = 0; m < kModes; ++m) {
+    const ModeRun& mode = modes[m];
+    const P y0 = simd::load<P>(mode.y);
+    re[m] = simd::broadcast<P>(mode.start.real()) * y0;
+    im[m] = simd::broadcast<P>(mode.start.imag()) * y0;
+    simd::store(mode.z_re, re[m]);
+    if constexpr (kPair) simd::store(mode.z_im, im[m]);
+    if constexpr (kUniform) same[m] = coefficient(mode, nullptr);
+  }
   for (int t = 0; t + 1 < length; ++t) {
-    const int* steps = kUniform ? nullptr : step_of + t * kGroup;
-    const ComplexPack a = pick<kUniform>(table, &ModeCoefficients::a_minus_1, steps);
-    const ComplexPack b0 = pick<kUniform>(table, &ModeCoefficients::b0, steps);
-    const ComplexPack b1 = pick<kUniform>(table, &ModeCoefficients::b1, steps);
-    const P now = simd::load<P>(y + (t + ahead) * kGroup);
-    const P next = simd::load<P>(y + (t + 1) * kGroup);
-    if constexpr (kPair) {
-      const P change_re = a.re * re - a.im * im + (b0.re * now + b1.re * next);
-      const P change_im = a.im * re + a.re * im + (b0.im * now + b1.im * next);
-      re += change_re;
-      im += change_im;
-      simd::store(z_im + (t + 1) * kGroup, im);
-    } else {
-      re += a.re * re + (b0.re * now + b1.re * next);
+    NLO_UNROLL
+    for (int m = 0; m < kModes; ++m) {
+      const ModeRun& mode = modes[m];
+      const auto [a, b0, b1] = kUniform ? same[m] : coefficient(mode, step_of + t * kGroup);
+      const P now = simd::load<P>(mode.y + (t + mode.ahead) * kGroup);
+      const P next = simd::load<P>(mode.y + (t + 1) * kGroup);
+      if constexpr (kPair) {
+        const P change_re = a.re * re[m] - a.im * im[m] + (b0.re * now + b1.re * next);
+        const P change_im = a.im * re[m] + a.re * im[m] + (b0.im * now + b1.im * next);
+        re[m] += change_re;
+        im[m] += change_im;
+        simd::store(mode.z_im + (t + 1) * kGroup, im[m]);
+      } else {
+        re[m] += a.re * re[m] + (b0.re * now + b1.re * next);
+      }
+      simd::store(mode.z_re + (t + 1) * kGroup, re[m]);
     }
-    simd::store(z_re + (t + 1) * kGroup, re);
   }
 }
 
-/// Returns the complex derivative of l with respect to lambda, dl = Re(result dlambda), summed over lanes and time.
-template <bool kPair, bool kUniform>
-std::complex<double> adjoint_mode(const ModeCoefficients* table, std::complex<float> start_slope, const float* y,
-                                  int ahead, const int* step_of, int length, const float* z_re, const float* z_im,
-                                  const float* g_re, const float* g_im) {
+/// Writes the complex derivatives of l with respect to lambda, dl = Re(result dlambda), summed over lanes and time.
+template <bool kPair, bool kUniform, int kModes>
+void adjoint_modes(const ModeRun* modes, const int* step_of, int length, std::complex<double>* slopes) {
+  struct Coefficient {
+    ComplexPack a, da, db0, db1;
+  };
+  const auto coefficient = [](const ModeRun& mode, const int* steps) NLO_INLINE_LAMBDA {
+    return Coefficient{pick<kUniform>(mode.table, &ModeCoefficients::a_minus_1, steps),
+                       pick<kUniform>(mode.table, &ModeCoefficients::da, steps),
+                       pick<kUniform>(mode.table, &ModeCoefficients::db0, steps),
+                       pick<kUniform>(mode.table, &ModeCoefficients::db1, steps)};
+  };
   const std::ptrdiff_t last = static_cast<std::ptrdiff_t>(length - 1) * kGroup;
-  P p_re = simd::load<P>(g_re + last);
-  P p_im{};
-  if constexpr (kPair) p_im = simd::load<P>(g_im + last);
-  P sum_re{};
-  P sum_im{};
+  P p_re[kModes], p_im[kModes] = {}, sum_re[kModes] = {}, sum_im[kModes] = {};
+  Coefficient same[kModes];
+  for (int m = 0; m < kModes; ++m) {
+    p_re[m] = simd::load<P>(modes[m].g_re + last);
+    if constexpr (kPair) p_im[m] = simd::load<P>(modes[m].g_im + last);
+    if constexpr (kUniform) same[m] = coefficient(modes[m], nullptr);
+  }
   // conj(p) w accumulated, w = a' z + b0' y_k + b1' y_{k+1}
-  const auto accumulate = [&](P w_re, P w_im) NLO_INLINE_LAMBDA {
-    sum_re += p_re * w_re + p_im * w_im;
-    sum_im += p_re * w_im - p_im * w_re;
+  const auto accumulate = [&](int m, P w_re, P w_im) NLO_INLINE_LAMBDA {
+    sum_re[m] += p_re[m] * w_re + p_im[m] * w_im;
+    sum_im[m] += p_re[m] * w_im - p_im[m] * w_re;
   };
   for (int t = length - 2; t >= 0; --t) {
-    const int* steps = kUniform ? nullptr : step_of + t * kGroup;
-    const ComplexPack a = pick<kUniform>(table, &ModeCoefficients::a_minus_1, steps);
-    const ComplexPack da = pick<kUniform>(table, &ModeCoefficients::da, steps);
-    const ComplexPack db0 = pick<kUniform>(table, &ModeCoefficients::db0, steps);
-    const ComplexPack db1 = pick<kUniform>(table, &ModeCoefficients::db1, steps);
-    const P now = simd::load<P>(y + (t + ahead) * kGroup);
-    const P next = simd::load<P>(y + (t + 1) * kGroup);
-    const P z = simd::load<P>(z_re + t * kGroup);
-    if constexpr (kPair) {
-      const P w = simd::load<P>(z_im + t * kGroup);
-      accumulate(da.re * z - da.im * w + db0.re * now + db1.re * next,
-                 da.im * z + da.re * w + db0.im * now + db1.im * next);
-      const P back_re = a.re * p_re + a.im * p_im;
-      const P back_im = a.re * p_im - a.im * p_re;
-      p_re += back_re + simd::load<P>(g_re + t * kGroup);
-      p_im += back_im + simd::load<P>(g_im + t * kGroup);
-    } else {
-      accumulate(da.re * z + db0.re * now + db1.re * next, P{});
-      p_re += a.re * p_re + simd::load<P>(g_re + t * kGroup);
+    NLO_UNROLL
+    for (int m = 0; m < kModes; ++m) {
+      const ModeRun& mode = modes[m];
+      const auto [a, da, db0, db1] = kUniform ? same[m] : coefficient(mode, step_of + t * kGroup);
+      const P now = simd::load<P>(mode.y + (t + mode.ahead) * kGroup);
+      const P next = simd::load<P>(mode.y + (t + 1) * kGroup);
+      const P z = simd::load<P>(mode.z_re + t * kGroup);
+      if constexpr (kPair) {
+        const P w = simd::load<P>(mode.z_im + t * kGroup);
+        accumulate(m, da.re * z - da.im * w + db0.re * now + db1.re * next,
+                   da.im * z + da.re * w + db0.im * now + db1.im * next);
+        const P back_re = a.re * p_re[m] + a.im * p_im[m];
+        const P back_im = a.re * p_im[m] - a.im * p_re[m];
+        p_re[m] += back_re + simd::load<P>(mode.g_re + t * kGroup);
+        p_im[m] += back_im + simd::load<P>(mode.g_im + t * kGroup);
+      } else {
+        accumulate(m, da.re * z + db0.re * now + db1.re * next, P{});
+        p_re[m] += a.re * p_re[m] + simd::load<P>(mode.g_re + t * kGroup);
+      }
     }
   }
-  const P y0 = simd::load<P>(y);
-  accumulate(simd::broadcast<P>(start_slope.real()) * y0, simd::broadcast<P>(start_slope.imag()) * y0);
-  return {static_cast<double>(simd::sum<float>(sum_re)), static_cast<double>(simd::sum<float>(sum_im))};
+  for (int m = 0; m < kModes; ++m) {
+    const P y0 = simd::load<P>(modes[m].y);
+    const std::complex<float> slope = modes[m].start_slope;
+    accumulate(m, simd::broadcast<P>(slope.real()) * y0, simd::broadcast<P>(slope.imag()) * y0);
+    slopes[m] = {static_cast<double>(simd::sum<float>(sum_re[m])), static_cast<double>(simd::sum<float>(sum_im[m]))};
+  }
+}
+
+/// Those of one kind that a reading drives.
+std::vector<ModeRun> runs_of(bool pair, const LatentShape& shape, const Coefficients& coefficients,
+                             SegmentGroup& group) {
+  std::vector<ModeRun> runs;
+  for (std::size_t m = 0; m < shape.modes.size(); ++m) {
+    const Mode& mode = shape.modes[m];
+    if (mode.reading < 0 || mode.pair != pair) continue;
+    const std::size_t re = group.at(mode.row, 0), im = group.at(mode.row + (pair ? 1 : 0), 0);
+    const float* g = group.cotangent.data();
+    runs.push_back({.table = coefficients.mode(m),
+                    .start = coefficients.start(m),
+                    .start_slope = coefficients.start_slope(m),
+                    .y = group.readings.data() + group.at(mode.reading, 0),
+                    .ahead = shape.ahead(mode.reading),
+                    .z_re = group.latent.data() + re,
+                    .z_im = group.latent.data() + im,
+                    .g_re = group.cotangent.empty() ? nullptr : g + re,
+                    .g_im = group.cotangent.empty() ? nullptr : g + im,
+                    .row = mode.row});
+  }
+  return runs;
+}
+
+template <bool kUniform>
+void filter_clock(const ModeCoefficients* table, const int* step_of, int length, float* z_re) {
+  P z = simd::broadcast<P>(1.0F);  // z_0 = 1 and nothing comes in
+  for (int t = 0; t < length; ++t) {
+    simd::store(z_re + t * kGroup, z);
+    z += z * pick<kUniform>(table, &ModeCoefficients::a_minus_1, kUniform ? nullptr : step_of + t * kGroup).re;
+  }
 }
 
 template <bool kUniform>
 void filter_as(const LatentShape& shape, const Coefficients& coefficients, SegmentGroup& group) {
+  const auto filter_all = [&]<bool kPair>(std::bool_constant<kPair>) {
+    const std::vector<ModeRun> runs = runs_of(kPair, shape, coefficients, group);
+    in_even_parts<kTogether>(static_cast<int>(runs.size()), [&](auto count, int first) {
+      filter_modes<kPair, kUniform, count()>(runs.data() + first, group.step_of.data(), group.length);
+    });
+  };
+  filter_all(std::true_type());
+  filter_all(std::false_type());
   for (std::size_t m = 0; m < shape.modes.size(); ++m) {
-    const Mode& mode = shape.modes[m];
-    float* z_re = group.latent.data() + group.at(mode.row, 0);
-    if (mode.reading < 0) {  // a clock: z_0 = 1 and nothing comes in
-      const ModeCoefficients* table = coefficients.mode(m);
-      P z = simd::broadcast<P>(1.0F);
-      for (int t = 0; t < group.length; ++t) {
-        simd::store(z_re + t * kGroup, z);
-        z += z *
-             pick<kUniform>(table, &ModeCoefficients::a_minus_1, kUniform ? nullptr : group.step_of.data() + t * kGroup)
-                 .re;
-      }
-      continue;
-    }
-    float* z_im = z_re + group.at(1, 0);
-    const float* y = group.readings.data() + group.at(mode.reading, 0);
-    const auto run = mode.pair ? filter_mode<true, kUniform> : filter_mode<false, kUniform>;
-    run(coefficients.mode(m), coefficients.start(m), y, shape.ahead(mode.reading), group.step_of.data(), group.length,
-        z_re, z_im);
+    if (shape.modes[m].reading >= 0) continue;
+    filter_clock<kUniform>(coefficients.mode(m), group.step_of.data(), group.length,
+                           group.latent.data() + group.at(shape.modes[m].row, 0));
   }
 }
 
@@ -204,20 +270,21 @@ template <bool kUniform>
 void adjoint_as(const LatentShape& shape, const Coefficients& coefficients, const double* eigenvalues,
                 SegmentGroup& group) {
   group.gradient.assign(static_cast<std::size_t>(shape.learned), 0.0);
-  for (std::size_t m = 0; m < shape.modes.size(); ++m) {
-    const Mode& mode = shape.modes[m];
-    if (mode.reading < 0) continue;
-    const std::size_t re = group.at(mode.row, 0);
-    const std::size_t im = group.at(mode.row + (mode.pair ? 1 : 0), 0);
-    const auto run = mode.pair ? adjoint_mode<true, kUniform> : adjoint_mode<false, kUniform>;
-    const std::complex<double> d =
-        run(coefficients.mode(m), coefficients.start_slope(m), group.readings.data() + group.at(mode.reading, 0),
-            shape.ahead(mode.reading), group.step_of.data(), group.length, group.latent.data() + re,
-            group.latent.data() + im, group.cotangent.data() + re, group.cotangent.data() + im);
-    // lambda = -exp(p) + i exp(q): dl/dp = Re(d) re, dl/dq = -Im(d) im
-    group.gradient[static_cast<std::size_t>(mode.row)] = d.real() * eigenvalues[mode.row];
-    if (mode.pair) group.gradient[static_cast<std::size_t>(mode.row) + 1] = -d.imag() * eigenvalues[mode.row + 1];
-  }
+  const auto pull_back_all = [&]<bool kPair>(std::bool_constant<kPair>) {
+    const std::vector<ModeRun> runs = runs_of(kPair, shape, coefficients, group);
+    in_even_parts<kTogether>(static_cast<int>(runs.size()), [&](auto count, int first) {
+      std::complex<double> slopes[count()];
+      adjoint_modes<kPair, kUniform, count()>(runs.data() + first, group.step_of.data(), group.length, slopes);
+      // lambda = -exp(p) + i exp(q): dl/dp = Re(d) re, dl/dq = -Im(d) im
+      for (int m = 0; m < count(); ++m) {
+        const auto row = static_cast<std::size_t>(runs[static_cast<std::size_t>(first + m)].row);
+        group.gradient[row] = slopes[m].real() * eigenvalues[row];
+        if (kPair) group.gradient[row + 1] = -slopes[m].imag() * eigenvalues[row + 1];
+      }
+    });
+  };
+  pull_back_all(std::true_type());
+  pull_back_all(std::false_type());
 }
 
 }  // namespace

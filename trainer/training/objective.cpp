@@ -127,7 +127,10 @@ void Objective::prepare_networks(const float* network, const std::vector<double>
     if (trains_maps()) workspace.maps->prepare(network, network + structure_->network.parameters, eigenvalues);
   if (!backward) return;
   transpose_weights(structure_->network, network, transposed_.data());
-  for (SegmentGroup& group : rollout_.groups()) group.cotangent.assign(group.latent.size(), 0.0F);
+  pool_->run(static_cast<int>(rollout_.groups().size()), [&](int g, int /*thread*/) {
+    SegmentGroup& group = rollout_.groups()[static_cast<std::size_t>(g)];
+    group.cotangent.assign(group.latent.size(), 0.0F);
+  });
 }
 
 /// Blocks [begin, end): their part of the loss, and of the gradients of T*, T and the eigenvalues.
