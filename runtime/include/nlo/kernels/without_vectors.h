@@ -16,7 +16,9 @@
 #include "nlo/kernels/cortex_m.h"
 #include "nlo/kernels/cortex_m_vectors.h"
 #endif
+#if defined(__riscv)
 #include "nlo/kernels/riscv_vectors.h"
+#endif
 
 namespace nlo::kernels {
 
