@@ -47,8 +47,7 @@ row() {
   if [[ $variant == *int16* ]]; then flash_limit=$int16_limit; fi
   case $core,$variant in
     m55,*_relu | m55,*_tanh | m55,window_*) stack_limit=544 ;; # registers to save for its loops
-    m0plus,deterministic_*) stack_limit=544 ;;                 # and for calls of soft floats, 3 KB
-    m0plus,int16_*) flash_limit=25 ;;
+    m0plus,int16_*) flash_limit=21 ;;
   esac
   if [[ $core == rv64* ]]; then # pointers and saved registers of 64 bits
     size=riscv64-linux-gnu-size ram_limit=$((ram_limit + 8)) stack_limit=$((stack_limit + 128))
@@ -71,7 +70,7 @@ row() {
   gate "$core $variant: flash" "$flash" $((flash_limit * 1024))
   if [[ $core == m0plus ]]; then
     case $variant in
-      int16*) gate "$core $variant: instructions per multiply-add" "$per" 6 ;;
+      int16*) gate "$core $variant: instructions per multiply-add" "$per" 5 ;;
       general_int16) ;; # F stays in float
       *_int16) gate "$core $variant: instructions per multiply-add" "$per" 12 ;;
     esac

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # The deterministic policy by a compiler: the golden bits, whatever it is allowed to fuse, vectorise or leave unoptimised,
-# for whatever CPU; the kernels of RISC-V's vectors or the plain versions of Cortex-M's, and int16.
+# for whatever CPU; the kernels of RISC-V's vectors or the plain versions of Cortex-M's, int16, and floats.
 #   usage: parity.sh COMPILER SOURCE_DIR WORK_DIR [RUNNER]
 #   RUNNER runs the programs of a cross compiler, as qemu-aarch64 does.
 set -euo pipefail
@@ -49,6 +49,7 @@ for flags in "${variants[@]}"; do
 done
 if [[ -z $runner ]]; then expect kernels kernels_cortex_m.txt -O2; fi # plain C++ and long to compile
 expect int16 int16.txt -O2
+expect floats floats.txt -O2
 if [[ -n ${QEMU_CPU:-} ]]; then
   for vlen in 128 256; do # the bits are not those of one length
     export QEMU_CPU=${QEMU_CPU%=*}=$vlen

@@ -15,7 +15,9 @@
 
 #include "nlo/kernels/activation.h"
 #include "nlo/kernels/arithmetic.h"
+#if defined(__riscv)
 #include "nlo/kernels/int16_riscv.h"
+#endif
 
 // By GCC and optimised: the block needs all registers but the stack pointer. Elsewhere plain C++ gives the same bits.
 #if defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && !defined(__clang__) && \
@@ -28,6 +30,14 @@
 #if defined(__ARM_FEATURE_MVE) && !defined(NLO_SCALAR_KERNELS)
 #define NLO_CORTEX_M_OCTETS 1
 #endif
+// All outputs in one block? Of fewer than four on ARMv6-M, any number on RISC-V.
+#if defined(__riscv)
+#define NLO_LARGEST_WHOLE (1 << 30)
+#elif defined(__thumb__) && !defined(__thumb2__) && defined(__ARM_ARCH_PROFILE)
+#define NLO_LARGEST_WHOLE 3
+#else
+#define NLO_LARGEST_WHOLE 0
+#endif
 // GCC keeps away from the high registers where it optimises for size.
 #if defined(__thumb__) && !defined(__thumb2__) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && \
     !defined(__OPTIMIZE_SIZE__) && !defined(__clang__) && !defined(NLO_SCALAR_KERNELS)
@@ -39,26 +49,22 @@ namespace nlo::kernels::int16 {
 /// Activations are Q15: 32767 is 1 (tanh), the layer's largest value (relu) or 16 (silu).
 inline constexpr int kOne = 32767;
 
-/// Outputs in blocks of 5 and 4 rows; rows of zeros behind the last one where that does not come out even. On RISC-V
+/// Outputs in blocks of 5 and 4 rows; rows of zeros behind the last one where that does not come out even. Or in
 /// one block of all.
 template <int kOut>
 struct Blocks {
-#if defined(__riscv)
-  static constexpr int kRows = kOut;
-#else
-  static constexpr int fours(int rows) {
-    return (5 - rows % 5) % 5;
-  }
+  static constexpr int kWhole = kOut <= NLO_LARGEST_WHOLE ? kOut : 0;  ///< rows of that one
+  static constexpr int fours(int rows) { return kWhole > 0 ? 0 : (5 - rows % 5) % 5; }
   static constexpr int kRows = [] {
     int rows = kOut;
     while (4 * fours(rows) > rows) ++rows;
     return rows;
   }();
   static constexpr int kFours = fours(kRows);  ///< behind the fives
-  static constexpr int kFives = (kRows - 4 * kFours) / 5;
-  static_assert(5 * kFives + 4 * kFours == kRows && kFives >= 0);
-#endif
+  static constexpr int kFives = (kRows - kWhole - 4 * kFours) / 5;
+  static_assert(5 * kFives + 4 * kFours + kWhole == kRows && kFives >= 0);
 };
+#undef NLO_LARGEST_WHOLE
 
 template <int kIn>
 inline constexpr int kPairs = (kIn + 1) / 2;
@@ -83,14 +89,11 @@ constexpr int block_position([[maybe_unused]] int pairs, int size, int r, int i)
 /// Position of the weight of input i for output o: block by block.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
-#if defined(__riscv)
-  return block_position(kPairs<kIn>, kOut, o, i);
-#else
+  if (Blocks<kOut>::kWhole > 0) return block_position(kPairs<kIn>, kOut, o, i);
   const int fives = 5 * Blocks<kOut>::kFives;
   const int size = o < fives ? 5 : 4;
   const int first = o < fives ? o / 5 * 5 : fives + (o - fives) / 4 * 4;
   return 2 * first * kPairs<kIn> + block_position(kPairs<kIn>, size, o - first, i);
-#endif
 }
 
 /// tanh over [-8, 8] in steps of 1/32. Straight lines through exact points would lie inside the curve by up to
@@ -320,12 +323,12 @@ template <int kSize>
 __attribute__((noinline)) void add_pairs(const std::int16_t* weights, const std::int16_t* in,
                                          const std::int16_t* in_end, const std::int32_t* bias,
                                          std::int32_t (&sums)[kSize]) {
-  static_assert(kSize == 4 || kSize == 5);
+  static_assert(kSize >= 1 && kSize <= 5);
   register const std::int16_t* end asm("lr") = in_end;
   register std::int32_t sum0 asm("r8") = bias[0];
-  register std::int32_t sum1 asm("r9") = bias[1];
-  register std::int32_t sum2 asm("r10") = bias[2];
-  register std::int32_t sum3 asm("r11") = bias[3];
+  register std::int32_t sum1 asm("r9") = bias[kSize > 1 ? 1 : 0];
+  register std::int32_t sum2 asm("r10") = bias[kSize > 2 ? 2 : 0];
+  register std::int32_t sum3 asm("r11") = bias[kSize > 3 ? 3 : 0];
   register std::int32_t sum4 asm("r12") = bias[kSize - 1];
   asm volatile(
       ".syntax unified\n"
@@ -333,12 +336,22 @@ __attribute__((noinline)) void add_pairs(const std::int16_t* weights, const std:
       "ldmia %[in]!, {r4}\n"
       "sxth r5, r4\n"
       "asrs r4, r4, #16\n"
-      "ldmia %[weights]!, {r0, r1}\n" NLO_ROW("r0", "r8") NLO_ROW("r1", "r9")
-      ".if %c[size] == 5\n"
-      "ldmia %[weights]!, {r0, r1, r3}\n"
+      ".if %c[size] == 1\n"
+      "ldmia %[weights]!, {r0}\n" NLO_ROW("r0", "r8")
       ".else\n"
+      "ldmia %[weights]!, {r0, r1}\n" NLO_ROW("r0", "r8") NLO_ROW("r1", "r9")
+      ".endif\n"
+      ".if %c[size] == 3\n"
+      "ldmia %[weights]!, {r0}\n"
+      ".elseif %c[size] == 4\n"
       "ldmia %[weights]!, {r0, r1}\n"
-      ".endif\n" NLO_ROW("r0", "r10") NLO_ROW("r1", "r11")
+      ".elseif %c[size] == 5\n"
+      "ldmia %[weights]!, {r0, r1, r3}\n"
+      ".endif\n"
+      ".if %c[size] >= 3\n" NLO_ROW("r0", "r10")
+      ".endif\n"
+      ".if %c[size] >= 4\n" NLO_ROW("r1", "r11")
+      ".endif\n"
       ".if %c[size] == 5\n" NLO_ROW("r3", "r12") ".endif\n"
       "cmp %[in], %[end]\n"
       "bne 1b\n"
@@ -346,10 +359,10 @@ __attribute__((noinline)) void add_pairs(const std::int16_t* weights, const std:
       : [end] "h"(end), [size] "i"(kSize)
       : "r0", "r1", "r2", "r3", "r4", "r5", "cc", "memory");
   sums[0] = sum0;
-  sums[1] = sum1;
-  sums[2] = sum2;
-  sums[3] = sum3;
-  if constexpr (kSize == 5) sums[4] = sum4;
+  if constexpr (kSize > 1) sums[1] = sum1;
+  if constexpr (kSize > 2) sums[2] = sum2;
+  if constexpr (kSize > 3) sums[3] = sum3;
+  if constexpr (kSize > 4) sums[4] = sum4;
 }
 
 template <int kSize, int kPairCount>
@@ -374,21 +387,20 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 ///   weights  in the order of weight_position(), 4-byte aligned; bias Blocks::kRows; in 2 kPairs<kIn>, 4-byte aligned
 template <int kIn, int kOut, class Write>
 NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, const std::int16_t* in, Write write) {
-#if defined(__riscv)
-  std::int32_t sums[kOut];
-  add_block<kOut, kPairs<kIn>>(weights, in, bias, sums);
-  for (int o = 0; o < kOut; ++o) write(o, sums[o]);
-#else
   using B = Blocks<kOut>;
   const auto block = [&]<int kSize>(std::integral_constant<int, kSize>, int first) NLO_INLINE_LAMBDA {
     std::int32_t sums[kSize];
     add_block<kSize, kPairs<kIn>>(weights + 2 * kPairs<kIn> * first, in, bias + first, sums);
-    NLO_UNROLL
-    for (int r = 0; r < kSize; ++r) write(first + r, sums[r]);
+    if constexpr (kSize <= 5) {
+      NLO_UNROLL
+      for (int r = 0; r < kSize; ++r) write(first + r, sums[r]);
+    } else {
+      for (int r = 0; r < kSize; ++r) write(first + r, sums[r]);
+    }
   };
+  if constexpr (B::kWhole > 0) block(std::integral_constant<int, B::kWhole>{}, 0);
   for (int b = 0; b < B::kFives; ++b) block(std::integral_constant<int, 5>{}, 5 * b);
   for (int b = 0; b < B::kFours; ++b) block(std::integral_constant<int, 4>{}, 5 * B::kFives + 4 * b);
-#endif
 }
 
 }  // namespace nlo::kernels::int16

@@ -10,8 +10,6 @@
 #include "nlo/kernels/riscv_state.h"
 #include "nlo/kernels/simd.h"
 
-#if defined(__riscv)
-
 namespace nlo::kernels::int16 {
 
 #if defined(NLO_RISCV_INTEGERS)
@@ -91,5 +89,3 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 #endif
 
 }  // namespace nlo::kernels::int16
-
-#endif
