@@ -93,9 +93,10 @@ row() {
     window_int16) gate "$core $variant: instructions per multiply-add" "$per" 1.25 ;;
     *_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.25 ;;
     *_tanh | window_*) gate "$core $variant: instructions per multiply-add" "$per" 1.65 ;;
+    gated_float) gate "$core $variant: instructions per multiply-add" "$per" 1.7 ;;
     gated*) gate "$core $variant: instructions per multiply-add" "$per" 2 ;;
-    gru_float) gate "$core $variant: instructions per multiply-add" "$per" 1.5 ;;
-    gru_deterministic) gate "$core $variant: instructions per multiply-add" "$per" 1.65 ;;
+    gru_float) gate "$core $variant: instructions per multiply-add" "$per" 1.4 ;;
+    gru_deterministic) gate "$core $variant: instructions per multiply-add" "$per" 1.6 ;;
   esac
 }
 

@@ -29,8 +29,8 @@ const std::vector<Exception> kExceptions = {
     {"kernels/cortex_m.h", "while (o >= Blocks<kOut>::first(block) + Blocks<kOut>::size(block)) ++block;"},
     {"kernels/cortex_m_vectors.h", "while (o / 4 >= T::first(tile) + T::size(tile)) ++tile;"},
     // Pointers through arrays of constant size, by constant strides.
-    {"kernels/cortex_m.h", "while (out != large_end) {"},
-    {"kernels/cortex_m.h", "while (out != end) {"},
+    {"kernels/cortex_m.h", "while (out != large_end) multiply_block<kLarge, kFused, kIn>(weights, bias, in, out);"},
+    {"kernels/cortex_m.h", "while (out != end) multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);"},
     // Of texts and numbers of the program's own.
     {"selftest/NAME_selftest.c.in", "for (; *text != '\\0'; ++text) put_char(*text);"},
     {"selftest/NAME_selftest.c.in", "while ((value /= 10U) != 0U);"},

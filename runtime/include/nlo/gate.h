@@ -10,6 +10,9 @@
 #include "nlo/kernels/dense.h"
 #include "nlo/latent.h"
 #include "nlo/mlp.h"
+#if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
+#include "nlo/kernels/cortex_m_gates.h"
+#endif
 
 namespace nlo {
 
@@ -106,6 +109,16 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_one_load(const Gate
 }  // namespace x86
 #endif
 
+/// to = from. True where that has seen that all are below 2; false where it has not looked.
+template <int kN, class Scalar>
+NLO_INLINE bool copy_units(const Scalar* from, Scalar* to) {
+#if defined(NLO_CORTEX_M_GATES)
+  if constexpr (std::is_same_v<Scalar, float>) return cortex_m::copy_below_2<kN>(from, to);
+#endif
+  for (int r = 0; r < kN; ++r) to[r] = from[r];
+  return false;
+}
+
 /// A step of gated units by the best instruction set, as evaluate() of dense.h; see gated_units().
 template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
 NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scalar* in, Scalar* gate, Scalar* target,
@@ -116,6 +129,14 @@ NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scala
           [&] { x86::gated_step_avx512<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); },
           [&] { x86::gated_step_avx2<kArithmetic, kRegular>(gates, candidate, in, gate, target, z, periods); }))
     return;
+#elif defined(NLO_CORTEX_M_GATES)
+  if constexpr (kRegular && std::is_same_v<Scalar, float>) {
+    constexpr bool kFused = kArithmetic == Arithmetic::kFast && cortex_m::kFuses;
+    OnePlant::evaluate<kArithmetic, false>(gates, in, gate);
+    cortex_m::reset_units<kFused, kNz>(gate + kNz, z, in);
+    OnePlant::evaluate<kArithmetic, false>(candidate, in, target);
+    return cortex_m::move_units<kFused, kNz>(gate, target, z);
+  }
 #endif
   gated_units<kArithmetic, kRegular, OnePlant, kNz>(gates, candidate, in, gate, target, z, periods);
 }

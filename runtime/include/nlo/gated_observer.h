@@ -67,14 +67,11 @@ struct GatedModel {
   }
 
   /// z over dt_s (0: one sample period) with the measurement at its end. Another step than the sample period costs some
-  /// 200 operations a unit more.
+  /// 200 operations a unit more. True: z is known to be reachable.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
-  NLO_INLINE void advance(Scalar (&z)[kNz], const Scalar (&)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
-    if (dt_s == Scalar(0)) {
-      step<kArithmetic, true>(z, y_next, Scalar(1));
-    } else {
-      step<kArithmetic, false>(z, y_next, dt_s / sample_period_s);
-    }
+  NLO_INLINE bool advance(Scalar (&z)[kNz], const Scalar (&)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
+    if (dt_s == Scalar(0)) return step<kArithmetic, true>(z, y_next, Scalar(1));
+    return step<kArithmetic, false>(z, y_next, dt_s / sample_period_s);
   }
 
   /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
@@ -85,23 +82,25 @@ struct GatedModel {
 
  private:
   template <Arithmetic kArithmetic, bool kRegular>
-  void step(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
+  bool step(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     if constexpr (requires { gates.template step<kRegular>(candidate, z, y, periods); }) {
-      return gates.template step<kRegular>(candidate, z, y, periods);  // quantised_units.h
+      gates.template step<kRegular>(candidate, z, y, periods);  // quantised_units.h
+      return false;
     } else {
-      step_in_scalar<kArithmetic, kRegular>(z, y, periods);
+      return step_in_scalar<kArithmetic, kRegular>(z, y, periods);
     }
   }
 
   template <Arithmetic kArithmetic, bool kRegular>
-  void step_in_scalar(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
+  bool step_in_scalar(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     LayerBuffer<Scalar, kNz + kNr> in;
     GateBuffers<Scalar, kNz> between;
-    for (int r = 0; r < kNz; ++r) in.values[r] = z[r];
+    const bool below_2 = kernels::copy_units<kNz>(z, in.values);  // then the step's end is, too: between z and targets
     for (int j = 0; j < kNr; ++j) in.values[kNz + j] = y[j];
     for (int i = kNz + kNr; i < kernels::padded(kNz + kNr); ++i) in.values[i] = Scalar(0);
     kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, between.gates.values,
                                                between.targets(), z, periods);
+    return below_2;
   }
 };
 

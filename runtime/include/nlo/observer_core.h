@@ -185,17 +185,18 @@ class ObserverCore {
     const Fate worst = screen(y, u, y_next, u_next);
     const bool held = worst >= kHeldOnce;
     note(worst, missing);
+    bool reachable = false;  // z is known to be
     if (state_.started == 1) {
-      advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);   // z <- A z + B0 y + B1 y_next
-      for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];  // y <- y_next
-      turn_back<kArithmetic>(*model_, state_.y, state_.z);    // whole turns a: y <- y - a, z <- z - S a
+      reachable = advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);  // z <- A z + B0 y + B1 y_next
+      for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];             // y <- y_next
+      turn_back<kArithmetic>(*model_, state_.y, state_.z);               // whole turns a: y <- y - a, z <- z - S a
     } else {
       if (!is_reachable(state_, model_->outputs)) return spoilt();
       if (held) return state_.status;         // nothing to hold yet
       start(y_next, starts_steady(*model_));  // z <- z(0), or z(0) + S y
     }
     state_.input = u_next;
-    return is_sound(held) ? state_.status : spoilt();
+    return is_sound(held, reachable) ? state_.status : spoilt();
   }
 
   /// Starts from the steady state of y, z = z(0) + S y.
@@ -253,8 +254,8 @@ class ObserverCore {
 
   /// The state is one that steps can lead to. z shows a reading that a bit has flipped only in time: one that is held
   /// is looked at.
-  NLO_INLINE constexpr bool is_sound(bool held) const {
-    bool sound = is_reachable(state_.z);
+  NLO_INLINE constexpr bool is_sound(bool held, bool reachable) const {
+    bool sound = reachable || is_reachable(state_.z);
     sound = sound & state_.input.is_reachable();
     if (kArithmetic == Arithmetic::kDeterministic || held) sound = sound & (!held | model_->outputs.may_hold(state_.y));
     return sound;
@@ -277,7 +278,8 @@ class ObserverCore {
     state_.started = 1;
   }
 
-  NLO_INLINE constexpr void advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next,
+  /// z over a step. True: what it has become is known to be reachable.
+  NLO_INLINE constexpr bool advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next,
                                     Scalar dt_s) {
     constexpr bool kInPlace = !Model::kMayDiverge && kNz > 16;  // a copy of so many would be on the stack
     Scalar copy[kNz]{};
@@ -287,22 +289,30 @@ class ObserverCore {
       // A command given now has acted since the last sample: whatever the hold, a ramp between equals is constant.
       for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
+    bool reachable = false;
     if constexpr (kActing > 0) {
       model_->template advance<kArithmetic>(z, state_.y, y_next, state_.input.u, u_next.u, dt_s);
     } else if constexpr (kArithmetic == Arithmetic::kFast) {
-      model_->advance(z, state_.y, y_next, dt_s);
+      if constexpr (std::is_same_v<decltype(model_->advance(z, state_.y, y_next, dt_s)), bool>) {
+        reachable = model_->advance(z, state_.y, y_next, dt_s);
+      } else {
+        model_->advance(z, state_.y, y_next, dt_s);
+      }
     } else {
       model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
     }
     if constexpr (Model::kMayDiverge) {
       if (!is_reachable(z) && is_reachable(state_.z)) {  // z is kept: what follows may lead it back
         state_.status = StepStatus::kDiverged;
-        return;
+        return false;
       }
     }
     // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
     constexpr Scalar kTiny = Scalar(0x1p-100);
+    if (kInPlace && reachable) [[likely]]
+      return true;
     for (int r = 0; r < kNz; ++r) state_.z[r] = select<kArithmetic>(!is_below(z[r], kTiny), z[r], Scalar(0));
+    return reachable;
   }
 };
 

@@ -34,9 +34,7 @@ constexpr void restart(ObserverState<Scalar, kNy, kNz, kNu>& state, const Initia
 /// z is finite, and not so large that a step overflows.
 template <class Scalar, int kNz>
 constexpr bool is_reachable(const Scalar (&z)[kNz]) {
-  bool good = true;
-  for (const Scalar value : z) good = good & is_below(value, Scalar(0x1p100));
-  return good;
+  return all_below(z, Scalar(0x1p100));
 }
 
 /// The same of a whole state: z and inputs finite, y in its range (0 before the first measurement), flags valid.

@@ -62,4 +62,15 @@ constexpr bool is_below(Scalar value, Scalar limit) {
   }
 }
 
+/// is_below() of all of them: sums that carry into the sign's bit, collected, so that nothing is compared on the way.
+template <class Scalar, int kN>
+constexpr bool all_below(const Scalar (&values)[kN], Scalar limit) {
+  using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
+  constexpr Bits kSign = Bits{1} << (8 * sizeof(Scalar) - 1);
+  const Bits rest = kSign - std::bit_cast<Bits>(limit);
+  Bits carries = 0;
+  for (const Scalar value : values) carries |= (std::bit_cast<Bits>(value) & ~kSign) + rest;
+  return (carries & kSign) == 0;
+}
+
 }  // namespace nlo

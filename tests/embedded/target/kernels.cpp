@@ -3,6 +3,7 @@
 // the bits that it gives on the host: hashes to compare with tests/golden. Fused lines come from machines that
 // can fuse.
 #include <nlo/kernels/cortex_m.h>
+#include <nlo/kernels/cortex_m_gates.h>
 #include <nlo/kernels/cortex_m_vectors.h>
 #include <nlo/kernels/riscv_vectors.h>
 
@@ -25,6 +26,13 @@ float weights[50 * 50], bias[50], in[50];
 constexpr float kSpecial[] = {0.0F,  -0.0F, 1e-45F, -1e-38F, 1e-20F, 7.75F,  -7.75F,
                               7.76F, 8.0F,  1e6F,   -1e6F,   1e30F,  -1e30F, 0.5F};
 
+[[maybe_unused]] bool same_bits(const float* a, const float* b, int count) {
+  for (int i = 0; i < count; ++i) {
+    if (std::bit_cast<std::uint32_t>(a[i]) != std::bit_cast<std::uint32_t>(b[i])) return false;
+  }
+  return true;
+}
+
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 void check(Hash& hash) {
   // A guard behind and before the output: the kernel must stay inside.
@@ -43,11 +51,8 @@ void check(Hash& hash) {
     float guarded[kOut + 2];
     guarded[0] = guarded[kOut + 1] = kGuard;
     const auto is_plain = [&] {
-      bool same = guarded[0] == kGuard && guarded[kOut + 1] == kGuard;
-      for (int o = 0; o < kOut; ++o) {
-        same = same && std::bit_cast<std::uint32_t>(plain[o]) == std::bit_cast<std::uint32_t>(guarded[o + 1]);
-        guarded[o + 1] = 0.0F;
-      }
+      const bool same = guarded[0] == kGuard && guarded[kOut + 1] == kGuard && same_bits(plain, guarded + 1, kOut);
+      for (int o = 0; o < kOut; ++o) guarded[o + 1] = 0.0F;
       return same;
     };
     bool same = true;
@@ -105,16 +110,72 @@ void run(const char* name) {
   hash.write();
 }
 
+/// The gates of kN units, behind their end a guard.
+template <Arithmetic kArithmetic, int kN>
+void check_gates(Hash& hash) {
+  bench::RandomUniform random{kN};
+  for (int trial = 0; trial < 20; ++trial) {
+    float t[kN], target[kN], z[kN + 1], plain[kN + 1];
+    for (int i = 0; i < kN; ++i) {
+      t[i] = trial % 4 == 3 ? (random() < 0.0F ? -1.0F : 1.0F) : random();
+      target[i] = random();
+      z[i] = trial % 5 == 4 ? 0.0F : random();
+    }
+    z[kN] = plain[kN] = 12345.0F;
+    reset_units_plain<kArithmetic, kN>(t, z, plain);
+    for (int i = 0; i < kN; ++i) hash.add(plain[i]);
+#if defined(NLO_CORTEX_M_GATES)
+    constexpr bool kFused = kArithmetic == Arithmetic::kFast && kFuses;
+    float gated[kN + 1];
+    gated[kN] = 12345.0F;
+    reset_units<kFused, kN>(t, z, gated);
+    bool same = same_bits(gated, plain, kN + 1);
+    float copy[kN + 1];
+    copy[kN] = 12345.0F;
+    same = copy_below_2<kN>(z, copy) && same && same_bits(copy, z, kN + 1);
+    copy[trial % kN] = trial % 2 == 0 ? -2.0F : std::bit_cast<float>(0x7fc00000U);
+    same = same && !copy_below_2<kN>(copy, gated);
+    for (int i = 0; i <= kN; ++i) copy[i] = z[i];
+    move_units<kFused, kN>(t, target, copy);
+    move_units_plain<kArithmetic, kN>(t, target, z);
+    if (!same || !same_bits(copy, z, kN + 1)) {
+      good = false;
+      board::write("the assembly of gates differs from its plain version: ");
+      board::write(std::uint32_t{kN});
+      board::write("\n");
+    }
+#else
+    move_units_plain<kArithmetic, kN>(t, target, z);
+#endif
+    for (int i = 0; i < kN; ++i) hash.add(z[i]);
+  }
+}
+
+/// Numbers of units with whole and broken eights and fives.
+template <Arithmetic kArithmetic>
+void run_gates(const char* name) {
+  Hash hash;
+  [&]<int... kLess>(std::integer_sequence<int, kLess...>) {
+    (check_gates<kArithmetic, 1 + kLess>(hash), ...);
+  }
+  (std::make_integer_sequence<int, 12>{});
+  check_gates<kArithmetic, 32>(hash);
+  board::write(name);
+  hash.write();
+}
+
 }  // namespace
 
 int run_all() {
   run<Activation::kTanh, Arithmetic::kDeterministic>("deterministic tanh ");
   run<Activation::kRelu, Arithmetic::kDeterministic>("deterministic relu ");
   run<Activation::kSilu, Arithmetic::kDeterministic>("deterministic silu ");
+  run_gates<Arithmetic::kDeterministic>("deterministic gates ");
 #if !defined(NLO_ON_BOARD) || defined(__ARM_FEATURE_FMA) || defined(__riscv_flen)
   run<Activation::kTanh, Arithmetic::kFast>("fused tanh ");
   run<Activation::kRelu, Arithmetic::kFast>("fused relu ");
   run<Activation::kSilu, Arithmetic::kFast>("fused silu ");
+  run_gates<Arithmetic::kFast>("fused gates ");
 #endif
   return good ? 0 : 1;
 }

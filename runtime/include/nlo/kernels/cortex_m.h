@@ -95,18 +95,8 @@ __attribute__((noinline)) void layer(const float* weights, const float* bias, co
   constexpr int kLarge = B::kSmall + (B::kLargeCount > 0 ? 1 : 0);
   float* const large_end = out + B::kLargeCount * kLarge;
   float* const end = out + kOut;
-  while (out != large_end) {
-    weights = multiply_block<kLarge, kFused, kIn>(weights, bias, in, out);
-    bias += kLarge;
-    out += kLarge;
-    // Or the compiler keeps where they started too: two more registers to save on the stack.
-    asm("" : "+r"(bias), "+r"(out));
-  }
-  while (out != end) {
-    weights = multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);
-    bias += B::kSmall;
-    out += B::kSmall;
-  }
+  while (out != large_end) multiply_block<kLarge, kFused, kIn>(weights, bias, in, out);
+  while (out != end) multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);
   out -= kOut;
   if constexpr (!kLast) {
     if constexpr (kKind == Activation::kTanh) {

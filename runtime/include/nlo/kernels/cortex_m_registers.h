@@ -65,7 +65,7 @@ inline constexpr float kTanhCoefficients[18] = {
   ".if %c[rest] >= " #at_least "\n" NLO_INPUT(size, op, loaded, x) ".endif\n"
 #define NLO_BLOCK(size, op, sums, loaded) \
   asm volatile(                                                                                                  \
-      "vldmia %[bias], {" sums "}\n"                                                                             \
+      "vldmia %[bias]!, {" sums "}\n"                                                                            \
       ".if %c[tens]\n"                                                                                           \
       "1:\n" NLO_FIVE(size, op, loaded) NLO_FIVE(size, op, loaded)                                               \
       ".if %c[tens] > 1\n"                                                                                       \
@@ -80,10 +80,9 @@ inline constexpr float kTanhCoefficients[18] = {
       ".if %c[rest] == 4\n vldmia %[in]!, {s26-s29}\n .endif\n"                                                  \
       NLO_INPUT_IF(1, size, op, loaded, 26) NLO_INPUT_IF(2, size, op, loaded, 27)                                \
       NLO_INPUT_IF(3, size, op, loaded, 28) NLO_INPUT_IF(4, size, op, loaded, 29)                                \
-      "vstmia %[out], {" sums "}\n"                                                                              \
-      : [weights] "+r"(weights), [in] "+r"(in)                                                                   \
-      : [bias] "r"(bias), [tens_end] "r"(tens_end), [out] "r"(out), [tens] "i"(kIn / 10),                        \
-        [five] "i"(kIn % 10 / 5), [rest] "i"(kIn % 5)                                                            \
+      "vstmia %[out]!, {" sums "}\n"                                                                             \
+      : [weights] "+r"(weights), [bias] "+r"(bias), [in] "+r"(in), [out] "+r"(out)                               \
+      : [tens_end] "r"(tens_end), [tens] "i"(kIn / 10), [five] "i"(kIn % 10 / 5), [rest] "i"(kIn % 5)            \
       : "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7", "s8", "s9", "s10", "s11", "s12", "s13", "s14", "s15",    \
         "s16", "s17", "s18", "s19", "s20", "s21", "s22", "s23", "s24", "s25", "s26", "s27", "s28", "s29", "s30", \
         "s31", "cc", "memory")
@@ -96,9 +95,9 @@ inline constexpr float kTanhCoefficients[18] = {
     }                                             \
   }
 
-/// out = bias + W in for kSize outputs; returns the weights behind theirs.
+/// out = bias + W in for kSize outputs; weights, biases and outputs move on behind theirs.
 template <int kSize, bool kFused, int kIn>
-NLO_INLINE const float* multiply_block(const float* weights, const float* bias, const float* in, float* out) {
+NLO_INLINE void multiply_block(const float*& weights, const float*& bias, const float* in, float*& out) {
   static_assert(kSize >= 1 && kSize <= 13);
   const float* tens_end = in + kIn / 10 * 10;
   NLO_BLOCK_OF(1, "s0", "s13")
@@ -114,7 +113,6 @@ NLO_INLINE const float* multiply_block(const float* weights, const float* bias, 
   NLO_BLOCK_OF(11, "s0-s10", "s13-s23")
   NLO_BLOCK_OF(12, "s0-s11", "s13-s24")
   NLO_BLOCK_OF(13, "s0-s12", "s13-s25")
-  return weights;
 }
 
 /// max(v, 0) of each value, on the bits: ten at a time 1.6 instructions, where a comparison of floats takes five.
