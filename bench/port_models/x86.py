@@ -11,6 +11,31 @@ MEMORY = re.compile(r"(?P<offset>[^(\s,]*)\((?P<base>%\w+)?(?:,\s*(?P<index>%\w+
 VECTOR = re.compile(r"%([xyz])mm(\d+)")
 
 
+PRODUCT = re.compile(r"(v(?:fn?m(?:add|sub)\d+|add|sub|mul|div|max|min)([ps]s))\t([^%]*\(.*?\))(\{1to\d+\})?(, .*%([xyz])mm\d+)")
+FAR, NEVER = 40, -1000  # instructions, in which a load has come; nobody reads a register any more
+
+
+def loads_apart(text):
+    """A load that is part of a product as an instruction before it: hardware lets it go ahead, llvm-mca has it begin when
+    both factors are there. It goes into the vector register that is read again last: when that is, it has long come."""
+    lines, read_at = [], {n: NEVER for n in range(32 if "%zmm" in text else 16)}
+    for at, line in enumerate(reversed(text.splitlines())):
+        numbers = [int(number) for _, number in VECTOR.findall(line)]
+        written = re.search(r"%[xyz]mm(\d+)$", line)
+        if written and not line.startswith("vf"):
+            read_at[numbers.pop()] = NEVER
+        product = PRODUCT.fullmatch(line)
+        read_at |= {number: at for number in numbers}
+        free = min((n for n in read_at if n != int(written[1])), key=read_at.get) if product else None
+        if product and at - read_at[free] > FAR:
+            name, scalar, address, everywhere, others, size = product.groups()
+            lines.append(f"{name}\t%{size}mm{free}{others}")
+            load = "vmovss" if scalar == "ss" else "vbroadcastss" if everywhere else "vmovups"
+            line = f"{load}\t{address}, %{size}mm{free}"
+        lines.append(line)
+    return "\n".join(reversed(lines)) + "\n"
+
+
 def long_name(register):
     """The 64-bit register that %eax, %r8d, ... are a part of; None of vectors."""
     name = register.lstrip("%")

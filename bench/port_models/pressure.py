@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: MIT
+"""The least cycles that ports take for a list of instructions, from what llvm-mca says of its resources.
+
+Its own figure, "Block RThroughput", looks at each group of ports by itself. An instruction that holds one of two ports
+for long, as divisions do, leaves the other alone with what either could do: so ports are looked at two by two, too.
+"""
+import collections
+import itertools
+import re
+
+SEEN = 8  # of an instruction, until it is known which ports it goes to
+
+
+def least_cycles(said):
+    """Of the output of llvm-mca: what its busiest port, or the busiest two together, need at least."""
+    head, table = said.split("Resource pressure by instruction:\n")
+    ports = table.split("Instructions:")[0].split()
+    needs = collections.defaultdict(lambda: ([0] * len(ports), [0]))
+    for line in table.splitlines()[1:]:
+        cells = line.split()
+        if len(cells) > len(ports):
+            cycles, count = needs[" ".join(re.sub(r"\d+", "", cell) for cell in cells[len(ports):])]
+            count[0] += 1
+            for port, cell in enumerate(cells[:len(ports)]):
+                cycles[port] += 0.0 if cell == "-" else float(cell)
+    known = [(sum(cycles), {port for port, need in enumerate(cycles) if need}) for cycles, (count,) in needs.values()
+             if count >= SEEN]
+    pairs = itertools.combinations(range(len(ports)), 2)
+    together = max(sum(need for need, used in known if used <= set(pair)) / 2 for pair in pairs)
+    return max(float(re.search(r"Block RThroughput: +([\d.]+)", head)[1]), together)
