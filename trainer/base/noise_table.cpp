@@ -78,18 +78,9 @@ struct Student {
 };
 
 template <class Kind>
-void draw_series(NoiseNumbers<LaneValue>& numbers, int shape, std::span<LaneValue> series) {
-  if constexpr (std::is_same_v<Kind, Gaussian>) {
-    numbers.normal_series(series);
-  } else {
-    for (LaneValue& each : series) each = Kind::draw(numbers, shape);
-  }
-}
-
-template <class Kind>
 constexpr NoiseRow with_functions(NoiseRow row) {
   row.draw = &Kind::template draw<double>;
-  row.draw_lanes = &draw_series<Kind>;
+  row.draw_lanes = &Kind::template draw<LaneValue>;
   if constexpr (requires { &Kind::density; }) row.density = &Kind::density;
   row.title = &Kind::title;
   return row;

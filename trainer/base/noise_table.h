@@ -22,10 +22,6 @@ class NoiseNumbers {
   virtual Value normal() = 0;   ///< N(0, 1)
   /// So many independent normal numbers; which of them is drawn first is the source's matter.
   virtual void normals(std::span<Value> all) = 0;
-  /// What as many calls of normal() give.
-  virtual void normal_series(std::span<Value> all) {
-    for (Value& each : all) each = normal();
-  }
 
  protected:
   ~NoiseNumbers() = default;
@@ -45,9 +41,9 @@ struct NoiseRow {
   double variance;     ///< nominal: of t, which may have none, that of its normal numerator
   double largest;      ///< |v| that is never exceeded; infinite: it may be anything
   bool tails = false;  ///< now and then v is far off, however far
-  /// One draw, and a series of them. The two come from one function, instantiated twice.
+  /// One draw. The two are one function, instantiated twice.
   double (*draw)(NoiseNumbers<double>& numbers, int shape) = nullptr;
-  void (*draw_lanes)(NoiseNumbers<LaneValue>& numbers, int shape, std::span<LaneValue> series) = nullptr;
+  LaneValue (*draw_lanes)(NoiseNumbers<LaneValue>& numbers, int shape) = nullptr;
   /// p(v); null: v has no density.
   Eigen::ArrayXd (*density)(const Eigen::ArrayXd& v, int shape) = nullptr;
   std::string (*title)(const SensorNoise& noise) = nullptr;  ///< for readers: "N(0, 0.5)"

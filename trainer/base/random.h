@@ -65,14 +65,16 @@ class RandomLanes {
   void normal_pairs(float* out, int pairs) {
     constexpr int kTogether = 4;  // enough for wide registers
     Generator generator(state_);
-    float u[kTogether * kLanes], v[kTogether * kLanes], first[kTogether * kLanes], second[kTogether * kLanes];
+    float u[kTogether * kLanes] = {}, v[kTogether * kLanes] = {};
+    float first[kTogether * kLanes], second[kTogether * kLanes];
     for (int done = 0; done < pairs; done += kTogether) {
       const int count = std::min(kTogether, pairs - done);
       for (int p = 0; p < count; ++p) {
         generator.uniform(u + p * kLanes);
         generator.uniform(v + p * kLanes);
       }
-      for (int i = 0; i < count * kLanes; ++i) box_muller(u[i], v[i], first[i], second[i]);
+      // All of them also in the last round: where products are fused depends on how a loop is compiled.
+      for (int i = 0; i < kTogether * kLanes; ++i) box_muller(u[i], v[i], first[i], second[i]);
       for (int p = 0; p < count; ++p, out += 2 * kLanes) {
         std::copy_n(first + p * kLanes, kLanes, out);
         std::copy_n(second + p * kLanes, kLanes, out + kLanes);

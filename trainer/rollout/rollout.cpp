@@ -23,7 +23,19 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
     for (LaneValue& each : all.subspan(1)) each = normal();
     all[0] = normal();
   }
-  void normal_series(std::span<LaneValue> all) override {
+  /// What as many draws of that kind give, one after the other.
+  void draw_series(const NoiseRow& kind, int shape, std::span<LaneValue> all) {
+    if (kind.kind == NoiseKind::kGaussian) return normal_series(all);  // the common one, and a third of the time
+    for (LaneValue& each : all) each = kind.draw_lanes(*this, shape);
+  }
+  /// In [0, 1).
+  const float* uniform01() {
+    random_.uniform(uniform_);
+    return uniform_;
+  }
+
+ private:
+  void normal_series(std::span<LaneValue> all) {
     static_assert(sizeof(LaneValue) == kGroup * sizeof(float));
     if (pair_ != Pair::kNormal) left_ = 0;
     pair_ = Pair::kNormal;
@@ -35,13 +47,7 @@ class LaneNumbers final : public NoiseNumbers<LaneValue> {
     if (pairs > 0) random_.normal_pairs(all[0].data(), static_cast<int>(pairs));
     if (all.size() % 2 == 1) all.back() = normal();
   }
-  /// In [0, 1).
-  const float* uniform01() {
-    random_.uniform(uniform_);
-    return uniform_;
-  }
 
- private:
   enum class Pair { kUniform, kNormal };
 
   LaneValue next(Pair kind) {
@@ -268,7 +274,7 @@ void Rollout::add_noise(SegmentGroup& group, const NoiseConfig& noise, const Noi
     for (int t = 0; own.disturbed() && t < group.length; t += together) {
       const int count = std::min(together, group.length - t);
       if (kind.has_scale()) {
-        kind.draw_lanes(random, own.shape, std::span(series).first(static_cast<std::size_t>(count)));
+        random.draw_series(kind, own.shape, std::span(series).first(static_cast<std::size_t>(count)));
         add(t, count, [&](int i) { return scales * simd::load<Lanes>(series[static_cast<std::size_t>(i)].data()); });
       }
       if (own.outlier_share > 0.0) {

@@ -106,6 +106,11 @@ NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> M
   }
 }
 
+/// Where a product is not fused: else that would depend on how many modes are compiled together.
+NLO_INLINE P rounded(P product) {
+  return simd::rounded(product);
+}
+
 /// A mode on its way through a group: its coefficients, what drives it, its rows of z and of dl/dz (_im: of pairs).
 struct ModeRun {
   const ModeCoefficients* table;
@@ -149,13 +154,13 @@ void filter_modes(const ModeRun* modes, const int* step_of, int length) {
       const P now = simd::load<P>(mode.y + (t + mode.ahead) * kGroup);
       const P next = simd::load<P>(mode.y + (t + 1) * kGroup);
       if constexpr (kPair) {
-        const P change_re = a.re * re[m] - a.im * im[m] + (b0.re * now + b1.re * next);
-        const P change_im = a.im * re[m] + a.re * im[m] + (b0.im * now + b1.im * next);
+        const P change_re = a.re * re[m] - rounded(a.im * im[m]) + rounded(b0.re * now + rounded(b1.re * next));
+        const P change_im = a.im * re[m] + rounded(a.re * im[m]) + rounded(b0.im * now + rounded(b1.im * next));
         re[m] += change_re;
         im[m] += change_im;
         simd::store(mode.z_im + (t + 1) * kGroup, im[m]);
       } else {
-        re[m] += a.re * re[m] + (b0.re * now + b1.re * next);
+        re[m] += a.re * re[m] + (b0.re * now + rounded(b1.re * next));
       }
       simd::store(mode.z_re + (t + 1) * kGroup, re[m]);
     }
@@ -184,8 +189,8 @@ void adjoint_modes(const ModeRun* modes, const int* step_of, int length, std::co
   }
   // conj(p) w accumulated, w = a' z + b0' y_k + b1' y_{k+1}
   const auto accumulate = [&](int m, P w_re, P w_im) NLO_INLINE_LAMBDA {
-    sum_re[m] += p_re[m] * w_re + p_im[m] * w_im;
-    sum_im[m] += p_re[m] * w_im - p_im[m] * w_re;
+    sum_re[m] += p_re[m] * w_re + rounded(p_im[m] * w_im);
+    sum_im[m] += p_re[m] * w_im - rounded(p_im[m] * w_re);
   };
   for (int t = length - 2; t >= 0; --t) {
     NLO_UNROLL
@@ -197,14 +202,14 @@ void adjoint_modes(const ModeRun* modes, const int* step_of, int length, std::co
       const P z = simd::load<P>(mode.z_re + t * kGroup);
       if constexpr (kPair) {
         const P w = simd::load<P>(mode.z_im + t * kGroup);
-        accumulate(m, da.re * z - da.im * w + db0.re * now + db1.re * next,
-                   da.im * z + da.re * w + db0.im * now + db1.im * next);
-        const P back_re = a.re * p_re[m] + a.im * p_im[m];
-        const P back_im = a.re * p_im[m] - a.im * p_re[m];
+        accumulate(m, da.re * z - rounded(da.im * w) + db0.re * now + db1.re * next,
+                   da.im * z + rounded(da.re * w) + db0.im * now + db1.im * next);
+        const P back_re = a.re * p_re[m] + rounded(a.im * p_im[m]);
+        const P back_im = a.re * p_im[m] - rounded(a.im * p_re[m]);
         p_re[m] += back_re + simd::load<P>(mode.g_re + t * kGroup);
         p_im[m] += back_im + simd::load<P>(mode.g_im + t * kGroup);
       } else {
-        accumulate(m, da.re * z + db0.re * now + db1.re * next, P{});
+        accumulate(m, da.re * z + rounded(db0.re * now) + db1.re * next, P{});
         p_re[m] += a.re * p_re[m] + simd::load<P>(mode.g_re + t * kGroup);
       }
     }
