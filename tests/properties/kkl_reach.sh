@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # What a step and an estimate of a KKL observer reach, to be read by whoever audits them: at most 14 headers, the texts that
-# are read once per instruction set beside them, and 2,100 lines in all; nothing of batches, gates, error heads,
+# are read once per instruction set beside them, and 2,150 lines in all; nothing of batches, gates, error heads,
 # derivatives, saturation, failing sensors, half weights, int16, the monitor, delays and dispatch.
 #   usage: kkl_reach.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
@@ -23,7 +23,7 @@ reach() {
   lines=$(xargs cat <"$work/reached.txt" | wc -l)
   strangers=$(grep -E "/[a-z_]*($others)[a-z_0-9]*\.(h|inc)$" "$work/reached.txt" || true)
   echo "$headers headers, $texts texts, $lines lines$flags ${strangers:+and $strangers}"
-  [ "$headers" -le "$most_headers" ] && [ "$texts" -le 5 ] && [ "$lines" -le 2100 ] && [ -z "$strangers" ]
+  [ "$headers" -le "$most_headers" ] && [ "$texts" -le 5 ] && [ "$lines" -le 2150 ] && [ -z "$strangers" ]
 }
 
 failed=0

@@ -43,7 +43,7 @@ using namespace nlo::simd::types;
 #undef NLO_CODE
 }  // namespace avx512
 
-// The same sums; what differs is how an input comes into all lanes.
+// The same sums; what differs is how an input comes into all lanes, and how many vectors of tanh are waited for.
 namespace avx512_one_load {
 using namespace nlo::simd::types;
 #define NLO_CODE NLO_CODE_AVX512
