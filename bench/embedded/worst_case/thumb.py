@@ -183,6 +183,8 @@ def read(text):
             continue
         try:
             found[at] = decode(at, after, name, operands, block.pop(0) if block else "", comment)
+            if found[at].kind == "call" and found[at].target not in names:
+                found[at].kind, found[at].name = "branch", "b"  # in a function too long for a jump of an M0, which has saved lr
         except (Unknown, ValueError, IndexError, KeyError) as error:
             found[at] = Unknown(str(error) if isinstance(error, Unknown) else f"{at:x}: {name} {operands}: not read")
     return found, names
