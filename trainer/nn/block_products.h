@@ -24,9 +24,15 @@ struct Products {
   using P = simd::Pack<Scalar, kWidth>;
   static_assert(kColumns % (kPacks * kWidth) == 0);
 
+  /// Where an entry of W lies: at[row * per_row + column * per_column].
+  struct Weights {
+    const Scalar* at;
+    int per_row, per_column;
+  };
+
   /// One tile: kRows rows of W times kPacks registers of samples. `finish(row, pack, sum)` takes each result.
   template <int kRows, class Finish>
-  static NLO_INLINE void product_tile(const Scalar* w, int columns, const Scalar* bias, const Scalar* in,
+  static NLO_INLINE void product_tile(Weights w, int columns, const Scalar* bias, const Scalar* in,
                                       const Finish& finish) {
     P sums[kRows][kPacks];
     for (int r = 0; r < kRows; ++r) {
@@ -39,7 +45,7 @@ struct Products {
         simd::pin(inputs[p]);
       }
       for (int r = 0; r < kRows; ++r) {
-        const P weight = simd::broadcast<P>(w[r * columns + c]);
+        const P weight = simd::broadcast<P>(w.at[r * w.per_row + c * w.per_column]);
         for (int p = 0; p < kPacks; ++p) sums[r][p] += weight * inputs[p];
       }
     }
@@ -49,15 +55,90 @@ struct Products {
   }
 
   /// out = finish(W in + bias) over a block: `rows` x `columns` times `columns` x kColumns.
-  /// Tiles have at most six rows: 12 sums, the inputs and a weight fill 16 registers.
+  /// A tile has at most 12 sums: with the inputs and a weight they fill 16 registers, and eight hide the latency of the
+  /// multiply-add units.
   template <class Finish>
   static void product(const Scalar* w, int rows, int columns, const Scalar* bias, const Scalar* in,
                       const Finish& finish) {
     for (int s = 0; s < kColumns; s += kPacks * kWidth) {
-      in_even_parts<6>(rows, [&](auto count, int row) NLO_INLINE_LAMBDA {
-        product_tile<count()>(w + row * columns, columns, bias != nullptr ? bias + row : nullptr, in + s,
+      in_even_parts<12 / kPacks>(rows, [&](auto count, int row) NLO_INLINE_LAMBDA {
+        product_tile<count()>({w + row * columns, columns, 1}, columns, bias != nullptr ? bias + row : nullptr, in + s,
                               [&](int r, int p, P sum) NLO_INLINE_LAMBDA { finish(row + r, s + p * kWidth, sum); });
       });
+    }
+  }
+
+  /// The same product from W by columns: W[row][c] = w[c * stride + row]. Where a register holds two rows of a narrow
+  /// block, its multiply-adds are of sixteen rows of W and one sample, and the sums are turned at the end.
+  template <class Finish>
+  static void product_by_columns(const Scalar* w, int stride, int rows, int columns, const Scalar* bias,
+                                 const Scalar* in, const Finish& finish) {
+    int row = 0;
+    if constexpr (kTurns) {
+      for (; row + 2 * kTurned <= rows; row += 2 * kTurned)
+        turned_tile<2>(w + row, stride, columns, bias != nullptr ? bias + row : nullptr, in, row, finish);
+      for (; row + kTurned <= rows; row += kTurned)
+        turned_tile<1>(w + row, stride, columns, bias != nullptr ? bias + row : nullptr, in, row, finish);
+    }
+    for (int s = 0; s < kColumns; s += kPacks * kWidth) {
+      in_even_parts<12 / kPacks>(rows - row, [&](auto count, int first) NLO_INLINE_LAMBDA {
+        const int at = row + first;
+        product_tile<count()>({w + at, 1, stride}, columns, bias != nullptr ? bias + at : nullptr, in + s,
+                              [&](int r, int p, P sum) NLO_INLINE_LAMBDA { finish(at + r, s + p * kWidth, sum); });
+      });
+    }
+  }
+
+  static constexpr int kTurned = simd::kLanes<Scalar>;  // rows of W in a register
+  static constexpr bool kTurns = kColumns == 8 && kTurned == 16;
+
+  /// kRegisters x 16 rows of W times a block of eight samples.
+  template <int kRegisters, class Finish>
+  static NLO_INLINE void turned_tile(const Scalar* w, int stride, int columns, const Scalar* bias, const Scalar* in,
+                                     int row, const Finish& finish) {
+    using Rows = simd::Pack<Scalar, kTurned>;
+    Rows sums[kRegisters][kColumns];
+    for (int g = 0; g < kRegisters; ++g) {
+      for (Rows& sum : sums[g]) sum = bias != nullptr ? simd::load<Rows>(bias + g * kTurned) : Rows{};
+    }
+    for (int c = 0; c < columns; ++c) {
+      Rows weights[kRegisters];
+      for (int g = 0; g < kRegisters; ++g) {
+        weights[g] = simd::load<Rows>(w + c * stride + g * kTurned);
+        simd::pin(weights[g]);
+      }
+      for (int s = 0; s < kColumns; ++s) {
+        const Rows input = simd::broadcast<Rows>(in[c * kStride + s]);
+        for (int g = 0; g < kRegisters; ++g) sums[g][s] += weights[g] * input;
+      }
+    }
+    for (int g = 0; g < kRegisters; ++g)
+      turn(sums[g], [&](int r, P sum) NLO_INLINE_LAMBDA { finish(row + g * kTurned + r, 0, sum); });
+  }
+
+  /// From eight samples of sixteen rows to sixteen rows of eight samples: rows within 128 bits, then whole 128 bits.
+  template <class Rows, class Finish>
+  static NLO_INLINE void turn(const Rows (&v)[kColumns], const Finish& finish) {
+#define NLO_LANES(a, b, i, j, k, l)                                                                                 \
+  __builtin_shufflevector(a, b, i, j, k, l, 4 + (i), 4 + (j), 4 + (k), 4 + (l), 8 + (i), 8 + (j), 8 + (k), 8 + (l), \
+                          12 + (i), 12 + (j), 12 + (k), 12 + (l))
+    Rows quads[2][4];  // row 4 q + r of samples 4 h to 4 h + 3 in 128 bits q of quads[h][r]
+    for (int h = 0; h < 2; ++h) {
+      const Rows* of = v + 4 * h;
+      const Rows low01 = NLO_LANES(of[0], of[1], 0, 16, 1, 17), low23 = NLO_LANES(of[2], of[3], 0, 16, 1, 17);
+      const Rows high01 = NLO_LANES(of[0], of[1], 2, 18, 3, 19), high23 = NLO_LANES(of[2], of[3], 2, 18, 3, 19);
+      quads[h][0] = NLO_LANES(low01, low23, 0, 1, 16, 17);
+      quads[h][1] = NLO_LANES(low01, low23, 2, 3, 18, 19);
+      quads[h][2] = NLO_LANES(high01, high23, 0, 1, 16, 17);
+      quads[h][3] = NLO_LANES(high01, high23, 2, 3, 18, 19);
+    }
+#undef NLO_LANES
+    for (int r = 0; r < 4; ++r) {
+      const Rows a = quads[0][r], b = quads[1][r];
+      finish(r, __builtin_shufflevector(a, b, 0, 1, 2, 3, 16, 17, 18, 19));
+      finish(4 + r, __builtin_shufflevector(a, b, 4, 5, 6, 7, 20, 21, 22, 23));
+      finish(8 + r, __builtin_shufflevector(a, b, 8, 9, 10, 11, 24, 25, 26, 27));
+      finish(12 + r, __builtin_shufflevector(a, b, 12, 13, 14, 15, 28, 29, 30, 31));
     }
   }
 

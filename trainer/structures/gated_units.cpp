@@ -23,15 +23,27 @@ template <class Scalar>
 constexpr std::size_t kStride = static_cast<std::size_t>(Many<Scalar>::kStride);
 
 template <class Scalar>
-std::vector<Scalar> rows(int count, std::size_t stride) {
-  return std::vector<Scalar>(static_cast<std::size_t>(count) * stride, Scalar(0));
+AlignedVector<Scalar> rows(int count, std::size_t stride) {
+  return AlignedVector<Scalar>(static_cast<std::size_t>(count) * stride, Scalar(0));
 }
 
+/// W by columns, `stride` apart.
 template <class Math, class Scalar>
-void product(const Scalar* w, int row_count, int columns, const Scalar* bias, const Scalar* in, Scalar* out) {
-  Math::product(w, row_count, columns, bias, in, [=](int row, int s, typename Math::P v) NLO_INLINE_LAMBDA {
-    simd::store(out + static_cast<std::ptrdiff_t>(row) * Math::kStride + s, v);
-  });
+void product(const Scalar* w, int stride, int row_count, int columns, const Scalar* bias, const Scalar* in,
+             Scalar* out) {
+  Math::product_by_columns(w, stride, row_count, columns, bias, in,
+                           [=](int row, int s, typename Math::P v) NLO_INLINE_LAMBDA {
+                             simd::store(out + static_cast<std::ptrdiff_t>(row) * Math::kStride + s, v);
+                           });
+}
+
+/// Calls each(at, register) for [0, size): by whole registers, and by those of eight scalars what is left.
+template <class Scalar, class Each>
+void by_registers(std::size_t size, const Each& each) {
+  constexpr int kWide = simd::kLanes<Scalar>, kNarrow = std::min(kWide, kGroup);
+  std::size_t at = 0;
+  for (; at + kWide <= size; at += kWide) each(at, simd::Pack<Scalar, kWide>{});
+  for (; at < size; at += kNarrow) each(at, simd::Pack<Scalar, kNarrow>{});
 }
 
 }  // namespace
@@ -42,9 +54,7 @@ GatedUnits<Scalar>::GatedUnits(int units, const Normalisation& readings, int oth
       readings_(static_cast<int>(readings.mean.size())),
       columns_(units + readings_),
       others_(others),
-      gates_transposed_(rows<Scalar>(units, static_cast<std::size_t>(2 * units))),
-      candidate_transposed_(rows<Scalar>(units, static_cast<std::size_t>(units))),
-      readings_transposed_(rows<Scalar>(readings_, static_cast<std::size_t>(3 * units))),
+      by_columns_(rows<Scalar>(columns_, static_cast<std::size_t>(3 * units))),
       in_(rows<Scalar>(columns_, kGroup)),
       gate_(rows<Scalar>(2 * units, kGroup)),
       target_(rows<Scalar>(units, kGroup)),
@@ -70,15 +80,8 @@ GatedUnits<Scalar>::GatedUnits(int units, const Normalisation& readings, int oth
 template <class Scalar>
 void GatedUnits<Scalar>::prepare(const Scalar* theta) {
   theta_ = theta;
-  for (int i = 0; i < units_; ++i) {
-    for (int o = 0; o < 2 * units_; ++o)
-      gates_transposed_[static_cast<std::size_t>(i * 2 * units_ + o)] = weights(o)[i];
-    for (int o = 0; o < units_; ++o)
-      candidate_transposed_[static_cast<std::size_t>(i * units_ + o)] = weights(2 * units_ + o)[i];
-  }
-  for (int j = 0; j < readings_; ++j)
-    for (int o = 0; o < 3 * units_; ++o)
-      readings_transposed_[static_cast<std::size_t>(j * 3 * units_ + o)] = weights(o)[units_ + j];
+  for (int i = 0; i < columns_; ++i)
+    for (int o = 0; o < 3 * units_; ++o) by_columns_[static_cast<std::size_t>(i * 3 * units_ + o)] = weights(o)[i];
 }
 
 /// The readings of a sample, normalised, below z in in_.
@@ -101,25 +104,25 @@ template <class Scalar>
 template <class Math>
 void GatedUnits<Scalar>::pull(const Scalar* in, Scalar* raw_share, Scalar* gate, Scalar* reset_in,
                               Scalar* target) const {
-  using P = typename Math::P;
   const auto size = static_cast<std::size_t>(units_) * static_cast<std::size_t>(Math::kStride);
-  product<Math>(weights(0), 2 * units_, columns_, bias(0), in, gate);
+  product<Math>(by_columns_.data(), 3 * units_, 2 * units_, columns_, bias(0), in, gate);
   if (raw_share != nullptr) std::copy_n(gate, size, raw_share);
-  for (std::size_t i = 0; i < size; i += Math::kWidth) {
+  by_registers<Scalar>(size, [&]<class P>(std::size_t i, P) NLO_INLINE_LAMBDA {
     const P reset = smooth_tanh(simd::load<P>(gate + size + i));
     simd::store(gate + size + i, reset);
     simd::store(gate + i, smooth_tanh(simd::load<P>(gate + i)));
     simd::store(reset_in + i, simd::load<P>(in + i) * gate_of(reset));
-  }
-  product<Math>(weights(2 * units_), units_, columns_, bias(2 * units_), reset_in, target);
-  for (std::size_t i = 0; i < size; i += Math::kWidth) simd::store(target + i, smooth_tanh(simd::load<P>(target + i)));
+  });
+  product<Math>(by_columns_.data() + 2 * units_, 3 * units_, units_, columns_, bias(2 * units_), reset_in, target);
+  by_registers<Scalar>(size, [&]<class P>(std::size_t i, P) NLO_INLINE_LAMBDA {
+    simd::store(target + i, smooth_tanh(simd::load<P>(target + i)));
+  });
 }
 
 template <class Scalar>
 void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>* loop) {
-  using P = typename One<Scalar>::P;
   const std::size_t size = z_.size();
-  std::vector<Scalar>& share = pulled_;
+  AlignedVector<Scalar>& share = pulled_;
   std::fill(z_.begin(), z_.end(), Scalar(0));
   for (int k = 0; k < run.length; ++k) {
     std::copy(z_.begin(), z_.end(), in_.begin());
@@ -129,11 +132,11 @@ void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>*
     pull<One<Scalar>>(in_.data(), regular ? nullptr : share.data(), gate_.data(), in_.data(), target_.data());
     for (std::size_t i = 0; !regular && i < size; ++i)
       share[i] = gate_over(share[i], run.periods[k * kGroup + static_cast<int>(i % kGroup)]);
-    for (std::size_t i = 0; i < size; i += One<Scalar>::kWidth) {
+    by_registers<Scalar>(size, [&]<class P>(std::size_t i, P) NLO_INLINE_LAMBDA {
       const P z = simd::load<P>(z_.data() + i), c = simd::load<P>(target_.data() + i);
       const P s = regular ? gate_of(simd::load<P>(gate_.data() + i)) : simd::load<P>(share.data() + i);
       simd::store(z_.data() + i, z + s * (c - z));
-    }
+    });
     for (int r = 0; r < units_; ++r)
       std::copy_n(z_.data() + static_cast<std::ptrdiff_t>(r) * kGroup, kGroup,
                   run.latent + (static_cast<std::ptrdiff_t>(r) * run.length + k) * kGroup);
@@ -147,7 +150,7 @@ void GatedUnits<Scalar>::forward(const GatedRun<Scalar>& run, GatedLoop<Scalar>*
 template <class Scalar>
 void GatedUnits<Scalar>::repeat(const GatedRun<Scalar>& run, Chunk chunk) {
   const int used = chunk.count * kGroup;
-  const auto row_of = [](std::vector<Scalar>& rows, int row) {
+  const auto row_of = [](AlignedVector<Scalar>& rows, int row) {
     return rows.data() + static_cast<std::size_t>(row) * kStride<Scalar>;
   };
   for (int r = 0; r < units_; ++r) {
@@ -199,7 +202,7 @@ void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int co
       simd::store(p_.data() + i, p * (one - share));
     }
   }
-  product<One<Scalar>>(candidate_transposed_.data(), units_, units_, static_cast<const Scalar*>(nullptr),
+  product<One<Scalar>>(weights(2 * units_), columns_, units_, units_, static_cast<const Scalar*>(nullptr),
                        static_cast<const Scalar*>(to_candidate), pulled_.data());
   const std::size_t size = p_.size();
   for (int r = 0; r < units_; ++r) {
@@ -213,7 +216,7 @@ void GatedUnits<Scalar>::pull_back(const GatedRun<Scalar>& run, int time, int co
       simd::store(p_.data() + i, simd::load<P>(p_.data() + i) + q * gate_of(t));
     }
   }
-  product<One<Scalar>>(gates_transposed_.data(), units_, 2 * units_, static_cast<const Scalar*>(nullptr),
+  product<One<Scalar>>(weights(0), columns_, units_, 2 * units_, static_cast<const Scalar*>(nullptr),
                        static_cast<const Scalar*>(to_all_.data()), pulled_.data());
   for (std::size_t i = 0; i < size; ++i) p_[i] += pulled_[i];
   for (int r = 0; r < 3 * units_; ++r)
@@ -248,7 +251,7 @@ void GatedUnits<Scalar>::backward(const GatedRun<Scalar>& run, std::vector<doubl
       }
       pull_back(run, from + k, k * kGroup);
       if (loop == nullptr) continue;
-      product<One<Scalar>>(readings_transposed_.data(), readings_, 3 * units_, static_cast<const Scalar*>(nullptr),
+      product<One<Scalar>>(weights(0) + units_, columns_, readings_, 3 * units_, static_cast<const Scalar*>(nullptr),
                            static_cast<const Scalar*>(to_all_.data()), to_readings_.data());
       loop->take(from + k, to_readings_.data());
     }

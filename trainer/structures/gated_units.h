@@ -11,6 +11,7 @@
 
 #include <vector>
 
+#include "trainer/base/aligned_vector.h"
 #include "trainer/sensitivity/linear_latent.h"
 #include "trainer/structures/observer_structure.h"
 
@@ -80,14 +81,13 @@ class GatedUnits {
   int units_, readings_, columns_, others_;
   std::vector<Scalar> mean_, inverse_scale_;
   const Scalar* theta_ = nullptr;
-  std::vector<Scalar> gates_transposed_, candidate_transposed_;  ///< of what reads z: n_z x 2 n_z, n_z x n_z
-  std::vector<Scalar> readings_transposed_;                      ///< n_r x 3 n_z
+  AlignedVector<Scalar> by_columns_;  ///< [z; readings] x 3 n_z: column by column of W
 
   // One sample of eight trajectories.
-  std::vector<Scalar> in_, gate_, target_, z_;
-  std::vector<Scalar> p_, to_all_, pulled_, to_readings_;  ///< to_all_: of a_s, a_g, a_c
+  AlignedVector<Scalar> in_, gate_, target_, z_;
+  AlignedVector<Scalar> p_, to_all_, pulled_, to_readings_;  ///< to_all_: of a_s, a_g, a_c
   // A chunk of samples, side by side.
-  std::vector<Scalar> chunk_in_, chunk_reset_in_, chunk_raw_, chunk_gate_, chunk_target_, chunk_cotangent_, gradient_;
+  AlignedVector<Scalar> chunk_in_, chunk_reset_in_, chunk_raw_, chunk_gate_, chunk_target_, chunk_cotangent_, gradient_;
 };
 
 }  // namespace nlo::trainer
