@@ -46,6 +46,11 @@ row() {
   read -r _ multiply_adds stack_limit ram_limit flash_limit int16_limit _ < <(grep "^$structure " <<<"$structures")
   if [[ $variant == *int16* ]]; then flash_limit=$int16_limit; fi
   case $core,$variant in
+    m0plus,* | rv64*) ;;
+    *,float_tanh | *,gated_float | *,gru_float | *,prior_float | *,driven_float | *,window_float) # tanh from a table
+      flash_limit=$((flash_limit + 4)) stack_limit=$((stack_limit + 16)) ;;
+  esac
+  case $core,$variant in
     m55,*_relu | m55,*_tanh | m55,window_*) stack_limit=544 ;; # registers to save for its loops
     m0plus,int16_*) flash_limit=21 ;;
   esac
@@ -92,10 +97,10 @@ row() {
     int16_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.2 ;;
     window_int16) gate "$core $variant: instructions per multiply-add" "$per" 1.25 ;;
     *_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.25 ;;
+    float_tanh | window_float | gated_float) gate "$core $variant: instructions per multiply-add" "$per" 1.5 ;;
     *_tanh | window_*) gate "$core $variant: instructions per multiply-add" "$per" 1.65 ;;
-    gated_float) gate "$core $variant: instructions per multiply-add" "$per" 1.7 ;;
     gated*) gate "$core $variant: instructions per multiply-add" "$per" 2 ;;
-    gru_float) gate "$core $variant: instructions per multiply-add" "$per" 1.4 ;;
+    gru_float) gate "$core $variant: instructions per multiply-add" "$per" 1.35 ;;
     gru_deterministic) gate "$core $variant: instructions per multiply-add" "$per" 1.6 ;;
   esac
 }

@@ -40,9 +40,11 @@ constexpr std::array kCores = {
     Core{"m7", "M7", true, kFpuFloat, kFpuInt16}, Core{"m33", "M33", true, kFpuFloat, kFpuInt16}};
 
 /// Of the float kernel (kernels/cortex_m.h), for each shape: ten inputs of a block and the rest, 4 bytes for each of
-/// size + 1 instructions, of both sizes of its blocks; in hidden layers tanh or silu, four by four and the rest.
+/// size + 1 instructions, of both sizes of its blocks; in hidden layers tanh or silu, four by four and the rest. Large
+/// layers have tanh from a table, which they share.
 Index float_blocks(const FoldedNetwork& n) {
-  constexpr Index kAround = 5, kFours = 330, kOne = 68;
+  constexpr Index kAround = 5, kFours = 330, kOne = 68, kTable = 4096;
+  bool table = false;
   std::set<std::pair<Index, Index>> shapes;
   Index bytes = 0;
   for (std::size_t l = 0; l < n.layers.size(); ++l) {
@@ -52,8 +54,9 @@ Index float_blocks(const FoldedNetwork& n) {
     for (const Index size : out % blocks == 0 ? std::vector<Index>{small} : std::vector<Index>{small, small + 1})
       bytes += 4 * (inputs * (size + 1) + kAround);
     if (l + 1 < n.layers.size() && n.activation != Activation::kRelu) bytes += kFours + kOne * (out % 4);
+    table = table || (l + 1 < n.layers.size() && n.activation == Activation::kTanh && 4 * in * out >= kTable);
   }
-  return bytes;
+  return table ? bytes + kTable : bytes;
 }
 
 /// Hidden layers whose code is not shared with another's.

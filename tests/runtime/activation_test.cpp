@@ -2,10 +2,14 @@
 // Activations and their slopes, scalars and packs, against closed forms and finite differences in double.
 #include <nlo/jvp.h>
 #include <nlo/kernels/activation.h>
+#include <nlo/kernels/cortex_m_pieces.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace nlo {
@@ -30,6 +34,23 @@ TEST(Silu, IsWithinTheErrorOfItsTanh) {
     const float narrow = static_cast<float>(v);
     EXPECT_NEAR(static_cast<double>(activate<Activation::kSilu>(narrow)), silu(v), bound + rounding) << v;
   });
+}
+
+// The table of Cortex-M kernels, as C++: half of the rational's error, although it takes no quotient.
+TEST(TanhByPieces, IsWithinItsErrorOddAndAtMostOne) {
+  double worst = 0;
+  for (std::uint32_t bits = 0; bits < 0x7f800000U; bits += 4999) {
+    const auto x = std::bit_cast<float>(bits);
+    const float there = kernels::cortex_m::tanh_by_pieces_plain(x);
+    ASSERT_EQ(kernels::cortex_m::tanh_by_pieces_plain(-x), -there) << x;
+    ASSERT_LE(there, 1.0F) << x;
+    worst = std::max(worst, std::abs(static_cast<double>(there) - std::tanh(static_cast<double>(x))));
+    if (x < 0x1p-12F) {
+      ASSERT_EQ(there, x);
+    }
+  }
+  EXPECT_LE(worst, 2.4e-7);
+  EXPECT_GT(worst, 1e-7);
 }
 
 TEST(Relu, IsExact) {

@@ -47,6 +47,9 @@ void check(Hash& hash) {
     float plain[kOut];
     layer_plain<kKind, kArithmetic, kLast, kIn, kOut>(weights, bias, in, plain);
     for (const float x : plain) hash.add(x);
+#if defined(NLO_RISCV_VECTORS)
+    layer_plain<kKind, kArithmetic, kLast, kIn, kOut, false>(weights, bias, in, plain);  // they have no table of tanh
+#endif
 #if defined(NLO_CORTEX_M_FLOAT) || defined(NLO_RISCV_VECTORS)
     float guarded[kOut + 2];
     guarded[0] = guarded[kOut + 1] = kGuard;

@@ -15,6 +15,7 @@
 
 #include "nlo/kernels/activation.h"
 #include "nlo/kernels/arithmetic.h"
+#include "nlo/kernels/cortex_m_pieces.h"
 #include "nlo/kernels/cortex_m_registers.h"
 #include "nlo/kernels/simd.h"
 
@@ -54,6 +55,11 @@ NLO_INLINE float kernel_multiply_add(float a, float b, float c) {
   }
 }
 
+/// A layer's tanh comes from the table of cortex_m_pieces.h.
+template <Activation kKind, Arithmetic kArithmetic, int kIn, int kOut>
+inline constexpr bool kByPieces =
+    kKind == Activation::kTanh&& kArithmetic == Arithmetic::kFast&& kFuses&& kTakesPieces<kIn, kOut>;
+
 template <Activation kKind, Arithmetic kArithmetic>
 float activate_plain(float v) {
   if constexpr (kKind == Activation::kRelu) {
@@ -74,14 +80,21 @@ float activate_plain(float v) {
 }
 
 /// What layer() gives, in plain C++. kLast: no activation.
-template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
+template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut,
+          bool kPieces = kByPieces<kKind, kArithmetic, kIn, kOut>>
 void layer_plain(const float* weights, const float* bias, const float* in, float* out) {
   for (int o = 0; o < kOut; ++o) {
     float sum = bias[o];
     for (int i = 0; i < kIn; ++i) {
       sum = kernel_multiply_add<kArithmetic>(weights[weight_position<kIn, kOut>(o, i)], in[i], sum);
     }
-    out[o] = kLast ? sum : activate_plain<kKind, kArithmetic>(sum);
+    if constexpr (kLast) {
+      out[o] = sum;
+    } else if constexpr (kPieces) {
+      out[o] = tanh_by_pieces_plain(sum);
+    } else {
+      out[o] = activate_plain<kKind, kArithmetic>(sum);
+    }
   }
 }
 
@@ -99,7 +112,9 @@ __attribute__((noinline)) void layer(const float* weights, const float* bias, co
   while (out != end) multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);
   out -= kOut;
   if constexpr (!kLast) {
-    if constexpr (kKind == Activation::kTanh) {
+    if constexpr (kByPieces<kKind, kArithmetic, kIn, kOut>) {
+      tanh_by_pieces<kOut>(out);
+    } else if constexpr (kKind == Activation::kTanh) {
       tanh_in_place<kFused, kOut>(out);
     } else if constexpr (kKind == Activation::kRelu) {
       relu_in_place<kOut>(out);

@@ -174,6 +174,35 @@ NLO_INLINE void tanh_in_place(float* at) {
   }
 }
 
+/// tanh_by_pieces_plain() of kN values, in place: 4 instructions each, coefficients from four rows at once.
+template <int kN>
+NLO_INLINE void tanh_by_pieces(float* at) {
+  const float* const middle = cortex_m::kTanhPieces<>.rows[cortex_m::TanhPieces::kMiddle];
+  asm volatile(
+      "vdup.32 q6, %[last]\n"
+      "vmvn q7, q6\n"
+      "dlstp.32 lr, %[count]\n"
+      "1:\n"
+      "vldrw.u32 q0, [%[at]]\n"
+      "vcvt.s32.f32 q1, q0, #4\n"
+      "vmin.s32 q1, q1, q6\n"
+      "vmax.s32 q1, q1, q7\n"
+      "vshl.i32 q1, q1, #4\n"
+      "vldrw.u32 q2, [%[c3], q1]\n"
+      "vldrw.u32 q3, [%[c2], q1]\n"
+      "vldrw.u32 q4, [%[c1], q1]\n"
+      "vldrw.u32 q5, [%[c0], q1]\n"
+      "vfma.f32 q3, q2, q0\n"
+      "vfma.f32 q4, q3, q0\n"
+      "vfma.f32 q5, q4, q0\n"
+      "vstrw.32 q5, [%[at]], #16\n"
+      "letp lr, 1b\n"
+      : [at] "+r"(at)
+      : [c0] "r"(middle), [c1] "r"(middle + 1), [c2] "r"(middle + 2), [c3] "r"(middle + 3), [count] "r"(kN),
+        [last] "r"(cortex_m::TanhPieces::kMiddle - 1)
+      : "lr", "q0", "q1", "q2", "q3", "q4", "q5", "q6", "q7", "memory");
+}
+
 /// out = f(W in + b). `out` must not overlap `in`. Not inlined: layers of one shape share the code.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
@@ -190,7 +219,9 @@ __attribute__((noinline)) void layer(const float* weights, const float* bias, co
   constexpr int kLastTile = 4 * T::first(kWhole);
   multiply_tile<T::size(kWhole), kFused, kIn, kTail>(weights, bias + kLastTile, in, out + kLastTile);
   if constexpr (!kLast) {
-    if constexpr (kKind == Activation::kTanh) {
+    if constexpr (cortex_m::kByPieces<kKind, kArithmetic, kIn, kOut>) {
+      tanh_by_pieces<kOut>(out);
+    } else if constexpr (kKind == Activation::kTanh) {
       tanh_in_place<kFused, kOut>(out);
     } else if constexpr (kKind == Activation::kRelu) {
       relu_in_place<kOut>(out);

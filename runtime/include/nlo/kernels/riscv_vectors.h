@@ -9,8 +9,8 @@
 // fast           VFMACC by a scalar
 // deterministic  VFMUL by a scalar, VFADD: each operation rounded by itself, as on every other target
 //
-// Sums have the order of cortex_m::layer_plain(), and so its bits, whatever the length of a vector. In assembly:
-// compilers that know no such vectors (GCC 12) use them too.
+// Sums have the order of cortex_m::layer_plain(), and so its bits without its table of tanh, whatever the length of a
+// vector. In assembly: compilers that know no such vectors (GCC 12) use them too.
 #pragma once
 
 #include "nlo/kernels/activation.h"
