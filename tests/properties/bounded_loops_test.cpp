@@ -26,10 +26,9 @@ const std::vector<Exception> kExceptions = {
     {"kernels/per_isa/vectors.inc", "while (lanes > 1 && values % lanes != 0) lanes /= 2;"},
     {"kernels/panels.h", "while (o >= tile_at(tile + 1)) ++tile;"},
     {"kernels/int16.h", "while (4 * fours(rows) > rows) ++rows;"},
-    {"kernels/cortex_m.h", "while (o >= Blocks<kOut>::first(block) + Blocks<kOut>::size(block)) ++block;"},
-    {"kernels/cortex_m_vectors.h", "while (o / 4 >= T::first(tile) + T::size(tile)) ++tile;"},
+    {"kernels/cortex_m.h", "while (one >= first(part) + size(part)) ++part;"},
     // Pointers through arrays of constant size, by constant strides.
-    {"kernels/cortex_m.h", "while (out != large_end) multiply_block<kLarge, kFused, kIn>(weights, bias, in, out);"},
+    {"kernels/cortex_m.h", "while (out != large_end) multiply_block<B::kLarge, kFused, kIn>(weights, bias, in, out);"},
     {"kernels/cortex_m.h", "while (out != end) multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);"},
     // Of texts and numbers of the program's own.
     {"selftest/NAME_selftest.c.in", "for (; *text != '\\0'; ++text) put_char(*text);"},

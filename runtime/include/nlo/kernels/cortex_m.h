@@ -21,22 +21,32 @@
 
 namespace nlo::kernels::cortex_m {
 
-/// The outputs in the fewest blocks of at most 13, their sizes equal or one apart: 50 = 13 + 13 + 12 + 12.
-template <int kOut>
-struct Blocks {
-  static constexpr int kCount = (kOut + 12) / 13;
-  static constexpr int kSmall = kOut / kCount;
-  static constexpr int kLargeCount = kOut % kCount;  ///< the first ones, one output larger
-  static constexpr int size(int block) { return kSmall + (block < kLargeCount ? 1 : 0); }
-  static constexpr int first(int block) { return block * kSmall + (block < kLargeCount ? block : kLargeCount); }
+/// kAll in the fewest parts of at most kMost, their sizes equal or one apart: 50 = 13 + 13 + 12 + 12.
+template <int kAll, int kMost>
+struct Parts {
+  static constexpr int kCount = (kAll + kMost - 1) / kMost;
+  static constexpr int kSmall = kAll / kCount;
+  static constexpr int kLargeCount = kAll % kCount;  ///< the first ones, one larger
+  static constexpr int kLarge = kSmall + (kLargeCount > 0 ? 1 : 0);
+  static constexpr int size(int part) { return kSmall + (part < kLargeCount ? 1 : 0); }
+  static constexpr int first(int part) { return part * kSmall + (part < kLargeCount ? part : kLargeCount); }
+  static constexpr int part_of(int one) {
+    int part = 0;
+    while (one >= first(part) + size(part)) ++part;
+    return part;
+  }
 };
+
+/// The outputs in blocks.
+template <int kOut>
+using Blocks = Parts<kOut, 13>;
 
 /// Position of the weight of input i for output o: block by block, then input by input.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
-  int block = 0;
-  while (o >= Blocks<kOut>::first(block) + Blocks<kOut>::size(block)) ++block;
-  return Blocks<kOut>::first(block) * kIn + i * Blocks<kOut>::size(block) + (o - Blocks<kOut>::first(block));
+  using B = Blocks<kOut>;
+  const int block = B::part_of(o);
+  return B::first(block) * kIn + i * B::size(block) + (o - B::first(block));
 }
 
 #if defined(NLO_CORTEX_M_NO_FMA)
@@ -105,10 +115,9 @@ template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOu
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
   constexpr bool kFused = kArithmetic == Arithmetic::kFast && kFuses;
   using B = Blocks<kOut>;
-  constexpr int kLarge = B::kSmall + (B::kLargeCount > 0 ? 1 : 0);
-  float* const large_end = out + B::kLargeCount * kLarge;
+  float* const large_end = out + B::kLargeCount * B::kLarge;
   float* const end = out + kOut;
-  while (out != large_end) multiply_block<kLarge, kFused, kIn>(weights, bias, in, out);
+  while (out != large_end) multiply_block<B::kLarge, kFused, kIn>(weights, bias, in, out);
   while (out != end) multiply_block<B::kSmall, kFused, kIn>(weights, bias, in, out);
   out -= kOut;
   if constexpr (!kLast) {

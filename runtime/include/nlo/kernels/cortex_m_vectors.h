@@ -29,23 +29,15 @@
 
 namespace nlo::kernels::cortex_m_vectors {
 
-/// The outputs in vectors of four, those in the fewest tiles of at most six, their sizes equal or one apart.
+/// The outputs in vectors of four, those in tiles.
 template <int kOut>
-struct Tiles {
-  static constexpr int kVectors = (kOut + 3) / 4;
-  static constexpr int kCount = (kVectors + 5) / 6;
-  static constexpr int kSmall = kVectors / kCount;
-  static constexpr int kLargeCount = kVectors % kCount;  ///< the first ones, one vector larger
-  static constexpr int size(int tile) { return kSmall + (tile < kLargeCount ? 1 : 0); }
-  static constexpr int first(int tile) { return tile * kSmall + (tile < kLargeCount ? tile : kLargeCount); }
-};
+using Tiles = cortex_m::Parts<(kOut + 3) / 4, 6>;
 
 /// Position of the weight of input i for output o: tile by tile, then input by input.
 template <int kIn, int kOut>
 constexpr int weight_position(int o, int i) {
   using T = Tiles<kOut>;
-  int tile = 0;
-  while (o / 4 >= T::first(tile) + T::size(tile)) ++tile;
+  const int tile = T::part_of(o / 4);
   return 4 * (T::first(tile) * kIn + i * T::size(tile)) + (o - 4 * T::first(tile));
 }
 
@@ -208,7 +200,7 @@ template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOu
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
   constexpr bool kFused = kArithmetic == Arithmetic::kFast && cortex_m::kFuses;
   using T = Tiles<kOut>;
-  constexpr int kLarge = T::kSmall + (T::kLargeCount > 0 ? 1 : 0), kTail = (kOut - 1) % 4 + 1;
+  constexpr int kLarge = T::kLarge, kTail = (kOut - 1) % 4 + 1;
   constexpr int kWhole = T::kCount - 1, kWholeLarge = T::kLargeCount < kWhole ? T::kLargeCount : kWhole;
   for (int t = 0; t < kWholeLarge; ++t) {
     weights = multiply_tile<kLarge, kFused, kIn, 4>(weights, bias + 4 * kLarge * t, in, out + 4 * kLarge * t);
