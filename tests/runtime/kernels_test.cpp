@@ -189,7 +189,11 @@ void expect_a_layout_without_collisions() {
   using Layout = typename PackedDense<Weight, kIn, kOut>::Layout;
   std::vector<int> uses(static_cast<std::size_t>(Layout::kWeights));
   for (int o = 0; o < kOut; ++o) {
-    for (int i = 0; i < kIn; ++i) ++uses.at(static_cast<std::size_t>(Layout::weight_position(o, i)));
+    const int first = Layout::weight_position(o, 0), step = Layout::weight_position(o, 1) - first;
+    for (int i = 0; i < kIn; ++i) {
+      ++uses.at(static_cast<std::size_t>(Layout::weight_position(o, i)));
+      EXPECT_EQ(Layout::weight_position(o, i), first + i * step) << "what pack() rests on";
+    }
   }
   EXPECT_EQ(std::count(uses.begin(), uses.end(), 1), kIn * kOut);
   EXPECT_EQ(std::count(uses.begin(), uses.end(), 0), Layout::kWeights - kIn * kOut);

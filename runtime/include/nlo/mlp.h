@@ -32,7 +32,10 @@ constexpr PackedDense<Weight, kIn, kOut> pack(const Written<Weight, kIn, kOut>& 
   } else {
     Packed packed{};
     for (int o = 0; o < kOut; ++o) {
-      for (int i = 0; i < kIn; ++i) packed.weights[Packed::Layout::weight_position(o, i)] = layer.weight(o, i);
+      // In every layout the weights of an output are equally far apart; a compiler takes long to ask for each.
+      const int first = Packed::Layout::weight_position(o, 0);
+      const int step = kIn > 1 ? Packed::Layout::weight_position(o, 1) - first : 1;
+      for (int i = 0; i < kIn; ++i) packed.weights[first + i * step] = layer.weight(o, i);
       packed.bias[o] = layer.bias[o];
     }
     return packed;
