@@ -22,7 +22,7 @@ import xml.etree.ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = ("g++", "gcc", "clang++", "clang", "cmake", "arm-none-eabi-g++", "aarch64-linux-gnu-g++", "riscv64-linux-gnu-g++", "avr-gcc", "simavr",
-         "qemu-system-arm", "qemu-aarch64", "qemu-riscv64", "valgrind", "gnuplot", "frama-c", "cppcheck",
+         "qemu-system-arm", "qemu-system-riscv64", "qemu-aarch64", "qemu-riscv64", "valgrind", "gnuplot", "frama-c", "cppcheck",
          "gappa", "llvm-mca-14", "llvm-mca-19")
 IN_PROGRAMS = re.compile(r"(codegen|trainer)/.*\.(cpp|h)$|tests/.*(_test\.cpp|CMakeLists\.txt)$")
 NOT_READ = re.compile(r"(build|out|runs|\.git)$")

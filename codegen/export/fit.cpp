@@ -34,7 +34,7 @@ struct Core {
   Calibration in_float, in_int16;
 };
 constexpr Calibration kFpuFloat{1830, 50, 190, 0, 150}, kFpuInt16{2290, 50, 300, 1180, 180};
-constexpr Calibration kSoftFloat{5310, 50, 660, 0, 72}, kSoftInt16{6170, 70, 420, 1260, 210};
+constexpr Calibration kSoftFloat{5310, 50, 660, 0, 96}, kSoftInt16{6170, 70, 420, 1260, 210};
 constexpr std::array kCores = {
     Core{"m0plus", "M0+", false, kSoftFloat, kSoftInt16}, Core{"m4f", "M4F", true, kFpuFloat, kFpuInt16},
     Core{"m7", "M7", true, kFpuFloat, kFpuInt16}, Core{"m33", "M33", true, kFpuFloat, kFpuInt16}};

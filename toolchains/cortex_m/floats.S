@@ -161,14 +161,14 @@ zero:
   movs r0, #0
   pop {r4-r6, pc}
 signed_zero:
-  lsrs r0, #31
-  lsls r0, #31
-  pop {r4-r6, pc}
+  movs r2, #0
+  b 7f
 infinity:
-  lsrs r0, #31
-  lsls r0, #31
   movs r2, #255
   lsls r2, #23
+7:
+  lsrs r0, #31
+  lsls r0, #31
   orrs r0, r2
   pop {r4-r6, pc}
 

@@ -81,13 +81,13 @@ struct ReadingRange {
 
   /// The angle less its whole turns, in [-turn/2, turn/2].
   template <Arithmetic kArithmetic>
-  static constexpr Scalar wrapped(Scalar angle, Scalar turn) {
+  NLO_SHARED_WITHOUT_FPU static constexpr Scalar wrapped(Scalar angle, Scalar turn) {
     return angle - rounded<Scalar>(turn * whole_turns<kArithmetic>(angle, turn));
   }
 
   /// angle / turn, rounded to an integer; 0 where an int32 cannot count them.
   template <Arithmetic kArithmetic>
-  static constexpr Scalar whole_turns(Scalar angle, Scalar turn) {
+  NLO_SHARED_WITHOUT_FPU static constexpr Scalar whole_turns(Scalar angle, Scalar turn) {
     // Within the declared range there are 2e5 at most. More come of a bit of memory that has flipped.
     const Scalar all = angle / turn;
     const Scalar turns = select<kArithmetic>(is_below(all, Scalar(0x1p30)), all, Scalar(0));

@@ -24,6 +24,12 @@
 #else
 #define NLO_OWN_FRAME
 #endif
+// Once in a program where each operation on floats is a call.
+#if defined(__ARM_ARCH_PROFILE) && !defined(__ARM_FP)
+#define NLO_SHARED_WITHOUT_FPU __attribute__((noinline))
+#else
+#define NLO_SHARED_WITHOUT_FPU
+#endif
 
 namespace nlo::simd {
 
