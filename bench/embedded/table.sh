@@ -88,7 +88,7 @@ row() {
     m55,gated_float | m55,gru_float | m55,window_float) gate "$core $variant: instructions per multiply-add" "$per" 0.95 ;;
     rv64v,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;; # 32 of them
     rv64v,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 0.4 ;;
-    rv64v,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.8 ;;
+    rv64v,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;;
     rv64,*) return ;; # to compare with
   esac
   case $variant in

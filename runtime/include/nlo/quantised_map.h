@@ -53,6 +53,14 @@ __attribute__((noinline)) void quantised_layer(const PackedQuantisedDense<kIn, k
                                                const std::int16_t* in, std::int16_t* out) {
   constexpr bool kPadded = PackedQuantisedDense<kIn, kOut, kShift>::kRows > kOut;
   if constexpr (kOut % 2 != 0) out[kOut] = 0;
+#if defined(NLO_RISCV_INTEGERS)
+  if constexpr (kernels::int16::kActivatesRows<kKind>) {
+    std::int32_t sums[kOut];
+    kernels::int16::add_block<kOut, kernels::int16::kPairs<kIn>>(layer.weights, in, layer.bias, sums);
+    kernels::int16::activate_rows<kKind, kShift, kOut>(sums, out, kernels::int16::kTanhTable.data() + 256);
+    return;
+  }
+#endif
   kernels::int16::layer<kIn, kOut>(layer.weights, layer.bias, in, [&](int o, std::int32_t sum) NLO_INLINE_LAMBDA {
     if (!kPadded || o < kOut) out[o] = kernels::int16::activated<kKind, kShift>(sum);
   });

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "nlo/kernels/activation.h"
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/riscv_state.h"
 #include "nlo/kernels/simd.h"
@@ -59,7 +60,73 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 
 #undef NLO_INPUT
 
+/// Of int16.h's activations, what vectors have.
+template <Activation kKind>
+inline constexpr bool kActivatesRows = kKind == Activation::kTanh || kKind == Activation::kRelu;
+
+/// out = activated<kKind, kShift>() of kN sums. `table`: of tanh, its middle.
+template <Activation kKind, int kShift, int kN>
+NLO_INLINE void activate_rows(const std::int32_t* sums, std::int16_t* out, [[maybe_unused]] const std::int16_t* table) {
+  long rows = kN;
+  if constexpr (kKind == Activation::kRelu) {
+    asm volatile(
+        "1:\n"
+        "vsetvli t0, %[rows], e32, m8, ta, ma\n"
+        "vle32.v v8, (%[sums])\n"
+        "vmax.vx v8, v8, zero\n"
+        "vsra.vx v8, v8, %[shift]\n"
+        "vmin.vx v8, v8, %[most]\n"
+        "vsetvli zero, t0, e16, m4, ta, ma\n"
+        "vnsrl.wi v0, v8, 0\n"
+        "vse16.v v0, (%[out])\n"
+        "sub %[rows], %[rows], t0\n"
+        "slli t0, t0, 1\n"
+        "add %[out], %[out], t0\n"
+        "slli t0, t0, 1\n"
+        "add %[sums], %[sums], t0\n"
+        "bnez %[rows], 1b\n"
+        : [sums] "+r"(sums), [out] "+r"(out), [rows] "+r"(rows)
+        : [shift] "r"(kShift), [most] "r"(32767)
+        : "t0", NLO_RISCV_CLOBBERS);
+  } else {
+    asm volatile(
+        "1:\n"
+        "vsetvli t0, %[rows], e32, m8, ta, ma\n"
+        "vle32.v v8, (%[sums])\n"
+        "vsra.vx v8, v8, %[shift]\n"
+        "vmax.vx v8, v8, %[least]\n"
+        "vmin.vx v8, v8, %[most]\n"
+        "vsra.vi v16, v8, 11\n"
+        "vadd.vx v16, v16, %[middle]\n"  // of 513 entries: indices are not negative
+        "vadd.vv v16, v16, v16\n"
+        "vand.vx v8, v8, %[fraction]\n"
+        "vsetvli zero, t0, e16, m4, ta, ma\n"
+        "vluxei32.v v0, (%[table]), v16\n"
+        "vluxei32.v v4, (%[next]), v16\n"
+        "vwsub.vv v16, v4, v0\n"
+        "vsetvli zero, t0, e32, m8, ta, ma\n"
+        "vmul.vv v16, v16, v8\n"
+        "vsetvli zero, t0, e16, m4, ta, ma\n"
+        "vnsra.wi v4, v16, 11\n"
+        "vadd.vv v0, v0, v4\n"
+        "vse16.v v0, (%[out])\n"
+        "sub %[rows], %[rows], t0\n"
+        "slli t0, t0, 1\n"
+        "add %[out], %[out], t0\n"
+        "slli t0, t0, 1\n"
+        "add %[sums], %[sums], t0\n"
+        "bnez %[rows], 1b\n"
+        : [sums] "+r"(sums), [out] "+r"(out), [rows] "+r"(rows)
+        : [shift] "r"(kShift), [least] "r"(-(1 << 19)), [most] "r"((1 << 19) - 1), [middle] "r"(256),
+          [fraction] "r"(2047), [table] "r"(table - 256), [next] "r"(table - 255)
+        : "t0", NLO_RISCV_CLOBBERS);
+  }
+}
+
 #else
+
+template <Activation kKind>
+inline constexpr bool kActivatesRows = false;
 
 /// kCount rows side by side, whose sums fit into registers.
 template <int kSize, int kPairCount, int kCount>
