@@ -107,8 +107,13 @@ NLO_INLINE ComplexPack pick(const ModeCoefficients* table, std::complex<float> M
 }
 
 /// Where a product is not fused: else that would depend on how many modes are compiled together.
-NLO_INLINE P rounded(P product) {
-  return simd::rounded(product);
+template <class Value>
+NLO_INLINE Value rounded(Value product) {
+  if constexpr (sizeof(Value) > simd::kVectorBytes) {
+    return product;  // in two registers
+  } else {
+    return simd::rounded(product);
+  }
 }
 
 /// A mode on its way through a group: its coefficients, what drives it, its rows of z and of dl/dz (_im: of pairs).
