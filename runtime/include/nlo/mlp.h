@@ -23,7 +23,7 @@ struct Dense {
   constexpr Weight weight(int o, int i) const { return weights[o][i]; }
 };
 
-/// A layer as it is executed, from Dense or PanelDense.
+/// A layer as it is executed, from Dense or PanelDense. In each layout an output's weights are equally far apart.
 template <template <class, int, int> class Written, class Weight, int kIn, int kOut>
 constexpr PackedDense<Weight, kIn, kOut> pack(const Written<Weight, kIn, kOut>& layer) {
   using Packed = PackedDense<Weight, kIn, kOut>;
@@ -32,7 +32,6 @@ constexpr PackedDense<Weight, kIn, kOut> pack(const Written<Weight, kIn, kOut>& 
   } else {
     Packed packed{};
     for (int o = 0; o < kOut; ++o) {
-      // In every layout the weights of an output are equally far apart; a compiler takes long to ask for each.
       const int first = Packed::Layout::weight_position(o, 0);
       const int step = kIn > 1 ? Packed::Layout::weight_position(o, 1) - first : 1;
       for (int i = 0; i < kIn; ++i) packed.weights[first + i * step] = layer.weight(o, i);
