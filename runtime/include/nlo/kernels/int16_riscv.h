@@ -64,6 +64,16 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 template <Activation kKind>
 inline constexpr bool kActivatesRows = kKind == Activation::kTanh || kKind == Activation::kRelu;
 
+// A strip of t0 results in v0 goes to `out`, and on to the next one.
+#define NLO_STORE_STRIP        \
+  "vse16.v v0, (%[out])\n"     \
+  "sub %[rows], %[rows], t0\n" \
+  "slli t0, t0, 1\n"           \
+  "add %[out], %[out], t0\n"   \
+  "slli t0, t0, 1\n"           \
+  "add %[sums], %[sums], t0\n" \
+  "bnez %[rows], 1b\n"
+
 /// out = activated<kKind, kShift>() of kN sums. `table`: of tanh, its middle.
 template <Activation kKind, int kShift, int kN>
 NLO_INLINE void activate_rows(const std::int32_t* sums, std::int16_t* out, [[maybe_unused]] const std::int16_t* table) {
@@ -77,14 +87,7 @@ NLO_INLINE void activate_rows(const std::int32_t* sums, std::int16_t* out, [[may
         "vsra.vx v8, v8, %[shift]\n"
         "vmin.vx v8, v8, %[most]\n"
         "vsetvli zero, t0, e16, m4, ta, ma\n"
-        "vnsrl.wi v0, v8, 0\n"
-        "vse16.v v0, (%[out])\n"
-        "sub %[rows], %[rows], t0\n"
-        "slli t0, t0, 1\n"
-        "add %[out], %[out], t0\n"
-        "slli t0, t0, 1\n"
-        "add %[sums], %[sums], t0\n"
-        "bnez %[rows], 1b\n"
+        "vnsrl.wi v0, v8, 0\n" NLO_STORE_STRIP
         : [sums] "+r"(sums), [out] "+r"(out), [rows] "+r"(rows)
         : [shift] "r"(kShift), [most] "r"(32767)
         : "t0", NLO_RISCV_CLOBBERS);
@@ -108,20 +111,14 @@ NLO_INLINE void activate_rows(const std::int32_t* sums, std::int16_t* out, [[may
         "vmul.vv v16, v16, v8\n"
         "vsetvli zero, t0, e16, m4, ta, ma\n"
         "vnsra.wi v4, v16, 11\n"
-        "vadd.vv v0, v0, v4\n"
-        "vse16.v v0, (%[out])\n"
-        "sub %[rows], %[rows], t0\n"
-        "slli t0, t0, 1\n"
-        "add %[out], %[out], t0\n"
-        "slli t0, t0, 1\n"
-        "add %[sums], %[sums], t0\n"
-        "bnez %[rows], 1b\n"
+        "vadd.vv v0, v0, v4\n" NLO_STORE_STRIP
         : [sums] "+r"(sums), [out] "+r"(out), [rows] "+r"(rows)
         : [shift] "r"(kShift), [least] "r"(-(1 << 19)), [most] "r"((1 << 19) - 1), [middle] "r"(256),
           [fraction] "r"(2047), [table] "r"(table - 256), [next] "r"(table - 255)
         : "t0", NLO_RISCV_CLOBBERS);
   }
 }
+#undef NLO_STORE_STRIP
 
 #else
 
