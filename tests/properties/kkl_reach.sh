@@ -7,6 +7,7 @@
 set -eu
 compiler=$1 source=$2 work=$4
 mkdir -p "$work"
+cd "$source" # paths below are relative: the folder of a checkout may be called nlo, or have spaces in its name
 others='batch|acting_inputs|lane_sum|gate|error_head|jvp|tangent|saturation|sensor_failures|weight|int16|quantised|monitor|delay_line|dispatch|cortex|explicit_rk|exponential_rk'
 
 # reach FLAGS MORE_HEADERS...: how many headers and lines, and what is too much of them
@@ -17,8 +18,8 @@ reach() {
     echo 'int main() { nlo::tiny::Observer o{nlo::tiny::kModel}; return o.step(1.0F) == nlo::StepStatus::kOk && o.estimate()[0] > 0; }'
   } >"$work/flies.cpp"
   # shellcheck disable=SC2086
-  "$compiler" -std=c++20 $flags -I"$source/runtime/include" -I"$source/tests/golden" -MM "$work/flies.cpp" |
-    tr ' \\' '\n\n' | grep '/nlo/' >"$work/reached.txt"
+  "$compiler" -std=c++20 $flags -Iruntime/include -Itests/golden -MM "$work/flies.cpp" |
+    tr ' \\' '\n\n' | grep '^runtime/include/nlo/' >"$work/reached.txt"
   headers=$(grep -c '\.h$' "$work/reached.txt") texts=$(grep -c '\.inc$' "$work/reached.txt")
   lines=$(xargs cat <"$work/reached.txt" | wc -l)
   strangers=$(grep -E "/[a-z_]*($others)[a-z_0-9]*\.(h|inc)$" "$work/reached.txt" || true)

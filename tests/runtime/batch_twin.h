@@ -20,7 +20,7 @@ namespace nlo::testing {
 /// Statuses, of plants and of their channels, and the domain must be theirs at every sample. `reading(sample, plant,
 /// channel)` is what a plant's channel says, outputs before inputs.
 template <int kPlants, class Batch, class Observer, class Reading>
-float off_observers(Batch batch, const Observer& fresh, Reading reading) {
+float off_observers(Batch&& batch, const Observer& fresh, Reading reading) {
   constexpr int kNy = Observer::kNy, kNu = Observer::kNu, kNx = Observer::kNx;
   float worst_off = 0.0F;
   const auto compare = [&worst_off](float got, float want) {

@@ -266,7 +266,7 @@ TEST(ChannelStatus, OfAPlantOfABatchIsThatOfItsObserver) {
     const auto kind = k % 3 == 0 ? 9 : random() % 10;
     return kind < 3 ? kNan : kind == 3 ? 40.0F : testing::uniform<float>(random, -9.0, 9.0);
   };
-  const auto check = [&](auto batch, auto observer) {
+  const auto check = [&](auto&& batch, auto observer) {
     EXPECT_LE(testing::off_observers<kPlants>(batch, observer, reading), 1e-5F);
   };
   check(KklBatch<Kkl, kPlants>(kSilent<Kkl>), KklObserver<Kkl>(kSilent<Kkl>));

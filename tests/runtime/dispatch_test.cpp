@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A program for any x86-64 that asks the CPU computes what one compiled for that CPU does, bit for bit: networks, their
-// batches with the recurrence of z, their forward-mode products, errors' deviations and gated units.
+// A program with NLO_CPU_DISPATCH computes, at each level, the bits of code that is compiled for that instruction set:
+// networks, batches with the recurrence of z, forward-mode products, error heads and gated units. Every level that this
+// CPU can execute is chosen by the test, not found.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,102 +21,62 @@ bool same(const Values& a, const Values& b) {
   return std::memcmp(&a, &b, sizeof(Values)) == 0;
 }
 
-TEST(Dispatch, GivesTheBitsOfTheCpusInstructionSet) {
-  const Bits ours = testing::run_networks();
-  const bool avx512 = x86::has_avx512(x86::level());
-  const Bits native = avx512 ? instruction_set::bits_of_avx512() : instruction_set::bits_of_avx2();
-  EXPECT_TRUE(same(ours.estimate, native.estimate));
-  EXPECT_TRUE(same(ours.jvp, native.jvp));
-  EXPECT_TRUE(same(ours.silu_jvp, native.silu_jvp));
-  EXPECT_TRUE(same(ours.batch, native.batch));
-  EXPECT_TRUE(same(ours.log2_sigma, native.log2_sigma));
-  EXPECT_TRUE(same(ours.gated, native.gated));
-  EXPECT_TRUE(same(ours.latent, native.latent));
-}
-
-/// By the code for AVX2, whatever more the CPU has.
-Bits run_avx2() {
-  constexpr auto& kMlp = testing::InstructionSetModel<Activation::kTanh>::kModel.inverse_map.mlp;
-  constexpr auto& kSilu = testing::InstructionSetModel<Activation::kSilu>::kModel.inverse_map.mlp;
-  using Mlp = std::remove_cvref_t<decltype(kMlp)>;
-  constexpr int kBlock = kernels::kBatchBlock<float, 32>;
-  Bits bits{};
-  LayerBuffer<float, Mlp::kWidest * kBlock> ping, pong;
-  JvpBuffer<float, Mlp::kWidest> jvp_here, jvp_there;
-  testing::for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
-    x86::evaluate_avx2<Activation::kTanh, Arithmetic::kFast>(kMlp, in, bits.estimate[round], ping.values, pong.values);
-    x86::jvp_avx2<Activation::kTanh>(kMlp, in, direction, bits.jvp[round], jvp_here, jvp_there);
-    x86::jvp_avx2<Activation::kSilu>(kSilu, in, direction, bits.silu_jvp[round], jvp_here, jvp_there);
-  });
-  for (int first = 0; first < instruction_set::kPlants; first += kBlock) {
-    float in[3 * kBlock] = {}, out[2 * kBlock];
-    for (int n = 0; n < kBlock; ++n)
-      for (int r = 0; r < 3; ++r)
-        in[r * kBlock + n] = 0.05F * static_cast<float>(first + n + 1) - static_cast<float>(r);
-    x86::evaluate_batch_avx2<Activation::kTanh, Arithmetic::kFast, kBlock>(kMlp, in, out, ping.values, pong.values);
-    for (int n = 0; n < kBlock && first + n < instruction_set::kPlants; ++n)
-      for (int i = 0; i < 2; ++i) bits.batch[i][first + n] = out[i * kBlock + n];
-  }
-  constexpr auto& kModel = testing::InstructionSetModel<Activation::kTanh>::kModel;
-  float kept[1][instruction_set::kWholeBlocks] = {}, y[1][instruction_set::kWholeBlocks];
-  for (int n = 0; n < instruction_set::kWholeBlocks; ++n) {
-    const auto state = testing::begun(KklObserver{kModel}.save(), n);
-    for (int r = 0; r < 3; ++r) bits.latent[r][n] = state.z[r];
-  }
-  for (int round = 0; round < instruction_set::kRounds; ++round) {
-    for (int n = 0; n < instruction_set::kWholeBlocks; ++n) y[0][n] = testing::measured(round, n);
-    for (int first = 0; first < instruction_set::kWholeBlocks; first += kBlock)
-      EXPECT_TRUE((x86::kkl_plants_avx2<Arithmetic::kFast, kBlock>(kModel, Vector<const float*, 1>{{y[0]}}, first,
-                                                                   bits.latent, kept)));
-  }
+/// Runs the networks by the code of one level, whatever the CPU would be given.
+Bits bits_of_level(x86::Level level) {
+  const int before = x86::level_in_use;
+  x86::level_in_use = static_cast<int>(level);
+  const Bits bits = testing::run_networks();
+  x86::level_in_use = before;
   return bits;
 }
 
-TEST(Dispatch, GivesTheBitsOfAvx2WhereThatIsAll) {
-  const Bits ours = run_avx2(), native = instruction_set::bits_of_avx2();
-  EXPECT_TRUE(same(ours.estimate, native.estimate));
-  EXPECT_TRUE(same(ours.jvp, native.jvp));
-  EXPECT_TRUE(same(ours.silu_jvp, native.silu_jvp));
-  EXPECT_TRUE(same(ours.batch, native.batch));
-  EXPECT_TRUE(same(ours.latent, native.latent));
+void expect_same(const Bits& ours, const Bits& compiled) {
+  EXPECT_TRUE(same(ours.estimate, compiled.estimate));
+  EXPECT_TRUE(same(ours.jvp, compiled.jvp));
+  EXPECT_TRUE(same(ours.silu_jvp, compiled.silu_jvp));
+  EXPECT_TRUE(same(ours.batch, compiled.batch));
+  EXPECT_TRUE(same(ours.log2_sigma, compiled.log2_sigma));
+  EXPECT_TRUE(same(ours.gated, compiled.gated));
+  EXPECT_TRUE(same(ours.latent, compiled.latent));
 }
 
-/// Estimates and products, by the code for CPUs of one load of 64 bytes a cycle and for the others.
-template <Activation kKind>
-void run_one_and_two_loads(Bits& one, Bits& two) {
-  constexpr auto& kMlp = testing::InstructionSetModel<kKind>::kModel.inverse_map.mlp;
-  using Mlp = std::remove_cvref_t<decltype(kMlp)>;
-  LayerBuffer<float, Mlp::kWidest> ping, pong;
-  JvpBuffer<float, Mlp::kWidest> jvp_here, jvp_there;
-  testing::for_each_round([&](int round, const float(&in)[3], const float(&direction)[3]) {
-    x86::evaluate_one_load<kKind, Arithmetic::kFast>(kMlp, in, one.estimate[round], ping.values, pong.values);
-    x86::evaluate_avx512<kKind, Arithmetic::kFast>(kMlp, in, two.estimate[round], ping.values, pong.values);
-    x86::jvp_one_load<kKind>(kMlp, in, direction, one.jvp[round], jvp_here, jvp_there);
-    x86::jvp_avx512<kKind>(kMlp, in, direction, two.jvp[round], jvp_here, jvp_there);
-  });
+TEST(Dispatch, GivesTheBitsOfCodeCompiledForAnyX86) {
+  expect_same(bits_of_level(x86::Level::kBaseline), instruction_set::bits_of_baseline());
 }
 
-TEST(Dispatch, GivesTheSameSumsHoweverManyWideLoadsTheCpuHas) {
-  if (!x86::has_avx512(x86::level())) GTEST_SKIP() << "no registers of 64 bytes";
-  Bits one{}, two{};
-  run_one_and_two_loads<Activation::kRelu>(one, two);
-  EXPECT_TRUE(same(one.estimate, two.estimate));
-  EXPECT_TRUE(same(one.jvp, two.jvp));
-  run_one_and_two_loads<Activation::kTanh>(one, two);  // whose tanh is awaited or not, by the CPU
-  for (int round = 0; round < instruction_set::kRounds; ++round)
-    for (int i = 0; i < 2; ++i) {
-      EXPECT_NEAR(one.estimate[round][i], two.estimate[round][i], 1e-6F);
-      EXPECT_NEAR(one.jvp[round][i], two.jvp[round][i], 1e-6F);
-    }
+TEST(Dispatch, GivesTheBitsOfCodeCompiledForAvx2) {
+  expect_same(bits_of_level(x86::Level::kAvx2), instruction_set::bits_of_avx2());
 }
 
-TEST(Dispatch, TheBitsTellInstructionSetsApart) {  // the control of the tests above
-  if (!x86::has_avx512(x86::level())) GTEST_SKIP() << "one instruction set alone";
-  const Bits avx2 = instruction_set::bits_of_avx2(), avx512 = instruction_set::bits_of_avx512();
-  EXPECT_FALSE(same(avx2.estimate, avx512.estimate));
-  EXPECT_FALSE(same(avx2.jvp, avx512.jvp));
-  EXPECT_FALSE(same(avx2.log2_sigma, avx512.log2_sigma));
-  EXPECT_FALSE(same(avx2.gated, avx512.gated));
+TEST(Dispatch, GivesTheBitsOfCodeCompiledForAvx512) {
+  if (!x86::has_avx512(x86::ask_cpu())) GTEST_SKIP() << "this CPU has no AVX-512";
+  expect_same(bits_of_level(x86::Level::kAvx512), instruction_set::bits_of_avx512());
+  expect_same(bits_of_level(x86::Level::kAvx512), instruction_set::bits_of_avx512_one_load());
+}
+
+TEST(Dispatch, GivesTheBitsOfCodeCompiledForAvx512WhereTheCpuHasOneWideLoad) {
+  if (!x86::has_avx512(x86::ask_cpu())) GTEST_SKIP() << "this CPU has no AVX-512";
+  expect_same(bits_of_level(x86::Level::kAvx512OneLoad), instruction_set::bits_of_avx512());
+  expect_same(bits_of_level(x86::Level::kAvx512OneLoad), instruction_set::bits_of_avx512_one_load());
+}
+
+TEST(Dispatch, ChoosesTheLevelThatTheCpuHas) {
+  (void)testing::run_networks();
+  EXPECT_EQ(x86::level_in_use, static_cast<int>(x86::ask_cpu()));
+  EXPECT_NE(x86::ask_cpu(), x86::Level::kUnknown);
+}
+
+void expect_different(const Bits& one, const Bits& other) {
+  EXPECT_FALSE(same(one.estimate, other.estimate));
+  EXPECT_FALSE(same(one.jvp, other.jvp));
+  EXPECT_FALSE(same(one.log2_sigma, other.log2_sigma));
+  EXPECT_FALSE(same(one.gated, other.gated));
+}
+
+TEST(Dispatch, ControlTheBitsTellInstructionSetsApart) {  // otherwise equal bits above would say nothing
+  expect_different(instruction_set::bits_of_baseline(), instruction_set::bits_of_avx2());
+  if (x86::has_avx512(x86::ask_cpu()))
+    expect_different(instruction_set::bits_of_avx2(), instruction_set::bits_of_avx512());
 }
 
 TEST(Dispatch, ControlOneObserverHasOtherBitsThanTheBatch) {  // its z is stepped by what the compiler was told of

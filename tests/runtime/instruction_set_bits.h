@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What networks of one instruction set compute, to compare bit for bit. Plain numbers: files that include this are
-// compiled for different CPUs, and share no inline function.
+// The results of networks of one instruction set, to compare bit for bit. Plain numbers, because files that include this
+// are compiled for different CPUs and must not share an inline function.
 #pragma once
 
 namespace instruction_set {
@@ -14,8 +14,10 @@ struct Bits {
   float latent[3][kWholeBlocks];  ///< kRounds samples on
 };
 
-/// Of the compiler's own instruction set, told of AVX2 with FMA or of AVX-512.
-Bits bits_of_avx2();
+/// Computed by code that the compiler made for one instruction set.
+Bits bits_of_baseline();  ///< any x86-64: SSE2
+Bits bits_of_avx2();      ///< AVX2 with FMA
 Bits bits_of_avx512();
+Bits bits_of_avx512_one_load();  ///< AVX-512, tuned for CPUs that load 64 bytes once a cycle
 
 }  // namespace instruction_set

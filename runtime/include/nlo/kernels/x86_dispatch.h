@@ -43,7 +43,7 @@ using namespace nlo::simd::types;
 #undef NLO_CODE
 }  // namespace avx512
 
-// The same sums; what differs is how an input comes into all lanes, and how many vectors of tanh are waited for.
+// The same bits as avx512. Only the instructions that broadcast an input to all lanes differ.
 namespace avx512_one_load {
 using namespace nlo::simd::types;
 #define NLO_CODE NLO_CODE_AVX512
@@ -74,14 +74,16 @@ constexpr bool has_avx512(Level level) {
   return level == Level::kAvx512 || level == Level::kAvx512OneLoad;
 }
 
-/// Asked for once; threads that ask at the same time find the same.
+/// The level in use: kUnknown until the first evaluation asks the CPU. Tests store each level that the CPU can execute.
+inline constinit int level_in_use = static_cast<int>(Level::kUnknown);
+
+/// Returns the level in use. Asks the CPU once; threads that ask at the same time store the same answer.
 inline Level level() {
-  static constinit int found = static_cast<int>(Level::kUnknown);
-  const int known = __atomic_load_n(&found, __ATOMIC_RELAXED);
+  const int known = __atomic_load_n(&level_in_use, __ATOMIC_RELAXED);
   if (known != static_cast<int>(Level::kUnknown)) [[likely]]
     return static_cast<Level>(known);
   const Level level = ask_cpu();
-  __atomic_store_n(&found, static_cast<int>(level), __ATOMIC_RELAXED);
+  __atomic_store_n(&level_in_use, static_cast<int>(level), __ATOMIC_RELAXED);
   return level;
 }
 
