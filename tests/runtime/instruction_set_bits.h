@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The results of networks of one instruction set, to compare bit for bit. Plain numbers, because files that include this
+// Results of networks of one instruction set, to compare bit for bit. Plain numbers, because files that include this
 // are compiled for different CPUs and must not share an inline function.
 #pragma once
 
