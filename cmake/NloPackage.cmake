@@ -28,7 +28,6 @@ if(NOT NLO_RUNTIME_ONLY)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libnlo-dev (= ${PROJECT_VERSION}), gnuplot-nox | gnuplot") # nlo report
-  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "libmatio11, libsqlite3-0") # loaded where such logs are read
   set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "trains learned state observers for control loops
 Trains a neural Luenberger observer from a model of the plant or from logs,
 compares it with Kalman filters, and exports it as a C++20 header, C99, an

@@ -17,7 +17,6 @@
 #include "trainer/data/training_logs.h"
 #include "trainer/data/units.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/recordings/recording.h"
 
 namespace nlo::trainer {
 namespace {
@@ -31,20 +30,8 @@ ColumnConfig column_of(const codegen::Channel& channel, ColumnRole role) {
   return column;
 }
 
-/// Those that `log` lists and a recording has.
-std::vector<std::string> headings_of_recording(const std::string& path, const LogConfig& log) {
-  std::vector<std::string> headings;
-  for (const ColumnConfig& column : log.columns) try {
-      read_recording(path, {"", {{column.column}}});
-      headings.push_back(column.column);
-    } catch (const codegen::Error&) {  // not there
-    }
-  return headings;
-}
-
-/// The headings of a log; none where its beginning is not a table, of which the reader of logs will say more.
+/// The headings of a log. Empty if the file does not begin with a table; the log reader reports that error.
 std::vector<std::string> headings_of(const std::string& path, const LogConfig& log) {
-  if (is_recording(path)) return headings_of_recording(path, log);
   constexpr std::size_t kBeginning = 1 << 16;
   std::ifstream file(path, std::ios::binary);
   std::string text(kBeginning, '\0');

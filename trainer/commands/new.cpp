@@ -44,15 +44,12 @@ std::string name_of(const std::string& output) {
   return codegen::is_identifier(name) ? name : "my_experiment";
 }
 
-/// A folder is all logs in it; that of a bag has a description of its files.
+/// A folder stands for all logs in it.
 std::vector<std::string> log_patterns(const std::vector<std::string>& files) {
   std::vector<std::string> patterns;
   std::error_code ignored;
   for (const std::string& file : files)
-    patterns.push_back(
-        fs::is_directory(file, ignored)
-            ? (fs::path(file) / (fs::exists(fs::path(file) / "metadata.yaml") ? "*.db3" : "*.csv")).string()
-            : file);
+    patterns.push_back(fs::is_directory(file, ignored) ? (fs::path(file) / "*.csv").string() : file);
   return patterns;
 }
 
@@ -175,7 +172,7 @@ void add_new(CLI::App& app, Action& action) {
   options.value("KIND", arguments->kind, "plant: a template of equations; log: from what stands in the FILES")
       ->required()
       ->check(CLI::IsMember({"plant", "log"}));
-  options.value("FILES", arguments->files, "log: CSV, MAT-files or bags of one rig, or their folder");
+  options.value("FILES", arguments->files, "log: CSV files of one rig, or their folder");
   options.value("-o,--output", arguments->output, "file to write (plant.toml, log.toml); - for stdout");
   options.list("--outputs", arguments->hints.outputs, "log: columns that sensors give in flight", "COLUMN,...");
   options.list("--inputs", arguments->hints.inputs, "log: columns that a controller commands or knows in flight",

@@ -8,7 +8,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -106,20 +105,28 @@ void refuse_utf16(std::string_view text, const std::string& file) {
                   file, file));
 }
 
+/// MAT-files and bags of ROS are not text: the Python package converts them.
+void refuse_recording(std::string_view text, const std::string& file) {
+  using namespace std::string_view_literals;
+  constexpr const char* kConvert = "python3 -m nlo.convert writes it as CSV";
+  constexpr const char* kConvertTwice = "ros2 bag convert writes it as SQLite, and python3 -m nlo.convert this as CSV";
+  struct Kind {
+    std::string_view first_bytes;
+    const char *name, *fix;
+  };
+  constexpr Kind kKinds[] = {{"MATLAB 5.0 MAT-file", "a MAT-file", kConvert},
+                             {"MATLAB 7.3 MAT-file", "a MAT-file", kConvert},
+                             {"SQLite format 3\0"sv, "an SQLite file, a bag of ROS 2?", kConvert},
+                             {"\x89MCAP0\r\n", "an MCAP file", kConvertTwice}};
+  for (const Kind& kind : kKinds)
+    if (text.starts_with(kind.first_bytes))
+      throw Error(fmt::format("{}: is {}: {} (bindings/python/README.md)", file, kind.name, kind.fix));
+}
+
 }  // namespace
 
 CsvTable CsvTable::read(const std::string& path, const CsvFormat& format) {
   return parse(codegen::read_file(path), path, format);
-}
-
-CsvTable CsvTable::of_numbers(std::string file, std::vector<std::string> headings, Eigen::MatrixXd numbers) {
-  CsvTable table;
-  table.file_ = std::move(file);
-  table.headings_ = std::move(headings);
-  table.lines_.resize(static_cast<std::size_t>(numbers.rows()));
-  std::iota(table.lines_.begin(), table.lines_.end(), 1);
-  table.numbers_ = std::move(numbers);
-  return table;
 }
 
 CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& format) {
@@ -128,6 +135,7 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
   table.format_ = format;
   table.text_ = std::make_shared<const std::string>(std::move(text));
   refuse_utf16(*table.text_, table.file_);
+  refuse_recording(*table.text_, table.file_);
 
   CsvRecords records(*table.text_, table.file_, format.separator);
   if (records.rest_is_blank())
@@ -191,7 +199,6 @@ Eigen::Index CsvTable::place_of(std::string_view heading) const {
 
 Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const {
   const Eigen::Index offset = place_of(heading);
-  if (numbers_.size() > 0) return read_numbers(offset, missing);
   const auto stride = static_cast<Eigen::Index>(headings_.size());
   Eigen::VectorXd values(rows());
   for (Eigen::Index row = 0; row < rows(); ++row) {
@@ -207,20 +214,6 @@ Eigen::VectorXd CsvTable::read_column(std::string_view heading, std::vector<Eige
     throw Error(fmt::format(
         "{}:{}:{}: \"{}\" {}: {}", file_, line(row), shown(heading), shown(cell), *wrong,
         comma ? "if a comma separates decimals, set decimal = \",\" in [log]" : "correct the row or delete it"));
-  }
-  return values;
-}
-
-Eigen::VectorXd CsvTable::read_numbers(Eigen::Index column, std::vector<Eigen::Index>* missing) const {
-  const Eigen::VectorXd values = numbers_.col(column);
-  for (Eigen::Index row = 0; row < values.size(); ++row) {
-    if (std::isfinite(values[row])) continue;
-    const bool nothing = std::isnan(values[row]);
-    if (!nothing || missing == nullptr)
-      throw Error(fmt::format("{}:{}:{}: row {} {}: correct or leave out what it was recorded from", file_, line(row),
-                              shown(headings_[static_cast<std::size_t>(column)]), line(row),
-                              nothing ? "has no value" : "is not finite"));
-    missing->push_back(row);
   }
   return values;
 }

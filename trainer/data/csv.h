@@ -21,13 +21,10 @@ struct CsvFormat {
 class CsvTable {
  public:
   /// Splits `text` into cells. `file` is the name that errors show. Throws codegen::Error on an empty file, UTF-16, a
-  /// file without data rows, a ragged row, an unclosed quote, a row of numbers where the header is expected, or a
-  /// heading that occurs twice.
+  /// MAT-file or a bag of ROS, a file without data rows, a ragged row, an unclosed quote, a row of numbers where the
+  /// header is expected, or a heading that occurs twice.
   static CsvTable parse(std::string text, std::string file, const CsvFormat& format = {});
   static CsvTable read(const std::string& path, const CsvFormat& format = {});
-
-  /// What a recording of another kind holds (rows x headings; NaN: nothing). Its lines are its rows, from 1.
-  static CsvTable of_numbers(std::string file, std::vector<std::string> headings, Eigen::MatrixXd numbers);
 
   const std::string& file() const { return file_; }
   const std::vector<std::string>& headings() const { return headings_; }
@@ -43,7 +40,7 @@ class CsvTable {
   /// The same, but cells that are empty, NaN or NA are let pass: NaN, and their rows, increasing, in `missing`.
   Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing) const;
 
-  /// The same cells as they stand in the file; none of a recording.
+  /// The same cells as they stand in the file.
   std::vector<std::string_view> cells(std::string_view heading) const;
 
  private:
@@ -52,7 +49,6 @@ class CsvTable {
   Eigen::Index place_of(std::string_view heading) const;
 
   Eigen::VectorXd read_column(std::string_view heading, std::vector<Eigen::Index>* missing) const;
-  Eigen::VectorXd read_numbers(Eigen::Index column, std::vector<Eigen::Index>* missing) const;
 
   std::string file_;
   CsvFormat format_;
@@ -60,7 +56,6 @@ class CsvTable {
   std::vector<std::string> headings_;
   int header_line_ = 1;
   std::vector<std::string_view> cells_;  ///< rows x headings, row by row, unquoted
-  Eigen::MatrixXd numbers_;              ///< in their place, of a recording
   std::vector<int> lines_;
 };
 

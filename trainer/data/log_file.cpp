@@ -10,7 +10,6 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/csv.h"
-#include "trainer/recordings/recording.h"
 
 namespace nlo::trainer {
 namespace {
@@ -34,23 +33,6 @@ void read_time(const CsvTable& table, const LogSchema& schema, double sample_per
   log.time_s = (stamps.array() - stamps[0]) * schema.time_unit_s;
   log.start_s = stamps[0] * schema.time_unit_s;
   log.resolution_s = stamp_resolution(stamps) * schema.time_unit_s;
-}
-
-/// A CSV as it is; of a recording the columns that `schema` lists. A truth on a topic of its own is interpolated to the
-/// rows' time, what flight measures is not.
-CsvTable read_table(const std::string& path, const LogSchema& schema) {
-  if (!is_recording(path)) return CsvTable::read(path, schema.format);
-  WantedColumns wanted{schema.time_heading, {}};
-  for (const std::string& heading : listed_headings(schema)) {
-    const auto is = [&](const LogColumn& column) { return column.heading == heading; };
-    const bool flies = std::ranges::any_of(schema.outputs, is) || std::ranges::any_of(schema.inputs, is);
-    const auto state = std::ranges::find_if(schema.states, is);
-    const double wrap =
-        state == schema.states.end() ? 0.0 : state->wrap / std::abs(state->scale);  // in the file's unit
-    wanted.columns.push_back({heading, !flies && state != schema.states.end(), wrap});
-  }
-  Recording recording = read_recording(path, wanted);
-  return CsvTable::of_numbers(path, std::move(recording.headings), std::move(recording.numbers));
 }
 
 /// Fills empty cells as LogFile::columns says. `rows` increase and are not all rows.
@@ -109,7 +91,7 @@ VectorXd LogFile::values(const LogColumn& column) const {
 }
 
 LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s) {
-  const CsvTable table = read_table(path, schema);
+  const CsvTable table = CsvTable::read(path, schema.format);
   LogFile log;
   log.path = path;
   log.name = std::filesystem::path(path).filename().string();

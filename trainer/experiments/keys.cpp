@@ -161,7 +161,7 @@ const std::vector<Key<LogConfig>>& keys() {
       only_when_given(key("decimal", &L::decimal, one_of({".", ","}), "what separates the decimals of a number")),
       key("max_gap_s", &L::max_gap_s, at_least(0),
           "a longer step splits a log into separate runs [s]; 0: 10 nominal periods"),
-      key("train_files", &L::train_files, any(), "files or globs (*, ?) under --data DIR: CSV, MAT-files, bags (.db3)"),
+      key("train_files", &L::train_files, any(), "files or globs (*, ?) of CSV files under --data DIR"),
       key("validation_files", &L::validation_files, any(), "the same, for the errors shown while training"),
       key("test_files", &L::test_files, any(), "the same, for the report; never seen by training"),
   };

@@ -15,7 +15,6 @@
 #include "trainer/guess/csv_format.h"
 #include "trainer/guess/heading.h"
 #include "trainer/guess/split_files.h"
-#include "trainer/recordings/recording.h"
 
 namespace nlo::trainer {
 namespace {
@@ -265,12 +264,6 @@ GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hint
   log.test = split.test;
   std::vector<CsvTable> tables;
   for (const std::string& file : split.all) {
-    if (is_recording(file)) {
-      Recording recording = read_recording(file, {});
-      tables.push_back(CsvTable::of_numbers(file, std::move(recording.headings), std::move(recording.numbers)));
-      log.rows += tables.back().rows();
-      continue;
-    }
     std::string text = codegen::read_file(file);
     const CsvFormat format = guess_csv_format(text);
     if (tables.empty()) log.format = format;

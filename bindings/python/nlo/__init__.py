@@ -12,10 +12,12 @@ Observers run in libnlo-model, trainings in the program `nlo`: the same code as 
 """
 from nlo._arrays import Channel
 from nlo._library import Error, Status, __version__
+from nlo.bag import read_bag
+from nlo.mat import read_mat
 from nlo.model import Model, Run
 from nlo.observer import Observer
 from nlo.program import Evaluation, Export, Training, evaluate, export, train
 from nlo.validate import Validation, validate
 
 __all__ = ["Channel", "Error", "Evaluation", "Export", "Model", "Observer", "Run", "Status", "Training", "Validation",
-           "__version__", "evaluate", "export", "train", "validate"]
+           "__version__", "evaluate", "export", "read_bag", "read_mat", "train", "validate"]

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import csv
+import difflib
 import json
 import math
 import pathlib
-from typing import Any, Iterator, Mapping
+from typing import Any, Iterable, Iterator, Mapping
 
 import numpy as np
 
 from nlo._library import Error
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """"; did you mean \"angle\"?" for the error of an unknown name; empty if no known name is similar."""
+    found = difflib.get_close_matches(name, list(known), 1)
+    return f"; did you mean \"{found[0]}\"?" if found else ""
 
 
 def _is_table(data: Any) -> bool:
