@@ -1,5 +1,5 @@
-# What a user gets from `cmake --install`: the runtime's headers, the program with its man page and completion, the
-# experiments to start from, find_package(nlo) and pkg-config. The trainer's libraries stay inside: their interface is
+# What a user gets from `cmake --install`: the runtime's headers, the program, the experiments to start from,
+# find_package(nlo) and pkg-config. The trainer's libraries stay inside: their interface is
 # the program. Components: runtime, program, and those of bindings, model and
 # python. NloPackage.cmake makes a package of each.
 include(GNUInstallDirs)
@@ -20,13 +20,6 @@ if(NOT NLO_RUNTIME_ONLY)
   install(TARGETS nlo-reproduce DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program OPTIONAL) # built when it is wanted
   install(DIRECTORY trainer/experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/nlo COMPONENT program
     FILES_MATCHING PATTERN "*.toml")
-  install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.bash
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME nlo COMPONENT program)
-  install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.zsh
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _nlo COMPONENT program)
-  install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
-  install(FILES ${PROJECT_BINARY_DIR}/trainer/nlo-reproduce.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program
-    OPTIONAL)
   install(FILES codegen/cmake/NloAddModel.cmake DESTINATION ${package_dir} COMPONENT program)
 endif()
 

@@ -84,4 +84,4 @@ build_packages=(g++ cmake ninja libeigen3-dev libtoml11-dev libcli11-dev libfmt-
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev clang++ libclang-rt-dev clang-format clang-tidy
   gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib qemu-system-arm g++-aarch64-linux-gnu g++-riscv64-linux-gnu qemu-user
   gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr valgrind python3 python3-numpy python3-scipy python3-venv
-  parallel zsh dpkg-dev file pkg-config frama-c-base cppcheck gappa libxml2-utils unzip llvm-14 llvm-19)
+  parallel dpkg-dev file help2man pkg-config frama-c-base cppcheck gappa libxml2-utils unzip llvm-14 llvm-19)

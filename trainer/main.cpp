@@ -30,11 +30,8 @@ int main(int argc, char** argv) {
         nlo::trainer::add_export(app, action);
         nlo::trainer::add_replay(app, action);
         nlo::trainer::add_report(app, action);
-        nlo::trainer::add_dossier(app, action);
         nlo::trainer::add_reproduce(app, argc, argv);
         nlo::trainer::add_simulate(app, action);
         nlo::trainer::add_sweep(app, action);
-        nlo::trainer::add_completion(app, action);
-        nlo::trainer::add_man(app, action);
       });
 }

@@ -10,7 +10,6 @@
 
 #include "codegen/base/child.h"
 #include "codegen/base/error.h"
-#include "codegen/base/sha256.h"
 #include "codegen/base/zip.h"
 #include "tests/codegen/example_models.h"
 #include "tests/support/scratch_directory.h"
@@ -63,17 +62,6 @@ TEST(Child, SaysWhyItFailed) {
   EXPECT_EQ(scratch.read("out"), "words\n");
   EXPECT_EQ(end_of_child({"true"}, scratch.path(), kLong).exit_code, 0);
   EXPECT_EQ(end_of_child({"no-such-program"}, scratch.path(), kLong).exit_code, -1);
-}
-
-TEST(Sha256, IsThatOfFips180AndOfEveryLengthOfTheLastBlock) {
-  EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
-            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
-  EXPECT_EQ(sha256(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
-  std::string all;  // over the hashes of all lengths about one block and two
-  for (std::size_t length = 0; length <= 130; ++length) all += sha256(std::string(length, 'x'));
-  EXPECT_EQ(sha256(all), "87aca1c44bc7ba8897768170211f0a02063de70801131ff86c7edb9ce32c6a50");
 }
 
 TEST(Fmu, TokenChangesWithTheModel) {

@@ -6,7 +6,7 @@
 #   --portable          the target `package`, which builds the program apart, for any processor
 set -eu
 source=$1 build=$2 work=$3 portable=${4:-}
-for program in dpkg dpkg-deb dpkg-shlibdeps file pkg-config; do
+for program in dpkg dpkg-deb dpkg-shlibdeps file pkg-config help2man; do
   command -v $program >/dev/null || { echo "skipped: there is no $program"; exit 77; }
 done
 rm -rf "$work"
@@ -73,11 +73,11 @@ for package in nlo libnlo-dev libnlo-model python3-nlo; do
   gzip -dc "$root/usr/share/doc/$package/CHANGELOG.md.gz" | cmp - "$source/CHANGELOG.md"
   same "the changelog of $package" "nlo $version" "$(gzip -dc "$root/usr/share/doc/$package/changelog.gz" | dpkg-parsechangelog -l- | awk '/^(Source|Version):/ { printf "%s%s", n++ ? " " : "", $2 }')"
 done
-gzip -dc "$root/usr/share/man/man1/nlo.1.gz" | grep -q '^\.TH NLO 1' || fail 'nlo.1 is not a manual page'
-gzip -dc "$root/usr/share/man/man1/nlo-reproduce.1.gz" | grep -q '^\.TH NLO.-REPRODUCE 1' || fail 'nlo-reproduce.1 is not a manual page'
-for file in share/bash-completion/completions/nlo share/zsh/site-functions/_nlo share/nlo/experiments/van_der_pol.toml; do
-  [ -s "$root/usr/$file" ] || fail "$file is not installed"
+for name in nlo nlo-reproduce; do
+  gzip -dc "$root/usr/share/man/man1/$name.1.gz" | grep -q '^\.TH ' || fail "$name.1 is not a manual page"
 done
+gzip -dc "$root/usr/share/man/man1/nlo.1.gz" | grep -q '^evaluate' || fail 'nlo.1 does not have the commands'
+[ -s "$root/usr/share/nlo/experiments/van_der_pol.toml" ] || fail 'the experiments are not installed'
 same 'names of the source tree' '' "$(grep -rlF "$source" "$root/usr" || true)"
 for name in nlo nlo-reproduce; do
   same "symbols of $name" 'no symbols' "$(nm "$root/usr/bin/$name" 2>&1 | grep -o 'no symbols')"

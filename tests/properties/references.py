@@ -34,8 +34,8 @@ VERSIONS = {
 
 # Reference: why it may lead nowhere.
 GENERATED = "what a user exports"
-DOSSIER = "a page of a dossier"
 PLACEHOLDER = "stands for any name"
+REMOVED = "was removed, as the changelog says"
 SLURM = "an option of sbatch"
 EXCEPTIONS = {
     "van_der_pol.h": GENERATED,
@@ -43,8 +43,8 @@ EXCEPTIONS = {
     "firmware/van_der_pol.h": GENERATED,
     "firmware/van_der_pol_replay.h": GENERATED,
     "pendulum.h": GENERATED,
-    "index.md": DOSSIER,
-    "evidence.md": DOSSIER,
+    "nlo completion": REMOVED,
+    "nlo man": REMOVED,
     "NAME.h": PLACEHOLDER,
     "NAME_replay.h": PLACEHOLDER,
     "a_test.cpp": PLACEHOLDER,

@@ -34,13 +34,10 @@ auto run_phase(Work&& work) {
 using Action = std::function<void()>;
 void add_bound(CLI::App& app, Action& action);
 void add_certify(CLI::App& app, Action& action);
-void add_completion(CLI::App& app, Action& action);
-void add_man(CLI::App& app, Action& action);
 void add_train(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_crossvalidate(CLI::App& app, Action& action);
 void add_identify(CLI::App& app, Action& action);
-void add_dossier(CLI::App& app, Action& action);
 void add_evaluate(CLI::App& app, Action& action);
 void add_export(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);

@@ -20,7 +20,7 @@
 
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/printable.h"
-#include "trainer/commands/command_line.h"
+#include "trainer/commands/option_facts.h"
 #include "trainer/commands/out_of_memory.h"
 
 namespace nlo::trainer {

@@ -33,7 +33,7 @@ namespace {
 
 void add_reproduce(CLI::App& app, int argc, char** argv) {
   CLI::App* command = app.add_subcommand("reproduce", kReproduceDescription);
-  auto arguments = std::make_shared<ReproduceArguments>();  // for help and completion: the other program parses
+  auto arguments = std::make_shared<ReproduceArguments>();  // for the help: the other program parses
   add_reproduce_options(*command, *arguments,
                         "Runs the program nlo-reproduce, which lies beside nlo: `cmake --build build/release --target "
                         "nlo-reproduce` builds it.\n");

@@ -2,7 +2,6 @@
 #include "trainer/commands/reproduce_options.h"
 
 #include "trainer/base/version.h"
-#include "trainer/commands/command_line.h"
 
 namespace nlo::trainer {
 
@@ -20,8 +19,6 @@ void add_reproduce_options(CLI::App& app, ReproduceArguments& arguments, const s
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.set_version_flag("-V,--version", std::string("nlo-reproduce ") + kVersion);
-  app.add_flag_callback(
-      "--man", [&app] { throw CLI::CallForVersion(man_page(app), 0); }, "print the manual page, nlo-reproduce(1)");
   app.footer(about_what +
              "Trained models are cached in DIR/cache by all that decides them: a second run trains nothing, and an "
              "interrupted one goes on.\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The command line of `nlo reproduce`: that of the program nlo-reproduce, and in help, manual and completion of `nlo`.
+// The command line of `nlo reproduce`: that of the program nlo-reproduce, and in the help of `nlo`.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/commands/command_line.h"
+#include "trainer/commands/option_facts.h"
 
 #include <fmt/format.h>
 
@@ -33,9 +33,6 @@ std::string range_in(const std::string& type) {
 
 OptionFacts facts_of(const CLI::Option& option) {
   OptionFacts facts;
-  for (const std::string& name : option.get_snames()) facts.names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) facts.names.push_back("--" + name);
-  if (facts.names.empty()) facts.positional = option.get_name(true);
   const std::string type = option.get_type_name();
   if (option.get_items_expected_max() > 0) facts.value = type.substr(0, type.find(':'));
   facts.members = members_in(type);
@@ -45,19 +42,6 @@ OptionFacts facts_of(const CLI::Option& option) {
   facts.repeats = option.get_expected_max() == CLI::detail::expected_max_vector_size;
   facts.description = option.get_description();
   return facts;
-}
-
-CommandFacts facts_of(const CLI::App& app) {
-  CommandFacts facts{app.get_name(), app.get_description(), app.get_footer(), {}};
-  for (const CLI::Option* option : app.get_options()) facts.options.push_back(facts_of(*option));
-  return facts;
-}
-
-std::vector<CommandFacts> commands_of(const CLI::App& app) {
-  std::vector<CommandFacts> commands;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    commands.push_back(facts_of(*command));
-  return commands;
 }
 
 }  // namespace nlo::trainer

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// An option of the command line as --help shows it, read from CLI11's own tables.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace nlo::trainer {
+
+/// One option, flag or positional argument.
+struct OptionFacts {
+  std::string value;                       ///< word for the value in --help: "TEXT", "DIR"; empty for a flag
+  std::vector<std::string> members;        ///< the allowed values; empty: not listed
+  std::string range;                       ///< "1 to 100" for a number; empty: none
+  std::string fallback;                    ///< default value; empty: none to show
+  bool required = false, repeats = false;  ///< repeats: takes several values
+  std::string description;
+};
+
+OptionFacts facts_of(const CLI::Option& option);
+
+}  // namespace nlo::trainer
