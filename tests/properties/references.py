@@ -43,6 +43,7 @@ EXCEPTIONS = {
     "firmware/van_der_pol.h": GENERATED,
     "firmware/van_der_pol_replay.h": GENERATED,
     "pendulum.h": GENERATED,
+    "--man": REMOVED,
     "nlo completion": REMOVED,
     "nlo man": REMOVED,
     "NAME.h": PLACEHOLDER,
