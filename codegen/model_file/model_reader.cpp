@@ -138,7 +138,7 @@ Model model_of(const Field& file) {
   m.latent_max = vector(file["latent_max"]);
   if (file.has("saturation")) m.saturation = number(file["saturation"]);
   module.read(file, m);
-  if (file.has("monitor")) m.monitor = monitor(file["monitor"]);
+  if (file.has("monitor")) m.monitor = monitor(file["monitor"], m.nx());
   if (file.has("error")) m.error = error_head(file["error"]);
   if (file.has("flight")) m.flight = flight(file["flight"]);
   validate(m);

@@ -3,7 +3,10 @@
 
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <utility>
+
+#include <nlo/monitor_model.h>
 
 #include "codegen/model/checks.h"
 #include "codegen/model/json_object.h"
@@ -28,12 +31,19 @@ constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 8> kVec
     {"missing_limit", &Monitor::missing_limit},
 }};
 /// Only where a sensor may be frozen.
-constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 5> kFrozen = {{
+constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 6> kFrozen = {{
     {"most_equal", &Monitor::most_equal},
     {"resting", &Monitor::resting},
     {"witness", &Monitor::witness},
     {"rest_min", &Monitor::rest_min},
     {"rest_max", &Monitor::rest_max},
+    {"most_moved", &Monitor::most_moved},
+}};
+/// Only where states are compared with their linear fit.
+constexpr std::array<std::pair<const char*, Eigen::VectorXd Monitor::*>, 3> kRow = {{
+    {"row_offset", &Monitor::row_offset},
+    {"row_deviation", &Monitor::row_deviation},
+    {"disagreement_limit", &Monitor::disagreement_limit},
 }};
 constexpr std::array<std::pair<const char*, double Monitor::*>, 4> kNumbers = {{
     {"gate", &Monitor::gate},
@@ -55,6 +65,40 @@ void check_within(const Eigen::MatrixXd& values, double least, double most, cons
              values(i, j), least, most);
 }
 
+constexpr double kMostSquare = kLargestInnovation * kLargestInnovation;
+
+/// The largest value that a statistic keeps while a fault lasts: a constant innovation c leads p and v to c^2, so that
+/// their ratio is 1.
+struct Reach {
+  const char* limit;
+  double most;
+};
+constexpr std::array<Reach, 5> kReaches = {{{"mean_limit", 1.0},
+                                            {"variance_limit", kMostSquare},
+                                            {"correlation_limit", kMostSquare},
+                                            {"latent_limit", kMostSquare},
+                                            {"missing_limit", 1.0}}};
+
+template <class Limits>
+bool lower(Limits& limits, double reach) {
+  constexpr double kBelow = 0.9;
+  bool any = false;
+  for (double& limit : limits.reshaped())
+    if (limit >= reach && limit != kNoLimit) any = (limit = kBelow * reach, true);
+  return any;
+}
+
+/// A limit that its statistic cannot reach is an alarm that never fires: it is an error, unless it says so.
+void check_limit(const Eigen::MatrixXd& limits, double least, double reach, const std::string& field) {
+  check_within(limits, least, kNoLimit, field);
+  for (const double limit : limits.reshaped())
+    if (limit != kNoLimit && limit >= reach)
+      fail(
+          "{} has {}, and the statistic reaches {:g} at most: this alarm could never fire. Make the monitor again (nlo "
+          "monitor), or write {:g} for a statistic that is not watched",
+          field, limit, reach, kNoLimit);
+}
+
 }  // namespace
 
 std::string monitor_json(const Monitor& monitor, const std::string& indent) {
@@ -64,22 +108,45 @@ std::string monitor_json(const Monitor& monitor, const std::string& indent) {
   for (const auto& [name, member] : kMatrices) object.matrix(name, monitor.*member);
   if (!monitor.freezes_none())
     for (const auto& [name, member] : kFrozen) object.vector(name, monitor.*member);
+  if (monitor.scales_with_motion()) object.vector("motion", monitor.motion);
+  if (monitor.compares_row()) {
+    object.matrix("row", monitor.row);
+    for (const auto& [name, member] : kRow) object.vector(name, monitor.*member);
+  }
   return object.text();
 }
 
-Monitor monitor(const Field& field) {
+Monitor monitor(const Field& field, Eigen::Index states) {
   std::vector<const char*> keys;
   for (const auto& row : kNumbers) keys.push_back(row.first);
   for (const auto& row : kVectors) keys.push_back(row.first);
   for (const auto& row : kMatrices) keys.push_back(row.first);
   for (const auto& row : kFrozen) keys.push_back(row.first);
+  for (const auto& row : kRow) keys.push_back(row.first);
+  keys.insert(keys.end(), {"motion", "row"});
   field.allow_only(keys);
   Monitor read;
   for (const auto& [name, member] : kNumbers) read.*member = number(field[name]);
   for (const auto& [name, member] : kVectors) read.*member = vector(field[name]);
   for (const auto& [name, member] : kMatrices) read.*member = matrix(field[name]);
+  leave_out_frozen(read, read.deviation.size());
+  leave_out_motion_and_row(read, read.deviation.size(), states,
+                           read.prediction.cols() > states ? read.prediction.cols() - states : 0);
   for (const auto& [name, member] : kFrozen)
-    read.*member = field.has(name) ? vector(field[name]) : Eigen::VectorXd::Zero(read.deviation.size());
+    if (field.has(name)) read.*member = vector(field[name]);
+  if (field.has("motion")) read.motion = vector(field["motion"]);
+  if (field.has("row")) {
+    read.row = matrix(field["row"]);
+    for (const auto& [name, member] : kRow) read.*member = vector(field[name]);
+  }
+  for (const Reach& reach : kReaches) {
+    bool lowered = false;
+    for (const auto& [name, member] : kMatrices)
+      if (name == std::string_view(reach.limit)) lowered = lower(read.*member, reach.most);
+    for (const auto& [name, member] : kVectors)
+      if (name == std::string_view(reach.limit)) lowered = lower(read.*member, reach.most);
+    if (lowered) read.lowered.emplace_back(reach.limit);
+  }
   return read;
 }
 
@@ -87,8 +154,8 @@ void check_monitor(const Model& model) {
   if (!model.monitor) return;
   const Monitor& m = *model.monitor;
   constexpr int kMostWindows = 8;
-  constexpr double kLongest = 1e6;                // samples
-  constexpr double kLeast = 1e-12, kMost = 1e12;  // statistics are 25 at most, and 25 / kLeast where they are divided
+  constexpr double kLongest = 1e6;                    // samples
+  constexpr double kLeast = 1e-12, kMost = kNoLimit;  // of what is divided by
   const Eigen::Index windows = m.windows();
   if (windows < 1 || windows > kMostWindows)
     fail("monitor.windows_s has {} numbers; it must have 1 to {}", windows, kMostWindows);
@@ -117,17 +184,28 @@ void check_monitor(const Model& model) {
   check_within(m.deviation, kSmallestNumber, kLargestNumber, "monitor.deviation");
   check_within(m.latent_deviation, kSmallestNumber, kLargestNumber, "monitor.latent_deviation");
   check_within(m.least_variance, kLeast, kMost, "monitor.least_variance");
-  check_within(m.latent_limit, kLeast, kMost, "monitor.latent_limit");
-  check_within(m.missing_limit, kLeast, kMost, "monitor.missing_limit");
-  for (const auto& [field, limit] : limits) check_within(*limit, kLeast, kMost, field);
+  const std::array<Eigen::MatrixXd, 5> limited = {m.mean_limit, m.variance_limit, m.correlation_limit, m.latent_limit,
+                                                  m.missing_limit};
+  for (std::size_t i = 0; i < kReaches.size(); ++i)
+    check_limit(limited[i], kLeast, kReaches[i].most, fmt::format("monitor.{}", kReaches[i].limit));
   for (const auto& [name, member] : kFrozen) check_shape(m.*member, model.ny(), fmt::format("monitor.{}", name), "n_y");
-  constexpr double kMostEqual = 65535;  // counted in 16 bits
+  constexpr double kMostEqual = 65534;  // counted in 16 bits, of which the largest value means frozen
   check_within(m.most_equal, 0.0, kMostEqual, "monitor.most_equal");
   check_within(m.witness, 0.0, model.measured() - 1, "monitor.witness");
   for (const auto& [name, counts] : {std::pair{"most_equal", &m.most_equal}, {"witness", &m.witness}})
     if (*counts != counts->array().floor().matrix()) fail("monitor.{} has a number that is not whole", name);
   for (const Eigen::VectorXd* reading : {&m.resting, &m.rest_min, &m.rest_max})
     check_within(*reading, -kLargestNumber, kLargestNumber, "monitor.resting, rest_min or rest_max");
+  check_within(m.most_moved, 0.0, kLargestNumber, "monitor.most_moved");
+  check_shape(m.motion, model.ny(), "monitor.motion", "n_y");
+  check_within(m.motion, 0.0, kMostSquare, "monitor.motion");
+  check_shape(m.row, model.nx(), model.nz() + model.nr(), "monitor.row", "n_x x (n_z + n_r)");
+  for (const auto& [name, member] : kRow) check_shape(m.*member, model.nx(), fmt::format("monitor.{}", name), "n_x");
+  for (Eigen::Index i = 0; i < model.nx(); ++i) {
+    if (m.row_deviation(i) == 0.0 && m.disagreement_limit(i) == 0.0) continue;
+    check_within(m.row_deviation.segment(i, 1), kSmallestNumber, kLargestNumber, "monitor.row_deviation");
+    check_limit(m.disagreement_limit.segment(i, 1), kLeast, kMostSquare, "monitor.disagreement_limit");
+  }
   check_within(m.windows_s / model.sample_period_s, 1.0 / kLongest, 4.0 * kLongest,
                "monitor.windows_s / sample period");
   check_positive_number(m.gate, "gate");

@@ -10,9 +10,12 @@
 namespace nlo::codegen {
 
 std::string monitor_json(const Monitor& monitor, const std::string& indent);
-Monitor monitor(const Field& field);
 
-/// Throws Error unless it is one for this model.
+/// Reads the monitor of a model of so many states. A limit that its statistic cannot reach, as files of nlo 0.2.0 have
+/// them, is lowered to one that it can, and named in Monitor::lowered.
+Monitor monitor(const Field& field, Eigen::Index states);
+
+/// Throws Error unless the model's monitor fits the model and each of its alarms can fire.
 void check_monitor(const Model& model);
 
 }  // namespace nlo::codegen

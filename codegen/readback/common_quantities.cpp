@@ -187,6 +187,8 @@ void add_monitor(Quantities& to, TextForm form) {
   to.integer("monitor.windows_s", "", "kWindows", static_cast<double>(windows));
   to.integer("monitor.prediction", "", "kWatchFeatures", m.nz() + m.nr() + m.nx());
   to.integer("the runtime's", "", "kMostRejected", kMostRejected);
+  if (m.monitor->compares_row()) to.integer("monitor.row", "", "kWatchRowFeatures", m.nz() + m.nr());
+  if (!m.monitor->freezes_none()) to.integer("the runtime's", "", "kFrozen", 65535);
   to.scalar("the runtime's", "", "kFar", 1e6);
   to.scalar("the runtime's", "", "kLargestInnovation", kLargestInnovation);
   to.scalar("the runtime's", "", "kLargestSquare", kLargestInnovation * kLargestInnovation);
@@ -199,7 +201,8 @@ void add_monitor(Quantities& to, TextForm form) {
                    {"INNOVATION_CORRELATION", 3},
                    {"LATENT_DISTANCE", 4},
                    {"MISSING", 5},
-                   {single ? "RESET" : "MONITOR_RESET", 6}});
+                   {"DISAGREEMENT", 6},
+                   {single ? "RESET" : "MONITOR_RESET", 7}});
 }
 
 }  // namespace

@@ -51,6 +51,9 @@ void ReferenceMonitor::reset() {
   variance_ = MatrixXd::Ones(ny, windows);
   distance_ = VectorXd::Ones(windows);
   missing_share_ = y_ = predicted_ = last_ = VectorXd::Zero(ny);
+  disagreement_ = VectorXd::Zero(model_.nx());
+  place_ = 0.0;
+  gated_ = started_ = false;
   missing_ = Eigen::Array<bool, Eigen::Dynamic, 1>::Constant(ny, false);
   repeats_.assign(static_cast<std::size_t>(ny), {});
   rejected_ = Eigen::VectorXi::Zero(ny);
@@ -62,23 +65,29 @@ void ReferenceMonitor::reset() {
 double ReferenceMonitor::innovation(Index j, double y) const {
   const double wrap = model_.outputs[static_cast<std::size_t>(j)].wrap;
   const double change = wrap > 0.0 ? std::remainder(y - y_(j), wrap) : y - y_(j);
-  return change / monitor_.deviation(j) - predicted_(j);
+  return (change / monitor_.deviation(j) - predicted_(j)) / (1.0 + monitor_.motion(j) * place_);
 }
 
-VectorXd ReferenceMonitor::trusted(const VectorXd& y) {
+VectorXd ReferenceMonitor::trusted(const VectorXd& y, double dt_s) {
   VectorXd kept = y;
   const Index measured = model_.measured();
+  const int most_rejected = std::min(armed_after_, kMostRejected);
+  const bool gap = dt_s > 1.5 * model_.sample_period_s;
+  gated_ = true;
   for (Index j = 0; j < measured; ++j) {
     missing_(j) = !std::isfinite(y(j));
     if (missing_(j)) continue;
     Repeats& repeats = repeats_[static_cast<std::size_t>(j)];
-    repeats.add(monitor_, j, y(j), kept(static_cast<Index>(monitor_.witness(j))));
-    if (samples_ == 0) continue;
-    const double noise = std::max(variance_(j, 0), 1.0);
-    const bool beyond =
-        std::abs(innovation(j, y(j))) > monitor_.gate * std::sqrt(noise) && rejected_(j) < kMostRejected;
-    missing_(j) = beyond || repeats.frozen(monitor_, j);
-    rejected_(j) = missing_(j) ? std::min(rejected_(j) + 1, kMostRejected) : 0;
+    repeats.add(monitor_, j, y(j), kept(static_cast<Index>(monitor_.witness(j))), armed() ? predicted_(j) : 0.0);
+    if (!started_) continue;
+    bool rejects = false;
+    if (armed() && !gap) {
+      const double noise = std::max(variance_(j, 0), 1.0);
+      const bool beyond = std::abs(innovation(j, y(j))) > monitor_.gate * std::sqrt(noise);
+      rejects = beyond && rejected_(j) < most_rejected;
+      rejected_(j) = beyond ? std::min(rejected_(j) + 1, most_rejected) : 0;
+    }
+    missing_(j) = rejects || repeats.frozen();
     if (!missing_(j)) continue;
     kept(j) = std::numeric_limits<double>::quiet_NaN();
     ++all_rejected_;
@@ -87,10 +96,23 @@ VectorXd ReferenceMonitor::trusted(const VectorXd& y) {
   return kept;
 }
 
-void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const VectorXd& x_hat) {
+void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const VectorXd& x_hat,
+                             const std::vector<StepStatus>& status) {
   const double largest = kLargestInnovation;
   const Index ny = model_.ny(), windows = monitor_.windows();
+  started_ = true;
+  bool stale = false;
   for (Index j = 0; j < ny; ++j) {
+    const StepStatus own = status[static_cast<std::size_t>(j)];
+    Repeats& repeats = repeats_[static_cast<std::size_t>(j)];
+    if (!gated_) {
+      missing_(j) = false;
+      if (own < StepStatus::kHeld)
+        repeats.add(monitor_, j, readings(j), readings(static_cast<Index>(monitor_.witness(j))),
+                    armed() ? predicted_(j) : 0.0);
+    }
+    missing_(j) = missing_(j) || own >= StepStatus::kHeld || repeats.frozen();
+    stale = stale || own >= StepStatus::kStale;
     missing_share_(j) += gain_(0) * ((missing_(j) ? 1.0 : 0.0) - missing_share_(j));
     if (missing_(j) || samples_ == 0) continue;
     const double e = limited(innovation(j, readings(j)), largest);
@@ -102,14 +124,21 @@ void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const 
     }
     last_(j) = e;
   }
+  gated_ = false;
   const VectorXd read = features(model_, steady_, z, readings, x_hat);
-  const double distance = limited(
-      ((read.head(z.size()) - monitor_.latent_mean).array() / monitor_.latent_deviation.array()).square().mean(),
-      largest * largest);
+  const VectorXd off = (read.head(z.size()) - monitor_.latent_mean).cwiseQuotient(monitor_.latent_deviation);
+  place_ = limited(off.cwiseAbs().mean(), largest);
+  const double distance = limited(off.squaredNorm() / static_cast<double>(off.size()), largest * largest);
   distance_.array() += gain_.array() * (distance - distance_.array());
   predicted_ = (monitor_.prediction * read + monitor_.offset).cwiseQuotient(monitor_.deviation);
   y_ = readings.head(ny);
-  samples_ = std::min(samples_ + 1, armed_after_ + 1);
+  samples_ = stale ? 0 : std::min(samples_ + 1, armed_after_ + 1);
+  for (Index i = 0; i < model_.nx(); ++i) {
+    if (monitor_.row_deviation(i) == 0.0) continue;
+    const double fit = monitor_.row.row(i).dot(read.head(z.size() + model_.nr())) + monitor_.row_offset(i);
+    const double size = limited(std::abs(x_hat(i) - fit) / monitor_.row_deviation(i), largest * largest);
+    disagreement_(i) += gain_(windows > 1 ? 1 : 0) * (size - disagreement_(i));
+  }
 
   Index at = 0;
   for (Index j = 0; j < ny; ++j)
@@ -120,12 +149,17 @@ void ReferenceMonitor::watch(const VectorXd& z, const VectorXd& readings, const 
       levels_(at++) = std::abs(correlation_(j, w)) / monitor_.correlation_limit(j, w);
     }
   levels_.segment(at, windows) = distance_.cwiseQuotient(monitor_.latent_limit);
-  levels_.tail(ny) = missing_share_.cwiseQuotient(monitor_.missing_limit);
+  levels_.segment(at + windows, ny) = missing_share_.cwiseQuotient(monitor_.missing_limit);
+  for (Index i = 0; i < model_.nx(); ++i)
+    levels_(at + windows + ny + i) =
+        monitor_.row_deviation(i) == 0.0 ? 0.0 : disagreement_(i) / monitor_.disagreement_limit(i);
 }
 
 Alarm ReferenceMonitor::alarm() const {
   Index worst = 0;
-  if (!armed() || !(levels_.maxCoeff(&worst) > 1.0)) return Alarm::kNone;
+  const Index missing = static_cast<Index>(meanings_.size()) - model_.nx() - model_.ny();
+  if (!armed()) return levels_.segment(missing, model_.ny()).maxCoeff() > 1.0 ? Alarm::kMissing : Alarm::kNone;
+  if (!(levels_.maxCoeff(&worst) > 1.0)) return Alarm::kNone;
   return meanings_[static_cast<std::size_t>(worst)];
 }
 
@@ -135,6 +169,7 @@ std::vector<Alarm> ReferenceMonitor::meanings(const Model& model, const Monitor&
     all.insert(all.end(), {Alarm::kInnovationMean, Alarm::kInnovationVariance, Alarm::kInnovationCorrelation});
   all.insert(all.end(), static_cast<std::size_t>(monitor.windows()), Alarm::kLatentDistance);
   all.insert(all.end(), static_cast<std::size_t>(model.ny()), Alarm::kMissing);
+  all.insert(all.end(), static_cast<std::size_t>(model.nx()), Alarm::kDisagreement);
   return all;
 }
 
@@ -145,22 +180,27 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
   const Index samples = outputs.cols();
   WatchedRun all{
       {MatrixXd::Zero(model.nx(), samples), MatrixXd::Zero(model.nz(), samples), MatrixXd::Zero(model.nr(), samples)},
-      MatrixXd::Zero(watch.levels().size(), samples)};
+      MatrixXd::Zero(watch.levels().size(), samples),
+      std::vector<Alarm>(static_cast<std::size_t>(samples), Alarm::kNone)};
+  std::vector<StepStatus> status(static_cast<std::size_t>(model.ny()));
   bool started = false;
   for (Index k = 0; k < samples; ++k) {
     const VectorXd u = inputs.size() == 0 ? VectorXd() : VectorXd(inputs.col(k));
-    const VectorXd y = watch.trusted(outputs.col(k));
-    if (time_s.size() == 0 || k == 0)
+    const double dt_s = time_s.size() == 0 || k == 0 ? 0.0 : time_s(k) - time_s(k - 1);
+    const VectorXd y = watch.trusted(outputs.col(k), dt_s);
+    if (dt_s == 0.0)
       observer.step(y, u);
     else
-      observer.step(y, u, time_s(k) - time_s(k - 1));
+      observer.step(y, u, dt_s);
     started = started || outputs.col(k).allFinite();
     if (!started) continue;
     all.run.z.col(k) = observer.latent().cast<double>();
     all.run.y.col(k) = observer.output();
     all.run.x_hat.col(k) = observer.estimate().cast<double>();
-    watch.watch(all.run.z.col(k), all.run.y.col(k), all.run.x_hat.col(k));
+    for (Index j = 0; j < model.ny(); ++j) status[static_cast<std::size_t>(j)] = observer.status(j);
+    watch.watch(all.run.z.col(k), all.run.y.col(k), all.run.x_hat.col(k), status);
     all.levels.col(k) = watch.levels();
+    all.alarms[static_cast<std::size_t>(k)] = watch.alarm();
   }
   all.armed_after = armed_after(monitor, model.sample_period_s);
   all.rejected = watch.rejected();

@@ -24,14 +24,17 @@ class ReferenceMonitor {
 
   void reset();
 
-  /// The outputs (n_y) as the observer should be given them: NaN beyond the gate or of a frozen sensor.
-  Eigen::VectorXd trusted(const Eigen::VectorXd& y);
+  /// Returns the outputs (n_y) as the observer should be given them: NaN beyond the gate or of a frozen sensor.
+  /// `dt_s`: since the last sample; 0: one sample period.
+  Eigen::VectorXd trusted(const Eigen::VectorXd& y, double dt_s = 0.0);
 
-  /// After the observer's step: z, readings as it took them (n_r, angles unwrapped) and x_hat.
-  void watch(const Eigen::VectorXd& z, const Eigen::VectorXd& readings, const Eigen::VectorXd& x_hat);
+  /// Judges a sample after the observer's step: z, readings as it took them (n_r, angles unwrapped), x_hat, and the
+  /// status of each output.
+  void watch(const Eigen::VectorXd& z, const Eigen::VectorXd& readings, const Eigen::VectorXd& x_hat,
+             const std::vector<StepStatus>& status);
 
   /// Each statistic over its limit: of each output and window p / max(v, least), v, |r|; then d of each window; then
-  /// the share of what is missing of each output.
+  /// the share of missing measurements of each output; then b of each state.
   const Eigen::VectorXd& levels() const { return levels_; }
   bool armed() const { return samples_ > armed_after_; }
   Alarm alarm() const;
@@ -51,11 +54,13 @@ class ReferenceMonitor {
   int armed_after_;
 
   Eigen::MatrixXd mean_, power_, variance_, correlation_;  // n_y x windows
-  Eigen::VectorXd distance_, missing_share_, levels_;
+  Eigen::VectorXd distance_, missing_share_, disagreement_, levels_;
   Eigen::VectorXd y_, predicted_, last_;
   Eigen::Array<bool, Eigen::Dynamic, 1> missing_;
   std::vector<Repeats> repeats_;
   Eigen::VectorXi rejected_;
+  double place_ = 0.0;                    // mean |off| of the last sample
+  bool gated_ = false, started_ = false;  // trusted() has seen the next sample; watch() has seen one
   int samples_ = 0;
   Eigen::Index all_rejected_ = 0;
 };
@@ -64,8 +69,9 @@ class ReferenceMonitor {
 /// stamps whose differences are the steps; empty: each is one sample period.
 struct WatchedRun {
   Run run;
-  Eigen::MatrixXd levels;  ///< levels() x N
-  int armed_after = 0;     ///< samples before levels above 1 are alarms
+  Eigen::MatrixXd levels;     ///< levels() x N
+  std::vector<Alarm> alarms;  ///< N
+  int armed_after = 0;        ///< samples before levels above 1 are alarms
   Eigen::Index rejected = 0;
 };
 WatchedRun watched_run(const Model& model, const Monitor& monitor, const Eigen::MatrixXd& outputs,

@@ -67,6 +67,9 @@ class ReferenceObserver {
   /// What the runtime's observer says of the last step.
   StepStatus status() const { return status_; }
 
+  /// Returns kHeld or kStale for an output that the last sample did not have, else kOk.
+  StepStatus status(Eigen::Index output) const { return screening_->status(output); }
+
   /// The last step would have left the finite numbers: z was kept.
   bool diverged() const { return status_ == StepStatus::kDiverged; }
 

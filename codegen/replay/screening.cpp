@@ -57,6 +57,12 @@ bool Screening::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
   return any;
 }
 
+StepStatus Screening::status(Eigen::Index output) const {
+  const int held = held_[static_cast<std::size_t>(output)];
+  if (held >= stale_after_) return StepStatus::kStale;
+  return held > 0 || (missing_.size() > 0 && missing_(output)) ? StepStatus::kHeld : StepStatus::kOk;
+}
+
 bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s) {
   Eigen::MatrixXd given = outputs;
   Eigen::VectorXd u = inputs;
@@ -69,6 +75,7 @@ bool Screening::take(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inpu
       u.resize(0);
     }
   }
+  missing_ = !given.col(0).array().isFinite();
   const bool missing = fill_missing(y, dt_s);
   Eigen::VectorXd good_y = y, good_u = u;
   bool clamped = false;

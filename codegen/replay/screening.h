@@ -35,6 +35,9 @@ class Screening {
   const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are no readings
   StepStatus status() const { return status_; }    ///< kOk, kClamped, kHeld or kStale
 
+  /// Returns kHeld or kStale for an output that the last sample did not have, else kOk.
+  StepStatus status(Eigen::Index output) const;
+
  private:
   const Model& model_;
   ComputedOutputs computed_;
@@ -45,6 +48,7 @@ class Screening {
 
   Eigen::VectorXd y_, u_;
   StepStatus status_ = StepStatus::kOk;
+  Eigen::Array<bool, Eigen::Dynamic, 1> missing_;  ///< of the outputs, in the last sample
   std::vector<int> held_;  ///< of each reading, then of each input that is none: samples in a row
   bool started_ = false;
 };

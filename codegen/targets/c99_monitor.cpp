@@ -37,6 +37,10 @@ void add_c99_monitor(const Model& m, const Initialiser& init, std::map<std::stri
   values["MOST_REJECTED"] = std::to_string(kMostRejected);
   values["LARGEST_INNOVATION"] = init(kLargestInnovation, "largest innovation");
   values["FREEZES"] = m.monitor->freezes_none() ? "" : "true";
+  values["MOVES"] = m.monitor->scales_with_motion() ? "true" : "";
+  values["PLACE_OF_MONITOR"] = m.monitor->scales_with_motion() ? ", monitor->place" : "";
+  values["AGREES"] = m.monitor->compares_row() ? "true" : "";
+  values["AGREEMENT_WINDOW"] = m.monitor->windows() > 1 ? "1" : "0";
   values["COMPUTES"] = m.measured() < m.ny() ? "true" : "";
   values["MONITOR"] = "\n" + std::string(embedded_text("c99/monitor.h.in"));
   values["MONITOR_BODY"] = embedded_text("c99/monitor.c.in");

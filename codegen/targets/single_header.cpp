@@ -38,6 +38,7 @@ std::string word_in_cpp20(const std::string& word) {
       {"SELF_INNOVATION_CORRELATION", "Alarm::kInnovationCorrelation"},
       {"SELF_LATENT_DISTANCE", "Alarm::kLatentDistance"},
       {"SELF_MISSING", "Alarm::kMissing"},
+      {"SELF_DISAGREEMENT", "Alarm::kDisagreement"},
       {"SELF_MONITOR_RESET", "Alarm::kReset"},
       {"SELF_averages", "Averages"},
       {"SELF_watched", "Watched"},

@@ -13,7 +13,8 @@ std::string initialised(const MonitorConstant& c, const Initialiser& init) {
   const std::string_view extents = c.extents;
   if (extents.empty()) return c.is_integer() ? fmt::format("{:.0f}", c.values(0, 0)) : init(c.values(0, 0), c.field);
   if (c.is_integer()) return fmt::format("{{{:.0f}}}", fmt::join(c.values.reshaped(), ", "));
-  if (c.name == std::string_view("prediction")) return init.rows(c.values, 6, c.field);
+  if (c.name == std::string_view("prediction") || c.name == std::string_view("row"))
+    return init.rows(c.values, 6, c.field);
   return extents.find("][") == std::string_view::npos ? init.vector(c.values, c.field) : init.matrix(c.values, c.field);
 }
 
@@ -49,6 +50,16 @@ std::vector<MonitorConstant> monitor_constants(const Model& model, const Initial
     constants.push_back({"witness", "uint8_t", outputs, "witness", m.witness, {}});
     constants.push_back({"rest_min", "Scalar", outputs, "rest_min", m.rest_min, {}});
     constants.push_back({"rest_max", "Scalar", outputs, "rest_max", m.rest_max, {}});
+    constants.push_back({"most_moved", "Scalar", outputs, "most_moved", m.most_moved, {}});
+  }
+  if (m.scales_with_motion()) constants.push_back({"motion", "Scalar", outputs, "motion", m.motion, {}});
+  if (m.compares_row()) {
+    const Eigen::VectorXd per_row = m.row_deviation.unaryExpr([](double d) { return d == 0.0 ? 0.0 : 1.0 / d; });
+    const char* states = "[kNx]";
+    constants.push_back({"row", "Scalar", "[kNx][kWatchRowFeatures]", "row", per_row.asDiagonal() * m.row, {}});
+    constants.push_back({"row_offset", "Scalar", states, "row_offset", m.row_offset.cwiseProduct(per_row), {}});
+    constants.push_back({"per_row_deviation", "Scalar", states, "row_deviation", per_row, {}});
+    constants.push_back({"disagreement_limit", "Scalar", states, "disagreement_limit", m.disagreement_limit, {}});
   }
   for (MonitorConstant& constant : constants) {
     constant.field.insert(0, "monitor.");
@@ -59,8 +70,8 @@ std::vector<MonitorConstant> monitor_constants(const Model& model, const Initial
 
 std::string monitor_promise(const Monitor& m) {
   return fmt::format(
-      "// Says when the observer is wrong: limits for {} false alarms an hour, set on {} h of runs like the "
-      "training's.\n",
+      "// Detects that the observer is wrong. Limits for {} false alarms an hour, set on {} h of runs as in "
+      "training.\n",
       literal(m.false_alarms_per_hour), literal(m.hours));
 }
 

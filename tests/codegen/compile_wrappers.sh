@@ -91,7 +91,7 @@ done
 sed -i 's/memcpy(ssGetDWork(S, kNext), &memory/memcpy(ssGetDWork(S, kNow), \&memory/' "$folder/${name}_sfun.c"
 sfunction "$folder" "$name" "$scalar" "$work/block"
 ! "$work/block" >"$work/said.txt" || fail 'outputs that move the state went unseen'
-sed -i '/_trusted(/d' "$work/simulink_watched_rig/watched_rig_sfun.c" "$work/px4_watched_rig/watched_rig_observer.cpp"
+sed -i '/_trusted\(_dt\)*(/d' "$work/simulink_watched_rig/watched_rig_sfun.c" "$work/px4_watched_rig/watched_rig_observer.cpp"
 sfunction "$work/simulink_watched_rig" watched_rig float "$work/block"
 ! "$work/block" >"$work/said.txt" || fail 'an S-function without its gate went unseen'
 module "$work/px4_watched_rig" watched_rig float "$work/queue"

@@ -217,6 +217,12 @@ Model with_monitor(Model m) {
   monitor.resting = monitor.witness = Eigen::VectorXd::Zero(ny);
   monitor.rest_min = Eigen::VectorXd::Constant(ny, -0.25);
   monitor.rest_max = Eigen::VectorXd::Constant(ny, 0.5);
+  monitor.most_moved = Eigen::VectorXd::Constant(ny, 50.0);
+  monitor.motion = Eigen::VectorXd::Constant(ny, 0.1);
+  monitor.row = Uniform(43).matrix(m.nx(), nz + m.nr(), 0.05);
+  monitor.row_offset = Eigen::VectorXd::Constant(m.nx(), 0.01);
+  monitor.row_deviation = Eigen::VectorXd::Constant(m.nx(), 0.5);
+  monitor.disagreement_limit = Eigen::VectorXd::Constant(m.nx(), 3.0);
   monitor.armed_after_s = 10.0 * m.sample_period_s;
   monitor.false_alarms_per_hour = 1.0;
   monitor.hours = 12.0;

@@ -49,7 +49,7 @@ TEST(WatchedFlight, HeaderAndReferenceSeeTheSame) {
     const Eigen::VectorXd given = Eigen::VectorXd::Constant(1, static_cast<double>(y));
     const Eigen::VectorXd screened = watch.trusted(given);
     reference.step(screened);
-    watch.watch(reference.latent(), reference.output(), reference.estimate());
+    watch.watch(reference.latent(), reference.output(), reference.estimate(), {reference.status(Eigen::Index{0})});
     ASSERT_EQ(std::isnan(kept), std::isnan(screened(0)));
     const double level = watch.levels().maxCoeff();
     furthest = std::max(furthest, std::abs(static_cast<double>(monitor.level()) - level) / (1.0 + level));
@@ -79,7 +79,8 @@ TEST(WatchedFlight, OfAWholeRunIsThatOfItsSteps) {
   ReferenceMonitor watch(model, *model.monitor);
   for (Eigen::Index k = 0; k < samples; ++k) {
     observer.step(watch.trusted(y.col(k)));
-    watch.watch(observer.latent().cast<double>(), observer.output(), observer.estimate().cast<double>());
+    watch.watch(observer.latent().cast<double>(), observer.output(), observer.estimate().cast<double>(),
+                {observer.status(Eigen::Index{0}), observer.status(Eigen::Index{1})});
     ASSERT_TRUE(watch.levels().isApprox(run.levels.col(k), 1e-12) || k == 0) << k;
   }
   EXPECT_EQ(run.armed_after, 10);

@@ -92,7 +92,7 @@ inline constexpr Model kModel = {
     },
 };
 
-// Says when the observer is wrong: limits for 1.0 false alarms an hour, set on 12.0 h of runs like the training's.
+// Detects that the observer is wrong. Limits for 1.0 false alarms an hour, set on 12.0 h of runs as in training.
 using MonitorModel = nlo::MonitorModel<float, 1, 1, 2, 1, 2>;  // n_x, n_y, n_z, n_r, windows
 using Monitor = nlo::Monitor<MonitorModel>;
 inline constexpr MonitorModel kMonitor = {
@@ -117,6 +117,14 @@ inline constexpr MonitorModel kMonitor = {
     .witness = {0},
     .rest_min = {-0.25f},
     .rest_max = {0.5f},
+    .most_moved = {50.0f},
+    .motion = {0.1f},
+    .row = {
+      {0.045635756f, 0.022554308f, -0.013457815f},
+    },
+    .row_offset = {0.02f},
+    .per_row_deviation = {2.0f},
+    .disagreement_limit = {3.0f},
 };
 
 }  // namespace nlo::watched

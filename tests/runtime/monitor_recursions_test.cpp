@@ -17,7 +17,7 @@ struct Recursions {
   static constexpr double kMost = kLargestInnovation;
   const Wide::Model& m;
   double mean[2][3]{}, power[2][3]{}, variance[2][3]{{1, 1, 1}, {1, 1, 1}}, correlation[2][3]{};
-  double distance[3] = {1, 1, 1}, share[2]{}, last[2]{}, predicted[2]{}, y[2]{};
+  double distance[3] = {1, 1, 1}, share[2]{}, last[2]{}, predicted[2]{}, y[2]{}, disagreement[2]{}, place = 0.0;
   int rejected[2]{}, samples = 0;
   bool missing[2]{};
   double level = 0.0;
@@ -25,15 +25,16 @@ struct Recursions {
 
   double innovation(int j, double reading) const {
     const double change = j == 0 ? std::remainder(reading - y[j], 0.75) : reading - y[j];
-    return change * m.per_deviation[j] - predicted[j];
+    return (change * m.per_deviation[j] - predicted[j]) / (1.0 + m.motion[j] * place);
   }
-  void screen(const Vector<double, 2>& given) {
+  void gate(const Vector<double, 2>& given) {
     for (int j = 0; j < 2; ++j) {
       missing[j] = std::isnan(given[j]);
-      if (missing[j] || samples == 0) continue;
+      if (missing[j] || samples <= m.armed_after) continue;
       const double e = innovation(j, given[j]);
-      missing[j] = e * e > m.gate_squared * std::max(1.0, variance[j][0]) && rejected[j] < kMostRejected;
-      rejected[j] = missing[j] ? rejected[j] + 1 : 0;
+      const bool beyond = e * e > m.gate_squared * std::max(1.0, variance[j][0]);
+      missing[j] = beyond && rejected[j] < kMostRejected;
+      rejected[j] = beyond ? std::min(rejected[j] + 1, kMostRejected) : 0;
     }
   }
   void ask(double value, double limit, Alarm kind) {
@@ -42,8 +43,12 @@ struct Recursions {
     alarm = kind;
   }
   void watch(const Wide& observer, const Vector<double, 2>& x_hat) {
-    double square = 0.0;
-    for (int r = 0; r < 3; ++r) square += std::pow((observer.z[r] - m.latent_mean[r]) * m.per_latent_deviation[r], 2);
+    double square = 0.0, size = 0.0;
+    for (int r = 0; r < 3; ++r) {
+      const double off = (observer.z[r] - m.latent_mean[r]) * m.per_latent_deviation[r];
+      square += off * off;
+      size += std::abs(off);
+    }
     for (int w = 0; w < 3; ++w) distance[w] += m.gain[w] * (std::min(square / 3.0, kMost * kMost) - distance[w]);
     for (int j = 0; j < 2; ++j) {
       if (samples > 0 && !missing[j]) {
@@ -63,6 +68,12 @@ struct Recursions {
       for (int i = 0; i < 2; ++i) predicted[j] += m.prediction[j][6 + i] * x_hat[i];
       y[j] = observer.y[j];
     }
+    place = std::min(size / 3.0, kMost);
+    for (int i = 0; i < 2; ++i) {
+      double off = x_hat[i] * m.per_row_deviation[i] - m.row_offset[i];
+      for (int r = 0; r < 3; ++r) off -= m.row[i][r] * observer.z[r] + m.row[i][3 + r] * observer.y[r];
+      disagreement[i] += m.gain[1] * (std::min(std::abs(off), kMost * kMost) - disagreement[i]);
+    }
     samples = std::min(samples + 1, m.armed_after + 1);
     level = 0.0;
     for (int w = 0; w < 3; ++w) {
@@ -75,7 +86,10 @@ struct Recursions {
         ask(share[j], m.missing_limit[j], Alarm::kMissing);
       }
     }
-    if (!(level > 1.0 && samples > m.armed_after)) alarm = Alarm::kNone;
+    for (int i = 0; i < 2; ++i) ask(disagreement[i], m.disagreement_limit[i], Alarm::kDisagreement);
+    const bool missed = share[0] > m.missing_limit[0] || share[1] > m.missing_limit[1];
+    if (samples <= m.armed_after) alarm = missed ? Alarm::kMissing : Alarm::kNone;
+    if (!(level > 1.0)) alarm = Alarm::kNone;
   }
 };
 
@@ -91,6 +105,7 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
     m.offset[j] = within(-0.2, 0.2);
     m.per_deviation[j] = 20.0 + 5.0 * j;  // e = 7.5 is half a turn
     m.least_variance[j] = 0.5 + 0.2 * j;
+    m.motion[j] = 0.1 + 0.1 * j;
     m.missing_limit[j] = 0.7 + 0.1 * j;
     for (int w = 0; w < 3; ++w) {
       m.mean_limit[j][w] = within(0.5, 0.7);
@@ -98,6 +113,12 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
       m.correlation_limit[j][w] = within(0.9, 1.2);
       m.latent_limit[w] = within(3.0, 4.0);
     }
+  }
+  for (int i = 0; i < 2; ++i) {
+    for (double& weight : m.row[i]) weight = within(-0.5, 0.5);
+    m.row_offset[i] = within(-0.2, 0.2);
+    m.per_row_deviation[i] = 1.0 + i;
+    m.disagreement_limit[i] = within(2.0, 2.5);
   }
   m.prediction[1][4] = -5.0;  // back to 0: what is predicted stays within half a turn
   for (int r = 0; r < 3; ++r) {
@@ -107,11 +128,11 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
   m.gate_squared = 16.0;
   m.armed_after = 20;
 
-  enum { kCalm, kBias, kNoise, kAlternating, kFarAway, kMissing, kJump, kKinds };
+  enum { kCalm, kBias, kNoise, kAlternating, kFarAway, kMissing, kJump, kExtrapolates, kKinds };
   Monitor<Wide::Model> monitor(m);
   Recursions want{m};
   Wide observer;
-  int alarms[7] = {};
+  int alarms[8] = {};
   for (int k = 0; k < 300 * kKinds; ++k) {
     const int j_wrong = k / (150 * kKinds), kind = k / 150 % kKinds;  // first of one output, then of the other
     Vector<double, 2> y{}, x_hat{{within(-1.0, 1.0), within(-1.0, 1.0)}};
@@ -121,11 +142,12 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
       if (j == j_wrong && kind == kNoise) e *= 5.5;
       if (j == j_wrong && kind == kAlternating) e = k % 2 == 0 ? 1.6 : -1.6;
       if (j == j_wrong && kind == kJump && k % 150 < 40) e = 6.5;
-      y[j] = want.y[j] + (want.predicted[j] + e) / m.per_deviation[j];
+      y[j] = want.y[j] + (want.predicted[j] + e * (1.0 + m.motion[j] * want.place)) / m.per_deviation[j];
       if (j == j_wrong && kind == kMissing && k % 20 != 0) y[j] = std::numeric_limits<double>::quiet_NaN();
     }
+    if (kind == kExtrapolates) x_hat[j_wrong] += 5.0;
     const auto kept = monitor.trusted(y, observer);
-    want.screen(y);
+    want.gate(y);
     for (int j = 0; j < 2; ++j) {
       ASSERT_EQ(std::isnan(kept[j]), want.missing[j]) << k;
       if (!std::isnan(kept[j])) observer.y[j] = j == 0 ? std::remainder(kept[j], 0.75) : kept[j];
@@ -140,6 +162,7 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
     const auto got = monitor.save();
     ASSERT_NEAR(got.level, want.level, kRounding) << k;
     ASSERT_EQ(got.samples, want.samples);
+    for (int i = 0; i < 2; ++i) ASSERT_NEAR(got.disagreement[i], want.disagreement[i], kRounding) << k;
     for (int w = 0; w < 3; ++w) ASSERT_NEAR(got.distance[w], want.distance[w], kRounding) << k;
     for (int j = 0; j < 2; ++j) {
       const auto& own = got.outputs[j];
@@ -155,7 +178,7 @@ TEST(Monitor, EveryStatisticIsItsRecursionInEachOutputAndWindow) {
       }
     }
   }
-  for (int kind = 0; kind <= static_cast<int>(Alarm::kMissing); ++kind)
+  for (int kind = 0; kind <= static_cast<int>(Alarm::kDisagreement); ++kind)
     EXPECT_GT(alarms[kind], 0) << "control: " << kind;
 }
 

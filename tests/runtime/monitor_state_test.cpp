@@ -38,15 +38,19 @@ TEST(Monitor, RefusesAStateThatWatchingCannotReach) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;
-  for (int k = 0; k < 5; ++k) (void)seen(monitor, observer, 1.0);
+  for (int k = 0; k <= kArmedAfter; ++k) (void)seen(monitor, observer, 1.0);
   using State = Monitor<Model>::State;
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   using Spoil = void (*)(State&);
   const Spoil spoils[] = {[](State& s) { s.samples = -2147483647; },
-                          [](State& s) { s.samples = 2; },
+                          [](State& s) { s.samples = kArmedAfter + 2; },
                           [](State& s) { s.level = kNaN; },
                           [](State& s) { s.alarm = static_cast<Alarm>(200); },
                           [](State& s) { s.distance[1] = 26.0; },
+                          [](State& s) { s.disagreement[0] = kNaN; },
+                          [](State& s) { s.place = 6.0; },
+                          [](State& s) { s.gated = 2; },
+                          [](State& s) { s.outputs[0].moved = kNaN; },
                           [](State& s) { s.outputs[0].last = 6.0; },
                           [](State& s) { s.outputs[0].y = kNaN; },
                           [](State& s) { s.outputs[0].predicted = 2e6; },
@@ -70,7 +74,7 @@ TEST(Monitor, TakesAStateAtTheEndsOfWhatWatchingReaches) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;
-  for (int k = 0; k < 5; ++k) (void)seen(monitor, observer, 1.0);
+  for (int k = 0; k <= kArmedAfter; ++k) (void)seen(monitor, observer, 1.0);
   auto state = monitor.save();
   EXPECT_EQ(state.samples, m.armed_after + 1);
   state.alarm = Alarm::kReset;
@@ -89,13 +93,16 @@ TEST(Monitor, TakesAStateAtTheEndsOfWhatWatchingReaches) {
 }
 
 TEST(Monitor, StatisticsThatAreTogetherMoreThanSamplesLeadToAreAReset) {
-  // 1.01 * 25 is the most of power, variance and correlation of 2 outputs in 3 windows, of 3 distances and of 2 shares.
+  // 1.01 * 25 is the most of power, variance and correlation of 2 outputs in 3 windows, of 3 distances, 2 shares and 2
+  // disagreements.
   // Fresh, the variances and the distances are 1; with gains of nothing they stay.
   Wide::Model m{};
   for (auto* limits : {m.mean_limit, m.variance_limit, m.correlation_limit}) std::fill_n(limits[0], 6, kNone);
   std::fill_n(m.latent_limit, 3, kNone);
   std::fill_n(m.missing_limit, 2, kNone);
   std::fill_n(m.least_variance, 2, 1.0);
+  std::fill_n(m.per_row_deviation, 2, 1.0);
+  std::fill_n(m.disagreement_limit, 2, kNone);
   using Watch = Monitor<Wide::Model>;
   static_assert(sizeof(Watch) == sizeof(void*) + sizeof(Watch::State), "the pointer to the model, and the state");
   const auto after = [&](auto spoil) {
@@ -107,12 +114,13 @@ TEST(Monitor, StatisticsThatAreTogetherMoreThanSamplesLeadToAreAReset) {
     std::memcpy(reinterpret_cast<unsigned char*>(&monitor) + sizeof(void*), &state, sizeof(state));
     return monitor.watch(observer, {});
   };
-  constexpr double kRoom = 1.01 * 25.0 * (2 * 3 * 3 + 3 + 2) - 9.0, kLittle = 1e-3;
+  constexpr double kRoom = 1.01 * 25.0 * (2 * 3 * 3 + 3 + 2 + 2) - 9.0, kLittle = 1e-3;
   using Place = double& (*)(Watch::State&);
   const Place places[] = {[](Watch::State& s) -> double& { return s.outputs[0].windows[0].power; },
                           [](Watch::State& s) -> double& { return s.outputs[1].windows[1].correlation; },
                           [](Watch::State& s) -> double& { return s.outputs[0].missing_share; },
                           [](Watch::State& s) -> double& { return s.outputs[1].windows[2].variance; },
+                          [](Watch::State& s) -> double& { return s.disagreement[1]; },
                           [](Watch::State& s) -> double& { return s.distance[2]; }};
   for (const Place place : places) {
     EXPECT_EQ(after([&](Watch::State& s) { place(s) += kRoom - kLittle; }), Alarm::kNone) << &place - places;

@@ -85,10 +85,11 @@ TEST(Monitor, AtItsLimitThereIsNoAlarmAndAtTheGateNoOutlier) {
   EXPECT_EQ(monitor.save().outputs[0].missing, 0) << "of one sample";
 }
 
-/// Which of these measurements the gate lets through, in order.
+/// Tells for each of these measurements whether the armed gate lets it through.
 std::vector<bool> taken(const Model& model, const std::vector<double>& measurements) {
   Monitor<Model> monitor(model);
   Fake observer;
+  for (int k = 0; k <= kArmedAfter; ++k) (void)seen(monitor, observer, 0.01 * (k + 1));
   std::vector<bool> through;
   for (const double y : measurements) {
     const double kept = monitor.trusted(y, observer);
@@ -178,7 +179,7 @@ TEST(Monitor, MissingMeasurementsAreCountedAndDoNotCountAsInnovations) {
   EXPECT_EQ(first_alarm(m, Alarm::kMissing, missing), 20 + 6);  // 1 - exp(-n / 10) > .5 at the seventh
 }
 
-TEST(Monitor, OutliersAreKeptFromTheObserverAndSoOnesThatStayAreBelieved) {
+TEST(Monitor, KeepsOutliersFromTheObserver) {
   const Model m = quiet_model();
   Monitor<Model> monitor(m);
   Fake observer;
@@ -188,10 +189,56 @@ TEST(Monitor, OutliersAreKeptFromTheObserverAndSoOnesThatStayAreBelieved) {
   EXPECT_FALSE(std::isnan(monitor.trusted(7.0, observer)));  // 3.5 deviations
   EXPECT_TRUE(std::isnan(monitor.trusted(40.0, observer)));  // 20
   EXPECT_TRUE(std::isnan(monitor.trusted(-40.0, observer)));
-  (void)seen(monitor, observer, 0.0);
-  int rejected = 0;
-  while (std::isnan(monitor.trusted(40.0, observer)) && rejected < 100) ++rejected;
-  EXPECT_EQ(rejected, kMostRejected);
+}
+
+TEST(Monitor, GateRejectsNothingBeforeTheMonitorIsArmed) {
+  Model m = quiet_model();
+  m.armed_after = 30;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  for (int k = 0; k <= m.armed_after; ++k) {
+    EXPECT_FALSE(std::isnan(monitor.trusted(1000.0 * (k % 2), observer))) << k;
+    (void)seen(monitor, observer, 0.0);
+  }
+  EXPECT_TRUE(std::isnan(monitor.trusted(1000.0, observer))) << "control: once armed it rejects";
+}
+
+TEST(Monitor, GateBelievesAReadingThatStaysFarUntilItIsOrdinaryAgain) {
+  // After a jump of the true state every reading looks like an outlier. The gate holds back at most kMostRejected of
+  // them, and not one more until a reading is ordinary; a second jump is then rejected again.
+  Model m = quiet_model();
+  m.armed_after = 30;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  for (int k = 0; k <= m.armed_after; ++k) (void)seen(monitor, observer, 0.0);
+  const auto rejected = [&](double y, int samples) {
+    int count = 0;
+    for (int k = 0; k < samples; ++k) {
+      count += std::isnan(monitor.trusted(y, observer));
+      observer.y = 0.0;  // a slow observer: the innovation stays far
+      (void)monitor.watch(observer, {{0.0}});
+    }
+    return count;
+  };
+  EXPECT_EQ(rejected(1000.0, 200), kMostRejected);
+  EXPECT_EQ(rejected(0.0, 400), 0) << "ordinary, until the variance is, too";
+  EXPECT_EQ(rejected(1000.0, 200), kMostRejected);
+}
+
+TEST(Monitor, GateDoesNotCompareAReadingAfterAGapWithThePredictionOfOnePeriod) {
+  const Model m = quiet_model();
+  Monitor<Model> monitor(m);
+  Fake observer;
+  for (int k = 0; k < 50; ++k) (void)seen(monitor, observer, 0.0);
+  EXPECT_EQ(monitor.trusted(1000.0, observer, 0.02), 1000.0) << "two sample periods";
+  EXPECT_TRUE(std::isnan(monitor.trusted(1000.0, observer, 0.014))) << "jitter";
+  EXPECT_TRUE(std::isnan(monitor.trusted(1000.0, observer))) << "control";
+}
+
+TEST(Monitor, GateNeverHoldsBackForLongerThanTheMonitorTakesToArm) {
+  Model m = quiet_model();
+  m.armed_after = 2;
+  EXPECT_THAT(taken(m, {1000.0, 1000.0, 1000.0, 1000.0}), ::testing::ElementsAre(false, false, true, true));
 }
 
 TEST(Monitor, GateWidensWithTheNoise) {
@@ -211,6 +258,99 @@ TEST(Monitor, GateWidensWithTheNoise) {
   EXPECT_LT(rejected, 250);  // 5 %
 }
 
+TEST(Monitor, MissingReadingsRaiseAnAlarmWithoutTheGateAndBeforeItIsArmed) {
+  Model m = quiet_model();
+  m.missing_limit[0] = 0.5;
+  m.armed_after = 100;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  observer.reading = StepStatus::kHeld;
+  int k = 0;
+  while (monitor.watch(observer, {{0.0}}) == Alarm::kNone && k < 100) ++k;
+  EXPECT_EQ(k, 6);  // 1 - exp(-n / 10) > .5 at the seventh
+  EXPECT_EQ(monitor.alarm(), Alarm::kMissing);
+  EXPECT_FALSE(monitor.armed());
+}
+
+TEST(Monitor, IsNotArmedWhileTheObserverIsStaleAndForItsTimeToArmAfterwards) {
+  const Model m = quiet_model();
+  Monitor<Model> monitor(m);
+  Fake observer;
+  for (int k = 0; k < 50; ++k) (void)seen(monitor, observer, 0.0);
+  ASSERT_TRUE(monitor.armed());
+  observer.reading = StepStatus::kStale;  // a gap, or a sensor that was missing for long
+  (void)seen(monitor, observer, 0.0);
+  EXPECT_FALSE(monitor.armed());
+  observer.reading = StepStatus::kOk;
+  for (int k = 0; k < kArmedAfter; ++k) (void)seen(monitor, observer, 0.0);
+  EXPECT_FALSE(monitor.armed());
+  (void)seen(monitor, observer, 0.0);
+  EXPECT_TRUE(monitor.armed());
+}
+
+TEST(Monitor, ASensorThatRepeatsAReadingWhileThePredictionMovesOnIsFrozen) {
+  Model m = quiet_model();
+  m.prediction[0][0] = 1.0;  // z predicts the change; y does not lead back
+  m.prediction[0][1] = 0.0;
+  m.most_moved[0] = 3.0;
+  m.missing_limit[0] = 0.5;
+  for (const bool gated : {true, false}) {
+    Monitor<Model> monitor(m);
+    Fake observer;
+    const auto fly = [&](double y, double moves) {
+      double kept = y;
+      if (gated) kept = monitor.trusted(y, observer);
+      if (!std::isnan(kept)) observer.y = kept;
+      observer.z = moves;
+      (void)monitor.watch(observer, {{0.0}});
+      return std::isnan(kept);
+    };
+    double y = 0.0;
+    for (int k = 0; k < 50; ++k) EXPECT_FALSE(fly(y += 2.0, 1.0)) << k;  // one deviation a sample, as predicted
+    for (int k = 0; k < 20; ++k) (void)fly(y, 1.0);
+    EXPECT_EQ(fly(y, 1.0), gated) << "the gate holds it back";
+    EXPECT_EQ(monitor.alarm(), Alarm::kMissing);
+    for (int k = 0; k < 200; ++k) EXPECT_FALSE(fly(y += 2.0, 1.0)) << "it moves again";
+    EXPECT_EQ(monitor.alarm(), Alarm::kNone);
+    for (int k = 0; k < 200; ++k) EXPECT_FALSE(fly(y, 0.0)) << "control: at rest it may repeat for ever";
+    EXPECT_EQ(monitor.alarm(), Alarm::kNone);
+  }
+}
+
+TEST(Monitor, InnovationIsMeasuredAgainstTheDistanceOfTheLatentStateBefore) {
+  Model m = quiet_model();
+  m.motion[0] = 0.5;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  observer.z = -3.0;  // three deviations from the mean: innovations are 2.5 times as large
+  (void)seen(monitor, observer, 0.0);
+  observer.z = 0.0;
+  (void)seen(monitor, observer, 4.0);
+  EXPECT_DOUBLE_EQ(monitor.save().outputs[0].last, 2.0 / 2.5);
+  observer.y = 0.0;
+  (void)seen(monitor, observer, 4.0);
+  EXPECT_DOUBLE_EQ(monitor.save().outputs[0].last, 2.0) << "control: at the mean it counts in full";
+}
+
+TEST(Monitor, DisagreementIsTheSmoothedDistanceOfTheEstimateFromItsLinearFit) {
+  Model m = quiet_model();
+  m.row[0][0] = 2.0;  // x_hat / deviation = 2 z - y + 1
+  m.row[0][1] = -1.0;
+  m.row_offset[0] = 1.0;
+  m.per_row_deviation[0] = 4.0;
+  m.disagreement_limit[0] = 2.0;
+  Monitor<Model> monitor(m);
+  Fake observer;
+  observer.z = 0.5;
+  observer.y = 1.5;
+  for (int k = 0; k < 50; ++k) ASSERT_EQ(monitor.watch(observer, {{(2.0 * 0.5 - 1.5 + 1.0) / 4.0}}), Alarm::kNone);
+  // 3 (1 - exp(-n / 50)) > 2 from n = 54.9 on: window of 50 samples.
+  int k = 0;
+  while (monitor.watch(observer, {{(0.5 + 3.0) / 4.0}}) == Alarm::kNone && k < 200) ++k;
+  EXPECT_EQ(k, 54);
+  EXPECT_EQ(monitor.alarm(), Alarm::kDisagreement);
+}
+
 TEST(Monitor, IsSilentUntilArmedAndAfterAReset) {
   Model m = quiet_model();
   m.variance_limit[0][0] = 0.5;  // white noise of one deviation is above it
@@ -227,7 +367,7 @@ TEST(Monitor, IsSilentUntilArmedAndAfterAReset) {
   }
 }
 
-TEST(Monitor, OfAnObserverThatIsResetIsNotArmedAndSaysSo) {
+TEST(Monitor, IsNotArmedAfterAResetOfItsObserver) {
   Model m = quiet_model();
   m.variance_limit[0][0] = 0.5;
   m.armed_after = 30;
@@ -254,7 +394,7 @@ TEST(Monitor, OfAnObserverThatIsResetIsNotArmedAndSaysSo) {
   observer.started = 1;
   arm();
   observer.started = 0;
-  observer.status = StepStatus::kReset;
+  observer.last = StepStatus::kReset;
   EXPECT_EQ(monitor.watch(observer, {{0.0}}), Alarm::kReset) << "a flipped bit has reset it";
   EXPECT_FALSE(monitor.armed());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Observers that a test of the monitor makes say what it likes, with one output and with several.
+// Fake observers, whose z, readings and statuses a test chooses, with one output and with several.
 #pragma once
 
 #include <cmath>
@@ -8,15 +8,17 @@
 
 namespace nlo::monitor_tests {
 
-inline constexpr double kNone = 1e9;  // a limit that nothing passes
+inline constexpr double kNone = 1e9;   // a limit that nothing exceeds
+inline constexpr int kArmedAfter = 4;  // samples, of quiet_model()
 
-/// An observer that holds what it cannot use, and knows nothing else.
+/// An observer that holds unusable readings and does nothing else.
 struct Fake {
   static constexpr int kNx = 1, kNz = 1, kNr = 1;
   struct Outputs {
     double wrap[1] = {0.0};
   };
   struct Model {
+    double sample_period_s = 0.01;
     Outputs outputs = {};
   };
   struct State {
@@ -27,10 +29,12 @@ struct Fake {
   Model own{};
   double y = 0.0, z = 0.0;
   int started = 1;
-  StepStatus status = StepStatus::kOk;
+  StepStatus last = StepStatus::kOk;     // of the latest step
+  StepStatus reading = StepStatus::kOk;  // of its output
 
   constexpr const Model& model() const { return own; }
-  constexpr State save() const { return {started, {y}, status}; }
+  constexpr State save() const { return {started, {y}, last}; }
+  constexpr StepStatus status(int /*output*/) const { return reading; }
   constexpr Vector<double, 1> relative_latent() const { return {{z}}; }
 };
 
@@ -49,7 +53,7 @@ inline Model quiet_model() {
   }
   m.missing_limit[0] = kNone;
   m.gate_squared = 16.0;
-  m.armed_after = 0;
+  m.armed_after = kArmedAfter;
   return m;
 }
 
@@ -67,6 +71,7 @@ struct Wide {
     double wrap[3] = {0.75, 0.0, 0.0};
   };
   struct Own {
+    double sample_period_s = 0.01;
     Outputs outputs = {};
   };
   struct State {
@@ -79,6 +84,7 @@ struct Wide {
 
   const Own& model() const { return own; }
   State save() const { return {1, {y[0], y[1], y[2]}, StepStatus::kOk}; }
+  StepStatus status(int /*output*/) const { return StepStatus::kOk; }
   Vector<double, 3> relative_latent() const { return {{z[0], z[1], z[2]}}; }
 };
 

@@ -2,6 +2,7 @@
 // nlo export: model file -> what a target includes.
 #include <fmt/core.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdio>
 #include <memory>
@@ -102,6 +103,11 @@ void run_export(const ExportArguments& arguments) {
   const std::string seen = arguments.check ? check_flight(prepared, files) : "";
   const Judged judged = judge(prepared, arguments);
   if (!arguments.quiet) fmt::print(stderr, "{}", printable(ignored_inputs_note(model)));
+  if (model.monitor && !model.monitor->lowered.empty())
+    fmt::print(stderr,
+               "note: {}: monitor.{} had limits that could never be reached; lower ones are exported. Make the monitor "
+               "again: nlo monitor\n",
+               printable(arguments.model), fmt::join(model.monitor->lowered, ", monitor."));
   fmt::print(stderr, "{}", left_out_warnings(prepared, arguments));
   if (!judged.refusal.empty()) {
     fmt::print(stderr, "{}", printable(judged.tables));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// nlo monitor: gives a model what says, in flight, that it is wrong.
+// nlo monitor: gives a model the alarms that tell in flight that its estimates are wrong.
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -26,6 +26,7 @@
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/patient_progress.h"
 #include "trainer/compare/compare_study.h"
+#include "trainer/compare/compared_runs.h"
 #include "trainer/compare/strict_study.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/text.h"
@@ -39,22 +40,69 @@ namespace {
 
 /// "innovation_mean"; "" for none.
 const char* alarm_name(nlo::Alarm alarm) {
-  constexpr std::array<const char*, 6> kNames = {
-      "", "innovation_mean", "innovation_variance", "innovation_correlation", "latent_distance", "missing"};
+  constexpr std::array<const char*, 8> kNames = {"",
+                                                 "innovation_mean",
+                                                 "innovation_variance",
+                                                 "innovation_correlation",
+                                                 "latent_distance",
+                                                 "missing",
+                                                 "disagreement",
+                                                 "reset"};
   return kNames[static_cast<std::size_t>(alarm)];
 }
 
-std::string monitor_text(const codegen::Monitor& monitor, const MonitorStudy& study) {
+constexpr double kEnoughAlarms = 3.0;  // expected on the test logs, for their rate to tell anything
+
+/// The faults of sensors that harm without an alarm, one line each; they come first.
+std::string undetected_text(const std::vector<FaultRow>& faults) {
+  std::string text;
+  for (const FaultRow& row : faults)
+    if (row.undetected())
+      text += fmt::format("NOT DETECTED: {} {}: {} times the error; {} of {} runs that it harms have an alarm\n",
+                          row.output, fault_name(row.fault), significant(row.error), row.seen, row.harmed);
+  return text.empty() ? text : text + "\n";
+}
+
+std::string gate_text(const FittedMonitor& fitted) {
+  std::string text;
+  for (const std::string& why : fitted.gate.dropped) text += fmt::format("not used: {}\n", why);
+  if (fitted.gate.trials.empty()) return text;
+  Table table{{"gate tried", "error without", "error with", "cost"}};
+  for (const GateTrial& trial : fitted.gate.trials)
+    table.add_row({trial.when, significant(trial.plain), significant(trial.gated), significant(trial.cost())});
+  return text +
+         "\nrms error in deviations of the states, from the first sample on, on runs that did not set the gate\n\n" +
+         table.to_text(1, 110);
+}
+
+std::string faults_text(const std::vector<FaultRow>& faults) {
+  if (faults.empty()) return "";
+  Table table{{"sensor fails", "fault", "error times", "harmed", "alarm", "median [s]", "first alarm"}};
+  for (const FaultRow& row : faults)
+    table.add_row({row.output, fault_name(row.fault), significant(row.error), std::to_string(row.harmed),
+                   row.harmed == 0 ? "" : fmt::format("{} of {}", row.seen, row.harmed),
+                   significant(row.median_delay_s), alarm_name(row.most)});
+  return "\nan output fails in the middle of a run. error times: over the error without the fault; harmed: runs whose\n"
+         "error doubles; alarm: harmed runs with an alarm from the fault on\n\n" +
+         table.to_text(2, 110);
+}
+
+std::string log_rate_text(const codegen::Monitor& monitor, const MonitorStudy& study) {
+  if (!study.on_logs) return "";
+  if (study.log_hours * monitor.false_alarms_per_hour < kEnoughAlarms)
+    return fmt::format("alarms an hour in nominal flight: unknown, {} h of test logs are too few to tell\n",
+                       significant(study.log_hours));
+  return fmt::format(
+      "on the test logs, {} h: {} alarms an hour{}{}{}\n", significant(study.log_hours),
+      significant(study.on_logs->per_hour), study.on_logs->most == Alarm::kNone ? "" : ", mostly ",
+      alarm_name(study.on_logs->most),
+      study.on_logs->per_hour > 2.0 * monitor.false_alarms_per_hour ? ": more than twice what was asked for" : "");
+}
+
+std::string conditions_text(const MonitorStudy& study) {
+  if (study.rows.empty()) return "";
   std::string text = fmt::format(
-      "limits for {} false alarms an hour, from {} h of runs as in training; gate at {} deviations of the innovation\n",
-      significant(monitor.false_alarms_per_hour), significant(monitor.hours), significant(monitor.gate));
-  if (study.on_logs)
-    text += fmt::format("on the test logs, {} h: {} alarms an hour{}{}\n", significant(study.log_hours),
-                        significant(study.on_logs->per_hour), study.on_logs->most == Alarm::kNone ? "" : ", mostly ",
-                        alarm_name(study.on_logs->most));
-  if (study.rows.empty()) return text;
-  text += fmt::format(
-      "{} runs of {} s a condition, time constant {} s, once armed after one. error: norm of x - x_hat; ratio: over "
+      "\n{} runs of {} s a condition, time constant {} s, once armed after one. error: norm of x - x_hat; ratio: over "
       "that of\n"
       "the first row; seen: runs with an alarm within five time constants; gated: error behind the gate\n\n",
       study.runs, significant(study.horizon_s), significant(study.time_constant_s));
@@ -66,11 +114,28 @@ std::string monitor_text(const codegen::Monitor& monitor, const MonitorStudy& st
                    alarm_name(row.alarms.most)});
   text += table.to_text(2, 110);
   if (!study.left_out.empty())
-    text += fmt::format("\nleft out, for the plant has no parameters: {}\n", fmt::join(study.left_out, ", "));
+    text += fmt::format("\nleft out, because the plant has no parameters: {}\n", fmt::join(study.left_out, ", "));
+  for (const std::string& why : study.impossible) text += fmt::format("left out: {}\n", why);
   return text;
 }
 
-std::string monitor_json(const codegen::Monitor& monitor, const MonitorStudy& study) {
+std::string monitor_text(const FittedMonitor& fitted, const MonitorStudy& study) {
+  const codegen::Monitor& monitor = fitted.monitor;
+  const bool gated = monitor.gate < std::sqrt(kNoLimit);
+  std::string text = undetected_text(study.faults);
+  text += fmt::format("limits for {} false alarms an hour, from {} h of runs as in training; {}\n",
+                      significant(monitor.false_alarms_per_hour), significant(monitor.hours),
+                      gated ? fmt::format("gate at {} deviations of the innovation", significant(monitor.gate))
+                            : "the gate is open: it rejects nothing");
+  text += log_rate_text(monitor, study);
+  if (!fitted.unwatched.empty())
+    text += fmt::format("not watched, because training itself comes near the largest value: {}\n",
+                        fmt::join(fitted.unwatched, ", "));
+  return text + gate_text(fitted) + faults_text(study.faults) + conditions_text(study);
+}
+
+std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study) {
+  const codegen::Monitor& monitor = fitted.monitor;
   nlohmann::ordered_json json;
   json["false_alarms_per_hour"] = monitor.false_alarms_per_hour;
   json["hours"] = monitor.hours;
@@ -78,6 +143,18 @@ std::string monitor_json(const codegen::Monitor& monitor, const MonitorStudy& st
   json["time_constant_s"] = monitor.windows_s(1);
   json["runs"] = study.runs;
   if (study.on_logs) json["test_logs"] = {{"hours", study.log_hours}, {"alarms_per_hour", study.on_logs->per_hour}};
+  json["gate_dropped"] = fitted.gate.dropped;
+  for (const GateTrial& trial : fitted.gate.trials) json["gate_cost"][trial.when] = trial.cost();
+  json["not_watched"] = fitted.unwatched;
+  for (const FaultRow& row : study.faults) {
+    nlohmann::ordered_json& one = json["faults"][row.output][fault_name(row.fault)];
+    one["error_ratio"] = row.error;
+    one["runs_harmed"] = row.harmed;
+    one["runs_seen"] = row.seen;
+    if (row.median_delay_s) one["median_delay_s"] = *row.median_delay_s;
+    one["first_alarm"] = alarm_name(row.most);
+  }
+  json["left_out"] = study.impossible;
   for (const MonitorRow& row : study.rows) {
     nlohmann::ordered_json& one = json["conditions"][row.condition];
     one["error"] = row.error;
@@ -96,6 +173,9 @@ constexpr double kHour = 3600.0;
 constexpr int kFitRuns = 100;
 constexpr double kMostSamples = 4e6;  // of the runs that limits are set on
 constexpr int kChunk = 64;            // runs in memory together
+constexpr int kTrialRuns = 24;        // that the gate is tried on
+constexpr Eigen::Index kMostTrialSamples = 20000;
+constexpr std::uint64_t kTrialSeed = 0x67617465ULL;
 constexpr std::uint64_t kFitSeed = 0x6d6f6e69ULL, kCleanSeed = kFitSeed + 1, kLimitSeed = kFitSeed + 1000;
 
 struct MonitorArguments {
@@ -104,7 +184,7 @@ struct MonitorArguments {
   double hours = 12.0;
   int runs = 200;
   unsigned long long seed = 1;
-  bool json = false, quick = false, dry_run = false;
+  bool json = false, quick = false, dry_run = false, accept_undetected = false;
 };
 
 std::vector<NoiseConfig> noises_of(const MonitorArguments& arguments, const Experiment& experiment) {
@@ -134,9 +214,18 @@ void write(const codegen::Model& model, const std::string& output, const std::st
   }
 }
 
-codegen::Monitor monitor_of_plant(const codegen::Model& model, const Experiment& experiment,
-                                  const std::vector<NoiseConfig>& noises, MonitorRequest& request, double hours,
-                                  const MonitorProgress& progress) {
+/// The table's conditions do not say what the training's sensors are; these do.
+Condition trained_condition(const std::vector<NoiseConfig>& noises, const Experiment& experiment) {
+  Condition condition;
+  condition.name = "as_trained";
+  condition.noise = noises.front();
+  condition.process_noise = experiment.simulation.process_noise;
+  return condition;
+}
+
+FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& experiment,
+                               const std::vector<NoiseConfig>& noises, MonitorRequest& request, double hours,
+                               const MonitorProgress& progress) {
   const double horizon_s = experiment.simulation.horizon_s;
   const SensedRuns fit = sensed_runs(experiment, noises, horizon_s, kFitSeed, kFitRuns);
   if (request.time_constant_s == 0.0) request.time_constant_s = time_constant_s(model, fit);
@@ -149,27 +238,26 @@ codegen::Monitor monitor_of_plant(const codegen::Model& model, const Experiment&
                          },
                          (count + kChunk - 1) / kChunk};
   const SensedRuns clean = sensed_runs(experiment, {NoiseConfig{}}, long_run_s, kCleanSeed, kFitRuns / 2);
-  return fit_monitor(model, fit, limits, clean, request, progress);
+  Experiment nominal = nominal_experiment(experiment);
+  nominal.simulation.horizon_s = long_run_s;
+  const std::vector<FlownRun> trial = flown_runs(
+      compared_runs(nominal, trained_condition(noises, experiment), SeedStream::kValidation, kTrialSeed, 1, kTrialRuns),
+      kMostTrialSamples);
+  return fit_monitor(model, fit, limits, clean, trial, request, progress);
 }
 
-/// Training and validation logs: the hours that there are.
-codegen::Monitor monitor_of_logs(const codegen::Model& model, const LogSplits& splits, MonitorRequest& request) {
+/// Predictions and the gate from training logs; limits from those and the validation logs: the hours that there are.
+/// The gate is tried on the validation logs, which did not set it.
+FittedMonitor monitor_of_logs(const codegen::Model& model, const LogSplits& splits, MonitorRequest& request) {
   Dataset logs = splits.train;
   logs.uniform = logs.uniform && splits.validation.uniform;
   logs.trajectories.insert(logs.trajectories.end(), splits.validation.trajectories.begin(),
                            splits.validation.trajectories.end());
-  const SensedRuns all = sensed_runs(logs);
+  const SensedRuns fit = sensed_runs(splits.train), all = sensed_runs(logs);
   if (request.time_constant_s == 0.0) request.time_constant_s = time_constant_s(model, all);
-  return fit_monitor(model, all, {[&](int) { return all; }, 1}, std::nullopt, request);
-}
-
-/// The table's conditions do not say what the training's sensors are; these do.
-Condition trained_condition(const std::vector<NoiseConfig>& noises, const Experiment& experiment) {
-  Condition condition;
-  condition.name = "as_trained";
-  condition.noise = noises.front();
-  condition.process_noise = experiment.simulation.process_noise;
-  return condition;
+  const Dataset& trial = splits.validation.trajectories.empty() ? splits.train : splits.validation;
+  return fit_monitor(model, fit, {[&](int) { return all; }, 1}, std::nullopt, flown_runs(trial, kMostTrialSamples),
+                     request);
 }
 
 void run_monitor(MonitorArguments arguments) {
@@ -209,11 +297,13 @@ void run_monitor(MonitorArguments arguments) {
     LogSplits splits;
     if (experiment.log) splits = load_log_splits(*experiment.log, arguments.data, symmetries_of(experiment));
     model.monitor.reset();
-    model.monitor = experiment.log
-                        ? monitor_of_logs(model, splits, arguments.request)
-                        : monitor_of_plant(model, experiment, noises, arguments.request, hours,
-                                           [&](double share) { progress.update(kLimitsShare * share, "limits"); });
-    MonitorStudy study = study_on_logs(model, splits.test);
+    const FittedMonitor fitted =
+        experiment.log ? monitor_of_logs(model, splits, arguments.request)
+                       : monitor_of_plant(model, experiment, noises, arguments.request, hours,
+                                          [&](double share) { progress.update(kLimitsShare * share, "limits"); });
+    model.monitor = fitted.monitor;
+    MonitorStudy study = study_on_logs(model, splits.test.trajectories.empty() ? splits.validation : splits.test,
+                                       arguments.request.threads);
     if (!experiment.log && arguments.runs > 0)
       study = study_monitor(
           model, experiment, trained_condition(noises, experiment), set, arguments.request.time_constant_s,
@@ -221,9 +311,18 @@ void run_monitor(MonitorArguments arguments) {
           [&](double share) { progress.update(kLimitsShare + (1.0 - kLimitsShare) * share, "conditions"); });
     if (!arguments.dry_run) write(model, output, arguments.model, read);
     progress.finish();
-    if (arguments.json) return fmt::print("{}", monitor_json(*model.monitor, study));
-    fmt::print("{}", printable(monitor_text(*model.monitor, study)));
-    if (!arguments.dry_run) fmt::print("\nmodel    {}, with its monitor: nlo export\n", output);
+    if (arguments.json) {
+      fmt::print("{}", monitor_json(fitted, study));
+    } else {
+      fmt::print("{}", printable(monitor_text(fitted, study)));
+      if (!arguments.dry_run) fmt::print("\nmodel    {}, with its monitor: nlo export\n", output);
+    }
+    if (!arguments.accept_undetected && !undetected_text(study.faults).empty())
+      throw RunFailure(
+          fmt::format("{}: a dead, frozen or zero sensor harms the estimate without an alarm (first lines of the "
+                      "table); watch that "
+                      "sensor by other means, and say --accept-undetected",
+                      arguments.model));
   });
 }
 
@@ -255,6 +354,8 @@ void add_monitor(CLI::App& app, Action& action) {
   options.threads(arguments->request.threads);
   options.value("-o,--output", arguments->output, "file for the model with its monitor (default: MODEL)", "FILE.json");
   options.flag("--dry-run", arguments->dry_run, "print the table, write no model");
+  options.flag("--accept-undetected", arguments->accept_undetected,
+               "exit with 0 although a dead, frozen or zero sensor raises no alarm");
   options.flag("--json", arguments->json, "one JSON object instead of the table");
   command->footer(
       "Examples:\n"

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
-// A monitor (nlo/monitor.h) from runs like those of the training: what the next outputs are expected to be, and limits
-// that are passed at a stated rate.
+// Makes a monitor (nlo/monitor.h) from runs like those of the training: predictions of the next outputs, and limits
+// that are exceeded at a stated rate.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "codegen/model/model.h"
+#include "trainer/monitor/flown_runs.h"
+#include "trainer/monitor/gate_trial.h"
 #include "trainer/monitor/sensed_runs.h"
 
 namespace nlo::trainer {
@@ -22,15 +25,24 @@ struct MonitorRequest {
 /// Called with the share that is done.
 using MonitorProgress = std::function<void(double share)>;
 
-///   fit     predictions, deviations and the gate, by least squares
+/// A monitor, and what is known of it before it flies.
+struct FittedMonitor {
+  codegen::Monitor monitor;
+  GateReport gate;
+  std::vector<std::string> unwatched;  ///< statistics whose limit they cannot reach, or that training itself reaches
+};
+
+/// Makes a monitor.
+///   fit     runs that predictions, deviations, the linear fit of T* and the gate are fitted to
 ///   limits  hours of other runs: each statistic's largest value in each time constant; the rate of those above a limit
 ///           is an exponential tail beyond the largest 0.5 %. All limits are then scaled together, so that the alarm
 ///           that any of them gives has the rate.
-///   clean   runs without noise, where there is a plant: below them an error of prediction is no news
+///   clean   runs without noise, where there is a plant: prediction errors smaller than theirs tell nothing
+///   trial   runs that set nothing: a gate that does harm there is not shipped (gate_trial.h)
 /// Throws codegen::Error when runs are too few or too short.
-codegen::Monitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const RunSource& limits,
-                             const std::optional<SensedRuns>& clean, const MonitorRequest& request,
-                             const MonitorProgress& progress = {});
+FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const RunSource& limits,
+                          const std::optional<SensedRuns>& clean, const std::vector<FlownRun>& trial,
+                          const MonitorRequest& request, const MonitorProgress& progress = {});
 
 /// The value that is exceeded `per_hour` times an hour, by the exponential tail beyond the largest 0.5 % (20 at least)
 /// of `values`, each the largest of a block, which are `hours` long together.

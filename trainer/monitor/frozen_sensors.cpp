@@ -7,6 +7,9 @@
 #include <map>
 #include <vector>
 
+#include "codegen/replay/reference_monitor.h"
+#include "trainer/evaluation/evaluate.h"
+
 namespace nlo::trainer {
 namespace {
 
@@ -21,6 +24,8 @@ using Eigen::VectorXd;
 constexpr double kFrozenShare = 0.03, kLeastWitnessed = 0.5;
 // A sensor of high resolution repeats itself now and then, though no log shows it.
 constexpr std::size_t kFewestEqual = 5;
+// The resting reading of a sensor that does not rest: no reading equals it.
+constexpr double kNoRest = 1e30;
 
 /// The reading of output j that is repeated most.
 double resting_reading(const SensedRuns& runs, Index j) {
@@ -66,7 +71,7 @@ double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
     codegen::Repeats repeats;
     for (Index k = 0; k < y.cols(); ++k) {
       if (!std::isfinite(y(j, k))) continue;
-      repeats.add(monitor, j, y(j, k), y(static_cast<Index>(monitor.witness(j)), k));
+      repeats.add(monitor, j, y(j, k), y(static_cast<Index>(monitor.witness(j)), k), 0.0);
       const auto equal = static_cast<std::size_t>(repeats.equal());
       all += 1.0;
       if (equal == 0) continue;
@@ -80,13 +85,58 @@ double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
   return std::min(static_cast<double>(std::max(length + 1, kFewestEqual)), 65535.0);
 }
 
+/// Over all runs, of one output: the most equal readings in a row, and the largest change that was predicted while the
+/// reading stayed the same [deviations], once the observer has settled.
+struct Repeated {
+  int longest = 0;
+  double moved = 0.0;
+};
+std::vector<Repeated> repeated(const Monitor& monitor, const SensedRuns& runs, const codegen::Model& model) {
+  std::vector<Repeated> all(static_cast<std::size_t>(model.measured()));
+  const ObserverRun observer = observer_run(model, runs.uniform());
+  const Index armed = codegen::armed_after(monitor, model.sample_period_s);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const MatrixXd& y = runs.outputs[i];
+    const VectorXd time =
+        runs.uniform() ? VectorXd::LinSpaced(y.cols(), 0.0, static_cast<double>(y.cols() - 1) * model.sample_period_s)
+                       : runs.time_s[i];
+    const MatrixXd features = codegen::monitor_features(model, observer(y, runs.inputs[i], time));
+    const MatrixXd predicted = monitor.deviation.cwiseInverse().asDiagonal() *
+                               MatrixXd((monitor.prediction * features).colwise() + monitor.offset);
+    for (Index j = 0; j < model.measured(); ++j) {
+      codegen::Repeats repeats;
+      Repeated& own = all[static_cast<std::size_t>(j)];
+      for (Index k = 1; k < y.cols(); ++k) {
+        if (!std::isfinite(y(j, k))) continue;
+        repeats.add(monitor, j, y(j, k), std::nan(""), k > armed ? predicted(j, k - 1) : 0.0);
+        own.longest = std::max(own.longest, repeats.equal());
+        own.moved = std::max(own.moved, std::abs(repeats.moved()));
+      }
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
-void fit_frozen(Monitor& monitor, const SensedRuns& runs, const codegen::Model& model) {
-  monitor.most_equal = monitor.resting = monitor.rest_min = monitor.rest_max = VectorXd::Zero(model.ny());
-  monitor.witness = VectorXd::Zero(model.ny());
+void fit_frozen(Monitor& monitor, const SensedRuns& runs, bool simulated, const codegen::Model& model) {
+  codegen::leave_out_frozen(monitor, model.ny());
+  if (runs.outputs.empty()) return;
+  const std::vector<Repeated> all = repeated(monitor, runs, model);
+  // A sensor of high resolution repeats a reading by chance only.
+  constexpr int kByChance = 3;
+  constexpr double kMargin = 2.0, kLeastMoved = 3.0;  // deviations
+  for (Index j = 0; j < model.measured(); ++j) {
+    const Repeated& own = all[static_cast<std::size_t>(j)];
+    monitor.most_moved(j) = std::max(kMargin * own.moved, kLeastMoved);
+    if (!simulated && own.longest <= kByChance) {
+      monitor.most_equal(j) = std::max<double>(4 * (own.longest + 1), kFewestEqual);
+      monitor.resting(j) = monitor.rest_min(j) = monitor.rest_max(j) = kNoRest;
+      monitor.witness(j) = static_cast<double>(j);
+    }
+  }
   for (const int j : model.failures.outputs) {
-    if (j >= model.measured() || runs.outputs.empty()) continue;
+    if (simulated || j >= model.measured()) continue;
     const double resting = resting_reading(runs, j);
     Witness best{j, resting, resting, kLeastWitnessed};  // itself: at rest it is never frozen
     for (Index i = 0; i < model.measured(); ++i) {

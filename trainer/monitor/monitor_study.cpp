@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
+#include "codegen/base/error.h"
 #include "trainer/base/parallel.h"
 #include "trainer/base/quantile.h"
 #include "trainer/compare/compare_study.h"
@@ -20,7 +22,9 @@ using nlo::Alarm;
 
 constexpr double kSeenWithin = 5.0;  // time constants
 constexpr double kShortestRun = 8.0;
-constexpr std::size_t kAlarms = static_cast<std::size_t>(Alarm::kMissing) + 1;
+constexpr std::size_t kFaultRuns = 20;
+constexpr Index kMostFaultSamples = 20000;
+constexpr std::size_t kAlarms = static_cast<std::size_t>(Alarm::kReset) + 1;
 
 /// Means of squared errors of one run once armed, as it is and behind the gate.
 struct Errors {
@@ -29,8 +33,7 @@ struct Errors {
 
 }  // namespace
 
-AlarmCount count_alarms(const std::vector<WatchedRun>& runs, const std::vector<Alarm>& meanings, double sample_period_s,
-                        double time_constant_s) {
+AlarmCount count_alarms(const std::vector<WatchedRun>& runs, double sample_period_s, double time_constant_s) {
   const auto quiet = static_cast<Index>(std::lround(time_constant_s / sample_period_s));
   AlarmCount count;
   std::vector<double> delays;
@@ -39,9 +42,10 @@ AlarmCount count_alarms(const std::vector<WatchedRun>& runs, const std::vector<A
   for (const WatchedRun& run : runs) {
     Index until = -1;
     bool first = true;
-    for (Index k = run.armed_after; k < run.levels.cols(); ++k) {
-      Index worst = 0;
-      if (!(run.levels.col(k).maxCoeff(&worst) > 1.0)) continue;
+    const auto samples = static_cast<Index>(run.alarms.size());
+    for (Index k = run.armed_after; k < samples; ++k) {
+      const Alarm alarm = run.alarms[static_cast<std::size_t>(k)];
+      if (alarm == Alarm::kNone) continue;
       if (k >= until) alarms += 1.0;
       until = k + quiet;
       if (!first) continue;
@@ -49,9 +53,9 @@ AlarmCount count_alarms(const std::vector<WatchedRun>& runs, const std::vector<A
       const double delay_s = static_cast<double>(k - run.armed_after) * sample_period_s;
       delays.push_back(delay_s);
       if (delay_s <= kSeenWithin * time_constant_s) seen += 1.0;
-      ++kinds[static_cast<std::size_t>(meanings[static_cast<std::size_t>(worst)])];
+      ++kinds[static_cast<std::size_t>(alarm)];
     }
-    hours += static_cast<double>(run.levels.cols() - run.armed_after) * sample_period_s / 3600.0;
+    hours += static_cast<double>(std::max<Index>(0, samples - run.armed_after)) * sample_period_s / 3600.0;
   }
   count.seen = runs.empty() ? 0.0 : seen / static_cast<double>(runs.size());
   count.per_hour = hours > 0.0 ? alarms / hours : 0.0;
@@ -71,7 +75,6 @@ MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experi
   Experiment nominal = nominal_experiment(experiment);
   nominal.simulation.horizon_s = std::max(nominal.simulation.horizon_s, kShortestRun * time_constant_s);
   const codegen::Monitor& monitor = *model.monitor;
-  const std::vector<Alarm> meanings = codegen::ReferenceMonitor::meanings(model, monitor);
   study.time_constant_s = time_constant_s;
   study.horizon_s = nominal.simulation.horizon_s;
   study.runs = runs;
@@ -79,7 +82,15 @@ MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experi
   for (std::size_t c = 0; c < conditions.size(); ++c) {
     const int own =
         c > 0 ? runs : std::max(runs, static_cast<int>(std::ceil(hours * 3600.0 / nominal.simulation.horizon_s)));
-    const ComparedRuns compared = compared_runs(nominal, conditions[c], SeedStream::kTest, seed, 1, own);
+    std::optional<ComparedRuns> runs_there;
+    try {
+      runs_there = compared_runs(nominal, conditions[c], SeedStream::kTest, seed, 1, own);
+    } catch (const codegen::Error& error) {  // an output that is not finite, for example
+      if (c == 0) throw;
+      study.impossible.push_back(conditions[c].name + ": " + error.what());
+      continue;
+    }
+    const ComparedRuns& compared = *runs_there;
     std::vector<WatchedRun> watched(compared.outputs.size());
     std::vector<Errors> errors(compared.outputs.size());
     std::vector<ObserverRun> observers;
@@ -108,14 +119,19 @@ MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experi
     row.gated = std::sqrt(row.gated / count);
     row.rejected /= samples;
     row.ratio = study.rows.empty() ? 1.0 : row.error / study.rows.front().error;
-    row.alarms = count_alarms(watched, meanings, model.sample_period_s, time_constant_s);
+    row.alarms = count_alarms(watched, model.sample_period_s, time_constant_s);
     study.rows.push_back(row);
+    if (c == 0) {
+      std::vector<FlownRun> flown = flown_runs(compared, kMostFaultSamples);
+      flown.resize(std::min<std::size_t>(flown.size(), kFaultRuns));
+      study.faults = try_faults(model, monitor, flown, pool);
+    }
     if (progress) progress(static_cast<double>(c + 1) / static_cast<double>(conditions.size()));
   }
   return study;
 }
 
-MonitorStudy study_on_logs(const codegen::Model& model, const Dataset& logs) {
+MonitorStudy study_on_logs(const codegen::Model& model, const Dataset& logs, int threads) {
   MonitorStudy study;
   if (logs.trajectories.empty()) return study;
   const SensedRuns runs = sensed_runs(logs);
@@ -125,8 +141,9 @@ MonitorStudy study_on_logs(const codegen::Model& model, const Dataset& logs) {
     study.log_hours += static_cast<double>(runs.outputs[i].cols()) * model.sample_period_s / 3600.0;
   }
   study.time_constant_s = model.monitor->windows_s(1);
-  study.on_logs = count_alarms(watched, codegen::ReferenceMonitor::meanings(model, *model.monitor),
-                               model.sample_period_s, study.time_constant_s);
+  study.on_logs = count_alarms(watched, model.sample_period_s, study.time_constant_s);
+  ThreadPool pool(threads);
+  study.faults = try_faults(model, *model.monitor, flown_runs(logs, kMostFaultSamples), pool);
   return study;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a monitor sees under conditions that differ from the training, and what its gate is worth there.
+// What a monitor detects under conditions that differ from the training, and what its gate is worth there.
 #pragma once
 
 #include <atomic>
@@ -12,6 +12,7 @@
 #include "codegen/replay/reference_monitor.h"
 #include "trainer/compare/conditions.h"
 #include "trainer/config/experiment.h"
+#include "trainer/monitor/fault_trial.h"
 #include "trainer/monitor/fit_monitor.h"
 
 namespace nlo::trainer {
@@ -23,8 +24,7 @@ struct AlarmCount {
   double per_hour = 0.0;
   nlo::Alarm most = nlo::Alarm::kNone;  ///< the commonest first alarm
 };
-AlarmCount count_alarms(const std::vector<codegen::WatchedRun>& runs, const std::vector<nlo::Alarm>& meanings,
-                        double sample_period_s, double time_constant_s);
+AlarmCount count_alarms(const std::vector<codegen::WatchedRun>& runs, double sample_period_s, double time_constant_s);
 
 struct MonitorRow {
   std::string condition;
@@ -37,9 +37,11 @@ struct MonitorRow {
 
 struct MonitorStudy {
   double time_constant_s = 0.0, horizon_s = 0.0;
-  int runs = 0;                       ///< of each condition
-  std::vector<MonitorRow> rows;       ///< the first is as in training
-  std::vector<std::string> left_out;  ///< conditions that the plant has no parameters for
+  int runs = 0;                         ///< of each condition
+  std::vector<MonitorRow> rows;         ///< the first is as in training
+  std::vector<std::string> left_out;    ///< conditions that the plant has no parameters for
+  std::vector<std::string> impossible;  ///< conditions that the plant cannot take, with the reason
+  std::vector<FaultRow> faults;         ///< of each output
 
   std::optional<AlarmCount> on_logs = {};  ///< on logs that limits were not set on ...
   double log_hours = 0.0;                  ///< ... so many hours
@@ -51,7 +53,7 @@ MonitorStudy study_monitor(const codegen::Model& model, const Experiment& experi
                            const ConditionSet& set, double time_constant_s, int runs, double hours, std::uint64_t seed,
                            int threads, const MonitorProgress& progress = {});
 
-/// What it says of logs that it was not made from; empty without any.
-MonitorStudy study_on_logs(const codegen::Model& model, const Dataset& logs);
+/// Counts alarms and tries faults on logs that set no limit. Empty without any.
+MonitorStudy study_on_logs(const codegen::Model& model, const Dataset& logs, int threads);
 
 }  // namespace nlo::trainer

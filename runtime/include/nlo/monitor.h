@@ -1,25 +1,30 @@
 // SPDX-License-Identifier: MIT
-// Says when an observer is wrong: a plant that is not the one of the training, a sensor that is worse, a state where
-// training never was. What it watches is the innovation, by how much each output differs from what the sample before
-// let expect, and where z is:
+// Detects in flight that an estimate is wrong: a plant other than that of the training, a worse or dead sensor, a state
+// that training never reached. It watches the innovation (the difference between the change of an output and the
+// change that was predicted one sample earlier), the distance of z from training, and the difference between T* and a
+// linear fit of it:
 //
-//   e_j = (dy_j - P_j [z - S y; y; x_hat] - c_j) / deviation_j      dy_j: change of output j since the last sample
+//   off_r = (z - S y - mean)_r / deviation_r
+//   e_j = (dy_j - P_j [z - S y; y; x_hat] - c_j) / (deviation_j (1 + motion_j mean_r |off_r|))
+//                                              dy_j: change of output j since the last sample; z, y, x_hat, off of then
 //   m <- m + a (e - m),  v <- v + a (e^2 - v),  r <- r + a (e e_last - r)      a = 1 - exp(-period / window)
-//   p <- p + a_longest (m^2 - p)                 power of the smoothed innovation: what is off, either way and how long
-//   d <- d + a (mean of ((z - S y - mean) / deviation)^2 - d)
+//   p <- p + a_longest (m^2 - p)                 power of the smoothed innovation: what is biased, either way, how long
+//   d <- d + a (mean_r off_r^2 - d)
 //   q_j <- q_j + a (missing_j - q_j)                                over the first window
+//   b_i <- b_i + a (|x_hat_i - row_i [z - S y; y] - c_i| / deviation_i - b_i)      over the second window, or the first
 //
-// Alarm while one of p / max(v, least_variance), v, |r|, d, q is above its limit. Limits come from runs like those of
-// the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as kLargest at most, so that
-// one outlier raises no alarm.
+// Alarm while one of p / max(v, least_variance), v, |r|, d, q, b is above its limit. Limits come from runs or logs like
+// those of the training, for a stated number of false alarms per hour (nlo monitor). Each e counts as
+// kLargestInnovation at most, so that one outlier raises no alarm.
 //
-// It also keeps outliers from the observer: an output whose |e| is beyond the gate is not taken, unless the sensor is
-// as noisy as that (the gate widens with sqrt(v)) or it happens often in a row. Nor is a sensor taken that is frozen:
-// it repeats one reading for longer than those of the training, unless it rests and another output, its witness, does.
+// trusted() also keeps outliers from the observer: once the monitor is armed, it rejects an output whose |e| is beyond
+// the gate, which widens with sqrt(v). After kMostRejected rejections in a row it believes the sensor until the
+// innovation is ordinary again. It also rejects a frozen sensor, one that repeats a reading for longer than in training
+// or while the prediction moves on.
 //
-// No heap, no exceptions, no libm; whatever arrives, all of it stays finite: statistics that are outside of what steps
-// can lead to, or not numbers, come of a bit of memory that has flipped, and are an alarm of their own, kReset, with
-// which it begins again. It counts samples: steps may jitter as they did in training; after a gap, reset().
+// No heap, no exceptions, no libm. Every statistic stays finite for any input. Statistics that no sequence of samples
+// can produce come from corrupted memory: the alarm is kReset, and the monitor starts again. It counts samples, so
+// steps may jitter as they did in training. After a gap that made the observer stale it arms again by itself.
 #pragma once
 
 #include <cstdint>
@@ -56,10 +61,11 @@ class Monitor {
   };
   struct OutputState {
     Window windows[Model::kWindows];
-    Scalar y, predicted, last;  // the last reading, the change foreseen from there [deviations], the last innovation
+    Scalar y, predicted, last;  // the last reading, the change predicted from there [deviations], the last innovation
     Scalar missing_share;
-    Scalar raw;             // the last measurement that was one, whether it was taken or not
-    std::uint16_t equal;    // measurements in a row that repeat it, and not because of rest
+    Scalar raw;             // the last finite measurement, used or not
+    Scalar moved;           // predicted change since that measurement began to repeat [deviations]
+    std::uint16_t equal;    // measurements in a row that repeat it, not counted at rest; kFrozen: until it moves
     std::uint8_t rejected;  // in a row
     std::uint8_t missing;   // of the sample that watch() sees next; no bool: a flipped bit may make any byte of it
   };
@@ -67,16 +73,19 @@ class Monitor {
   struct State {
     OutputState outputs[kNy];
     Scalar distance[Model::kWindows];
+    Scalar disagreement[kNx];
+    Scalar place;  // mean |off| of the last sample
     Scalar level;
     int samples;  // since the start, until armed
     Alarm alarm;
+    std::uint8_t gated;  // trusted() has seen the sample that watch() sees next
   };
 
   /// The model must outlive the monitor; generated models are constants.
   constexpr explicit Monitor(const Model& model) : model_(&model) { reset(); }
   explicit Monitor(const Model&&) = delete;
 
-  /// After a gap. With the observer's reset() too, unless trusted() or watch() sees it before its next measurement.
+  /// Forgets everything. After the observer's reset(), the next trusted() or watch() does this by itself.
   constexpr void reset() {
     state_ = State{};
     for (auto& output : state_.outputs)
@@ -84,42 +93,52 @@ class Monitor {
     for (Scalar& distance : state_.distance) distance = 1;
   }
 
-  /// The measurements as `observer` should be given them: those beyond the gate or of a frozen sensor are not-a-number,
-  /// which it holds. For the sample that watch() sees next.
+  /// Returns the measurements with those replaced by not-a-number, which the observer holds, that the gate rejects or
+  /// that a frozen sensor repeats. Call it before step(); watch() then judges the same sample. `dt_s`: what step() is
+  /// told, 0 for one sample period. A reading after a gap is not compared with the prediction for one period.
   template <class Observer>
-  [[nodiscard]] constexpr Measured<Observer> trusted(Measured<Observer> y, const Observer& observer) {
-    const bool first = observer.save().started != 1;  // what comes is its first measurement
+  [[nodiscard]] constexpr Measured<Observer> trusted(Measured<Observer> y, const Observer& observer, Scalar dt_s = 0) {
+    const bool gap = dt_s > Scalar(1.5) * observer.model().sample_period_s;
+    const bool first = observer.save().started != 1;  // this is the observer's first measurement
     if (first) reset();
+    state_.gated = 1;
     for (int j = 0; j < kMeasured<Observer>; ++j) {
       OutputState& own = state_.outputs[j];
       own.missing = !is_finite(y[j]);
       if (own.missing == 1) continue;
       count_repeats(own, j, y[j], y[model_->witness[j]]);
-      if (first || state_.samples == 0) continue;
-      const Scalar e = innovation(j, y[j], observer.model().outputs.wrap[j]);
-      const Scalar noise = own.windows[0].variance > Scalar(1) ? own.windows[0].variance : Scalar(1);
-      const bool beyond = e * e > model_->gate_squared * noise && own.rejected < kMostRejected;
-      own.missing = beyond || is_frozen(own, j);
-      own.rejected = static_cast<std::uint8_t>(own.missing == 1 ? own.rejected + (own.rejected < kMostRejected) : 0);
+      if (first) continue;
+      bool rejects = false;
+      if (armed() && !gap) {
+        const Scalar e = innovation(j, y[j], observer.model().outputs.wrap[j]);
+        const Scalar noise = own.windows[0].variance > Scalar(1) ? own.windows[0].variance : Scalar(1);
+        const bool beyond = e * e > model_->gate_squared * noise;
+        rejects = beyond && own.rejected < most_rejected();
+        if (!beyond) own.rejected = 0;
+        if (rejects) ++own.rejected;
+      }
+      own.missing = rejects || own.equal == kFrozen;
       if (own.missing == 1) y[j] = std::numeric_limits<Scalar>::quiet_NaN();
     }
-    for (int j = kMeasured<Observer>; j < kNy; ++j) {  // computed: of what may be missing
+    for (int j = kMeasured<Observer>; j < kNy; ++j) {  // computed from outputs that may be missing
       state_.outputs[j].missing = 0;
       for (const Scalar measured : y) state_.outputs[j].missing |= static_cast<std::uint8_t>(!is_finite(measured));
     }
     return y;
   }
   template <class Observer>
-  [[nodiscard]] constexpr Scalar trusted(Scalar y, const Observer& observer) requires(kMeasured<Observer> == 1) {
-    return trusted(Measured<Observer>{{y}}, observer)[0];
+  [[nodiscard]] constexpr Scalar trusted(Scalar y, const Observer& observer,
+                                         Scalar dt_s = 0) requires(kMeasured<Observer> == 1) {
+    return trusted(Measured<Observer>{{y}}, observer, dt_s)[0];
   }
   template <class Y, class Observer>
   [[deprecated("it is called trusted()")]] [[nodiscard]] constexpr auto screened(const Y& y, const Observer& observer) {
     return trusted(y, observer);
   }
 
-  /// After each step of `observer`, with its estimate of the same sample. kReset where that step has reset the
-  /// observer, or what the monitor remembers is not what it can have seen.
+  /// Judges a sample, after each step of `observer`, with its estimate. Without trusted() before the step, nothing is
+  /// rejected, and the alarms are the same. Returns kReset if that step has reset the observer, or if the monitor's
+  /// memory is corrupted.
   template <class Observer>
   [[nodiscard]] constexpr Alarm watch(const Observer& observer, const Estimate& x_hat) {
     static_assert(Observer::kNz == kNz && Observer::kNr == kNr && Observer::kNx == kNx, "the monitor of another model");
@@ -128,40 +147,52 @@ class Monitor {
       return begin_again(taken.status == StepStatus::kReset ? Alarm::kReset : Alarm::kNone);
     const auto& y = taken.y;  // readings: held, clamped, angles within a turn
     const auto z = observer.relative_latent();
-    if (state_.samples > 0) {
-      for (int j = 0; j < kNy; ++j)
-        if (state_.outputs[j].missing == 0)
-          take(state_.outputs[j], innovation(j, y[j], observer.model().outputs.wrap[j]));
+    bool stale = false;
+    for (int j = 0; j < kNy; ++j) {
+      OutputState& own = state_.outputs[j];
+      const StepStatus status = observer.status(j);
+      if (state_.gated != 1) {
+        own.missing = 0;
+        if (status < StepStatus::kHeld) count_repeats(own, j, y[j], y[model_->witness[j]]);
+      }
+      if (status >= StepStatus::kHeld || own.equal == kFrozen) own.missing = 1;
+      stale = stale || status >= StepStatus::kStale;
+      if (state_.samples > 0 && own.missing == 0)
+        update_averages(own, innovation(j, y[j], observer.model().outputs.wrap[j]));
     }
-    note_place(z);
+    state_.gated = 0;
+    update_place(z);
+    update_disagreement(z, y, x_hat);
     predict(z, y, x_hat);
     if (state_.samples <= model_->armed_after) ++state_.samples;
+    if (stale) state_.samples = 0;  // once readings are back, x_hat has a transient again
     return judge() ? state_.alarm : begin_again(Alarm::kReset);
   }
 
-  /// It has seen as many samples as it takes to tell: before, watch() says kNone whatever the level. Not so after the
-  /// observer's reset(), from the next trusted() or watch() on.
+  /// True once the monitor has seen enough samples: before, watch() returns no alarm but kMissing and kReset, and
+  /// trusted() rejects nothing. False again after a reset of the observer, and while it is stale.
   [[nodiscard]] constexpr bool armed() const { return state_.samples > model_->armed_after; }
 
   [[nodiscard]] constexpr State save() const { return state_; }
 
-  /// Continues from a saved state, beside the observer's restore(). Refused (false,
-  /// nothing changed) unless watching can reach it.
+  /// Continues from a saved state, beside the observer's restore(). Returns false and changes nothing if watching
+  /// cannot reach that state.
   [[nodiscard]] constexpr bool restore(const State& saved) {
     if (!is_reachable(saved)) return false;
     state_ = saved;
     return true;
   }
 
-  /// What watch() said last.
+  /// Returns the alarm of the latest watch().
   [[nodiscard]] constexpr Alarm alarm() const { return state_.alarm; }
 
-  /// The largest of the statistics over its limit: above 1, alarm. 0 after kReset.
+  /// Returns the largest statistic over its limit: above 1 once armed, alarm. 0 after kReset.
   [[nodiscard]] constexpr Scalar level() const { return state_.level; }
 
  private:
   static constexpr Scalar kFar = Scalar(1e6);  // deviations; its square is finite
-  // An average stays within what is averaged, and its roundings.
+  static constexpr std::uint16_t kFrozen = 65535;
+  // An average stays within the values that it averages, but for rounding.
   static constexpr Scalar kMostSquare = Scalar(kLargestInnovation * kLargestInnovation) * Scalar(1.01);
 
   constexpr Alarm begin_again(Alarm why) {
@@ -174,10 +205,12 @@ class Monitor {
     bool good = state.samples >= 0 && state.samples <= model_->armed_after + 1 && state.alarm <= Alarm::kReset &&
                 is_finite(state.level);
     for (const Scalar distance : state.distance) good = good && within(distance, kMostSquare);
+    for (const Scalar disagreement : state.disagreement) good = good && within(disagreement, kMostSquare);
+    good = good && within(state.place, Scalar(kLargestInnovation)) && state.gated <= 1;
     for (const OutputState& own : state.outputs) {
       good = good && is_finite(own.y) && within(own.predicted, kFar) && within(own.last, Scalar(kLargestInnovation)) &&
-             within(own.missing_share, Scalar(1.01)) && is_finite(own.raw) && own.rejected <= kMostRejected &&
-             own.missing <= 1;
+             within(own.missing_share, Scalar(1.01)) && is_finite(own.raw) && within(own.moved, kFar) &&
+             own.rejected <= kMostRejected && own.missing <= 1;
       for (const Window& window : own.windows)
         good = good && within(window.mean, kMostSquare) && within(window.power, kMostSquare) &&
                within(window.variance, kMostSquare) && within(window.correlation, kMostSquare);
@@ -185,19 +218,30 @@ class Monitor {
     return good;
   }
 
-  constexpr bool is_frozen(const OutputState& own, int j) const {
-    return model_->most_equal[j] > 0 && own.equal >= model_->most_equal[j];
+  /// A jump of the true state looks like outliers until it is believed: that takes at most the time to arm.
+  constexpr int most_rejected() const {
+    return model_->armed_after < kMostRejected ? model_->armed_after : kMostRejected;
   }
 
-  /// Counts measurements that are the same to the bit, but those of a sensor at rest: until it is frozen.
+  /// Counts measurements that are the same to the bit, but those of a sensor at rest, and adds the changes that were
+  /// predicted meanwhile. A sensor at its limit of either is frozen until it moves.
   constexpr void count_repeats(OutputState& own, int j, Scalar y, Scalar witness) const {
-    const bool moves = witness < model_->rest_min[j] || witness > model_->rest_max[j];  // not so of a missing one
-    const bool at_rest = y == model_->resting[j] && !moves && !is_frozen(own, j);
-    own.equal = static_cast<std::uint16_t>(y != own.raw || at_rest ? 0 : own.equal + (own.equal < 65535));
+    const bool moves = witness < model_->rest_min[j] || witness > model_->rest_max[j];  // false if it is missing
+    const bool at_rest = y == model_->resting[j] && !moves && own.equal != kFrozen;
+    const bool repeats = y == own.raw;
+    own.moved = repeats && armed() ? limited(own.moved + own.predicted, kFar) : Scalar(0);
+    if (!repeats || at_rest) {
+      own.equal = 0;
+    } else if (own.equal < kFrozen - 1) {
+      ++own.equal;
+    }
+    const Scalar moved = own.moved < Scalar(0) ? -own.moved : own.moved;
+    const bool too_often = model_->most_equal[j] > 0 && own.equal >= model_->most_equal[j];
+    if (too_often || (model_->most_moved[j] > Scalar(0) && moved > model_->most_moved[j])) own.equal = kFrozen;
     own.raw = y;
   }
 
-  static constexpr Scalar limited(Scalar value, Scalar largest) {  // not-a-number too
+  static constexpr Scalar limited(Scalar value, Scalar largest) {  // for not-a-number, too
     const Scalar below = value < largest ? value : largest;
     return below > -largest ? below : -largest;
   }
@@ -208,10 +252,11 @@ class Monitor {
     const OutputState& own = state_.outputs[j];
     Scalar change = y - own.y;
     if (turn > Scalar(0)) change = ReadingRange<Scalar, 1>::template wrapped<kArithmetic>(change, turn);
-    return limited(multiply_add(change, model_->per_deviation[j], -own.predicted), kFar);
+    const Scalar size = multiply_add(model_->motion[j], state_.place, Scalar(1));
+    return limited(multiply_add(change, model_->per_deviation[j], -own.predicted) / size, kFar);
   }
 
-  constexpr void take(OutputState& own, Scalar innovation) {
+  constexpr void update_averages(OutputState& own, Scalar innovation) {
     const Scalar e = limited(innovation, Scalar(kLargestInnovation));
     for (int w = 0; w < Model::kWindows; ++w) {
       Window& window = own.windows[w];
@@ -225,14 +270,17 @@ class Monitor {
     own.last = e;
   }
 
+  /// Updates the distance of z from training and the share of missing measurements.
   template <class Latent>
-  constexpr void note_place(const Latent& z) {
-    Scalar sum = 0;
+  constexpr void update_place(const Latent& z) {
+    Scalar squares = 0, sizes = 0;
     for (int r = 0; r < kNz; ++r) {
       const Scalar off = limited((z[r] - model_->latent_mean[r]) * model_->per_latent_deviation[r], kFar);
-      sum = multiply_add(off, off, sum);
+      squares = multiply_add(off, off, squares);
+      sizes += off < Scalar(0) ? -off : off;
     }
-    const Scalar mean = limited(sum * (Scalar(1) / Scalar(kNz)), Scalar(kLargestInnovation * kLargestInnovation));
+    state_.place = limited(sizes * (Scalar(1) / Scalar(kNz)), Scalar(kLargestInnovation));
+    const Scalar mean = limited(squares * (Scalar(1) / Scalar(kNz)), Scalar(kLargestInnovation * kLargestInnovation));
     for (int w = 0; w < Model::kWindows; ++w) {
       Scalar& distance = state_.distance[w];
       distance = multiply_add(model_->gain[w], mean - distance, distance);
@@ -241,6 +289,23 @@ class Monitor {
       const Scalar missing = own.missing != 0 ? Scalar(1) : Scalar(0);
       own.missing_share = multiply_add(model_->gain[0], missing - own.missing_share, own.missing_share);
       own.missing = 0;
+    }
+  }
+
+  /// Compares x_hat with the linear fit of T*.
+  template <class Latent, class Readings>
+  constexpr void update_disagreement(const Latent& z, const Readings& y, const Estimate& x_hat) {
+    for (int i = 0; i < kNx; ++i) {
+      if (!(model_->per_row_deviation[i] > Scalar(0))) {
+        state_.disagreement[i] = 0;
+        continue;
+      }
+      Scalar off = multiply_add(x_hat[i], model_->per_row_deviation[i], -model_->row_offset[i]);
+      for (int r = 0; r < kNz; ++r) off = multiply_add(-model_->row[i][r], z[r], off);
+      for (int k = 0; k < kNr; ++k) off = multiply_add(-model_->row[i][kNz + k], y[k], off);
+      off = limited(off < Scalar(0) ? -off : off, Scalar(kLargestInnovation * kLargestInnovation));
+      Scalar& mean = state_.disagreement[i];
+      mean = multiply_add(model_->gain[Model::kWindows > 1 ? 1 : 0], off - mean, mean);
     }
   }
 
@@ -257,10 +322,11 @@ class Monitor {
     }
   }
 
-  /// False: the statistics are not what samples can lead to. One that is far out, or not a number, is so in their sum,
-  /// too; one that is so by less has been an alarm, and is forgotten as innovations are.
+  /// Finds the largest statistic over its limit. Returns false if the statistics are not ones that samples can produce:
+  /// a value that is far out or not a number shows in their sum. A smaller corruption may raise an alarm, and is
+  /// forgotten as innovations are.
   constexpr bool judge() {
-    constexpr Scalar kMostTogether = kMostSquare * Scalar(Model::kWindows * (3 * kNy + 1) + kNy);
+    constexpr Scalar kMostTogether = kMostSquare * Scalar(Model::kWindows * (3 * kNy + 1) + kNy + kNx);
     Scalar worst = 0, together = 0;
     Alarm why = Alarm::kNone;
     const auto ask = [&](Scalar value, Scalar limit, Alarm alarm) {
@@ -269,6 +335,12 @@ class Monitor {
       worst = value / limit;
       why = alarm;
     };
+    for (int j = 0; j < kNy; ++j) {
+      const OutputState& own = state_.outputs[j];
+      together += own.missing_share;
+      ask(own.missing_share, model_->missing_limit[j], Alarm::kMissing);
+    }
+    const bool missing = worst > Scalar(1);  // an alarm before the monitor is armed, too
     for (int j = 0; j < kNy; ++j) {
       const OutputState& own = state_.outputs[j];
       for (int w = 0; w < Model::kWindows; ++w) {
@@ -281,15 +353,19 @@ class Monitor {
         ask(window.variance, model_->variance_limit[j][w], Alarm::kInnovationVariance);
         ask(correlation, model_->correlation_limit[j][w], Alarm::kInnovationCorrelation);
       }
-      together += own.missing_share;
-      ask(own.missing_share, model_->missing_limit[j], Alarm::kMissing);
     }
     for (int w = 0; w < Model::kWindows; ++w) {
       together += state_.distance[w];
       ask(state_.distance[w], model_->latent_limit[w], Alarm::kLatentDistance);
     }
+    for (int i = 0; i < kNx; ++i) {
+      together += state_.disagreement[i];
+      if (model_->disagreement_limit[i] > Scalar(0))
+        ask(state_.disagreement[i], model_->disagreement_limit[i], Alarm::kDisagreement);
+    }
     state_.level = worst;
-    state_.alarm = worst > Scalar(1) && armed() ? why : Alarm::kNone;
+    if (!armed()) why = missing ? Alarm::kMissing : Alarm::kNone;
+    state_.alarm = worst > Scalar(1) ? why : Alarm::kNone;
     return is_below(together, kMostTogether) && state_.samples >= 0 && state_.samples <= model_->armed_after + 1;
   }
 

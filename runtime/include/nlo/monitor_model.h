@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a monitor is made of before it runs: the constants of an exported model, and the alarms it knows (monitor.h).
+// The constants of an exported monitor, and its alarms. monitor.h runs it.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,19 @@
 
 namespace nlo {
 
-/// What a monitor sees.
+/// Why a monitor raises an alarm.
 enum class Alarm : std::uint8_t {
   kNone,
-  kInnovationMean,         ///< predictions are off, for longer than noise is: plant, parameters or a bias
+  kInnovationMean,         ///< predictions are biased for longer than noise explains: plant, parameters or sensor bias
   kInnovationVariance,     ///< more noise than in training
-  kInnovationCorrelation,  ///< errors of predictions follow one another: plant or parameters
-  kLatentDistance,         ///< z where training seldom was
-  kMissing,                ///< too many measurements missing or beyond the gate
-  kReset,                  ///< a bit of memory has flipped, the monitor's or the observer's: it begins again, not armed
+  kInnovationCorrelation,  ///< successive prediction errors are correlated: plant or parameters
+  kLatentDistance,         ///< z is where training seldom was
+  kMissing,                ///< too many measurements of one output are missing, frozen or rejected by the gate
+  kDisagreement,           ///< T* and its linear fit disagree: the estimate extrapolates
+  kReset,  ///< memory of the monitor or of the observer is corrupted: the monitor starts again, not armed
 };
 
-/// Constants of a monitor, exported beside its observer's model.
+/// Constants of a monitor, exported beside its observer's model. monitor.h has the equations.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kNr_, int kWindows_>
 struct MonitorModel {
   using Scalar = Scalar_;
@@ -38,19 +39,31 @@ struct MonitorModel {
   Scalar correlation_limit[kNy][kWindows];
   Scalar latent_limit[kWindows];
   Scalar missing_limit[kNy];
-  Scalar gate_squared;  ///< |e| beyond the gate is an outlier
-  int armed_after;      ///< samples after a start without alarm
-  // A header without these has no sensor that may be frozen.
-  std::uint16_t most_equal[kNy] = {};  ///< equal readings in a row, then the sensor is frozen; 0: it never is
+  Scalar gate_squared;  ///< an output with e^2 above it is an outlier; kNoLimit: the gate is open
+  int armed_after;      ///< samples after a start without alarm and gate; about one time constant
+  // Headers of version 0.2.0 have none of the following; zero switches each of them off.
+  std::uint16_t most_equal[kNy] = {};  ///< equal readings in a row after which a sensor is frozen; 0: never
   Scalar resting[kNy] = {};            ///< the reading that may stay the same while another output, the witness,
-  std::uint8_t witness[kNy] = {};      ///< is within this range, where it is at rest, too
+  std::uint8_t witness[kNy] = {};      ///< stays within this range, because then the sensor is at rest
   Scalar rest_min[kNy] = {}, rest_max[kNy] = {};
+  Scalar most_moved[kNy] = {};      ///< predicted change during equal readings after which a sensor is frozen
+                                    ///< [deviations]; 0: never
+  Scalar motion[kNy] = {};          ///< growth of the innovation with the distance of z from its mean
+  Scalar row[kNx][kNz + kNr] = {};  ///< linear fit of x_hat / its deviation from T*
+  Scalar row_offset[kNx] = {};
+  Scalar per_row_deviation[kNx] = {};  ///< 1 / deviation of T* from the fit; 0: this state is not compared
+  Scalar disagreement_limit[kNx] = {};
 };
 
-/// The most that an innovation counts for, in deviations.
+/// An innovation counts for at most this many deviations, so that one outlier raises no alarm.
 inline constexpr int kLargestInnovation = 5;
 
-/// Measurements in a row that the gate keeps away; then the sensor is believed, unless it is frozen.
-inline constexpr int kMostRejected = 20;
+/// The gate rejects at most this many measurements in a row, and never for longer than the monitor takes to arm. Then
+/// the sensor is believed until its innovation is ordinary again. Outliers in one sample of five fill five in a row
+/// once in 3,000 samples.
+inline constexpr int kMostRejected = 5;
+
+/// The limit of a statistic that is not watched. Any other limit is one that the statistic can reach.
+inline constexpr double kNoLimit = 1e12;
 
 }  // namespace nlo
