@@ -93,7 +93,7 @@ class KklModule final : public StructureModule {
   bool reads_stalenesses() const override { return true; }
   bool saturates() const override { return true; }
 
-  Abilities abilities() const override { return {.c99 = true, .int16 = true, .fit = true}; }
+  Abilities abilities() const override { return {.c99 = true, .int16 = true}; }
   std::unique_ptr<CppStructure> cpp(const ExportSource& source) const override {
     return std::make_unique<KklHeader>(source);
   }

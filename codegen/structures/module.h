@@ -28,7 +28,6 @@ namespace nlo::codegen {
 struct Abilities {
   bool c99 = false;            ///< target c99
   bool int16 = false;          ///< --scalar int16: the runtime's model takes a QuantisedMap
-  bool fit = false;            ///< --fit: code and stack are calibrated
   bool whole_periods = false;  ///< its latent state knows no time but samples: step(dt) rounds
 };
 

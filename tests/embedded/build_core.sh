@@ -12,5 +12,5 @@ for name in "$@"; do
   models="$models;$build/models/$name.json"
 done
 "$cmake" -S "$source" -B "$build" -G Ninja --toolchain "$source/toolchains/$toolchain.cmake" \
-  -DCMAKE_BUILD_TYPE=Release -DNLO_PROGRAM="$nlo" -DNLO_BOUNDED_MODELS="${models#;}" >"$build.log" 2>&1 || { cat "$build.log"; exit 1; }
+  -DCMAKE_BUILD_TYPE=Release -DNLO_PROGRAM="$nlo" -DNLO_COUNTED_MODELS="${models#;}" >"$build.log" 2>&1 || { cat "$build.log"; exit 1; }
 exec "$cmake" --build "$build"

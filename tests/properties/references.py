@@ -46,6 +46,7 @@ EXCEPTIONS = {
     "--man": REMOVED,
     "nlo completion": REMOVED,
     "nlo man": REMOVED,
+    "--fit": REMOVED,
     "NAME.h": PLACEHOLDER,
     "NAME_replay.h": PLACEHOLDER,
     "a_test.cpp": PLACEHOLDER,

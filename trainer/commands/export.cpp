@@ -13,7 +13,6 @@
 #include "codegen/base/file.h"
 #include "codegen/base/identifier.h"
 #include "codegen/export/error_limits.h"
-#include "codegen/export/fit.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
 #include "codegen/targets/generated.h"
@@ -30,7 +29,7 @@ namespace nlo::trainer {
 namespace {
 
 struct ExportArguments {
-  std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, fit, roles;
+  std::string model, target = "cpp", scalar = "float", weights = "float", name, output, max_error, roles;
   int samples = codegen::ExportOptions{}.samples;
   bool check = false, quiet = false;
 };
@@ -40,23 +39,12 @@ struct Judged {
   std::string tables, refusal;
 };
 
-/// Throws Error when --max-error or --fit are not understood.
+/// Throws Error if --max-error cannot be read.
 Judged judge(const codegen::PreparedExport& prepared, const ExportArguments& arguments) {
   std::optional<Eigen::VectorXd> limits;
-  std::optional<codegen::Budget> budget;
   if (!arguments.max_error.empty()) limits = codegen::error_limits(arguments.max_error, prepared.model());
-  if (!arguments.fit.empty()) budget = codegen::budget(arguments.fit);
-  if (budget &&
-      (codegen::export_target(arguments.target).no_observer || codegen::export_target(arguments.target).of_c99))
-    throw codegen::Error(fmt::format(
-        "--fit knows what the C++ runtime takes, not --target {}; leave it out, or export cpp", arguments.target));
-
   Judged judged{codegen::error_table(prepared), {}};
   if (limits) judged.refusal = codegen::beyond_limits(prepared, *limits);
-  if (!budget) return judged;
-  const std::vector<codegen::Need> needs = codegen::needs(prepared);
-  judged.tables += codegen::needs_table(needs);
-  if (judged.refusal.empty()) judged.refusal = codegen::shortfall(needs, *budget);
   return judged;
 }
 
@@ -148,10 +136,6 @@ void add_export(CLI::App& app, Action& action) {
                 "refuse when a state's largest error in the model's domain is beyond VALUE, or STATE=VALUE,...; in "
                 "float, take the cheapest tanh that keeps within it",
                 "VALUE");
-  options.value("--fit", arguments->fit,
-                "print what M0+, M4F, M7 and M33 need; refuse more than flash=32K,ram=2K,mac=5000,core=m4f (any of "
-                "them)",
-                "BUDGET");
   options.value("--roles", arguments->roles,
                 "simplefoc: which output is the shaft's angle (none: no output is) and which state its velocity, where "
                 "units do not tell",
@@ -171,7 +155,6 @@ void add_export(CLI::App& app, Action& action) {
       "Examples:\n"
       "  nlo export runs/van_der_pol/model.json -o firmware/van_der_pol.h\n"
       "  nlo export model.json --scalar int16 --max-error x1=0.01,x2=0.02 -o van_der_pol.h\n"
-      "  nlo export model.json --scalar int16 --fit flash=32K,ram=2K,core=m4f -o van_der_pol.h\n"
       "  nlo export model.json --weights bf16 --max-error 0.02 -o van_der_pol.h\n"
       "  nlo export model.json --target replay -o van_der_pol_replay.h\n"
       "  nlo export model.json --target c99 -o van_der_pol.h                      (and van_der_pol.c)\n"

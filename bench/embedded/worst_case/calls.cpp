@@ -2,9 +2,7 @@
 // The calls of an observer of ../flown_model.h, and of its monitor with NLO_MONITORED, each a function of its own.
 #include "bench/embedded/worst_case/calls.h"
 
-#include <algorithm>
 #include <cstddef>
-#include <iterator>
 
 #include "bench/embedded/flown_model.h"
 #if NLO_MONITORED
@@ -40,28 +38,13 @@ void called_step(Dt... dt_s) {
 
 constexpr float kLongest = kModel.sample_period_s * static_cast<float>(Observer::Model::kLongestGap);
 
-/// Of the exponentials that a step of another length takes: of the modes of z, or of a gate (decay_minus_1()).
-template <class Model>
-constexpr int doublings(const Model& model) {
-  const auto of = [](float re, float im) { return nlo::Halved<float>({re * kLongest, im * kLongest}).doublings; };
-  if constexpr (requires { model.latent.eigenvalues; }) {
-    int most = 0;
-    const auto& values = model.latent.eigenvalues;
-    for (int r = 0; r < 2 * Model::kPairs; r += 2) most = std::max(most, of(values[r], values[r + 1]));
-    for (int r = 2 * Model::kPairs; r < std::ssize(values); ++r) most = std::max(most, of(values[r], 0.0F));
-    if (Model::kNf == 0) return most;
-    return std::max(most, nlo::Halved<float>({-64.0F, 0.0F}).doublings);  // of SensorFailures::keep_over()
-  }
-  return nlo::Halved<float>({-64.0F, 0.0F}).doublings;
-}
-
 #if NLO_MONITORED
 constexpr unsigned kSecondPointer = offsetof(Flown, monitor) - sizeof(void*);
 using Estimate = decltype(flown.observer.estimate());
 #else
 constexpr unsigned kSecondPointer = sizeof(Flown) - sizeof(void*);
 #endif
-constexpr int kDoublings = doublings(kModel), kPointer = static_cast<int>(sizeof(void*));
+constexpr int kPointer = static_cast<int>(sizeof(void*));
 
 }  // namespace
 
@@ -76,7 +59,6 @@ extern const CalledObserver called = {
     .highest = kModel.outputs.max[0],
     .sample_period_s = kModel.sample_period_s,
     .longest = kLongest,
-    .doublings = kDoublings,
     .pointer = kSecondPointer,
 };
 

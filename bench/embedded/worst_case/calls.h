@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What seen.cpp knows of the observer whose calls it counts: a compilation of its own, so that they can be bounded.
+// The observer whose calls seen.cpp counts. A compilation of its own, so that no call is inlined into the count.
 #pragma once
 
-// C linkage gives the names by which bound.py finds them.
-extern "C" {
 /// The observer whose calls are counted, and its monitor where it has one. `state`: their bytes behind the first
 /// pointer to a model; `pointer`: where the second is in them, at the end where there is none.
 struct CalledObserver {
@@ -12,7 +10,6 @@ struct CalledObserver {
   unsigned bytes;
   float lowest, highest;           ///< of the first output
   float sample_period_s, longest;  ///< dt that it takes at most [s]
-  int doublings;                   ///< of nlo::Phi at most, over a step of `longest`
   unsigned pointer;
 };
 extern const CalledObserver called;
@@ -25,4 +22,3 @@ void call_step_dt();
 void call_estimate();
 void call_trusted();  ///< of the monitor, before a step
 void call_watch();    ///< after it, with the last estimate
-}

@@ -78,8 +78,6 @@ float duration() {
   }
 }
 
-volatile unsigned waiting = 0;
-
 /// What a call is given: the observer's state and the arguments.
 struct Case {
   unsigned char state[kLargestState];
@@ -232,14 +230,7 @@ void climb(Call& call, const Case& start, std::uint32_t length) {
 
 }  // namespace
 
-/// The control of bound.py: nothing in the code says when this ends.
-extern "C" __attribute__((noinline)) void waits_for_data() {
-  while (waiting != 0) {
-  }
-}
-
 int main() {
-  waits_for_data();
   const nlo::bench::InstructionClock clock;
   if (called.bytes > kLargestState || called.outputs > kMostValues || called.inputs > kMostValues) return 1;
   std::memcpy(fresh, called.state, called.bytes);

@@ -149,7 +149,7 @@ def evaluate(model: Union[ModelOrPath, Sequence[ModelOrPath]], noise: Union[str,
 
 def export(model: ModelOrPath, target: str = "cpp", path: Path = "", **options: Any) -> Export:
     """Writes the observer as code: target "cpp", "c99", "single", "arduino", "zephyr", ... of `nlo export`, to a file
-    or folder. options: scalar="int16", weights="bf16", max_error="0.01", fit="flash=32K", name="..."."""
+    or folder. options: scalar="int16", weights="bf16", max_error="0.01", name="..."."""
     if not os.fspath(path):
         raise Error("path is missing: the file or folder to write")
     with _file_of(model) as file:
