@@ -16,11 +16,4 @@ std::string c99_part(Hold hold, const std::string& part, const Initialiser& init
 /// equation.
 std::map<std::string, std::string> c99_of_rk4(const ExportSource& source, const char* slope);
 
-/// What its text must say.
-void add_rk4(Quantities& to);
-void add_pieces(Quantities& to);       ///< of its regular step: one piece
-void add_rk4_weights(Quantities& to);  ///< of its stages
-/// How far between two samples a reading is: `name` in `function`, as c99_part() has it.
-void add_part(Quantities& to, const std::string& function, const std::string& name, const std::string& part, Hold hold);
-
 }  // namespace nlo::codegen

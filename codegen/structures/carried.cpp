@@ -228,44 +228,6 @@ class CarriedModule final : public StructureModule {
             {"WEIGHTS", init.matrix(weights, "inverse_map")},
             {"UNIT_LENGTH", own.unit_length ? "true" : ""}};
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    const Carried& own = own_part<Carried>(m);
-    const Model one = component_of(m);
-    const StepMatrices step = latent_step(one, one.sample_period_s);
-    const Eigen::MatrixXd weights = vector_weights(m, to.source().folded.network("inverse_map"));
-    const std::string cpp = "kModel.latent.";
-    to.words("hold", cpp + "hold", "", {hold_identifier(m.hold)});
-    to.integer("modes", "", "kModes", one.nz());
-    to.integer("pairs", "", own.component.pairs > 0 ? "kPairs" : "", own.component.pairs);
-    add_step_limits(to, 1000);
-    to.scalar("sample_period_s", "", "kStep.h", m.sample_period_s);
-    to.integer("doublings of a rotation", "", "kStep.doublings", CarriedLimits::kUsualDoublings);
-    to.vector("eigenvalues", cpp + "eigenvalues", "kEigenvalues", own.component.eigenvalues);
-    to.matrix("output_injection", cpp + "output_injection", "kOutputInjection", own.component.output_injection);
-    to.vector("A - I of eigenvalues and sample_period_s", cpp + "step.a_minus_1", "kStep.a_minus_1", step.a_minus_1);
-    to.matrix("B0 of output_injection", cpp + "step.b0", "kStep.b0", step.b0);
-    to.matrix("B1 of output_injection", cpp + "step.b1", "kStep.b1", step.b1);
-    to.matrix("S of output_injection", cpp + "steady_gain", own.component.starts_steady ? "kSteadyGain" : "",
-              steady_gain(one));
-    to.vector("initial_latent", cpp + "initial", "", one.initial_latent);
-    to.integer("starts_steady", cpp + "starts_steady", "", own.component.starts_steady ? 1.0 : 0.0);
-    to.code("starts_steady", "take", "settle(o);", own.component.starts_steady);
-    to.code("unit_length", "estimate", "make_unit(total);", own.unit_length);
-    to.integer("inverse_map", "", "kFeatures", static_cast<double>(weights.cols()));
-    to.matrix("inverse_map", "kModel.weights", "kWeights", weights);
-    std::vector<std::string> type = {"CarriedModel",
-                                     to.source().init.scalar_name(),
-                                     std::to_string(m.nx()),
-                                     std::to_string(m.ny()),
-                                     std::to_string(one.nz()),
-                                     std::to_string(own.component.pairs),
-                                     weights.cols() > m.ny() / kAxes * one.nz() ? "true" : "false",
-                                     own.unit_length ? "true" : "false"};
-    if (m.input_hold != Hold::kZeroOrder) type.push_back(hold_identifier(m.input_hold));
-    to.words("structure", "Model", "", type);
-    to.words("structure", "Observer", "", {"CarriedObserver", "Model"});
-  }
 };
 
 }  // namespace

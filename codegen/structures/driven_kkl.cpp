@@ -217,52 +217,6 @@ class DrivenKklModule final : public StructureModule {
       values[key] = value;
     return values;
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    const DrivenKkl& own = own_part<DrivenKkl>(m);
-    const int nx = m.nx(), nu = m.nu();
-    add_linear_latent(to, "kStep.full");
-    add_step_limits(to, kMostPieces);
-    to.integer("pieces of a step", "", "kStep.pieces", 1.0);
-    to.scalar("share of a piece", "", "kStep.share", 1.0);
-    const ForcedStepMatrices forced = forced_latent_step(m, m.sample_period_s);
-    const std::string cpp_half = "kModel.forced.half.", c99_half = "kStep.half.";
-    to.vector("A - I over half a step", cpp_half + "a_minus_1", c99_half + "a_minus_1", forced.half.a_minus_1);
-    to.matrix("B0 over half a step", cpp_half + "b0", c99_half + "b0", forced.half.b0);
-    to.matrix("B1 over half a step", cpp_half + "b1", m.hold == Hold::kZeroOrder ? "" : c99_half + "b1",
-              forced.half.b1);
-    const ForcedWeights<Eigen::VectorXd>& w = forced.weights;
-    const std::vector<std::pair<const char*, const Eigen::VectorXd*>> stages = {
-        {"stage2", &w.stage2},     {"stage3_1", &w.stage3_1}, {"stage3_2", &w.stage3_2}, {"stage4_1", &w.stage4_1},
-        {"stage4_3", &w.stage4_3}, {"end_1", &w.end_1},       {"end_23", &w.end_23},     {"end_4", &w.end_4}};
-    Eigen::MatrixXd weights(stages.size(), m.nz());
-    for (std::size_t i = 0; i < stages.size(); ++i) {
-      weights.row(static_cast<Eigen::Index>(i)) = *stages[i].second;
-      to.vector("how phi(z) u acts", std::string("kModel.forced.weights.") + stages[i].first, "", *stages[i].second);
-    }
-    to.matrix("how phi(z) u acts", "", "kStep.weights", weights);
-    to.integer("stages of phi(z) u", "", "kWeights", 8.0);
-    to.integer("of them of half a step", "", "kOfHalf", 3.0);
-    Eigen::MatrixXd of_phi(8, 3);
-    of_phi << 0.5, 0, 0, 0.5, -1, 0, 0, 1, 0, 1, -2, 0, 0, 2, 0, 1, -3, 4, 0, 2, -4, 0, -1, 4;
-    to.matrix("stages of phi(z) u", "", "kOfPhi", of_phi);
-    add_part(to, "readings_at", "y_part", "part", m.hold);
-    add_part(to, "readings_at", "u_part", "part", own.input_hold);
-    to.words("drive.input_hold", "kModel.input_hold", "", {hold_identifier(own.input_hold)});
-    std::vector<Eigen::MatrixXd> slopes;
-    for (int i = 0; i < nu; ++i) slopes.push_back(own.input_field.weights.middleRows(i * nx, nx));
-    to.matrix("drive.input_field.bias", "kModel.input_field.constant", "kInputField",
-              own.input_field.bias.reshaped(nx, nu).transpose());
-    to.stack("drive.input_field.weights", "kModel.input_field.linear", "kInputFieldSlope", slopes);
-    Eigen::Index widest = 0;
-    for (const DenseLayer& layer : to.source().folded.network("drive.forward_map").layers)
-      widest = std::max(widest, layer.bias.size());
-    to.vector("no bias in a derivative", "", "kNoBias", Eigen::VectorXd::Zero(widest));
-    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
-    to.network("drive.forward_map", "ForwardLayer", Quantities::Tables::kTangent);
-    to.types("DrivenKkl", {m.nx(), m.ny(), m.nz(), m.nu(), own.latent.pairs},
-             {{"inverse_map", "Layer"}, {"drive.forward_map", "ForwardLayer"}});
-  }
 };
 
 }  // namespace

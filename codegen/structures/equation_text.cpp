@@ -100,64 +100,6 @@ std::string EquationLines::lines(const std::vector<Expression>& expressions, con
   return text;
 }
 
-void add_function_tables(Quantities& to, const Equations& equations) {
-  const std::set<Function> named = functions_of(equations);
-  if (!named.contains(Function::kSine) && !named.contains(Function::kCosine)) return;
-  const auto add = [&]<class T>(const CircleFit<T>& fit) {
-    const auto values = [](const auto& list) {
-      Eigen::VectorXd vector(static_cast<Eigen::Index>(std::size(list)));
-      std::copy(std::begin(list), std::end(list), vector.begin());
-      return vector;
-    };
-    to.vector("the runtime's circle", "", "circle.kQuarter", values(fit.quarter));
-    to.vector("the runtime's circle", "", "circle.kSine", values(fit.sine));
-    to.vector("the runtime's circle", "", "circle.kCosine", values(fit.cosine));
-  };
-  to.source().init.scalar_bytes() == 4 ? add(CircleFit<float>()) : add(CircleFit<double>());
-}
-
-namespace {
-
-template <class Scalar>
-void add_equations_in(Quantities& to, const Equations& equations) {
-  using Number = FlownNumber<Scalar>;
-  using Arrays = Quantity::Arrays;
-  const Model& m = to.source().model;
-  const auto numbers = [](const std::vector<double>& values) {
-    std::vector<Number> flown;
-    for (const double value : values) flown.push_back(Number::computed(value));
-    return flown;
-  };
-  const auto set = [](std::vector<double>& to_values, const std::vector<Number>& from) {
-    for (std::size_t i = 0; i < from.size(); ++i) to_values[i] = from[i].value;
-  };
-  const auto sized = [](std::size_t count) { return std::vector<double>(count); };
-  // [x; p], and the outputs with their slopes.
-  const auto nx = static_cast<std::size_t>(equations.carried()),
-             ny = static_cast<std::size_t>(equations.ny() * (1 + equations.nx()));
-  to.formula("equations.derivative", "Equations::derivative", "derivative",
-             {{"x", sized(nx)}, {"u", sized(m.inputs.size())}, {"dx", sized(nx)}}, [=](Arrays& arrays) {
-               const std::vector<Number> x = numbers(arrays.at("x")), u = numbers(arrays.at("u"));
-               std::vector<Number> slope(nx);
-               equations.derivative(x.data(), u.data(), slope.data());
-               set(arrays.at("dx"), slope);
-             });
-  to.formula("equations.outputs", "Equations::output", "expected_output", {{"x", sized(nx)}, {"y", sized(ny)}},
-             [=](Arrays& arrays) {
-               const std::vector<Number> x = numbers(arrays.at("x"));
-               std::vector<Number> y(ny);
-               equations.output(x.data(), y.data());
-               set(arrays.at("y"), y);
-             });
-}
-
-}  // namespace
-
-void add_equations(Quantities& to, const Equations& equations) {
-  to.source().init.scalar_bytes() == 4 ? add_equations_in<float>(to, equations)
-                                       : add_equations_in<double>(to, equations);
-}
-
 std::string c99_functions(const Equations& equations, const Initialiser& init) {
   const std::set<Function> named = functions_of(equations);
   auto values = init.scalar_bytes() == 4 ? numbers<float>() : numbers<double>();

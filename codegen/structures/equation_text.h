@@ -8,7 +8,6 @@
 
 #include "codegen/model/equations.h"
 #include "codegen/text/generated_text.h"
-#include "codegen/text/quantity.h"
 
 namespace nlo::codegen {
 
@@ -34,11 +33,5 @@ class EquationLines {
 
 /// Those of templates/c99/functions.c.in that the equations name.
 std::string c99_functions(const Equations& equations, const Initialiser& init);
-
-/// The tables that they read.
-void add_function_tables(Quantities& to, const Equations& equations);
-
-/// What the functions must compute, which C99 and C++ call so.
-void add_equations(Quantities& to, const Equations& equations);
 
 }  // namespace nlo::codegen

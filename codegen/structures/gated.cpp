@@ -206,14 +206,6 @@ class GatedModule final : public StructureModule {
             {"FIRST", "    advance(REGULAR_STEP, o->z, o->y, o->y);\n"},
             {"STEP_DT_COST", "Some 200 operations a unit more than a sample period"}};
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    add_gated_units(to, "advance", m.nz(), m.nz() + m.nr());
-    add_step_limits(to, 1000);
-    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
-    to.types("Gated", {m.nx(), m.ny(), m.nz()},
-             {{"gates", "GatesLayer"}, {"candidate", "CandidateLayer"}, {"inverse_map", "Layer"}});
-  }
 };
 
 }  // namespace
@@ -225,29 +217,6 @@ void check_gate_layer(const Network& n, const Eigen::VectorXd& largest, int outp
     fail("{} has {} layers{}; it must be one layer alone", field, n.layers.size(),
          n.skip.size() != 0 ? " and a linear path" : "");
   check_sums(n, largest, field);
-}
-
-void add_gated_units(Quantities& to, const std::string& function, int units, int reads) {
-  const std::string in = std::to_string(reads), gates = std::to_string(2 * units);
-  const QuantisedModel* integers = to.source().quantised;
-  const std::string dense = integers == nullptr ? "dense" : "integer_dense";
-  to.vector("initial_latent", "kModel.initial", "", to.source().model.initial_latent);
-  to.scalar("periods of a step", "", "kStep.periods", 1.0);
-  to.integer("a regular step", "", "kStep.regular", 1.0);
-  to.network("gates", "GatesLayer", Quantities::Tables::kOneLayer);
-  to.network("candidate", "CandidateLayer", Quantities::Tables::kOneLayer);
-  to.words("gates", "", function + "#1", {dense, in, gates, "kGates", "kGatesBias", "in", "gate"});
-  to.words("candidate", "", function + "#2",
-           {dense, in, std::to_string(units), "kCandidate", "kCandidateBias", "in", "target"});
-  if (integers == nullptr) return;
-  const QuantisedUnits& q = *integers->units;
-  to.vector("readings of the gates", "kModel.gates.centre", "kReadingCentre", q.gates.centre.cast<double>());
-  to.vector("readings of the gates", "kModel.gates.gain", "kReadingGain", q.gates.gain.cast<double>());
-  const std::string gate = std::to_string(q.gates.layers.front().shift);
-  to.code("gates", function, "tanh_q15(rounded_down(gate[kNz+r]," + gate + "))", true);
-  to.code("gates", function, "argument=rounded_down(gate[r]," + gate + ");", true);
-  to.code("candidate", function,
-          "tanh_q15(rounded_down(target[r]," + std::to_string(q.candidate.layers.front().shift) + "))", true);
 }
 
 const StructureModule& gated_module() {

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "codegen/reference/dynamics.h"
-#include "codegen/text/quantity.h"
 
 namespace nlo::codegen {
 
@@ -59,9 +58,5 @@ class ReferenceUnits {
 /// A single layer without a linear path, whose sums stay in float as long as its inputs stay within +-`largest`.
 void check_gate_layer(const Network& network, const Eigen::VectorXd& largest, int outputs, const char* field,
                       const char* meaning);
-
-/// What both texts say of `units` gated units, whose layers `function` of C99 evaluates. They read so many numbers, z
-/// first.
-void add_gated_units(Quantities& to, const std::string& function, int units, int reads);
 
 }  // namespace nlo::codegen

@@ -110,15 +110,6 @@ class GeneralModule final : public StructureModule {
   std::map<std::string, std::string> c99(const ExportSource& source) const override {
     return c99_of_rk4(source, "c99/general.c.in");
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    to.words("hold", "kModel.hold", "", {hold_identifier(m.hold)});
-    to.vector("initial_latent", "kModel.initial", "", m.initial_latent);
-    add_rk4(to);
-    to.network("dynamics", "DynamicsLayer", Quantities::Tables::kFunction);
-    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
-    to.types("General", {m.nx(), m.ny(), m.nz()}, {{"dynamics", "DynamicsLayer"}, {"inverse_map", "Layer"}});
-  }
 };
 
 }  // namespace

@@ -100,13 +100,6 @@ class KklModule final : public StructureModule {
   std::map<std::string, std::string> c99(const ExportSource& source) const override {
     return c99_of_linear_latent(source);
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    add_linear_latent(to, "kStep");
-    add_step_limits(to, 1000);
-    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
-    to.types("Kkl", {m.nx(), m.ny(), m.nz(), own_part<Kkl>(m).latent.pairs}, {{"inverse_map", "Layer"}}, true);
-  }
 };
 
 }  // namespace

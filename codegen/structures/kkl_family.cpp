@@ -230,44 +230,6 @@ std::string KklHeader::latent_fields() const {
   return text + "    },\n";
 }
 
-void add_linear_latent(Quantities& to, const std::string& step) {
-  const Model& m = to.source().model;
-  const FoldedModel& folded = to.source().folded;
-  const LinearLatent& latent = *linear_latent(m);
-  const std::string cpp = "kModel.latent.";
-  const bool complex = latent.pairs > 0 || step != "kStep";
-  to.words("hold", cpp + "hold", "", {hold_identifier(m.hold)});
-  to.integer("pairs", "", complex ? "kPairs" : "", latent.pairs);
-  to.vector("eigenvalues", cpp + "eigenvalues", "kEigenvalues", latent.eigenvalues);
-  to.matrix("output_injection", cpp + "output_injection", "kOutputInjection", latent.output_injection);
-  to.vector("A - I of eigenvalues and sample_period_s", cpp + "step.a_minus_1", step + ".a_minus_1",
-            folded.step.a_minus_1);
-  to.matrix("B0 of output_injection", cpp + "step.b0", step + ".b0", folded.step.b0);
-  to.matrix("B1 of output_injection", cpp + "step.b1", m.hold == Hold::kZeroOrder ? "" : step + ".b1", folded.step.b1);
-  to.matrix("S of output_injection", cpp + "steady_gain", "kSteadyGain", folded.steady_gain);
-  to.vector("initial_latent", cpp + "initial", "", m.initial_latent);
-  to.integer("starts_steady", cpp + "starts_steady", "", latent.starts_steady ? 1.0 : 0.0);
-  to.code("starts_steady", "take", "settle(o);", latent.starts_steady);
-  Eigen::VectorXd relative(m.nr());
-  for (int j = 0; j < m.nr(); ++j) relative(j) = is_relative(m, j) ? 1.0 : 0.0;
-  const bool some = !relative.isZero(0.0), others = !relative.isOnes(0.0);
-  to.integers("relative_outputs", latent.relative_outputs.empty() ? "" : cpp + "relative",
-              some && others ? "kRelative" : "", relative);
-  if (!m.saturates()) return;
-  const LatentReach reach(m);
-  to.vector("saturation", "kModel.reach.min", "kReachMin", reach.min);
-  to.vector("saturation", "kModel.reach.max", "kReachMax", reach.max);
-  if (saturates_relative(m))
-    to.matrix("saturation", "kModel.reach.steady_gain", "", LatentDomain(m).relative_gain().transpose());
-}
-
-void add_step_limits(Quantities& to, int longest_gap) {
-  const Model& m = to.source().model;
-  to.integer("structure", "", "kLongestGap", longest_gap);
-  if (!m.failures.none())
-    to.scalar("may_fail.staleness_s", "", "kStep.keep", std::exp(-m.sample_period_s / m.failures.staleness_s));
-}
-
 std::string KklHeader::step(const StepMatrices& step, std::size_t indent) const {
   const std::string space(indent, ' ');
   return fmt::format("{{.a_minus_1 = {},\n{}.b0 = {},\n{}.b1 = {}}}", init_.vector(step.a_minus_1, "A"), space,

@@ -35,11 +35,6 @@ Eigen::Index reads_of(const Network& inverse_map, const Model& model);
 /// The part of a KKL observer (16) in templates/c99, which others of the family extend.
 std::map<std::string, std::string> c99_of_linear_latent(const ExportSource& source);
 
-/// What both texts must say of D, F and S; in C99 D and F over a sample period are fields of `step`: "kStep".
-void add_linear_latent(Quantities& to, const std::string& step);
-/// The steps of a structure whose C99 has fields to wait out missing outputs, and how far a step may span.
-void add_step_limits(Quantities& to, int longest_gap);
-
 /// The header of a KKL observer (16), which other observers of the family extend.
 class KklHeader : public CppStructureBase {
  public:

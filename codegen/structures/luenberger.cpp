@@ -201,18 +201,6 @@ class LuenbergerModule final : public StructureModule {
     values["GAIN"] = source.init.matrix(reading_gain(own, inputs), "luenberger.gain");
     return values;
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    const Luenberger& own = own_part<Luenberger>(m);
-    to.words("hold", "kModel.hold", "", {hold_identifier(m.hold)});
-    to.vector("initial_latent", "kModel.initial", "", m.initial_latent);
-    add_rk4(to);
-    to.matrix("A - G C of luenberger", "kModel.error_matrix", "kErrorMatrix", error_matrix(own));
-    to.matrix("luenberger.gain and input_matrix", "kModel.gain", "kGain",
-              reading_gain(own, static_cast<Eigen::Index>(m.inputs.size())));
-    to.network("luenberger.nonlinearity", "Layer", Quantities::Tables::kFunction);
-    to.types("Luenberger", {m.nx(), m.ny()}, {{"luenberger.nonlinearity", "Layer"}});
-  }
 };
 
 }  // namespace

@@ -20,7 +20,6 @@
 #include "codegen/model/model.h"
 #include "codegen/reference/dynamics.h"
 #include "codegen/text/cpp_structure.h"
-#include "codegen/text/quantity.h"
 
 namespace nlo::codegen {
 
@@ -98,8 +97,6 @@ class StructureModule {
   /// Its part of templates/c99: values by name. LATENT (how z moves), and where it has a steady state WARM_START and
   /// WARM_START_BODY, name templates of its own. Only with abilities().c99.
   virtual std::map<std::string, std::string> c99(const ExportSource&) const { return {}; }
-  /// What both must say, each constant of them by its name there: an export is refused that says another thing.
-  virtual void quantities(Quantities& to) const = 0;
 };
 
 /// All of them, in the order of the variant Structure.

@@ -311,38 +311,6 @@ class PriorModule final : public StructureModule {
             {"SIXTH", init(1.0 / 6, "a sixth")},
             {"THIRD", init(1.0 / 3, "a third")}};
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    const Prior& own = own_part<Prior>(m);
-    const int nx = m.nx(), ny = m.ny(), units = m.nz() - carried_by(m);
-    const int reads = units + static_cast<int>(reads_of_units(m));
-    add_gated_units(to, "correct", units, reads);
-    to.vector("state_min", "kModel.state_min", "kStateMin", own.state_min);
-    to.vector("state_max", "kModel.state_max", "kStateMax", own.state_max);
-    to.vector("fine", "kModel.fine", "kFine", own.fine);
-    to.vector("coarse", "kModel.coarse", "kCoarse", own.coarse);
-    to.vector("state_noise", "kModel.state_noise", "kStateNoise", own.state_noise);
-    to.vector("output_noise", "kModel.output_noise", "kOutputNoise", own.output_noise);
-    to.integer("units", "", "kUnits", units);
-    to.integer("states and covariance", "", "kCarried", carried_by(m));
-    to.integer("corrections", "", "kCorrections", corrections_of(m));
-    to.integer("what they read", "", "kReads", reads);
-    add_step_limits(to, kMostPieces);
-    add_pieces(to);
-    add_rk4_weights(to);
-    add_function_tables(to, prior_equations(m));
-    add_equations(to, prior_equations(m));
-    to.network("correction", "CorrectionLayer", Quantities::Tables::kOneLayer);
-    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
-    const std::string in = std::to_string(reads), out = std::to_string(corrections_of(m));
-    to.words("correction", "", "correct#3", {"dense", in, out, "kCorrection", "kCorrectionBias", "in", "gain"});
-    to.types("Prior", {nx, ny, units},
-             {{"gates", "GatesLayer"},
-              {"candidate", "CandidateLayer"},
-              {"correction", "CorrectionLayer"},
-              {"inverse_map", "Layer"}},
-             false, "Equations");
-  }
 };
 
 }  // namespace

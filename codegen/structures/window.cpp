@@ -131,17 +131,6 @@ class WindowModule final : public StructureModule {
             {"SAMPLES", std::to_string(own_part<Window>(source.model).samples)},
             {"PART", c99_part(source.model.hold, "(Scalar)s / (Scalar)step->samples", source.init)}};
   }
-  void quantities(Quantities& to) const override {
-    const Model& m = to.source().model;
-    const int samples = own_part<Window>(m).samples;
-    to.words("hold", "kModel.hold", "", {hold_identifier(m.hold)});
-    to.integer("structure", "", "kLongestGap", kMostPieces);
-    to.integer("samples", "", "kSamples", samples);
-    add_part(to, "advance", "part", "(Scalar)s/(Scalar)step->samples", m.hold);
-    to.integer("samples of a step", "", "kStep.samples", 1.0);
-    to.network("inverse_map", "Layer", Quantities::Tables::kMap);
-    to.types("Window", {m.nx(), m.ny(), samples}, {{"inverse_map", "Layer"}});
-  }
 };
 
 }  // namespace

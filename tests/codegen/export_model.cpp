@@ -15,7 +15,7 @@
 
 #include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
-#include "codegen/targets/generated.h"
+#include "codegen/targets/observers_in.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "tests/codegen/example_models.h"
@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
         return 0;
       }
       const ExportTarget& target = export_target(argv[2]);
-      const std::vector<NamedText> files = generated(target, PreparedExport(model, options, max_error));
+      const std::vector<NamedText> files = target.generate(PreparedExport(model, options, max_error));
       check_export(target, files, argv[5]);
       write_export(target, files, argv[5]);
       return 0;

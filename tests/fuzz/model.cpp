@@ -3,7 +3,6 @@
 #include "codegen/base/error.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
-#include "codegen/targets/generated.h"
 #include "codegen/targets/registry.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -20,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   fuzzing::takes([&] {
     const codegen::PreparedExport prepared(model, options);
     for (const char* target : {"cpp", "c99"})
-      fuzzing::takes([&] { (void)codegen::generated(codegen::export_target(target), prepared); });
+      fuzzing::takes([&] { (void)codegen::export_target(target).generate(prepared); });
   });
   return 0;
 }

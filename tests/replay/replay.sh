@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 # nlo replay of flights that a firmware in C99 has logged: of every structure that C99 has, in float, double and int16, the
-# same to the bit; and each thing that can go wrong with a log or a flight, injected into one, is told as what it is.
+# same to the bit; and the first difference of an edited log is found.
 #   replay.sh NLO EXPORT_MODEL SOURCE_DIR C_COMPILER [all]
 set -euo pipefail
 nlo=$1 export_model=$2 source=$3 cc=$4
@@ -42,7 +42,7 @@ fly() {
 same() {
   "$nlo" replay "$@" >said.txt 2>&1 && grep -q 'the same' said.txt || { cat said.txt && fail "replay $*"; }
 }
-# differs WORDS ARGUMENTS: it is not, and WORDS (a pattern) say why.
+# differs WORDS ARGUMENTS: it is not, and WORDS (a pattern) say where.
 differs() {
   local words=$1 status=0
   shift
@@ -74,7 +74,7 @@ for entry in rig:double van_der_pol:int16 prior:double gated:int16; do
   same "${entry%:*}.json" "${entry%:*}.csv" --scalar "${entry#*:}"
 done
 
-# What happens to logs and flights. van_der_pol reads y and estimates x1, x2; a row: y,dt,x1_hat,x2_hat,status,in_domain.
+# Edited logs. van_der_pol reads y and estimates x1, x2; a row: y,dt,x1_hat,x2_hat,status,in_domain.
 fly van_der_pol float
 model=van_der_pol.json log=van_der_pol.csv
 head -2 "$log"
@@ -88,57 +88,17 @@ differs 'status was HELD, replayed OK' "$model" edited.csv
 edit "NR == $regular { \$6 = 1 - \$6 } 1"
 differs 'in_domain was ., replayed .' "$model" edited.csv
 edit "NR != $regular"
-differs "a step of the observer is lost before line $regular" "$model" edited.csv
-edit "1; NR == $regular"
-differs "line $((regular + 1)) was logged and not stepped" "$model" edited.csv
+differs "edited.csv:$regular: row $((regular - 1)), .* rows differ" "$model" edited.csv
 edit "NR == $regular { \$1 = \$1 + 0.5 } 1"
-differs "happened once before or in line $regular" "$model" edited.csv
-edit "NR == 1 || NR >= $regular"
-differs 'the observer was running before the log begins' "$model" edited.csv
-{ head -1 "$log"; sed -n "$regular,+4p" "$log"; tail -n +2 "$log"; } >edited.csv
-differs 'first step was that of line 7' "$model" edited.csv
-{ cat "$log"; tail -n +2 "$log"; } >edited.csv
-differs "was reset before line $(($(wc -l <"$log") + 1))" "$model" edited.csv
-awk -F, -v OFS=, 'NR == 1 { print; bs = b1 = b2 = bd = 0; next } { x1 = $3; x2 = $4; s = $5; d = $6; $3 = b1; $4 = b2; $5 = bs; $6 = bd; print; b1 = x1; b2 = x2; bs = s; bd = d }' "$log" >edited.csv
-differs 'logged a row late' "$model" edited.csv
-missed=$(awk -F, 'NR > 5 && $1 ~ /nan/ { print NR; exit }' "$log") # logged as if it had been given
-edit "NR == $missed { \$1 = 0.25 } 1"
-differs "in line $missed the observer was given no reading" "$model" edited.csv
-# The log's time tells what is lost, in its unit and beside steps of a dt of their own: where no mean of neighbours would.
-period=$(sed -n 's/.*sampled every \([^ ]*\) s.*/\1/p' van_der_pol.h)
-timed() { # UNIT FORMAT [JITTER]: the log with a column time
-  awk -F, -v OFS=, -v period="$period" -v unit="$1" -v format="$2" -v jitter="${3:-.06}" 'NR == 1 { print "time", $0; next }
-    NR > 2 { now += ($2 == "" ? period : $2) } { print sprintf(format, (7 + now + period * jitter * (NR % 7 - 3) / 3) * unit), $0 }' "$log" >timed.csv
-}
-timed 1 %.6f
-same "$model" timed.csv
-awk "NR < $regular || NR > $regular + 4" timed.csv >edited.csv
-differs "5 steps of the observer are lost before line $regular, where the time goes on by .* s, 6 sample periods" "$model" edited.csv
-timed 1000000 %.0f
-awk "NR != $regular" timed.csv | sed '1s/time/stamp/' >edited.csv
-differs "a step of the observer is lost before line $regular, where the time goes on by .* s, 2 sample periods" "$model" edited.csv --column time=stamp
-awk -F, -v OFS=, "NR >= $regular && NR < $regular + 3 { \$4 = \$5 = \$6 = \$7 = \"\" } NR != $regular" timed.csv >edited.csv
-differs "is lost before line $regular, where the time" "$model" edited.csv
-timed 1 %.9f 0
-awk -F, -v OFS=, 'NR > 1 { $3 = "" } 1' timed.csv >edited.csv
-differs 'step\(\) was given a dt in line [0-9]+, where the time goes on by .* s: with it the difference is .*e-0[5-9] of' "$model" edited.csv
-# Controls: a time that says no more than the steps, is too coarse, is text, or belongs to another thing, tells nothing.
-timed 1 %.6f
-awk -F, -v OFS=, "NR == $regular { \$2 = \$2 + 0.5 } 1" timed.csv >edited.csv
-differs "happened once before or in line $regular" "$model" edited.csv
-! grep -q 'time goes on' said.txt || fail 'a time without gaps tells of one'
-timed 1 %.0f
-awk "NR != $regular" timed.csv >edited.csv
-differs "a step of the observer is lost before line $regular: with the mean" "$model" edited.csv
-awk -F, -v OFS=, 'NR > 1 { $1 = "12:30:00" } 1' timed.csv >edited.csv
+differs "edited.csv:($regular|$((regular + 1))): row " "$model" edited.csv
+awk -F, -v OFS=, 'NR == 1 { print "time", $0; next } { print "12:30:00", $0 }' "$log" >edited.csv
 same "$model" edited.csv
-refused 'clock: "12:30:00" is not a number' "$model" <(sed '1s/time/clock/' edited.csv) --column time=clock
-# Numbers of six digits: as the log rounds them, and readings that nobody can know.
+# Numbers of six digits: estimates are compared as the log rounds them; readings are not those of the flight.
 edit 'NR > 1 { $3 = sprintf("%.6g", $3); $4 = sprintf("%.6g", $4) } 1'
 same "$model" edited.csv
 grep -q 'compared as they are rounded' said.txt || fail 'six digits of an estimate: no word of them'
 edit 'NR > 1 && $1 !~ /nan/ { $1 = sprintf("%.5f", $1) } 1'
-differs 'the readings have too few digits, y \([0-9]\)' "$model" edited.csv
+differs 'edited.csv:[0-9]+: row' "$model" edited.csv
 edit "NR == $regular { \$3 = \$3 + 0.00001 } NR > 1 { \$3 = sprintf(\"%.6f\", \$3) } 1"
 differs "edited.csv:$regular:" "$model" edited.csv
 python3 - "$log" >edited.csv <<'END'
@@ -149,14 +109,14 @@ for line in open(sys.argv[1]):
                    for i, c in enumerate(cells)))
 END
 same "$model" edited.csv
-# Other arithmetic and another model.
-fly van_der_pol double
-differs 'with --target c99 --scalar double all is the same' "$model" "$log"
-fly van_der_pol int16
-differs 'with --target c99 --scalar int16 all is the same' "$model" "$log"
+# Another scalar and another model.
+for scalar in double int16; do
+  fly van_der_pol $scalar
+  differs 'van_der_pol.csv:[0-9]+: row' "$model" "$log"
+done
 fly van_der_pol float
 "$export_model" van_der_pol model float van_der_pol other.json 1.5
-differs 'another model than this one flew' other.json "$log"
+differs 'van_der_pol.csv:[0-9]+: row' other.json "$log"
 
 # Input that cannot be replayed.
 refused 'no column "y"' "$model" <(sed 's/^y,/z,/' "$log")

@@ -15,7 +15,6 @@
 #include "codegen/export/error_limits.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/model_file/model_file.h"
-#include "codegen/targets/generated.h"
 #include "codegen/targets/registry.h"
 #include "codegen/targets/write_export.h"
 #include "trainer/base/printable.h"
@@ -83,7 +82,7 @@ void run_export(const ExportArguments& arguments) {
   const codegen::Model model = codegen::read_model(arguments.model);
   const bool has_tiers = !target.of_c99;  // of tanh; C99 has the most accurate
   const codegen::PreparedExport prepared(model, options, has_tiers ? arguments.max_error : "");
-  const std::vector<codegen::NamedText> files = codegen::generated(target, prepared);
+  const std::vector<codegen::NamedText> files = target.generate(prepared);
   if (!to_stdout) codegen::check_export(target, files, arguments.output);
   if (arguments.check && target.no_observer)
     throw codegen::Error(

@@ -16,7 +16,6 @@
 #include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/replay/compare_flight.h"
-#include "trainer/replay/explain_flight.h"
 #include "trainer/replay/flight_log.h"
 #include "trainer/replay/flown_export.h"
 
@@ -109,9 +108,7 @@ void run_replay(const ReplayArguments& arguments) {
     report += "the same, bit for bit\n";
   }
   auto* const to = is_stdout(arguments.output) && !arguments.output.empty() ? stderr : stdout;
-  if (difference)
-    report += difference_text(log, compare, *difference, answers, model.sample_period_s, flown.single()) + "probably " +
-              explain_flight(log, model, arguments.flown, flown, answers, *difference) + "\n";
+  if (difference) report += difference_text(log, compare, *difference, answers, model.sample_period_s, flown.single());
   fmt::print(to, "{}", printable(report));
   if (difference) throw RunFailure(fmt::format("{} is not what {} answers", log.file, arguments.model));
 }
@@ -126,8 +123,8 @@ void add_replay(CLI::App& app, Action& action) {
   options.value("MODEL", arguments->model, "model.json that flew")->required();
   options
       .value("LOG", arguments->log,
-             "CSV with a row for each step: the readings as step() was given them, NAME_hat of each state, and where "
-             "there are any time, dt, status and in_domain")
+             "CSV with a row for each step: the readings as step() was given them, NAME_hat of each state, and if "
+             "logged dt, status and in_domain")
       ->required();
   options.shown("--target", arguments->flown.target,
                 "what flew: c99 (also for single and the deterministic policy), or cpp (the fast policy, whose bits "
@@ -137,7 +134,7 @@ void add_replay(CLI::App& app, Action& action) {
   options.value("--max-error", arguments->flown.max_error, "of the export that flew (cpp)", "VALUE");
   options.value("--compiler", arguments->flown.compiler,
                 "compiler and flags (default: cc -O1 for c99, c++ -O2 for cpp)", "WORDS");
-  options.repeated("--column", arguments->columns, "the log's heading of a reading, an estimate, time, dt or status",
+  options.repeated("--column", arguments->columns, "the log's heading of a reading, an estimate, dt or status",
                    "NAME=HEADING");
   options.flag("--warm-start", arguments->warm_start, "the first row was given to warm_start()");
   options.value("-o,--output", arguments->output, "write what the replay estimates as CSV; - for stdout");

@@ -11,7 +11,7 @@
 #include "codegen/base/fail.h"
 #include "codegen/targets/c99.h"
 #include "codegen/targets/cpp_header.h"
-#include "codegen/targets/generated.h"
+#include "codegen/targets/observers_in.h"
 #include "codegen/targets/replay.h"
 #include "trainer/replay/flight_log.h"
 #include "trainer/replay/flown_export.h"
@@ -26,7 +26,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 // A golden replay's tolerance is what its emulation showed, some times over; networks that amplify rounding go beyond
-// it. Constants and bits are compared beside: here a number that is wrong shows, which goes much further.
+// it. A wrong number shows much more.
 constexpr double kTimesGolden = 16.0, kShareInFloat = 1e-4, kShareInDouble = 1e-9;
 
 constexpr const char* kNothingWritten = "nothing is written: this is a fault of nlo, please report it with the model";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An export is compiled and flown before it is written: what its code does, beside what its constants say
-// (codegen/readback).
+// An export is compiled and flown before it is written.
 #pragma once
 
 #include <string>

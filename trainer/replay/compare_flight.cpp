@@ -48,14 +48,6 @@ std::optional<FlightDifference> FlightComparison::first(const Eigen::MatrixXd& a
   return found;
 }
 
-Index FlightComparison::agreeing(Index row, const Eigen::MatrixXd& answers, Index from, Index most) const {
-  Index count = 0;
-  while (count < most && row + count < log_.given.cols() && from + count < answers.cols() &&
-         difference(row + count, answers.col(from + count)) == nullptr)
-    ++count;
-  return count;
-}
-
 Index FlightComparison::rounded(const Eigen::MatrixXd& answers) const {
   Index count = 0;
   for (const LoggedColumn& column : log_.answers)
@@ -69,20 +61,6 @@ Index FlightComparison::rounded(const Eigen::MatrixXd& answers) const {
 double FlightComparison::units(double logged, double answer) const {
   return single_ ? units_between<std::uint32_t>(static_cast<float>(logged), static_cast<float>(answer))
                  : units_between<std::uint64_t>(logged, answer);
-}
-
-double FlightComparison::largest(const Eigen::MatrixXd& answers, Index from, Index to) const {
-  double worst = 0.0;
-  for (const LoggedColumn& column : log_.answers) {
-    if (column.answer < kAnswerEstimate) continue;
-    double low = answers.row(column.answer).minCoeff(), high = answers.row(column.answer).maxCoeff();
-    for (const double value : column.values)
-      if (!std::isnan(value)) low = std::min(low, value), high = std::max(high, value);
-    for (Index row = from; row < to; ++row)
-      if (!std::isnan(column.values[row]) && high > low)
-        worst = std::max(worst, std::abs(column.values[row] - answers(column.answer, row)) / (high - low));
-  }
-  return worst;
 }
 
 std::string all_digits(double value, bool single) {

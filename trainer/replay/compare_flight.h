@@ -31,17 +31,11 @@ class FlightComparison {
   /// The first, in the rows' order; none: the same.
   std::optional<FlightDifference> first(const Eigen::MatrixXd& answers) const;
 
-  /// How many rows from `row` on agree with `answers` from its column `from` on, up to `most`.
-  Eigen::Index agreeing(Eigen::Index row, const Eigen::MatrixXd& answers, Eigen::Index from, Eigen::Index most) const;
-
   /// Cells that agree to their digits alone: their numbers have other bits.
   Eigen::Index rounded(const Eigen::MatrixXd& answers) const;
 
   /// Numbers of the scalar between the two, and one.
   double units(double logged, double answer) const;
-
-  /// The largest difference of an estimate in the rows from..to, each relative to the range of its column in the log.
-  double largest(const Eigen::MatrixXd& answers, Eigen::Index from, Eigen::Index to) const;
 
   /// Digits that tell each of its numbers from the others.
   int digits_needed() const { return single_ ? 9 : 17; }

@@ -17,7 +17,6 @@
 #include "trainer/base/printable.h"
 #include "trainer/data/csv.h"
 #include "trainer/guess/csv_format.h"
-#include "trainer/replay/flight_times.h"
 
 namespace nlo::trainer {
 namespace {
@@ -25,7 +24,6 @@ namespace {
 using codegen::Error;
 using Eigen::Index;
 
-constexpr const char* kTime = "time";
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array kStatusWords = {"OK", "CLAMPED", "HELD", "STALE", "REJECTED", "DIVERGED", "RESET"};
 
@@ -174,23 +172,8 @@ class Reader {
   const std::vector<std::pair<std::string, std::string>>& renamed_;
 };
 
-/// FlightLog::since_s. A column that is called time and holds none was never asked for; one that was named must.
-Eigen::VectorXd times_of(const Reader& reader, const FlightLog& log, double sample_period_s) {
-  const auto is_time = [](const LoggedColumn& reading) { return reading.name == kTime; };
-  if (!reader.has(kTime) || std::any_of(log.readings.begin(), log.readings.end(), is_time)) return {};
-  Eigen::VectorXd time;
-  try {
-    time = reader.column(kTime).values;
-  } catch (const Error&) {
-    if (reader.heading(kTime) != kTime) throw;
-    return {};
-  }
-  const auto over_dt = log.given.row(kGivenCommand).transpose().array() == kStepOverDt;
-  return seconds_between(time, over_dt.select(log.given.row(kGivenDt).transpose().array(), sample_period_s));
-}
-
 void check_names(const std::vector<std::pair<std::string, std::string>>& headings, const codegen::Model& model) {
-  std::vector<std::string> known = {kTime, "dt", "status", "in_domain"};
+  std::vector<std::string> known = {"dt", "status", "in_domain"};
   for (const auto* channels : {&model.outputs, &codegen::inputs(model)})
     for (const codegen::Channel& channel : *channels) known.push_back(channel.name);
   for (const codegen::Channel& state : model.states) known.push_back(state.name + "_hat");
@@ -231,7 +214,6 @@ FlightLog read_flight(const std::string& file, const codegen::Model& model, std:
       if (regular) log.given(kGivenDt, row) = 0.0;
     }
   }
-  log.since_s = times_of(reader, log, model.sample_period_s);
 
   for (std::size_t i = 0; i < model.states.size(); ++i) {
     const std::string name = model.states[i].name + "_hat";

@@ -34,11 +34,10 @@ struct FlightLog {
   std::vector<LoggedColumn> readings;  ///< outputs, then inputs
   std::vector<LoggedColumn> answers;   ///< estimates first, then status and in_domain where they were logged
   std::vector<std::string> missing;    ///< estimates that were not
-  Eigen::VectorXd since_s;             ///< N, since the row before by the log's time (flight_times.h); empty: no time
 };
 
-/// Reads `file` for `model`: a column for each output and input under its name, NAME_hat for each state, and where
-/// there are any, time, dt (of steps over a time of their own; an empty cell: one period), status and in_domain.
+/// Reads `file` for `model`: a column for each output and input under its name, NAME_hat for each state, and if the log
+/// has them dt (given to step(y, dt); an empty cell: step(y)), status and in_domain. Other columns are ignored.
 /// `headings`: other headings for these names. Cells: decimals, nothing or NaN, 0x and the bits of a `scalar_bytes`
 /// float; statuses also by name. Throws codegen::Error, with the fix.
 FlightLog read_flight(const std::string& file, const codegen::Model& model, std::size_t scalar_bytes,

@@ -15,8 +15,8 @@
 #include "codegen/base/file.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/targets/c99.h"
-#include "codegen/targets/generated.h"
 #include "codegen/targets/library.h"
+#include "codegen/targets/observers_in.h"
 #include "codegen/targets/registry.h"
 #include "trainer/replay/flight_log.h"
 
@@ -108,9 +108,8 @@ FlownExport::FlownExport(const codegen::Model& model, const Flown& flown)
     : FlownExport(prepared_of(model, flown), flown) {}
 
 FlownExport::FlownExport(const codegen::PreparedExport& prepared, const Flown& flown)
-    : FlownExport(prepared,
-                  {codegen::observers_in(codegen::generated(codegen::export_target(flown.target), prepared)).front(),
-                   flown.compiler}) {
+    : FlownExport(prepared, {codegen::observers_in(codegen::export_target(flown.target).generate(prepared)).front(),
+                             flown.compiler}) {
   name_ = fmt::format("--target {} --scalar {}", flown.target, flown.scalar);
 }
 

@@ -11,7 +11,7 @@
 #include "codegen/base/temporary.h"
 #include "codegen/export/prepared_export.h"
 #include "codegen/model/model.h"
-#include "codegen/targets/generated.h"
+#include "codegen/targets/observers_in.h"
 
 namespace nlo::trainer {
 

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "codegen/targets/generated.h"
+#include "codegen/targets/observers_in.h"
 
 #include <algorithm>
 #include <optional>
 #include <string>
 
-#include "codegen/base/fail.h"
 #include "codegen/base/zip.h"
-#include "codegen/readback/folding.h"
-#include "codegen/readback/read_back.h"
-#include "codegen/readback/wrappers.h"
 
 namespace nlo::codegen {
 namespace {
@@ -56,20 +52,6 @@ PreparedExport named(const PreparedExport& prepared, const std::string& name) {
   ExportOptions options = prepared.options();
   if (name != prepared.name()) options.name = name;
   return prepared.with(options);
-}
-
-std::vector<NamedText> generated(const ExportTarget& target, const PreparedExport& prepared) {
-  std::vector<NamedText> files = target.generate(prepared);
-  if (target.no_observer) return files;
-  const std::vector<GeneratedObserver> observers = observers_in(files);
-  if (observers.empty())
-    fail("target {}: there is no observer in its files; nothing is written: this is a fault of nlo, please report it",
-         target.name);
-  check_wrappers(prepared.model(), unpacked(files));
-  check_folding(prepared.model(), prepared.folded(), prepared.options().weights);
-  for (const GeneratedObserver& observer : observers)
-    check_text(named(prepared, observer.name), observer.form, observer.files);
-  return files;
 }
 
 }  // namespace nlo::codegen
