@@ -13,7 +13,7 @@
 #include "trainer/data/log_schema.h"
 #include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 #include "trainer/training/train.h"
 
 namespace nlo::trainer {
@@ -41,7 +41,7 @@ TEST(Pendulum, LogsAreWhatTheirGeneratorMakes) {
 }
 
 TEST(Pendulum, LogsAreRegularSplitAtTheirGapsAndWrap) {
-  const LogSplits splits = load_log_splits(*pendulum().log, kDirectory, symmetries_of(pendulum()));
+  const LogSplits splits = load_log_splits(*pendulum().log, kDirectory, mirrored_channels(pendulum()));
   EXPECT_NEAR(splits.train.sample_period_s, 1.0 / kPendulumRate_hz, 1e-6);  // 1 ms over 10 s, averaged
   EXPECT_TRUE(splits.train.uniform);
   EXPECT_TRUE(splits.test.uniform);
@@ -64,7 +64,7 @@ TEST(Pendulum, LoggedRateIsFoundOut) {
 
 TEST(Pendulum, ObserverBeatsWhatNeedsNoTraining) {
   const Experiment experiment = pendulum();
-  const LogSplits splits = load_log_splits(*experiment.log, kDirectory, symmetries_of(experiment));
+  const LogSplits splits = load_log_splits(*experiment.log, kDirectory, mirrored_channels(experiment));
   const TrainingResult result = train(experiment, splits.train, splits.train, {});
   const LogEvaluation evaluation = evaluate_on_logs(result.model, splits.test, resolve_columns(*experiment.log),
                                                     &splits.train, NoiseConfig{}, experiment.seed);

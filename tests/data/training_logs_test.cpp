@@ -41,9 +41,9 @@ class TrainingLogsTest : public ::testing::Test {
     scratch_.write("train1.csv", rows(1, 0, 900));
     scratch_.write("train2.csv", rows(2, 0, 900));
   }
-  std::vector<std::string> notes_with(const std::string& test, const std::vector<SymmetryConfig>& symmetries = {}) {
+  std::vector<std::string> notes_with(const std::string& test, const std::vector<std::string>& mirrored = {}) {
     scratch_.write("test.csv", test);
-    return load_log_splits(config_, scratch_.path(), symmetries).report.notes;
+    return load_log_splits(config_, scratch_.path(), mirrored).report.notes;
   }
 
   ScratchDirectory scratch_;
@@ -64,13 +64,13 @@ TEST_F(TrainingLogsTest, NotesOutputsBeyondTheTrainingRange) {
   EXPECT_THAT(notes_with(rows(3, 0, 900, 0.0, 1.03)), IsEmpty());
 }
 
-TEST_F(TrainingLogsTest, TrainingOfASymmetryOfSignsSeesBoth) {
+TEST_F(TrainingLogsTest, TrainingRangeIncludesMirrorImages) {
   config_.train_files = {"half.csv"};
   scratch_.write("half.csv", "time,a,b\n0,0,0\n0.01,0.5,1\n0.02,0.9,0\n0.03,1,0.4\n");
   const std::string negative = "time,a,b\n0,0,0\n0.01,-0.5,1\n0.02,-0.9,0\n0.03,-1,0.4\n";
   EXPECT_THAT(notes_with(negative), ElementsAre(HasSubstr("leaves its training range, 0 to 1 m, by up to 1 m")));
-  EXPECT_THAT(notes_with(negative, {{.kind = "sign", .channels = {"a", "b"}}}), IsEmpty());
-  EXPECT_THAT(notes_with(negative, {{.kind = "sign", .channels = {"b"}}}),
+  EXPECT_THAT(notes_with(negative, {"a", "b"}), IsEmpty());
+  EXPECT_THAT(notes_with(negative, std::vector<std::string>{"b"}),
               ElementsAre(HasSubstr("leaves its training range, 0 to 1 m")));
 }
 

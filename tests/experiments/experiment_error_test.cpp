@@ -247,7 +247,7 @@ TEST(ConfigErrors, AMirrorThatIsNone) {
   EXPECT_EQ(with_column("name = \"temperature\"\nrole = \"state\"\nodd = false"), "no error");
   EXPECT_EQ(with_column("name = \"turn\"\nrole = \"state\"\nwrap = 360\nencoding = \"sincos\""), "no error");
   EXPECT_THAT(with_column("name = \"speed\"\nrole = \"state\"\nderivative_of = \"angle\"\nodd = false"),
-              HasSubstr("does not turn speed and angle alike"));
+              HasSubstr("changes the sign of only one of speed and angle"));
 }
 
 }  // namespace

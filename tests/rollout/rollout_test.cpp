@@ -81,7 +81,7 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
   ThreadPool pool(1);
   std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
   segments.push_back(segments[0]);
-  segments[1].image = data.images.front();
+  segments[1].mirrored = true;
   rollout.run(segments, dynamics, {}, 1, Purpose::kSegments, 0, pool);
   const SegmentGroup& group = rollout.groups()[0];
   for (int t = 0; t < 20; ++t) {
@@ -95,28 +95,19 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
   }
 }
 
-/// Two outputs that are a vector of the plane, as are the states.
-Dataset planar_log() {
+/// The readings of a segment with this noise, and those of its mirror image. The second of two outputs is even.
+std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const std::string& noise) {
   Dataset dataset = jittering_log();
   dataset.outputs = {{"a", "", 0.0}, {"b", "", 0.0}};
-  dataset.states = {{"x", "", 0.0}, {"y", "", 0.0}};
   Trajectory& run = dataset.trajectories[0];
   run.outputs = Eigen::MatrixXd::Random(2, run.samples());
-  run.states = Eigen::MatrixXd::Random(2, run.samples());
-  dataset.symmetries =
-      on_channels({{.kind = "rotation2", .vectors = {{"a", "b"}, {"x", "y"}}}}, dataset.outputs, dataset.states);
-  return dataset;
-}
-
-/// By this noise: readings of a segment, and of its image by a third of a turn.
-std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const Dataset& dataset, const std::string& noise) {
-  const TrainingData data(dataset);
+  const TrainingData data(testing::mirrored(dataset, {"b"}));
   Rollout rollout(data);
   Identity dynamics(2);
   ThreadPool pool(1);
   std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
   segments.push_back(segments[0]);
-  segments[1].image = draw_image(data.symmetries, 2, 2, [] { return 1.0F / 3; });
+  segments[1].mirrored = true;
   rollout.run(segments, dynamics, NoiseMixture(parse_noise(noise)), 1, Purpose::kNoise, 0, pool);
   std::pair<Eigen::MatrixXf, Eigen::MatrixXf> both{Eigen::MatrixXf(2, 20), Eigen::MatrixXf(2, 20)};
   for (int row = 0; row < 2; ++row)
@@ -128,35 +119,17 @@ std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const Dataset& dataset, c
   return both;
 }
 
-const Eigen::Matrix2f kThird{{-0.5F, -0.8660254F}, {0.8660254F, -0.5F}};  // of a turn
-constexpr float kFloat = 1e-6F;                                           // rounding of numbers below 1
-
-TEST(Rollout, TurnsReadingsAndTruthOfASegmentTogether) {
-  const auto [plain, turned] = with_image(planar_log(), "none");
-  EXPECT_LT((turned - kThird * plain).cwiseAbs().maxCoeff(), kFloat);
-  const TrainingData data(planar_log());
-  const Rollout rollout(data);
-  Segment segment{.run = 0, .start = 7, .length = 20};
-  const Eigen::Vector2f x(rollout.state(segment, 0, 3), rollout.state(segment, 1, 3));
-  segment.image = draw_image(data.symmetries, 2, 2, [] { return 1.0F / 3; });
-  const Eigen::Vector2f image(rollout.state(segment, 0, 3), rollout.state(segment, 1, 3));
-  EXPECT_LT((image - kThird * x).cwiseAbs().maxCoeff(), kFloat);
+TEST(Rollout, AddsTheSensorsNoiseToAMirroredSegment) {
+  const Eigen::MatrixXf noisy = with_image("gaussian:0.3,none").second, clean = with_image("none").second;
+  EXPECT_GT((noisy.row(0) - clean.row(0)).cwiseAbs().maxCoeff(), 0.1F);
+  EXPECT_EQ(noisy.row(1), clean.row(1)) << "the second sensor has none";
 }
 
-TEST(Rollout, NoiseOfAnImageIsThatOfTheSensorsAndNotTurned) {
-  const Dataset dataset = planar_log();
-  const auto [plain, turned] = with_image(dataset, "gaussian:0.3,none");
-  const auto [clean, clean_turned] = with_image(dataset, "none");
-  EXPECT_GT((turned.row(0) - clean_turned.row(0)).cwiseAbs().maxCoeff(), 0.1F);
-  EXPECT_EQ(turned.row(1), clean_turned.row(1)) << "the second sensor has none";
-}
-
-TEST(Rollout, AnImageOfWhatIsMeasuredLateIsLate) {
-  const Dataset dataset = planar_log();
-  const auto [plain, turned] = with_image(dataset, "none+delay:1.5,none+delay:1.5");
-  const auto [clean, clean_turned] = with_image(dataset, "none");
-  EXPECT_LT((turned - kThird * plain).cwiseAbs().maxCoeff(), 2.0F * kFloat);
-  EXPECT_GT((turned - clean_turned).cwiseAbs().maxCoeff(), 0.1F) << "control";
+TEST(Rollout, DelaysTheReadingsOfAMirroredSegment) {
+  const auto [plain, image] = with_image("none+delay:1.5,none+delay:1.5");
+  EXPECT_EQ(image.row(0), -plain.row(0));
+  EXPECT_EQ(image.row(1), plain.row(1));
+  EXPECT_GT((image - with_image("none").second).cwiseAbs().maxCoeff(), 0.1F) << "control";
 }
 
 /// Two outputs and an input that is read; the third output is the product of the second and the input.
@@ -178,7 +151,7 @@ TEST(Rollout, ComputesOutputsOfWhatTheObserverIsGivenNoiseIncluded) {
   ThreadPool pool(1);
   std::vector<Segment> segments = {{.run = 0, .start = 7, .length = 20}};
   segments.push_back(segments[0]);
-  segments[1].image = data.images.front();
+  segments[1].mirrored = true;
   rollout.run(segments, dynamics, NoiseMixture(parse_noise("gaussian:0.3,uniform:0.2")), 1, Purpose::kSegments, 0, pool,
               parse_noise("gaussian:0.1"));
   const SegmentGroup& group = rollout.groups()[0];

@@ -55,14 +55,14 @@ TEST(Segments, AreMirroredWithProbabilityOneHalfAndNoneWithoutTheKey) {
   bool before = false;
   for (int step = 0; step < kSteps; ++step)
     for (const Segment& segment : drawn("mirror = true\n", step)) {
-      const bool turned = segment.image.readings.value<float>(0, [](int) { return 1.0F; }) < 0.0F;
+      const bool turned = segment.mirrored;
       mirrored += turned;
       alike += turned == before;
       before = turned;
     }
   EXPECT_NEAR(mirrored, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws));
   EXPECT_NEAR(alike, kDraws / 2.0, 4.0 * kDeviation * std::sqrt(kDraws)) << "each by itself";
-  for (const Segment& segment : drawn("", 0)) ASSERT_TRUE(segment.image.readings.none());
+  for (const Segment& segment : drawn("", 0)) ASSERT_FALSE(segment.mirrored);
 }
 
 TEST(Segments, ThatAreNotRandomHaveNeitherKey) {

@@ -130,15 +130,8 @@ TEST(Carried, ASensorMountedOtherwiseTrainsTheSameObserverAndIsInItsDomain) {
     EXPECT_EQ(model.latent_max(r), model.latent_max(r % 2)) << "one range for all axes";
 }
 
-TEST(Carried, HasRotationsOfAllItsVectorsByConstruction) {
-  const std::string vectors = "vectors = [[\"a\", \"b\", \"c\"], [\"u\", \"v\", \"w\"], [\"x\", \"y\", \"z\"]]\n";
-  const auto declared = [&](const std::string& text) {
-    return text_of("") + "[[symmetry]]\nkind = \"rotation3\"\nby_construction = true\n" + text;
-  };
-  EXPECT_EQ(refused(declared(vectors)), "no error");
-  EXPECT_THAT(refused(declared("vectors = [[\"a\", \"b\", \"c\"], [\"x\", \"y\", \"z\"]]\n")),
-              HasSubstr("has rotation3 of all its vectors together"));
-  // What that claims: estimates of turned readings are the turned estimates, whatever the weights.
+TEST(Carried, EstimatesTurnWithTheReadings) {
+  // Estimates of turned readings are the turned estimates, for any weights.
   const Matrix3d axes = Eigen::AngleAxisd(2.2, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
   const Dataset data = turned_sensor(6, false);
   const codegen::Model model = train(experiment_of("", "steps = 0\n"), data, data, {}).model;

@@ -186,8 +186,6 @@ TEST(FailingSensors, WhatCannotBeIsRefusedWithTheFix) {
   using ::testing::HasSubstr;
   EXPECT_THAT(refusal("may_fail = [\"best\"]\n"), HasSubstr("which is not an output; there is: good, poor"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"good\"]\n"), HasSubstr("twice; remove one"));
-  const std::string alike = "[[symmetry]]\nkind = \"permutation\"\nvectors = [[\"good\", \"poor\"]]\n";
-  EXPECT_THAT(refusal("may_fail = [\"good\"]\n" + alike), HasSubstr("turns them into each other; name both or none"));
   EXPECT_THAT(refusal("may_fail = [\"good\", \"poor\"]\n"), HasSubstr("leave one out"));
   EXPECT_NO_THROW(failing_experiment("may_fail = [\"good\", \"poor\"]\n", "dropout = 0.0\n"))
       << "samples that get lost now and then";

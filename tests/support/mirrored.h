@@ -6,17 +6,17 @@
 #include <vector>
 
 #include "trainer/data/dataset.h"
-#include "trainer/symmetry/symmetry.h"
+#include "trainer/data/mirror.h"
 
 namespace nlo::trainer::testing {
 
-/// A dataset whose mirror images are runs too: all channels turn their sign but those named.
+/// A dataset whose mirror images are runs too: all channels except those in `even` change their sign.
 inline Dataset mirrored(Dataset dataset, const std::vector<std::string>& even = {}) {
-  SymmetryConfig mirror{.kind = "sign"};
+  std::vector<std::string> odd;
   for (const auto& channels : {dataset.readings(), dataset.states})
     for (const std::string& name : channel_names(channels))
-      if (std::ranges::find(even, name) == even.end()) mirror.channels.push_back(name);
-  dataset.symmetries.push_back(on_channels(mirror, dataset.readings(), dataset.states));
+      if (std::ranges::find(even, name) == even.end()) odd.push_back(name);
+  dataset.mirror = mirror_of(odd, dataset.readings(), dataset.states);
   return dataset;
 }
 

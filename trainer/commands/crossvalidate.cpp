@@ -23,7 +23,7 @@
 #include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/evaluation/metrics.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 #include "trainer/jobs/kept_training.h"
 #include "trainer/jobs/run_jobs.h"
 #include "trainer/recipe/recipe.h"
@@ -80,7 +80,7 @@ JobEnd train_without(const LogGroup& fold, const std::vector<std::string>& train
   experiment.log->validation_files.clear();
   experiment.log->test_files = fold.files;
   find_log_delays(*experiment.log, "", experiment.observer.input_hold);  // of these logs alone
-  const LogSplits splits = load_log_splits(*experiment.log, "", symmetries_of(experiment));
+  const LogSplits splits = load_log_splits(*experiment.log, "", mirrored_channels(experiment));
   experiment.source_text += "# without " + fold.name + "\n";  // two folds may be trained on the same few logs
   const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};
   Dataset own;

@@ -30,7 +30,7 @@
 #include "trainer/compare/strict_study.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/text.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 #include "trainer/monitor/fit_monitor.h"
 #include "trainer/monitor/monitor_study.h"
 #include "trainer/monitor/sensed_runs.h"
@@ -295,7 +295,7 @@ void run_monitor(MonitorArguments arguments) {
   run_phase([&] {
     constexpr double kLimitsShare = 0.6;  // of the work
     LogSplits splits;
-    if (experiment.log) splits = load_log_splits(*experiment.log, arguments.data, symmetries_of(experiment));
+    if (experiment.log) splits = load_log_splits(*experiment.log, arguments.data, mirrored_channels(experiment));
     model.monitor.reset();
     const FittedMonitor fitted =
         experiment.log ? monitor_of_logs(model, splits, arguments.request)

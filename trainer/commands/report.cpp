@@ -10,7 +10,7 @@
 #include "trainer/commands/options.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/run_report.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -38,7 +38,7 @@ void run_report(ReportArguments arguments) {
     report = run_phase([&] { return report_on_plant(model, experiment, arguments.test); });
   } else {
     if (arguments.data.empty()) throw codegen::Error(file + ": was trained on logs; say where they are: --data DIR");
-    const LogSplits splits = load_log_splits(*experiment.log, arguments.data, symmetries_of(experiment));
+    const LogSplits splits = load_log_splits(*experiment.log, arguments.data, mirrored_channels(experiment));
     report = run_phase(
         [&] { return report_on_logs(model, experiment, splits.train, logs_to_report_on(splits), splits.report); });
   }

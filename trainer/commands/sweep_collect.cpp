@@ -17,7 +17,7 @@
 #include "trainer/commands/run_report.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/evaluation/evaluate.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 #include "trainer/jobs/kept_training.h"
 #include "trainer/report/pareto_figure.h"
 #include "trainer/report/svg_text.h"
@@ -38,7 +38,7 @@ JobStatus status_of(const std::string& folder, const Experiment& experiment, std
 double test_error(const codegen::Model& model, const Experiment& experiment, const SweepTest& test,
                   const SweepPlaces& places) {
   if (experiment.log) {
-    const LogSplits splits = load_log_splits(*experiment.log, places.data, symmetries_of(experiment));
+    const LogSplits splits = load_log_splits(*experiment.log, places.data, mirrored_channels(experiment));
     const RunReport report = report_on_logs(model, experiment, splits.train, logs_to_report_on(splits), splits.report);
     return report.logs->metrics.norm;
   }

@@ -11,7 +11,7 @@
 #include "trainer/data/log_delays.h"
 #include "trainer/data/transient.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 #include "trainer/experiments/training_sets.h"
 #include "trainer/recipe/recipe.h"
 #include "trainer/structures/linear_latent_start.h"
@@ -57,7 +57,7 @@ void find_delays(Experiment& experiment, const std::string& directory, bool quie
 }
 
 RunData logged_data(const Experiment& experiment, const std::string& directory, bool quiet) {
-  LogSplits splits = load_log_splits(*experiment.log, directory, symmetries_of(experiment));
+  LogSplits splits = load_log_splits(*experiment.log, directory, mirrored_channels(experiment));
   if (!quiet) fmt::print(stderr, "{}", printable(to_text(splits.report)));
   check_latent_step(experiment.observer, splits.train.sample_period_s);
   ReportedLogs judged = logs_to_report_on(splits);

@@ -44,7 +44,7 @@ Experiment changed_experiment(const Experiment& experiment, const std::vector<st
   }
   // Training is over: what it asks of a plant (mirror images, a past without inputs) is not asked of a test.
   std::vector<std::string> all = changes;
-  all.insert(all.end(), {"training.mirror=false", "symmetry=[]", "training.transient=keep"});
+  all.insert(all.end(), {"training.mirror=false", "training.transient=keep"});
   return parse_experiment(experiment.source_text, "the model's experiment", all);
 }
 

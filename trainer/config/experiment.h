@@ -115,15 +115,6 @@ struct LogConfig {
   std::vector<std::string> train_files, validation_files, test_files;  ///< names or globs under --data DIR
 };
 
-/// [[symmetry]]: a group whose elements turn runs of the plant into runs of it (symmetry/kinds.h).
-struct SymmetryConfig {
-  std::string kind;                                    ///< a name in the table of symmetry/kinds.cpp
-  std::vector<std::vector<std::string>> vectors = {};  ///< names of their components: outputs, inputs or states
-  std::vector<std::string> channels = {};              ///< whose sign turns, or angles
-  int fold = 0;                                        ///< > 0: only multiples of 1/fold of a turn
-  bool by_construction = false;                        ///< the structure has it: nothing is turned in training
-};
-
 /// [observer]: the latent system and what T* reads.
 struct ObserverConfig {
   std::string structure = "kkl";             ///< a name in the table of structures/table.h
@@ -202,7 +193,7 @@ struct TrainingConfig {
   NoiseConfig input_noise;                 ///< the same of the inputs that are read; the plant has them without it
   double noise_level_max = 0.0;            ///< > 0: each trajectory's noise scale is uniform in [0, max] x noise
   double dropout = 0.3;                    ///< share of the segments in which a sensor that may fail is missing
-  bool mirror = false;                     ///< a symmetry of the kind "sign", of all channels but those declared even
+  bool mirror = false;                     ///< segments are mirrored at random (data/mirror.h)
   LatentGradient gradient = LatentGradient::kAutomatic;
   Transient transient = Transient::kKeep;
   double transient_factor = 5.0;  ///< k of the transient's length k / min |Re lambda|
@@ -251,7 +242,6 @@ struct Experiment {
   std::optional<FeedbackConfig> feedback;      ///< none: no loop is closed
   std::optional<LogConfig> log;
   std::optional<KnownPlant> known;  ///< where there are logs; `plant` is then none
-  std::vector<SymmetryConfig> symmetries;
   ObserverConfig observer;
   DynamicsConfig dynamics;
   InverseMapConfig inverse_map;

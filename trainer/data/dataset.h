@@ -11,7 +11,7 @@
 #include "codegen/model/computed_outputs.h"
 #include "codegen/model/model.h"
 #include "trainer/data/angle.h"
-#include "trainer/symmetry/symmetry.h"
+#include "trainer/data/mirror.h"
 
 namespace nlo::trainer {
 
@@ -60,7 +60,7 @@ struct Dataset {
   std::vector<Channel> inputs = {};      ///< empty when nothing excites the plant
   bool reads_inputs = false;             ///< the observer reads them beside the outputs
   std::vector<EncodedAngle> output_angles = {};  ///< among the outputs, in order: noise is on the angle
-  std::vector<Symmetry> symmetries = {};         ///< on readings() and states: their images of runs are runs
+  Mirror mirror = {};                            ///< of readings() and states
   double simulated_share = 0.0;  ///< of a step's segments: from runs without a log, which stand behind all others
 
   /// The inputs that the observer reads beside the outputs.

@@ -146,13 +146,13 @@ Dataset load_logs(const LogConfig& config, const std::string& directory, const s
 }
 
 LogSplits load_log_splits(const LogConfig& config, const std::string& directory,
-                          const std::vector<SymmetryConfig>& symmetries) {
+                          const std::vector<std::string>& mirrored) {
   const LogSchema schema = resolve_columns(config);
   const SplitFiles files = expand_splits(config, directory);
   LogSplits splits;
   splits.train = load(config, schema, files.train, true, true, splits.report);
   const std::vector<LogContent> trained = splits.report.contents;
-  splits.train.symmetries = on_channels(symmetries, splits.train.readings(), splits.train.states);
+  splits.train.mirror = mirror_of(mirrored, splits.train.readings(), splits.train.states);
   splits.remembered = remember(trained, splits.train);
 
   LogConfig on_training_clock = config;

@@ -38,8 +38,9 @@ struct LogSplits {
 
 /// The three splits of `config`, checked to be disjoint; with `every` = n, training gets n runs of each log, which
 /// begin at its first n rows. All are on one nominal sample period: that of the training logs.
-/// `symmetries`: of the rig, which widen the range of the outputs that training sees.
+/// `mirrored`: channels that change their sign in mirror images of runs (mirror.h). The images widen the range of the
+/// outputs that training sees.
 LogSplits load_log_splits(const LogConfig& config, const std::string& directory,
-                          const std::vector<SymmetryConfig>& symmetries = {});
+                          const std::vector<std::string>& mirrored = {});
 
 }  // namespace nlo::trainer

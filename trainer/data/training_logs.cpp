@@ -59,7 +59,7 @@ TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& tr
     look_at(0, run.outputs);
     if (training.reads_inputs) look_at(ny, run.inputs);
   }
-  widen_by_images(training.symmetries, low, high);
+  widen_by_mirror(training.mirror, low, high);
   for (Eigen::Index j = 0; j < ny; ++j)
     if (const Channel& output = training.outputs[static_cast<std::size_t>(j)]; output.wrap == 0.0)
       result.outputs.push_back({output.name, low(j), high(j)});

@@ -52,7 +52,7 @@ struct TrainingLogs {
   std::vector<Range> outputs;  ///< without angles that are unwrapped, which turn without end
 };
 
-/// Ranges are those of the runs and their images.
+/// Ranges are those of the runs and their mirror images.
 TrainingLogs remember(const std::vector<LogContent>& contents, const Dataset& training);
 
 /// One line per output and log; a fact of the model's provenance under kTrainingLogsFact.

@@ -32,8 +32,8 @@ void check_losses(const Experiment& experiment);
 /// [training]: what contradicts the plant, the logs, the observer or each other.
 void check_training(const Experiment& experiment);
 
-/// [[symmetry]] and [training] mirror: names, units, and equations wherever they are known.
-void check_symmetries(const Experiment& experiment);
+/// [training] mirror: the derivatives of logged columns, and the equations of a plant.
+void check_mirror(const Experiment& experiment);
 
 /// [training] transient: it is about the start of whole trajectories, so what draws samples elsewhere contradicts it.
 void check_transient(const Experiment& experiment);

@@ -59,7 +59,6 @@ std::string format_experiment(const Experiment& experiment) {
     text += format_keys(experiment.log->velocity_filter, "[log.velocity_filter]");
     for (const ColumnConfig& column : experiment.log->columns) text += format_keys(column, "[[log.columns]]");
   }
-  for (const SymmetryConfig& symmetry : experiment.symmetries) text += format_keys(symmetry, "[[symmetry]]");
   const TrainableStructure& structure = structure_of(experiment.observer);
   text += format_keys(experiment.observer, "[observer]");
   if (structure.has_dynamics_network()) text += format_keys(experiment.dynamics, "[dynamics]");

@@ -8,7 +8,6 @@
 #include "trainer/losses/registry.h"
 #include "trainer/optim/optimiser.h"
 #include "trainer/structures/table.h"
-#include "trainer/symmetry/kinds.h"
 
 namespace nlo::trainer {
 namespace {
@@ -213,27 +212,6 @@ const std::vector<Key<VelocityFilterConfig>>& keys() {
 }
 
 template <>
-const std::vector<Key<SymmetryConfig>>& keys() {
-  using S = SymmetryConfig;
-  static const std::vector<Key<S>> kKeys = [] {
-    std::string kinds;
-    for (const SymmetryKind& kind : symmetry_kinds())
-      kinds += fmt::format("{}{}: {}", kinds.empty() ? "" : "; ", kind.name, kind.meaning);
-    return std::vector<Key<S>>{
-        key("kind", &S::kind, one_of(symmetry_kind_names()), kinds),
-        key("vectors", &S::vectors, any(), "names of the components of each, of outputs, inputs and states"),
-        key("channels", &S::channels, identifiers(), "names; of sine and cosine that of their angle"),
-        only_when_given(key("fold", &S::fold, between(2, 1000),
-                            "rotation2, shift: only multiples of 1/fold of a turn are symmetries")),
-        only_when_given(
-            key("by_construction", &S::by_construction, any(),
-                "the structure guarantees it, or this is refused; else training takes random images of segments")),
-    };
-  }();
-  return kKeys;
-}
-
-template <>
 const std::vector<Key<ObserverConfig>>& keys() {
   static const std::vector<Key<ObserverConfig>> kKeys = [] {
     std::vector<Key<ObserverConfig>> all = common_observer_keys();
@@ -334,7 +312,8 @@ const std::vector<Key<TrainingConfig>>& keys() {
           "> 0: each trajectory's noise is scaled by a number in [0, max]"),
       only_when_given(key("dropout", &T::dropout, share_below_one(),
                           "a sensor of [observer] may_fail is missing in this share of the segments")),
-      key("mirror", &T::mirror, any(), "[[symmetry]] kind = \"sign\" of all channels but those declared even; checked"),
+      key("mirror", &T::mirror, any(),
+          "half of the segments are mirrored: all channels but those declared even change their sign; checked"),
       key("gradient", &T::gradient, names_of<LatentGradient>(),
           "of the latent system; automatic: the exact filter where it is linear, else backprop"),
       key("transient", &T::transient, names_of<Transient>(),
@@ -380,7 +359,6 @@ template <> std::string_view section_title<SimulationConfig>() { return "[simula
 template <> std::string_view section_title<LogConfig>() { return "[log]"; }
 template <> std::string_view section_title<ColumnConfig>() { return "[[log.columns]]"; }
 template <> std::string_view section_title<VelocityFilterConfig>() { return "[log.velocity_filter]"; }
-template <> std::string_view section_title<SymmetryConfig>() { return "[[symmetry]]"; }
 template <> std::string_view section_title<ObserverConfig>() { return "[observer]"; }
 template <> std::string_view section_title<DynamicsConfig>() { return "[dynamics]"; }
 template <> std::string_view section_title<InverseMapConfig>() { return "[inverse_map]"; }

@@ -30,7 +30,6 @@ void for_each_section(const Visit& visit) {
   visit(LogConfig());
   visit(VelocityFilterConfig());
   visit(ColumnConfig());
-  visit(SymmetryConfig());
   visit(ObserverConfig());
   visit(DynamicsConfig());
   visit(InverseMapConfig());

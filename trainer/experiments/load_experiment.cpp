@@ -103,7 +103,7 @@ void check_experiment(const Experiment& e, const Places& places) try {
   check_angles(e);
   check_losses(e);
   check_training(e);
-  check_symmetries(e);
+  check_mirror(e);
   check_transient(e);
   check_evaluation(e);
 } catch (const KeyError& error) {
@@ -154,8 +154,8 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
   SectionTables reader(filename, places);
   Experiment experiment;
   reader.read(root, "", experiment,
-              {"plant", "simulation", "excitation", "feedback", "log", "symmetry", "observer", "dynamics",
-               "inverse_map", "forward_map", "loss", "training", "validation", "evaluation"});
+              {"plant", "simulation", "excitation", "feedback", "log", "observer", "dynamics", "inverse_map",
+               "forward_map", "loss", "training", "validation", "evaluation"});
   if (const Toml* table = reader.section(root, "plant", "plant"))
     reader.read(*table, "plant", experiment.plant.emplace());
   reader.read_if_there(root, "simulation", experiment.simulation);
@@ -173,7 +173,6 @@ DraftExperiment parse_draft(std::string_view text, const std::string& filename,
     experiment.plant.reset();
     experiment.excitation.reset();
   }
-  experiment.symmetries = reader.read_list<SymmetryConfig>(root, "symmetry", "symmetry");
   reader.read_if_there(root, "observer", experiment.observer);
   reader.read_if_there(root, "dynamics", experiment.dynamics);
   reader.read_if_there(root, "inverse_map", experiment.inverse_map);

@@ -10,7 +10,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 #include "trainer/losses/registry.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/lead_in.h"
@@ -91,7 +91,7 @@ TrainingSets simulate_training_sets(const Experiment& experiment, const LoopRoun
   for (Dataset* data : {&sets.training, &sets.validation}) {
     data->reads_inputs = reads_inputs;
     channels.apply(*data);
-    data->symmetries = on_channels(symmetries_of(experiment), data->readings(), data->states);
+    data->mirror = mirror_of(mirrored_channels(experiment), data->readings(), data->states);
     check_swinging(*data);
   }
   return sets;

@@ -42,19 +42,20 @@ MapSamples<float> SampleRows::gather(const Rollout& rollout, const SampleRange& 
     const Segment& segment = rollout.segment(range.group, lane);
     const TrainingData::Run& run = data.runs[static_cast<std::size_t>(segment.run)];
     const auto k = static_cast<std::size_t>(segment.start + time);
+    const auto state_sign = [&](std::size_t row) { return segment.mirrored ? data.mirror.of_state(row) : 1.0F; };
+    const auto reading_sign = [&](std::size_t row) { return segment.mirrored ? data.mirror.of_reading(row) : 1.0F; };
     weight_[at] = share * range.weights()[s];
     for (std::size_t i = 0; i < nx; ++i) {
       x_[i * kRow + at] = rollout.state(segment, i, time);
       if (with_equations)
-        f_[i * kRow + at] =
-            segment.image.states.derivative<float>(static_cast<int>(i), at_sample(run, run.derivatives, k));
+        f_[i * kRow + at] = state_sign(i) * run.derivatives[i * static_cast<std::size_t>(run.samples) + k];
     }
     for (std::size_t r = 0; r < nz; ++r)
       z_[r * kRow + at] = group.latent[group.at(static_cast<int>(r), time) + static_cast<std::size_t>(lane)];
     for (std::size_t j = 0; j < ny; ++j) {
       y_[j * kRow + at] = group.readings[group.at(static_cast<int>(j), time) + static_cast<std::size_t>(lane)];
       if (j < static_cast<std::size_t>(data.given()))
-        h_[j * kRow + at] = segment.image.readings.value<float>(static_cast<int>(j), at_sample(run, run.readings, k));
+        h_[j * kRow + at] = reading_sign(j) * run.readings[j * static_cast<std::size_t>(run.samples) + k];
     }
   }
   return view(range.count);

@@ -128,8 +128,7 @@ void ReadoutProbe::draw_segments(const Experiment& base, const Dataset& training
                         .length = length});
     }
     for (Segment& piece : pieces) {
-      if (const std::size_t image = segments_.size() % (data_.images.size() + 1); image > 0)
-        piece.image = data_.images[image - 1];
+      piece.mirrored = !data_.mirror.none() && segments_.size() % 2 == 1;
       if (base.training.noise_level_max > 0.0)
         piece.noise_level =
             static_cast<float>(base.training.noise_level_max * static_cast<double>(draws.below(1000)) / 999.0);

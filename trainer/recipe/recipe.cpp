@@ -15,8 +15,8 @@
 #include "trainer/base/draws.h"
 #include "trainer/base/number_text.h"
 #include "trainer/base/quantile.h"
+#include "trainer/plants/odd_plant.h"
 #include "trainer/plants/plant_form.h"
-#include "trainer/plants/plant_symmetry.h"
 #include "trainer/plants/registry.h"
 #include "trainer/recipe/gated_rival.h"
 #include "trainer/recipe/mode_banks.h"
@@ -287,8 +287,8 @@ Experiment experiment_for_data(const DraftExperiment& draft) {
   }
   const auto plant = make_plant(*e.plant);
   if (!draft.given.has("training.mirror"))
-    e.training.mirror = starts_evenly(e) && !symmetry_counterexample(*plant, odd_symmetry(*plant, e.plant->even),
-                                                                     e.simulation, e.excitation.has_value());
+    e.training.mirror = starts_evenly(e) && !mirror_counterexample(*plant, odd_channels(*plant, e.plant->even),
+                                                                   e.simulation, e.excitation.has_value());
   return e;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/reproduce/jobs.h"
-#include "trainer/experiments/symmetries.h"
+#include "trainer/experiments/mirror.h"
 
 #include <fmt/format.h>
 
@@ -42,7 +42,7 @@ double weights(double inputs, const std::vector<int>& hidden) {
 
 /// Without validation logs the training logs choose the step, as in nlo train.
 TrainingSets logged_sets(const Experiment& experiment, const std::string& folder) {
-  LogSplits splits = load_log_splits(*experiment.log, folder, symmetries_of(experiment));
+  LogSplits splits = load_log_splits(*experiment.log, folder, mirrored_channels(experiment));
   if (splits.validation.trajectories.empty()) splits.validation = splits.train;
   return {std::move(splits.train), std::move(splits.validation)};
 }

@@ -93,17 +93,12 @@ void turn(float& sine, float& cosine, float angle) {
   cosine = cosine * c - before * s;
 }
 
-/// Turns the given readings of a lane, as recorded, into those of its segment's image.
-void take_image(const RowMap& image, int given, int lane, SegmentGroup& group) {
-  if (image.none()) return;
-  std::vector<float> recorded(static_cast<std::size_t>(given));
-  for (int t = 0; t < group.length; ++t) {
-    const auto reading = [&](int row) -> float& {
-      return group.readings[group.at(row, t) + static_cast<std::size_t>(lane)];
-    };
-    for (int row = 0; row < given; ++row) recorded[static_cast<std::size_t>(row)] = reading(row);
-    for (int row = 0; row < given; ++row)
-      reading(row) = image.value<float>(row, [&](int from) { return recorded[static_cast<std::size_t>(from)]; });
+/// Changes the signs of the given readings of a lane to those of its mirror image.
+void mirror_lane(const Mirror& mirror, int given, int lane, SegmentGroup& group) {
+  for (int row = 0; row < given; ++row) {
+    if (!mirror.readings[static_cast<std::size_t>(row)]) continue;
+    float* reading = group.readings.data() + group.at(row, 0) + static_cast<std::size_t>(lane);
+    for (int t = 0; t < group.length; ++t) reading[t * kGroup] = -reading[t * kGroup];
   }
 }
 
@@ -155,7 +150,7 @@ void Rollout::gather(int index, const NoiseConfig& noise, const NoiseConfig& inp
       for (int l = 0; l < kGroup; ++l) to[l] = from[l][std::min(t, last[l])];
   }
   for (int l = 0; l < kGroup; ++l)
-    take_image(segment(index, std::min(l, group.lanes - 1)).image.readings, data_->given(), l, group);
+    if (segment(index, std::min(l, group.lanes - 1)).mirrored) mirror_lane(data_->mirror, data_->given(), l, group);
   for (int t = 0; !data_->uniform && t < group.length; ++t) {
     int* to = group.step_of.data() + group.at(0, t);
     for (int l = 0; l < kGroup; ++l)

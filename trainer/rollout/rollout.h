@@ -32,20 +32,21 @@ class Rollout {
     return segments_[static_cast<std::size_t>(group * kGroup + lane)];
   }
   const TrainingData& data() const { return *data_; }
-  /// The truth there, of the segment's image.
+  /// The true state at sample `time` of the segment.
   float state(const Segment& segment, std::size_t row, int time) const {
-    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
-    return segment.image.states.value<float>(
-        static_cast<int>(row), at_sample(run, run.states, static_cast<std::size_t>(segment.start + time)));
+    const float recorded = recorded_states(segment, row)[time];
+    return segment.mirrored ? data_->mirror.of_state(row) * recorded : recorded;
   }
-  /// The same from a segment's start on, where it lies as recorded; null for an image.
+  /// The true state from the segment's start on; null for a mirrored segment.
   const float* recorded(const Segment& segment, std::size_t row) const {
-    if (!segment.image.states.none()) return nullptr;
-    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
-    return run.states.data() + row * static_cast<std::size_t>(run.samples) + segment.start;
+    return segment.mirrored ? nullptr : recorded_states(segment, row);
   }
 
  private:
+  const float* recorded_states(const Segment& segment, std::size_t row) const {
+    const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
+    return run.states.data() + row * static_cast<std::size_t>(run.samples) + segment.start;
+  }
   void gather(int index, const NoiseConfig& noise, const NoiseConfig& input_noise, std::uint64_t stream);
   void lose_failing(int index);
   void compute(SegmentGroup& group) const;

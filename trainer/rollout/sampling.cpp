@@ -91,8 +91,7 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
   }
   add_outages(experiment, data, step, segments);
   for (Segment& segment : segments) {
-    if (!data.symmetries.empty())
-      segment.image = draw_image(data.symmetries, data.given(), data.nx, [&] { return random.unit(); });
+    if (!data.mirror.none()) segment.mirrored = random.unit() < 0.5F;
     if (training.noise_level_max > 0.0)
       segment.noise_level = static_cast<float>(training.noise_level_max) * random.unit();
   }
@@ -101,15 +100,11 @@ std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingD
 
 std::vector<Segment> flight_segments(const Experiment& experiment, const TrainingData& data) {
   std::vector<Segment> segments = whole_runs(data);
-  // Images are dealt to the runs, so that a large group does not make many copies of long logs.
-  constexpr std::size_t kImages = 3;
-  const std::size_t images = std::min(kImages, data.images.size());
-  std::size_t next = 0;
-  for (Segment run : whole_runs(data))
-    for (std::size_t i = 0; i < images; ++i) {
-      run.image = data.images[next++ % data.images.size()];
-      segments.push_back(run);
-    }
+  for (Segment run : whole_runs(data)) {
+    if (data.mirror.none()) break;
+    run.mirrored = true;
+    segments.push_back(run);
+  }
   for (Segment& run : runs_with_failures(data, experiment.training.dropout)) segments.push_back(std::move(run));
   if (experiment.training.mode == TrainingMode::kFullBatch) return segments;
   constexpr long kNoStep = -1;  // a draw that no step of the training makes

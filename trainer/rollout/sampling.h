@@ -10,11 +10,12 @@
 
 namespace nlo::trainer {
 
-/// A step's own draw: whole runs (full_batch) or random segments; an image by chance and a noise level as configured.
+/// Draws the segments of a step: whole runs (full_batch) or random segments, mirrored at random and with a noise level
+/// as configured.
 std::vector<Segment> draw_segments(const Experiment& experiment, const TrainingData& data, long step);
 
-/// What the observer meets in training and in flight, for scales and for the domain: first every run from its first
-/// sample, up to three images of each too, and a draw of the segments that training starts anywhere else.
+/// The segments that scales and the domain come from: every run from its first sample, its mirror image, and a draw of
+/// the segments that training starts anywhere else.
 std::vector<Segment> flight_segments(const Experiment& experiment, const TrainingData& data);
 
 /// Samples of one group, in the order of time; a sample that was drawn twice counts twice.

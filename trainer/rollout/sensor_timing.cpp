@@ -43,9 +43,9 @@ void Rollout::shift_row(int index, int row, const SensorNoise& own, const float*
   for (int l = 0; l < kGroup; ++l) {
     const Segment& segment = this->segment(index, std::min(l, group.lanes - 1));
     const TrainingData::Run& run = data_->runs[static_cast<std::size_t>(segment.run)];
-    const auto values = [&](std::ptrdiff_t at) {
-      return segment.image.readings.value<float>(row, at_sample(run, run.readings, static_cast<std::size_t>(at)));
-    };
+    const float sign = segment.mirrored ? data_->mirror.of_reading(static_cast<std::size_t>(row)) : 1.0F;
+    const float* recorded = run.readings.data() + static_cast<std::ptrdiff_t>(row) * run.samples;
+    const auto values = [&](std::ptrdiff_t at) { return sign * recorded[at]; };
     for (int t = 0; t < group.length; ++t) {
       const int at = t * kGroup + l;
       const double position = static_cast<double>(segment.start + std::min(t, segment.length - 1)) -

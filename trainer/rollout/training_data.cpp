@@ -55,7 +55,7 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
       nr(static_cast<int>(dataset.readings().size() + sensor_failures.outputs.size())),
       computed(dataset.outputs, dataset.inputs_read()),
       failures(sensor_failures),
-      symmetries(dataset.symmetries) {
+      mirror(dataset.mirror) {
   auto angle = dataset.output_angles.begin();
   for (int row = 0; row < given(); row += sensors.back().rows) {
     if (row < ny && is_computed(row)) row = ny;
@@ -65,7 +65,6 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
     sensors.back().rows = 2;
     sensors.back().wrap = (angle++)->wrap;
   }
-  images = other_images(symmetries, given(), nx);
   if (uniform) steps_s.push_back(dataset.sample_period_s);
   DistinctSteps distinct(sample_period_s, steps_s);
   const auto row_major = [](const Eigen::MatrixXd& m) {
@@ -112,7 +111,7 @@ TrainingData::TrainingData(const Dataset& dataset, const codegen::SensorFailures
   }
   Eigen::VectorXd low(given()), high(given());
   for (int row = 0; row < given(); ++row) std::tie(low(row), high(row)) = range_of(runs, row);
-  widen_by_images(symmetries, low, high);
+  widen_by_mirror(mirror, low, high);
   for (int row = 0; row < given(); ++row) {
     const bool turns = row < ny && dataset.outputs[static_cast<std::size_t>(row)].wrap > 0.0;
     reading_low.push_back(turns ? -kInfinity : static_cast<float>(low(row)));

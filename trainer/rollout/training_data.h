@@ -45,10 +45,9 @@ struct TrainingData {
   codegen::ComputedOutputs computed;  ///< the last of the outputs; they are made as a segment rolls out
   codegen::SensorFailures failures;   ///< whose stalenesses end the readings; they are made as a segment rolls out
   std::vector<float> fading;          ///< exp(-step / staleness_s) of each of steps_s
-  std::vector<float> reading_low, reading_high;  ///< of given readings and their images, without noise; infinite for
-                                                 ///< angles
-  std::vector<Symmetry> symmetries;
-  std::vector<Image> images;  ///< other_images()
+  std::vector<float> reading_low, reading_high;  ///< of given readings and their mirror images, without noise;
+                                                 ///< infinite for angles
+  Mirror mirror;
 
   explicit TrainingData(const Dataset& dataset, const codegen::SensorFailures& failures = {});
 
@@ -73,18 +72,10 @@ struct Segment {
   int run = 0;
   int start = 0;
   int length = 0;
-  Image image = {};                  ///< what the symmetries make of its readings and states
+  bool mirrored = false;             ///< its readings and states are those of the mirror image (TrainingData::mirror)
   float noise_level = 1.0F;          ///< times the configured noise
   std::vector<Outage> outages = {};  ///< one for each sensor that may fail; empty: all measure
 };
-
-/// A reading or state of `run`, row by row in `signal`, as a segment of this image has it: to be used as a signal of
-/// RowMap.
-inline auto at_sample(const TrainingData::Run& run, const std::vector<float>& signal, std::size_t sample) {
-  return [samples = static_cast<std::size_t>(run.samples), from = signal.data() + sample](int row) {
-    return from[static_cast<std::size_t>(row) * samples];
-  };
-}
 
 /// All runs from their start, at full length.
 std::vector<Segment> whole_runs(const TrainingData& data);

@@ -95,24 +95,6 @@ class CarriedStructure final : public TrainableStructure {
     check_channels(experiment, channels);
   }
 
-  std::string symmetry_gap(const Symmetry& symmetry, const Experiment&, const ChannelCounts& channels) const override {
-    const auto all = [](int rows) {
-      std::vector<std::vector<int>> vectors;
-      for (int row = 0; row < rows; row += kAxes) vectors.push_back({row, row + 1, row + 2});
-      return vectors;
-    };
-    const auto sorted = [](std::vector<std::vector<int>> vectors) {
-      std::ranges::sort(vectors);
-      return vectors;
-    };
-    return symmetry.kind->name == "rotation3" &&
-                   sorted(symmetry.readings.vectors) == all(channels.outputs + channels.read_inputs) &&
-                   sorted(symmetry.states.vectors) == all(channels.states)
-               ? ""
-               : "a carried observer has rotation3 of all its vectors together: outputs, inputs and states, each as x, "
-                 "y, z";
-  }
-
   bool has_eigenvalues() const override { return true; }
   void make(const Experiment& experiment, ObserverStructure& structure) const override {
     const ObserverConfig& observer = experiment.observer;

@@ -64,15 +64,6 @@ void check_failing_sensors(const Experiment& experiment, const ChannelCounts& ch
     if (std::count(names.begin(), names.end(), names[i]) > 1)
       fail(fmt::format("names \"{}\" twice; remove one", names[i]));
   }
-  for (const SymmetryConfig& symmetry : experiment.symmetries)
-    for (const std::vector<std::string>& vector : symmetry.vectors) {
-      const auto listed = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
-      const auto some = std::ranges::find_if(vector, listed);
-      const auto other = std::ranges::find_if_not(vector, listed);
-      if (some != vector.end() && other != vector.end())
-        fail(fmt::format("names \"{}\" and not \"{}\", and [[symmetry]] turns them into each other; name both or none",
-                         *some, *other));
-    }
   if (names.size() == static_cast<std::size_t>(codegen::measured_outputs(channels.output_channels)) &&
       experiment.training.dropout > 0.0)
     fail(
@@ -101,7 +92,10 @@ codegen::SensorFailures failing_sensors(const Experiment& experiment, const Data
     for (Eigen::Index j = 0; j < run.outputs.rows(); ++j) sum(j) += run.outputs.row(j).sum();
     count += static_cast<double>(run.samples());
   }
-  failures.rest = mean_of_images(training.symmetries, sum / std::max(count, 1.0))(failures.outputs);
+  Eigen::VectorXd mean = sum / std::max(count, 1.0);
+  for (Eigen::Index row = 0; row < mean.size(); ++row)  // of runs and their mirror images
+    if (!training.mirror.none() && training.mirror.readings[static_cast<std::size_t>(row)]) mean(row) = 0.0;
+  failures.rest = mean(failures.outputs);
   return failures;
 }
 

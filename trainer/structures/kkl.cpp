@@ -29,44 +29,6 @@ class Kkl final : public KklFamily {
     return keys;
   }
 
-  /// Of signs: T* is odd then.
-  std::string symmetry_gap(const Symmetry& symmetry, const Experiment& experiment,
-                           const ChannelCounts& channels) const override {
-    if (symmetry.kind->name != "sign") return KklFamily::symmetry_gap(symmetry, experiment, channels);
-    if (symmetry.readings.vectors.size() != channels.output_channels.size() + channels.read_input_channels.size() ||
-        symmetry.states.vectors.size() != channels.state_channels.size())
-      return "structure = \"kkl\" has the sign of all its channels together, and this leaves one as it is";
-    const InverseMapConfig& map = experiment.inverse_map;
-    return map.activation == "tanh" && map.readout == ReadoutChoice::kNetwork && !map.error &&
-                   experiment.observer.clocks_s.empty() && !has_failing_sensors(experiment.observer)
-               ? ""
-               : "an odd T* has activation = \"tanh\" and readout = \"network\", and no error, clocks_s or may_fail";
-  }
-
-  void make(const Experiment& experiment, ObserverStructure& structure) const override {
-    KklFamily::make(experiment, structure);
-    structure.centred = std::ranges::any_of(experiment.symmetries, [](const SymmetryConfig& symmetry) {
-      return symmetry.by_construction && symmetry.kind == "sign";
-    });
-  }
-
-  void constrain(const ObserverStructure& structure, float* parameters) const override {
-    if (!structure.centred) return;
-    float* map = parameters + structure.dynamics_parameters();
-    for (const LayerView& layer : structure.network.layers) std::fill_n(map + layer.bias, layer.out, 0.0F);
-  }
-
-  /// Ranges that mirror images have, too.
-  void complete(const ObserverStructure& structure, codegen::Model& model) const override {
-    if (!structure.centred) return;
-    for (const auto& [low, high] : {std::pair{&model.latent_min, &model.latent_max},
-                                    {&model.output_min, &model.output_max},
-                                    {&model.input_min, &model.input_max}}) {
-      *high = low->cwiseAbs().cwiseMax(high->cwiseAbs());
-      *low = -*high;
-    }
-  }
-
   void check(const Experiment& experiment, const ChannelCounts& channels) const override {
     KklFamily::check(experiment, channels);
     check_failing_sensors(experiment, channels);

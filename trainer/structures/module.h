@@ -44,10 +44,6 @@ class TrainableStructure {
   /// Throws KeyError for what the keys of an experiment cannot mean with this structure.
   virtual void check(const Experiment& experiment, const ChannelCounts& channels) const = 0;
 
-  /// Why turning its readings would not turn its estimates, whatever the parameters: in words; empty where it does.
-  virtual std::string symmetry_gap(const Symmetry& symmetry, const Experiment& experiment,
-                                   const ChannelCounts& channels) const;
-
   // What it is made of.
   virtual bool has_eigenvalues() const { return false; }  ///< of a D: parameters, penalties and constants speak of them
   virtual bool has_dynamics_network() const { return false; }

@@ -21,17 +21,6 @@ const TrainableStructure& window_structure();
 const TrainableStructure& carried_structure();
 const TrainableStructure& prior_structure();
 
-/// z - y does not see where an unwrapped angle points.
-std::string TrainableStructure::symmetry_gap(const Symmetry& symmetry, const Experiment&, const ChannelCounts&) const {
-  const bool others = !symmetry.readings.vectors.empty() || !symmetry.states.vectors.empty() ||
-                      !symmetry.states.angles.empty() ||
-                      std::ranges::any_of(symmetry.readings.angles, &MovedRows::Angle::sincos);
-  return follows_unwrapped_angles() && !others
-             ? ""
-             : fmt::format("structure = \"{}\" has parameters for which its estimates do not turn with its readings",
-                           name());
-}
-
 std::vector<Key<ObserverConfig>> TrainableStructure::own_keys() const {
   return {};
 }

@@ -28,14 +28,13 @@ std::string name_of(const ObserverStructure& structure, const std::vector<Channe
 }
 
 /// Of an odd plant every output and state is as often below zero as above; the one that is furthest from that.
-///   mirror  that says which are odd
-std::optional<std::string> off_centre(const Dataset& dataset, const Symmetry& mirror) {
+std::optional<std::string> off_centre(const Dataset& dataset) {
   std::string furthest;
   double most = 1.0;  // means within one deviation prove nothing: a few runs need not be balanced
   const auto look_at = [&](const std::vector<Channel>& channels, Eigen::MatrixXd Trajectory::*signal,
-                           const MovedRows& odd, std::size_t first) {
+                           const std::vector<bool>& odd, std::size_t first) {
     for (std::size_t i = 0; i < channels.size(); ++i) {
-      if (std::ranges::find(odd.vectors, std::vector{static_cast<int>(first + i)}) == odd.vectors.end()) continue;
+      if (!odd[first + i]) continue;
       double count = 0.0, sum = 0.0, squares = 0.0;
       for (const Trajectory& run : dataset.trajectories) {
         for (Eigen::Index k = 0; k < run.samples(); ++k) {
@@ -52,9 +51,10 @@ std::optional<std::string> off_centre(const Dataset& dataset, const Symmetry& mi
       furthest = fmt::format("the mean of {} is {:.3g}, {:.2g} deviations from zero", channels[i].name, mean, most);
     }
   };
-  look_at(dataset.outputs, &Trajectory::outputs, mirror.readings, 0);
-  if (dataset.reads_inputs) look_at(dataset.inputs, &Trajectory::inputs, mirror.readings, dataset.outputs.size());
-  look_at(dataset.states, &Trajectory::states, mirror.states, 0);
+  look_at(dataset.outputs, &Trajectory::outputs, dataset.mirror.readings, 0);
+  if (dataset.reads_inputs)
+    look_at(dataset.inputs, &Trajectory::inputs, dataset.mirror.readings, dataset.outputs.size());
+  look_at(dataset.states, &Trajectory::states, dataset.mirror.states, 0);
   return furthest.empty() ? std::nullopt : std::optional(furthest);
 }
 
@@ -107,8 +107,8 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
   if (largest.reach > kFarBeyondScale)
     causes.push_back(
         fmt::format("{}: take eigenvalues nearer to the plant's own, or look for outliers in the outputs", reach));
-  if (experiment.training.mirror && !dataset.symmetries.empty())
-    if (const auto off = off_centre(dataset, dataset.symmetries.front()))
+  if (!dataset.mirror.none())
+    if (const auto off = off_centre(dataset))
       causes.push_back(fmt::format(
           "mirror = true says that the plant is odd, but {}: set mirror = false, or declare it even", *off));
   constexpr int kFewSteps = 200;

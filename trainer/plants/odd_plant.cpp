@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/plants/plant_symmetry.h"
+#include "trainer/plants/odd_plant.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,12 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <random>
 #include <vector>
 
-#include "trainer/base/engine_draws.h"
+#include "trainer/data/mirror.h"
 #include "trainer/plants/initial_states.h"
-#include "trainer/symmetry/symmetry.h"
 
 namespace nlo::trainer {
 namespace {
@@ -21,7 +19,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr Index kStates = 64;
-constexpr int kDrawn = 4;            // elements beside those that stand for all
 constexpr double kCancelled = 1e-9;  // relative to the largest value among all states: sums of terms that cancel
 
 /// A state, and its image.
@@ -52,7 +49,16 @@ Points points_about(const SimulationConfig& simulation, const Plant& plant, bool
   return {std::move(x), driven ? drawn_box(plant.inputs().size(), seed + 2) : MatrixXd()};
 }
 
-/// Of an equation whose value at the points is turned into `wanted`, and which has `found` at their images.
+/// `values`, a row for each of `channels`, with the sign of the rows in `odd` changed.
+MatrixXd mirrored(const std::vector<std::string>& odd, const std::vector<codegen::Channel>& channels, MatrixXd values) {
+  const Mirror mirror = mirror_of(odd, channels, {});
+  for (Index row = 0; row < values.rows() && !mirror.none(); ++row)
+    values.row(row) *= static_cast<double>(mirror.of_reading(static_cast<std::size_t>(row)));
+  return values;
+}
+
+/// Describes where `found`, the values of an equation at the images of the points, differs from `wanted`, the images of
+/// its values at the points.
 ///   wraps  a full turn of an angle is no difference
 std::optional<std::string> difference(const char* what, const std::vector<codegen::Channel>& channels,
                                       const Points& points, const Points& images, const MatrixXd& value,
@@ -65,7 +71,7 @@ std::optional<std::string> difference(const char* what, const std::vector<codege
     Index worst = 0;
     const double off = apart.cwiseAbs().maxCoeff(&worst);
     if (!std::isfinite(scale) || off <= kCancelled * scale) continue;  // outside of f's domain nothing can be said
-    return fmt::format("at {} {} of {} is {:.4g}, and at the image {} it is {:.4g} where the symmetry has {:.4g}",
+    return fmt::format("at {} {} of {} is {:.4g}, and at the image {} it is {:.4g} where an odd plant has {:.4g}",
                        points.text(worst), what, channels[static_cast<std::size_t>(i)].name, value(i, worst),
                        images.text(worst), found(i, worst), wanted(i, worst));
   }
@@ -74,41 +80,29 @@ std::optional<std::string> difference(const char* what, const std::vector<codege
 
 }  // namespace
 
-SymmetryConfig odd_symmetry(const Plant& plant, const std::vector<std::string>& even) {
-  SymmetryConfig symmetry{.kind = "sign"};
+std::vector<std::string> odd_channels(const Plant& plant, const std::vector<std::string>& even) {
+  std::vector<std::string> odd;
   for (const auto* channels : {&plant.states(), &plant.outputs(), &plant.inputs()})
     for (const codegen::Channel& channel : *channels)
-      if (std::ranges::find(even, channel.name) == even.end() &&
-          std::ranges::find(symmetry.channels, channel.name) == symmetry.channels.end())
-        symmetry.channels.push_back(channel.name);
-  return symmetry;
+      if (std::ranges::find(even, channel.name) == even.end() && std::ranges::find(odd, channel.name) == odd.end())
+        odd.push_back(channel.name);
+  return odd;
 }
 
-std::optional<std::string> symmetry_counterexample(const Plant& plant, const SymmetryConfig& config,
-                                                   const SimulationConfig& simulation, bool driven) {
+std::optional<std::string> mirror_counterexample(const Plant& plant, const std::vector<std::string>& odd,
+                                                 const SimulationConfig& simulation, bool driven) {
   const Points points = points_about(simulation, plant, driven);
   const auto slope = [&](const Points& at) {
     return driven ? plant.driven_derivative(at.x, at.u) : plant.derivative(at.x);
   };
   const MatrixXd f = slope(points), h = plant.output(points.x);
-  const Symmetry states = on_channels(config, plant.inputs(), plant.states());
-  const Symmetry outputs = on_channels(config, plant.outputs(), {});
-  std::vector<Element> elements = states.kind->others(states.components, states.fold);
-  std::mt19937_64 engine(1);
-  const Uniform uniform = [&] { return static_cast<float>(uniform01(engine)); };
-  for (int i = 0; i < kDrawn; ++i) elements.push_back(states.kind->draw(states.components, states.fold, uniform));
-  for (const Element& element : elements) {
-    const Image image = image_of(states, element, static_cast<int>(plant.nu()), static_cast<int>(plant.nx()));
-    const RowMap on_outputs = image_of(outputs, element, static_cast<int>(plant.ny()), 0).readings;
-    const Points images{image.states.values(points.x), driven ? image.readings.values(points.u) : MatrixXd()};
-    if (auto found =
-            difference("dx/dt", plant.states(), points, images, f, image.states.derivatives(f), slope(images), false))
-      return found;
-    if (auto found = difference("the output", plant.outputs(), {points.x, {}}, {images.x, {}}, h, on_outputs.values(h),
-                                plant.output(images.x), true))
-      return found;
-  }
-  return std::nullopt;
+  const Points images{mirrored(odd, plant.states(), points.x),
+                      driven ? mirrored(odd, plant.inputs(), points.u) : MatrixXd()};
+  if (auto found = difference("dx/dt", plant.states(), points, images, f, mirrored(odd, plant.states(), f),
+                              slope(images), false))
+    return found;
+  return difference("the output", plant.outputs(), {points.x, {}}, {images.x, {}}, h, mirrored(odd, plant.outputs(), h),
+                    plant.output(images.x), true);
 }
 
 }  // namespace nlo::trainer

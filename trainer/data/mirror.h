@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// [training] mirror: which channels change their sign in the mirror image of a run.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "codegen/model/model.h"
+
+namespace nlo::trainer {
+
+/// A plant is odd if f(-x, -u) = -f(x, u) and h(-x) = -h(x), except for the channels that are declared even. Then the
+/// mirror image of each run is a run, too.
+struct Mirror {
+  std::vector<bool> readings, states;  ///< true: changes its sign. readings: outputs, then inputs
+
+  bool none() const { return readings.empty() && states.empty(); }  ///< nothing is mirrored
+
+  /// -1 or 1, the factor of a reading or state of a mirrored run.
+  float of_reading(std::size_t row) const { return readings[row] ? -1.0F : 1.0F; }
+  float of_state(std::size_t row) const { return states[row] ? -1.0F : 1.0F; }
+};
+
+/// `odd`: names of the channels that change their sign; empty: Mirror::none(). NAME also stands for an angle given as
+/// NAME_sin and NAME_cos, of which only the sine changes. Names that are not among the channels (a state that is not
+/// estimated) are ignored.
+Mirror mirror_of(const std::vector<std::string>& odd, const std::vector<codegen::Channel>& readings,
+                 const std::vector<codegen::Channel>& states);
+
+/// Widens the ranges of readings to those of their mirror images. An empty range (low > high) stays.
+void widen_by_mirror(const Mirror& mirror, Eigen::VectorXd& low, Eigen::VectorXd& high);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// [training] mirror of an experiment.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+/// The names of the channels that change their sign in a mirror image: all except those that are declared even. Empty
+/// unless [training] mirror is set.
+std::vector<std::string> mirrored_channels(const Experiment& experiment);
+
+}  // namespace nlo::trainer
