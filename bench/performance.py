@@ -26,7 +26,6 @@ ROWS = [
     ("Luenberger, 2-50-2", None, ("luenberger float", "luenberger deterministic", None)),
     ("driven KKL, 3-32x2-2", None, ("driven float", "driven deterministic", None)),
     ("general, 4-50-3", None, ("general float", "general deterministic", "general int16")),
-    ("window, 20-50x4-2", None, ("window float", "window deterministic", "window int16")),
 ]
 DESKTOP = [("Zen 4", "znver4"), ("Sapphire Rapids", "sapphirerapids"), ("Neoverse N1", "neoverse-n1"),
            ("Cortex-A72", "cortex-a72")]

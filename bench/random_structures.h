@@ -8,7 +8,6 @@
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
 #include <nlo/prior_observer.h>
-#include <nlo/window_observer.h>
 
 #include "bench/random_model.h"
 
@@ -58,17 +57,6 @@ constexpr auto random_general_model(const Map& inverse_map = {random_mlp<kKind, 
     model.dynamics.linear_path.weights[r][r] = -3.0F;
     model.dynamics.linear_path.weights[r][3] = 2.0F;
   }
-  model.inverse_map = inverse_map;
-  return model;
-}
-
-/// The last kSamples of one output, T* a network or what is given.
-template <Activation kKind, int kSamples, int kWidth, int kDepth,
-          class Map = RandomMap<kKind, kSamples, kWidth, kDepth, 2>>
-constexpr auto random_window_model(const Map& inverse_map = {random_mlp<kKind, kSamples, kWidth, kDepth, 2>()}) {
-  WindowModel<float, 2, 1, kSamples, Map> model{};
-  set_sampling(model);
-  model.hold = Hold::kFirstOrder;
   model.inverse_map = inverse_map;
   return model;
 }

@@ -28,8 +28,7 @@ using nlo::Arithmetic;
 constexpr const auto& kModel = nlo::NLO_MODEL::kModel;
 #else
 constexpr Activation kActivation = Activation::NLO_ACTIVATION;
-constexpr int kWidth = 50, kDepth = 4;         // the paper's network, 3-50x4-2
-[[maybe_unused]] constexpr int kSamples = 20;  // of a window
+constexpr int kWidth = 50, kDepth = 4;  // the paper's network, 3-50x4-2
 
 #if NLO_GRU && NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_gated_model<64, 0, 32, 32>();
@@ -38,9 +37,6 @@ constexpr auto kModel = nlo::bench::random_quantised_gated_model<32>();
 #elif NLO_GENERAL && NLO_INT16  // T* alone is in integers
 constexpr auto kModel = nlo::bench::random_general_model<kActivation, kWidth, 1>(
     nlo::bench::random_quantised_map<kActivation, kWidth, 1>());
-#elif NLO_WINDOW && NLO_INT16
-constexpr auto kModel = nlo::bench::random_window_model<kActivation, kSamples, kWidth, kDepth>(
-    nlo::bench::random_quantised_map<kActivation, kWidth, kDepth, kSamples>());
 #elif NLO_GRU
 constexpr auto kModel = nlo::bench::random_gated_model<64, 0, 32, 32>();
 #elif NLO_GATED
@@ -55,8 +51,6 @@ constexpr auto kModel = nlo::bench::random_luenberger_model<kActivation, kWidth,
 constexpr auto kModel = nlo::bench::random_general_model<kActivation, kWidth, 1>();
 #elif NLO_DRIVEN
 constexpr auto kModel = nlo::bench::random_driven_model<kActivation, 32, 2>();
-#elif NLO_WINDOW
-constexpr auto kModel = nlo::bench::random_window_model<kActivation, kSamples, kWidth, kDepth>();
 #elif NLO_INT16
 constexpr auto kModel = nlo::bench::random_quantised_model<kActivation, kWidth, kDepth>();
 #elif NLO_EIGEN || NLO_NAIVE

@@ -20,8 +20,7 @@ prior       2896 1280 160 25  -  29 x (48 + 24 + 7), T*: 29 x 16 + 16 x 2, and 1
 carried      182  512  96 12  -  80 of the rotation, four vectors turned, three modes of three components, a direction
 luenberger   824  544  32  8  -  four times g_hat, 2 x 50 + 50 x 2, and 6 of the linear part
 general     1698  896  32 12 12  four times F, 4 x 50 + 50 x 3 and 12 of its linear path, and T*: 3 x 50 + 50 x 2
-driven     15416 1344  32 25  -  four times T*, 3 x 32 + 32 x 32 + 32 x 2, T and its tangent, and 6 of g; T* again
-window      8600  512  96 42 28  20 x 50 + 3 x 50 x 50 + 50 x 2'
+driven     15416 1344  32 25  -  four times T*, 3 x 32 + 32 x 32 + 32 x 2, T and its tangent, and 6 of g; T* again'
 declare -A board=([m4f]=mps2-an386 [m7]=mps2-an500 [m33]=mps2-an505 [m55]=mps3-an547 [m0plus]=microbit [rv64]=virt [rv64v]=virt)
 declare -A title=([m4f]=M4F [m7]=M7 [m33]=M33 [m55]=M55 [m0plus]='M0, M0+' [rv64]=RV64 [rv64v]='RV64, vectors')
 failed=0
@@ -47,11 +46,11 @@ row() {
   if [[ $variant == *int16* ]]; then flash_limit=$int16_limit; fi
   case $core,$variant in
     m0plus,* | rv64*) ;;
-    *,float_tanh | *,gated_float | *,gru_float | *,prior_float | *,driven_float | *,window_float) # tanh from a table
+    *,float_tanh | *,gated_float | *,gru_float | *,prior_float | *,driven_float) # tanh from a table
       flash_limit=$((flash_limit + 4)) stack_limit=$((stack_limit + 16)) ;;
   esac
   case $core,$variant in
-    m55,*_relu | m55,*_tanh | m55,window_*) stack_limit=544 ;; # registers to save for its loops
+    m55,*_relu | m55,*_tanh) stack_limit=544 ;; # registers to save for its loops
     m0plus,int16_*) flash_limit=21 ;;
   esac
   if [[ $core == rv64* ]]; then # pointers and saved registers of 64 bits
@@ -85,7 +84,7 @@ row() {
     m55,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.8 ;;
     m55,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 1.15 ;;
     m55,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.9 ;;
-    m55,gated_float | m55,gru_float | m55,window_float) gate "$core $variant: instructions per multiply-add" "$per" 0.95 ;;
+    m55,gated_float | m55,gru_float) gate "$core $variant: instructions per multiply-add" "$per" 0.95 ;;
     rv64v,float_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;; # 32 of them
     rv64v,deterministic_*) gate "$core $variant: instructions per multiply-add" "$per" 0.4 ;;
     rv64v,int16_*) gate "$core $variant: instructions per multiply-add" "$per" 0.35 ;;
@@ -95,10 +94,9 @@ row() {
     gru_int16) gate "$core $variant: instructions per multiply-add" "$per" 1.35 ;;
     int16_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.05 ;;
     int16_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.2 ;;
-    window_int16) gate "$core $variant: instructions per multiply-add" "$per" 1.25 ;;
     *_relu) gate "$core $variant: instructions per multiply-add" "$per" 1.25 ;;
-    float_tanh | window_float | gated_float) gate "$core $variant: instructions per multiply-add" "$per" 1.5 ;;
-    *_tanh | window_*) gate "$core $variant: instructions per multiply-add" "$per" 1.65 ;;
+    float_tanh | gated_float) gate "$core $variant: instructions per multiply-add" "$per" 1.5 ;;
+    *_tanh) gate "$core $variant: instructions per multiply-add" "$per" 1.65 ;;
     gated*) gate "$core $variant: instructions per multiply-add" "$per" 2 ;;
     gru_float) gate "$core $variant: instructions per multiply-add" "$per" 1.35 ;;
     gru_deterministic) gate "$core $variant: instructions per multiply-add" "$per" 1.6 ;;
@@ -119,7 +117,7 @@ head='| core | network | instructions | per multiply-add | flash [B] | RAM [B] |
 declare -A tables=()
 for core in "${cores[@]}"; do
   for variant in {float,deterministic,int16}_{relu,tanh} {eigen,naive}_tanh {gated,gru}_{float,deterministic,int16} \
-    {prior,carried,luenberger,driven}_{float,deterministic} {general,window}_{float,deterministic,int16}; do
+    {prior,carried,luenberger,driven}_{float,deterministic} general_{float,deterministic,int16}; do
     if [[ $variant == @(eigen|naive)* && $core != m4f ]]; then continue; fi
     row "$core" "$variant"
     page=$(page_of "$core" "$variant")

@@ -11,10 +11,9 @@
 #include "codegen/model/kkl.h"
 #include "codegen/model/luenberger.h"
 #include "codegen/model/prior.h"
-#include "codegen/model/window.h"
 
 namespace nlo::codegen {
 
-using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Gated, Window, Carried, Prior>;
+using Structure = std::variant<Kkl, DrivenKkl, Luenberger, General, Gated, Carried, Prior>;
 
 }  // namespace nlo::codegen

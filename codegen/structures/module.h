@@ -25,9 +25,8 @@ namespace nlo::codegen {
 
 /// What exists for a structure beside the C++ header in float and double.
 struct Abilities {
-  bool c99 = false;            ///< target c99
-  bool int16 = false;          ///< --scalar int16: the runtime's model takes a QuantisedMap
-  bool whole_periods = false;  ///< its latent state knows no time but samples: step(dt) rounds
+  bool c99 = false;    ///< target c99
+  bool int16 = false;  ///< --scalar int16: the runtime's model takes a QuantisedMap
 };
 
 class StructureModule {

@@ -16,14 +16,13 @@ const StructureModule& driven_kkl_module();
 const StructureModule& luenberger_module();
 const StructureModule& general_module();
 const StructureModule& gated_module();
-const StructureModule& window_module();
 const StructureModule& carried_module();
 const StructureModule& prior_module();
 
 const std::vector<const StructureModule*>& structure_modules() {
   static const std::vector<const StructureModule*> kModules = {
       &kkl_module(),   &driven_kkl_module(), &luenberger_module(), &general_module(),
-      &gated_module(), &window_module(),     &carried_module(),    &prior_module()};
+      &gated_module(), &carried_module(),    &prior_module()};
   return kModules;
 }
 

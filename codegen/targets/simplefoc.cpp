@@ -107,7 +107,6 @@ std::vector<NamedText> simplefoc(const PreparedExport& prepared) {
                             channel_text(channel));
   }
   const bool single = prepared.initialiser().scalar_bytes() == 4;
-  const bool whole = module_of(m).abilities().whole_periods;
   const std::string scalar = prepared.initialiser().scalar_name(), u_type = m.nu() > 0 ? ", " + scalar + "* u" : "";
   return around_c99(
       prepared, "simplefoc",
@@ -122,7 +121,6 @@ std::vector<NamedText> simplefoc(const PreparedExport& prepared) {
        {"MICRO", single ? "1e-6f" : "1e-6"},
        {"STEPS_PER_S", fmt::format("{:.0f}U", std::clamp(std::round(1.0 / m.sample_period_s), 1.0, 1e9))},
        {"U_TYPE", u_type},
-       {"WHOLE_PERIODS", whole ? "true" : ""},
        {"ANGLE_ROW", angle == nullptr
                          ? "| the encoder | for the angles of SimpleFOC alone: no output of the model is one |\n"
                          : fmt::format("| the encoder | is the output {}, {} |\n", channel_text(*angle),
@@ -135,10 +133,8 @@ std::vector<NamedText> simplefoc(const PreparedExport& prepared) {
                                                      : ", and may change the angle: its zero, its sign")},
        {"ALARM_ROW", m.monitor ? "| `alarm()` | the monitor's, 0: none; its gate is before each step |\n" : ""},
        {"TIME_NOTE",
-        whole ? "Its time is in samples: a late step is of the whole periods that are over, and the rest of one "
-                "counts for the next."
-              : "A step is of the time that has really passed, and a late one adds no error of its own, but "
-                "what happened meanwhile is unseen."}},
+        "A step is of the time that has really passed, and a late one adds no error of its own, but "
+        "what happened meanwhile is unseen."}},
       "src/");
 }
 

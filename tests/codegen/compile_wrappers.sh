@@ -8,7 +8,7 @@ export_model=$1 source=$2 shims=$2/tests/codegen/shims
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 blocks=(watched_rig:float commanded:int16) controllers=(watched_rig:float)
-sensors=(watched_rig:float:angle=alpha commanded_window:double:angle=y1,velocity=x2 commanded:int16:angle=none,velocity=x1)
+sensors=(watched_rig:float:angle=alpha commanded_general:double:angle=y1,velocity=x2 commanded:int16:angle=none,velocity=x1)
 if [[ ${3:-} == all ]]; then
   blocks+=(rig:double gated:float) controllers+=(driven:double failing_error:float)
   sensors+=(rig:double:angle=alpha general:float:angle=y2,velocity=x1 gated:float:angle=y1,velocity=x2)

@@ -316,13 +316,6 @@ Model driven_model() {
   return with_domain(m);
 }
 
-Model window_model() {
-  Model m = blank("window", 2, 2);
-  m.initial_latent = Eigen::VectorXd::Zero(6);
-  m.structure = Window{3, random_network({6, 8, 2}, 41, 0.9)};
-  return with_domain(m);
-}
-
 namespace {
 
 /// One input in +-2; its hold.
@@ -513,13 +506,6 @@ Model failing_gated_model() {
   return m;
 }
 
-Model commanded_window_model() {
-  Model m = with_input(window_model(), "commanded_window", Hold::kZeroOrder);
-  m.initial_latent = Eigen::VectorXd::Zero(9);
-  m.structure = Window{3, random_network({9, 8, 2}, 42, 0.9)};
-  return with_domain(m);
-}
-
 Model carried_model() {
   Model m = blank("carried", 6, 3);
   m.output_max *= 2.0;
@@ -590,8 +576,7 @@ Model prior_functions_model() {
 }
 
 std::vector<Model> structure_models() {
-  return {luenberger_model(), general_model(), gated_model(), driven_model(),
-          window_model(),     carried_model(), prior_model()};
+  return {luenberger_model(), general_model(), gated_model(), driven_model(), carried_model(), prior_model()};
 }
 
 Model with_error(Model m, std::uint64_t seed) {
@@ -619,7 +604,7 @@ std::vector<Model> error_models() {
   return {with_error(rig_model(), 71),         with_error(saturating_rig_model(), 72),
           with_error(failing_model(), 73),     with_error(activation_model("relu"), 74),
           with_error(fast_driven_model(), 75), with_error(general_model(), 76),
-          with_error(gated_model(), 77),       with_error(window_model(), 78)};
+          with_error(gated_model(), 77)};
 }
 
 std::vector<Model> example_models() {
@@ -648,7 +633,6 @@ std::vector<Model> example_models() {
                                commanded_gated_model(),
                                failing_gated_model(),
                                contracting_gated_model(),
-                               commanded_window_model(),
                                prior_functions_model()};
   for (const Model& m : error_models()) models.push_back(m);
   for (const Model& m : structure_models()) models.push_back(m);

@@ -48,9 +48,6 @@ Model contracting_gated_model();  ///< with its proof
 /// linear path each.
 Model driven_model();
 
-/// Two outputs, the last three measurements of each, T* 6-8-2.
-Model window_model();
-
 /// `rig_model` without its angle, with two known inputs that have modes of their own and that T* reads too: commands,
 /// or (`commanded_ramp`) measured with y.
 Model commanded_model();
@@ -65,14 +62,13 @@ Model computed_gated_model();
 Model saturating_model();      // of z
 Model saturating_rig_model();  // of z less S y of an angle
 
-/// The other structures with a known input: (15) with B u, (11) with F(z, y, u), a window of y and u.
+/// The other structures with a known input: (15) with B u, (11) with F(z, y, u).
 Model commanded_luenberger_model();
 Model commanded_general_model();
 Model commanded_gated_model();
 
 /// Gated units whose second output may be missing.
 Model failing_gated_model();
-Model commanded_window_model();
 
 /// Two vectors and the rate of rotation that carries them; a pair and a real mode; a unit vector is estimated.
 Model carried_model();

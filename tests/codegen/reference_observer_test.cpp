@@ -78,7 +78,6 @@ Eigen::VectorXd after_a_second(Model m, int steps) {
 TEST(ReferenceObserver, ConvergesAtOrderFourWhereItIntegrates) {
   constexpr double kOrderTolerance = 0.3;  // the networks' scales are not far above steps of 1/32 s
   for (const Model& m : structure_models()) {
-    if (m.name == "window") continue;                                             // not integrated
     if (m.name == "gated" || m.name == "carried" || m.name == "prior") continue;  // see below; prior: of gated units
     const Eigen::VectorXd exact = after_a_second(m, 2048);
     const double coarse = (after_a_second(m, 32) - exact).norm(), fine = (after_a_second(m, 64) - exact).norm();
@@ -163,19 +162,6 @@ TEST(ReferenceObserver, CarriedVectorsConvergeToTheirDifferentialEquation) {
   const double coarse = (after_a_second(m, 64) - z).norm(), fine = (after_a_second(m, 128) - z).norm();
   EXPECT_GT(coarse, 1e-6) << "control: the steps are not the solution";
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.1) << coarse << " to " << fine;
-}
-
-TEST(ReferenceObserver, WindowHasTheLastMeasurementsOfEachOutput) {
-  const Model m = window_model();
-  ASSERT_EQ(m.ny(), 2);
-  const int samples = m.nz() / m.ny();
-  ReferenceObserver<double> observer(m);
-  for (int k = 0; k < 2 * samples; ++k) observer.step(Eigen::Vector2d(0.01 * k, -0.1 - 0.02 * k));
-  for (int age = 0; age < samples; ++age) {
-    const int k = 2 * samples - 1 - age;
-    EXPECT_DOUBLE_EQ(observer.latent()(age), 0.01 * k);
-    EXPECT_DOUBLE_EQ(observer.latent()(samples + age), -0.1 - 0.02 * k);
-  }
 }
 
 TEST(ReferenceObserver, BatchGivesWhatStepsGive) {

@@ -181,8 +181,6 @@ const Row kRows[] = {
      "let z[0] reach 1e+30; it must stay below 1e+30"},
     {"MapThatOverflows", tiny_model, [](Model& m) { inverse_map(m)->layers[0].weights(1, 0) = 1e32; },
      "inverse_map.layers[0].weights[1] may add up to"},
-    {"MapOfAWindowThatOverflows", window_model, [](Model& m) { inverse_map(m)->output_scale(0) = 1e31; },
-     "inverse_map.layers[1].weights[0] may add up to"},
     {"GatedMapThatOverflows", gated_model, [](Model& m) { inverse_map(m)->output_mean(0) = 1e31; },
      "may add up to 1e+31"},
     {"NotHurwitzReal", luenberger_model,

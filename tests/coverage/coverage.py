@@ -39,7 +39,7 @@ NO_INT16 = ("tiny_silu", "carried", "prior", "driven_error", "commanded_pendulum
 PAIRS = [f"c99_{scalar}:{example}" for scalar in ("float", "double", "int16") for example in (
     "rig", "linear", "tiny_zero_order", "tiny_relu", "tiny_silu", "commanded", "failing", "failing_rig", "saturating",
     "saturating_rig", "gated", "commanded_gated", "failing_gated", "carried", "prior", "driven_error", "commanded_pendulum",
-    "commanded_general", "commanded_window", "watched_rig", "watched_computed")
+    "commanded_general", "watched_rig", "watched_computed")
          if scalar != "int16" or example not in NO_INT16]
 STEPS_MILLIONS = 5  # of all pairs together
 INSTRUMENTED = ["-O0", "-fprofile-instr-generate", "-fprofile-update=atomic", "-fcoverage-mapping"]

@@ -167,8 +167,8 @@ TEST(StructureQuestions, AreSeenInEachOfTheirForms) {
         "std::holds_alternative<General>(m.structure)", "switch (structure.kind) {", "switch (model.structure.index())",
         "std::visit([](auto& s) { f(s); }, m.structure);", "structure_->is_kkl() && r < 3", "case StructureKind::kKkl:",
         "dynamic_cast<const KklFamily*>(structure.module)", "return &luenberger_structure();",
-        "if (e.observer.structure == \"gated\") f();", "std::get_if<codegen::Window>(&m.structure)",
-        "auto& g = std::get<Gated>(model.structure);", "return is_window(model);"}) {
+        "if (e.observer.structure == \"gated\") f();", "std::get_if<codegen::Gated>(&m.structure)",
+        "auto& g = std::get<Gated>(model.structure);", "return is_gated(model);"}) {
     SCOPED_TRACE(code);
     EXPECT_THAT(questions(std::string("\n") + code), ElementsAre(HasSubstr("2: ")));
   }

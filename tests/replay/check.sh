@@ -5,7 +5,7 @@
 #   check.sh NLO EXPORT_MODEL C_COMPILER [all]
 set -euo pipefail
 nlo=$1 export_model=$2 cc=$3
-examples='rig failing gated driven pendulum general window carried prior'
+examples='rig failing gated driven pendulum general carried prior'
 if [[ ${4:-} == all ]]; then examples=$("$export_model"); fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

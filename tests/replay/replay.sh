@@ -5,7 +5,7 @@
 #   replay.sh NLO EXPORT_MODEL SOURCE_DIR C_COMPILER [all]
 set -euo pipefail
 nlo=$1 export_model=$2 source=$3 cc=$4
-examples='rig commanded failing computed gated carried prior general pendulum driven window'
+examples='rig commanded failing computed gated carried prior general pendulum driven'
 if [[ ${5:-} == all ]]; then examples=$("$export_model"); fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

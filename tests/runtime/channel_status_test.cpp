@@ -9,7 +9,6 @@
 #include <nlo/kkl_observer.h>
 #include <nlo/luenberger_observer.h>
 #include <nlo/sensor_failures.h>
-#include <nlo/window_observer.h>
 
 #include <gtest/gtest.h>
 
@@ -45,7 +44,6 @@ using SilentLayer = LearnedMap<Mlp<Activation::kTanh, PackedDense<float, 6, kOut
 using Gated = GatedModel<float, 2, 2, 3, SilentLayer<6>, SilentLayer<3>, SilentInverse<6>, 1>;
 using General = GeneralModel<float, 2, 2, 2, Silent<5, 2>, Silent<2, 2>, 1>;
 using Luenberger = LuenbergerModel<float, 2, 2, Silent<2, 2>, 1>;
-using Window = WindowModel<float, 2, 2, 4, Silent<12, 2>, 1>;
 
 /// Every reading in +-10, 50 Hz, stale after three; how stale an output is lies in 0 .. 1.
 template <class Model>
@@ -80,7 +78,6 @@ void each_structure(const Check& check) {
   with(GatedObserver<Gated, Arithmetic::kDeterministic>(kSilent<Gated>));
   with(GeneralObserver<General>(kSilent<General>));
   with(LuenbergerObserver<Luenberger>(kSilent<Luenberger>));
-  with(WindowObserver<Window>(kSilent<Window>));
 }
 
 template <class Observer, class... Dt>

@@ -4,7 +4,6 @@
 #include <nlo/general_observer.h>
 #include <nlo/kkl_batch.h>
 #include <nlo/luenberger_observer.h>
-#include <nlo/window_observer.h>
 
 #include <gtest/gtest.h>
 
@@ -200,18 +199,6 @@ TEST(KnownInputs, AGeneralObserverIsGivenThemBehindTheOutputs) {
     ASSERT_EQ(observer.step(0.0, u), StepStatus::kOk);
     ASSERT_NEAR(observer.estimate()[0], z, 1e-9);  // RK4: h^5 / 120 of |z| a step
   }
-}
-
-TEST(KnownInputs, AWindowHoldsThemBehindTheOutputs) {
-  using Map = decltype(sum_of<4>({0.0, 0.0, 0.0, 0.0}));
-  auto m = sampled_at_100_hz<WindowModel<double, 1, 1, 2, Map, 1>>();
-  m.inverse_map = sum_of<4>({0.0, 0.0, 0.0, 1.0});  // the input of the sample before
-  WindowObserver observer(m);
-  ASSERT_EQ(observer.step(1.0, 10.0), StepStatus::kOk);
-  ASSERT_EQ(observer.step(2.0, 20.0), StepStatus::kOk);
-  EXPECT_EQ(observer.estimate()[0], 10.0);
-  ASSERT_EQ(observer.step(3.0, 30.0, 0.03), StepStatus::kOk);  // a command has acted over all of the gap
-  EXPECT_EQ(observer.estimate()[0], 30.0);
 }
 
 }  // namespace

@@ -165,7 +165,7 @@ int upset_everywhere(const Observer& running) {
     const bool spoilt = !is_reachable(observer.memory().z);
     EXPECT_EQ(observer.status() == StepStatus::kReset, spoilt) << "said at once";
     const StepStatus first = step(observer, Scalar(1.0), Scalar(0.3));
-    if (spoilt && of_z && first == StepStatus::kOk) {  // a window has let it out at its end
+    if (spoilt && of_z && first == StepStatus::kOk) {  // the step has let it out
       Observer other(running);
       (void)step(other, Scalar(1.0), Scalar(0.3));
       EXPECT_TRUE(testing::same_latent(observer.save(), other.save()));

@@ -9,7 +9,6 @@
 #include <nlo/general_observer.h>
 #include <nlo/luenberger_observer.h>
 #include <nlo/prior_observer.h>
-#include <nlo/window_observer.h>
 
 #include "tests/runtime/testing.h"
 
@@ -153,18 +152,6 @@ constexpr GatedTestModel<Scalar> gated_model(double network_scale = 1.0) {
   return model;
 }
 
-template <class Scalar>
-using WindowTestModel = WindowModel<Scalar, 2, 1, 4, LearnedMap<MixedMlp<Scalar, 4, 2>>>;
-
-template <class Scalar>
-constexpr WindowTestModel<Scalar> window_model() {
-  WindowTestModel<Scalar> model{};
-  set_sampling(model);
-  model.hold = Hold::kFirstOrder;
-  model.inverse_map.mlp = mixed_mlp<Scalar, 4, 2>(1.0, 5);
-  return model;
-}
-
 /// One vector measured, one estimated; a pair and a real mode for each component.
 template <class Scalar, bool kReadsOutput = true, bool kUnitLength = true>
 using CarriedTestModel = CarriedModel<Scalar, 3, 3, 3, 1, kReadsOutput, kUnitLength>;
@@ -241,7 +228,6 @@ void each_structure(const Check& check) {
   static const auto general = general_model<Scalar>();
   static const auto driven = driven_model<Scalar>(Hold::kFirstOrder, Hold::kFirstOrder);
   static const auto gated = gated_model<Scalar>();
-  static const auto window = window_model<Scalar>();
   static const auto carried = carried_model<Scalar>();
   static const auto prior = prior_model<Scalar>();
   const auto with = [&check](auto observer) { check(observer); };
@@ -250,7 +236,6 @@ void each_structure(const Check& check) {
   with(GeneralObserver(general));
   with(DrivenKklObserver(driven));
   with(GatedObserver(gated));
-  with(WindowObserver(window));
   with(CarriedObserver(carried));
   with(PriorObserver(prior));
 }

@@ -72,9 +72,8 @@ Experiment experiment_of(const std::string& structure) {
   const std::string latent = structure == "luenberger"
                                  ? "state_matrix = [[0.0, 1.0], [-1.0, -0.4]]\noutput_matrix = [[1.0, 0.0]]\n"
                                    "gain_poles = [-2.0, -2.5]\n"
-                             : structure == "window" ? "samples = 8\n"
-                             : structure == "gated"  ? "units = 6\n"
-                                                     : "pairs = [[-2.0, 1.5]]\neigenvalues = [-3.0]\n";
+                             : structure == "gated" ? "units = 6\n"
+                                                    : "pairs = [[-2.0, 1.5]]\neigenvalues = [-3.0]\n";
   const std::string features =
       structure == "kkl" ? "features = \"latent_and_output\"\nlearn_eigenvalues = false\n" : "";
   Experiment experiment = parse_experiment(
@@ -113,8 +112,7 @@ TEST_P(EveryStructure, AModelWithInputsReadsBackAsItWasWritten) {
   EXPECT_EQ(codegen::to_json(codegen::parse_model(text, "model.json")), text);
 }
 
-INSTANTIATE_TEST_SUITE_P(Structures, EveryStructure,
-                         ::testing::Values("kkl", "luenberger", "general", "gated", "window"),
+INSTANTIATE_TEST_SUITE_P(Structures, EveryStructure, ::testing::Values("kkl", "luenberger", "general", "gated"),
                          [](const auto& one) { return one.param; });
 
 TEST(Inputs, EveryStructureReadsThemOrHasThemActOnItsEstimate) {

@@ -17,7 +17,6 @@ const TrainableStructure& driven_kkl_structure();
 const TrainableStructure& luenberger_structure();
 const TrainableStructure& general_structure();
 const TrainableStructure& gated_structure();
-const TrainableStructure& window_structure();
 const TrainableStructure& carried_structure();
 const TrainableStructure& prior_structure();
 
@@ -27,8 +26,8 @@ std::vector<Key<ObserverConfig>> TrainableStructure::own_keys() const {
 
 std::span<const TrainableStructure* const> structure_table() {
   static const std::array kTable{&kkl_structure(),     &driven_kkl_structure(), &luenberger_structure(),
-                                 &general_structure(), &gated_structure(),      &window_structure(),
-                                 &carried_structure(), &prior_structure()};
+                                 &general_structure(), &gated_structure(),      &carried_structure(),
+                                 &prior_structure()};
   return kTable;
 }
 

@@ -55,8 +55,7 @@ class Models(unittest.TestCase):
                 self.assertIn(nlo.Status.HELD, run.status)
                 self.assertEqual(run.sigma is not None, model.has_sigma)
                 structures.add(model.structure)
-        self.assertEqual(structures, {"kkl", "driven_kkl", "luenberger", "general", "gated", "window", "carried",
-                                      "prior"})
+        self.assertEqual(structures, {"kkl", "driven_kkl", "luenberger", "general", "gated", "carried", "prior"})
 
     def test_names_units_and_the_sample_period_are_those_of_the_file(self):
         for model in models():
