@@ -24,7 +24,6 @@ int main(int argc, char** argv) {
         nlo::trainer::add_compare(app, action);
         nlo::trainer::add_crossvalidate(app, action);
         nlo::trainer::add_identify(app, action);
-        nlo::trainer::add_bound(app, action);
         nlo::trainer::add_certify(app, action);
         nlo::trainer::add_monitor(app, action);
         nlo::trainer::add_export(app, action);

@@ -2,13 +2,13 @@
 // Linear plants, whose T and bounds have closed forms, and observers of them.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <string>
+#include <utility>
 
+#include "codegen/base/linear_algebra.h"
 #include "codegen/model/hold.h"
-#include "trainer/bounds/bound_study.h"
+#include "trainer/bounds/forward_map.h"
+#include "trainer/bounds/robustness.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -61,17 +61,30 @@ inline LinearPlant damped_third_order() {
   return {"damped", channels({"x1", "x2", "x3"}), channels({"y1", "y2"}), a, c};
 }
 
-inline double constant(const BoundResult& result, const std::string& symbol) {
-  for (const BoundConstant& c : result.constants)
-    if (c.symbol == symbol) return c.value;
-  ADD_FAILURE() << "no constant " << symbol;
-  return std::nan("");
+/// The observer of k D with the pseudo-inverse of T as its T*; no measurement is clamped.
+inline codegen::Model exact_observer(const LinearPlant& plant, codegen::Model model, double k = 1.0) {
+  constexpr double kFar = 1e12;
+  const Eigen::Index nz = model.nz(), ny = model.ny(), nx = model.nx();
+  codegen::linear_latent(model)->eigenvalues *= k;
+  model.output_min = Eigen::VectorXd::Constant(ny, -kFar);
+  model.output_max = Eigen::VectorXd::Constant(ny, kFar);
+  model.latent_min = Eigen::VectorXd::Constant(nz, -kFar);
+  model.latent_max = Eigen::VectorXd::Constant(nz, kFar);
+  codegen::Network inverse;
+  inverse.features = Eigen::MatrixXd::Identity(nz, nz + ny);
+  inverse.feature_mean = Eigen::VectorXd::Zero(nz);
+  inverse.feature_scale = Eigen::VectorXd::Ones(nz);
+  inverse.layers = {
+      {codegen::pseudo_inverse(sylvester_map(plant.a(), plant.c(), latent_system(model))), Eigen::VectorXd::Zero(nx)}};
+  inverse.output_mean = Eigen::VectorXd::Zero(nx);
+  inverse.output_scale = Eigen::VectorXd::Ones(nx);
+  *codegen::inverse_map(model) = std::move(inverse);
+  return model;
 }
 
-inline BoundResult exact_result(const LinearPlant& plant, const codegen::Model& model, double k, const BoundTest& test,
-                                double horizon_s = 20.0) {
-  const BoundStudy study(plant, model, simulation_of(plant, horizon_s), test);
-  return study.at(k, study.exact_observer(k), "pseudo-inverse");
+inline Robustness exact_result(const LinearPlant& plant, const codegen::Model& model, double k,
+                               const RobustnessQuestion& question, double horizon_s = 20.0) {
+  return robustness(plant, exact_observer(plant, model, k), simulation_of(plant, horizon_s), question);
 }
 
 }  // namespace nlo::trainer

@@ -22,7 +22,7 @@ TEST(Program, SaysItsVersionAndHelpsWithExamples) {
   const Scratch scratch;
   EXPECT_THAT(scratch.run({"--version"}).out, StartsWith("nlo "));
   EXPECT_EQ(scratch.run({"-V"}).out, scratch.run({"--version"}).out);
-  for (const char* command : {"train", "evaluate", "bound", "export", "report", "simulate"}) {
+  for (const char* command : {"train", "evaluate", "certify", "export", "report", "simulate"}) {
     const auto help = scratch.ok({command, "--help"});
     EXPECT_THAT(help.out, HasSubstr("Example")) << command;
   }

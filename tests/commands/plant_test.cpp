@@ -187,7 +187,6 @@ TEST(PlantWithAnAngle, MayGiveItAsSineAndCosine) {
   EXPECT_EQ(last_cell(encoded.out, "ekf"), last_cell(unwrapped.out, "ekf"));
   EXPECT_THAT(scratch.refusal(2, {"evaluate", "run/model.json", "--noise", "gaussian:0.02,none"}),
               HasSubstr("is of 2 outputs, but there is 1"));
-  EXPECT_THAT(scratch.refusal(2, {"bound", "run/model.json"}), HasSubstr("gives angles as sine and cosine"));
 }
 
 TEST(PlantWithInputs, SaysThatItsObserverIsNotGivenThem) {

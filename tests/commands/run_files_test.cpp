@@ -182,15 +182,7 @@ TEST_F(Stdout, IsRefusedWhereACommandWritesSeveralFiles) {
   expect_refused({"simulate", "tiny.toml", "--trajectories", "2", "-o", "-"}, "2 trajectories");
   expect_refused({"train", "tiny.toml", "-q", "-o", "-"}, "a folder of files");
   expect_refused({"reproduce", "table1", "--quick", "-o", "-"}, "a folder of files");
-  expect_refused({"bound", "run/model.json", "-o", "-"}, "two files");
   expect_refused({"export", "run/model.json", "--target", "c99", "-o", "-"}, "several files");
-}
-
-TEST_F(Stdout, HasTheBoundAsCsv) {
-  const auto bound =
-      scratch_.ok({"bound", "run/model.json", "--k", "1", "--trajectories", "4", "--csv", "-q", "-o", "bound"});
-  EXPECT_TRUE(bound.out == scratch_.read("bound/bound.csv"));
-  EXPECT_EQ(scratch_.run({"bound", "run/model.json", "--csv", "--json"}).exit_code, 2);
 }
 
 TEST(SeveralNoises, AreOneForEachOutput) {

@@ -264,7 +264,7 @@ TEST(Faultless, CommandsThatOnlyPrintChangeNoFile) {
       {"crossvalidate", "tiny_log.toml", "--data", "logs"},
       {"evaluate", "run/model.json", "--trajectories", "2"},
       {"compare", "run/model.json", "--quick", "--trajectories", "1", "--as-trained", "--no-tuning"},
-      {"bound", "run/model.json", "--k", "1"}};
+      {"certify", "run/model.json", "--boxes", "20"}};
   for (const Words& command : commands) {
     EXPECT_EQ(counts_of(scratch, command).calls, 0) << command.front();
     EXPECT_EQ(scratch.contents(), before) << command.front();

@@ -44,6 +44,8 @@ EXCEPTIONS = {
     "firmware/van_der_pol_replay.h": GENERATED,
     "pendulum.h": GENERATED,
     "--man": REMOVED,
+    "--csv": REMOVED,
+    "nlo bound": REMOVED,
     "nlo completion": REMOVED,
     "nlo man": REMOVED,
     "--fit": REMOVED,

@@ -12,10 +12,6 @@ LatentSystem latent_system(const codegen::Model& model) {
   return {latent.eigenvalues, latent.pairs, latent.output_injection};
 }
 
-LatentSystem scaled(const LatentSystem& system, double k) {
-  return {k * system.eigenvalues, system.pairs, system.injection};
-}
-
 std::vector<LatentMode> modes_of(const LatentSystem& system) {
   const Eigen::VectorXd& e = system.eigenvalues;
   const Eigen::MatrixXd& f = system.injection;
@@ -46,22 +42,6 @@ double fastest(const LatentSystem& system) {
   double rate = 0.0;
   for (const LatentMode& mode : modes_of(system)) rate = std::max(rate, std::abs(mode.lambda));
   return rate;
-}
-
-codegen::Model with_injection(codegen::Model model, const Eigen::MatrixXd& injection) {
-  LatentSystem wanted = latent_system(model);
-  wanted.injection = injection;
-  const std::vector<LatentMode> modes = modes_of(latent_system(model)), targets = modes_of(wanted);
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    if (!modes[i].driven) continue;
-    const double ratio = modes[i].f.norm() / targets[i].f.norm();
-    for (Eigen::Index row = modes[i].row; row < modes[i].row + modes[i].rows; ++row) {
-      codegen::linear_latent(model)->output_injection.row(row) /= ratio;
-      codegen::inverse_map(model)->features.col(row) *= ratio;
-      for (Eigen::VectorXd* z : {&model.initial_latent, &model.latent_min, &model.latent_max}) (*z)(row) /= ratio;
-    }
-  }
-  return model;
 }
 
 Eigen::MatrixXd real_rows(const std::vector<LatentMode>& modes, const Eigen::MatrixXcd& rows) {

@@ -31,9 +31,6 @@ struct LatentMode {
 
 LatentSystem latent_system(const codegen::Model& model);
 
-/// D_k = k D of Proposition 2, clocks included; F as it is.
-LatentSystem scaled(const LatentSystem& system, double k);
-
 std::vector<LatentMode> modes_of(const LatentSystem& system);
 
 /// max Re lambda [1/s]: of all modes, which is the speed of the transient; or of those alone that read an output, which
@@ -42,10 +39,6 @@ double slowest(const LatentSystem& system, bool driven_only = false);
 
 /// max |lambda| [1/s].
 double fastest(const LatentSystem& system);
-
-/// The same observer in latent coordinates in which its injection is `injection`, whose modes must be multiples of its
-/// own: Proposition 2 scales D alone, where training with output_injection = "unit_gain" scales F with it.
-codegen::Model with_injection(codegen::Model model, const Eigen::MatrixXd& injection);
 
 /// One complex row per mode -> n_z real rows.
 Eigen::MatrixXd real_rows(const std::vector<LatentMode>& modes, const Eigen::MatrixXcd& rows);

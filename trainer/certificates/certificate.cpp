@@ -19,7 +19,8 @@ struct RowMaker {
 constexpr RowMaker kRowMakers[] = {
     {"reachable latent states", latent_rows},      {"contraction", contraction_rows},
     {"Lipschitz constants of T*", lipschitz_rows}, {"largest estimates", estimate_rows},
-    {"the error that stays", steady_rows},         {"arithmetic that flies", arithmetic_rows}};
+    {"the error that stays", steady_rows},         {"robustness to noise", robustness_rows},
+    {"arithmetic that flies", arithmetic_rows}};
 
 std::vector<std::string> assumptions() {
   return {
@@ -31,6 +32,10 @@ std::vector<std::string> assumptions() {
 }
 
 }  // namespace
+
+const char* evidence_name(Evidence evidence) {
+  return evidence == Evidence::kProven ? "proven" : "sampled";
+}
 
 CertificateRow absent_row(std::string id, std::string what, std::string why) {
   CertificateRow row;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -10,14 +11,20 @@
 #include <vector>
 
 #include "codegen/model/model.h"
-#include "trainer/bounds/evidence.h"
 #include "trainer/certificates/plant_enclosure.h"
 #include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 
-/// Nothing in its unit is above `bound`; `found` is the largest that a search has met. A row that a model does not have
-/// is there all the same, with neither, and its note says why.
+/// How far a number can be trusted.
+enum class Evidence {
+  kProven,  ///< a theorem or an exact computation: nothing can exceed it
+  kSampled  ///< the largest found at finitely many points: there may be larger ones between them
+};
+const char* evidence_name(Evidence evidence);
+
+/// Nothing in its unit is above `bound` if that is proven. `found` is the largest that a search has met. A row that a
+/// model does not have is there all the same, with neither, and its note says why.
 struct CertificateRow {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -30,8 +37,10 @@ struct CertificateRow {
   std::string where = {};  ///< found, for people
   std::string note = {};
 
-  /// Its falsifier is above it, by more than the falsifier's own rounding: a defect of this program.
-  bool is_broken() const { return found > bound + kFalsifierRounding * std::abs(bound); }
+  /// Its falsifier is above a proven bound, by more than the falsifier's own rounding: a defect of this program.
+  bool is_broken() const {
+    return evidence == Evidence::kProven && found > bound + kFalsifierRounding * std::abs(bound);
+  }
   static constexpr double kFalsifierRounding = 1e-9;
 };
 
@@ -65,6 +74,11 @@ CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions
 CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows arithmetic_rows(const codegen::Model& model, const CertifyOptions& options);
 CertificateRows steady_rows(const codegen::Model& model, const CertifyOptions& options);
+CertificateRows robustness_rows(const codegen::Model& model, const CertifyOptions& options);
+
+/// Why there are no rows about the plant that the model was trained on; empty: there are. KKL observers without inputs
+/// of the plant's own states have them.
+std::string reason_against_plant(const codegen::Model& model, const CertifyOptions& options);
 
 /// A row without a bound.
 CertificateRow absent_row(std::string id, std::string what, std::string why);

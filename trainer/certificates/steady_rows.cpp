@@ -9,12 +9,10 @@
 #include "trainer/base/number_text.h"
 #include "trainer/certificates/certificate.h"
 #include "trainer/certificates/forward_spline.h"
-#include "trainer/certificates/reachable_latent.h"
 #include "trainer/certificates/steady_error.h"
 #include "trainer/certificates/steady_falsifier.h"
 #include "trainer/config/experiment.h"
 #include "trainer/evaluation/text.h"
-#include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
@@ -24,18 +22,7 @@ constexpr std::size_t kMostCells = 4096;
 
 /// Why this model has no such rows; empty: it has.
 std::string reason_against(const codegen::Model& model, const CertifyOptions& options) {
-  if (options.experiment == nullptr || !options.experiment->plant)
-    return "the proof needs the plant's equations: train on a [plant]";
-  if (!moves_linearly(model) || codegen::inverse_map(model) == nullptr || model.nu() > 0)
-    return fmt::format("the proof is of KKL observers without inputs, and this is of structure {}",
-                       codegen::structure_name(model));
-  if (!PlantChannels(*options.experiment->plant, *make_plant(*options.experiment->plant)).plain())
-    return "the proof is about the plant's own states, and this observer has angles as sine and cosine, or leaves "
-           "states out";
-  for (const auto* channels : {&model.outputs, &model.states})
-    for (const codegen::Channel& channel : *channels)
-      if (channel.wrap != 0.0 || !channel.expression.empty())
-        return fmt::format("{} is an angle that wraps, or computed of others", channel.name);
+  if (std::string why = reason_against_plant(model, options); !why.empty()) return why;
   if (static_cast<std::size_t>(model.nx()) > ForwardSpline::kMostStates)
     return fmt::format("the proof takes plants with at most {} states", ForwardSpline::kMostStates);
   return {};

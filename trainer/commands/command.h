@@ -32,7 +32,6 @@ auto run_phase(Work&& work) {
 
 /// Each adds a subcommand; when it was chosen, parsing sets `action` to what it does.
 using Action = std::function<void()>;
-void add_bound(CLI::App& app, Action& action);
 void add_certify(CLI::App& app, Action& action);
 void add_train(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);

@@ -4,14 +4,10 @@
 
 #include <string>
 
-#include "trainer/bounds/bound_study.h"
 #include "trainer/compare/compare_study.h"
 #include "trainer/sweep/search_text.h"
 
 namespace nlo::trainer {
-
-/// bound.html: Proposition 2 of one model, the trade-off between speed and noise, the constants.
-std::string bound_page(const BoundReport& report, const std::string& gnuplot = "gnuplot");
 
 /// compare.html: observers and filters under many conditions.
 std::string compare_page(const Comparison& comparison, const std::string& gnuplot = "gnuplot");
