@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 usage() {
   cat <<'USAGE'
-usage: ./test.sh [--quick | --full | --claims | --fuzz MINUTES]
+usage: ./test.sh [--quick | --full | --claims | --places | --fuzz MINUTES]
 
   (none)    release build and all tests; the quick part of the ledger of results (shipped observers trained, exported,
             compiled and flown, their figures compared with the published ones); formatting; clang++ build with sanitizers
@@ -14,6 +14,8 @@ usage: ./test.sh [--quick | --full | --claims | --fuzz MINUTES]
   --full    also the exhaustive tests (every float, many seeds), more cores, compilers and instruction sets,
             all of the program under sanitizers, coverage of what flies, and clang-tidy
   --claims  release build, then every figure of README and docs made again (some 40 minutes on 2 cores)
+  --places  release build, then the script tests in a folder called nlo, in one with a space and an umlaut in its name, as
+            a user without privileges or HOME, under a German locale and in another time zone
   --fuzz    clang++ build with sanitizers, then libFuzzer on each target of tests/fuzz for its share of MINUTES
 
 What is as when it passed, program and files, is not run again (tests/unchanged.py); rm -r build forgets that.
@@ -27,6 +29,7 @@ case "${1:-}" in
   --quick) mode=quick ;;
   --full) mode=full ;;
   --claims) mode=claims ;;
+  --places) mode=places ;;
   --fuzz) mode=fuzz ;;
   -h | --help) usage && exit 0 ;;
   *) usage >&2 && exit 2 ;;
@@ -112,6 +115,11 @@ if [[ $mode == claims ]]; then
   quietly configure-release cmake --preset release -DNLO_TESTS=ON
   phase 'Release build of the program and the ledger' build build/release nlo claims
   phase 'The ledger of results, all of it' claims
+elif [[ $mode == places ]]; then
+  need locales
+  quietly configure-release cmake --preset release -DNLO_TESTS=ON
+  phase 'Release build of what scripts call' build build/release nlo nlo_export_model nlo_write_literals
+  phase 'Script tests in other places' tests/properties/any_place.sh . build/release
 elif [[ $mode == fuzz ]]; then
   phase "Fuzzing, $minutes minutes" fuzzing
 else
@@ -131,5 +139,5 @@ fi
 step "Summary ($SECONDS s)"
 printf '   %s\n' "${summary[@]}"
 # Last, so that whoever reads only the end sees what the tests said.
-[[ $mode == claims || $mode == fuzz ]] || grep -hE 'tests passed|as when they passed' "$logs/ctest-release.log" || true
+[[ $mode == claims || $mode == fuzz || $mode == places ]] || grep -hE 'tests passed|as when they passed' "$logs/ctest-release.log" || true
 ((${#failed[@]} == 0))

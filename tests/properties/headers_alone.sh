@@ -6,8 +6,9 @@
 set -eu
 compiler=$1 source=$2 eigen=$3 work=$4
 mkdir -p "$work"
+cd "$source" # the flags below are split at spaces, which its path may have
 flags="-std=c++20 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Werror -fno-exceptions -fno-rtti
-  -I$source/runtime/include -fsyntax-only -x c++ /dev/null"
+  -Iruntime/include -fsyntax-only -x c++ /dev/null"
 
 # compile HEADER [FLAGS]: /dev/null with the header in front, as `#pragma once` in a main file is a warning.
 compile() {

@@ -6,7 +6,8 @@
 set -eu
 compiler=$1 source=$2 eigen=$3 work=$4
 mkdir -p "$work"
-flags="-std=c++20 -fno-exceptions -fno-rtti -I$source -I$source/runtime/include -isystem $eigen"
+cd "$source" # the flags below are split at spaces, which its path may have
+flags="-std=c++20 -fno-exceptions -fno-rtti -I. -Iruntime/include -isystem $eigen"
 
 # audit OBJECT: says what is wrong with it; silent and true when nothing is.
 audit() {

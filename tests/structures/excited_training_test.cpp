@@ -54,7 +54,8 @@ TEST(ExcitedTraining, AMirroredRunTurnsTheSignsOfItsInputs) {
   const auto mirror_of = [](std::vector<std::string> changes) {
     changes.emplace_back("training.mirror=true");
     const TrainingData data(simulate_training_sets(integrator(true, changes)).training);
-    return Eigen::VectorXd(data.images.at(0).readings.values(Eigen::Vector2d(1.0, 1.0)));
+    return Eigen::Vector2d(static_cast<double>(data.mirror.of_reading(0)),
+                           static_cast<double>(data.mirror.of_reading(1)));
   };
   EXPECT_EQ(mirror_of({}), Eigen::Vector2d(-1.0, -1.0));
   EXPECT_EQ(mirror_of({"plant.derivative=[\"x2\", \"-x1 - u^2 * x2\"]", "plant.even=[\"u\"]"}),
