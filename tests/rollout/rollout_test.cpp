@@ -95,13 +95,18 @@ TEST(Rollout, TurnsTheSignsOfOddChannelsOfAMirroredSegment) {
   }
 }
 
-/// The readings of a segment with this noise, and those of its mirror image. The second of two outputs is even.
-std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const std::string& noise) {
+/// Two outputs, the second of which is even.
+Dataset mirrored_log() {
   Dataset dataset = jittering_log();
   dataset.outputs = {{"a", "", 0.0}, {"b", "", 0.0}};
   Trajectory& run = dataset.trajectories[0];
   run.outputs = Eigen::MatrixXd::Random(2, run.samples());
-  const TrainingData data(testing::mirrored(dataset, {"b"}));
+  return testing::mirrored(dataset, {"b"});
+}
+
+/// The readings of a segment with this noise, and those of its mirror image.
+std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const Dataset& dataset, const std::string& noise) {
+  const TrainingData data(dataset);
   Rollout rollout(data);
   Identity dynamics(2);
   ThreadPool pool(1);
@@ -120,16 +125,19 @@ std::pair<Eigen::MatrixXf, Eigen::MatrixXf> with_image(const std::string& noise)
 }
 
 TEST(Rollout, AddsTheSensorsNoiseToAMirroredSegment) {
-  const Eigen::MatrixXf noisy = with_image("gaussian:0.3,none").second, clean = with_image("none").second;
+  const Dataset dataset = mirrored_log();
+  const Eigen::MatrixXf noisy = with_image(dataset, "gaussian:0.3,none").second,
+                        clean = with_image(dataset, "none").second;
   EXPECT_GT((noisy.row(0) - clean.row(0)).cwiseAbs().maxCoeff(), 0.1F);
   EXPECT_EQ(noisy.row(1), clean.row(1)) << "the second sensor has none";
 }
 
 TEST(Rollout, DelaysTheReadingsOfAMirroredSegment) {
-  const auto [plain, image] = with_image("none+delay:1.5,none+delay:1.5");
+  const Dataset dataset = mirrored_log();
+  const auto [plain, image] = with_image(dataset, "none+delay:1.5,none+delay:1.5");
   EXPECT_EQ(image.row(0), -plain.row(0));
   EXPECT_EQ(image.row(1), plain.row(1));
-  EXPECT_GT((image - with_image("none").second).cwiseAbs().maxCoeff(), 0.1F) << "control";
+  EXPECT_GT((image - with_image(dataset, "none").second).cwiseAbs().maxCoeff(), 0.1F) << "control";
 }
 
 /// Two outputs and an input that is read; the third output is the product of the second and the input.

@@ -25,7 +25,7 @@ namespace {
 constexpr int kArmedAfter = 60;
 constexpr int kPeriod = 400, kFault = 20;        // samples: every so often a sensor fails for so long
 constexpr int kSettled = 40 * kPeriod;           // by then all is as in the twin, z from 1e30 included
-constexpr int kFlips = 20'000, kStructures = 8;  // of each structure as many
+constexpr int kFlips = 20'000, kStructures = 7;  // of each structure as many
 
 /// y goes round; in a fault it jumps between two values, which no prediction follows.
 float measured(int k) {
