@@ -133,7 +133,7 @@ for entry in "${sensors[@]}"; do
   echo "ok      simplefoc $entry"
 done
 header=$work/simplefoc_watched_rig/src/watched_rig_sensor.h
-for wrong in 's/(angle_prev);  /(0);  /' 's/last_us_ += since_us/last_us_ += kPeriod_us/' 's/, y, y);/, x_hat_, x_hat_);/' 's/kDue_us = kPeriod_us - kSlack_us/kDue_us = 2 * kPeriod_us/'; do
+for wrong in 's/(angle_prev);  /(0);  /' 's/last_us_ += since_us/last_us_ += kPeriod_us/' 's/\(_trusted_dt(.*\), y);/\1, x_hat_);/' 's/kDue_us = kPeriod_us - kSlack_us/kDue_us = 2 * kPeriod_us/'; do
   cp "$header" "$work/right.h"
   sed -i "$wrong" "$header"
   ! cmp -s "$header" "$work/right.h" || fail "the control $wrong changes nothing"

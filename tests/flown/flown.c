@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The same of an export to C99.
-#include "flown.h"
+#include <flown.h>
 
 #include <math.h>
 

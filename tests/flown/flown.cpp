@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An exported C++ observer with its monitor, as docs/runtime.md flies it, behind plain functions that fly.py calls.
-#include "flown.h"
+#include <flown.h>
 
 #include <cmath>
 

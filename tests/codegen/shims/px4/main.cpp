@@ -34,13 +34,13 @@ int main() {
   constexpr int kSamples = sizeof(NAMED(replay_samples)) / sizeof(NAMED(replay_samples)[0]);
   for (int k = 0; k < kSamples; ++k) {
     auto sample = NAMED(replay_samples)[k];
-#ifdef NLO_MONITOR
-    NAMED(trusted)(&monitor, &observer, sample.y, sample.y);
-#endif
     replayed = k;
     const bool lost = k % 10 == 5;
     now_us += lost ? 3 * period_us : period_us + (k % 3 == 0 ? period_us / 4 : 0);
     const NLO_SCALAR since = static_cast<NLO_SCALAR>(3 * period_us) * static_cast<NLO_SCALAR>(1e-6);
+#ifdef NLO_MONITOR
+    NAMED(trusted_dt)(&monitor, &observer, sample.y, lost ? since : 0, sample.y);
+#endif
 #ifdef NLO_DRIVEN
     const int want =
         lost ? NAMED(step_dt)(&observer, sample.y, sample.u, since) : NAMED(step)(&observer, sample.y, sample.u);
