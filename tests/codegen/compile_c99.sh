@@ -114,18 +114,6 @@ for flags in -O0 "-O3 -march=native $contracted"; do
   if single "$flags" && diff "$work/want.txt" "$work/got.txt"; then echo "ok      single $flags"; else echo "FAILED  single $flags" && failed=1; fi
 done
 ! grep -n '^ *#include "' "$work"/single/*.h || { echo 'FAILED  a single header includes another' && failed=1; }
-for entry in "${names[@]}"; do # lines but those of tables of numbers
-  name=${entry%:*} limit=460
-  if [[ $name == failing* || $name == saturating* || $name == *_int16 ]]; then limit=510; fi # they read more, or compute otherwise
-  if [[ $name == computed* ]]; then limit=515; fi # the same, and it computes some of what it reads
-  if [[ $name == prior* ]]; then limit=560; fi # the plant's equations and their covariance
-  if [[ $name == watched* ]]; then limit=790; fi # the monitor
-  if [[ $name == driven* ]]; then limit=610; fi # a scheme of order 4 beside the exact one, and a derivative
-  if [[ $name == prior_functions* ]]; then limit=680; fi
-  lines=$(awk '/^inline constexpr .*= \{/ {table = 1} !table {++n} /;/ {table = 0} END {print n}' "$work/single/$name.h")
-  echo "$lines lines beside the tables of single $name"
-  [ "$lines" -le "$limit" ] || { echo "FAILED  single $name is longer than $limit" && failed=1; }
-done
 "$export_model" rig single float rig "$work/single/rig.h" 1.005
 ! single -O0 || { echo 'FAILED  a wrong weight of the single header went unseen' && failed=1; }
 grep -q '^rig answers' "$work/got.txt" || { echo 'FAILED  it was not the replay that saw it' && failed=1; }
