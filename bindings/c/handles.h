@@ -109,12 +109,8 @@ struct nlo_observer {
   std::shared_ptr<const nlo::c_interface::Loaded> loaded;
   int precision;
   nlo::c_interface::AnyObserver any;
-  nlo::codegen::LatentDomain domain;
   std::unique_ptr<nlo::c_interface::StepMemory> memory;  ///< null: it is just being made
 
   nlo_observer(std::shared_ptr<const nlo::c_interface::Loaded> of, int wanted)
-      : loaded(std::move(of)),
-        precision(wanted),
-        any(nlo::c_interface::observer_of(loaded->model, wanted)),
-        domain(loaded->model) {}
+      : loaded(std::move(of)), precision(wanted), any(nlo::c_interface::observer_of(loaded->model, wanted)) {}
 };

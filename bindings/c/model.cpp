@@ -52,6 +52,8 @@ const char* nlo_status_text(int status) {
       return "held";
     case NLO_STALE:
       return "stale";
+    case NLO_OUT_OF_RANGE:
+      return "out of range";
     case NLO_REJECTED:
       return "rejected";
     case NLO_DIVERGED:
@@ -203,10 +205,9 @@ int nlo_model_run(const nlo_model* model, int precision, size_t samples, const d
     if (x_hat != nullptr) Rows(x_hat, m.nx(), n) = run.x_hat;
     if (sigma != nullptr) Rows(sigma, m.nx(), n) = run.sigma;
     if (z != nullptr) Rows(z, m.nz(), n) = run.z;
-    const nlo::codegen::LatentDomain domain(m);
     for (Eigen::Index k = 0; k < n; ++k) {
       if (status != nullptr) status[k] = static_cast<std::int32_t>(run.status[static_cast<std::size_t>(k)]);
-      if (in_domain != nullptr) in_domain[k] = domain.contains(run.z.col(k), run.y.col(k)) ? 1 : 0;
+      if (in_domain != nullptr) in_domain[k] = run.in_domain[static_cast<std::size_t>(k)] ? 1 : 0;
     }
     return NLO_DONE;
   });

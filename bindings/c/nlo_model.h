@@ -36,9 +36,9 @@
 extern "C" {
 #endif
 
-/* Number of the binary interface, also in the name libnlo-model.so.1. Functions and constants are added to it, not
+/* Number of the binary interface, also in the name libnlo-model.so.2. Functions and constants are added to it, not
  * changed; a program that was built with this header runs where nlo_abi_version() is the same. */
-#define NLO_MODEL_ABI 1
+#define NLO_MODEL_ABI 2
 
 typedef struct nlo_model nlo_model;
 typedef struct nlo_observer nlo_observer;
@@ -54,13 +54,14 @@ enum nlo_result {
 
 /* What became of a measurement; the latent state is finite after each. */
 enum nlo_status {
-  NLO_OK = 0,       /* used as it came */
-  NLO_CLAMPED = 1,  /* an output outside of its range was clamped to it */
-  NLO_HELD = 2,     /* an output was not finite, or an angle out of its range: its last good value was used */
-  NLO_STALE = 3,    /* held for more steps in a row than the model allows: do not trust the estimates */
-  NLO_REJECTED = 4, /* the time step was not positive, or longer than the model can span: nothing was done */
-  NLO_DIVERGED = 5, /* the step would have overflowed: the last z was kept */
-  NLO_RESET = 6     /* a memory fault made z invalid: never said by this library, but by exported observers */
+  NLO_OK = 0,           /* the measurement was used unchanged */
+  NLO_CLAMPED = 1,      /* an output or input outside its declared range was clamped to it */
+  NLO_HELD = 2,         /* an output was missing, not finite, or an angle out of range: its last good value was used */
+  NLO_STALE = 3,        /* an output or input was held for about a time constant: do not trust the estimates */
+  NLO_OUT_OF_RANGE = 4, /* an output or input was out of range for about a time constant: do not trust the estimates */
+  NLO_REJECTED = 5,     /* the time step was not positive, or longer than the model can span: nothing was done */
+  NLO_DIVERGED = 6,     /* the step would have overflowed: the last z was kept */
+  NLO_RESET = 7         /* a bit flip corrupted the state: only exported observers say so */
 };
 
 enum nlo_precision { NLO_FLOAT = 32, NLO_DOUBLE = 64 }; /* of the arithmetic; float is what `nlo evaluate` measures */

@@ -15,9 +15,6 @@ namespace {
 VectorXd latent_of(const nlo_observer& observer) {
   return std::visit([](const auto& o) { return VectorXd(o.latent().template cast<double>()); }, observer.any);
 }
-const VectorXd& output_of(const nlo_observer& observer) {
-  return std::visit([](const auto& o) -> const VectorXd& { return o.output(); }, observer.any);
-}
 VectorXd state_of(const nlo_observer& observer) {
   return std::visit([](const auto& o) { return o.snapshot(); }, observer.any);
 }
@@ -138,7 +135,7 @@ int nlo_observer_status(const nlo_observer* observer) {
 }
 
 int nlo_observer_in_domain(const nlo_observer* observer) {
-  return on(observer, [&] { return observer->domain.contains(latent_of(*observer), output_of(*observer)) ? 1 : 0; });
+  return on(observer, [&] { return std::visit([](const auto& o) { return o.in_domain() ? 1 : 0; }, observer->any); });
 }
 
 int nlo_observer_estimate(const nlo_observer* observer, double* x_hat) {
@@ -159,7 +156,7 @@ int nlo_observer_estimate_with_error(const nlo_observer* observer, double* x_hat
     const Model& m = observer->loaded->model;
     if (!m.error) throw NotKnown("\"" + m.name + "\" has no sigma");
     Rows(sigma, m.nx(), 1) = std::visit(
-        [&](const auto& o) { return o.deviations(latent_of(*observer), output_of(*observer)); }, observer->any);
+        [&](const auto& o) { return o.deviations(latent_of(*observer), o.output(), {o.in_domain()}); }, observer->any);
     return NLO_DONE;
   });
 }

@@ -104,7 +104,6 @@ void ErrorReplay::add(ReplayInputs inputs) {
   inputs.inputs = in_float(inputs.inputs);
   const Index samples = inputs.dt_s.size();
   ReferenceObserver<double> exact(model_);
-  const LatentDomain domain(model_);
   MatrixXd z(model_.nz(), samples), y(model_.nr(), samples), turned(model_.nr(), samples);
   std::vector<bool> inside;
   for (Index k = 0; k < samples; ++k) {
@@ -113,7 +112,7 @@ void ErrorReplay::add(ReplayInputs inputs) {
     turned.col(k) = turns_in(model_, exact.output());
     y.col(k) = exact.output() - turned.col(k);
     z.col(k) = exact.latent();
-    inside.push_back(domain.contains(exact.latent(), exact.output()));
+    inside.push_back(exact.in_domain());
   }
   z -= steady_gain_ * turned;
   samples_ += static_cast<int>(std::count(inside.begin(), inside.end(), true));

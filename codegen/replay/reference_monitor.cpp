@@ -193,6 +193,7 @@ WatchedRun watched_run(const Model& model, const Monitor& monitor, const MatrixX
     else
       observer.step(y, u, dt_s);
     started = started || outputs.col(k).allFinite();
+    all.run.in_domain.push_back(observer.in_domain());
     if (!started) continue;
     all.run.z.col(k) = observer.latent().cast<double>();
     all.run.y.col(k) = observer.output();

@@ -49,7 +49,8 @@ template <class Scalar>
 ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations activations,
                                              const QuantisedModel* integers)
     : model_(std::make_unique<const Model>(model)),
-      screening_(std::make_unique<Screening>(*model_)),
+      domain_(*model_),
+      validation_(std::make_unique<SampleValidation>(*model_)),
       dynamics_(dynamics_of<Scalar>(*model_, activations, integers)) {
   if (const Network* map = codegen::inverse_map(model)) inverse_map_.emplace(*map, activations);
   if (model.saturates()) saturated_.emplace(model);
@@ -59,7 +60,7 @@ ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations act
 template <class Scalar>
 void ReferenceObserver<Scalar>::reset() {
   z_ = model_->initial_latent.cast<Scalar>();
-  screening_->reset();
+  validation_->reset();
   status_ = StepStatus::kOk;
   started_ = false;
 }
@@ -74,16 +75,16 @@ void ReferenceObserver<Scalar>::step(const Eigen::VectorXd& y, const Eigen::Vect
   take(y, u, true, dt_s);
 }
 
-// [started, status, z, what the screening holds]
+// [started, status, z, what the validation holds]
 template <class Scalar>
 Eigen::Index ReferenceObserver<Scalar>::snapshot_size() const {
-  return 2 + z_.size() + screening_->held_values().size();
+  return 2 + z_.size() + validation_->held_values().size();
 }
 
 template <class Scalar>
 Eigen::VectorXd ReferenceObserver<Scalar>::snapshot() const {
   Eigen::VectorXd all(snapshot_size());
-  all << (started_ ? 1.0 : 0.0), static_cast<double>(status_), z_.template cast<double>(), screening_->held_values();
+  all << (started_ ? 1.0 : 0.0), static_cast<double>(status_), z_.template cast<double>(), validation_->held_values();
   return all;
 }
 
@@ -102,20 +103,20 @@ void ReferenceObserver<Scalar>::restore(const Eigen::VectorXd& snapshot) {
   const auto status = static_cast<StepStatus>(whole(1, static_cast<double>(StepStatus::kReset)));
   const Vector z = snapshot.segment(2, z_.size()).template cast<Scalar>();
   if (!is_latent(z)) fail("z of the saved state is not finite: it was changed");
-  const Eigen::Index counted = snapshot.size() - screening_->counters();
+  const Eigen::Index counted = snapshot.size() - validation_->channels();
   for (Eigen::Index k = counted; k < snapshot.size(); ++k) whole(k, std::numeric_limits<int>::max());
   if (!snapshot.head(counted).allFinite()) fail("a reading of the saved state is not finite: it was changed");
-  screening_->hold(snapshot.tail(snapshot.size() - 2 - z_.size()), started);
+  validation_->hold(snapshot.tail(snapshot.size() - 2 - z_.size()), started);
   z_ = z;
-  last_y_ = screening_->y().template cast<Scalar>();
-  last_u_ = screening_->u().template cast<Scalar>();
+  last_y_ = validation_->y().template cast<Scalar>();
+  last_u_ = validation_->u().template cast<Scalar>();
   status_ = status;
   started_ = started;
 }
 
 template <class Scalar>
 auto ReferenceObserver<Scalar>::estimate() const -> Vector {
-  return estimate_of(z_, screening_->y().template cast<Scalar>());
+  return estimate_of(z_, validation_->y().template cast<Scalar>());
 }
 
 template <class Scalar>
@@ -139,13 +140,14 @@ Run ReferenceObserver<Scalar>::run(const Eigen::MatrixXd& outputs, const Eigen::
     take(outputs.col(k), nu > 0 ? Eigen::VectorXd(inputs.col(k)) : Eigen::VectorXd(), angles == Angles::kWrapped,
          nominal ? period_s : since_last_s);
     run.status.push_back(status_);
+    run.in_domain.push_back(in_domain());
     z.col(k) = z_;
     y.col(k) = output().template cast<Scalar>();
     run.y.col(k) = output();
   }
   run.x_hat = estimates_in_blocks(z, y);
   run.z = z.template cast<double>();
-  run.sigma = deviations(run.z, run.y);
+  run.sigma = deviations(run.z, run.y, run.in_domain);
   return run;
 }
 
@@ -158,11 +160,11 @@ template <class Scalar>
 void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped, double dt_s) {
   status_ = StepStatus::kRejected;
   if (started_ && !(dt_s > 0.0 && dt_s <= dynamics_->longest_step_s())) return;
-  const bool usable = screening_->take(y, u, wrapped, dt_s);
-  status_ = screening_->status();
+  const bool usable = validation_->validate(y, u, wrapped, dt_s);
+  status_ = validation_->status();
   if (!usable) return;
-  next_y_ = screening_->y().template cast<Scalar>();
-  next_u_ = screening_->u().template cast<Scalar>();
+  next_y_ = validation_->y().template cast<Scalar>();
+  next_u_ = validation_->u().template cast<Scalar>();
   if (started_) {
     advance(dt_s);
   } else {
@@ -234,11 +236,14 @@ Eigen::MatrixXd ReferenceObserver<Scalar>::last_hidden(const Eigen::MatrixXd& z,
 }
 
 template <class Scalar>
-Eigen::MatrixXd ReferenceObserver<Scalar>::deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const {
+bool ReferenceObserver<Scalar>::in_domain() const {
+  return !validation_->clamped() && domain_.contains(z_.template cast<double>(), output());
+}
+
+template <class Scalar>
+Eigen::MatrixXd ReferenceObserver<Scalar>::deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y,
+                                                      const std::vector<bool>& known) const {
   if (!model_->error) return {};
-  const LatentDomain domain(*model_);
-  std::vector<bool> known;
-  for (Eigen::Index k = 0; k < z.cols(); ++k) known.push_back(domain.contains(z.col(k), y.col(k)));
   return codegen::deviations(*model_->error, last_hidden(z, y), known);
 }
 

@@ -14,7 +14,7 @@
 #include "codegen/reference/dynamics.h"
 #include "codegen/reference/network.h"
 #include "codegen/reference/quantised_network.h"
-#include "codegen/replay/screening.h"
+#include "codegen/replay/sample_validation.h"
 
 namespace nlo::codegen {
 
@@ -25,6 +25,7 @@ struct Run {
   Eigen::MatrixXd y;           ///< n_r x N, the outputs (then the inputs it reads) as they were taken: held, clamped
   Eigen::MatrixXd sigma = {};  ///< n_x x N, the standard deviations of the errors; 0 x 0 of a model that knows none
   std::vector<StepStatus> status = {};  ///< N, what the observer said of each step
+  std::vector<bool> in_domain = {};     ///< N, as in_domain() of the observer
 };
 
 /// How angles are given: as a sensor has them, within one turn, or continued beyond it.
@@ -46,7 +47,7 @@ class ReferenceObserver {
   /// z = initial latent; the next sample is the first.
   void reset();
 
-  /// One sample period with the outputs `y` (n_y) and the inputs `u` (n_u), screened as Screening::take does. Before
+  /// One sample period with the outputs `y` (n_y) and the inputs `u` (n_u), validated as SampleValidation does. Before
   /// the first good sample, nothing happens.
   void step(const Eigen::VectorXd& y, const Eigen::VectorXd& u = {});
 
@@ -62,13 +63,16 @@ class ReferenceObserver {
   const Vector& latent() const { return z_; }
 
   /// The readings as the last step took them, n_r: held, clamped, angles unwrapped.
-  const Eigen::VectorXd& output() const { return screening_->y(); }
+  const Eigen::VectorXd& output() const { return validation_->y(); }
+
+  /// As the runtime's: z is in the domain, and no reading of the last step is clamped.
+  bool in_domain() const;
 
   /// What the runtime's observer says of the last step.
   StepStatus status() const { return status_; }
 
-  /// Returns kHeld or kStale for an output that the last sample did not have, else kOk.
-  StepStatus status(Eigen::Index output) const { return screening_->status(output); }
+  /// Status of one output in the last step.
+  StepStatus status(Eigen::Index output) const { return validation_->status(output); }
 
   /// The last step would have left the finite numbers: z was kept.
   bool diverged() const { return status_ == StepStatus::kDiverged; }
@@ -91,8 +95,8 @@ class ReferenceObserver {
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
 
   /// The standard deviations of their errors, n_x x N: sigma of estimate_with_error().
-  /// 0 x 0 of a model that knows none.
-  Eigen::MatrixXd deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
+  /// 0 x 0 of a model that knows none. known, N: in_domain() was true there.
+  Eigen::MatrixXd deviations(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y, const std::vector<bool>& known) const;
 
   /// The last hidden layer of T* there, n_h x N, of a model whose T* has one: what `error` of a model reads.
   Eigen::MatrixXd last_hidden(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;
@@ -106,7 +110,8 @@ class ReferenceObserver {
   Matrix read_by_map(const Matrix& z, const Matrix& y) const;
 
   std::unique_ptr<const Model> model_;  // one place, whoever holds the observer
-  std::unique_ptr<Screening> screening_;
+  LatentDomain domain_;
+  std::unique_ptr<SampleValidation> validation_;
   std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_;
   std::optional<ReferenceNetwork<Scalar>> inverse_map_;  // none: z is the estimate
   std::optional<LatentDomain> saturated_;                // none: T* reads z wherever it goes

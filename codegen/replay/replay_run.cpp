@@ -33,7 +33,6 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
   }
   ReferenceObserver<double> exact(m);
   ExportedObserver exported(m, folded, quantised, options.scalar);
-  const LatentDomain domain(m);
   const InputBox box = options.scalar == ScalarType::kInt16 ? input_box(m, folded) : InputBox{};
   const Eigen::Index samples = run.inputs.dt_s.size();
   run.z = run.exported_z = MatrixXd(m.nz(), samples);
@@ -53,11 +52,12 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
       run.x_hat.col(k) = exact.estimates(nearest, exact.output() - turned);
     }
     if (folded.error) {
-      run.sigma.col(k) = exact.deviations(exact.latent(), exact.output());
-      run.exported_sigma.col(k) = exported.deviation(exported.latent() - back, exact.output() - turned);
+      run.sigma.col(k) = exact.deviations(exact.latent(), exact.output(), {exact.in_domain()});
+      run.exported_sigma.col(k) =
+          exported.deviation(exported.latent() - back, exact.output() - turned, exact.in_domain());
     }
     run.status.push_back(exact.status());
-    run.in_domain.push_back(domain.contains(exact.latent(), exact.output()));
+    run.in_domain.push_back(exact.in_domain());
     run.exported_z.col(k) = exported.latent() - back;
     run.exported_x_hat.col(k) = exported.estimate(run.exported_z.col(k), exact.output() - turned);
   }
@@ -108,8 +108,8 @@ VectorXd ExportedObserver::estimate(const VectorXd& z, const VectorXd& y) const 
   return evaluate(quantised_->map, in).cast<double>();
 }
 
-VectorXd ExportedObserver::deviation(const VectorXd& z, const VectorXd& y) const {
-  return std::visit([&](const auto& observer) -> VectorXd { return observer.deviations(z, y); }, observer_);
+VectorXd ExportedObserver::deviation(const VectorXd& z, const VectorXd& y, bool known) const {
+  return std::visit([&](const auto& observer) -> VectorXd { return observer.deviations(z, y, {known}); }, observer_);
 }
 
 MatrixXd ExportedObserver::estimates(const MatrixXd& z, const MatrixXd& y) const {

@@ -33,8 +33,8 @@ class ExportedObserver {
   /// x_hat from z and y.
   Eigen::VectorXd estimate(const Eigen::VectorXd& z, const Eigen::VectorXd& y) const;
 
-  /// The standard deviations of the errors, n_x; size 0 where the export has none.
-  Eigen::VectorXd deviation(const Eigen::VectorXd& z, const Eigen::VectorXd& y) const;
+  /// The standard deviations of the errors, n_x; size 0 where the export has none. known: in_domain() is true there.
+  Eigen::VectorXd deviation(const Eigen::VectorXd& z, const Eigen::VectorXd& y, bool known) const;
 
   /// The same of each column, n_x x N. The sums of floats may round otherwise.
   Eigen::MatrixXd estimates(const Eigen::MatrixXd& z, const Eigen::MatrixXd& y) const;

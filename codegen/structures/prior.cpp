@@ -297,6 +297,7 @@ class PriorModule final : public StructureModule {
              "Some 200 operations a unit more than a sample period, and the equations once for each period"},
             {"UNITS", std::to_string(source.model.nz() - carried_by(source.model))},
             {"INPUTS", std::to_string(source.model.inputs.size())},
+            {"INPUTS_AND_PART", std::to_string(source.model.inputs.size() + 1)},
             {"DRIVEN", source.model.inputs.empty() ? "" : "true"},
             {"DERIVATIVE", lines.derivative()},
             {"OUTPUT", lines.output()},

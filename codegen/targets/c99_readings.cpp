@@ -66,21 +66,19 @@ void set_failures(const Model& m, const std::string& name, const Initialiser& in
       "    if (missing[i]) {{ readings[j] = kRest[i] + (keep * (o->y[j] - kRest[i])); }}\n"
       "  }}\n"
       "}}\n\n"
-      "// It is held while it is missing, and no step towards stale.\n"
-      "static void note_missing({0}_observer* o, const bool* missing) {{\n"
+      "// It is held while it is missing, and never counts towards stale.\n"
+      "static void mark_missing({0}_observer* o, const bool* missing) {{\n"
       "  for (int i = 0; i < kNf; ++i) {{\n"
-      "    if (!missing[i]) {{ continue; }}\n"
-      "    o->fate[kMayFail[i]] = 2U;\n"
-      "    if (o->status < (uint8_t){0}_HELD) {{ o->status = (uint8_t){0}_HELD; }}\n"
+      "    if (missing[i]) {{ o->health[kMayFail[i]] = 5U; }}\n"
       "  }}\n"
       "}}\n\n",
       name, fmt::join(f.outputs.begin(), f.outputs.end(), ", "), init.vector(f.rest, "may_fail.rest"), suffix);
   values["FILL"] = fmt::format(
       "  bool missing[kNf];\n  fill_missing(o, given, (o->started == 1U) ? step->keep : 0.0{}, missing);\n", suffix);
-  values["NOTE_MISSING"] = "  note_missing(o, missing);\n";
+  values["NOTE_MISSING"] = "  mark_missing(o, missing);\n";
   values["FILL_START"] =
       fmt::format("  bool missing[kNf];\n  fill_missing(observer, given, 0.0{}, missing);\n", suffix);
-  values["NOTE_MISSING_START"] = "  note_missing(observer, missing);\n";
+  values["NOTE_MISSING_START"] = "  mark_missing(observer, missing);\n";
   values["STALENESS"] = fmt::format(
       "// How stale an output is that may be missing ({1}): 0 while it is measured, towards 1 the longer it is not.\n"
       "{2} {0}_staleness(const {0}_observer* observer, int output);\n\n",

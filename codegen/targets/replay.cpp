@@ -58,6 +58,8 @@ const char* status_name(StepStatus status) {
       return "kHeld";
     case StepStatus::kStale:
       return "kStale";
+    case StepStatus::kOutOfRange:
+      return "kOutOfRange";
     case StepStatus::kRejected:
       return "kRejected";
     case StepStatus::kDiverged:
@@ -250,8 +252,13 @@ std::string replay_c99(const PreparedExport& prepared) {
   check_weights(prepared.options(), "replay-c99");
   const Golden g = golden(prepared.with(best_tanh(prepared.options())));
   const auto status_text = [&g](std::string status) {  // kOk: NAME_OK
-    for (char& c : status) c = static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
-    return g.name + "_" + status.substr(1);
+    std::string words;                                 // kOutOfRange: OUT_OF_RANGE
+    for (const char c : status.substr(1)) {
+      const bool small = c >= 'a' && c <= 'z';
+      if (!small && !words.empty()) words += '_';
+      words += static_cast<char>(small ? c - 'a' + 'A' : c);
+    }
+    return g.name + "_" + words;
   };
   return filled(embedded_text("c99/replay.h.in"),
                 {{"NAME", g.name},

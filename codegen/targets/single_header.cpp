@@ -28,6 +28,7 @@ std::string word_in_cpp20(const std::string& word) {
       {"SELF_CLAMPED", "Status::kClamped"},
       {"SELF_HELD", "Status::kHeld"},
       {"SELF_STALE", "Status::kStale"},
+      {"SELF_OUT_OF_RANGE", "Status::kOutOfRange"},
       {"SELF_REJECTED", "Status::kRejected"},
       {"SELF_DIVERGED", "Status::kDiverged"},
       {"SELF_RESET", "Status::kReset"},

@@ -44,7 +44,8 @@ class Supervisor {
     if (status == StepStatus::kReset) monitor_.reset();
 
     const bool lost = !is_finite_estimate(observed) || status == StepStatus::kStale ||
-                      status == StepStatus::kDiverged || status == StepStatus::kReset;
+                      status == StepStatus::kOutOfRange || status == StepStatus::kDiverged ||
+                      status == StepStatus::kReset;
     const bool against = lost || speaks_against(alarm_, observer_.in_domain());
     against_ = against ? next_count(against_) : 0;
     clean_ = against ? 0 : next_count(clean_);

@@ -16,6 +16,7 @@ typedef enum {
   NAMED(_CLAMPED),
   NAMED(_HELD),
   NAMED(_STALE),
+  NAMED(_OUT_OF_RANGE),
   NAMED(_REJECTED),
   NAMED(_DIVERGED)
 } NAMED(_status);

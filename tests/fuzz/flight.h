@@ -27,8 +27,8 @@ template <class Craft>
 void fly(Craft craft, const char* name, Bits& bits, long steps) {
   using Scalar = typename Craft::Scalar;
   constexpr int kMostInputs = 8;
-  constexpr long kDeadEvery = 20'000, kMostHeld = 70'000;          // stale_after is below 2^16
-  constexpr int kHeld = 2, kStale = 3, kDiverged = 5, kReset = 6;  // of StepStatus
+  constexpr long kDeadEvery = 20'000, kMostHeld = 70'000;          // stale_after is below 2^14
+  constexpr int kHeld = 2, kStale = 3, kDiverged = 6, kReset = 7;  // of StepStatus
   static_assert(Craft::kNu <= kMostInputs);
   Scalar y[Craft::kNy], u[kMostInputs] = {};
   // An angle that was flipped to thousands of turns comes back into its first in as many steps as it has digits; what a

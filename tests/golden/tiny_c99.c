@@ -4,7 +4,7 @@
 // They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
-#if tiny_c99_EXPORT != 0xd7ac849a
+#if tiny_c99_EXPORT != 0xb89f461c
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
 #endif
 
@@ -82,19 +82,24 @@ static void load(Scalar* to, const IN_FLASH Scalar* from, int n) {
   for (int i = 0; i < n; ++i) { target[i] = from[i]; }
 }
 
-// What became of a channel, the worse the larger: 0 used as it came, 1 clamped, 1 + n held for the nth time in a row.
-static tiny_c99_status graded(uint16_t fate) {
-  const tiny_c99_status used = (fate == 1U) ? tiny_c99_CLAMPED : tiny_c99_OK, fresh = (fate > 1U) ? tiny_c99_HELD : used;
-  return (fate > (uint16_t)kStaleAfter) ? tiny_c99_STALE : fresh;
+// Health of a channel. 0: its latest sample was used unchanged. Otherwise 4 times the number of samples in a row that
+// were not, plus 1 if the last good value was used instead, 2 if the sample was clamped, 3 if it was clamped after missed
+// samples, 0 if it was used unchanged after missed samples: then the next count starts at 1.
+static uint16_t counted_on(uint16_t last, uint16_t samples, uint16_t what) {
+  const uint32_t before = ((last % 4U) != 0U) ? ((uint32_t)last / 4U) : 0U, all = before + samples, most = 16383U;
+  return (uint16_t)((((all < most) ? all : most) * 4U) + what);
 }
-static uint16_t held_again(uint16_t fate) {
-  const uint16_t before = (fate < 2U) ? 1U : ((fate < 0xffffU) ? fate : 0xfffeU);
-  return (uint16_t)(before + 1U);
+static bool is_clamped(uint16_t health) { return ((health / 2U) % 2U) != 0U; }
+static tiny_c99_status status_of_health(uint16_t health) {
+  const tiny_c99_status bad = ((health % 4U) == 2U) ? tiny_c99_CLAMPED : tiny_c99_HELD, early = (health == 0U) ? tiny_c99_OK : bad;
+  const bool late = (health != 0U) && ((health / 4U) >= (uint16_t)kStaleAfter);
+  return late ? (is_clamped(health) ? tiny_c99_OUT_OF_RANGE : tiny_c99_STALE) : early;
 }
 
-// Writes the outputs to use into `accepted`, which holds the last good ones. The worst fate.
-static uint16_t screened(const Scalar* y, Scalar* accepted, uint16_t* fate) {
-  uint16_t worst = 0U;
+// Validates the readings of a sample: overwrites `accepted`, which holds the last good ones, with the usable values, and
+// updates the health of each channel. Returns true if one of them was held.
+static bool validate(const Scalar* y, Scalar* accepted, uint16_t* health) {
+  bool held = false;
   for (int j = 0; j < kNy; ++j) {
     const bool finite = is_finite(y[j]);
     uint16_t now = 0U;
@@ -102,26 +107,48 @@ static uint16_t screened(const Scalar* y, Scalar* accepted, uint16_t* fate) {
       accepted[j] = y[j];
     } else if (finite) {
       accepted[j] = (y[j] < kOutputMin[j]) ? kOutputMin[j] : kOutputMax[j];
-      now = 1U;
+      now = counted_on(health[j], 1U, 2U);
     } else {
-      now = held_again(fate[j]);
+      now = counted_on(health[j], 1U, 1U);
+      held = true;
     }
-    fate[j] = now;
-    if (now > worst) { worst = now; }
+    health[j] = now;
   }
-  return worst;
+  return held;
 }
 
-// |z| is not so large that a step overflows. Of z that is not, a bit of memory has flipped.
+// |z| is not so large that a step overflows. Otherwise a bit flip has corrupted it.
 static bool is_reachable(const Scalar* z) {
   bool good = true;
   for (int r = 0; r < kNz; ++r) { good = good && is_finite(z[r]) && (z[r] == z[r]) && (z[r] > -kLargest) && (z[r] < kLargest); }
   return good;
 }
 
-static tiny_c99_status noted(tiny_c99_observer* o, tiny_c99_status status) {
+// The state is one that steps can lead to.
+static bool is_sound(const tiny_c99_observer* o) {
+  bool good = (o->started <= 1U) && is_reachable(o->z) &&
+              ((o->status <= (uint8_t)tiny_c99_REJECTED) || (o->status == (uint8_t)tiny_c99_RESET));
+  for (int j = 0; j < kNy; ++j) {
+    const Scalar y = o->y[j];
+    good = good && is_finite(y) && (y == y) && ((o->started != 1U) ? ((y <= 0.0f) && (y >= 0.0f)) :
+        ((y >= kOutputMin[j]) && (y <= kOutputMax[j])));
+  }
+  return good;
+}
+
+static tiny_c99_status set_status(tiny_c99_observer* o, tiny_c99_status status) {
   o->status = (uint8_t)status;
   return status;
+}
+
+// The status of a sample: the worst of its channels.
+static tiny_c99_status update_status(tiny_c99_observer* o) {
+  tiny_c99_status worst = tiny_c99_OK;
+  for (int j = 0; j < kNy; ++j) {
+    const tiny_c99_status status = status_of_health(o->health[j]);
+    if (status > worst) { worst = status; }
+  }
+  return set_status(o, worst);
 }
 
 // exp(w) - 1, phi_1(w) = (exp(w) - 1) / w and phi_2(w) = (phi_1(w) - 1) / w: Taylor series at w / 2^s, then s doublings
@@ -240,41 +267,42 @@ static void start(tiny_c99_observer* o, const Scalar* y) {
   o->started = 1U;
 }
 
-// A bit of memory has flipped: the next measurement is the first.
-static tiny_c99_status spoilt(tiny_c99_observer* o) {
+// If a bit flip has corrupted the state, the next measurement is the first.
+static tiny_c99_status reset_after_corruption(tiny_c99_observer* o) {
   tiny_c99_reset(o);
-  return noted(o, tiny_c99_RESET);
+  return set_status(o, tiny_c99_RESET);
 }
 
-// A step leaves what steps can lead to. A flipped bit of a reading shows in z only in time: held ones are looked at.
-static tiny_c99_status whole(tiny_c99_observer* o, bool held) {
-  const bool good = held ? tiny_c99_restore(o, o) : is_reachable(o->z);
-  return good ? (tiny_c99_status)o->status : spoilt(o);
+// A step leaves a state that steps can lead to. A bit flip in a stored reading reaches z only after several steps, so
+// stored readings that are reused are checked here.
+static tiny_c99_status checked(tiny_c99_observer* o, bool held) {
+  const bool good = held ? is_sound(o) : is_reachable(o->z);
+  return good ? (tiny_c99_status)o->status : reset_after_corruption(o);
 }
 
 // One step: that of the sample period, or another.
 static tiny_c99_status take(tiny_c99_observer* o, const Scalar* y, const Step* step) {
   Scalar next[kNy];
   copy(next, o->y, kNy);
-  const uint16_t worst = screened(y, next, o->fate);
-  (void)noted(o, graded(worst));
+  const bool held = validate(y, next, o->health);
+  (void)update_status(o);
   if (o->started != 1U) {
-    if (!tiny_c99_restore(o, o)) { return spoilt(o); }
-    if (worst > 1U) { return (tiny_c99_status)o->status; }  // nothing to hold yet
+    if (!is_sound(o)) { return reset_after_corruption(o); }
+    if (held) { return (tiny_c99_status)o->status; }  // nothing to hold yet
     start(o, next);
-    return whole(o, false);
+    return checked(o, false);
   }
   advance(step, o->z, o->y, next);
   // With zero input z would stay subnormal for ever, and subnormals are slow on some cores.
   for (int r = 0; r < kNz; ++r) { o->z[r] = ((o->z[r] < kTiny) && (o->z[r] > -kTiny)) ? 0.0f : o->z[r]; }
   copy(o->y, next, kNy);
-  return whole(o, worst > 1U);
+  return checked(o, held);
 }
 
 void tiny_c99_reset(tiny_c99_observer* observer) {
   load(observer->z, kInitial, kNz);
   load(observer->y, kNoOutput, kNy);
-  for (int j = 0; j < kNy; ++j) { ((EACH_STORE uint16_t*)observer->fate)[j] = 0U; }
+  for (int j = 0; j < kNy; ++j) { ((EACH_STORE uint16_t*)observer->health)[j] = 0U; }
   observer->status = (uint8_t)tiny_c99_OK;
   observer->started = 0U;
 }
@@ -284,9 +312,9 @@ void tiny_c99_init(tiny_c99_observer* observer) { tiny_c99_reset(observer); }
 tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1]) {
   Scalar accepted[kNy];
   load(accepted, kNoOutput, kNy);
-  const uint16_t worst = screened(y, accepted, observer->fate);
-  (void)noted(observer, graded(worst));
-  if (worst > 1U) { return whole(observer, true); }
+  const bool held = validate(y, accepted, observer->health);
+  (void)update_status(observer);
+  if (held) { return checked(observer, true); }
   load(observer->z, kInitial, kNz);
   start(observer, accepted);
   settle(observer);
@@ -299,10 +327,25 @@ tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) {
 
 tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
   const bool possible = is_finite(dt_s) && (dt_s > 0.0f) && (dt_s <= ((Scalar)kLongestGap * kSamplePeriod));
-  if (!possible) { return noted(observer, tiny_c99_REJECTED); }
+  if (!possible) { return set_status(observer, tiny_c99_REJECTED); }
   Step step;
   make_step(dt_s, &step);
-  return take(observer, y, &step);
+  // Up to 1.5 sample periods are jitter.
+  const Scalar periods = dt_s / kSamplePeriod;
+  if ((observer->started != 1U) || !(periods > 1.5f)) { return take(observer, y, &step); }
+  const int missed = (int)(periods + 0.5f) - 1;
+  uint16_t before[kNy];
+  for (int j = 0; j < kNy; ++j) {
+    before[j] = counted_on(observer->health[j], (uint16_t)missed, 1U);
+    observer->health[j] = before[j];
+  }
+  const tiny_c99_status status = take(observer, y, &step);
+  if (status == tiny_c99_RESET) { return status; }
+  for (int j = 0; j < kNy; ++j) {
+    const uint16_t now = observer->health[j];
+    observer->health[j] = (now == 0U) ? (uint16_t)(before[j] - (before[j] % 4U)) : (uint16_t)(now | 1U);
+  }
+  return (status <= tiny_c99_OUT_OF_RANGE) ? update_status(observer) : status;
 }
 
 tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
@@ -312,17 +355,18 @@ tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer) {
 }
 
 tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer) {
-  return (is_reachable(observer->z) && (observer->started <= 1U)) ? (tiny_c99_status)observer->status : tiny_c99_RESET;
+  return is_sound(observer) ? (tiny_c99_status)observer->status : tiny_c99_RESET;
 }
 
 tiny_c99_status tiny_c99_status_of(const tiny_c99_observer* observer, int channel) {
   const tiny_c99_status all = tiny_c99_last_status(observer);
   if ((all == tiny_c99_REJECTED) || (all == tiny_c99_RESET)) { return all; }
-  return ((channel < 0) || (channel >= 1)) ? tiny_c99_REJECTED : graded(observer->fate[channel]);
+  return ((channel < 0) || (channel >= 1)) ? tiny_c99_REJECTED : status_of_health(observer->health[channel]);
 }
 
 bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
   bool inside = true;
+  for (int j = 0; j < kNy; ++j) { inside = inside && !is_clamped(observer->health[j]); }
   for (int r = 0; r < kNz; ++r) {
     const Scalar relative = observer->z[r];
     inside = inside && (relative >= kLatentMin[r]) && (relative <= kLatentMax[r]);
@@ -331,17 +375,10 @@ bool tiny_c99_in_domain(const tiny_c99_observer* observer) {
 }
 
 bool tiny_c99_restore(tiny_c99_observer* observer, const tiny_c99_observer* saved) {
-  bool good = (saved->started <= 1U) && is_reachable(saved->z) &&
-              ((saved->status <= (uint8_t)tiny_c99_REJECTED) || (saved->status == (uint8_t)tiny_c99_RESET));
-  for (int j = 0; j < kNy; ++j) {
-    const Scalar y = saved->y[j];
-    good = good && is_finite(y) && (y == y) && ((saved->started != 1U) ? ((y <= 0.0f) && (y >= 0.0f)) :
-        ((y >= kOutputMin[j]) && (y <= kOutputMax[j])));
-  }
-  if (!good) { return false; }
+  if (!is_sound(saved)) { return false; }
   copy(observer->z, saved->z, kNz);
   copy(observer->y, saved->y, kNy);
-  for (int j = 0; j < kNy; ++j) { ((EACH_STORE uint16_t*)observer->fate)[j] = saved->fate[j]; }
+  for (int j = 0; j < kNy; ++j) { ((EACH_STORE uint16_t*)observer->health)[j] = saved->health[j]; }
   observer->status = saved->status;
   observer->started = saved->started;
   return true;

@@ -36,7 +36,7 @@
 extern "C" {
 #endif
 
-#define tiny_c99_EXPORT 0xd7ac849a  // tiny_c99.c has the same
+#define tiny_c99_EXPORT 0xb89f461c  // tiny_c99.c has the same
 
 // Sizes: estimate, measurement, latent state.
 enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };
@@ -45,21 +45,22 @@ enum { tiny_c99_NX = 1, tiny_c99_NY = 1, tiny_c99_NZ = 2 };
 enum { tiny_c99_output_y };
 enum { tiny_c99_state_position };
 
-// What became of a measurement. The latent state is finite after every one of them.
+// What a step did with its measurement; larger is worse. The latent state is finite after every step.
 typedef enum {
-  tiny_c99_OK,       // used as it came
-  tiny_c99_CLAMPED,  // an output outside its declared range was clamped to it
-  tiny_c99_HELD,     // an output was not finite (or an angle out of range): its last good value was used
-  tiny_c99_STALE,    // held 13 times in a row or more: estimates are no longer to be trusted
-  tiny_c99_REJECTED, // the time step was not positive, or longer than 1000 sample periods: nothing was done
-  tiny_c99_RESET = 6 // z was not what steps can lead to, a bit has flipped: the next measurement is the first
+  tiny_c99_OK,           // the measurement was used unchanged
+  tiny_c99_CLAMPED,      // an output or input outside its declared range was clamped to it
+  tiny_c99_HELD,         // an output was missing, not finite, or an angle out of range: its last good value was used
+  tiny_c99_STALE,        // held 13 times in a row or more: do not trust the estimate
+  tiny_c99_OUT_OF_RANGE, // outside its declared range 13 times in a row or more: do not trust the estimate
+  tiny_c99_REJECTED,     // the time step was not positive, or longer than 1000 sample periods: nothing was done
+  tiny_c99_RESET = 7     // a bit flip corrupted the state: the next measurement is the first
 } tiny_c99_status;
 
 // An observer is this and nothing else: copy it to save it.
 typedef struct {
   float z[2];     // latent state
   float y[1];     // last good measurement; angles within their first turn
-  uint16_t fate[1]; // of each: 0 used as it came, 1 clamped, 1 + n held for the nth time in a row
+  uint16_t health[1]; // of each channel; 0: used unchanged
   uint8_t status;  // of the latest step
   uint8_t started; // 1 once a first measurement has come
 } tiny_c99_observer;
@@ -75,7 +76,9 @@ tiny_c99_status tiny_c99_warm_start(tiny_c99_observer* observer, const float y[1
 // is not finite stands for a missed one. 6 multiply-adds.
 tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]);
 
-// The same over dt_s seconds: for jitter, and for what comes after missed samples. Some 60 operations per latent state.
+// The same over dt_s seconds: for jitter, and after missed samples. Some 60 operations per latent state.
+// Beyond 1.5 sample periods it has the status of round(dt_s / period) - 1 missed samples (HELD, or STALE). The measurement
+// is used all the same.
 tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s);
 
 // One sample period on without a measurement: the last good one is held.
@@ -84,14 +87,14 @@ tiny_c99_status tiny_c99_step_missed(tiny_c99_observer* observer);
 // x_hat. Computed on each call: 12 multiply-adds, 4 activations.
 void tiny_c99_estimate(const tiny_c99_observer* observer, float x_hat[1]);
 
-// Status of the latest step.
+// Status of the latest step. RESET if a bit flip has corrupted the state since.
 tiny_c99_status tiny_c99_last_status(const tiny_c99_observer* observer);
 
-// What it made of one channel, of which the step's status is the worst: an output's position.
-// REJECTED and RESET are of all channels; REJECTED also stands for a channel that there is none of.
+// Status of one channel: an output's position. The step's status is the worst of all.
+// REJECTED and RESET apply to every channel. REJECTED is also returned for a channel number out of range.
 tiny_c99_status tiny_c99_status_of(const tiny_c99_observer* observer, int channel);
 
-// z is where training has been. False tells that an estimate extrapolates.
+// z is where training has been, and no reading is clamped. False: an estimate extrapolates.
 bool tiny_c99_in_domain(const tiny_c99_observer* observer);
 
 // Continues from a saved observer. Refused (false, nothing changed) unless it is one that stepping can reach: what comes

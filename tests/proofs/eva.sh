@@ -43,7 +43,7 @@ analysed() {
   # Of the table of tanh it would have to know that it rises: its differences fit where they are converted to.
   if [[ $2 != int16 ]]; then options=(-warn-signed-downcast -warn-unsigned-downcast); fi
   frama-c -eva -cpp-extra-args="-I$work" -warn-special-float none -warn-invalid-pointer "${options[@]}" \
-    -eva-slevel 0 -eva-slevel-function "is_reachable:400,${name}_restore:2000,take:10,whole:50" \
+    -eva-slevel 0 -eva-slevel-function "is_reachable:400,is_sound:2000,${name}_restore:2000,take:10,checked:50" \
     -eva-split-return auto -eva-auto-loop-unroll 600 -eva-subdivide-non-linear 16 \
     -eva-domains equality,symbolic-locations "$c" "$work/${name}_flight.c" 2>&1
 }

@@ -39,7 +39,7 @@ spread() {
 recorded() {
   what="$(basename "$compiler") $*"
   if [ -n "${NLO_UPDATE_GOLDENS:-}" ]; then
-    { grep -vF "$what: " "$golden" || true; echo "$what: $least"; } | LC_ALL=C sort >"$golden.new"
+    { grep -v "^$what: " "$golden" || true; echo "$what: $least"; } | LC_ALL=C sort >"$golden.new"
     mv "$golden.new" "$golden"
   fi
   before=$(sed -n "s/^$what: //p" "$golden")

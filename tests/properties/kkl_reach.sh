@@ -1,14 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Lists the headers that a step and an estimate of a KKL observer include, for an audit of exactly these. They must not
-# include batches, gates, error heads, derivatives, saturation, failing sensors, half weights, int16, the monitor, delays
+# include batches, gates, error heads, derivatives, saturation, half weights, int16, the monitor, delays
 # or dispatch.
 #   usage: kkl_reach.sh COMPILER SOURCE_DIR EIGEN_INCLUDE_DIR WORK_DIR
 set -eu
 compiler=$1 source=$2 work=$4
 mkdir -p "$work"
 cd "$source" # paths below are relative: the folder of a checkout may be called nlo, or have spaces in its name
-others='batch|acting_inputs|lane_sum|gate|error_head|jvp|tangent|saturation|sensor_failures|weight|int16|quantised|monitor|delay_line|dispatch|cortex|explicit_rk|exponential_rk'
+others='batch|lane_sum|gate|error_head|jvp|tangent|saturation|weight|int16|quantised|monitor|delay_line|dispatch|cortex|explicit_rk|exponential_rk'
 
 # reach FLAGS MORE_HEADERS...: prints the number of headers; fails where one of them is not needed
 reach() {

@@ -127,10 +127,10 @@ TEST(CarriedObserver, WithoutRotationItIsTheKklObserverOfEachComponent) {
   for (int k = 0; k < 200; ++k) {
     const Vector3d given = random_vector(random, 2.0);
     const double dt = k % 3 == 0 ? 0.02 : testing::uniform<double>(random, 0.001, 0.5);
-    ASSERT_EQ(observer.step(vector<double>(given), {{0, 0, 0}}, dt), StepStatus::kOk);
+    ASSERT_LE(observer.step(vector<double>(given), {{0, 0, 0}}, dt), StepStatus::kStale);
     int c = 0;
     for (auto* one : {&x, &y, &z}) {
-      ASSERT_EQ(one->step(given[c], dt), StepStatus::kOk);
+      ASSERT_EQ(one->step(given[c], dt), observer.status());
       for (int m = 0; m < 3; ++m) ASSERT_EQ(observer.latent()[3 * c + m], one->latent()[m]);
       ++c;
     }
@@ -146,8 +146,8 @@ void expect_equivariance(double tolerance) {
   for (int k = 0; k < 500; ++k) {
     const Vector3d y = random_vector(random, 3.0), w = random_vector(random, 5.0);
     const auto dt = static_cast<Scalar>(k % 3 == 0 ? 0.02 : testing::uniform<double>(random, 0.001, 0.1));
-    ASSERT_EQ(observer.step(vector<Scalar>(y), vector<Scalar>(w), dt), StepStatus::kOk);
-    ASSERT_EQ(turned.step(vector<Scalar>(q * y), vector<Scalar>(q * w), dt), StepStatus::kOk);
+    ASSERT_LE(observer.step(vector<Scalar>(y), vector<Scalar>(w), dt), StepStatus::kStale);
+    ASSERT_EQ(turned.step(vector<Scalar>(q * y), vector<Scalar>(q * w), dt), observer.status());
     const Vector3d difference = q * eigen(observer.estimate()) - eigen(turned.estimate());
     ASSERT_LT(difference.norm(), tolerance) << k;
   }

@@ -90,15 +90,22 @@ constexpr bool may_be_missing(int channel) {
   return Observer::kNf > 0 && channel == 1;
 }
 
-/// What one channel's sample is, by the words of docs/runtime.md.
+/// The status of one channel after a sample, by the words of docs/runtime.md. bad: samples in a row that were not used
+/// unchanged; missed: samples that a step over a gap has missed.
 template <class Observer>
-StepStatus expected(int channel, float sample, int& held) {
+StepStatus expected(int channel, float sample, int& bad, int missed = 0) {
   const bool finite = sample - sample == 0.0F;
-  held = finite ? 0 : held + 1;
-  if (!finite)
-    return held >= kStaleAfter && !may_be_missing<Observer>(channel) ? StepStatus::kStale : StepStatus::kHeld;
+  if (!finite && may_be_missing<Observer>(channel)) {
+    bad = 1;
+    return StepStatus::kHeld;
+  }
   const bool ranged = channel < Observer::kNr - Observer::kNf;  // inputs that act apart have no range
-  return ranged && (sample < -10.0F || sample > 10.0F) ? StepStatus::kClamped : StepStatus::kOk;
+  const bool clamped = finite && ranged && (sample < -10.0F || sample > 10.0F), good = finite && !clamped;
+  const int all = bad + missed + (good ? 0 : 1);
+  bad = good ? 0 : all;
+  if (good && missed == 0) return StepStatus::kOk;
+  if (all >= kStaleAfter) return clamped ? StepStatus::kOutOfRange : StepStatus::kStale;
+  return clamped && missed == 0 ? StepStatus::kClamped : StepStatus::kHeld;
 }
 
 TEST(ChannelStatus, OneBadChannelSaysSoAndNoOtherDoes) {
@@ -110,9 +117,9 @@ TEST(ChannelStatus, OneBadChannelSaysSoAndNoOtherDoes) {
         ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
         Samples samples = kGood;
         samples[static_cast<std::size_t>(bad)] = sample;
-        int held = 0;
+        int in_a_row = 0;
         for (int k = 0; k < 6; ++k) {
-          const StepStatus of_bad = expected<Observer>(bad, sample, held);
+          const StepStatus of_bad = expected<Observer>(bad, sample, in_a_row);
           ASSERT_EQ(step(observer, samples), of_bad) << bad << " " << sample;
           for (int j = 0; j < kChannels; ++j) ASSERT_EQ(observer.status(j), j == bad ? of_bad : StepStatus::kOk) << j;
         }
@@ -127,8 +134,8 @@ TEST(ChannelStatus, TheStepSaysTheWorstOfItsChannelsWhateverComes) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     std::mt19937 random(5);
-    int held[kChannels] = {};
-    int seen[4] = {}, differing = 0;
+    int bad[kChannels] = {};
+    int seen[5] = {}, differing = 0;
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
     for (int k = 0; k < 5000; ++k) {
       Samples samples;
@@ -136,10 +143,12 @@ TEST(ChannelStatus, TheStepSaysTheWorstOfItsChannelsWhateverComes) {
         const auto draw = random() % 8;
         sample = draw < 2 ? kNan : draw == 2 ? 40.0F : testing::uniform<float>(random, -9.0, 9.0);
       }
-      const StepStatus all = k % 5 == 0 ? step(observer, samples, 0.03F) : step(observer, samples);
+      const int periods = k % 5 == 0 ? 1 + static_cast<int>(random() % 4) : 1;
+      const StepStatus all =
+          k % 5 == 0 ? step(observer, samples, 0.02F * static_cast<float>(periods)) : step(observer, samples);
       StepStatus worst = StepStatus::kOk;
       for (int j = 0; j < kChannels; ++j) {
-        const StepStatus want = expected<Observer>(j, samples[static_cast<std::size_t>(j)], held[j]);
+        const StepStatus want = expected<Observer>(j, samples[static_cast<std::size_t>(j)], bad[j], periods - 1);
         ASSERT_EQ(observer.status(j), want) << "channel " << j << ", step " << k;
         worst = std::max(worst, want);
       }
@@ -230,28 +239,29 @@ TEST(ChannelStatus, IsSavedAndRestoredAndAnyBitsOfItAreAStatusThatAGoodSampleEnd
     EXPECT_NE(other.status(1), StepStatus::kOk) << "control";
     std::mt19937 random(6);
     for (int k = 0; k < 2000; ++k) {
-      auto spoilt = observer.save();
-      for (Fate& fate : spoilt.fate) fate = static_cast<Fate>(random() >> (16 + random() % 16));
-      ASSERT_TRUE(other.restore(spoilt)) << "any count is one that steps can lead to";
-      for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kStale);
+      auto corrupted = observer.save();
+      for (ChannelHealth& health : corrupted.health)
+        health = static_cast<ChannelHealth>(random() >> (16 + random() % 16));
+      ASSERT_TRUE(other.restore(corrupted)) << "any count is one that steps can lead to";
+      for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kOutOfRange);
       (void)step(other, samples);
-      for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kStale);
+      for (int j = 0; j < kChannels; ++j) ASSERT_LE(other.status(j), StepStatus::kOutOfRange);
       ASSERT_EQ(step(other, kGood), StepStatus::kOk);
       for (int j = 0; j < kChannels; ++j) ASSERT_EQ(other.status(j), StepStatus::kOk);
     }
   });
 }
 
-TEST(ChannelStatus, ASpoiltLatentStateIsThatOfAllChannels) {
+TEST(ChannelStatus, ACorruptedLatentStateIsThatOfAllChannels) {
   each_structure([](auto& observer) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     struct Upset : Observer {
       explicit Upset(const Observer& from) : Observer(from) {}
-      void spoil() { this->state_.z[0] = kNan; }
+      void corrupt() { this->state_.z[0] = kNan; }
     };
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
     Upset upset(observer);
-    upset.spoil();
+    upset.corrupt();
     for (int j = 0; j < kChannels; ++j) EXPECT_EQ(upset.status(j), StepStatus::kReset);
   });
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Both policies screen by the same code, one of them without branches: the same outputs and statuses, bit for bit, as
-// screening in plain branches. That the instructions are as many for every measurement is counted by
+// Both policies validate by the same code, one of them without branches: the same outputs and statuses, bit for bit, as
+// validation in plain branches. That the instructions are as many for every measurement is counted by
 // tests/properties/instruction_count.sh.
 #include <nlo/measurement.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 /// One output as one would write it first.
 template <class Scalar>
-StepStatus plainly_screened(Scalar y, Scalar min, Scalar max, Scalar wrap, Scalar& accepted) {
+StepStatus plainly_validated(Scalar y, Scalar min, Scalar max, Scalar wrap, Scalar& accepted) {
   if (!std::isfinite(y)) return StepStatus::kHeld;
   if (wrap > 0) {
     if (y < min || y > max) return StepStatus::kHeld;
@@ -48,46 +48,55 @@ Scalar any_measurement(std::mt19937& random) {
 }
 
 template <class Scalar, Arithmetic kArithmetic>
-void expect_plain_screening() {
+void expect_plain_validation() {
   // A length, an angle, a length.
   constexpr ReadingRange<Scalar, 3> kRange{{-3, -3, 1}, {3, 3, 2}, {0, Scalar(6.2831853), 0}};
   std::mt19937 random(1);
   Scalar accepted[3] = {0, 0, 1}, expected[3] = {0, 0, 1};
-  Fate fate[3] = {};
-  int held[3] = {};
+  ChannelHealth health[3] = {};
+  int bad[3] = {};
   int statuses[8] = {};
   for (int k = 0; k < 100'000; ++k) {
     const Vector<Scalar, 3> y{{any_measurement<Scalar>(random), any_measurement<Scalar>(random),
                                k % 4 == 0 ? any_measurement<Scalar>(random) : Scalar(1.5)}};
-    const Fate worst = kRange.template screen<kArithmetic>(y, accepted, fate);
-    StepStatus status = StepStatus::kOk;
+    const bool held = kRange.template validate<kArithmetic>(y, accepted, health);
+    bool any_held = false;
     for (int j = 0; j < 3; ++j) {
-      StepStatus of_output = plainly_screened(y[j], kRange.min[j], kRange.max[j], kRange.wrap[j], expected[j]);
-      held[j] = of_output == StepStatus::kHeld ? held[j] + 1 : 0;
-      if (held[j] >= 3) of_output = StepStatus::kStale;
-      ASSERT_EQ(status_of<kArithmetic>(fate[j], 3), of_output) << k;
-      if (of_output > status) status = of_output;  // a fault outweighs a clamped value
+      StepStatus of_output = plainly_validated(y[j], kRange.min[j], kRange.max[j], kRange.wrap[j], expected[j]);
+      any_held = any_held || of_output == StepStatus::kHeld;
+      bad[j] = of_output == StepStatus::kOk ? 0 : bad[j] + 1;
+      if (bad[j] >= 3) of_output = of_output == StepStatus::kHeld ? StepStatus::kStale : StepStatus::kOutOfRange;
+      ASSERT_EQ(status_of<kArithmetic>(health[j], 3), of_output) << k;
+      ++statuses[static_cast<int>(of_output)];
     }
-    ASSERT_EQ(status_of<kArithmetic>(worst, 3), status) << k;
+    ASSERT_EQ(held, any_held) << k;
     ASSERT_EQ(std::memcmp(accepted, expected, sizeof accepted), 0) << k;
-    ++statuses[static_cast<int>(status)];
   }
-  for (const StepStatus status : {StepStatus::kOk, StepStatus::kClamped, StepStatus::kHeld, StepStatus::kStale})
+  for (const StepStatus status :
+       {StepStatus::kOk, StepStatus::kClamped, StepStatus::kHeld, StepStatus::kStale, StepStatus::kOutOfRange})
     EXPECT_GT(statuses[static_cast<int>(status)], 100) << "seldom seen: " << static_cast<int>(status);
 }
 
-TEST(Screening, IsThatOfPlainBranchesForBothPolicies) {
-  expect_plain_screening<float, Arithmetic::kFast>();
-  expect_plain_screening<float, Arithmetic::kDeterministic>();
-  expect_plain_screening<double, Arithmetic::kFast>();
-  expect_plain_screening<double, Arithmetic::kDeterministic>();
+TEST(Validation, IsThatOfPlainBranchesForBothPolicies) {
+  expect_plain_validation<float, Arithmetic::kFast>();
+  expect_plain_validation<float, Arithmetic::kDeterministic>();
+  expect_plain_validation<double, Arithmetic::kFast>();
+  expect_plain_validation<double, Arithmetic::kDeterministic>();
 }
 
-TEST(Screening, CountsNoFurtherThanItsCounter) {
+TEST(Validation, CountsNoFurtherThanItsCounter) {
   const auto expect_saturation = []<Arithmetic kArithmetic> {
-    for (const Fate last : {Fate{0xfffe}, Fate{0xffff}}) {
-      EXPECT_EQ(next_fate<kArithmetic>(last, false, false), 0xffff);
-      EXPECT_EQ(status_of<kArithmetic>(last, 3), StepStatus::kStale);
+    for (const std::uint32_t bits : {1U, 2U, 3U}) {
+      for (const std::uint32_t count : {kMostCounted - 1, kMostCounted}) {
+        const auto last = static_cast<ChannelHealth>(count << 2U | bits);
+        EXPECT_EQ(next_health<kArithmetic>(last, false, false), kMostCounted << 2U | kHeldBit);
+        EXPECT_EQ(next_health<kArithmetic>(last, true, true), kMostCounted << 2U | kClampedBit);
+        EXPECT_EQ(next_health<kArithmetic>(last, true, false), 0);
+        EXPECT_EQ(health_after_missed(last, 999), kMostCounted << 2U | kHeldBit);
+      }
+      // A model may ask for more than can be counted: it is stale then all the same.
+      EXPECT_GE(status_of<kArithmetic>(static_cast<ChannelHealth>(kMostCounted << 2U | bits), 0xffff),
+                StepStatus::kStale);
     }
   };
   expect_saturation.operator()<Arithmetic::kFast>();

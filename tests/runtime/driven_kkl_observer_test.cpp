@@ -108,7 +108,7 @@ TEST(DrivenKklObserver, AGapIsWhatItsSamplesWouldHaveBeen) {
   DrivenKklObserver once(model), often(model);
   ASSERT_EQ(once.step({{1.0}}, {{0.0, 1.0}}), StepStatus::kOk);
   ASSERT_EQ(often.step({{1.0}}, {{0.0, 1.0}}), StepStatus::kOk);
-  ASSERT_EQ(once.step({{-1.0}}, {{2.0, 0.0}}, 0.2), StepStatus::kOk);
+  ASSERT_EQ(once.step({{-1.0}}, {{2.0, 0.0}}, 0.2), StepStatus::kStale);
   for (int k = 1; k <= 10; ++k) ASSERT_EQ(often.step({{1.0 - 0.2 * k}}, {{0.2 * k, 1.0 - 0.1 * k}}), StepStatus::kOk);
   for (int r = 0; r < 3; ++r) EXPECT_NEAR(once.latent()[r], often.latent()[r], kRounding);
 }

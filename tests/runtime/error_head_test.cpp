@@ -180,7 +180,7 @@ TEST(ErrorHead, IsTheLargestOutsideOfTheDomain) {
 TEST(ErrorHead, StaysFiniteWhateverIsMeasured) {
   KklObserver<SureModel<float>> observer(kSure);
   const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -3e38F, 0.0F};
-  const StepStatus expected[] = {StepStatus::kHeld, StepStatus::kHeld, StepStatus::kClamped, StepStatus::kOk};
+  const StepStatus expected[] = {StepStatus::kHeld, StepStatus::kHeld, StepStatus::kOutOfRange, StepStatus::kOk};
   (void)observer.step(1.0F);
   for (int round = 0; round < 3; ++round) {
     for (int k = 0; k < 4; ++k) {

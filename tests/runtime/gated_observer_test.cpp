@@ -88,7 +88,7 @@ void expect_exponential(double tolerance) {
   for (int k = 0; k < 200; ++k) {
     if (k % 3 == 0) {
       const auto dt_s = testing::uniform<Scalar>(random, 0.001, 0.3);
-      ASSERT_EQ(observer.step(Scalar(std::sin(0.1 * k)), dt_s), StepStatus::kOk);
+      ASSERT_LE(observer.step(Scalar(std::sin(0.1 * k)), dt_s), StepStatus::kStale);
       t_s += static_cast<double>(dt_s);
     } else {
       ASSERT_EQ(observer.step(Scalar(std::sin(0.1 * k))), StepStatus::kOk);

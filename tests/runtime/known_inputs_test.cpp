@@ -71,7 +71,7 @@ TEST(KnownInputs, ACommandActsOverAnIrregularStepToo) {
   const auto model = two_modes<double, Hold::kZeroOrder>(Hold::kFirstOrder);
   KklObserver observer(model);
   ASSERT_EQ(observer.step(0.0, 0.0), StepStatus::kOk);
-  ASSERT_EQ(observer.step(0.0, 5.0, 0.12), StepStatus::kOk);
+  ASSERT_EQ(observer.step(0.0, 5.0, 0.12), StepStatus::kHeld);
   EXPECT_NEAR(observer.latent()[1], held(0.0, 5.0, 0.12), 1e-14);
 }
 

@@ -73,7 +73,7 @@ TEST(Measurement, HeldTooOftenInARowIsStaleAndOneGoodOneEndsIt) {
     EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
     for (int k = 0; k < 4; ++k) EXPECT_EQ(observer.step(kNan), StepStatus::kStale);
     EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
-    EXPECT_EQ(observer.save().fate[0], 0);
+    EXPECT_EQ(observer.save().health[0], 0);
   }
 }
 
@@ -109,11 +109,88 @@ TEST(Measurement, OutOfRangeIsClampedToTheRange) {
   }
 }
 
-TEST(Measurement, ClampedEndsARowOfHeldOnes) {
+TEST(Measurement, HeldAndClampedOnesInARowCountTogether) {
   Observer observer(kModel);
-  for (const float y : {1.0F, kNan, kNan, 99.0F}) (void)observer.step(y);
+  for (const float y : {1.0F, kNan, 99.0F}) (void)observer.step(y);
   EXPECT_EQ(observer.status(), StepStatus::kClamped);
+  EXPECT_EQ(observer.step(kNan), StepStatus::kStale);
+  EXPECT_EQ(observer.step(99.0F), StepStatus::kOutOfRange);
+  EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
   EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
+}
+
+TEST(Measurement, ClampedForATimeConstantIsOutOfRangeAndOneGoodOneEndsIt) {
+  Observer observer(kModel);
+  ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
+  for (int round = 0; round < 3; ++round) {
+    for (int k = 1; k < 70000; ++k)
+      ASSERT_EQ(observer.step(99.0F), k < 3 ? StepStatus::kClamped : StepStatus::kOutOfRange) << k;
+    EXPECT_EQ(observer.status(0), StepStatus::kOutOfRange);
+    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+  }
+}
+
+TEST(Measurement, ClampedIsNotInTheDomain) {
+  auto model = kModel;
+  for (int r = 0; r < 3; ++r) {
+    model.domain.latent_min[r] = -1e3F;
+    model.domain.latent_max[r] = 1e3F;
+  }
+  Observer observer(model);
+  ASSERT_EQ(observer.step(9.9F), StepStatus::kOk);
+  EXPECT_TRUE(observer.in_domain());
+  ASSERT_EQ(observer.step(10.1F), StepStatus::kClamped);
+  EXPECT_FALSE(observer.in_domain());
+  ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
+  EXPECT_TRUE(observer.in_domain()) << "a held reading is an old one, and was in range";
+  ASSERT_EQ(observer.step(9.9F), StepStatus::kOk);
+  EXPECT_TRUE(observer.in_domain());
+}
+
+TEST(Measurement, AfterAGapHasTheStatusOfTheMissedSamplesAndTheNextCountsFromNone) {
+  constexpr float kPeriod = 0.02F;  // stale after 3
+  auto model = kModel;
+  for (int r = 0; r < 3; ++r) {
+    model.domain.latent_min[r] = -1e3F;
+    model.domain.latent_max[r] = 1e3F;
+  }
+  for (const bool clamped : {false, true}) {
+    Observer observer(model);
+    const float y = clamped ? 99.0F : 2.0F;
+    const auto after = [&](float periods) {
+      EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+      const StepStatus status = observer.step(y, periods * kPeriod);
+      EXPECT_EQ(observer.status(0), status);
+      EXPECT_EQ(observer.status(), status);
+      EXPECT_EQ(observer.in_domain(), !clamped);
+      EXPECT_EQ(observer.save().y[0], clamped ? 10.0F : 2.0F) << "the reading is used all the same";
+      return status;
+    };
+    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+    EXPECT_EQ(after(0.3F), clamped ? StepStatus::kClamped : StepStatus::kOk);
+    EXPECT_EQ(after(1.45F), clamped ? StepStatus::kClamped : StepStatus::kOk) << "jitter";
+    EXPECT_EQ(after(1.6F), StepStatus::kHeld) << "1 missed";
+    EXPECT_EQ(after(3.0F), clamped ? StepStatus::kOutOfRange : StepStatus::kHeld) << "2 missed";
+    EXPECT_EQ(after(4.0F), clamped ? StepStatus::kOutOfRange : StepStatus::kStale) << "3 missed";
+    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+    EXPECT_EQ(observer.step(2.0F, 3.0F * kPeriod), StepStatus::kHeld);
+    EXPECT_EQ(observer.step(kNan), StepStatus::kHeld) << "the count began again";
+    EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
+    EXPECT_EQ(observer.step(kNan), StepStatus::kStale);
+    EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+  }
+}
+
+TEST(Measurement, MissedBeforeAndInAGapCountTogether) {
+  Observer observer(kModel), other(kModel);
+  ASSERT_EQ(observer.step(1.0F), StepStatus::kOk);
+  ASSERT_EQ(observer.step(kNan), StepStatus::kHeld);
+  EXPECT_EQ(observer.step(1.0F, 3 * 0.02F), StepStatus::kStale) << "1 held, 2 missed";
+  EXPECT_EQ(observer.step(kNan), StepStatus::kHeld);
+  EXPECT_EQ(observer.step(kNan, 2 * 0.02F), StepStatus::kStale) << "1 held, 1 missed, 1 held";
+  EXPECT_EQ(observer.step(1.0F, -1.0F), StepStatus::kRejected);
+  EXPECT_EQ(observer.step(1.0F), StepStatus::kOk);
+  EXPECT_EQ(other.step(1.0F, 0.5F), StepStatus::kOk) << "nothing can be missed before the first measurement";
 }
 
 TEST(Measurement, SubnormalIsUsedAsItCame) {
@@ -137,6 +214,7 @@ TEST(Measurement, BadInOneChannelLeavesTheOtherChannelInUse) {
   EXPECT_EQ(observer.save().y[1], 0.5F);
   EXPECT_EQ(observer.step({{kNan, 2.0F}}), StepStatus::kHeld);  // held outranks clamped
   EXPECT_EQ(observer.save().y[1], 1.0F);
+  EXPECT_EQ(observer.step({{0.75F, 0.5F}}), StepStatus::kOk);
   EXPECT_EQ(observer.step({{0.75F, 2.0F}}), StepStatus::kClamped);
 }
 

@@ -127,7 +127,7 @@ void expect_gaps_in_pieces(const Model& model) {
   SampledObserver<Model> once(model), often(model);
   ASSERT_EQ(once.step(1.0), StepStatus::kOk);
   ASSERT_EQ(often.step(1.0), StepStatus::kOk);
-  ASSERT_EQ(once.step(-1.0, 0.2), StepStatus::kOk);
+  ASSERT_EQ(once.step(-1.0, 0.2), StepStatus::kStale);
   for (int k = 1; k <= 10; ++k) ASSERT_EQ(often.step(1.0 - 0.2 * k), StepStatus::kOk);
   for (int r = 0; r < 2; ++r) EXPECT_NEAR(once.latent()[r], often.latent()[r], kRounding);
 }

@@ -99,10 +99,11 @@ TEST(SensorFailures, ARateThatOverflowsOverAGapHasFadedAllAndTheStepEnds) {
   model.failures.rate = 3.3e38F;  // of a staleness of 3e-39 s, which validation refuses
   KklObserver observer(model);
   ASSERT_EQ(observer.step({{1.0F, -2.0F}}), StepStatus::kOk);
-  EXPECT_EQ(observer.step({{1.0F, std::numeric_limits<float>::quiet_NaN()}}, 40.0F), StepStatus::kHeld);
+  EXPECT_EQ(observer.step({{1.0F, std::numeric_limits<float>::quiet_NaN()}}, 40.0F), StepStatus::kStale);
+  EXPECT_EQ(observer.status(1), StepStatus::kHeld) << "that one was declared";
   EXPECT_EQ(observer.save().y[1], float(kRest));
   EXPECT_EQ(observer.staleness(1), 1.0F);
-  EXPECT_EQ(observer.step({{1.0F, 4.0F}}, 40.0F), StepStatus::kOk);
+  EXPECT_EQ(observer.step({{1.0F, 4.0F}}, 40.0F), StepStatus::kStale);
   EXPECT_EQ(observer.staleness(1), 0.0F);
 }
 
@@ -143,6 +144,8 @@ TEST(SensorFailures, AnotherSensorThatFailsGoesStaleAllTheSame) {
   EXPECT_EQ(observer.step({{kGone, kGone}}), StepStatus::kHeld);
   EXPECT_EQ(observer.step({{kGone, 1.0}}), StepStatus::kHeld);
   EXPECT_EQ(observer.step({{kGone, kGone}}), StepStatus::kStale);
+  EXPECT_EQ(observer.step({{50.0, kGone}}), StepStatus::kOutOfRange);
+  EXPECT_EQ(observer.step({{1.0, 1.0}}), StepStatus::kOk);
   EXPECT_EQ(observer.step({{50.0, kGone}}), StepStatus::kHeld) << "held is worse than clamped";
 }
 

@@ -19,7 +19,7 @@ inline constexpr double kPi = 3.14159265358979323846;
 template <class State>
 bool same_bits(const State& a, const State& b) {
   return std::memcmp(a.z, b.z, sizeof(a.z)) == 0 && std::memcmp(a.y, b.y, sizeof(a.y)) == 0 &&
-         std::memcmp(a.fate, b.fate, sizeof(a.fate)) == 0 && a.started == b.started && a.status == b.status;
+         std::memcmp(a.health, b.health, sizeof(a.health)) == 0 && a.started == b.started && a.status == b.status;
 }
 
 /// z and y, bit for bit.

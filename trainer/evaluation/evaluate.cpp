@@ -84,10 +84,9 @@ bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model) {
          std::abs(dataset.sample_period_s - model.sample_period_s) <= 1e-9 * model.sample_period_s;  // TOML's rounding
 }
 
-void count_domain(const codegen::Model& model, const codegen::Run& run, DomainShare& share) {
-  const codegen::LatentDomain domain(model);
+void count_domain(const codegen::Run& run, DomainShare& share) {
   for (Eigen::Index k = 0; k < run.z.cols(); ++k) {
-    const bool inside = domain.contains(run.z.col(k), run.y.col(k));
+    const bool inside = run.in_domain[static_cast<std::size_t>(k)];
     (k == 0 ? share.runs : share.samples) += 1;
     (k == 0 ? share.first_inside : share.inside) += inside ? 1 : 0;
   }
@@ -145,7 +144,7 @@ Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, 
                                                    const Eigen::VectorXd& time_s) {
       const codegen::Run answer = run(outputs, inputs, time_s);
       DomainShare share;
-      count_domain(model, answer, share);
+      count_domain(answer, share);
       samples += share.samples;
       inside += share.inside;
       firsts += share.runs;

@@ -88,7 +88,7 @@ ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool b
 bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);
 
 /// Adds what a run says of the model's domain.
-void count_domain(const codegen::Model& model, const codegen::Run& run, DomainShare& share);
+void count_domain(const codegen::Run& run, DomainShare& share);
 
 /// What observer_run() says.
 EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);

@@ -227,7 +227,7 @@ LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs,
     say(0.3 * static_cast<double>(i) / count, "observer on " + run.source);
     runs.push_back(observer(run.outputs, run.inputs, run.time_s));
     estimates.emplace_back(runs.back().x_hat(scored, Eigen::all));
-    count_domain(model, runs.back(), result.domain);
+    count_domain(runs.back(), result.domain);
     sum.add(logs.trajectories[i], estimates.back());
     if (model.error) {
       const Estimates all = estimates_of(model, runs.back());

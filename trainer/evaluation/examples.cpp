@@ -107,9 +107,8 @@ Eigen::VectorXd outside_of_domain(const codegen::Model& model, const EvaluatedRu
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(nu, nu > 0 ? samples : 0);
   const bool driven = nu > 0 && u.size() > 0;
   const codegen::Run flown = observer.run(run.measured, driven ? u : none, run.truth.time_s, uniform_steps);
-  const codegen::LatentDomain domain(model);
   Eigen::VectorXd outside(samples);
-  for (Eigen::Index k = 0; k < samples; ++k) outside[k] = domain.contains(flown.z.col(k), flown.y.col(k)) ? 0.0 : 1.0;
+  for (Eigen::Index k = 0; k < samples; ++k) outside[k] = flown.in_domain[static_cast<std::size_t>(k)] ? 0.0 : 1.0;
   return outside;
 }
 

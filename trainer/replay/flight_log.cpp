@@ -25,7 +25,7 @@ using codegen::Error;
 using Eigen::Index;
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr std::array kStatusWords = {"OK", "CLAMPED", "HELD", "STALE", "REJECTED", "DIVERGED", "RESET"};
+constexpr std::array kStatusWords = {"OK", "CLAMPED", "HELD", "STALE", "OUT_OF_RANGE", "REJECTED", "DIVERGED", "RESET"};
 
 /// How a cell is printed: digits from the first that is not 0, and those behind the point.
 struct Printed {

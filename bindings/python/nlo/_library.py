@@ -8,7 +8,7 @@ import os
 import pathlib
 
 package = pathlib.Path(__file__).resolve().parent  #: PREFIX/lib/python3/dist-packages/nlo, where it is not of a wheel
-ABI = 1
+ABI = 2
 FLOAT, DOUBLE = 32, 64
 OUTPUT, INPUT, STATE = 0, 1, 2
 NOT_KNOWN = -4
@@ -19,15 +19,16 @@ class Error(Exception):
 
 
 class Status(enum.IntEnum):
-    """What became of a measurement; the latent state is finite after each."""
+    """What a step did with its measurement; larger is worse. The latent state is finite after every step."""
 
-    OK = 0         #: used as it came
-    CLAMPED = 1    #: an output outside of its range was clamped to it
-    HELD = 2       #: an output was not finite, or an angle out of its range: its last good value was used
-    STALE = 3      #: held for more steps in a row than the model allows: do not trust the estimates
-    REJECTED = 4   #: the time step was not positive, or longer than the model can span: nothing was done
-    DIVERGED = 5   #: the step would have overflowed: the last z was kept
-    RESET = 6      #: only of exported observers: a memory fault made z invalid
+    OK = 0            #: the measurement was used unchanged
+    CLAMPED = 1       #: an output or input outside its declared range was clamped to it
+    HELD = 2          #: an output was missing, not finite, or an angle out of range: its last good value was used
+    STALE = 3         #: an output or input was held for about a time constant: do not trust the estimates
+    OUT_OF_RANGE = 4  #: an output or input was out of range for about a time constant: do not trust the estimates
+    REJECTED = 5      #: the time step was not positive, or longer than the model can span: nothing was done
+    DIVERGED = 6      #: the step would have overflowed: the last z was kept
+    RESET = 7         #: only of exported observers: a bit flip corrupted the state
 
 
 def _found() -> str:

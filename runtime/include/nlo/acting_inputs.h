@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Inputs that act apart from the readings, as an observer remembers them. A model that has some includes this
-// (driven_kkl_observer.h does).
+// Inputs that act apart from the readings (driven_kkl_observer.h), as an observer remembers them.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -9,21 +8,22 @@
 
 namespace nlo {
 
+/// The inputs of the last sample; nothing where none act apart from the readings.
 template <class Scalar, int kNu>
 struct InputMemory {
   Scalar u[kNu];
 
-  /// Takes the inputs that are finite, and holds the others. As screen() of ReadingRange.
+  /// Takes the inputs that are finite and holds the others. As validate() of ReadingRange; these have no range.
   template <Arithmetic kArithmetic>
-  constexpr Fate take(const Vector<Scalar, kNu>& given, Fate* fate) {
-    Fate worst = 0;
+  constexpr bool validate(const Vector<Scalar, kNu>& given, ChannelHealth* health) {
+    bool held = false;
     for (int i = 0; i < kNu; ++i) {
       const bool good = is_finite(given[i]);
       u[i] = select<kArithmetic>(good, given[i], u[i]);
-      fate[i] = next_fate<kArithmetic>(fate[i], good, false);
-      worst = worse<kArithmetic>(worst, fate[i]);
+      health[i] = next_health<kArithmetic>(health[i], good, false);
+      held |= !good;
     }
-    return worst;
+    return held;
   }
 
   constexpr bool is_reachable() const {
@@ -32,6 +32,10 @@ struct InputMemory {
     }
     return true;
   }
+};
+template <class Scalar>
+struct InputMemory<Scalar, 0> {
+  constexpr bool is_reachable() const { return true; }
 };
 
 }  // namespace nlo

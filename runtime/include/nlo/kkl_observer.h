@@ -20,6 +20,7 @@
 #include "nlo/mlp.h"
 #include "nlo/observer_state.h"
 #include "nlo/sampled_observer.h"
+#include "nlo/sensor_failures.h"
 
 namespace nlo {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What measurements may be, and what becomes of those that are not: after a fault the last good value is held, a value
-// out of range is clamped, an angle is continued from the last one. Whatever arrives, an observer takes a finite value.
+// Validation of measurements. A value that is not finite is replaced by the last good one, a value out of its range is
+// clamped, an angle is continued from the last one. So an observer takes a finite value, whatever arrives.
 #pragma once
 
 #include <cstdint>
@@ -11,27 +11,65 @@
 
 namespace nlo {
 
-/// What became of a channel (an output or an input), the worse the larger: 0 it was used as it came, 1 it was clamped,
-/// 1 + n it is held for the nth time in a row.
-using Fate = std::uint16_t;
-inline constexpr Fate kHeldOnce = 2;
+/// Health of one channel, an output or an input. 0: its latest sample was used unchanged. Otherwise bits 2 to 15 count
+/// the samples in a row that were not used unchanged, and bits 0 and 1 say what happened last:
+///   kHeldBit                the last good value was used instead
+///   kClampedBit             the sample was clamped to the range of the channel
+///   kClampedBit | kHeldBit  samples were missed before it (a step over a gap), and it was clamped
+///   neither bit             samples were missed before it, and it was used unchanged: the next count starts at 1
+using ChannelHealth = std::uint16_t;
+inline constexpr ChannelHealth kHeldBit = 1;
+inline constexpr ChannelHealth kClampedBit = 2;
+inline constexpr std::uint32_t kMostCounted = 0x3fff;  ///< samples; the counter stays there
+inline constexpr ChannelHealth kHeldOnce = 1U << 2U | kHeldBit;
 
-template <Arithmetic kArithmetic>
-constexpr Fate next_fate(Fate last, bool good, bool clamped) {
-  const std::uint32_t held = last + 1U + static_cast<std::uint32_t>(last == 0);
-  return select<kArithmetic>(good, static_cast<Fate>(clamped), static_cast<Fate>(held - (held >> 16U)));
+/// The health after `samples` more that were not used unchanged, with these bits.
+constexpr ChannelHealth counted_on(ChannelHealth last, std::uint32_t samples, std::uint32_t bits) {
+  const std::uint32_t before = (last >> 2U) & (0U - static_cast<std::uint32_t>((last & 3U) != 0));
+  const std::uint32_t all = before + samples, beyond = all > kMostCounted;
+  return static_cast<ChannelHealth>((all - beyond * (all - kMostCounted)) << 2U | bits);
 }
 
+/// The health after a sample. good: it was not held. clamped: it was, which a good one may be.
 template <Arithmetic kArithmetic>
-constexpr Fate worse(Fate one, Fate other) {
+constexpr ChannelHealth next_health(ChannelHealth last, bool good, bool clamped) {
+  const ChannelHealth worse = counted_on(last, 1, 1U + static_cast<std::uint32_t>(good));
+  return select<kArithmetic>(good & !clamped, ChannelHealth{0}, worse);
+}
+
+/// The health before a sample that `missed` samples should have preceded.
+constexpr ChannelHealth health_after_missed(ChannelHealth last, int missed) {
+  return missed == 0 ? last : counted_on(last, static_cast<std::uint32_t>(missed), kHeldBit);
+}
+
+/// The health after that sample. missed: health_after_missed(); next: next_health() of it.
+constexpr ChannelHealth health_after_gap(ChannelHealth missed, ChannelHealth next) {
+  if (next == 0) return static_cast<ChannelHealth>(missed & ~3U);
+  return static_cast<ChannelHealth>(next | kHeldBit);
+}
+
+/// How many samples a step over dt_s seconds has missed. Up to 1.5 sample periods are jitter.
+template <class Scalar>
+constexpr int missed_samples(Scalar dt_s, Scalar sample_period_s) {
+  const Scalar periods = dt_s / sample_period_s;
+  return periods > Scalar(1.5) ? static_cast<int>(periods + Scalar(0.5)) - 1 : 0;
+}
+
+/// Status of one channel. After `stale_after` samples in a row that were not used unchanged, the estimate is not to be
+/// trusted.
+template <Arithmetic kArithmetic>
+constexpr StepStatus status_of(ChannelHealth health, std::uint16_t stale_after) {
+  const std::uint32_t limit = stale_after < kMostCounted ? stale_after : kMostCounted;
+  const std::uint32_t bad = health != 0, clamped = health >> 1U & 1U, late = bad & ((health >> 2U) >= limit);
+  const auto early = static_cast<StepStatus>(bad + (bad & ((health & 3U) != kClampedBit)));  // kOk, kClamped, kHeld
+  return select<kArithmetic>(late == 0, early, static_cast<StepStatus>(3U + clamped));       // kStale, kOutOfRange
+}
+static_assert(static_cast<int>(StepStatus::kClamped) == 1 && static_cast<int>(StepStatus::kHeld) == 2 &&
+              static_cast<int>(StepStatus::kStale) == 3 && static_cast<int>(StepStatus::kOutOfRange) == 4);
+
+template <Arithmetic kArithmetic>
+constexpr StepStatus worse(StepStatus one, StepStatus other) {
   return select<kArithmetic>(one >= other, one, other);
-}
-
-/// A channel is stale, and with it the step, once it has been held `stale_after` times in a row.
-template <Arithmetic kArithmetic>
-constexpr StepStatus status_of(Fate fate, std::uint16_t stale_after) {
-  const StepStatus held = select<kArithmetic>(fate <= stale_after, StepStatus::kHeld, StepStatus::kStale);
-  return select<kArithmetic>(fate < kHeldOnce, static_cast<StepStatus>(fate & 1U), held);
 }
 
 template <class Scalar, int kNy>
@@ -40,12 +78,12 @@ struct ReadingRange {
   Scalar max[kNy];
   Scalar wrap[kNy];  ///< full turn of an angle (2 pi); 0: not an angle
 
-  /// Writes the outputs to use into `accepted`, which holds the last good ones, and what became of each to `fate`; the
-  /// worst of those. An angle comes out within half a turn of its last good value. All conditions are computed, none
-  /// branched on: see arithmetic.h.
+  /// Validates the readings of a sample: overwrites `accepted`, which holds the last good ones, with the usable values,
+  /// and updates the health of each channel. Returns true if one of them was held. An angle comes out within half a
+  /// turn of its last good value. All conditions are computed, none branched on: see arithmetic.h.
   template <Arithmetic kArithmetic>
-  constexpr Fate screen(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy], Fate* fate) const {
-    Fate worst = 0;
+  constexpr bool validate(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy], ChannelHealth* health) const {
+    bool held = false;
     for (int j = 0; j < kNy; ++j) {
       const bool below = y[j] < min[j];
       const bool above = y[j] > max[j];
@@ -57,18 +95,18 @@ struct ReadingRange {
         const Scalar next = accepted[j] + wrapped<kArithmetic>(change, wrap[j]);
         accepted[j] = select<kArithmetic>(good, next, accepted[j]);
       } else {
-        clamped = below | above;
+        clamped = good & (below | above);
         const Scalar limit = select<kArithmetic>(below, min[j], max[j]);
         const Scalar within = select<kArithmetic>(!clamped, y[j], limit);
         accepted[j] = select<kArithmetic>(good, within, accepted[j]);
       }
-      fate[j] = next_fate<kArithmetic>(fate[j], good, clamped);
-      worst = j == 0 ? fate[j] : worse<kArithmetic>(worst, fate[j]);
+      health[j] = next_health<kArithmetic>(health[j], good, clamped);
+      held |= !good;
     }
-    return worst;
+    return held;
   }
 
-  /// `y` is what screening can have left behind: in its range, or an angle within its first turn.
+  /// `y` is a value that validation can have stored: in its range, or an angle within its first turn.
   constexpr bool may_hold(const Scalar (&y)[kNy]) const {
     bool good = true;
     for (int j = 0; j < kNy; ++j) {
@@ -99,19 +137,5 @@ struct ReadingRange {
 };
 template <class Scalar, int kNy>
 using OutputRange [[deprecated("it is called ReadingRange")]] = ReadingRange<Scalar, kNy>;
-
-/// Outputs that may be missing (sensor_failures.h), which none may unless a model says so.
-template <class Scalar, int kNf>
-struct SensorFailures;
-template <class Scalar>
-struct SensorFailures<Scalar, 0> {};
-
-/// The inputs of the last sample where they act apart from the readings (acting_inputs.h); else nothing.
-template <class Scalar, int kNu>
-struct InputMemory;
-template <class Scalar>
-struct InputMemory<Scalar, 0> {
-  constexpr bool is_reachable() const { return true; }
-};
 
 }  // namespace nlo

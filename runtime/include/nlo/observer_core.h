@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: MIT
 // The observer as it flies: a model (a constant, in flash) and a state (RAM), which each sample moves on by one step.
-// The equations are the model's. Around them, measurements are screened and faults counted (measurement.h). What a
+// The equations are the model's. Around them, measurements are validated and faults counted (measurement.h). What a
 // control loop calls is in sampled_observer.h.
-// No heap, no exceptions, no libm; whatever arrives, z stays finite, and one that a flipped bit has spoilt is seen.
+// No heap, no exceptions, no libm. z stays finite for any input. If a bit flip corrupts z, the next step detects it and
+// returns kReset.
 #pragma once
 
 #include <cstdint>
 
+#include "nlo/acting_inputs.h"
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
 #include "nlo/measurement.h"
 #include "nlo/observer_state.h"
+#include "nlo/sensor_failures.h"
 #include "nlo/steady_state.h"
 #include "nlo/vector.h"
 
@@ -112,7 +115,8 @@ class ObserverCore {
     return x_hat;
   }
 
-  /// x_hat and how wrong it is (error_head.h), of models that know. Where status() is kStale, neither is to be trusted.
+  /// x_hat and how wrong it is (error_head.h), of models that know. Trust neither while status() is kStale or
+  /// kOutOfRange.
   [[nodiscard]] auto estimate_with_error() const requires KnowsError<Model> {
     return model_->inverse_map.error.template estimate<kArithmetic>(*model_, state_.z, state_.y, in_domain());
   }
@@ -123,23 +127,29 @@ class ObserverCore {
     return z;
   }
 
-  /// Status of the latest step; kReset, too, where a bit of z has flipped since: then estimate() means nothing.
+  /// Status of the latest step. kReset if a bit flip has corrupted z or a stored reading since: then estimate() means
+  /// nothing.
   [[nodiscard]] constexpr StepStatus status() const {
-    return is_reachable(state_.z) && state_.started <= 1 ? state_.status : StepStatus::kReset;
+    return is_reachable(state_, model_->outputs) ? state_.status : StepStatus::kReset;
   }
 
-  /// What the latest step made of one channel: output j, or input kNy + i. The step's status is the worst of all.
-  /// kRejected and kReset are of all channels; kRejected also stands for a channel that the model does not have.
+  /// Status of one channel in the latest step: output j, or input kNy + i. The step's status is the worst of all.
+  /// kRejected and kReset apply to every channel. kRejected is also returned for a channel number out of range.
   [[nodiscard]] constexpr StepStatus status(int channel) const {
     const StepStatus all = status();
     if (all == StepStatus::kRejected || all == StepStatus::kReset) return all;
     if (channel < 0 || channel >= kNy + kNu) return StepStatus::kRejected;
     const int at = channel < kNr - kNf ? channel : channel + kNf;
-    return status_of<kArithmetic>(state_.fate[at], model_->stale_after);
+    return status_of<kArithmetic>(state_.health[at], model_->stale_after);
   }
 
-  /// z is where training has been. False tells that estimate() extrapolates.
-  [[nodiscard]] constexpr bool in_domain() const { return model_->domain.contains(relative_latent().values); }
+  /// z is where training has been, and no reading is clamped. False: estimate() extrapolates.
+  [[nodiscard]] constexpr bool in_domain() const {
+    ChannelHealth any = 0;
+    for (const ChannelHealth health : state_.health) any |= health;
+    return static_cast<int>((any & kClampedBit) == 0) &
+           static_cast<int>(model_->domain.contains(relative_latent().values));
+  }
 
   /// z - S y for the outputs that T* knows only through it, angles among them; z where there are none.
   [[nodiscard]] constexpr Latent relative_latent() const {
@@ -180,33 +190,32 @@ class ObserverCore {
   NLO_OWN_FRAME constexpr StepStatus step_by(Readings y, const Acting& u, Scalar dt_s) {
     const Missing missing = fill_missing<kRegular>(y, state_.started == 1, dt_s);
     Scalar y_next[kNr]{};
-    for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];  // held where the new ones are of no use
+    for (int j = 0; j < kNr; ++j) y_next[j] = state_.y[j];  // kept if the new one is held
     InputMemory<Scalar, kActing> u_next = state_.input;
-    const Fate worst = screen(y, u, y_next, u_next);
-    const bool held = worst >= kHeldOnce;
-    note(worst, missing);
+    const bool held = validate<kRegular>(y, u, y_next, u_next, dt_s);
+    update_status(missing);
     bool reachable = false;  // z is known to be
     if (state_.started == 1) {
       reachable = advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);  // z <- A z + B0 y + B1 y_next
       for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];             // y <- y_next
       turn_back<kArithmetic>(*model_, state_.y, state_.z);               // whole turns a: y <- y - a, z <- z - S a
     } else {
-      if (!is_reachable(state_, model_->outputs)) return spoilt();
+      if (!is_reachable(state_, model_->outputs)) return reset_after_corruption();
       if (held) return state_.status;         // nothing to hold yet
       start(y_next, starts_steady(*model_));  // z <- z(0), or z(0) + S y
     }
     state_.input = u_next;
-    return is_sound(held, reachable) ? state_.status : spoilt();
+    return is_sound(held, reachable) ? state_.status : reset_after_corruption();
   }
 
   /// Starts from the steady state of y, z = z(0) + S y.
   constexpr StepStatus start_steady(Readings y) {
     const Missing missing = fill_missing<true>(y, false, Scalar(0));
     Scalar accepted[kNr]{};
-    const Fate worst = model_->outputs.template screen<kArithmetic>(y, accepted, state_.fate);
-    for (int i = 0; i < kActing; ++i) state_.fate[kNr + i] = 0;
-    note(worst, missing);
-    if (worst >= kHeldOnce) return is_reachable(state_, model_->outputs) ? state_.status : spoilt();
+    const bool held = model_->outputs.template validate<kArithmetic>(y, accepted, state_.health);
+    for (int i = 0; i < kActing; ++i) state_.health[kNr + i] = 0;
+    update_status(missing);
+    if (held) return is_reachable(state_, model_->outputs) ? state_.status : reset_after_corruption();
     const auto& initial = model_->initial_latent();
     for (int r = 0; r < kNz; ++r) state_.z[r] = initial[r];
     state_.input = {};
@@ -220,7 +229,7 @@ class ObserverCore {
  private:
   using Missing = Vector<bool, kNf == 0 ? 1 : kNf>;
 
-  /// Fills in what of sensors that may fail is missing (sensor_failures.h), and says which are.
+  /// Replaces missing outputs (sensor_failures.h). Returns which ones were missing.
   template <bool kRegular>
   constexpr Missing fill_missing(Readings& y, bool started, Scalar dt_s) const {
     if constexpr (kNf == 0) {
@@ -231,29 +240,56 @@ class ObserverCore {
     }
   }
 
-  /// What of a sample can be used, over what was held, and what became of each channel; the worst of these.
-  NLO_INLINE constexpr Fate screen(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
-                                   InputMemory<Scalar, kActing>& u_next) {
-    const Fate worst = model_->outputs.template screen<kArithmetic>(y, y_next, state_.fate);
-    if constexpr (kActing > 0)
-      return worse<kArithmetic>(worst, u_next.template take<kArithmetic>(u, state_.fate + kNr));
-    return worst;
+  /// Validates a sample: overwrites y_next and u_next, which hold the last good values, with its usable values, and
+  /// updates the health of each channel. Returns true if one of them was held.
+  template <bool kRegular>
+  NLO_INLINE constexpr bool validate(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
+                                     InputMemory<Scalar, kActing>& u_next, [[maybe_unused]] Scalar dt_s) {
+    if constexpr (kRegular) {
+      return validate(y, u, y_next, u_next);
+    } else {
+      const int missed = state_.started == 1 ? missed_samples(dt_s, model_->sample_period_s) : 0;
+      ChannelHealth before[kNr + kActing]{};
+      for (int i = 0; i < kNr + kActing; ++i)
+        state_.health[i] = before[i] = health_after_missed(state_.health[i], missed);
+      const bool held = validate(y, u, y_next, u_next);
+      for (int i = 0; missed > 0 && i < kNr + kActing; ++i)
+        state_.health[i] = health_after_gap(before[i], state_.health[i]);
+      return held;
+    }
+  }
+  NLO_INLINE constexpr bool validate(const Readings& y, const Acting& u, Scalar (&y_next)[kNr],
+                                     InputMemory<Scalar, kActing>& u_next) {
+    bool held = model_->outputs.template validate<kArithmetic>(y, y_next, state_.health);
+    if constexpr (kActing > 0) held |= u_next.template validate<kArithmetic>(u, state_.health + kNr);
+    return held;
   }
 
-  /// The status of a sample. An output that may be missing is held while it is, and no step towards stale.
-  NLO_INLINE constexpr void note(Fate worst, const Missing& missing) {
+  /// Sets the status of a sample: the worst of its channels. An output declared as may_fail reports kHeld while it is
+  /// missing, and never counts towards kStale.
+  NLO_INLINE constexpr void update_status(const Missing& missing) {
     if constexpr (kNf > 0) {
       for (int i = 0; i < kNf; ++i) {
-        Fate& fate = state_.fate[model_->failures.output[i]];
-        fate = select<kArithmetic>(!missing[i], fate, kHeldOnce);
-        worst = worse<kArithmetic>(worst, fate);
+        ChannelHealth& health = state_.health[model_->failures.output[i]];
+        health = select<kArithmetic>(!missing[i], health, kHeldOnce);
       }
     }
-    state_.status = status_of<kArithmetic>(worst, model_->stale_after);
+    if constexpr (!kConstantTime<kArithmetic>) {
+      ChannelHealth any = 0;
+      for (const ChannelHealth health : state_.health) any |= health;
+      if (any == 0) [[likely]] {
+        state_.status = StepStatus::kOk;
+        return;
+      }
+    }
+    StepStatus worst = status_of<kArithmetic>(state_.health[0], model_->stale_after);
+    for (int i = 1; i < kNr + kActing; ++i)
+      worst = worse<kArithmetic>(worst, status_of<kArithmetic>(state_.health[i], model_->stale_after));
+    state_.status = worst;
   }
 
-  /// The state is one that steps can lead to. z shows a reading that a bit has flipped only in time: one that is held
-  /// is looked at.
+  /// The state is one that steps can lead to. A bit flip in a stored reading reaches z only after several steps, so
+  /// stored readings that are reused are checked here.
   NLO_INLINE constexpr bool is_sound(bool held, bool reachable) const {
     bool sound = reachable || is_reachable(state_.z);
     sound = sound & state_.input.is_reachable();
@@ -261,8 +297,8 @@ class ObserverCore {
     return sound;
   }
 
-  /// A bit of memory has flipped: the next measurement is the first.
-  constexpr StepStatus spoilt() {
+  /// If a bit flip has corrupted the state, the next measurement is the first.
+  constexpr StepStatus reset_after_corruption() {
     reset();
     return state_.status = StepStatus::kReset;
   }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "nlo/acting_inputs.h"
 #include "nlo/measurement.h"
 #include "nlo/vector.h"
 
@@ -15,7 +16,7 @@ struct ObserverState {
   Scalar z[kNz];
   Scalar y[kNy];                                         ///< last good output
   [[no_unique_address]] InputMemory<Scalar, kNu> input;  ///< last good input
-  Fate fate[kNy + kNu];                                  ///< of each output, then of each input
+  ChannelHealth health[kNy + kNu];                       ///< of each output, then of each input
   StepStatus status;
   std::uint8_t started;  ///< 1 once a first measurement has come; no bool: storage may hand back any byte
 };
@@ -26,7 +27,7 @@ constexpr void restart(ObserverState<Scalar, kNy, kNz, kNu>& state, const Initia
   for (int r = 0; r < kNz; ++r) state.z[r] = initial[r];
   for (int j = 0; j < kNy; ++j) state.y[j] = Scalar(0);
   state.input = {};
-  for (Fate& fate : state.fate) fate = 0;
+  for (ChannelHealth& health : state.health) health = 0;
   state.started = 0;
   state.status = StepStatus::kOk;
 }

@@ -107,7 +107,7 @@ class SampledBatch {
   /// Status of a plant's latest step.
   [[nodiscard]] constexpr StepStatus status(int plant) const { return status_[plant]; }
 
-  /// What it made of one channel, as the observer's.
+  /// Status of one of its channels, as the observer's.
   [[nodiscard]] constexpr StepStatus status(int plant, int channel) const {
     Observer observer(*model_);
     return observer.restore(save(plant)) ? observer.status(channel) : StepStatus::kReset;
@@ -119,7 +119,7 @@ class SampledBatch {
     return z;
   }
 
-  /// z of that plant is where training has been.
+  /// in_domain() of that plant's observer.
   [[nodiscard]] constexpr bool in_domain(int plant) const {
     Observer observer(*model_);
     return observer.restore(save(plant)) && observer.in_domain();
@@ -129,7 +129,7 @@ class SampledBatch {
     State state{};
     for (int r = 0; r < kNz; ++r) state.z[r] = z_[r][plant];
     for (int j = 0; j < kNr; ++j) state.y[j] = y_[j][plant];
-    for (int j = 0; j < kNr; ++j) state.fate[j] = fate_[j][plant];
+    for (int j = 0; j < kNr; ++j) state.health[j] = health_[j][plant];
     state.status = status_[plant];
     state.started = started_[plant];
     return state;
@@ -187,7 +187,7 @@ class SampledBatch {
   constexpr void put(int n, const State& state) {
     for (int r = 0; r < kNz; ++r) z_[r][n] = state.z[r];
     for (int j = 0; j < kNr; ++j) y_[j][n] = state.y[j];
-    for (int j = 0; j < kNr; ++j) fate_[j][n] = state.fate[j];
+    for (int j = 0; j < kNr; ++j) health_[j][n] = state.health[j];
     status_[n] = state.status;
     started_[n] = state.started;
   }
@@ -223,7 +223,7 @@ class SampledBatch {
     for (int n = first; n < first + kBlock; ++n) started += started_[n];
     if (started != kBlock || !static_cast<Batch*>(this)->template advance_block<kBlock>(y, first)) return false;
     for (int n = first; n < first + kBlock; ++n) {
-      for (int j = 0; j < kNr; ++j) fate_[j][n] = 0;
+      for (int j = 0; j < kNr; ++j) health_[j][n] = 0;
       status_[n] = StepStatus::kOk;
     }
     return true;
@@ -254,7 +254,7 @@ class SampledBatch {
     }
   }
 
-  Fate fate_[kNr][kPadded];
+  ChannelHealth health_[kNr][kPadded];
   StepStatus status_[kPadded];
   std::uint8_t started_[kPadded];
 };

@@ -69,7 +69,9 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) { return take<true>(y, {}, Scalar(0)); }
   [[nodiscard]] constexpr StepStatus step(Scalar y) requires(kMeasured == 1 && !kDriven) { return step(Output{{y}}); }
 
-  /// The same over dt seconds: for jitter, and for what comes after missed samples.
+  /// The same over dt seconds: for jitter, and after missed samples. Beyond 1.5 sample periods the step has the status
+  /// of round(dt / period) - 1 missed samples (kHeld, or kStale), and so has each channel. The measurement is used all
+  /// the same, and the next step of one sample period counts from 0.
   [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar dt_s) requires(!kDriven) {
     return take<false>(y, {}, dt_s);
   }

@@ -8,11 +8,11 @@
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 #include "nlo/latent.h"
-#include "nlo/measurement.h"
 #include "nlo/vector.h"
 
 namespace nlo {
 
+/// kNf: outputs that may be missing; none unless a model says so.
 template <class Scalar, int kNf>
 struct SensorFailures {
   int output[kNf];   ///< which of the outputs may be missing
@@ -23,7 +23,7 @@ struct SensorFailures {
   /// k over dt seconds.
   constexpr Scalar keep_over(Scalar dt_s) const { return decay_minus_1(rounded<Scalar>(rate * dt_s)) + Scalar(1); }
 
-  /// Fills in missing outputs and the stalenesses, the last kNf readings. Which are missing.
+  /// Replaces missing outputs, and writes the stalenesses, the last kNf readings. Returns which ones were missing.
   ///   last  the readings of the last sample
   ///   k     as above; 0: there was no last sample
   template <Arithmetic kArithmetic, int kNr>
@@ -42,5 +42,7 @@ struct SensorFailures {
     return missing;
   }
 };
+template <class Scalar>
+struct SensorFailures<Scalar, 0> {};
 
 }  // namespace nlo

@@ -30,15 +30,16 @@ struct Vector {
   static constexpr int size() { return kN; }
 };
 
-/// What became of a measurement. The latent state is finite after every one of them.
+/// What a step did with its measurement; larger is worse. The latent state is finite after every step.
 enum class StepStatus : std::uint8_t {
-  kOk,        ///< used as it came
-  kClamped,   ///< an output outside its declared range was clamped to it
-  kHeld,      ///< an output was not finite (or an angle out of range): its last good value was used
-  kStale,     ///< held for more steps in a row than the model allows: estimates are no longer to be trusted
-  kRejected,  ///< the time step was not positive, or longer than the model can span: nothing was done
-  kDiverged,  ///< the step would have overflowed: the last z was kept (general, luenberger, driven_kkl)
-  kReset,     ///< a memory fault made z invalid: the observer was reset, the next measurement is its first
+  kOk,          ///< the measurement was used unchanged
+  kClamped,     ///< an output or input outside its declared range was clamped to it
+  kHeld,        ///< an output was missing, not finite, or an angle out of range: its last good value was used
+  kStale,       ///< an output or input was held for about a time constant: do not trust the estimate
+  kOutOfRange,  ///< an output or input was outside its declared range for about a time constant: do not trust it either
+  kRejected,    ///< the time step was not positive, or longer than the model can span: nothing was done
+  kDiverged,    ///< the step would have overflowed: the last z was kept (general, luenberger, driven_kkl)
+  kReset,       ///< a bit flip corrupted the state: the observer was reset, the next measurement is its first
 };
 
 /// Finite, told from the bits: no compiler flag can reason it away.

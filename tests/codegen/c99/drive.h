@@ -166,8 +166,8 @@ static int NLO_(drive)(void) {
     const uint32_t word = (uint32_t)NLO_(happening)(&o, &saved, &random, k NLO_AND_MONITOR) +
                           (NLO_(in_domain)(&o) ? 8U : 0U) + 16U * (uint32_t)NLO_(last_status)(&o);
     hash_bytes(&hash, &word, sizeof(word));
-    hash_bytes(&hash, o.fate, sizeof(o.fate));
-    for (int j = -1; j <= (int)(sizeof(o.fate) / sizeof(o.fate[0])); ++j) {
+    hash_bytes(&hash, o.health, sizeof(o.health));
+    for (int j = -1; j <= (int)(sizeof(o.health) / sizeof(o.health[0])); ++j) {
       const unsigned char status = (unsigned char)NLO_(status_of)(&o, j);
       hash_bytes(&hash, &status, 1);
     }

@@ -60,7 +60,7 @@ class Resumed {
     std::memcpy(from.z, state.z, sizeof(from.z));
     std::memcpy(from.y, state.y, sizeof(from.y));
     if constexpr (Observer::kActing > 0) std::memcpy(from.input.u, state.y + Observer::kNr, sizeof(from.input.u));
-    std::memcpy(from.fate, state.fate, sizeof(from.fate));
+    std::memcpy(from.health, state.health, sizeof(from.health));
     from.status = static_cast<StepStatus>(state.status);
     from.started = state.started;
     good = observer.restore(from);
@@ -71,7 +71,7 @@ class Resumed {
     std::memcpy(state_.z, now.z, sizeof(now.z));
     std::memcpy(state_.y, now.y, sizeof(now.y));
     if constexpr (Observer::kActing > 0) std::memcpy(state_.y + Observer::kNr, now.input.u, sizeof(now.input.u));
-    std::memcpy(state_.fate, now.fate, sizeof(now.fate));
+    std::memcpy(state_.health, now.health, sizeof(now.health));
     state_.status = static_cast<std::uint8_t>(now.status);
     state_.started = now.started;
   }

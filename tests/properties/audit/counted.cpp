@@ -75,7 +75,7 @@ extern "C" __attribute__((noinline)) void counted(const float* y, unsigned* stat
     const auto estimate = observer.estimate();
     x_hat[0] = estimate[0];
     x_hat[1] = estimate[1];
-    statuses[7] += observer.in_domain() ? 1U : 0U;
+    statuses[8] += observer.in_domain() ? 1U : 0U;
 #if CONTROL == 1
     for (volatile int i = 0; status == nlo::StepStatus::kClamped && i < 5;) i = i + 1;
 #endif
@@ -89,10 +89,11 @@ int main(int argc, char** argv) {
     return 2;
   }
   static_cast<void>(observer.step(0.5F));  // the first measurement only starts the observer
-  unsigned statuses[8] = {};
+  unsigned statuses[9] = {};
   float x_hat[2] = {};
   counted(y.data(), statuses, x_hat);
-  std::printf("ok %u, clamped %u, held %u, stale %u, in domain %u; x_hat %g %g\n", statuses[0], statuses[1],
-              statuses[2], statuses[3], statuses[7], static_cast<double>(x_hat[0]), static_cast<double>(x_hat[1]));
+  std::printf("ok %u, clamped %u, held %u, stale %u, out of range %u, in domain %u; x_hat %g %g\n", statuses[0],
+              statuses[1], statuses[2], statuses[3], statuses[4], statuses[8], static_cast<double>(x_hat[0]),
+              static_cast<double>(x_hat[1]));
   return 0;
 }

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "codegen/replay/sample_validation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "codegen/fold/fold.h"
+
+namespace nlo::codegen {
+
+SampleValidation::SampleValidation(const Model& model)
+    : model_(model),
+      computed_(model.outputs, model.inputs),
+      stale_after_(stale_after(model)),
+      low_(reading_min(model)),
+      high_(reading_max(model)) {
+  for (const Channel& channel : readings(model)) wrap_.push_back(channel.wrap);
+  reset();
+}
+
+void SampleValidation::reset() {
+  y_ = Eigen::VectorXd::Zero(model_.nr());
+  u_ = Eigen::VectorXd::Zero(model_.inputs.empty() ? model_.nu() : 0);
+  status_ = StepStatus::kOk;
+  health_.assign(static_cast<std::size_t>(y_.size() + u_.size()), Health{});
+  started_ = false;
+}
+
+// Of the health of a channel: 8 times its count, and a bit for each of held, clamped, late.
+Eigen::VectorXd SampleValidation::held_values() const {
+  Eigen::VectorXd all(y_.size() + u_.size() + channels());
+  all.head(y_.size()) = y_;
+  all.segment(y_.size(), u_.size()) = u_;
+  Eigen::Index next = y_.size() + u_.size();
+  for (const Health& h : health_)
+    all(next++) = 8.0 * h.count + (h.held ? 1.0 : 0.0) + (h.clamped ? 2.0 : 0.0) + (h.late ? 4.0 : 0.0);
+  return all;
+}
+
+void SampleValidation::hold(const Eigen::VectorXd& values, bool started) {
+  y_ = values.head(y_.size());
+  u_ = values.segment(y_.size(), u_.size());
+  Eigen::Index next = y_.size() + u_.size();
+  for (Health& h : health_) {
+    const int code = static_cast<int>(values(next++));
+    h = {code / 8, (code & 1) != 0, (code & 2) != 0, (code & 4) != 0};
+  }
+  started_ = started;
+}
+
+StepStatus SampleValidation::status_of(const Health& h) const {
+  if (h.count == 0) return StepStatus::kOk;
+  if (h.count >= stale_after_) return h.clamped ? StepStatus::kOutOfRange : StepStatus::kStale;
+  return h.clamped && !h.late ? StepStatus::kClamped : StepStatus::kHeld;
+}
+
+bool SampleValidation::clamped() const {
+  return std::any_of(health_.begin(), health_.end(), [](const Health& h) { return h.clamped; });
+}
+
+void SampleValidation::fill_missing(Eigen::VectorXd& readings, double dt_s) const {
+  const SensorFailures& failures = model_.failures;
+  const double keep = started_ ? std::exp(-dt_s / failures.staleness_s) : 0.0;
+  for (std::size_t i = 0; i < failures.outputs.size(); ++i) {
+    const Eigen::Index output = failures.outputs[i];
+    const auto index = static_cast<Eigen::Index>(i);
+    const Eigen::Index flag = readings.size() - static_cast<Eigen::Index>(failures.outputs.size()) + index;
+    const bool missing = !std::isfinite(readings(output));
+    if (missing) readings(output) = failures.rest(index) + keep * (y_(output) - failures.rest(index));
+    readings(flag) = missing ? 1.0 - keep * (1.0 - y_(flag)) : keep * y_(flag);
+  }
+}
+
+bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped,
+                                double dt_s) {
+  Eigen::MatrixXd given = outputs;
+  Eigen::VectorXd u = inputs;
+  computed_.fill(given, inputs);
+  Eigen::VectorXd y = given.col(0);
+  if (y_.size() > outputs.size()) {  // inputs are readings, and stalenesses
+    y.conservativeResize(y_.size());
+    if (!model_.inputs.empty()) {
+      y.segment(outputs.size(), inputs.size()) = inputs;
+      u.resize(0);
+    }
+  }
+  std::vector<bool> missing(static_cast<std::size_t>(y.size()), false);
+  for (const int output : model_.failures.outputs)
+    missing[static_cast<std::size_t>(output)] = !std::isfinite(y(output));
+  fill_missing(y, dt_s);
+  const double periods = dt_s / model_.sample_period_s;
+  const int missed = started_ && periods > 1.5 ? static_cast<int>(std::round(periods)) - 1 : 0;
+  const auto update = [&](Eigen::Index channel, bool held, bool clamped) {
+    constexpr int kMost = 1 << 20;
+    Health& h = health_[static_cast<std::size_t>(channel)];
+    const bool good = !held && !clamped;
+    const int before = h.held || h.clamped ? h.count : 0, all = before + missed + (good ? 0 : 1);
+    h = {good && missed == 0 ? 0 : std::min(all, kMost), held, clamped, missed > 0};
+  };
+  Eigen::VectorXd good_y = y, good_u = u;
+  for (int j = 0; j < y.size(); ++j) {
+    const double wrap = wrap_[static_cast<std::size_t>(j)];
+    const double low = low_(j), high = high_(j);
+    const bool outside = y(j) < low || y(j) > high;
+    bool clamped = false;
+    if (wrap == 0.0) {
+      clamped = std::isfinite(y(j)) && outside;
+      if (clamped) good_y(j) = std::clamp(y(j), low, high);
+    } else if (wrapped) {
+      if (outside) good_y(j) = std::nan("");
+      good_y(j) -= wrap * std::round((good_y(j) - y_(j)) / wrap);
+    }
+    const bool held = !std::isfinite(good_y(j));
+    update(j, held, clamped);
+    if (missing[static_cast<std::size_t>(j)]) health_[static_cast<std::size_t>(j)] = {1, true};
+    if (held && started_) good_y(j) = y_(j);
+  }
+  for (Eigen::Index i = 0; i < good_u.size(); ++i) {
+    const bool held = !std::isfinite(good_u(i));
+    update(y.size() + i, held, false);
+    if (held && started_) good_u(i) = u_(i);
+  }
+
+  status_ = StepStatus::kOk;
+  for (const Health& h : health_) status_ = std::max(status_, status_of(h));
+  if (!good_y.allFinite() || !good_u.allFinite()) return false;
+  y_ = good_y;
+  u_ = good_u;
+  started_ = true;
+  return true;
+}
+
+}  // namespace nlo::codegen

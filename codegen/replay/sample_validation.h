@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Validation of measurements as in nlo/measurement.h, with dynamic sizes: the reference of its rules.
+#pragma once
+
+#include <nlo/vector.h>
+#include <Eigen/Core>
+#include <vector>
+
+#include "codegen/model/computed_outputs.h"
+#include "codegen/model/model.h"
+
+namespace nlo::codegen {
+
+class SampleValidation {
+ public:
+  /// `model` must outlive it.
+  explicit SampleValidation(const Model& model);
+
+  void reset();
+
+  /// Validates a sample of outputs (n_y; those that are computed are computed here) and inputs (n_u), `dt_s` after the
+  /// last one. An output that may be missing fades. An entry that is not finite keeps its last good value, and so does an
+  /// angle out of its range; others are clamped. With `wrapped`, angles are continued from the last sample.
+  /// A step beyond 1.5 sample periods has missed samples. False before the first sample that is good in all entries: y()
+  /// and u() are not to be used.
+  bool validate(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s);
+
+  /// All that the next sample depends on: y(), u(), and the health of each channel (channels() of them).
+  Eigen::VectorXd held_values() const;
+  Eigen::Index channels() const { return static_cast<Eigen::Index>(health_.size()); }
+  /// Continues from there; `started`: there has been a good sample.
+  void hold(const Eigen::VectorXd& values, bool started);
+
+  const Eigen::VectorXd& y() const { return y_; }  ///< readings, n_r, as taken: held, clamped, angles unwrapped
+  const Eigen::VectorXd& u() const { return u_; }  ///< inputs that are no readings
+  StepStatus status() const { return status_; }    ///< kOk, kClamped, kHeld, kStale or kOutOfRange
+  bool clamped() const;                            ///< a reading of the last sample
+
+  /// Status of one output in the last sample.
+  StepStatus status(Eigen::Index output) const { return status_of(health_[static_cast<std::size_t>(output)]); }
+
+ private:
+  /// Of a channel: its samples in a row that were not used unchanged, and what happened to the last.
+  struct Health {
+    int count = 0;
+    bool held = false;     ///< its last good value was used
+    bool clamped = false;  ///< it was clamped to its range
+    bool late = false;     ///< samples were missed before it
+  };
+  StepStatus status_of(const Health& health) const;
+
+  const Model& model_;
+  ComputedOutputs computed_;
+  int stale_after_;
+  Eigen::VectorXd low_, high_;  ///< of the readings
+  std::vector<double> wrap_;
+  void fill_missing(Eigen::VectorXd& readings, double dt_s) const;
+
+  Eigen::VectorXd y_, u_;
+  StepStatus status_ = StepStatus::kOk;
+  std::vector<Health> health_;  ///< of each reading, then of each input that is none
+  bool started_ = false;
+};
+
+}  // namespace nlo::codegen
