@@ -88,8 +88,9 @@ NLO_API int nlo_model_nz(const nlo_model* model); /* latent states */
 NLO_API int nlo_model_nr(const nlo_model* model); /* readings: outputs, computed ones too, inputs read, stalenesses */
 NLO_API int nlo_model_has_sigma(const nlo_model* model); /* 1: it knows the standard deviations of its errors */
 
-/* Of one channel: name, unit ("" where none is known), the full turn of an angle (0: not an angle), and the range outside
- * of which measurements are clamped, an angle refused; infinite where there is none. */
+/* Of one channel: name, unit ("" where none is known), the full turn of an angle (0: not an angle), and its declared
+ * range, infinite where there is none. Outside it a measurement is clamped, but not an angle or an output that T* knows
+ * only relatively. */
 NLO_API const char* nlo_model_channel_name(const nlo_model* model, int channel, int index);
 NLO_API const char* nlo_model_channel_unit(const nlo_model* model, int channel, int index);
 NLO_API double nlo_model_channel_turn(const nlo_model* model, int channel, int index);

@@ -26,6 +26,7 @@ FoldedModel fold(const Model& m) {
   if (linear_latent(m) != nullptr) folded.step = latent_step(m, m.sample_period_s);
   folded.steady_gain = steady_gain(m);
   folded.stale_after = stale_after(m);
+  folded.ranges = flown_ranges(m);
   if (m.error) folded.error = fold(*m.error);
   return folded;
 }

@@ -134,11 +134,12 @@ void check_supported(const Model& m) {
 }  // namespace
 
 InputBox input_box(const Model& m, const FoldedModel& folded) {
+  const Eigen::VectorXd &low = folded.ranges.kept_min, &high = folded.ranges.kept_max;
   InputBox box{m.latent_min, m.latent_max};
   for (int j = 0; j < m.ny(); ++j) {
     if (!is_relative(m, j)) continue;
     for (int r = 0; r < m.nz(); ++r) {
-      const double a = folded.steady_gain(r, j) * m.output_min(j), b = folded.steady_gain(r, j) * m.output_max(j);
+      const double a = folded.steady_gain(r, j) * low(j), b = folded.steady_gain(r, j) * high(j);
       box.min(r) += std::min(a, b);
       box.max(r) += std::max(a, b);
     }
@@ -146,8 +147,8 @@ InputBox input_box(const Model& m, const FoldedModel& folded) {
   if (folded.inverse_map()->inputs() > m.nz()) {
     box.min.conservativeResize(m.nz() + m.nr());
     box.max.conservativeResize(m.nz() + m.nr());
-    box.min.tail(m.nr()) = reading_min(m);
-    box.max.tail(m.nr()) = reading_max(m);
+    box.min.tail(m.nr()) = low;
+    box.max.tail(m.nr()) = high;
   }
   return box;
 }

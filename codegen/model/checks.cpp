@@ -5,6 +5,8 @@
 
 #include "codegen/base/identifier.h"
 #include "codegen/model/activations.h"
+#include "codegen/model/flown_ranges.h"
+#include "codegen/model/latent_step.h"
 
 namespace nlo::codegen {
 
@@ -117,10 +119,26 @@ void check_sums(const Network& n, const Eigen::VectorXd& largest, const std::str
   }
 }
 
+std::vector<SeenChange> seen_of_turn(const Model& m, int output) {
+  // Rounding in features * [S; I] is a few units in the last place of its largest term; a feature that really reads an
+  // angle is off by a fraction of one.
+  constexpr double kTurnTolerance = 1e-9;
+  const Eigen::MatrixXd& features = inverse_map(m)->features;
+  Eigen::VectorXd turn = Eigen::VectorXd::Zero(m.nz() + m.nr());
+  turn.head(m.nz()) = steady_gain(m).col(output);
+  turn(m.nz() + output) = 1.0;
+  const Eigen::VectorXd seen = features * turn;
+  // Against the largest entry of S, not each row's own: the quadrature part of a unit-gain pair is a rounded zero.
+  const Eigen::VectorXd largest = features.rowwise().lpNorm<1>() * turn.lpNorm<Eigen::Infinity>();
+  std::vector<SeenChange> changes;
+  for (Eigen::Index i = 0; i < seen.size(); ++i)
+    if (std::abs(seen(i)) > kTurnTolerance * largest(i)) changes.push_back({i, seen(i)});
+  return changes;
+}
+
 Eigen::VectorXd largest_readings(const Model& m) {
-  Eigen::VectorXd largest = reading_min(m).cwiseAbs().cwiseMax(reading_max(m).cwiseAbs());
-  for (int j = 0; j < m.ny(); ++j) largest(j) += m.outputs[static_cast<std::size_t>(j)].wrap;
-  return largest;
+  const FlownRanges flown = flown_ranges(m);
+  return flown.min.cwiseAbs().cwiseMax(flown.max.cwiseAbs()) + flown.wrap;
 }
 
 void check_no_angles(const Model& m) {

@@ -35,7 +35,15 @@ constexpr double kLargestNumber = 1e30, kSmallestNumber = 1e-30;
 /// No sum of the network leaves the numbers of float, as long as its inputs stay within +-`largest`.
 void check_sums(const Network& network, const Eigen::VectorXd& largest, const std::string& field);
 
-/// The largest |reading| that screening lets pass, n_r: of an angle, a turn beyond its range.
+/// How the features of T* change with whole turns of an output, where rounding alone does not explain it: feature and
+/// change per unit. Empty: T* knows the output only through z - S y. For models with a linear latent system.
+struct SeenChange {
+  Eigen::Index feature;
+  double change;
+};
+std::vector<SeenChange> seen_of_turn(const Model& model, int output);
+
+/// The largest |reading| that validation lets pass, n_r: of one that wraps, a turn beyond its range.
 Eigen::VectorXd largest_readings(const Model& model);
 
 /// No output is an angle that is continued over its wrap: what has no steady state S cannot turn z with it.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "codegen/model/error_head.h"
+#include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/model/network.h"
 
@@ -27,6 +28,7 @@ struct FoldedNetwork {
 
 struct FoldedModel {
   int stale_after = 0;
+  FlownRanges ranges;                   ///< of the readings
   std::vector<FoldedNetwork> networks;  ///< networks(model), in their order
   StepMatrices step;                    ///< over one sample period; empty where the latent system is not linear
   Eigen::MatrixXd steady_gain;          ///< S, n_z x n_r; zeros there

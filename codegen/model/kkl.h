@@ -17,7 +17,7 @@ struct LinearLatent {
   Eigen::MatrixXd output_injection;  ///< F, n_z x n_r; a zero row is a clock: exp(lambda t) from its initial latent
   bool starts_steady = false;        ///< warm start: the first output sets z to its steady state
   /// Rising: outputs beside the angles that T* knows only through z - S y, so that where they are at rest is not of the
-  /// domain; empty: angles alone.
+  /// domain, and they are not clamped (flown_ranges.h); empty: angles alone.
   std::vector<int> relative_outputs = {};
 };
 

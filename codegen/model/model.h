@@ -41,7 +41,7 @@ struct Model {
   Hold hold = Hold::kFirstOrder;   ///< kRk4: a ramp (KKL: by one Runge-Kutta step)
   Eigen::VectorXd initial_latent;  ///< n_z, before the first sample
 
-  Eigen::VectorXd output_min, output_max;  ///< n_y: measurements outside are clamped (angles: refused)
+  Eigen::VectorXd output_min, output_max;  ///< n_y: declared ranges; see flown_ranges.h
   Eigen::VectorXd latent_min, latent_max;  ///< n_z: training domain of z, relative to S y for relative outputs
   /// T* follows z this many half ranges beyond the domain and no further (nlo/saturation.h). 0: wherever z goes.
   double saturation = 0.0;

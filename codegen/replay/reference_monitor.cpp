@@ -40,6 +40,7 @@ ReferenceMonitor::ReferenceMonitor(const Model& model, Monitor monitor)
       monitor_(std::move(monitor)),
       meanings_(meanings(model, monitor_)),
       steady_(LatentDomain(model).relative_gain()),
+      ranges_(flown_ranges(model)),
       gain_((-(-model.sample_period_s / monitor_.windows_s.array()).expm1()).matrix()),
       armed_after_(codegen::armed_after(monitor_, model.sample_period_s)) {
   reset();
@@ -63,7 +64,7 @@ void ReferenceMonitor::reset() {
 }
 
 double ReferenceMonitor::innovation(Index j, double y) const {
-  const double wrap = model_.outputs[static_cast<std::size_t>(j)].wrap;
+  const double wrap = ranges_.wrap(j);
   const double change = wrap > 0.0 ? std::remainder(y - y_(j), wrap) : y - y_(j);
   return (change / monitor_.deviation(j) - predicted_(j)) / (1.0 + monitor_.motion(j) * place_);
 }

@@ -50,7 +50,8 @@ class ReferenceMonitor {
   Monitor monitor_;
   std::vector<Alarm> meanings_;
   Eigen::MatrixXd steady_;  // S of relative readings
-  Eigen::VectorXd gain_;    // of each window
+  FlownRanges ranges_;
+  Eigen::VectorXd gain_;  // of each window
   int armed_after_;
 
   Eigen::MatrixXd mean_, power_, variance_, correlation_;  // n_y x windows

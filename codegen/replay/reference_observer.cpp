@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "codegen/base/error.h"
 #include "codegen/base/fail.h"
@@ -43,14 +44,15 @@ std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_of(const Model& m, Activatio
 
 template <class Scalar>
 ReferenceObserver<Scalar>::ReferenceObserver(const Model& model)
-    : ReferenceObserver(validated(model), Activations::kExact) {}
+    : ReferenceObserver(validated(model), Activations::kExact, flown_ranges(model)) {}
 
 template <class Scalar>
-ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations activations,
+ReferenceObserver<Scalar>::ReferenceObserver(const Model& model, Activations activations, FlownRanges ranges,
                                              const QuantisedModel* integers)
     : model_(std::make_unique<const Model>(model)),
       domain_(*model_),
-      validation_(std::make_unique<SampleValidation>(*model_)),
+      steady_gain_(steady_gain(*model_)),
+      validation_(std::make_unique<SampleValidation>(*model_, std::move(ranges))),
       dynamics_(dynamics_of<Scalar>(*model_, activations, integers)) {
   if (const Network* map = codegen::inverse_map(model)) inverse_map_.emplace(*map, activations);
   if (model.saturates()) saturated_.emplace(model);
@@ -172,9 +174,18 @@ void ReferenceObserver<Scalar>::take(const Eigen::VectorXd& y, const Eigen::Vect
     dynamics_->start(z, next_y_);
     z_ = z;
   }
-  last_y_ = next_y_;
+  if (started_) turn_back();
+  last_y_ = validation_->y().template cast<Scalar>();
   last_u_ = next_u_;
   started_ = true;
+}
+
+/// As in flight, for outputs that T* knows only relatively. Angles stay unwrapped.
+template <class Scalar>
+void ReferenceObserver<Scalar>::turn_back() {
+  const Eigen::VectorXd back = validation_->turn_back();
+  if (back.isZero(0.0)) return;
+  z_ -= (steady_gain_ * back).template cast<Scalar>();
 }
 
 template <class Scalar>

@@ -42,7 +42,9 @@ class ReferenceObserver {
 
   /// The same, not validated, with the runtime's activations: for a model that is rewritten as it is exported.
   /// With `integers`, which must outlive it, z moves as they do (float only).
-  ReferenceObserver(const Model& model, Activations activations, const QuantisedModel* integers = nullptr);
+  /// `ranges` are those of the model before it was rewritten: its T* may not show any more what it knows relatively.
+  ReferenceObserver(const Model& model, Activations activations, FlownRanges ranges,
+                    const QuantisedModel* integers = nullptr);
 
   /// z = initial latent; the next sample is the first.
   void reset();
@@ -59,7 +61,7 @@ class ReferenceObserver {
   Vector estimate() const;
 
   /// z, n_z. Angles are unwrapped from the first sample on, and z with them: subtract steady_gain() times the turns to
-  /// compare with an observer that turns z back.
+  /// compare with an observer that turns z back. Outputs that T* knows only relatively are turned back as in flight.
   const Vector& latent() const { return z_; }
 
   /// The readings as the last step took them, n_r: held, clamped, angles unwrapped.
@@ -104,6 +106,7 @@ class ReferenceObserver {
  private:
   void take(const Eigen::VectorXd& y, const Eigen::VectorXd& u, bool wrapped, double dt_s);
   void advance(double dt_s);
+  void turn_back();
   Eigen::MatrixXd estimates_in_blocks(const Matrix& z, const Matrix& y) const;
   Matrix estimate_of(const Matrix& z, const Matrix& y) const;
   Matrix saturated(const Matrix& z, const Matrix& y) const;
@@ -111,6 +114,7 @@ class ReferenceObserver {
 
   std::unique_ptr<const Model> model_;  // one place, whoever holds the observer
   LatentDomain domain_;
+  Eigen::MatrixXd steady_gain_;  // S, n_z x n_r
   std::unique_ptr<SampleValidation> validation_;
   std::unique_ptr<ReferenceDynamics<Scalar>> dynamics_;
   std::optional<ReferenceNetwork<Scalar>> inverse_map_;  // none: z is the estimate

@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "codegen/base/splitmix.h"
+#include "codegen/model/flown_ranges.h"
+
 namespace nlo::codegen {
 namespace {
 
@@ -55,7 +57,7 @@ double irregular_step(Uniform& uniform) {
 }  // namespace
 
 ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, int samples, double amplitude,
-                           const Eigen::MatrixXd& ranges) {
+                           const Eigen::MatrixXd& ranges, bool turns_relative) {
   Uniform uniform(seed);
   const double h = m.sample_period_s;
   ReplayInputs inputs{Eigen::VectorXd::Zero(samples), Eigen::MatrixXd(m.ny(), samples),
@@ -76,6 +78,8 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     for (int k = 0; k < samples; ++k) {
       double y = (from + to) / 2.0 + (turns ? 1.0 : amplitude) * 0.85 * (to - from) / 2.0 * tone(k);
       if (turns) y = measured_angle(y + 2.5 * wrap * k / samples, low, wrap);
+      // Two jumps of less than half a W each, and z has turned back.
+      if (turns_relative) y += 0.4 * relative_wrap(m, j) * ((k >= samples * 9 / 20) + (k >= samples * 6 / 10));
       inputs.outputs(j, k) = y;
     }
   }
@@ -88,7 +92,13 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     if (kind < kMissedShare) {
       inputs.outputs(j, k) = missed;
     } else if (kind < kMissedShare + kOutsideShare) {
-      inputs.outputs(j, k) = m.output_max(j) + 0.5 * (m.output_max(j) - m.output_min(j));
+      // Of a relative output the same reading some W on, or one beyond all that is accepted.
+      const double wrap = relative_wrap(m, j);
+      double& y = inputs.outputs(j, k);
+      if (wrap > 0.0)
+        y = k % 4 == 0 ? 70.0 * wrap : y + wrap * (1 + k % 3);
+      else
+        y = m.output_max(j) + 0.5 * (m.output_max(j) - m.output_min(j));
     }
   }
   for (int i = 0; i < m.nu(); ++i) {

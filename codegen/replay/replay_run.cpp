@@ -25,7 +25,7 @@ Model as_exported(Model m, const FoldedModel& folded) {
 ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, const QuantisedModel* quantised,
                  const ExportOptions& options) {
   ReplayRun run;
-  run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, amplitude);
+  run.inputs = replay_inputs(m, folded.stale_after, options.seed, options.samples, amplitude, {}, true);
   if (options.scalar != ScalarType::kDouble) {  // both sides see the very same measurements
     run.inputs.dt_s = run.inputs.dt_s.cast<float>().cast<double>().eval();
     run.inputs.outputs = run.inputs.outputs.cast<float>().cast<double>().eval();
@@ -65,10 +65,11 @@ ReplayRun run_at(double amplitude, const Model& m, const FoldedModel& folded, co
 }
 
 std::variant<ReferenceObserver<float>, ReferenceObserver<double>> rounded_observer(const Model& exported,
+                                                                                   const FlownRanges& ranges,
                                                                                    const QuantisedModel* quantised,
                                                                                    ScalarType scalar) {
-  if (scalar == ScalarType::kDouble) return ReferenceObserver<double>(exported, Activations::kRuntime);
-  return ReferenceObserver<float>(exported, Activations::kRuntime, quantised);
+  if (scalar == ScalarType::kDouble) return ReferenceObserver<double>(exported, Activations::kRuntime, ranges);
+  return ReferenceObserver<float>(exported, Activations::kRuntime, ranges, quantised);
 }
 
 }  // namespace
@@ -84,7 +85,7 @@ VectorXd turns_in(const Model& m, const VectorXd& y) {
 
 ExportedObserver::ExportedObserver(const Model& m, const FoldedModel& folded, const QuantisedModel* quantised,
                                    ScalarType scalar)
-    : observer_(rounded_observer(as_exported(m, folded), quantised, scalar)), quantised_(quantised) {}
+    : observer_(rounded_observer(as_exported(m, folded), folded.ranges, quantised, scalar)), quantised_(quantised) {}
 
 void ExportedObserver::reset() {
   std::visit([](auto& observer) { observer.reset(); }, observer_);

@@ -5,18 +5,17 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "codegen/fold/fold.h"
 
 namespace nlo::codegen {
 
-SampleValidation::SampleValidation(const Model& model)
+SampleValidation::SampleValidation(const Model& model, FlownRanges ranges)
     : model_(model),
       computed_(model.outputs, model.inputs),
       stale_after_(stale_after(model)),
-      low_(reading_min(model)),
-      high_(reading_max(model)) {
-  for (const Channel& channel : readings(model)) wrap_.push_back(channel.wrap);
+      ranges_(std::move(ranges)) {
   reset();
 }
 
@@ -26,6 +25,16 @@ void SampleValidation::reset() {
   status_ = StepStatus::kOk;
   health_.assign(static_cast<std::size_t>(y_.size() + u_.size()), Health{});
   started_ = false;
+}
+
+Eigen::VectorXd SampleValidation::turn_back() {
+  Eigen::VectorXd back = Eigen::VectorXd::Zero(y_.size());
+  for (int j = 0; j < model_.ny(); ++j) {
+    if (!(ranges_.wrap(j) > 0.0) || model_.outputs[static_cast<std::size_t>(j)].wrap > 0.0) continue;
+    back(j) = ranges_.wrap(j) * whole_turns(y_(j), ranges_.wrap(j));
+  }
+  y_ -= back;
+  return back;
 }
 
 // Of the health of a channel: 8 times its count, and a bit for each of held, clamped, late.
@@ -101,16 +110,16 @@ bool SampleValidation::validate(const Eigen::VectorXd& outputs, const Eigen::Vec
   };
   Eigen::VectorXd good_y = y, good_u = u;
   for (int j = 0; j < y.size(); ++j) {
-    const double wrap = wrap_[static_cast<std::size_t>(j)];
-    const double low = low_(j), high = high_(j);
+    const double wrap = ranges_.wrap(j), low = ranges_.min(j), high = ranges_.max(j);
+    const bool is_angle = j < model_.ny() && model_.outputs[static_cast<std::size_t>(j)].wrap > 0.0;
     const bool outside = y(j) < low || y(j) > high;
     bool clamped = false;
     if (wrap == 0.0) {
       clamped = std::isfinite(y(j)) && outside;
       if (clamped) good_y(j) = std::clamp(y(j), low, high);
-    } else if (wrapped) {
+    } else if (wrapped || !is_angle) {
       if (outside) good_y(j) = std::nan("");
-      good_y(j) -= wrap * std::round((good_y(j) - y_(j)) / wrap);
+      good_y(j) -= wrap * whole_turns(good_y(j) - y_(j), wrap);
     }
     const bool held = !std::isfinite(good_y(j));
     update(j, held, clamped);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "codegen/model/computed_outputs.h"
+#include "codegen/model/flown_ranges.h"
 #include "codegen/model/model.h"
 
 namespace nlo::codegen {
@@ -14,16 +15,20 @@ namespace nlo::codegen {
 class SampleValidation {
  public:
   /// `model` must outlive it.
-  explicit SampleValidation(const Model& model);
+  SampleValidation(const Model& model, FlownRanges ranges);
 
   void reset();
 
   /// Validates a sample of outputs (n_y; those that are computed are computed here) and inputs (n_u), `dt_s` after the
-  /// last one. An output that may be missing fades. An entry that is not finite keeps its last good value, and so does an
-  /// angle out of its range; others are clamped. With `wrapped`, angles are continued from the last sample.
-  /// A step beyond 1.5 sample periods has missed samples. False before the first sample that is good in all entries: y()
-  /// and u() are not to be used.
+  /// last one. An output that may be missing fades. An entry that is not finite keeps its last good value, and so does
+  /// an angle out of its range; others are clamped. With `wrapped`, angles are continued from the last sample. An
+  /// output that T* knows only relatively always is (flown_ranges.h). A step beyond 1.5 sample periods has missed
+  /// samples. False before the first sample that is good in all entries: y() and u() are not to be used.
   bool validate(const Eigen::VectorXd& outputs, const Eigen::VectorXd& inputs, bool wrapped, double dt_s);
+
+  /// Takes whole turns away from the outputs that T* knows only relatively, where they have left the first: those turns
+  /// times W, n_r.
+  Eigen::VectorXd turn_back();
 
   /// All that the next sample depends on: y(), u(), and the health of each channel (channels() of them).
   Eigen::VectorXd held_values() const;
@@ -52,8 +57,7 @@ class SampleValidation {
   const Model& model_;
   ComputedOutputs computed_;
   int stale_after_;
-  Eigen::VectorXd low_, high_;  ///< of the readings
-  std::vector<double> wrap_;
+  FlownRanges ranges_;
   void fill_missing(Eigen::VectorXd& readings, double dt_s) const;
 
   Eigen::VectorXd y_, u_;

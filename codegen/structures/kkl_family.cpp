@@ -16,10 +16,6 @@
 namespace nlo::codegen {
 namespace {
 
-// Rounding in features * [S; I] is a few units in the last place of its largest term; a feature that really reads an
-// angle is off by a fraction of one.
-constexpr double kTurnTolerance = 1e-9;
-
 // |lambda h| beyond which a latent state is a copy of the output: e^-1000 is zero in any precision.
 constexpr double kFastest = 1000.0;
 
@@ -138,22 +134,13 @@ void check_latent_map(const Model& m) {
   Eigen::VectorXd reads(m.nz() + m.nr());
   reads << latent, largest_readings(m);
   check_sums(*inverse_map(m), reads, "inverse_map");
-  const Eigen::MatrixXd gain = steady_gain(m);
-  const Eigen::MatrixXd& features = inverse_map(m)->features;
   for (int j = 0; j < m.ny(); ++j) {
     if (m.outputs[static_cast<std::size_t>(j)].wrap == 0.0) continue;
-    Eigen::VectorXd turn = Eigen::VectorXd::Zero(m.nz() + m.nr());
-    turn.head(m.nz()) = gain.col(j);
-    turn(m.nz() + j) = 1.0;
-    const Eigen::VectorXd seen = features * turn;
-    // Against the largest entry of S, not each row's own: the quadrature part of a unit-gain pair is a rounded zero.
-    const Eigen::VectorXd largest = features.rowwise().lpNorm<1>() * turn.lpNorm<Eigen::Infinity>();
-    for (Eigen::Index i = 0; i < seen.size(); ++i)
-      if (std::abs(seen(i)) > kTurnTolerance * largest(i))
-        fail(
-            "inverse_map.features[{}] changes by {} per unit of the angle outputs[{}] (\"{}\"); T* may read an angle "
-            "only as z - S y (S = -D^-1 F), or as sine and cosine",
-            i, seen(i), j, m.outputs[static_cast<std::size_t>(j)].name);
+    for (const auto& [feature, change] : seen_of_turn(m, j))
+      fail(
+          "inverse_map.features[{}] changes by {} per unit of the angle outputs[{}] (\"{}\"); T* may read an angle "
+          "only as z - S y (S = -D^-1 F), or as sine and cosine",
+          feature, change, j, m.outputs[static_cast<std::size_t>(j)].name);
   }
 }
 

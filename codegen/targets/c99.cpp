@@ -45,7 +45,9 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
       "//     {8}{4} y[{0}_NY] = {{{2}}};\n"
       "{5}{9}"
       "//     {4} x_hat[{0}_NX];\n"
-      "//     if ({0}_step(&observer, y{6}) != {0}_OK) note_fault({0}_last_status(&observer));\n"
+      "//     const {0}_status status = {0}_step(&observer, y{6});\n"
+      "//     if (status != {0}_OK) note_fault(status);  // CLAMPED, HELD: usable for a while\n"
+      "//     if (status >= {0}_STALE) {{ enter_safe_mode(); return; }}  // OUT_OF_RANGE, too: do not trust\n"
       "//     if (!{0}_in_domain(&observer)) {{ enter_safe_mode(); return; }}\n"
       "//     {0}_estimate(&observer, x_hat);\n"
       "{10}"
@@ -65,20 +67,19 @@ constexpr const char* kDoubleCheck =
     "#endif\n";
 
 /// What a measurement may be, and where z starts and stays.
-std::map<std::string, std::string> ranges(const Model& m, const Initialiser& init) {
+std::map<std::string, std::string> ranges(const Model& m, const FlownRanges& flown, const Initialiser& init) {
   // Inputs that act apart from the readings are taken as they come.
   const int acting = acting_inputs(m), held = m.nr() + acting;
   const double largest = init.scalar_bytes() == 4 ? static_cast<double>(std::numeric_limits<float>::max())
                                                   : std::numeric_limits<double>::max();
   Eigen::VectorXd wrap = Eigen::VectorXd::Zero(held), least = Eigen::VectorXd::Constant(held, -largest),
                   most = Eigen::VectorXd::Constant(held, largest);
-  least.head(m.nr()) = reading_min(m);
-  most.head(m.nr()) = reading_max(m);
-  const std::vector<Channel> channels = readings(m);
+  least.head(m.nr()) = flown.min;
+  most.head(m.nr()) = flown.max;
+  wrap.head(m.nr()) = flown.wrap;
   std::string relatives;
   int relative = 0;
   for (int j = 0; j < m.nr(); ++j) {
-    wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
     relative += is_relative(m, j) ? 1 : 0;
     relatives += fmt::format("{}{}", j == 0 ? "" : ", ", is_relative(m, j));
   }
@@ -87,7 +88,7 @@ std::map<std::string, std::string> ranges(const Model& m, const Initialiser& ini
           {"OUTPUT_MIN", init.vector(least, "output_min")},
           {"OUTPUT_MAX", init.vector(most, "output_max")},
           {"WRAP", init.vector(wrap, "wrap")},
-          {"ANGLES", (wrap.array() > 0.0).any() ? "true" : ""},
+          {"ANGLES", flown.any_wraps() ? "true" : ""},
           {"RELATIVE_OUTPUTS", relative > 0 ? "true" : ""},
           {"OTHER_OUTPUTS", relative < m.nr() ? "true" : ""},
           {"RELATIVES", relatives},
@@ -173,7 +174,7 @@ std::map<std::string, std::string> c99_values(const PreparedExport& prepared, co
       {"TOP", ""},
   };
   values.merge(c99_readings(m, name, init));
-  values.merge(ranges(m, init));
+  values.merge(ranges(m, folded.ranges, init));
   for (const auto& [key, value] : own) values[key] = value;
   for (const char* part : {"PIECES", "SLOPE", "LINEAR", "LATENT", "WARM_START", "WARM_START_BODY"})
     if (!values[part].empty()) values[part] = filled(embedded_text(values[part]), values);
@@ -207,7 +208,7 @@ std::string c99_top(const PreparedExport& prepared, const char* language, const 
          "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n" +
          (prepared.quantised() ? arithmetic_note(prepared) : "") +
          (m.error ? "// The standard deviations of its errors are left out: the cpp header has them.\n" : "") + "//\n" +
-         facts(m) +
+         facts(m) + ranges_text(prepared) +
          fmt::format("// An observer takes {} bytes of RAM; the tables are constants. No heap, no library.\n//\n",
                      (state + bytes - 1) / bytes * bytes) +
          example;

@@ -73,7 +73,10 @@ std::string example(const Source& s) {
       "{4}"
       "//\n"
       "//   void on_timer() {{  // every {1} s\n"
-      "//     if (observer.step({2}) != nlo::StepStatus::kOk) note_fault(observer.status());\n"
+      "//     const auto status = observer.step({2});\n"
+      "//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, "
+      "not for long\n"
+      "//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
       "//     const auto {6} = observer.{7}();\n"
       "{5}"
@@ -97,7 +100,8 @@ std::string top_comment(const Source& s) {
              s.name, options, channel_list(s.model.states, true), channel_list(measured_channels(s.model), true),
              driven, literal(s.model.sample_period_s), s.structure.title()) +
          s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
-         arithmetic_note(s.prepared) + "//\n" + facts(s.model) + costs(s) + "//\n" + example(s);
+         arithmetic_note(s.prepared) + "//\n" + facts(s.model) + ranges_text(s.prepared) + costs(s) + "//\n" +
+         example(s);
 }
 
 std::string enumeration(const char* name, const std::vector<Channel>& channels) {
@@ -121,18 +125,14 @@ std::string computed(const Source& s) {
 
 std::string model_constant(const Source& s) {
   const Model& m = s.model;
-  const std::vector<Channel> channels = readings(m);
-  Eigen::VectorXd wrap(m.nr());
-  for (int j = 0; j < m.nr(); ++j) wrap(j) = channels[static_cast<std::size_t>(j)].wrap;
-
+  const FlownRanges& ranges = s.folded.ranges;
   const std::string reason = module_of(m).fastest_mode(m) ? ": the fastest mode's time constant" : "";
   std::string text = "inline constexpr Model kModel = {\n";
   text += fmt::format("    .sample_period_s = {},\n", s.init(m.sample_period_s, "sample_period_s"));
   text += fmt::format("    .stale_after = {},  // held measurements{}\n", s.folded.stale_after, reason);
   text += s.structure.leading_fields();
-  text +=
-      fmt::format("    .outputs = {{.min = {}, .max = {}, .wrap = {}}},\n", s.init.vector(reading_min(m), "output_min"),
-                  s.init.vector(reading_max(m), "output_max"), s.init.vector(wrap, "wrap"));
+  text += fmt::format("    .outputs = {{.min = {}, .max = {}, .wrap = {}}},\n", s.init.vector(ranges.min, "output_min"),
+                      s.init.vector(ranges.max, "output_max"), s.init.vector(ranges.wrap, "wrap"));
   text += fmt::format("    .domain = {{.latent_min = {},\n", s.init.vector(m.latent_min, "latent_min"));
   text += fmt::format("               .latent_max = {}}},\n", s.init.vector(m.latent_max, "latent_max"));
   text += s.structure.trailing_fields();

@@ -43,6 +43,40 @@ std::string facts(const Model& m) {
   return text.empty() ? "" : "// About the model\n" + text + "//\n";
 }
 
+std::string ranges_text(const PreparedExport& prepared) {
+  const Model& m = prepared.model();
+  const FlownRanges& ranges = prepared.folded().ranges;
+  const std::vector<Channel> channels = readings(m);
+  std::string text = "// Readings\n";
+  bool wraps = false, clamps = false;
+  for (int j = 0; j < m.ny() + static_cast<int>(m.inputs.size()); ++j) {
+    const Channel& channel = channels[static_cast<std::size_t>(j)];
+    if (j >= m.measured() && j < m.ny()) continue;  // computed
+    std::string said;
+    if (ranges.wrap(j) > 0.0) {
+      said = fmt::format("multiples of {:.9g} do not matter; held beyond {:.9g} and {:.9g}", ranges.wrap(j),
+                         ranges.min(j), ranges.max(j));
+      wraps = true;
+    } else {
+      said = fmt::format("used unchanged from {:.6g} to {:.6g}, clamped beyond", ranges.min(j), ranges.max(j));
+      clamps = true;
+    }
+    text += fmt::format("//   {:<26}  {}\n", channel_text(channel), said);
+  }
+  if (m.inputs.empty())
+    for (const Channel& channel : inputs(m))
+      text += fmt::format("//   {:<26}  used unchanged\n", channel_text(channel));
+  if (wraps)
+    text += "// A reading that may go beyond: give what is left of whole multiples (fmod), which has no limit.\n";
+  if (clamps)
+    text += fmt::format(
+        "// While a reading is clamped, the estimate is outside of the domain; after {} samples in a row the status is "
+        "out of "
+        "range.\n",
+        prepared.folded().stale_after);
+  return text + "//\n";
+}
+
 std::string arithmetic_note(const PreparedExport& prepared) {
   const Model& m = prepared.model();
   const ExportOptions& options = prepared.options();

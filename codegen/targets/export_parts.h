@@ -28,6 +28,9 @@ std::string with_activations(Eigen::Index multiply_adds, Eigen::Index activation
 /// The model's provenance as lines of comment, a heading above them; empty when there is none.
 std::string facts(const Model& model);
 
+/// The readings as lines of comment: the range in which each is used unchanged, and what happens beyond.
+std::string ranges_text(const PreparedExport& prepared);
+
 /// What a reader must know of numbers that are not plainly those of the scalar (int16, weights of 16 bits, a chosen
 /// tanh), as lines of comment; else empty.
 std::string arithmetic_note(const PreparedExport& prepared);

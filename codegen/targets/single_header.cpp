@@ -131,7 +131,9 @@ std::string example(const Model& m, const std::string& name) {
       "//   Observer observer;\n"
       "//\n"
       "//   void on_timer() {{  // every {1} s\n"
-      "//     if (const Status s = observer.step({2}{3}); s != Status::kOk) note_fault(s);\n"
+      "//     const Status s = observer.step({2}{3});\n"
+      "//     if (s != Status::kOk) note_fault(s);             // kClamped, kHeld: usable for a while\n"
+      "//     if (s >= Status::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
       "//     use(observer.estimate()[state_{4}]);\n"
       "//   }}\n",

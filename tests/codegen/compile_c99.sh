@@ -41,7 +41,7 @@ shim() {
 }
 
 names=()
-for entry in rig:double carried:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 tiny_silu:int16 linear:int16 commanded:int16 failing:double computed:double computed:int16 saturating_rig:double saturating:int16 gated:double failing_gated:double commanded_gated:int16 gated:int16 prior:double prior_functions:double driven:double watched_rig:double watched:int16 commanded_pendulum:double commanded_general:int16 general:double $(examples | sed 's/$/:float/'); do
+for entry in encoder:float rig:double carried:double tiny:double van_der_pol:int16 rig:int16 tiny_relu:int16 tiny_silu:int16 linear:int16 commanded:int16 failing:double computed:double computed:int16 saturating_rig:double saturating:int16 gated:double failing_gated:double commanded_gated:int16 gated:int16 prior:double prior_functions:double driven:double watched_rig:double watched:int16 commanded_pendulum:double commanded_general:int16 general:double $(examples | sed 's/$/:float/'); do
   example=${entry%:*} scalar=${entry#*:} name=$example
   if [[ $scalar != float ]]; then name=${example}_$scalar; fi
   names+=("$name:${scalar/int16/float}") # all but T* is float
@@ -96,6 +96,27 @@ for flags in '-std=c99 -O0' '-std=c99 -Os' '-std=c99 -O2' "-std=gnu11 -O3 -march
 done
 cat "$work/want.txt"
 grep -q '^watched + + + + + + + ' "$work/want.txt" || { echo 'FAILED  the monitor was not driven to each of its alarms' && failed=1; }
+
+# An encoder for 20 minutes: the bits of the C++ runtime, and the speed. Control: without the wrap it is clamped.
+mkdir "$work/encoder"
+cp "$work/encoder.c" "$work/encoder.h" "$work/encoder"
+{
+  echo "#include \"$work/encoder.h\""
+  echo "#include \"$work/cpp/encoder.h\""
+  echo "#include \"$tests/shim.h\""
+  shim encoder float
+} >"$work/encoder/shim.cpp"
+(cd "$work/encoder" && "$cc" -std=c99 "${warnings[@]}" -O2 -c "$tests/encoder_flight.c" -I . -o flight.o &&
+  "$cc" -std=c99 -O2 -c encoder.c && "$cc" flight.o encoder.o -lm -o c99 &&
+  "$cxx" -std=c++20 -O2 -I "$source/runtime/include" -c shim.cpp && "$cxx" flight.o shim.o -lm -o cpp &&
+  sed 's/static const IN_FLASH Scalar kWrap\[.*/static const IN_FLASH Scalar kWrap[kNr] = {0.0f, 0.0f};/' encoder.c >control.c &&
+  ! cmp -s encoder.c control.c && "$cc" -std=c99 -O2 -c control.c && "$cc" flight.o control.o -lm -o control)
+if "$work/encoder/c99" >"$work/encoder/c99.txt" && "$work/encoder/cpp" | diff "$work/encoder/c99.txt" -; then
+  echo "ok      $(cat "$work/encoder/c99.txt")"
+else
+  echo "FAILED  $(cat "$work/encoder/c99.txt")" && failed=1
+fi
+! "$work/encoder/control" >"$work/control.txt" || { echo 'FAILED  an encoder without a wrap went unseen' && failed=1; }
 
 # The single header: alone in an empty folder, in two translation units; the same bits; short; half a percent on one weight.
 plain=(-std=c++20 "${warnings[@]}" -fno-exceptions -fno-rtti)

@@ -4,6 +4,7 @@
 #include "codegen/model/hold.h"
 #include "tests/codegen/flown.h"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -356,6 +357,47 @@ Model commanded_model() {
   map.features(5, 6) = map.features(6, 7) = 1.0;
   map.feature_scale << 1.0, 1.0, 6.0, 0.6, 0.5, 6.0, 0.6;
   map.skip = Uniform(52).matrix(2, 7, 0.3);
+  return m;
+}
+
+Model encoder_model() {
+  Model m = blank("encoder", 1, 3);
+  m.outputs = {{"encoder", "rad", 0.0}};
+  m.states = {{"omega", "rad/s", 0.0}, {"current", "A", 0.0}, {"load", "N m", 0.0}};
+  m.inputs = {{"voltage", "V", 0.0}};
+  m.input_min = Eigen::VectorXd::Constant(1, -24.0);
+  m.input_max = Eigen::VectorXd::Constant(1, 24.0);
+  m.sample_period_s = 1e-3;
+  m.output_min(0) = -1000.0;
+  m.output_max(0) = 1000.0;
+  // R = 1 Ohm, L = 2 mH, k = 40 mN m/A, J = 1e-4 kg m^2, b = 1e-5 N m s
+  Eigen::Matrix4d a;
+  a << 0, 1, 0, 0, 0, -0.1, 400, -1e4, 0, -20, -500, 0, 0, 0, 0, 0;
+  const Eigen::Vector4d b(0, 0, 500, 0);
+  const Eigen::Vector3d rates(60.0, 90.0, 140.0);
+  LinearLatent& latent = *linear_latent(m);
+  latent.eigenvalues = -rates;
+  latent.output_injection.resize(3, 2);
+  Eigen::Matrix<double, 3, 4> t;
+  for (int r = 0; r < 3; ++r) {  // T A = D T + F C
+    const Eigen::Matrix4d shifted = a + rates(r) * Eigen::Matrix4d::Identity();
+    t.row(r) = rates(r) * Eigen::RowVector4d::Unit(0) * shifted.inverse();
+    latent.output_injection.row(r) << rates(r), t.row(r) * b;
+  }
+  latent.starts_steady = true;
+  latent.relative_outputs = {0};
+  m.initial_latent = Eigen::Vector3d::Zero();
+  m.latent_max = t.rightCols<3>().cwiseAbs() * Eigen::Vector3d(400.0, 30.0, 0.5);
+  m.latent_min = -m.latent_max;
+  Network map;
+  map.features = Eigen::MatrixXd::Zero(3, 5);
+  map.features.leftCols(3).setIdentity();
+  map.features.col(3).setConstant(-1.0);  // z - y
+  map.feature_mean = map.output_mean = Eigen::Vector3d::Zero();
+  map.feature_scale = m.latent_max;
+  map.output_scale = Eigen::Vector3d::Ones();
+  map.layers = {{t.rightCols<3>().inverse() * m.latent_max.asDiagonal(), Eigen::Vector3d::Zero()}};
+  *inverse_map(m) = map;
   return m;
 }
 

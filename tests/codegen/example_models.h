@@ -51,6 +51,11 @@ Model driven_model();
 /// `rig_model` without its angle, with two known inputs that have modes of their own and that T* reads too: commands,
 /// or (`commanded_ramp`) measured with y.
 Model commanded_model();
+
+/// A DC motor whose encoder counts turns without end: linear, so T and T* are closed forms, and T* knows the encoder
+/// only relatively. States: speed, current, load; input: voltage. Not among example_models(): its T* makes much of a
+/// rounding.
+Model encoder_model();
 Model commanded_ramp_model();
 
 /// `commanded_model` with a second output that may be missing; and `rig_model`, which knows no input, whose load may.

@@ -75,7 +75,7 @@ double largest_error(const Model& m) {
   const FoldedModel folded = fold(m);
   const QuantisedModel quantised = quantise(m, folded);
   ReferenceObserver<double> exact(m);
-  ReferenceObserver<float> integer(m, Activations::kRuntime, &quantised);
+  ReferenceObserver<float> integer(m, Activations::kRuntime, flown_ranges(m), &quantised);
   double largest = 0.0;
   for (int k = 0; k < 3000; ++k) {
     Eigen::VectorXd y(m.ny());

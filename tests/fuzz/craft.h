@@ -104,8 +104,11 @@ class CppCraft {
       const Alarm alarm = monitor_.alarm();
       if (alarm > Alarm::kReset) return "an alarm is one there is";
       if (!is_finite(monitor_.level())) return "a level is finite";
-      const bool beyond = monitor_.armed() && monitor_.level() > Scalar(1);
-      if (alarm != Alarm::kReset && (alarm != Alarm::kNone) != beyond) return "an alarm is what the level says";
+      const bool beyond = monitor_.level() > Scalar(1);
+      if (monitor_.armed() && alarm != Alarm::kReset && (alarm != Alarm::kNone) != beyond)
+        return "an alarm is what the level says";
+      const bool early = alarm == Alarm::kNone || alarm == Alarm::kReset || (alarm == Alarm::kMissing && beyond);
+      if (!monitor_.armed() && !early) return "only missing samples alarm before the monitor is armed";
     }
     return nullptr;
   }

@@ -10,6 +10,10 @@
 //   seed                          1
 //   norm N(0, 0.5)                0.17
 //
+// Readings
+//   y [m]                       used unchanged from -3 to 3, clamped beyond
+// While a reading is clamped, the estimate is outside of the domain; after 13 samples in a row the status is out of range.
+//
 // Cost
 //   step()      6 multiply-adds
 //   estimate()  12 multiply-adds, 4 activations
@@ -21,7 +25,9 @@
 //   constinit static nlo::tiny::Observer observer{nlo::tiny::kModel};
 //
 //   void on_timer() {  // every 0.02 s
-//     if (observer.step(read_y()) != nlo::StepStatus::kOk) note_fault(observer.status());
+//     const auto status = observer.step(read_y());
+//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, not for long
+//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust
 //     if (!observer.in_domain()) return enter_safe_mode();
 //     const auto x_hat = observer.estimate();
 //     use(x_hat[nlo::tiny::State::position]);

@@ -91,9 +91,12 @@ static uint16_t counted_on(uint16_t last, uint16_t samples, uint16_t what) {
 }
 static bool is_clamped(uint16_t health) { return ((health / 2U) % 2U) != 0U; }
 static tiny_c99_status status_of_health(uint16_t health) {
-  const tiny_c99_status bad = ((health % 4U) == 2U) ? tiny_c99_CLAMPED : tiny_c99_HELD, early = (health == 0U) ? tiny_c99_OK : bad;
-  const bool late = (health != 0U) && ((health / 4U) >= (uint16_t)kStaleAfter);
-  return late ? (is_clamped(health) ? tiny_c99_OUT_OF_RANGE : tiny_c99_STALE) : early;
+  const bool late = (health / 4U) >= (uint16_t)kStaleAfter;
+  if (health == 0U) { return tiny_c99_OK; }
+  if (late && is_clamped(health)) { return tiny_c99_OUT_OF_RANGE; }
+  if (late) { return tiny_c99_STALE; }
+  if ((health % 4U) == 2U) { return tiny_c99_CLAMPED; }
+  return tiny_c99_HELD;
 }
 
 // Validates the readings of a sample: overwrites `accepted`, which holds the last good ones, with the usable values, and
@@ -326,13 +329,14 @@ tiny_c99_status tiny_c99_step(tiny_c99_observer* observer, const float y[1]) {
 }
 
 tiny_c99_status tiny_c99_step_dt(tiny_c99_observer* observer, const float y[1], float dt_s) {
-  const bool possible = is_finite(dt_s) && (dt_s > 0.0f) && (dt_s <= ((Scalar)kLongestGap * kSamplePeriod));
-  if (!possible) { return set_status(observer, tiny_c99_REJECTED); }
+  if (!(is_finite(dt_s) && (dt_s > 0.0f) && (dt_s <= ((Scalar)kLongestGap * kSamplePeriod)))) {
+    return set_status(observer, tiny_c99_REJECTED);
+  }
   Step step;
   make_step(dt_s, &step);
   // Up to 1.5 sample periods are jitter.
   const Scalar periods = dt_s / kSamplePeriod;
-  if ((observer->started != 1U) || !(periods > 1.5f)) { return take(observer, y, &step); }
+  if ((observer->started != 1U) || !((periods == periods) && (periods > 1.5f))) { return take(observer, y, &step); }
   const int missed = (int)(periods + 0.5f) - 1;
   uint16_t before[kNy];
   for (int j = 0; j < kNy; ++j) {

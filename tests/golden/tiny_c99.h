@@ -11,6 +11,10 @@
 //   seed                          1
 //   norm N(0, 0.5)                0.17
 //
+// Readings
+//   y [m]                       used unchanged from -3 to 3, clamped beyond
+// While a reading is clamped, the estimate is outside of the domain; after 13 samples in a row the status is out of range.
+//
 // An observer takes 16 bytes of RAM; the tables are constants. No heap, no library.
 //
 // Use
@@ -20,7 +24,9 @@
 //   void on_timer(void) {  // every 0.02 s
 //     const float y[tiny_c99_NY] = {read_y()};
 //     float x_hat[tiny_c99_NX];
-//     if (tiny_c99_step(&observer, y) != tiny_c99_OK) note_fault(tiny_c99_last_status(&observer));
+//     const tiny_c99_status status = tiny_c99_step(&observer, y);
+//     if (status != tiny_c99_OK) note_fault(status);  // CLAMPED, HELD: usable for a while
+//     if (status >= tiny_c99_STALE) { enter_safe_mode(); return; }  // OUT_OF_RANGE, too: do not trust
 //     if (!tiny_c99_in_domain(&observer)) { enter_safe_mode(); return; }
 //     tiny_c99_estimate(&observer, x_hat);
 //     use(x_hat[tiny_c99_state_position]);

@@ -10,6 +10,10 @@
 //   seed                          1
 //   norm N(0, 0.5)                0.17
 //
+// Readings
+//   y [m]                       used unchanged from -3 to 3, clamped beyond
+// While a reading is clamped, the estimate is outside of the domain; after 13 samples in a row the status is out of range.
+//
 // Cost
 //   step()      6 multiply-adds
 //   estimate()  12 multiply-adds, 4 activations
@@ -22,7 +26,9 @@
 //   constinit static nlo::watched::Monitor monitor{nlo::watched::kMonitor};
 //
 //   void on_timer() {  // every 0.02 s
-//     if (observer.step(monitor.trusted(read_y(), observer)) != nlo::StepStatus::kOk) note_fault(observer.status());
+//     const auto status = observer.step(monitor.trusted(read_y(), observer));
+//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, not for long
+//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust
 //     if (!observer.in_domain()) return enter_safe_mode();
 //     const auto x_hat = observer.estimate();
 //     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();

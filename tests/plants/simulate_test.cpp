@@ -163,6 +163,35 @@ TEST(RangeWarnings, NameGrowthThatIsNotYetFar) {
   EXPECT_THAT(warnings(kLine, {"plant.parameters.b=0.5"}), IsEmpty()) << "from 3.5 to 6 half widths is not yet growth";
 }
 
+TEST(RangeWarnings, OfAnEncoderProposeWrapsAndNoShorterHorizon) {
+  const std::string encoder = R"(
+name = "encoder"
+[plant]
+states = ["angle", "omega"]
+derivative = ["omega", "0"]
+outputs = ["angle"]
+estimated = ["omega"]
+[simulation]
+horizon_s = 2.0
+sample_period_s = 0.01
+trajectories = 8
+initial_low = [-3, -200]
+initial_high = [3, 200]
+[observer]
+eigenvalues = [-3.0, -5.0]
+)";
+  for (const bool relative : {true, false}) {
+    const std::vector<std::string> changes = {
+        relative ? "observer.features=\"latent_minus_output\"" : "observer.features=\"latent\"",
+        "observer.output_injection=\"unit_gain\""};
+    const auto found = warnings(encoder, changes);
+    ASSERT_THAT(found, SizeIs(1));
+    EXPECT_THAT(found[0], AllOf(HasSubstr("angle starts within -3 and 3"), HasSubstr("output_wraps"),
+                                Not(HasSubstr("a shorter [simulation]"))));
+    EXPECT_EQ(found[0].find("and its output is relative") != std::string::npos, relative) << found[0];
+  }
+}
+
 TEST(RangeWarnings, AreSilentOfWhatSettlesSwingsOrTurns) {
   EXPECT_THAT(warnings(kLine), IsEmpty());
   EXPECT_THAT(warnings(kLine, {"plant.parameters.a=-1", "plant.parameters.b=9"}), IsEmpty()) << "settles at 9";

@@ -22,13 +22,13 @@ StepStatus plainly_validated(Scalar y, Scalar min, Scalar max, Scalar wrap, Scal
   if (!std::isfinite(y)) return StepStatus::kHeld;
   if (wrap > 0) {
     if (y < min || y > max) return StepStatus::kHeld;
-    const Scalar change = y - accepted, turns = change / wrap;
+    const Scalar turns = (y - accepted) / wrap;
     if (turns < Scalar(-0.5)) {
-      accepted += change - wrap * std::trunc(turns - Scalar(0.5));
+      accepted = y - wrap * std::trunc(turns - Scalar(0.5));
     } else if (turns > Scalar(0.5)) {
-      accepted += change - wrap * std::trunc(turns + Scalar(0.5));
+      accepted = y - wrap * std::trunc(turns + Scalar(0.5));
     } else {
-      accepted += change;
+      accepted = y;
     }
     return StepStatus::kOk;
   }

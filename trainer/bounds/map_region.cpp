@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
 #include "trainer/bounds/rounding.h"
 
@@ -32,8 +33,8 @@ MapRegion region_between(const codegen::Model& model, const Eigen::VectorXd& low
 MapRegion domain_region(const codegen::Model& model) {
   const Eigen::Index nz = model.nz(), nr = readings_of_map(model);
   Eigen::VectorXd low(nz + nr), high(nz + nr);
-  low << model.latent_min, codegen::reading_min(model).head(nr);
-  high << model.latent_max, codegen::reading_max(model).head(nr);
+  low << model.latent_min, codegen::flown_ranges(model).kept_min.head(nr);
+  high << model.latent_max, codegen::flown_ranges(model).kept_max.head(nr);
   return region_between(model, low, high, true);
 }
 

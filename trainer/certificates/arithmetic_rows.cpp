@@ -13,6 +13,7 @@
 #include "codegen/export/number_formats.h"
 #include "codegen/fold/quantise.h"
 #include "codegen/model/domain.h"
+#include "codegen/model/flown_ranges.h"
 #include "codegen/replay/replay_run.h"
 #include "trainer/certificates/arithmetic_error.h"
 #include "trainer/certificates/certificate.h"
@@ -182,8 +183,7 @@ Vector largest_in_flight(const codegen::Model& model, const Format& format, cons
 std::string steps_left_out(const codegen::Model& model) {
   if (!moves_linearly(model))
     return fmt::format("the steps of structure {} are not part of it", codegen::structure_name(model));
-  for (const codegen::Channel& channel : model.outputs)
-    if (channel.wrap != 0.0) return "the steps of z are not part of it: an angle turns z back";
+  if (codegen::flown_ranges(model).any_wraps()) return "the steps of z are not part of it: an output turns z back";
   if (!model.failures.outputs.empty()) return "the steps of z are not part of it: outputs may be missing";
   if (model.measured() != model.ny()) return "the steps of z are not part of it: outputs are computed";
   return "";

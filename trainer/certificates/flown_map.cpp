@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
 #include "trainer/bounds/rounding.h"
 #include "trainer/certificates/proven_activation.h"
@@ -169,7 +170,8 @@ Vector float_latent_error(const codegen::Model& m, const Vector& low, const Vect
   const codegen::LinearLatent& latent = *codegen::linear_latent(m);
   const codegen::StepMatrices step = codegen::latent_step(m, m.sample_period_s);
   const Vector z = low.cwiseAbs().cwiseMax(high.cwiseAbs());
-  const Vector y = codegen::reading_min(m).cwiseAbs().cwiseMax(codegen::reading_max(m).cwiseAbs());
+  const codegen::FlownRanges kept = codegen::flown_ranges(m);
+  const Vector y = kept.kept_min.cwiseAbs().cwiseMax(kept.kept_max.cwiseAbs());
   const Matrix gain = codegen::steady_gain(m);
   const double sums = float_gamma(2 * m.nr() + 4);
   const auto flown = [](double value) { return static_cast<double>(static_cast<float>(value)); };

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/structures/module.h"
 #include "trainer/base/number_text.h"
@@ -50,7 +51,7 @@ struct LatentDraws {
     return VectorXd::NullaryExpr(low.size(), [&](Index i) { return within(low(i), high(i)); });
   }
   VectorXd z() { return box(m.latent_min, m.latent_max); }
-  VectorXd y() { return box(codegen::reading_min(m), codegen::reading_max(m)); }
+  VectorXd y() { return box(codegen::flown_ranges(m).kept_min, codegen::flown_ranges(m).kept_max); }
 };
 
 /// The largest growth of max |dz_i| / d_i over one step, at draws: central differences along each coordinate, summed

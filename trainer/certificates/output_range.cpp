@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "codegen/model/domain.h"
+#include "codegen/model/flown_ranges.h"
 #include "codegen/reference/network.h"
 #include "codegen/structures/module.h"
 #include "trainer/bounds/rounding.h"
@@ -72,8 +73,8 @@ struct LeftBox {
 std::optional<MapRegion> reachable_region(const codegen::Model& model) {
   const Index nz = model.nz(), nr = readings_of_map(model);
   VectorXd low(nz + nr), high(nz + nr);
-  low.tail(nr) = codegen::reading_min(model).head(nr);
-  high.tail(nr) = codegen::reading_max(model).head(nr);
+  low.tail(nr) = codegen::flown_ranges(model).kept_min.head(nr);
+  high.tail(nr) = codegen::flown_ranges(model).kept_max.head(nr);
   const std::vector<codegen::Channel> channels = codegen::readings(model);
   for (Index j = 0; j < nr; ++j) {
     const double turn = channels[static_cast<std::size_t>(j)].wrap;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
 #include "codegen/replay/reference_observer.h"
 #include "codegen/replay/replay_run.h"
@@ -25,7 +26,7 @@ constexpr std::int64_t kMostSteps = 1 << 22;
 /// What a mode reads of one reading.
 struct ReachReading {
   Complex b0, b1, steady;
-  double centre = 0.0, radius = 0.0;  ///< of an angle: 0, half a turn
+  double centre = 0.0, radius = 0.0;  ///< of one that wraps: 0, half a turn
   bool turns = false;
 };
 
@@ -42,8 +43,8 @@ std::vector<ReachMode> reach_modes(const codegen::Model& m) {
   const codegen::LinearLatent& latent = *codegen::linear_latent(m);
   const codegen::StepMatrices step = codegen::latent_step(m, m.sample_period_s);
   const Eigen::MatrixXd gain = codegen::steady_gain(m);
-  const VectorXd low = codegen::reading_min(m), high = codegen::reading_max(m);
-  const std::vector<codegen::Channel> channels = codegen::readings(m);
+  const codegen::FlownRanges flown = codegen::flown_ranges(m);
+  const VectorXd &low = flown.kept_min, &high = flown.kept_max;
   std::vector<ReachMode> modes;
   for (Index r = 0; r < m.nz();) {
     const bool pair = r < 2 * latent.pairs;
@@ -57,9 +58,9 @@ std::vector<ReachMode> reach_modes(const codegen::Model& m) {
         reading.b1 += reading.b0;
         reading.b0 = 0.0;
       }
-      reading.turns = channels[static_cast<std::size_t>(j)].wrap > 0.0;
+      reading.turns = flown.wrap(j) > 0.0;
       if (reading.turns) {
-        reading.radius = 0.5 * channels[static_cast<std::size_t>(j)].wrap;
+        reading.radius = 0.5 * flown.wrap(j);
       } else {
         reading.centre = 0.5 * (low(j) + high(j));
         reading.radius = upward(std::max(high(j) - reading.centre, reading.centre - low(j)), 1);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Where the latent state of a KKL observer can go, whatever is measured. With z+ = A z + B0 y_k + B1 y_(k+1) and every
-// y_j = c_j + r_j s, |s| <= 1, as screening lets it through,
+// y_j = c_j + r_j s, |s| <= 1, as validation lets it through,
 //   z_k = A^k z_0 + B1 y_k + sum over 0 < m < k of A^(m-1) (B0 + A B1) y_(k-m) + A^(k-1) B0 y_0
 // so coordinate i fills an interval whose half width is the sum of |row i of each factor| r: no interval is smaller.
-// An angle is turned back with z, so of it, a step moves z - S y by (S - B1) times a change of half a turn at most, and
-// y itself is within half a turn.
+// An output that wraps is turned back with z, so of it, a step moves z - S y by (S - B1) times a change of half a turn
+// at most, and y itself is within half a turn.
 #pragma once
 
 #include <Eigen/Core>

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "trainer/base/number_text.h"
@@ -46,14 +47,57 @@ Range range_of(const Dataset& runs, Eigen::Index state, double centre, double ha
   return range;
 }
 
-std::string what_helps(const Experiment& experiment, const Dataset& runs) {
-  std::string horizon =
+bool reads(const std::string& expression, const std::string& name) {
+  const auto in_name = [&](std::size_t at) {
+    return at < expression.size() &&
+           (std::isalnum(static_cast<unsigned char>(expression[at])) || expression[at] == '_');
+  };
+  for (std::size_t at = expression.find(name); at != std::string::npos; at = expression.find(name, at + 1))
+    if (!(at > 0 && in_name(at - 1)) && !in_name(at + name.size())) return true;
+  return false;
+}
+
+/// An output measures this state itself, and nothing of the plant depends on it: an encoder's count.
+bool is_count(const Experiment& experiment, const std::string& state) {
+  const PlantConfig& plant = *experiment.plant;
+  if (std::find(plant.outputs.begin(), plant.outputs.end(), state) == plant.outputs.end()) return false;
+  for (const std::string& derivative : plant.derivative)
+    if (reads(derivative, state)) return false;
+  for (const std::vector<std::string>& row : plant.input_field)
+    for (const std::string& entry : row)
+      if (reads(entry, state)) return false;
+  return true;
+}
+
+/// For an encoder, whose count grows with the horizon: not a shorter one.
+std::string of_a_count(const Experiment& experiment, const std::string& state) {
+  const ObserverConfig& o = experiment.observer;
+  if (o.features == FeatureSet::kLatentMinusOutput && o.output_injection == Injection::kUnitGain)
+    return fmt::format(
+        "Nothing of the plant depends on it, and its output is relative (features = \"latent_minus_output\"): in "
+        "flight "
+        "it may count without end. If {} is an angle, [plant] state_wraps and output_wraps say so",
+        state);
+  return fmt::format(
+      "Nothing of the plant depends on it. If {} is an angle, give its full turn by [plant] state_wraps and "
+      "output_wraps. "
+      "If it counts without end, take [observer] features = \"latent_minus_output\" and output_injection = "
+      "\"unit_gain\", which make its output relative; else it is clamped in flight to the range of training",
+      state);
+}
+
+std::string what_helps(const Experiment& experiment, const Dataset& runs, const std::string& state) {
+  if (is_count(experiment, state)) return of_a_count(experiment, state);
+  const std::string meant =
+      "An observer learns all of this range, and its error is a share of it; where the plant is not meant to go "
+      "there, ";
+  const std::string horizon =
       fmt::format("a shorter [simulation] horizon_s (now {})", shortest_text(experiment.simulation.horizon_s));
   if (experiment.feedback)
-    return "its [feedback] does not hold it: change the law or the actuators' limits, or take " + horizon;
+    return meant + "its [feedback] does not hold it: change the law or the actuators' limits, or take " + horizon;
   if (!runs.inputs.empty() || !experiment.plant->inputs.empty())
-    return "close the loop that holds it by [feedback], or take " + horizon;
-  return "take " + horizon;
+    return meant + "close the loop that holds it by [feedback], or take " + horizon;
+  return meant + "take " + horizon;
 }
 
 }  // namespace
@@ -78,15 +122,12 @@ std::vector<std::string> range_warnings(const Dataset& runs, const Experiment& e
     warnings.push_back(
         range.leaving > 0
             ? fmt::format("{} {}, and {} of {} runs leave that box by more than ten times, the first at t = {:.3g} s; "
-                          "farthest {}{}. An observer learns all of this range, and its error is a share of it; where "
-                          "the plant is not meant to go there, {}",
+                          "farthest {}{}. {}",
                           state.name, starts, range.leaving, runs.trajectories.size(), range.leaves_s, far,
-                          grows ? ", still growing" : "", what_helps(experiment, runs))
+                          grows ? ", still growing" : "", what_helps(experiment, runs, state.name))
             : fmt::format(
-                  "{} {} and grows without bound: {:.3g}{} from its middle in the first half of the horizon, {}. "
-                  "An observer learns all of this range, and its error is a share of it; where the plant is not meant "
-                  "to go there, {}",
-                  state.name, starts, range.first_half, unit, far, what_helps(experiment, runs)));
+                  "{} {} and grows without bound: {:.3g}{} from its middle in the first half of the horizon, {}. {}",
+                  state.name, starts, range.first_half, unit, far, what_helps(experiment, runs, state.name)));
   }
   return warnings;
 }

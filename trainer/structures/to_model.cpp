@@ -22,7 +22,8 @@ using Eigen::VectorXd;
 
 /// The domain: what latent states training has seen, relative to S y for relative outputs, and a tenth of their range
 /// more. Readings: one more range on either side before a measurement is called impossible, or an input, and where the
-/// noise has tails the limits that training had; angles may count 64 turns.
+/// noise has tails the limits that training had; angles have 64 turns here, and 2^16 in
+/// flight (codegen/model/flown_ranges.h), where relative outputs are not clamped either.
 void set_ranges(codegen::Model& model, const Rollout& rollout, const TrainingConfig& training) {
   const MatrixXd steady_gain = codegen::steady_gain(model);
   const Index nz = model.nz(), ny = model.ny(), nr = model.nr();

@@ -25,7 +25,7 @@ class Channel:
     name: str
     unit: str    #: "" where none is known
     turn: float  #: the full turn of an angle in its unit; 0: not an angle
-    low: float   #: measurements outside are clamped, an angle is refused
+    low: float   #: declared range; outside it a measurement is clamped, but not an angle or a relative output
     high: float
 
 

@@ -76,11 +76,11 @@ template <class Scalar, int kNy>
 struct ReadingRange {
   Scalar min[kNy];
   Scalar max[kNy];
-  Scalar wrap[kNy];  ///< full turn of an angle (2 pi); 0: not an angle
+  Scalar wrap[kNy];  ///< full turn of an angle (2 pi), or of an output that T* knows only relatively; 0: it is clamped
 
   /// Validates the readings of a sample: overwrites `accepted`, which holds the last good ones, with the usable values,
-  /// and updates the health of each channel. Returns true if one of them was held. An angle comes out within half a
-  /// turn of its last good value. All conditions are computed, none branched on: see arithmetic.h.
+  /// and updates the health of each channel. Returns true if one of them was held. A value that wraps comes
+  /// out within half a turn of its last good one. All conditions are computed, none branched on: see arithmetic.h.
   template <Arithmetic kArithmetic>
   constexpr bool validate(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy], ChannelHealth* health) const {
     bool held = false;
@@ -91,9 +91,11 @@ struct ReadingRange {
       // Each case selects for itself: a value common to both would move between register files in constant time.
       if (wrap[j] > Scalar(0)) {  // the model decides this branch, not the data
         good = good & !below & !above;
-        const Scalar change = select<kArithmetic>(good, y[j], accepted[j]) - accepted[j];
-        const Scalar next = accepted[j] + wrapped<kArithmetic>(change, wrap[j]);
-        accepted[j] = select<kArithmetic>(good, next, accepted[j]);
+        // Within half a turn of the last one y is used bit for bit; if the turn is a power of two, whole turns go
+        // exactly.
+        const Scalar from = select<kArithmetic>(good, y[j], accepted[j]);
+        const Scalar turns = whole_turns<kArithmetic>(from - accepted[j], wrap[j]);
+        accepted[j] = from - rounded<Scalar>(wrap[j] * turns);
       } else {
         clamped = good & (below | above);
         const Scalar limit = select<kArithmetic>(below, min[j], max[j]);
@@ -106,7 +108,7 @@ struct ReadingRange {
     return held;
   }
 
-  /// `y` is a value that validation can have stored: in its range, or an angle within its first turn.
+  /// `y` is a value that validation can have stored: in its range, or within its first turn.
   constexpr bool may_hold(const Scalar (&y)[kNy]) const {
     bool good = true;
     for (int j = 0; j < kNy; ++j) {
@@ -126,7 +128,13 @@ struct ReadingRange {
   /// angle / turn, rounded to an integer; 0 where an int32 cannot count them.
   template <Arithmetic kArithmetic>
   NLO_SHARED_WITHOUT_FPU static constexpr Scalar whole_turns(Scalar angle, Scalar turn) {
-    // Within the declared range there are 2e5 at most. More come of a bit of memory that has flipped.
+    // Without the division: turn / 2 is exact, and |angle / turn| is at most 1/2 just where |angle| is at most that.
+    if constexpr (!kConstantTime<kArithmetic>) {
+      const Scalar half_turn = turn * Scalar(0.5);
+      if (angle >= -half_turn && angle <= half_turn) [[likely]]
+        return Scalar(0);
+    }
+    // Validation lets 2^17 pass at most. More come of a bit flip.
     const Scalar all = angle / turn;
     const Scalar turns = select<kArithmetic>(is_below(all, Scalar(0x1p30)), all, Scalar(0));
     // Half a turn counts as none: an angle resting on the wrap must not change sides, and z with it, at each step.

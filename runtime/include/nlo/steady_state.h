@@ -42,8 +42,8 @@ constexpr void add_relative_state(const Model& model, const Scalar (&y)[kNy], Sc
   }
 }
 
-/// An angle that has left its first turn goes back by whole turns, and z by S times as much: the latent system does not
-/// notice. This keeps z bounded however often the shaft turns.
+/// An angle, or another output that wraps, goes back by whole turns once it has left its first, and z by S times as
+/// much: the latent system does not notice. This keeps z bounded however often the shaft turns.
 template <Arithmetic kArithmetic, class Model, class Scalar, int kNz, int kNy>
 constexpr void turn_back(const Model& model, Scalar (&y)[kNy], Scalar (&z)[kNz]) {
   if constexpr (Model::kHasSteadyState) {
