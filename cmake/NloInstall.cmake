@@ -17,7 +17,7 @@ install(DIRECTORY runtime/include/nlo DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} CO
   FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
 if(NOT NLO_RUNTIME_ONLY)
   nlo_install_component(program nlo)
-  install(TARGETS nlo-reproduce DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program OPTIONAL) # built when it is wanted
+  install(TARGETS nlo-prove nlo-reproduce DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program OPTIONAL) # built when it is wanted
   install(DIRECTORY trainer/experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/nlo COMPONENT program
     FILES_MATCHING PATTERN "*.toml")
   install(FILES codegen/cmake/NloAddModel.cmake DESTINATION ${package_dir} COMPONENT program)

@@ -6,7 +6,7 @@ target_compile_options(nlo_warnings INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict> # GCC 12 misreads "literal" + std::string (its bug 105651)
   $<$<BOOL:${NLO_WARNINGS_AS_ERRORS}>:-Werror>)
 
-# GCC collects its garbage less often: that was 1 s of the 14 that trainer/bounds/forward_map.cpp took.
+# GCC collects its garbage less often: that was 1 s of the 14 that trainer/prove/forward_map.cpp took.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND PROJECT_IS_TOP_LEVEL)
   add_compile_options(--param=ggc-min-expand=300 --param=ggc-min-heapsize=524288)
 endif()

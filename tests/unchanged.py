@@ -70,7 +70,8 @@ def run_ctest(build, arguments):
     around = surroundings(of)
     tests = json.loads(subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1", *arguments],
                                       check=True, capture_output=True, text=True).stdout)["tests"]
-    programs = [p for p in (build / "trainer/nlo", build / "trainer/nlo-reproduce", build / "bench/compare") if p.exists()]
+    programs = [p for p in (build / "trainer/nlo", build / "trainer/nlo-prove", build / "trainer/nlo-reproduce",
+                            build / "bench/compare") if p.exists()]
     named = {}  # by a program, which may start them
 
     def key(test):

@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
         nlo::trainer::add_compare(app, action);
         nlo::trainer::add_crossvalidate(app, action);
         nlo::trainer::add_identify(app, action);
-        nlo::trainer::add_certify(app, action);
+        nlo::trainer::add_certify(app, argc, argv);
         nlo::trainer::add_monitor(app, action);
         nlo::trainer::add_export(app, action);
         nlo::trainer::add_replay(app, action);

@@ -73,13 +73,13 @@ for package in nlo libnlo-dev libnlo-model python3-nlo; do
   gzip -dc "$root/usr/share/doc/$package/CHANGELOG.md.gz" | cmp - "$source/CHANGELOG.md"
   same "the changelog of $package" "nlo $version" "$(gzip -dc "$root/usr/share/doc/$package/changelog.gz" | dpkg-parsechangelog -l- | awk '/^(Source|Version):/ { printf "%s%s", n++ ? " " : "", $2 }')"
 done
-for name in nlo nlo-reproduce; do
+for name in nlo nlo-prove nlo-reproduce; do
   gzip -dc "$root/usr/share/man/man1/$name.1.gz" | grep -q '^\.TH ' || fail "$name.1 is not a manual page"
 done
 gzip -dc "$root/usr/share/man/man1/nlo.1.gz" | grep -q '^evaluate' || fail 'nlo.1 does not have the commands'
 [ -s "$root/usr/share/nlo/experiments/van_der_pol.toml" ] || fail 'the experiments are not installed'
 same 'names of the source tree' '' "$(grep -rlF "$source" "$root/usr" || true)"
-for name in nlo nlo-reproduce; do
+for name in nlo nlo-prove nlo-reproduce; do
   same "symbols of $name" 'no symbols' "$(nm "$root/usr/bin/$name" 2>&1 | grep -o 'no symbols')"
   if [ "$portable" ] && [ "$machine" = amd64 ]; then
     same "instructions of $name that not every processor has" 0 "$(wide_vectors "$root/usr/bin/$name")"
@@ -93,6 +93,7 @@ fi
 
 # Used: by its program, by CMake and by pkg-config.
 same 'nlo --version' "nlo $version" "$("$root/usr/bin/nlo" --version)"
+same 'nlo-prove --version' "nlo-prove $version" "$("$root/usr/bin/nlo-prove" --version)"
 same 'nlo-reproduce --version' "nlo-reproduce $version" "$("$root/usr/bin/nlo-reproduce" --version)"
 same 'nlo reproduce' 'Usage: nlo reproduce' "$("$root/usr/bin/nlo" reproduce --help | grep -o '^Usage: nlo reproduce')"
 cp -r "$source/examples" "$work/examples"

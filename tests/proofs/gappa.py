@@ -15,10 +15,10 @@ import struct
 import subprocess
 import sys
 
-# Largest |tanh_rational - tanh| that is proven, by the runtime's name, as trainer/certificates says it. A proof adds up
+# Largest |tanh_rational - tanh| that is proven, by the runtime's name, as trainer/prove says it. A proof adds up
 # what no argument meets at once: tests over every float say kTanhMaxError, kTanh5e6MaxError, kTanh5e5MaxError.
 SAYS = {"kTanh": "kProvenTanh", "kTanh5e6": "kProvenTanh5e6", "kTanh5e5": "kProvenTanh5e5", "double": "kProvenTanhDouble"}
-CERTIFICATE = (pathlib.Path(__file__).parents[2] / "trainer/certificates/proven_activation.h").read_text()
+CERTIFICATE = (pathlib.Path(__file__).parents[2] / "trainer/prove/proven_activation.h").read_text()
 PROVEN = {name: float(re.search(rf"\b{says} = ([0-9e.-]+);", CERTIFICATE)[1]) for name, says in SAYS.items()}
 MOST_TURNS = 1e5  # check_turns() of codegen; 2^16 are accepted in flight
 

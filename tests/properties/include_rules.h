@@ -53,7 +53,8 @@ inline const std::vector<Wall> kWalls = {
     {"trainer/nn/", "trainer/plants/"},
     {"trainer/optim/", "trainer/plants/"},
     {"trainer/training/", "trainer/plants/"},
-    // nlo-reproduce is a program of its own: whoever builds nlo does not compile the paper.
+    // nlo-prove and nlo-reproduce are programs of their own: whoever builds nlo compiles neither proofs nor the paper.
+    {"trainer/", "trainer/prove/"},
     {"trainer/", "trainer/reproduce/"},
     // A model and what is made of it do not know the languages it is written in.
     {"codegen/", "codegen/targets/"},

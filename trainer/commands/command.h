@@ -32,7 +32,6 @@ auto run_phase(Work&& work) {
 
 /// Each adds a subcommand; when it was chosen, parsing sets `action` to what it does.
 using Action = std::function<void()>;
-void add_certify(CLI::App& app, Action& action);
 void add_train(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_crossvalidate(CLI::App& app, Action& action);
@@ -46,7 +45,13 @@ void add_new(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action);
 
-/// The subcommand that becomes another program, with main's arguments.
+/// The subcommands that become another program, with main's arguments (other_program.h).
+void add_certify(CLI::App& app, int argc, char** argv);
 void add_reproduce(CLI::App& app, int argc, char** argv);
+
+inline constexpr const char* kCertifyDescription =
+    "Prove bounds of a model, rounding included, and search for what breaks them";
+inline constexpr const char* kReproduceDescription =
+    "Make the paper's tables and figures, beside the paper's numbers, and tasks that others set";
 
 }  // namespace nlo::trainer

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `nlo` and `nlo-reproduce` have in common: help, errors and exit codes (command.h).
+// What `nlo`, `nlo-prove` and `nlo-reproduce` have in common: help, errors and exit codes (command.h).
 #pragma once
 
 #include <functional>

@@ -8,10 +8,11 @@
 #include <string>
 
 #include "trainer/base/printable.h"
+#include "trainer/base/version.h"
+#include "trainer/commands/command.h"
 #include "trainer/commands/directory_lock.h"
 #include "trainer/commands/output_directory.h"
 #include "trainer/commands/program.h"
-#include "trainer/commands/reproduce_options.h"
 #include "trainer/jobs/run_jobs.h"
 #include "trainer/reproduce/page.h"
 #include "trainer/reproduce/run.h"
@@ -19,6 +20,13 @@
 
 namespace nlo::trainer {
 namespace {
+
+struct ReproduceArguments {
+  std::string what, directory = "reproduction", data;
+  bool quick = false;
+  int seeds = 0;    ///< 0: 3, or 1 when quick
+  int threads = 0;  ///< 0: all cores; does not change a result
+};
 
 void run_reproduce(const ReproduceArguments& arguments) {
   reproduction::Request request;
@@ -59,6 +67,28 @@ std::string names_of_items() {
   return names;
 }
 
+void add_options(CLI::App& app, ReproduceArguments& arguments) {
+  app.add_option("WHAT", arguments.what, "all, an example, a table or a figure (--help lists them)")->required();
+  app.add_flag("--quick", arguments.quick, "a quick look: fewer steps, seeds and test trajectories");
+  app.add_option("-o,--output", arguments.directory, "directory for reproduction.html, the CSV files and cache/")
+      ->type_name("DIR")
+      ->capture_default_str();
+  app.add_option("--data", arguments.data, "folder of the folders of logs: items of logs are left out without it")
+      ->type_name("DIR");
+  app.add_option("--seeds", arguments.seeds, "trained observers per experiment (3; 1 with --quick)")
+      ->check(CLI::Range(1, 100));
+  app.add_option("--threads", arguments.threads, "0: all cores; does not change the result")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.set_version_flag("-V,--version", std::string("nlo-reproduce ") + kVersion);
+  app.footer(fmt::format("WHAT is one of:\n  {}\n", names_of_items()) +
+             "Trained models are cached in DIR/cache by all that decides them: a second run trains nothing, and an "
+             "interrupted one goes on.\n"
+             "Examples:\n"
+             "  nlo reproduce all\n"
+             "  nlo reproduce table1 --quick -o /tmp/look");
+}
+
 }  // namespace
 }  // namespace nlo::trainer
 
@@ -66,7 +96,7 @@ int main(int argc, char** argv) {
   using namespace nlo::trainer;  // NOLINT(google-build-using-namespace): a program
   return run_program(argc, argv, "nlo reproduce", kReproduceDescription, [](CLI::App& app, Action& action) {
     auto arguments = std::make_shared<ReproduceArguments>();
-    add_reproduce_options(app, *arguments, fmt::format("WHAT is one of:\n  {}\n", names_of_items()));
+    add_options(app, *arguments);
     action = [arguments] { run_reproduce(*arguments); };
   });
 }

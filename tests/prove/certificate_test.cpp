@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// The certificate of a model: every row is there for every structure, no falsifier is above its bound, and one that is
+// gets seen.
+#include "trainer/prove/certificate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "codegen/model_file/model_file.h"
+#include "tests/codegen/example_models.h"
+
+namespace nlo::trainer {
+namespace {
+
+using codegen::Model;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+CertifyOptions quick() {
+  CertifyOptions options;
+  options.boxes = 200;
+  return options;
+}
+
+const CertificateRow& row_of(const Certificate& certificate, const std::string& id) {
+  for (const CertificateRow& row : certificate.rows)
+    if (row.id == id) return row;
+  throw std::runtime_error("no row " + id);
+}
+
+TEST(Certificate, NoFalsifierIsAboveABoundForAnyModel) {
+  for (const Model& model : codegen::example_models()) {
+    const Certificate certificate = certify(model, quick());
+    EXPECT_THAT(broken_rows(certificate), IsEmpty()) << model.name;
+    std::set<std::string> ids;
+    for (const CertificateRow& row : certificate.rows) {
+      EXPECT_TRUE(ids.insert(row.id).second) << model.name << ": " << row.id << " twice";
+      EXPECT_TRUE(!std::isnan(row.bound) || !row.note.empty()) << model.name << ": " << row.id << " says nothing";
+    }
+  }
+}
+
+TEST(Certificate, ControlABoundThatIsTooSmallIsSeen) {
+  Certificate certificate = certify(codegen::tiny_model(), quick());
+  for (CertificateRow& row : certificate.rows) {
+    if (std::isnan(row.bound) || !(row.found > 0.0)) continue;
+    const double bound = row.bound;
+    row.bound = 0.5 * row.found;
+    EXPECT_THAT(broken_rows(certificate), HasSubstr(row.id));
+    row.bound = bound;
+  }
+  EXPECT_THAT(broken_rows(certificate), IsEmpty());
+}
+
+TEST(Certificate, OfALinearLatentSystemTheFactorIsThatOfItsSlowestMode) {
+  const Model model = codegen::tiny_model();
+  const Certificate certificate = certify(model, quick());
+  const double slowest = codegen::linear_latent(model)->eigenvalues.maxCoeff();
+  const CertificateRow& row = row_of(certificate, "contraction");
+  EXPECT_GE(row.bound, std::exp(slowest * model.sample_period_s));
+  EXPECT_NEAR(row.bound, std::exp(slowest * model.sample_period_s), 1e-12);
+  EXPECT_NEAR(row.found, row.bound, 1e-3);
+}
+
+TEST(Certificate, GatedUnitsHaveARateWhereTheirWeightsProveOne) {
+  const CertificateRow proven = row_of(certify(codegen::contracting_gated_model(), quick()), "contraction");
+  EXPECT_LT(proven.bound, 1.0);
+  EXPECT_GT(proven.found, 0.0);
+  EXPECT_LE(proven.found, proven.bound);
+  const CertificateRow open = row_of(certify(codegen::gated_model(), quick()), "contraction");
+  EXPECT_TRUE(std::isnan(open.bound));
+  EXPECT_THAT(open.note, HasSubstr("not proven"));
+}
+
+TEST(Certificate, OfTheShippedModelTheLipschitzConstantIsWithinThirtyPerCentOfTheSteepestSlope) {
+  const Model model = codegen::read_model(std::string(NLO_SOURCE_DIR) + "/examples/models/van_der_pol.json");
+  CertifyOptions options;  // what a minute or two give: a default run takes a part of that
+  options.gap = 0.3;
+#ifndef NLO_SLOW
+  options.boxes = 100000;
+#endif
+  const Certificate certificate{model.name, "", lipschitz_rows(model, options), {}};
+  const CertificateRow& row = row_of(certificate, "lipschitz");
+#ifdef NLO_SLOW
+  EXPECT_LE(row.bound, 1.3 * row.found);
+#else
+  EXPECT_LE(row.bound, 1.65 * row.found);
+#endif
+  EXPECT_GE(row.bound, row.found);
+}
+
+TEST(Certificate, JsonHasEveryRowAndNullWhereThereIsNoBound) {
+  const Certificate certificate = certify(codegen::luenberger_model(), quick());
+  const auto json = nlohmann::json::parse(certificate_json(certificate));
+  ASSERT_EQ(json["rows"].size(), certificate.rows.size());
+  for (std::size_t i = 0; i < certificate.rows.size(); ++i) {
+    EXPECT_EQ(json["rows"][i]["id"], certificate.rows[i].id);
+    EXPECT_EQ(json["rows"][i]["bound"].is_null(), std::isnan(certificate.rows[i].bound));
+  }
+  EXPECT_THAT(certificate_text(certificate), HasSubstr("there is no T*"));
+}
+
+}  // namespace
+}  // namespace nlo::trainer

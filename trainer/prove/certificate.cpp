@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/prove/certificate.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "trainer/evaluation/json_numbers.h"
+#include "trainer/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// One more kind of rows is a line here.
+struct RowMaker {
+  const char* name;
+  CertificateRows (*rows)(const codegen::Model& model, const CertifyOptions& options);
+};
+constexpr RowMaker kRowMakers[] = {
+    {"reachable latent states", latent_rows},      {"contraction", contraction_rows},
+    {"Lipschitz constants of T*", lipschitz_rows}, {"largest estimates", estimate_rows},
+    {"the error that stays", steady_rows},         {"robustness to noise", robustness_rows},
+    {"arithmetic that flies", arithmetic_rows}};
+
+std::vector<std::string> assumptions() {
+  return {
+      "The model's constants are what the file says, in double; real numbers beyond that.",
+      "Arithmetic of this program is IEEE double, rounded to nearest; its roundings are part of each bound.",
+      "Functions of the C library (tanh, exp) are within 4 units in the last place.",
+      "Coefficients of a step, as double has them, are within 128 units in the last place and |lambda h| times that.",
+      "A target's floats are IEEE binary32, rounded to nearest; what it flies is what the export wrote."};
+}
+
+}  // namespace
+
+const char* evidence_name(Evidence evidence) {
+  return evidence == Evidence::kProven ? "proven" : "sampled";
+}
+
+CertificateRow absent_row(std::string id, std::string what, std::string why) {
+  CertificateRow row;
+  row.id = std::move(id);
+  row.what = std::move(what);
+  row.note = std::move(why);
+  return row;
+}
+
+Certificate certify(const codegen::Model& model, const CertifyOptions& options) {
+  Certificate certificate{model.name, std::string(codegen::structure_name(model)), {}, assumptions()};
+  for (const RowMaker& maker : kRowMakers) {
+    if (options.progress) options.progress(maker.name);
+    for (CertificateRow& row : maker.rows(model, options)) certificate.rows.push_back(std::move(row));
+  }
+  return certificate;
+}
+
+std::string certificate_text(const Certificate& certificate) {
+  constexpr std::size_t kOneTable = 400, kLongestNote = 300;
+  Table table{{"", "evidence", "bound", "found", "bound / found"}};
+  std::string notes;
+  for (const CertificateRow& row : certificate.rows) {
+    const std::string what = fmt::format("{}: {}", row.id, with_unit(row.what, row.unit));
+    table.add_row(std::isnan(row.bound)
+                      ? std::vector<std::string>{what, "-", "-", significant(row.found), "-"}
+                      : std::vector<std::string>{what, evidence_name(row.evidence), significant(row.bound, 4),
+                                                 significant(row.found, 4), significant(row.bound / row.found, 4)});
+    std::string note = row.note;
+    if (!row.where.empty()) note += fmt::format("{}found {}", note.empty() ? "" : "; ", row.where);
+    if (note.size() > kLongestNote) note = note.substr(0, kLongestNote) + "... (--json has all)";
+    if (!note.empty()) notes += fmt::format("  {}: {}\n", row.id, note);
+  }
+  std::string text = fmt::format("{}, structure {}: what is proven, and what a search has found\n\n{}\n",
+                                 certificate.model, certificate.structure, table.to_text(2, kOneTable));
+  text += notes + "Assumed:\n";
+  for (const std::string& assumption : certificate.assumptions) text += "  " + assumption + "\n";
+  return text;
+}
+
+std::string certificate_json(const Certificate& certificate) {
+  Json json = {{"model", certificate.model},
+               {"structure", certificate.structure},
+               {"rows", Json::array()},
+               {"assumptions", certificate.assumptions}};
+  for (const CertificateRow& row : certificate.rows)
+    json["rows"].push_back({{"id", row.id},
+                            {"what", row.what},
+                            {"unit", row.unit},
+                            {"evidence", std::isnan(row.bound) ? Json(nullptr) : Json(evidence_name(row.evidence))},
+                            {"bound", json_number(row.bound)},
+                            {"found", json_number(row.found)},
+                            {"where", row.where},
+                            {"note", row.note}});
+  return json_text(json) + "\n";
+}
+
+std::string broken_rows(const Certificate& certificate) {
+  std::string text;
+  for (const CertificateRow& row : certificate.rows)
+    if (row.is_broken())
+      text += fmt::format("{}{} is {} at most, and {} is found{}", text.empty() ? "" : "; ", row.id, row.bound,
+                          row.found, row.where.empty() ? "" : " " + row.where);
+  return text;
+}
+
+}  // namespace nlo::trainer

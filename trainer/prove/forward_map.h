@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// The map T of Theorem 1 from the plant itself, no learning: dT/dx f = D T + F h (5), solved by
+//   T(x) = integral over s >= 0 of exp(D s) F h(X(x, -s)) ds
+// where X(x, -s) is the plant run backwards. On a linear plant T is a matrix and solves a Sylvester equation.
+//
+// Backwards, a plant may escape in finite time (Van der Pol outside its limit cycle). As in the existence proofs the
+// method builds on (Andrieu and Praly 2006, section 3.2), f is therefore switched off smoothly outside an open box O
+// around the states of interest: X stays bounded, T exists everywhere, and (5) still holds for the true f inside O.
+// T is one solution of (5) among several; every solution is one that z converges to on runs that stay in O.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "trainer/prove/latent_system.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+/// Where the plant is itself. O is centre +- `inner` half widths; beyond `outer` half widths the plant stands still.
+struct MapDomain {
+  Eigen::VectorXd centre, half_width;  ///< n_x
+  double inner = 1.5, outer = 3.0;
+};
+
+/// The box around the columns of `states` (n_x x N), widths of zero widened.
+MapDomain domain_around(const Eigen::MatrixXd& states);
+
+/// Numerical settings; the defaults leave relative errors of about 1e-7 in T.
+struct ForwardMapOptions {
+  double longest_step_s = 0.02;   ///< of Runge-Kutta and quadrature
+  double step_per_time = 0.25;    ///< step <= this / max |lambda|
+  double truncation = 1e-7;       ///< the past is followed until exp(max Re lambda s) falls below this
+  double difference_step = 1e-4;  ///< of dT/dx, in half widths of the domain
+};
+
+class ForwardMap {
+ public:
+  /// Keeps a reference to `plant`. Order 4 in the step: RK4 at half steps, and on each step exp(D s) times the parabola
+  /// through three outputs is integrated exactly. The rest of the past beyond the truncation counts as standing still.
+  ForwardMap(const Plant& plant, LatentSystem system, MapDomain domain, ForwardMapOptions options = {});
+  ~ForwardMap();
+  ForwardMap(const ForwardMap&) = delete;
+  ForwardMap& operator=(const ForwardMap&) = delete;
+
+  /// T(x), n_z x B for n_x x B. Clocks have T = 0.
+  Eigen::MatrixXd at(const Eigen::MatrixXd& x) const;
+
+  /// dT/dx at each column of x (n_x x B), n_z x n_x: central differences, with an error of second order in the step.
+  /// `step` in half widths of the domain; 0: the option's.
+  std::vector<Eigen::MatrixXd> jacobians(const Eigen::MatrixXd& x, double step = 0.0) const;
+
+  struct Path {
+    std::vector<Eigen::MatrixXd> x, z;  ///< per sample: n_x x B and n_z x B
+  };
+
+  /// T on whole runs of the plant: T(x(0)) backwards, then z' = D z + F h(x) forwards with the plant, which T follows
+  /// on every run. Forwards errors of T die out by exp(D t), where backwards a run near an attractor leaves it.
+  Path along(const Eigen::MatrixXd& initial, double sample_period_s, Eigen::Index samples) const;
+
+  /// |dT/dx f - D T - F h| at each column of x, with the plant's own f: what is left of (5) [units of z per s].
+  Eigen::VectorXd pde_residual(const Eigen::MatrixXd& x) const;
+
+  const LatentSystem& system() const { return system_; }
+
+ private:
+  class Switched;
+  double step_s() const;
+
+  const Plant& plant_;
+  std::unique_ptr<Switched> switched_;
+  LatentSystem system_;
+  std::vector<LatentMode> modes_;
+  MapDomain domain_;
+  ForwardMapOptions options_;
+};
+
+/// T of dx/dt = A x, y = C x: the solution of T A = D T + F C, n_z x n_x, mode by mode t_i = f_i C (A - lambda_i)^-1.
+/// Throws codegen::Error when an eigenvalue of D is one of A: then there is no T.
+Eigen::MatrixXd sylvester_map(const Eigen::MatrixXd& a, const Eigen::MatrixXd& c, const LatentSystem& system);
+
+}  // namespace nlo::trainer

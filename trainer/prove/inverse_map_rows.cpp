@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// Rows of the inverse map T*: how much it can amplify an error, and how large an estimate can get.
+#include <fmt/format.h>
+
+#include <string>
+
+#include "trainer/prove/lipschitz.h"
+#include "trainer/prove/certificate.h"
+#include "trainer/prove/output_range.h"
+#include "trainer/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// Some minute of one core, where the gap is not closed before.
+constexpr double kMultiplyAddsOfARow = 50.0 * LocalLipschitzOptions::kMultiplyAdds;
+
+/// "at [z; y] = [0.1, 2]".
+std::string place_text(const Eigen::VectorXd& at) {
+  std::string text;
+  for (const double value : at) text += fmt::format("{}{}", text.empty() ? "" : ", ", significant(value, 4));
+  return fmt::format("at [z; y] = [{}]", text);
+}
+
+}  // namespace
+
+CertificateRows lipschitz_rows(const codegen::Model& model, const CertifyOptions& options) {
+  if (codegen::inverse_map(model) == nullptr)
+    return {absent_row("lipschitz", "a slope of T*", "z is the estimate: there is no T*")};
+  CertificateRows rows;
+  const LipschitzConstants everywhere = lipschitz_upper(model);
+  for (const bool of_output : {false, true}) {
+    const char* id = of_output ? "lipschitz_y" : "lipschitz";
+    const char* of = of_output ? "y" : "z";
+    const double global = of_output ? everywhere.output : everywhere.latent;
+    if (global == 0.0) {
+      rows.push_back(absent_row(id, fmt::format("|d x_hat / d {}|", of), "T* does not read y"));
+      continue;
+    }
+    LocalLipschitzOptions search{.boxes = options.boxes, .gap = options.gap};
+    search.multiply_adds = kMultiplyAddsOfARow;
+    const LocalLipschitz local = local_lipschitz(model, of_output, search);
+    CertificateRow row;
+    row.id = id;
+    row.what = fmt::format("|d x_hat / d {}| over the domain", of);
+    row.unit = "units of x_hat";
+    row.bound = local.bound;
+    row.found = local.found;
+    row.where = place_text(local.steepest);
+    row.note = fmt::format("boxes looked at: {}", local.boxes);
+    rows.push_back(row);
+    row.id += "_everywhere";
+    row.what = fmt::format("|d x_hat / d {}| for all z and y", of);
+    row.bound = global;
+    row.note = "from the weights";
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+CertificateRows estimate_rows(const codegen::Model& model, const CertifyOptions& options) {
+  constexpr std::int64_t kBoxes = 20000;
+  constexpr const char* kWhat = "|x_hat| of T*, wherever z can go";
+  if (codegen::inverse_map(model) == nullptr)
+    return {absent_row("estimate", kWhat, "z is the estimate: there is no T*")};
+  const auto region = reachable_region(model);
+  if (!region)
+    return {absent_row("estimate", kWhat,
+                       fmt::format("no bound of z is known here for structure {}", codegen::structure_name(model)))};
+  CertificateRows rows;
+  for (Eigen::Index i = 0; i < model.nx(); ++i) {
+    const codegen::Channel& state = model.states[static_cast<std::size_t>(i)];
+    const LargestOutput largest =
+        largest_output(model, *region, i, options.boxes > 0 ? options.boxes : kBoxes, options.gap, options.seed);
+    CertificateRow row;
+    row.id = "estimate." + state.name;
+    row.what = fmt::format("|{}| of T*, wherever z can go{}", state.name, model.saturates() ? " and T* follows" : "");
+    row.unit = state.unit;
+    row.bound = largest.bound;
+    row.found = largest.found;
+    row.where = place_text(largest.where);
+    row.note = fmt::format("over a box that holds all reachable z; boxes looked at: {}", largest.boxes);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace nlo::trainer

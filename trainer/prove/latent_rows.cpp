@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// Rows of the latent state: where it can go, and how it forgets where it began.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "codegen/model/flown_ranges.h"
+#include "codegen/model/latent_step.h"
+#include "codegen/structures/module.h"
+#include "trainer/base/number_text.h"
+#include "trainer/prove/rounding.h"
+#include "trainer/prove/certificate.h"
+#include "trainer/prove/reachable_latent.h"
+#include "trainer/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// The largest |factor| of a mode per step, outwards.
+double largest_factor(const codegen::Model& m) {
+  const codegen::StepMatrices step = codegen::latent_step(m, m.sample_period_s);
+  double largest = 0.0;
+  for (Index r = 0; r < m.nz();) {
+    const bool pair = r < 2 * codegen::linear_latent(m)->pairs;
+    const double re = 1.0 + step.a_minus_1(r), im = pair ? step.a_minus_1(r + 1) : 0.0;
+    largest = std::max(largest, upward(std::sqrt(re * re + im * im), 4));
+    r += pair ? 2 : 1;
+  }
+  return largest;
+}
+
+/// "1.38 s (69 steps)": until a factor per step is a thousandth.
+std::string time_to_a_thousandth(double factor, double period_s) {
+  const double steps = std::ceil(std::log(1e-3) / std::log(factor));
+  return fmt::format("a difference falls to a thousandth within {} s, {:.0f} steps", significant(steps * period_s),
+                     steps);
+}
+
+/// Random z in the domain and readings in their ranges.
+struct LatentDraws {
+  const codegen::Model& m;
+  std::mt19937_64 engine;
+
+  double within(double low, double high) { return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53; }
+  VectorXd box(const VectorXd& low, const VectorXd& high) {
+    return VectorXd::NullaryExpr(low.size(), [&](Index i) { return within(low(i), high(i)); });
+  }
+  VectorXd z() { return box(m.latent_min, m.latent_max); }
+  VectorXd y() { return box(codegen::flown_ranges(m).kept_min, codegen::flown_ranges(m).kept_max); }
+};
+
+/// The largest growth of max |dz_i| / d_i over one step, at draws: central differences along each coordinate, summed
+/// row by row.
+double largest_growth(const codegen::Model& m, const VectorXd& metric, std::uint64_t seed, std::string& where) {
+  constexpr int kDraws = 2000;
+  constexpr double kDifference = 1e-5;
+  const auto dynamics = codegen::module_of(m).dynamics_in_double(m, codegen::Activations::kExact);
+  LatentDraws draws{m, std::mt19937_64(seed)};
+  const VectorXd none = VectorXd::Zero(0);
+  double largest = 0.0;
+  for (int i = 0; i < kDraws; ++i) {
+    const VectorXd z = draws.z(), y = draws.y(), y_next = draws.y();
+    VectorXd sums = VectorXd::Zero(m.nz());
+    for (Index k = 0; k < m.nz(); ++k) {
+      VectorXd ahead = z, behind = z;
+      ahead(k) += kDifference;
+      behind(k) -= kDifference;
+      dynamics->advance(ahead, {y, y_next, none, none}, m.sample_period_s);
+      dynamics->advance(behind, {y, y_next, none, none}, m.sample_period_s);
+      sums += ((ahead - behind) / (2.0 * kDifference)).cwiseAbs() * metric(k);
+    }
+    const double growth = sums.cwiseQuotient(metric).maxCoeff();
+    if (growth <= largest) continue;
+    largest = growth;
+    where = fmt::format("at draw {} of z in its domain and readings in their ranges", i);
+  }
+  return largest;
+}
+
+}  // namespace
+
+CertificateRows latent_rows(const codegen::Model& model, const CertifyOptions&) {
+  constexpr const char* kWhat = "where z can go, whatever is measured";
+  const auto limit = codegen::module_of(model).latent_limit(model);
+  if (limit) {
+    CertificateRow row;
+    row.id = "latent";
+    row.what = "|z|, the largest of all units, whatever is measured";
+    row.bound = limit->maxCoeff();
+    row.note = "by the equations: a unit moves towards a value within that, and not past it";
+    return {row};
+  }
+  if (!moves_linearly(model))
+    return {absent_row("latent", kWhat,
+                       fmt::format("of structure {} no bound is computed here: what keeps z finite is a fact of its "
+                                   "structure, which the export checks",
+                                   codegen::structure_name(model)))};
+  const LatentHull hull = reachable_latent(model), reached = reached_latent(model);
+  const VectorXd middle = hull.middle();
+  CertificateRows rows;
+  for (Index i = 0; i < model.nz(); ++i) {
+    CertificateRow row;
+    row.id = fmt::format("latent.z{}", i + 1);
+    row.what = fmt::format("|z{} - {}| after any readings", i + 1, shortest_text(middle(i)));
+    row.bound = upward(std::max(hull.high(i) - middle(i), middle(i) - hull.low(i)), 1);
+    row.found = std::max(reached.high(i) - middle(i), middle(i) - reached.low(i));
+    row.where = "by readings at their ends, the sign of each chosen for this coordinate";
+    row.note = fmt::format("in [{}, {}], and training filled [{}, {}]", significant(hull.low(i), 4),
+                           significant(hull.high(i), 4), significant(model.latent_min(i), 4),
+                           significant(model.latent_max(i), 4));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+CertificateRows contraction_rows(const codegen::Model& model, const CertifyOptions& options) {
+  CertificateRow row;
+  row.id = "contraction";
+  row.what = "the share of a difference of two z, on the same readings, that is left after a step";
+  if (moves_linearly(model)) {
+    row.bound = largest_factor(model);
+    const codegen::StepMatrices step = codegen::latent_step(model, model.sample_period_s);
+    const Eigen::MatrixXd a =
+        Eigen::MatrixXd::Identity(model.nz(), model.nz()) + codegen::block_diagonal(model, step.a_minus_1);
+    std::mt19937_64 engine(options.seed);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 1000; ++i) {  // many steps of the slowest mode are all that is left
+      VectorXd d = VectorXd::NullaryExpr(model.nz(), [&] { return normal(engine); });
+      for (int k = 0; k < 20; ++k) {
+        const VectorXd next = a * d;
+        row.found = std::max(std::isnan(row.found) ? 0.0 : row.found, next.norm() / d.norm());
+        d = next;
+      }
+    }
+    row.where = "of random differences over 20 steps each";
+    row.note =
+        "in the Euclidean norm of z: a theorem, as the difference is multiplied by A, whose blocks are normal; " +
+        time_to_a_thousandth(row.bound, model.sample_period_s);
+    return {row};
+  }
+  const auto known = codegen::module_of(model).contraction(model);
+  if (!known)
+    return {
+        absent_row(row.id, row.what,
+                   fmt::format("no proof of contraction is known for structure {}", codegen::structure_name(model)))};
+  const codegen::Contraction& proof = *known;
+  const VectorXd metric = proof.none() ? VectorXd(VectorXd::Ones(model.nz())) : proof.metric;
+  row.found = largest_growth(model, metric, options.seed, row.where);
+  if (proof.none()) {
+    row.note =
+        "not proven: its gates read z too strongly for a bound below 1, which forgets nothing; found in the "
+        "maximum norm";
+    return {row};
+  }
+  constexpr double kRounding = 1e-9;  // of some n_z terms below 1
+  row.bound = std::exp(-proof.rate * model.sample_period_s) + kRounding;
+  row.note = "in the maximum norm of z_i over a metric of the weights (codegen/model/contraction.h); " +
+             time_to_a_thousandth(row.bound, model.sample_period_s);
+  return {row};
+}
+
+}  // namespace nlo::trainer

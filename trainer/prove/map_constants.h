@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// What Proposition 2 asks of a map T: L_T, L_Tx, and T where the bound is applied. Exact on a linear plant; elsewhere
+// the largest found at samples of the plant's runs, which the true constants can only exceed.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "trainer/prove/latent_system.h"
+#include "trainer/data/dataset.h"
+#include "trainer/plants/linear.h"
+#include "trainer/plants/plant.h"
+
+namespace nlo::trainer {
+
+struct MapConstants {
+  bool exact = false;
+  Eigen::MatrixXd matrix;      ///< T of a linear plant, n_z x n_x; empty otherwise
+  double l_t = 0.0;            ///< |x1 - x2| <= L_T |T(x1) - T(x2)|
+  double l_tx = 0.0;           ///< |dT/dx| <= L_Tx; infinite where T is continuous but not differentiable
+  Eigen::VectorXd row_slopes;  ///< the same per mode, see widen_row_slopes()
+  Eigen::MatrixXd start;       ///< T(x(0)), n_z x runs
+  Eigen::MatrixXd x, z;        ///< states spread over the runs and T there; empty on a linear plant
+  double pde_residual = 0.0;   ///< largest |dT/dx f - D T - F h| over the size of its terms, at the runs' starts
+};
+
+/// T from the Sylvester equation: L_T = 1 / smallest singular value, L_Tx = the largest. Throws codegen::Error when T
+/// does not exist or is not injective.
+MapConstants exact_map_constants(const LinearPlant& plant, const LatentSystem& system, const Eigen::MatrixXd& initial);
+
+/// T from forward_map.h along `runs`, undisturbed runs of `plant` that start at `initial` (n_x x runs). L_T is the
+/// largest over pairs of states and of 1 / smallest singular value of dT/dx. L_Tx is infinite when a ten times finer
+/// difference gives a slope more than half as large again: then D is slower than the plant contracts, and dT/dx has no
+/// limit.
+MapConstants sampled_map_constants(const Plant& plant, const LatentSystem& system, const Dataset& runs,
+                                   const Eigen::MatrixXd& initial);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+// Proposition 2 and the remark on the approximation error, as numbers. With D_k = k D, lambda = max Re of D's
+// eigenvalues, |w| <= w_bar on the state's derivative, |F v| <= v_bar on the injected output, and the initial error
+// e0 = |z(0) - T_k(x(0))|,
+//
+//   |z - T_k(x)| <= exp(k lambda t) e0 + (L_Tkx w_bar + v_bar) / |k lambda|
+//   |x - x~|     <= k^n_z sqrt(n_x) L_T (exp(k lambda t) e0 + (L_Tx / k w_bar + v_bar) / |k lambda|)     (19)
+//   |x - x_hat|  <= l (bound of |z - T_k(x)|) + eps
+//
+// These are the first half of the proof; (19), for x~ = T_k*(z); and the remark, for the learned x_hat.
+//
+// Where (19) is loose, or claims what does not hold:
+//  - L_T and L_Tx are those of k = 1; k^n_z and 1/k carry them to k. |dT_k/dx| <= L_Tx / k compares two upper bounds,
+//    not the derivatives: on the undamped oscillator it fails for every k > 1. L_Tk <= k^n_z L_T is claimed for k large
+//    enough (theorem 4.1 of the paper's source), and is far too big where it holds. Both are checked for each k and
+//    reported.
+//  - sqrt(n_x) comes from extending T^-1 component by component; an extension with the same constant exists
+//    (Kirszbraun), and the pseudo-inverse of a linear T is one.
+//  - one rate, the slowest, for all modes, though the noise meets each mode at its own.
+//  - L_Tx is finite only if D is fast enough for T to be differentiable: faster than what the plant contracts.
+// So each report has a sharper bound beside (19) that needs none of this,
+// with L of this k's own T* and each mode at its own rate:
+//   |e|^2 <= sum over modes of ((V_i + L_i w_bar) / |Re lambda_i|)^2,   V_i = sup |F_i v|, L_i = sup |dT_i/dx|
+#pragma once
+
+#include <Eigen/Core>
+
+#include "trainer/prove/latent_system.h"
+
+namespace nlo::trainer {
+
+/// value(t) = gain exp(rate t) e0 + steady, e0 the initial error in z.
+struct ErrorBound {
+  double gain = 0.0;    ///< [state / z]
+  double rate = 0.0;    ///< [1/s], negative
+  double steady = 0.0;  ///< [state]
+
+  double at(double t_s, double initial_latent_error) const;
+
+  /// First t from which on the bound is at most `level`, for an initial error in z; at least 0, infinite where it
+  /// settles above. [s]
+  double transient_s(double initial_latent_error, double level) const;
+};
+
+/// What Proposition 2 assumes, of k = 1.
+struct Proposition2 {
+  Eigen::Index nx = 0, nz = 0;  ///< n_z: all rows of D, clocks included
+  double lambda_max = 0.0;      ///< of D [1/s]
+  double l_t = 0.0;             ///< |x1 - x2| <= L_T |T(x1) - T(x2)|
+  double l_tx = 0.0;            ///< |dT/dx| <= L_Tx
+};
+
+/// (19) as printed.
+ErrorBound bound_19(const Proposition2& proposition, double k, double w_bar, double v_bar);
+
+/// sup |F v| for |v_j| <= v(j): at a corner of the box, all of which are tried; beyond 16 outputs the sum of the
+/// columns' norms.
+double injected_bound(const Eigen::MatrixXd& injection, const Eigen::VectorXd& v);
+
+/// The same of one mode.
+double injected_bound(const LatentMode& mode, const Eigen::VectorXd& v);
+
+/// Largest |row of dT/dx| per mode (a pair: spectral norm of its two rows), taken elementwise with what is in `largest`
+/// (empty at first).
+void widen_row_slopes(const std::vector<LatentMode>& modes, const Eigen::MatrixXd& dt_dx, Eigen::VectorXd& largest);
+
+/// Steady bound of |z - T(x)|, mode by mode.
+///   v           n_y: sup of each output's deviation, noise and hold
+///   row_slopes  per mode, see widen_row_slopes(); not read when w_bar = 0
+double steady_latent_error(const LatentSystem& system, const Eigen::VectorXd& v, double w_bar,
+                           const Eigen::VectorXd& row_slopes);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// A proof of how far a KKL observer's estimate can be from the state once it has forgotten where it began, while the
+// plant stays in a region, each output is off by at most V and each state's derivative by at most W:
+//
+//   x_hat - x = [T*(T~(x), h(x)) - x]  +  J e,      e = z - T~(x)
+//
+// T~ is a spline that nearly solves (5) (forward_spline.h). What it leaves over, what the hold between two
+// samples leaves over, the noise and the disturbance drive e through A, B0 and B1 (latent_memory.h), so e lies in a
+// known set; the Jacobian J of T* over that set is enclosed by jacobian_enclosure.h. The region is cut into boxes until
+// their bounds are close to what their centres say. Rounding is part of every bound.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "codegen/model/model.h"
+#include "trainer/prove/state_region.h"
+#include "trainer/prove/steady_states.h"
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+struct SteadyQuestion {
+  double noise = 0.0;          ///< V: each sample of each output is off by at most this
+  double disturbance = 0.0;    ///< W: each state's derivative is off by at most this [state / s]
+  std::int64_t boxes = 20000;  ///< to look at, at most
+};
+
+struct SteadyError {
+  Eigen::VectorXd bound;          ///< of |x_hat_i - x_i|, n_x
+  Eigen::VectorXd approximation;  ///< the same without noise and disturbance: |T*(T(x)) - x| of any T that solves (5)
+  Eigen::MatrixXd where;          ///< n_x x n_x: column i is the centre of the box that makes bound(i)
+  double residual = 0.0;          ///< of (5), the largest row over the size of F y: proven
+  std::int64_t boxes = 0;         ///< that were looked at
+};
+
+/// `states` tell T~ which of the maps that solve (5) to be. The model is a KKL observer without inputs. Throws
+/// codegen::Error where a proof is not possible: a plant whose equations have no derivative, a region whose outputs or
+/// latent states reach beyond what the model takes.
+SteadyError steady_error(const codegen::Model& model, const PlantConfig& plant, const StateRegion& region,
+                         const SteadyStates& states, const SteadyQuestion& question);
+
+}  // namespace nlo::trainer
