@@ -144,7 +144,7 @@ ProgramResult Scratch::run_program(const std::string& program, const std::vector
   argv.push_back(nullptr);
   const pid_t child = ::fork();
   if (child == 0) {
-    constexpr unsigned kLongest_s = 60;
+    constexpr unsigned kLongest_s = 300;
     ::alarm(kLongest_s);
     const bool ready = ::chdir(path().c_str()) == 0 && std::freopen("/dev/null", "r", stdin) != nullptr &&
                        std::freopen(out.c_str(), "w", stdout) != nullptr &&
