@@ -23,7 +23,8 @@ class Scratch : public ScratchDirectory {
   /// Every file below it with its bytes, and every folder (with a trailing slash).
   std::map<std::string, std::string> contents() const;
 
-  /// Runs the program here. It is killed after five minutes: a busy machine takes long for little. `interrupt_at`: Ctrl-C once its stderr has these words.
+  /// Runs the program here. It is killed after five minutes: a busy machine takes long for little.
+  /// `interrupt_at`: Ctrl-C once its stderr has these words.
   ProgramResult run(const std::vector<std::string>& arguments, const std::string& interrupt_at = "") const;
   /// One that must succeed: the test fails and ends where it does not.
   ProgramResult ok(const std::vector<std::string>& arguments) const;
