@@ -128,9 +128,9 @@ Eigen::VectorXd largest_latent(const Model& m) {
 }
 
 void check_latent_map(const Model& m) {
-  const Eigen::VectorXd latent = largest_latent(m);
   check_network(*inverse_map(m), m.nz() + m.nr(), m.nx(), "inverse_map",
                 !m.inputs.empty() ? "n_u x (n_z + n_y + inputs)" : "n_u x (n_z + n_y)");
+  const Eigen::VectorXd latent = largest_latent(m);  // the ranges as flown depend on the features, whose shape is known
   Eigen::VectorXd reads(m.nz() + m.nr());
   reads << latent, largest_readings(m);
   check_sums(*inverse_map(m), reads, "inverse_map");

@@ -233,10 +233,10 @@ TEST(Measurement, OutOfRangeOfAnAngleIsHeldNotClamped) {
 template <class Observer>
 void fuzz(const typename Observer::Model& model, std::uint32_t seed) {
   using Scalar = typename Observer::Scalar;
-  constexpr int kSteps = 1'000'000;
+  constexpr int kSteps = 1'000'000, kStatuses = static_cast<int>(StepStatus::kRejected) + 1;
   Observer observer(model);
   std::mt19937 random(seed);
-  int seen[5] = {};
+  int seen[kStatuses] = {};
   std::uint32_t missing = 0;  // measurements yet to miss
   for (int k = 0; k < kSteps; ++k) {
     typename Observer::Output y{};
@@ -265,7 +265,7 @@ void fuzz(const typename Observer::Model& model, std::uint32_t seed) {
       ASSERT_TRUE(observer.restore(observer.save())) << "step " << k << ", seed " << seed;
     }
   }
-  for (int status = 0; status < 5; ++status) EXPECT_GT(seen[status], 1000) << status;
+  for (int status = 0; status < kStatuses; ++status) EXPECT_GT(seen[status], 1000) << status;
 }
 
 TEST(Fuzz, LeavesTheLatentStateFinite) {
