@@ -8,10 +8,10 @@
 #include <cmath>
 
 #include "codegen/base/error.h"
-#include "trainer/prove/lipschitz.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
+#include "trainer/prove/lipschitz.h"
 
 namespace nlo::trainer {
 namespace {

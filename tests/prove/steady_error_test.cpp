@@ -13,13 +13,13 @@
 
 #include "codegen/model_file/model_file.h"
 #include "tests/prove/linear_plants.h"
-#include "trainer/prove/forward_map.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/plants/registry.h"
 #include "trainer/prove/certificate.h"
+#include "trainer/prove/forward_map.h"
 #include "trainer/prove/forward_spline.h"
 #include "trainer/prove/latent_memory.h"
 #include "trainer/prove/steady_falsifier.h"
-#include "trainer/experiments/load_experiment.h"
-#include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
 namespace {

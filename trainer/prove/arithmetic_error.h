@@ -10,8 +10,8 @@
 #include <cstdint>
 
 #include "codegen/model/model.h"
-#include "trainer/prove/map_region.h"
 #include "trainer/prove/flown_map.h"
+#include "trainer/prove/map_region.h"
 
 namespace nlo::trainer {
 

@@ -15,11 +15,11 @@
 #include "codegen/model/domain.h"
 #include "codegen/model/flown_ranges.h"
 #include "codegen/replay/replay_run.h"
+#include "trainer/evaluation/text.h"
 #include "trainer/prove/arithmetic_error.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/flown_map.h"
 #include "trainer/prove/reachable_latent.h"
-#include "trainer/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {

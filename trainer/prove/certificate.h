@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "codegen/model/model.h"
-#include "trainer/prove/plant_enclosure.h"
 #include "trainer/config/experiment.h"
+#include "trainer/prove/plant_enclosure.h"
 
 namespace nlo::trainer {
 

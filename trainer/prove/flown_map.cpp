@@ -8,8 +8,8 @@
 
 #include "codegen/model/flown_ranges.h"
 #include "codegen/model/latent_step.h"
-#include "trainer/prove/rounding.h"
 #include "trainer/prove/proven_activation.h"
+#include "trainer/prove/rounding.h"
 
 namespace nlo::trainer {
 namespace {

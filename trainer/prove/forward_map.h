@@ -13,8 +13,8 @@
 #include <memory>
 #include <vector>
 
-#include "trainer/prove/latent_system.h"
 #include "trainer/plants/plant.h"
+#include "trainer/prove/latent_system.h"
 
 namespace nlo::trainer {
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "codegen/base/error.h"
-#include "trainer/prove/rounding.h"
 #include "trainer/prove/hermite_cells.h"
+#include "trainer/prove/rounding.h"
 
 namespace nlo::trainer {
 

@@ -15,9 +15,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "trainer/prove/latent_system.h"
 #include "trainer/prove/hold_effect.h"
 #include "trainer/prove/interval_matrix.h"
+#include "trainer/prove/latent_system.h"
 #include "trainer/prove/plant_enclosure.h"
 #include "trainer/prove/state_region.h"
 

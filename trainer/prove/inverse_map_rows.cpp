@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "trainer/prove/lipschitz.h"
-#include "trainer/prove/certificate.h"
-#include "trainer/prove/output_range.h"
 #include "trainer/evaluation/text.h"
+#include "trainer/prove/certificate.h"
+#include "trainer/prove/lipschitz.h"
+#include "trainer/prove/output_range.h"
 
 namespace nlo::trainer {
 namespace {

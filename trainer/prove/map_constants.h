@@ -5,10 +5,10 @@
 
 #include <Eigen/Core>
 
-#include "trainer/prove/latent_system.h"
 #include "trainer/data/dataset.h"
 #include "trainer/plants/linear.h"
 #include "trainer/plants/plant.h"
+#include "trainer/prove/latent_system.h"
 
 namespace nlo::trainer {
 

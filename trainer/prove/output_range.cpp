@@ -11,8 +11,8 @@
 #include "codegen/model/flown_ranges.h"
 #include "codegen/reference/network.h"
 #include "codegen/structures/module.h"
-#include "trainer/prove/rounding.h"
 #include "trainer/prove/reachable_latent.h"
+#include "trainer/prove/rounding.h"
 
 namespace nlo::trainer {
 namespace {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "codegen/model/shared_expressions.h"
-#include "trainer/prove/jacobian_enclosure.h"
-#include "trainer/prove/interval_matrix.h"
-#include "trainer/prove/taylor_model.h"
 #include "trainer/config/experiment.h"
+#include "trainer/prove/interval_matrix.h"
+#include "trainer/prove/jacobian_enclosure.h"
+#include "trainer/prove/taylor_model.h"
 
 namespace nlo::trainer {
 

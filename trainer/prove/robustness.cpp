@@ -12,11 +12,11 @@
 #include "codegen/replay/reference_observer.h"
 #include "trainer/base/noise.h"
 #include "trainer/base/parallel.h"
-#include "trainer/prove/lipschitz.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/evaluation/disturbed_runs.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_form.h"
+#include "trainer/prove/lipschitz.h"
 
 namespace nlo::trainer {
 namespace {

@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "codegen/model/model.h"
-#include "trainer/prove/map_constants.h"
-#include "trainer/prove/robustness_bound.h"
 #include "trainer/config/experiment.h"
 #include "trainer/plants/plant.h"
+#include "trainer/prove/map_constants.h"
+#include "trainer/prove/robustness_bound.h"
 
 namespace nlo::trainer {
 

@@ -6,12 +6,12 @@
 #include <string>
 
 #include "codegen/base/error.h"
-#include "trainer/prove/robustness.h"
-#include "trainer/prove/certificate.h"
-#include "trainer/prove/reachable_latent.h"
 #include "trainer/evaluation/text.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
+#include "trainer/prove/certificate.h"
+#include "trainer/prove/reachable_latent.h"
+#include "trainer/prove/robustness.h"
 
 namespace nlo::trainer {
 

@@ -15,12 +15,12 @@
 #include "codegen/base/error.h"
 #include "codegen/model/domain.h"
 #include "codegen/model/latent_step.h"
-#include "trainer/prove/map_region.h"
-#include "trainer/prove/rounding.h"
 #include "trainer/prove/forward_spline.h"
 #include "trainer/prove/latent_memory.h"
+#include "trainer/prove/map_region.h"
 #include "trainer/prove/map_tangent.h"
 #include "trainer/prove/region_maxima.h"
+#include "trainer/prove/rounding.h"
 
 namespace nlo::trainer {
 namespace {

@@ -14,9 +14,9 @@
 #include <cstdint>
 
 #include "codegen/model/model.h"
+#include "trainer/config/experiment.h"
 #include "trainer/prove/state_region.h"
 #include "trainer/prove/steady_states.h"
-#include "trainer/config/experiment.h"
 
 namespace nlo::trainer {
 

@@ -8,8 +8,8 @@
 #include "codegen/reference/network.h"
 #include "codegen/reference/rk4.h"
 #include "codegen/replay/reference_observer.h"
-#include "trainer/prove/lipschitz.h"
 #include "trainer/prove/latent_memory.h"
+#include "trainer/prove/lipschitz.h"
 
 namespace nlo::trainer {
 namespace {

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 
 #include "codegen/model/model.h"
-#include "trainer/prove/steady_error.h"
 #include "trainer/plants/plant.h"
+#include "trainer/prove/steady_error.h"
 
 namespace nlo::trainer {
 

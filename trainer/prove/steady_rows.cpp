@@ -7,13 +7,13 @@
 
 #include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
+#include "trainer/config/experiment.h"
+#include "trainer/evaluation/text.h"
+#include "trainer/plants/registry.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/forward_spline.h"
 #include "trainer/prove/steady_error.h"
 #include "trainer/prove/steady_falsifier.h"
-#include "trainer/config/experiment.h"
-#include "trainer/evaluation/text.h"
-#include "trainer/plants/registry.h"
 
 namespace nlo::trainer {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "codegen/replay/reference_observer.h"
-#include "trainer/prove/latent_memory.h"
 #include "trainer/evaluation/disturbed_runs.h"
 #include "trainer/plants/initial_states.h"
+#include "trainer/prove/latent_memory.h"
 
 namespace nlo::trainer {
 
