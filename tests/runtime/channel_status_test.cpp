@@ -135,7 +135,7 @@ TEST(ChannelStatus, TheStepSaysTheWorstOfItsChannelsWhateverComes) {
     using Observer = std::remove_reference_t<decltype(observer)>;
     std::mt19937 random(5);
     int bad[kChannels] = {};
-    int seen[static_cast<int>(StepStatus::kReset) + 1] = {}, differing = 0;
+    int seen[static_cast<int>(StepStatus::kOutOfRange) + 1] = {}, differing = 0;
     ASSERT_EQ(step(observer, kGood), StepStatus::kOk);
     for (int k = 0; k < 5000; ++k) {
       Samples samples;
