@@ -28,7 +28,7 @@ struct FoldedNetwork {
 
 struct FoldedModel {
   int stale_after = 0;
-  FlownRanges ranges;                   ///< of the readings
+  FlownRanges ranges;                   ///< as the readings fly (flown_ranges.h)
   std::vector<FoldedNetwork> networks;  ///< networks(model), in their order
   StepMatrices step;                    ///< over one sample period; empty where the latent system is not linear
   Eigen::MatrixXd steady_gain;          ///< S, n_z x n_r; zeros there

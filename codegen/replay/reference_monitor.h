@@ -51,7 +51,7 @@ class ReferenceMonitor {
   std::vector<Alarm> meanings_;
   Eigen::MatrixXd steady_;  // S of relative readings
   FlownRanges ranges_;
-  Eigen::VectorXd gain_;  // of each window
+  Eigen::VectorXd gain_;  // one smoothing factor per window
   int armed_after_;
 
   Eigen::MatrixXd mean_, power_, variance_, correlation_;  // n_y x windows

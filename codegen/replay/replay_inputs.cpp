@@ -92,7 +92,7 @@ ReplayInputs replay_inputs(const Model& m, int stale_after, std::uint64_t seed, 
     if (kind < kMissedShare) {
       inputs.outputs(j, k) = missed;
     } else if (kind < kMissedShare + kOutsideShare) {
-      // Of a relative output the same reading some W on, or one beyond all that is accepted.
+      // A relative output reads the same some wraps W further on; rarely it reads beyond all that is accepted.
       const double wrap = relative_wrap(m, j);
       double& y = inputs.outputs(j, k);
       if (wrap > 0.0)

@@ -37,7 +37,7 @@ Eigen::VectorXd SampleValidation::turn_back() {
   return back;
 }
 
-// Of the health of a channel: 8 times its count, and a bit for each of held, clamped, late.
+// Each channel has one number for its health: 8 times its count, and a bit each for held, clamped and late.
 Eigen::VectorXd SampleValidation::held_values() const {
   Eigen::VectorXd all(y_.size() + u_.size() + channels());
   all.head(y_.size()) = y_;

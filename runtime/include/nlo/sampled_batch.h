@@ -9,8 +9,8 @@
 //   fleet.estimate(x_hat);
 //
 // Each plant is treated as its observer treats it, faults included; save() and restore() move one in and out. As there:
-// no heap, no exceptions, no libm. Faults, first measurements and readings that
-// leave their first turn are stepped plant by plant.
+// no heap, no exceptions, no libm. Faults, first measurements and readings that leave their first turn are
+// stepped plant by plant.
 #pragma once
 
 #include <cstdint>
