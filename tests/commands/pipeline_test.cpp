@@ -181,6 +181,19 @@ TEST(Program, ATrainingThatGotNowhereFailsAndKeepsItsModel) {
   EXPECT_TRUE(scratch.read("a/report.html").find("training got nowhere") != std::string::npos);
 }
 
+TEST(Program, ATrainingWhoseClosedFormIsBestSucceedsAndSaysSo) {
+  const Scratch scratch;
+  scratch.write("tiny.toml", kTinyExperiment);
+  const ProgramResult run = scratch.ok({"train", "tiny.toml", "-o", "a", "-q", "--set", "inverse_map.linear_path=true",
+                                        "--set", "training.learning_rate=1e-30"});
+  EXPECT_THAT(run.out, HasSubstr("note     the closed form is best"));
+  EXPECT_THAT(scratch
+                  .ok({"train", "tiny.toml", "-o", "a", "-q", "--set", "inverse_map.linear_path=true", "--set",
+                       "training.learning_rate=1e-30", "--resume"})
+                  .out,
+              HasSubstr("already done"));
+}
+
 TEST(Program, ADivergingRunSaysWhatToTryAndKeepsTheLastGoodModel) {
   const Scratch scratch;
   scratch.write("tiny.toml", kTinyExperiment);

@@ -63,6 +63,20 @@ TEST(NoProgress, OfARateTooHighKeepsTheFirstModelAndNamesTheRate) {
   EXPECT_EQ(run(experiment).outcome, TrainOutcome::kFinished) << "control";
 }
 
+TEST(NoProgress, AClosedFormThatStepsCannotImproveIsASuccessAndSaysSo) {
+  Experiment experiment = small_experiment();
+  experiment.inverse_map.linear_path = true;  // starts from ridge regression
+  experiment.training.learning_rate = 1e-30;  // no step improves on it, as none changes a float
+  const TrainingResult result = run(experiment);
+  EXPECT_EQ(result.outcome, TrainOutcome::kClosedForm) << result.message;
+  EXPECT_TRUE(result.succeeded());
+  EXPECT_THAT(result.message, HasSubstr("the closed form is best: none of 30 training steps"));
+  EXPECT_EQ(result.validation_rmse, result.metrics.front().validation_rmse) << "that regression is the model";
+
+  experiment.inverse_map.linear_path = false;  // starts from random weights
+  EXPECT_EQ(run(experiment).outcome, TrainOutcome::kNoProgress) << "control: there is no closed form";
+}
+
 TEST(NoProgress, OfAMirrorThatIsNoneNamesTheChannelThatIsOffCentre) {
   Experiment experiment = small_experiment();
   experiment.inverse_map.linear_path = true;

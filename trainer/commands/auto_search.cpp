@@ -65,11 +65,12 @@ class Search {
     for (std::size_t r = 0; r < rungs.size(); ++r) {
       if (r >= record_.rungs.size()) begin_rung(rungs[r], r + 1 == rungs.size());
       // One by one: what a second trains is measured, and the next rung goes by it.
+      const bool last = r + 1 == rungs.size();
       std::vector<Job> trainings;
       for (Trial& trial : record_.rungs[r])
         trainings.push_back({fmt::format("rung {} of {}, training {} of {}", r + 1, rungs.size(), trainings.size() + 1,
                                          record_.rungs[r].size()),
-                             1.0, [&](const JobContext& context) { return perform(trial, context); }});
+                             1.0, [&, last](const JobContext& context) { return perform(trial, last, context); }});
       const JobsResult ran = run_jobs(trainings, {.side_by_side = false, .stop = &stop_on_interrupt()});
       ran.check();
       if (ran.left > 0) throw RunFailure("interrupted");
@@ -79,7 +80,9 @@ class Search {
     fs::remove_all(jobs(), ignored);
     const std::vector<Trial>& last = record_.rungs.back();
     if (std::none_of(last.begin(), last.end(), [](const Trial& trial) { return trial.error.has_value(); }))
-      throw RunFailure("every training of the last rung diverged; give a lower learning_rate");
+      throw RunFailure(
+          "every training of the last rung diverged or did not improve on its start; give more --minutes or a lower "
+          "learning_rate");
     const Trial& chosen = record_.chosen();
     if (!record_.by_hand_fits() && chosen.steps < least_steps()) refuse_time(chosen.candidate);
     return std::move(record_);
@@ -219,7 +222,7 @@ class Search {
     return static_cast<int>(std::clamp(steps, 1.0, kMostLonger * by_hand));
   }
 
-  JobEnd perform(Trial& trial, JobContext context) {
+  JobEnd perform(Trial& trial, bool last, JobContext context) {
     if (trial.done) return JobEnd::kFound;
     Candidate& candidate = record_.candidates[trial.candidate];
     Experiment experiment = parse_experiment(candidate.experiment, file());
@@ -236,7 +239,10 @@ class Search {
         return train(experiment, data.get().training, data.get().validation, options);
       });
       if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;
-      if (result.outcome != TrainOutcome::kDiverged) trial.error = judge_.error(result.model);
+      // What is found is trained once more by `nlo train`, which refuses a training that got nowhere. The few steps of
+      // an early rung need not get anywhere.
+      const bool counts = last ? result.succeeded() : result.outcome != TrainOutcome::kDiverged;
+      if (counts) trial.error = judge_.error(result.model);
       if (result.elapsed_s > 0.0) candidate.steps_per_s = static_cast<double>(result.steps_done) / result.elapsed_s;
     } catch (const codegen::Error&) {
       trial.error.reset();  // it ran beyond all numbers

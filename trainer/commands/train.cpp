@@ -210,13 +210,14 @@ void run_train(TrainArguments arguments) {
     RunReport report = judge(experiment, data, result.model);
     if (experiment.inverse_map.readout == ReadoutChoice::kSelected) report.readout = result.readout;
     report.groups = result.groups;
-    if (result.outcome != TrainOutcome::kFinished) report.warning = result.message;
+    if (!result.succeeded()) report.warning = result.message;
     fmt::print("{}", printable(run_report_text(result.model, report)));
     write_run_report(result.model, report, arguments.output);
     run.failure = report.warning;
     write_finished_run(arguments.output, run);
     fmt::print("model    {0}/model.json\nmetrics  {0}/metrics.csv\nreport   {0}/report.html\n", arguments.output);
-    if (result.outcome != TrainOutcome::kFinished) throw RunFailure(result.message);
+    if (!result.succeeded()) throw RunFailure(result.message);
+    if (!result.message.empty()) fmt::print("note     {}\n", printable(result.message));
   });
 }
 

@@ -58,14 +58,35 @@ std::optional<std::string> off_centre(const Dataset& dataset) {
   return furthest.empty() ? std::nullopt : std::optional(furthest);
 }
 
+bool improved(const std::vector<MetricsRow>& metrics) {
+  return std::any_of(metrics.begin() + 1, metrics.end(),
+                     [&](const MetricsRow& row) { return row.validation_rmse < metrics.front().validation_rmse; });
+}
+
+bool loss_grew(const std::vector<MetricsRow>& metrics) {
+  return !metrics.empty() && metrics.back().loss > 2.0 * metrics.front().loss;
+}
+
 }  // namespace
+
+bool closed_form_is_best(const std::vector<MetricsRow>& metrics, const ObserverStructure& structure,
+                         const Dataset& dataset, const Rollout& flight) {
+  if (structure.network.linear_path < 0 || metrics.size() < 2 || improved(metrics) || loss_grew(metrics)) return false;
+  if (largest_feature(structure, dataset.readings(), flight).reach > kFarBeyondScale) return false;
+  return dataset.mirror.none() || !off_centre(dataset);
+}
+
+std::string closed_form_text(const std::vector<MetricsRow>& metrics) {
+  return fmt::format(
+      "the closed form is best: none of {} training steps lowered the validation error of the ridge regression that T* "
+      "starts from ({:.3g}; now {:.3g}). That regression is the model",
+      metrics.back().step, metrics.front().validation_rmse, metrics.back().validation_rmse);
+}
 
 std::string no_progress(const std::vector<MetricsRow>& metrics) {
   if (metrics.size() < 2) return "";
   const MetricsRow &first = metrics.front(), &last = metrics.back();
-  const bool improved = std::any_of(metrics.begin() + 1, metrics.end(),
-                                    [&](const MetricsRow& row) { return row.validation_rmse < first.validation_rmse; });
-  if (!improved)
+  if (!improved(metrics))
     return fmt::format(
         "training got nowhere: none of its {} steps has a lower validation error than the model it "
         "started from ({:.3g}; now {:.3g}), which is the one that was kept",
@@ -115,9 +136,8 @@ std::string likely_causes(const Experiment& experiment, const std::vector<Metric
   if (experiment.training.steps < kFewSteps)
     causes.push_back(fmt::format("{} steps may be too few", experiment.training.steps));
   // Too high a rate makes the loss grow; then it comes before all that only slows training down.
-  const bool grew = !metrics.empty() && metrics.back().loss > 2.0 * metrics.front().loss;
   causes.insert(
-      grew && largest.reach <= kFarBeyondScale ? causes.begin() : causes.end(),
+      loss_grew(metrics) && largest.reach <= kFarBeyondScale ? causes.begin() : causes.end(),
       fmt::format("learning_rate = {} may be too high: try {}", shortest_text(experiment.training.learning_rate),
                   fmt::format("{:.3g}", experiment.training.learning_rate / 10.0)));
   std::string text = "Likely causes, the most likely one first: ";

@@ -20,6 +20,18 @@ namespace nlo::trainer {
 /// `metrics`: as in metrics.csv, the first row being step 0.
 std::string no_progress(const std::vector<MetricsRow>& metrics);
 
+/// Is the model that training started from the best one because it is good, and not because training failed? True when
+///   T* started as the ridge regression of the states on its features (it has a linear path),
+///   no step has a lower validation error, and
+///   no likely cause of a failure shows: the loss did not grow, every feature stays within its scale, and the data is
+///   odd where `mirror` says so
+/// Arguments as for likely_causes().
+bool closed_form_is_best(const std::vector<MetricsRow>& metrics, const ObserverStructure& structure,
+                         const Dataset& dataset, const Rollout& flight);
+
+/// For people: the closed form could not be improved, and ships.
+std::string closed_form_text(const std::vector<MetricsRow>& metrics);
+
 /// The likely causes, the most likely one first, each with its mend: a feature that leaves its scale, data that is not
 /// odd where `mirror` says so, a learning rate too high, too few steps.
 ///   metrics  as for no_progress()

@@ -120,10 +120,11 @@ class Training {
     result.readout = std::move(shipped.readout);
     result.left_out = std::move(shipped.left_out);
     result.validation_rmse = shipped.validation_rmse;
-    if (result.outcome == TrainOutcome::kFinished && selects_readout(experiment_)) {
-      result.message = below_floor(result.readout);
-      if (!result.message.empty()) result.outcome = TrainOutcome::kBelowFloor;
-    }
+    if (result.succeeded() && selects_readout(experiment_))
+      if (std::string below = below_floor(result.readout); !below.empty()) {
+        result.message = std::move(below);
+        result.outcome = TrainOutcome::kBelowFloor;
+      }
     result.metrics = state_.metrics;
     result.steps_done = state_.step;
     result.elapsed_s = state_.elapsed_s;
@@ -172,8 +173,13 @@ class Training {
   void judge(TrainingResult& result) {
     result.message = no_progress(state_.metrics);
     if (result.message.empty()) return;
-    result.outcome = TrainOutcome::kNoProgress;
     const Rollout& flight = objective_.roll_out_flight(state_.parameters.data());
+    if (closed_form_is_best(state_.metrics, structure_, dataset_, flight)) {
+      result.outcome = TrainOutcome::kClosedForm;
+      result.message = closed_form_text(state_.metrics);
+      return;
+    }
+    result.outcome = TrainOutcome::kNoProgress;
     result.message += ". " + likely_causes(experiment_, state_.metrics, structure_, dataset_, flight);
   }
 

@@ -46,12 +46,15 @@ enum class TrainOutcome {
   kFinished,
   kInterrupted,
   kDiverged,    ///< stopped early: a number was not finite, or the loss grew without bounds
+  kClosedForm,  ///< ran to its end; the closed form that it started from is best, and nothing failed: no_progress.h
   kNoProgress,  ///< ran to its end and got nowhere: see no_progress.h
   kBelowFloor   ///< ran to its end, and a state is worse than something simple: see readout.h
 };
 
 struct TrainingResult {
   TrainOutcome outcome = TrainOutcome::kFinished;
+  /// The model is what training was asked for: not interrupted, diverged, without progress or below the floor.
+  bool succeeded() const { return outcome == TrainOutcome::kFinished || outcome == TrainOutcome::kClosedForm; }
   codegen::Model model;    ///< of the lowest validation error so far
   Readout readout;         ///< what its states read, and what else they might
   std::size_t groups = 0;  ///< that were left out of other trainings and chose `readout`; 0: its own data did
@@ -60,7 +63,7 @@ struct TrainingResult {
   long steps_done = 0;
   double elapsed_s = 0.0;
   double validation_rmse = 0.0;  ///< of `model`
-  std::string message;           ///< diverged, no progress: what happened and what to try
+  std::string message;           ///< when the outcome is not kFinished: what happened, and what to try
   int returns = 0;  ///< times that training ran away and went on from its best (where gradients are clipped)
 };
 
