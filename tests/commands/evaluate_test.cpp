@@ -225,6 +225,9 @@ TEST(MonitorCommand, OfALogModelIsMadeFromItsLogs) {
   const auto watched = scratch.ok({"monitor", "run/model.json", "--data", ".", "--time-constant", "0.2"});
   EXPECT_THAT(watched.out, HasSubstr("limits for 1.00 false alarms an hour"));
   EXPECT_THAT(scratch.read("run/model.json"), HasSubstr("\"monitor\""));
+  EXPECT_THAT(scratch.refusal(1, {"monitor", "run/model.json", "--data", ".", "--time-constant", "100",
+                                  "--false-alarms-per-hour", "20"}),
+              HasSubstr("ask for at most 18"));
   EXPECT_THAT(scratch.refusal(1, {"monitor", "run/model.json", "--data", ".", "--time-constant", "100"}),
               HasSubstr("or a shorter --time-constant"));
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -99,6 +100,28 @@ TEST(FitMonitor, SeesWhatIsNotAsInTraining) {
   // Less noise is no alarm: the variance falls, and what predictions cannot say stays as it was.
   EXPECT_EQ(alarms(model, waves(10, 20, 0.0)).seen, 0.0);
   EXPECT_EQ(alarms(model, waves(11, 20, 0.02)).seen, 0.0);
+}
+
+TEST(FitMonitor, DeadSensorAlarmsThoughTheGateRejectedFiveReadingsOfSixInTraining) {
+  codegen::Model model = codegen::tiny_model();
+  SensedRuns logs = waves(100, 40, 0.1);
+  for (Eigen::MatrixXd& y : logs.outputs)
+    for (Eigen::Index k = 700; k < 736; ++k) y(0, k) += k % 6 == 0 ? 0.0 : 5.0;
+  const double tau = 16.0 * model.sample_period_s;
+  const FittedMonitor fitted =
+      fit_monitor(model, waves(1, 20, 0.1), {[&](int) { return logs; }, 1}, std::nullopt, {}, {1.0, tau, 1});
+  EXPECT_THAT(fitted.unwatched, testing::Not(testing::Contains(testing::HasSubstr("missing share"))));
+  model.monitor = fitted.monitor;
+  const auto missing = [&](const SensedRuns& runs) {
+    int count = 0;
+    for (const WatchedRun& run : watched(model, runs))
+      for (const Alarm alarm : run.alarms) count += alarm == Alarm::kMissing;
+    return count;
+  };
+  EXPECT_EQ(missing(logs), 0) << "the gate alone";
+  SensedRuns dead = waves(7, 1, 0.1);
+  dead.outputs[0].rightCols(750).setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_GT(missing(dead), 730) << "12 samples are three of the shortest average: 0.95";
 }
 
 /// Runs of failing_model whose second output, which may be missing, rests at 2 for half of the time, then wanders, and
@@ -196,7 +219,10 @@ TEST(AlarmCount, SeenMeansWithinFiveTimeConstants) {
 
 TEST(TimeConstant, OfALinearLatentSystemIsThatOfItsSlowestModeButClocks) {
   // rig_model: pairs at -40 and -25, real -60 and -15 [1/s]; the clock at -2 reads no output.
-  EXPECT_DOUBLE_EQ(time_constant_s(codegen::rig_model(), {}), 1.0 / 15.0);
+  const codegen::Model model = codegen::rig_model();
+  const TimeConstant own = time_constant(model, {}, false);
+  EXPECT_DOUBLE_EQ(own.seconds, 1.0 / 15.0);
+  EXPECT_EQ(own.note, "");
 }
 
 TEST(TimeConstant, OfOtherStructuresIsThePeriodOfTheOutputs) {
@@ -215,7 +241,45 @@ TEST(TimeConstant, OfOtherStructuresIsThePeriodOfTheOutputs) {
   }
   // The integral of cos from 0 to a quarter is 1 / (2 pi) of the period. Noise is not in lag 1 on; 2,000 samples of a
   // wave of 200 and the sum in place of the integral are good for some percent.
-  EXPECT_NEAR(time_constant_s(model, runs), period_s, 0.06 * period_s);
+  const TimeConstant whole = time_constant(model, runs, false);
+  EXPECT_NEAR(whole.seconds, period_s, 0.06 * period_s);
+  EXPECT_EQ(whole.note, "");
+  // Five periods in a run: the monitor would arm after a fifth of it.
+  for (Eigen::MatrixXd& y : runs.outputs) y.conservativeResize(Eigen::NoChange, 1000);
+  const TimeConstant shorter = time_constant(model, runs, false);
+  EXPECT_DOUBLE_EQ(shorter.seconds, 125.0 * model.sample_period_s);
+  EXPECT_THAT(shorter.note, testing::HasSubstr("the longest run has"));
+}
+
+/// Runs of rig_model, of so many of its sample periods each.
+SensedRuns silent_runs(const codegen::Model& model, int count, Eigen::Index samples) {
+  SensedRuns runs;
+  for (int i = 0; i < count; ++i) {
+    runs.outputs.push_back(Eigen::MatrixXd::Zero(model.ny(), samples));
+    runs.inputs.emplace_back();
+  }
+  return runs;
+}
+
+TEST(TimeConstant, SpansSixteenSamplesAtLeast) {
+  codegen::Model model = codegen::rig_model();
+  model.sample_period_s = 1.0 / 150.0;  // ten samples in the 1/15 s of the slowest mode
+  const TimeConstant chosen = time_constant(model, {}, false);
+  EXPECT_DOUBLE_EQ(chosen.seconds, 16.0 / 150.0);
+  EXPECT_THAT(chosen.note, testing::HasSubstr("they span 16 samples at least"));
+}
+
+TEST(TimeConstant, OfShortLogsIsHalvedUntilTheyHoldThirtyOfThem) {
+  codegen::Model model = codegen::rig_model();
+  model.sample_period_s = 1.0 / 1500.0;  // 100 samples in the 1/15 s of the slowest mode
+  // Ten logs of 400 samples: 3 blocks of 100 in each after the first, which are 30.
+  EXPECT_DOUBLE_EQ(time_constant(model, silent_runs(model, 10, 400), true).seconds, 1.0 / 15.0);
+  // One less: of 50 samples there are 7 in each.
+  const TimeConstant halved = time_constant(model, silent_runs(model, 10, 399), true);
+  EXPECT_DOUBLE_EQ(halved.seconds, 0.5 / 15.0);
+  EXPECT_THAT(halved.note, testing::HasSubstr("limits need 30 time constants of logs"));
+  EXPECT_DOUBLE_EQ(time_constant(model, silent_runs(model, 10, 99), false).seconds, 1.0 / 15.0) << "simulated longer";
+  EXPECT_DOUBLE_EQ(time_constant(model, silent_runs(model, 1, 99), true).seconds, 16.0 / 1500.0);
 }
 
 }  // namespace

@@ -13,6 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "codegen/base/file.h"
 #include "codegen/model/model.h"
@@ -127,6 +129,7 @@ std::string monitor_text(const FittedMonitor& fitted, const MonitorStudy& study)
                       significant(monitor.false_alarms_per_hour), significant(monitor.hours),
                       gated ? fmt::format("gate at {} deviations of the innovation", significant(monitor.gate))
                             : "the gate is open: it rejects nothing");
+  for (const std::string& note : fitted.notes) text += note + "\n";
   text += log_rate_text(monitor, study);
   if (!fitted.unwatched.empty())
     text += fmt::format("not watched, because training itself comes near the largest value: {}\n",
@@ -141,6 +144,7 @@ std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study)
   json["hours"] = monitor.hours;
   json["gate"] = monitor.gate;
   json["time_constant_s"] = monitor.windows_s(1);
+  json["notes"] = fitted.notes;
   json["runs"] = study.runs;
   if (study.on_logs) json["test_logs"] = {{"hours", study.log_hours}, {"alarms_per_hour", study.on_logs->per_hour}};
   json["gate_dropped"] = fitted.gate.dropped;
@@ -172,6 +176,7 @@ std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study)
 constexpr double kHour = 3600.0;
 constexpr int kFitRuns = 100;
 constexpr double kMostSamples = 4e6;  // of the runs that limits are set on
+constexpr int kFewestLimitRuns = 30;  // of slow plants: 210 time constants
 constexpr int kChunk = 64;            // runs in memory together
 constexpr int kTrialRuns = 24;        // that the gate is tried on
 constexpr Eigen::Index kMostTrialSamples = 20000;
@@ -180,7 +185,7 @@ constexpr std::uint64_t kFitSeed = 0x6d6f6e69ULL, kCleanSeed = kFitSeed + 1, kLi
 
 struct MonitorArguments {
   std::string model, data, noise, conditions, output;
-  MonitorRequest request{.false_alarms_per_hour = 1.0, .time_constant_s = 0.0};
+  MonitorRequest request{.false_alarms_per_hour = 0.0, .time_constant_s = 0.0};
   double hours = 12.0;
   int runs = 200;
   unsigned long long seed = 1;
@@ -223,14 +228,39 @@ Condition trained_condition(const std::vector<NoiseConfig>& noises, const Experi
   return condition;
 }
 
+/// Chooses the time constant and the rate of false alarms unless the user has. Returns lines that say what is unusual
+/// about them. Throws codegen::Error if the user asks for a rate that averages over so long a time cannot have.
+std::vector<std::string> choose_times(MonitorRequest& request, const codegen::Model& model, const SensedRuns& runs,
+                                      bool recorded) {
+  TimeConstant chosen{request.time_constant_s};
+  if (request.time_constant_s == 0.0) chosen = time_constant(model, runs, recorded);
+  request.time_constant_s = chosen.seconds;
+  std::vector<std::string> notes;
+  if (!chosen.note.empty()) notes.push_back(chosen.note);
+  // An alarm lasts for about a time constant.
+  constexpr double kUsualPerHour = 1.0, kUsual = 0.01, kMost = 0.5;
+  const double per_hour = kHour / chosen.seconds;
+  if (request.false_alarms_per_hour > kMost * per_hour)
+    throw codegen::Error(fmt::format(
+        "--false-alarms-per-hour {}: alarms last for about a time constant, here {:.3g} s, so that is most of "
+        "the time; ask for at most {:.3g}",
+        request.false_alarms_per_hour, chosen.seconds, kMost * per_hour));
+  if (request.false_alarms_per_hour > 0.0) return notes;
+  request.false_alarms_per_hour = std::min(kUsualPerHour, kUsual * per_hour);
+  if (request.false_alarms_per_hour < kUsualPerHour)
+    notes.push_back(fmt::format("{} false alarms an hour, not {}: one in 100 time constants of {:.3g} s",
+                                significant(request.false_alarms_per_hour), kUsualPerHour, chosen.seconds));
+  return notes;
+}
+
 FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& experiment,
                                const std::vector<NoiseConfig>& noises, MonitorRequest& request, double hours,
                                const MonitorProgress& progress) {
   const double horizon_s = experiment.simulation.horizon_s;
   const SensedRuns fit = sensed_runs(experiment, noises, horizon_s, kFitSeed, kFitRuns);
-  if (request.time_constant_s == 0.0) request.time_constant_s = time_constant_s(model, fit);
+  std::vector<std::string> notes = choose_times(request, model, fit, false);
   const double long_run_s = std::max(horizon_s, 8.0 * request.time_constant_s);
-  const auto count = static_cast<int>(std::ceil(hours * kHour / long_run_s));
+  const int count = std::max(kFewestLimitRuns, static_cast<int>(std::ceil(hours * kHour / long_run_s)));
   const RunSource limits{[&](int chunk) {
                            return sensed_runs(experiment, noises, long_run_s,
                                               kLimitSeed + static_cast<std::uint64_t>(chunk),
@@ -243,7 +273,9 @@ FittedMonitor monitor_of_plant(const codegen::Model& model, const Experiment& ex
   const std::vector<FlownRun> trial = flown_runs(
       compared_runs(nominal, trained_condition(noises, experiment), SeedStream::kValidation, kTrialSeed, 1, kTrialRuns),
       kMostTrialSamples);
-  return fit_monitor(model, fit, limits, clean, trial, request, progress);
+  FittedMonitor fitted = fit_monitor(model, fit, limits, clean, trial, request, progress);
+  fitted.notes = std::move(notes);
+  return fitted;
 }
 
 /// Predictions and the gate from training logs; limits from those and the validation logs: the hours that there are.
@@ -254,10 +286,12 @@ FittedMonitor monitor_of_logs(const codegen::Model& model, const LogSplits& spli
   logs.trajectories.insert(logs.trajectories.end(), splits.validation.trajectories.begin(),
                            splits.validation.trajectories.end());
   const SensedRuns fit = sensed_runs(splits.train), all = sensed_runs(logs);
-  if (request.time_constant_s == 0.0) request.time_constant_s = time_constant_s(model, all);
+  std::vector<std::string> notes = choose_times(request, model, all, true);
   const Dataset& trial = splits.validation.trajectories.empty() ? splits.train : splits.validation;
-  return fit_monitor(model, fit, {[&](int) { return all; }, 1}, std::nullopt, flown_runs(trial, kMostTrialSamples),
-                     request);
+  FittedMonitor fitted = fit_monitor(model, fit, {[&](int) { return all; }, 1}, std::nullopt,
+                                     flown_runs(trial, kMostTrialSamples), request);
+  fitted.notes = std::move(notes);
+  return fitted;
 }
 
 void run_monitor(MonitorArguments arguments) {
@@ -336,8 +370,13 @@ void add_monitor(CLI::App& app, Action& action) {
   options.value("MODEL", arguments->model, "model.json of nlo train; it gets the monitor, in place of one that it has")
       ->required();
   options.directory("--data", arguments->data, "directory of the logs it was trained on");
-  options.number("--false-alarms-per-hour", arguments->request.false_alarms_per_hour, 1e-3, 1e3,
-                 "false alarms in an hour of the plant's time, with sensors and plant as in training");
+  options
+      .value(
+          "--false-alarms-per-hour", arguments->request.false_alarms_per_hour,
+          "false alarms in an hour of the plant's time, with sensors and plant as in training (default: 1, or 1 in 100 "
+          "time constants where that is fewer)",
+          "N")
+      ->check(CLI::Range(1e-3, 1e3));
   options
       .value("--time-constant", arguments->request.time_constant_s,
              "time constant of the averages [s] (default: of the slowest mode, or the period of the outputs)", "S")

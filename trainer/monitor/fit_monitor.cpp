@@ -29,9 +29,11 @@ constexpr double kHour = 3600.0;
 // A share of missing measurements below which there is no alarm, however complete the training was.
 constexpr double kLeastMissing = 0.3;
 constexpr double kGateQuantile = 0.9995;
-constexpr double kLeastGate = 3.0;     // deviations
-constexpr double kMostOfReach = 0.9;   // the largest limit, of what a statistic can reach
-constexpr double kSeenOfReach = 0.75;  // what a statistic may have reached in training for that limit to be used
+constexpr double kLeastGate = 3.0;  // deviations
+// The largest limit, of what a statistic can reach, and the largest value in training that is still below such a limit.
+constexpr double kMostOfReach = 0.9, kSeenOfReach = 0.75;
+// The same of missing shares: a gate that rejects 5 readings of 6 brings them to 0.92 over 4 samples, less over more.
+constexpr double kMostMissing = 0.95, kSeenMissing = 0.93;
 
 /// Training pairs of one run for the prediction: the features of each sample but the last, and the change of y that
 /// follows. Samples whose outputs did not arrive are left out.
@@ -223,6 +225,7 @@ void clear_limits(Monitor& monitor, Index ny) {
 struct Statistic {
   std::string name;
   double reach = 0.0;
+  double most = kMostOfReach * reach, seen = kSeenOfReach * reach;  ///< limit, and value in training, at most
 };
 std::vector<Statistic> statistics_of(const codegen::Model& model, const Monitor& monitor) {
   constexpr double kMostSquare = kLargestInnovation * kLargestInnovation;
@@ -236,7 +239,8 @@ std::vector<Statistic> statistics_of(const codegen::Model& model, const Monitor&
     }
   for (Index w = 0; w < monitor.windows(); ++w)
     all.push_back({fmt::format("latent distance over {:.3g} s", monitor.windows_s(w)), kMostSquare});
-  for (const codegen::Channel& output : model.outputs) all.push_back({"missing share of " + output.name, 1.0});
+  for (const codegen::Channel& output : model.outputs)
+    all.push_back({"missing share of " + output.name, 1.0, kMostMissing, kSeenMissing});
   for (const codegen::Channel& state : model.states) all.push_back({"disagreement on " + state.name, kMostSquare});
   return all;
 }
@@ -347,10 +351,10 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   // A statistic whose limit it cannot reach is watched with a lower limit, if training stays below that; else not at
   // all.
   const auto reachable = [&](double limit, Index q) {
-    const double reach = statistics[static_cast<std::size_t>(q)].reach;
-    if (limit < kMostOfReach * reach) return limit;
+    const Statistic& statistic = statistics[static_cast<std::size_t>(q)];
+    if (limit < statistic.most) return limit;
     const std::vector<double> values = of_all([q](const VectorXd& one) { return one(q); });
-    return *std::max_element(values.begin(), values.end()) < kSeenOfReach * reach ? kMostOfReach * reach : kNoLimit;
+    return *std::max_element(values.begin(), values.end()) < statistic.seen ? statistic.most : kNoLimit;
   };
   for (Index q = 0; q < count; ++q) found(q) = reachable(found(q), q);
   const double together =

@@ -17,9 +17,9 @@
 namespace nlo::trainer {
 
 struct MonitorRequest {
-  double false_alarms_per_hour = 1.0;
-  double time_constant_s = 1.0;  ///< averages over a quarter of it, over it, and over twice it; armed after one
-  int threads = 0;               ///< 0: all cores; the result does not depend on it
+  double false_alarms_per_hour = 1.0;  ///< half of one in a time constant at most
+  double time_constant_s = 1.0;        ///< averages over a quarter of it, over it, and over twice it; armed after one
+  int threads = 0;                     ///< 0: all cores; the result does not depend on it
 };
 
 /// Called with the share that is done.
@@ -29,6 +29,7 @@ using MonitorProgress = std::function<void(double share)>;
 struct FittedMonitor {
   codegen::Monitor monitor;
   GateReport gate;
+  std::vector<std::string> notes;      ///< lines on the time constant and the rate, where they are unusual
   std::vector<std::string> unwatched;  ///< statistics whose limit they cannot reach, or that training itself reaches
 };
 

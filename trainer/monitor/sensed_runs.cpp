@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/monitor/sensed_runs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -71,13 +73,51 @@ double correlation_samples(const SensedRuns& runs, Index output) {
   return integral;
 }
 
+constexpr long kLeastSamples = 16;
+constexpr double kOfRun = 8.0;             // the longest run over the longest period that it shows
+constexpr std::size_t kEnoughBlocks = 30;  // fewer do not show the tail that a limit is read from
+
+/// Whole time constants of `runs`, of that many samples each, without the first of each run: the observer starts there.
+std::size_t blocks_of(const SensedRuns& runs, Index block) {
+  std::size_t blocks = 0;
+  for (const Eigen::MatrixXd& y : runs.outputs)
+    blocks += static_cast<std::size_t>(std::max<Index>(0, y.cols() / block - 1));
+  return blocks;
+}
+
 }  // namespace
 
-double time_constant_s(const codegen::Model& model, const SensedRuns& runs) {
-  if (const auto slowest = codegen::module_of(model).slowest_mode(model)) return 1.0 / *slowest;
-  double longest = 0.0;
-  for (Index j = 0; j < model.ny(); ++j) longest = std::max(longest, correlation_samples(runs, j));
-  return 2.0 * std::numbers::pi * longest * model.sample_period_s;
+TimeConstant time_constant(const codegen::Model& model, const SensedRuns& runs, bool recorded) {
+  const double period_s = model.sample_period_s, least_s = static_cast<double>(kLeastSamples) * period_s;
+  const auto slowest = codegen::module_of(model).slowest_mode(model);
+  double own_s = slowest ? 1.0 / *slowest : 0.0;
+  if (!slowest) {
+    double longest = 0.0;
+    for (Index j = 0; j < model.ny(); ++j) longest = std::max(longest, correlation_samples(runs, j));
+    own_s = 2.0 * std::numbers::pi * longest * period_s;
+  }
+  const auto instead = [own_s](double seconds, const std::string& why) {
+    return TimeConstant{
+        seconds, fmt::format("averages over {:.3g} s, not the {:.3g} s of the observer or its outputs: {}", seconds,
+                             own_s, why)};
+  };
+  if (std::lround(own_s / period_s) < kLeastSamples)
+    return instead(least_s, fmt::format("they span {} samples at least", kLeastSamples));
+  TimeConstant chosen{own_s};
+  if (!slowest) {
+    Index samples = 0;
+    for (const Eigen::MatrixXd& y : runs.outputs) samples = std::max(samples, y.cols());
+    const double most_s = std::max(least_s, static_cast<double>(samples) * period_s / kOfRun);
+    if (own_s > most_s)
+      chosen = instead(most_s, fmt::format("the longest run has {:.3g} s", static_cast<double>(samples) * period_s));
+  }
+  const auto blocks = [&](double seconds) {
+    return blocks_of(runs, std::max<Index>(1, std::lround(seconds / period_s)));
+  };
+  double seconds = chosen.seconds;
+  while (recorded && blocks(seconds) < kEnoughBlocks && seconds > least_s) seconds = std::max(least_s, seconds / 2.0);
+  if (seconds == chosen.seconds) return chosen;
+  return instead(seconds, fmt::format("limits need {} time constants of logs, after the first of each", kEnoughBlocks));
 }
 
 }  // namespace nlo::trainer

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "codegen/model/model.h"
@@ -39,9 +40,18 @@ struct RunSource {
   int chunks = 0;
 };
 
-/// Of the slowest mode that reads an output, 1 / min |Re lambda|, where the latent system is linear; else 2 pi times
-/// the outputs' correlation time (the integral of their autocorrelation up to its first zero), which is the period of
-/// what oscillates. [s]
-double time_constant_s(const codegen::Model& model, const SensedRuns& runs);
+/// The time constant of a monitor's averages [s].
+struct TimeConstant {
+  double seconds = 0.0;
+  std::string note = "";  ///< why it differs from that of the observer or the outputs; empty: it does not
+};
+
+/// Returns 1 / min |Re lambda| of the slowest mode that reads an output, where the latent system is linear. Otherwise
+/// returns 2 pi times the outputs' correlation time (the integral of their autocorrelation up to its first zero), which
+/// is the period of an oscillation, but an eighth of the longest run at most: the monitor arms after one.
+/// It is at least 16 sample periods: the shortest average then spans 4 samples, and the 5 readings in a row that a gate
+/// may reject are not taken for a dead sensor.
+/// `recorded`: `runs` are all that there is, so it is halved until they hold 30 time constants to set limits on.
+TimeConstant time_constant(const codegen::Model& model, const SensedRuns& runs, bool recorded);
 
 }  // namespace nlo::trainer
