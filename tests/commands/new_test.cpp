@@ -106,8 +106,9 @@ TEST(NewLog, AsksForRolesThatNumbersDoNotTell) {
   const ProgramResult open = scratch.ok({"new", "log", "a.csv"});
   EXPECT_THAT(open.out, HasSubstr("nlo new log a.csv --force --outputs A,B --inputs C --states D,E"));
   EXPECT_THAT(scratch.read("log.toml"), HasSubstr("# CHOOSE its role"));
-  // Asked for: every key is known, and the roles are what is missing.
-  EXPECT_THAT(scratch.run({"train", "log.toml", "--data", "."}).err, HasSubstr("no column has role \"output\""));
+  // A choice that is left open is an error, which names key and line.
+  EXPECT_THAT(scratch.run({"train", "log.toml", "--data", "."}).err,
+              AllOf(HasSubstr("log.toml:"), HasSubstr("[[log.columns]] role is still CHOOSE: choose it (")));
 
   EXPECT_EQ(scratch.run({"new", "log", "a.csv", "--outputs", "position", "--states", "velocity"}).exit_code, 2);
   scratch.ok({"new", "log", "a.csv", "--outputs", "position", "--states", "position,velocity", "--force"});

@@ -6,10 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <functional>
 #include <random>
 #include <sstream>
+#include <string>
 
 #include "tests/data/testing.h"
+#include "trainer/data/clock_text.h"
 
 namespace nlo::trainer {
 namespace {
@@ -60,11 +64,149 @@ TEST_F(LogClock, ReportsTheClockOfEachFile) {
   EXPECT_THAT(to_text(report_), AllOf(HasSubstr("nominal sample period 5 ms"), HasSubstr("log.csv")));
 }
 
-TEST_F(LogClock, NamesTheLineWhereTimeStandsStill) {
-  EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n1,0\n2,0\n2,0\n"),
-              HasSubstr("log.csv:4:time: time does not increase: 2 follows 2"));
+TEST_F(LogClock, RefusesAColumnThatIsNoClockAndSaysWhere) {
+  EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n2,0\n2,1\n2,2\n"),
+              HasSubstr("log.csv:3:time: time does not increase in 2 of 2 steps, here from 2 to 2"));
   EXPECT_THAT(error_in(SyntheticLog::config(), "time,phi\n2,0\n1,0\n"),
               HasSubstr("log.csv:3:time: time does not increase"));
+  std::string shuffled = "time,phi\n";
+  for (int k = 0; k < 100; ++k) shuffled += std::to_string(k * 37 % 101) + ",0\n";
+  EXPECT_THAT(error_in(SyntheticLog::config(), shuffled), HasSubstr("is this the clock of these rows?"));
+}
+
+/// 600 rows of the pendulum's kind at 100 Hz, each a stamp of its own and the row number as reading.
+std::string log_of(const std::function<std::string(int)>& stamp, int rows = 600) {
+  std::string csv = "time,y\n";
+  for (int k = 0; k < rows; ++k) csv += stamp(k) + "," + std::to_string(k) + "\n";
+  return csv;
+}
+
+std::string printed(double time_s) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f", time_s);
+  return text;
+}
+
+LogConfig plain_config() {
+  LogConfig log;
+  log.columns = {column("time", ColumnRole::kTime), column("y", ColumnRole::kOutput),
+                 column("x", ColumnRole::kState, {.column = "y"})};
+  return log;
+}
+
+TEST_F(LogClock, BeginsARunWhereTheClockGoesBack) {
+  const std::string csv = log_of([](int k) { return printed(0.01 * (k < 250 ? k : k - 250)); });
+  for (const double max_gap_s : {0.0, 1e6}) {  // a gap that is allowed does not join two clocks
+    LogConfig config = plain_config();
+    config.max_gap_s = max_gap_s;
+    const Dataset data = load(config, csv);
+    ASSERT_EQ(data.trajectories.size(), 2u);
+    EXPECT_TRUE(data.uniform);
+    EXPECT_NEAR(data.sample_period_s, 0.01, 1e-9);
+    EXPECT_EQ(data.trajectories[0].samples(), 250);
+    EXPECT_EQ(data.trajectories[1].source, "log.csv (2 of 2)");
+    EXPECT_EQ(data.trajectories[1].time_s[0], 0.0);
+    EXPECT_EQ(data.trajectories[1].outputs(0, 0), 250.0);  // in the order of the file
+    EXPECT_EQ(data.trajectories[1].outputs(0, 349), 599.0);
+    EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("log.csv:252: the clock goes back, 0.000 follows 2.490: a new "
+                                                     "run begins there;")));
+  }
+  load(plain_config(), log_of([](int k) { return printed(0.01 * (k % 200)); }));
+  EXPECT_EQ(report_.files[0].runs, 3u);
+  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("(the first of 2 such places)")));
+}
+
+TEST_F(LogClock, SetBackByLessThanItsRunBeginsARunToo) {
+  const Dataset data = load(plain_config(), log_of([](int k) { return printed(0.01 * k - (k < 250 ? 0.0 : 0.3)); }));
+  ASSERT_EQ(data.trajectories.size(), 2u);
+  EXPECT_EQ(data.trajectories[1].samples(), 350);
+}
+
+TEST_F(LogClock, KeepsTheFirstRowOfARepeatedStamp) {
+  const Dataset data = load(plain_config(), log_of([](int k) { return printed(0.01 * (k % 200 == 5 ? k - 1 : k)); }));
+  ASSERT_EQ(data.trajectories.size(), 1u);
+  ASSERT_EQ(data.trajectories[0].samples(), 597);
+  EXPECT_EQ(data.trajectories[0].outputs(0, 4), 4.0);
+  EXPECT_EQ(data.trajectories[0].outputs(0, 5), 6.0);
+  EXPECT_NEAR(data.trajectories[0].time_s[5], 0.06, 1e-9);
+  EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("log.csv:7: the stamp 0.040 is that of the row before: the first "
+                                                   "row is kept (the first of 3 such rows)")));
+}
+
+TEST_F(LogClock, RefusesStampsTooCoarseForTheRowsButNotRowsWrittenTwice) {
+  EXPECT_THAT(error_in(plain_config(), log_of([](int k) { return printed(0.01 * (k / 4)); })),
+              AllOf(HasSubstr("log.csv:3:time: 75 % of the rows have other readings at the stamp of the row before"),
+                    HasSubstr("write [log] sample_period_s")));
+  std::string twice = "time,y\n";
+  for (int k = 0; k < 300; ++k)
+    for (int copy = 0; copy < 2; ++copy) twice += printed(0.01 * k) + "," + std::to_string(k) + "\n";
+  EXPECT_EQ(load(plain_config(), twice).trajectories[0].samples(), 300);
+}
+
+TEST_F(LogClock, LeavesOutRowsWhoseStampDoesNotFitTheirNeighbours) {
+  for (const double wrong : {0.0, 77.7}) {
+    const Dataset data = load(plain_config(), log_of([&](int k) { return printed(k == 300 ? wrong : 0.01 * k); }));
+    ASSERT_EQ(data.trajectories.size(), 1u) << wrong;
+    EXPECT_EQ(data.trajectories[0].samples(), 599);
+    EXPECT_EQ(data.trajectories[0].outputs(0, 300), 301.0);
+    EXPECT_NEAR(data.trajectories[0].time_s[300], 3.01, 1e-9);
+    EXPECT_THAT(report_.notes, ElementsAre(HasSubstr("log.csv:302: the stamp " + printed(wrong) +
+                                                     " does not fit its neighbours: the row is left out")));
+  }
+  for (const int end : {0, 599})
+    EXPECT_EQ(load(plain_config(), log_of([&](int k) { return printed(k == end ? (k == 0 ? 9.0 : 0.0) : 0.01 * k); }))
+                  .trajectories[0]
+                  .samples(),
+              599);
+}
+
+TEST_F(LogClock, ReadsDatesAndTimesOfDayAlsoOverMidnight) {
+  const auto clock = [](const char* format, int start_s) {
+    return [=](int k) {
+      const int ms = 10 * k + 7, s = start_s + ms / 1000;
+      char text[64];
+      std::snprintf(text, sizeof text, format, s / 3600 % 24, s / 60 % 60, s % 60, ms % 1000);
+      return std::string(text);
+    };
+  };
+  constexpr int kNoon_s = 12 * 3600 - 2, kMidnight_s = 24 * 3600 - 2;
+  for (const auto& stamp :
+       {clock("2026-11-20T%02d:%02d:%02d.%03dZ", kNoon_s), clock("2026-11-20 %02d:%02d:%02d.%03d+01:00", kNoon_s),
+        clock("%02d:%02d:%02d.%03d", kNoon_s), clock("%d:%02d:%02d.%03d", kMidnight_s)}) {
+    const Dataset data = load(plain_config(), log_of(stamp));
+    ASSERT_EQ(data.trajectories.size(), 1u) << stamp(0);
+    EXPECT_NEAR(data.sample_period_s, 0.01, 1e-9) << stamp(0);
+    EXPECT_NEAR(data.trajectories[0].time_s[599], 5.99, 1e-9) << stamp(0);
+    EXPECT_TRUE(report_.notes.empty()) << report_.notes[0];
+  }
+  EXPECT_THAT(error_in(plain_config(), log_of([](int k) {
+                         return k == 3 ? std::string("10:11") : "10:11:12." + std::to_string(100 + k);
+                       })),
+              HasSubstr("log.csv:5:time: \"10:11\" is not a time as the first one, \"10:11:12.100\""));
+  EXPECT_THAT(error_in(plain_config(), log_of([](int) { return std::string("20.11.2026 10:11:12"); })),
+              HasSubstr("2026-11-20T10:11:12.345Z"));
+}
+
+TEST_F(LogClock, GoesOnWhereACounterOverflows) {
+  LogConfig config = plain_config();
+  config.columns[0].unit = "us";
+  const Dataset data =
+      load(config, log_of([](int k) { return std::to_string((4294000000ull + 10000ull * k) % 4294967296ull); }));
+  ASSERT_EQ(data.trajectories.size(), 1u);
+  EXPECT_NEAR(data.trajectories[0].time_s[599], 5.99, 1e-9);
+  EXPECT_TRUE(report_.notes.empty());
+}
+
+TEST(ClockText, IsATimeOrNothing) {
+  const auto seconds = [](const char* text) { return read_clock_text(text)->seconds; };
+  EXPECT_EQ(seconds("10:11:12"), 36672.0);
+  EXPECT_EQ(seconds(" 110:00:00,5 "), 396000.5);
+  EXPECT_EQ(seconds("2026-11-20T10:11:12.25+01:00"), 33072.25);
+  EXPECT_EQ(seconds("2026/11/20 10:11"), 36660.0);
+  EXPECT_EQ(read_clock_text("1970-01-03 00:00:00")->day, 2);
+  for (const char* none : {"", "1.5", "10:11", "10:61:00", "10:11:12.", "2026-13-01T00:00:00", "2026-02-30 00:00:00",
+                           "20.11.2026 10:11:12", "10:11:12x", "2026-11-20", "10:11:12+1", "-1:00:00"})
+    EXPECT_FALSE(read_clock_text(none)) << none;
 }
 
 /// Without rows `from` to `to` - 1.

@@ -131,6 +131,35 @@ TEST_F(LogGuess, SeesWhichAnglesJumpByATurn) {
   EXPECT_EQ(column(log, "arm_sensor_rate").unit, "rad/s");
 }
 
+TEST_F(LogGuess, KeepsAClockWithAFewDoubtfulStampsAndSaysWhich) {
+  const GuessedLog log = guess("time,y", [](int k) {
+    return row({k == 50 ? 0.0 : 0.01 * (k % 40 == 3 ? k - 1 : k < 150 ? k : k - 150), std::sin(0.1 * k)});
+  });
+  EXPECT_EQ(log.clock.heading, "time");
+  EXPECT_NEAR(log.clock.period_s, 0.01, 1e-12);
+  EXPECT_LT(log.clock.deviation, 1e-6);
+  EXPECT_NEAR(log.clock.duration_s, 1.49 + 0.49, 1e-9);
+  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("log.csv:152: the clock goes back"),
+                                     HasSubstr("log.csv:52: the stamp 0 does not fit"),
+                                     HasSubstr("log.csv:5: the stamp 0.02 is that of the row before")));
+}
+
+TEST_F(LogGuess, ReadsTimesOfDayAndInventsNoPeriod) {
+  const auto clock = [](int k) {
+    const std::string two = std::to_string(100 + k % 60);
+    return "2026-11-20T10:0" + std::to_string(k / 60) + ":" + two.substr(1) + "Z," + shortest_text(std::sin(0.1 * k));
+  };
+  for (const char* header : {"time,y", "when,y"}) {
+    const GuessedLog log = guess(header, clock);
+    EXPECT_EQ(log.clock.heading, std::string(header).substr(0, 4));
+    EXPECT_EQ(log.clock.unit, "s");
+    EXPECT_NEAR(log.clock.period_s, 1.0, 1e-12);
+  }
+  const GuessedLog none = guess("time,y", [](int k) { return row({1.0 * (k / 4), std::sin(0.1 * k)}); });
+  EXPECT_EQ(none.clock.period_s, 0.0);
+  EXPECT_THAT(none.notes, ElementsAre(HasSubstr("\"time\" is named like a time, and cannot be the clock:")));
+}
+
 TEST_F(LogGuess, FindsTheUnitOfStampsThatDoNotNameIt) {
   const auto unit = [&](double step) {
     return guess("time,y", [step](int k) { return row({step * k, std::sin(0.1 * k)}); }).clock.unit;
@@ -167,7 +196,7 @@ TEST_F(LogGuess, TakesTheRowsForTheClockOnlyWhenToldHowFarTheyAreApart) {
   EXPECT_EQ(guess("y,x1", cells, {{}, {}, {}, 0.005}).clock.period_s, 0.005);
   const GuessedLog stuck = guess("time,y", [](int k) { return row({std::floor(0.1 * k), std::sin(0.1 * k)}); });
   EXPECT_EQ(stuck.clock.heading, "");
-  EXPECT_THAT(stuck.notes, ElementsAre(HasSubstr("its stamps do not increase")));
+  EXPECT_THAT(stuck.notes, ElementsAre(HasSubstr("the clock is too coarse")));
 }
 
 TEST_F(LogGuess, SplitsByFilesAndLeavesCopiesOut) {

@@ -92,15 +92,18 @@ std::string range_text(const GuessedColumn& column) {
                      column.unit);
 }
 
-std::string column_text(const GuessedColumn& column) {
+/// `must_choose`: without a choice there is nothing to train.
+std::string column_text(const GuessedColumn& column, bool must_choose) {
   std::string text = "\n[[log.columns]]\n" + key_line("name", show_value(column.name), range_text(column));
   if (!column.heading.empty() && column.heading != column.name) text += key_line("column", show_value(column.heading));
   if (!column.is_decided)
-    text +=
-        "# CHOOSE its role: \"output\" (a sensor gives it in flight), \"input\" (a controller commands or knows it), "
+    text += fmt::format(
+        "# {} its role: \"output\" (a sensor gives it in flight), \"input\" (a controller commands or knows it), "
         "\"state\"\n"
-        "# (the truth that is to be estimated: only this log has it), or \"ignored\".\n";
-  text += key_line("role", show_value(std::string(to_name(column.role))), column.why);
+        "# (the truth that is to be estimated: only this log has it), or \"ignored\".\n",
+        must_choose ? kChoose : "CHECK");
+  const bool is_open = !column.is_decided && must_choose;
+  text += key_line("role", show_value(is_open ? std::string(kChoose) : std::string(to_name(column.role))), column.why);
   if (!column.unit.empty()) text += key_line("unit", show_value(column.unit));
   if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
   if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
@@ -112,9 +115,10 @@ std::string column_text(const GuessedColumn& column) {
 
 std::string clock_lines(const GuessedClock& clock) {
   if (clock.heading.empty())
-    return key_line("sample_period_s", shortest_text(clock.period_s > 0.0 ? clock.period_s : 0.01),
-                    clock.period_s > 0.0 ? "between rows: no column is a time"
-                                         : "CHOOSE: no column is a time, so how far are rows apart?");
+    return clock.period_s > 0.0
+               ? key_line("sample_period_s", shortest_text(clock.period_s), "between rows: no column is a time")
+               : key_line("sample_period_s", show_value(std::string(kChoose)),
+                          "no column is a time: how many seconds are rows apart?");
   return fmt::format("# The period between samples follows from the stamps: {} s, {}; {} s in all.\n",
                      significant(clock.period_s), evenness_text(clock), significant(clock.duration_s));
 }
@@ -174,8 +178,9 @@ std::string log_template(const GuessedLog& log, const std::string& name, const s
     if (log.clock.heading != "time") text += key_line("column", show_value(log.clock.heading));
     text += key_line("role", "\"time\"", log.clock.why) + key_line("unit", show_value(log.clock.unit));
   }
+  const bool must_choose = log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0;
   for (const GuessedColumn& column : log.columns)
-    if (column.role != ColumnRole::kIgnored || !column.is_decided) text += column_text(column);
+    if (column.role != ColumnRole::kIgnored || !column.is_decided) text += column_text(column, must_choose);
   std::string ignored;
   for (const GuessedColumn& column : log.columns)
     if (column.role == ColumnRole::kIgnored && column.is_decided)

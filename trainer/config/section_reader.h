@@ -50,6 +50,10 @@ class SectionReader {
         known.insert(known.end(), subsections.begin(), subsections.end());
         unknown_key(name, member, title, known);
       }
+      if (value->is_string() && value->as_string().str == kChoose)
+        throw codegen::Error(fmt::format("{}: {} is still {}: choose it ({}): {}", places_.of(member),
+                                         path.empty() ? name : fmt::format("{} {}", title, name), kChoose, key->type,
+                                         key->meaning));
       key->read(section, *value, path.empty() ? name : fmt::format("{} {}", title, name));
     }
   }

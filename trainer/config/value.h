@@ -13,6 +13,9 @@
 
 namespace nlo::trainer {
 
+/// The value that nlo new writes where the user has to choose one; an error where it is read.
+inline constexpr std::string_view kChoose = "CHOOSE";
+
 /// What a value must satisfy beside its type; of a list, each element.
 struct Rule {
   double low = -std::numeric_limits<double>::infinity();

@@ -184,6 +184,12 @@ std::vector<std::string_view> CsvTable::cells(std::string_view heading) const {
   return result;
 }
 
+bool CsvTable::same_cells(Eigen::Index a, Eigen::Index b) const {
+  const auto columns = static_cast<Eigen::Index>(headings_.size());
+  const auto row = [&](Eigen::Index index) { return cells_.begin() + index * columns; };
+  return std::equal(row(a), row(a + 1), row(b));
+}
+
 Eigen::Index CsvTable::place_of(std::string_view heading) const {
   const auto found = std::find(headings_.begin(), headings_.end(), heading);
   if (found == headings_.end()) {

@@ -43,6 +43,9 @@ class CsvTable {
   /// The same cells as they stand in the file.
   std::vector<std::string_view> cells(std::string_view heading) const;
 
+  /// Whether two rows are copies of each other.
+  bool same_cells(Eigen::Index a, Eigen::Index b) const;
+
  private:
   CsvTable() = default;
 

@@ -165,7 +165,7 @@ std::string time_unit_doubt(const LogSchema& schema, const LogConfig& config, co
     if (const double latest_s = std::max(std::abs(log.start_s), log.time_s[log.time_s.size() - 1]); latest_s > kBeyond)
       return fmt::format("{}: \"{}\" reaches {:.3g} s, beyond the year 5000: set unit = \"{}\" at {}", log.name,
                          schema.time_heading, latest_s, finer(latest_s, kBeyond), column);
-  if (schema.has_time_unit || config.sample_period_s > 0.0) return "";
+  if (config.sample_period_s > 0.0 || std::ranges::any_of(logs, &LogFile::has_time_unit)) return "";
   Index rows = 0;
   std::vector<VectorXd> times;
   for (const LogFile& log : logs) rows += log.time_s.size(), times.push_back(log.time_s);

@@ -5,6 +5,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/log_report.h"
+#include "trainer/data/log_stamps.h"
 #include "trainer/data/time_stamps.h"
 
 namespace nlo::trainer {
@@ -12,8 +13,6 @@ namespace {
 
 using codegen::Error;
 using Eigen::VectorXd;
-
-constexpr double kGapPeriods = 10.0;  // of max_gap_s = 0
 
 std::string set_period(double period_s) {
   return fmt::format(

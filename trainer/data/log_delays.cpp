@@ -14,6 +14,7 @@
 #include "trainer/data/log_file.h"
 #include "trainer/data/log_files.h"
 #include "trainer/data/log_schema.h"
+#include "trainer/data/log_stamps.h"
 
 namespace nlo::trainer {
 namespace {
@@ -86,7 +87,8 @@ std::vector<LogDelay> find_log_delays(LogConfig& config, const std::string& dire
   std::vector<DelayRun> runs;
   std::vector<std::string> notes;
   for (const LogFile& log : logs)
-    for (const LogRun& run : split_at_gaps(log, config.max_gap_s > 0.0 ? config.max_gap_s : 10.0 * period_s, notes))
+    for (const LogRun& run :
+         split_at_gaps(log, config.max_gap_s > 0.0 ? config.max_gap_s : kGapPeriods * period_s, notes))
       runs.push_back(on_grid(log, run, period_s, measured, schema.inputs));
 
   // With every n-th row, a command is given as if it had acted over n rows: half of the others' time earlier.

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <utility>
 
 #include "codegen/base/error.h"
 #include "trainer/data/csv.h"
+#include "trainer/data/log_stamps.h"
 
 namespace nlo::trainer {
 namespace {
@@ -18,21 +20,36 @@ using codegen::Error;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-void read_time(const CsvTable& table, const LogSchema& schema, double sample_period_s, LogFile& log) {
+void read_time(const CsvTable& table, const LogSchema& schema, double sample_period_s, LogFile& log,
+               std::vector<Index>& rows) {
   if (table.rows() < 2)
     throw Error(fmt::format("{}: one data row: expected a log of at least two samples", table.file()));
   if (schema.time_heading.empty()) {
     log.time_s = VectorXd::LinSpaced(table.rows(), 0.0, sample_period_s * static_cast<double>(table.rows() - 1));
+    rows.resize(static_cast<std::size_t>(table.rows()));
+    std::iota(rows.begin(), rows.end(), Index{0});
     return;
   }
-  const VectorXd stamps = table.column(schema.time_heading);
-  for (Index k = 1; k < stamps.size(); ++k)
-    if (!(stamps[k] > stamps[k - 1]))
-      throw Error(fmt::format("{}:{}:{}: time does not increase: {} follows {}: sort the rows and drop repeated ones",
-                              table.file(), table.line(k), schema.time_heading, stamps[k], stamps[k - 1]));
-  log.time_s = (stamps.array() - stamps[0]) * schema.time_unit_s;
-  log.start_s = stamps[0] * schema.time_unit_s;
-  log.resolution_s = stamp_resolution(stamps) * schema.time_unit_s;
+  LogStamps stamps = read_stamps(table, schema.time_heading, schema.time_unit_s);
+  log.time_s = std::move(stamps.time_s);
+  log.restarts = std::move(stamps.restarts);
+  log.start_s = stamps.start_s;
+  log.resolution_s = stamps.resolution_s;
+  log.has_time_unit = schema.has_time_unit || stamps.is_text;
+  log.clock_notes = std::move(stamps.notes);
+  rows = std::move(stamps.rows);
+}
+
+/// The rows of a column that its clock keeps, and which of those are empty.
+void keep_rows(const std::vector<Index>& rows, VectorXd& values, std::vector<Index>& missing) {
+  if (static_cast<Index>(rows.size()) == values.size()) return;
+  std::vector<Index> still;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    values[static_cast<Index>(k)] = values[rows[k]];
+    if (std::binary_search(missing.begin(), missing.end(), rows[k])) still.push_back(static_cast<Index>(k));
+  }
+  values.conservativeResize(static_cast<Index>(rows.size()));
+  missing = std::move(still);
 }
 
 /// Fills empty cells as LogFile::columns says. `rows` increase and are not all rows.
@@ -95,27 +112,35 @@ LogFile read_log(const std::string& path, const LogSchema& schema, double sample
   LogFile log;
   log.path = path;
   log.name = std::filesystem::path(path).filename().string();
-  read_time(table, schema, sample_period_s, log);
+  std::vector<Index> kept;
+  read_time(table, schema, sample_period_s, log, kept);
   for (const std::string& heading : listed_headings(schema)) {
     std::vector<Index> missing;
-    log.columns.emplace(heading, table.column(heading, missing));
+    VectorXd values = table.column(heading, missing);
+    keep_rows(kept, values, missing);
+    log.columns.emplace(heading, std::move(values));
     if (!missing.empty()) log.empty.emplace(heading, std::move(missing));
   }
   check_empty(log);
   for (const auto& [heading, rows] : log.empty) hold_last(rows, log.columns.at(heading));
   for (const auto* columns : {&schema.outputs, &schema.inputs})
     for (const LogColumn& column : *columns) log.needed.push_back(column.heading);
-  for (Index row = 0; row < table.rows(); ++row) log.lines.push_back(table.line(row));
+  for (const Index row : kept) log.lines.push_back(table.line(row));
   return log;
 }
 
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes) {
+  notes.insert(notes.end(), log.clock_notes.begin(), log.clock_notes.end());
   std::vector<Index> starts = {0};
   Index longest = 0;  // the sample after the longest gap
+  std::size_t gaps = 0;
   const auto step_s = [&](Index k) { return log.time_s[k] - log.time_s[k - 1]; };
   for (Index k = 1; k < log.time_s.size(); ++k) {
-    if (!(step_s(k) > max_gap_s)) continue;
+    const bool restarts = std::binary_search(log.restarts.begin(), log.restarts.end(), k);
+    if (!restarts && !(step_s(k) > max_gap_s)) continue;
     starts.push_back(k);
+    if (restarts) continue;
+    ++gaps;
     if (longest == 0 || step_s(k) > step_s(longest)) longest = k;
   }
   const std::size_t count = starts.size();
@@ -146,12 +171,12 @@ std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vec
         fmt::format("{}: {} rows are left out, at whose place in a run an output or an input has not had a value "
                     "yet",
                     log.name, late));
-  if (count > 1)
+  if (gaps > 0)
     notes.push_back(
         fmt::format("{}:{}: a gap of {:.4g} s, the longest of {}: the log is split into {} "
                     "runs, each from a fresh start{} (a longer [log] max_gap_s, now {:.4g} s, keeps it "
                     "whole)",
-                    log.name, log.lines[static_cast<std::size_t>(longest)], step_s(longest), count - 1, count,
+                    log.name, log.lines[static_cast<std::size_t>(longest)], step_s(longest), gaps, count,
                     single == 0 ? "" : fmt::format("; {} of at most one sample are dropped", single), max_gap_s));
   return runs;
 }

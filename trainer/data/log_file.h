@@ -30,9 +30,12 @@ struct LogFile {
   /// there is none above.
   std::map<std::string, Eigen::VectorXd> columns;
   std::map<std::string, std::vector<Eigen::Index>> empty;  ///< by heading, rows of its empty cells; none: not listed
-  Eigen::VectorXd time_s;                                  ///< from the first sample, increasing
+  Eigen::VectorXd time_s;                                  ///< from the first sample, increasing (log_stamps.h)
+  std::vector<Eigen::Index> restarts;                      ///< rows at which the clock has gone back: runs begin there
   double start_s = 0.0;                                    ///< its first stamp; 0: no time column
   double resolution_s = 0.0;                               ///< of the printed stamps; 0: none, or no time column
+  bool has_time_unit = false;                              ///< else its stamps are taken for seconds
+  std::vector<std::string> clock_notes;                    ///< what is wrong with single stamps
   std::vector<int> lines;                                  ///< of each row, in the file
   std::vector<std::string> needed;  ///< headings of outputs and inputs: a run begins where all have values
 
@@ -41,13 +44,13 @@ struct LogFile {
   Eigen::VectorXd values(const LogColumn& column) const;
 };
 
-/// Reads the columns that `schema` lists. Throws codegen::Error naming file, line and column: see CsvTable; fewer than
-/// two samples; time stamps that do not increase; columns without any value,
-/// beside the shares of all that are mostly empty.
+/// Reads the columns that `schema` lists. Throws codegen::Error naming file, line and column: see CsvTable and
+/// read_stamps; fewer than two samples; columns without any value, beside the shares of all that are mostly empty.
 LogFile read_log(const std::string& path, const LogSchema& schema, double sample_period_s);
 
-/// The runs between steps longer than `max_gap_s`, which `notes` name. Rows at the start of a run are left out until
-/// every output and input has had a value. Runs of one sample are dropped, and noted.
+/// The runs between restarts of the clock and steps longer than `max_gap_s`, which `notes` name, beside what is wrong
+/// with single stamps. Rows at the start of a run are left out until every output and input has had a value. Runs of
+/// one sample are dropped, and noted.
 std::vector<LogRun> split_at_gaps(const LogFile& log, double max_gap_s, std::vector<std::string>& notes);
 
 /// Of all listed columns but time, each once, in the order of the list.

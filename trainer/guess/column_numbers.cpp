@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "codegen/base/error.h"
+#include "trainer/data/log_stamps.h"
 #include "trainer/data/time_stamps.h"
 
 namespace nlo::trainer {
@@ -55,6 +56,23 @@ ColumnNumbers ColumnNumbers::of(const std::vector<CsvTable>& tables, const std::
   numbers.is_numeric_ = low <= high;
   numbers.increases_ = numbers.increases_ && numbers.is_numeric_;
   if (numbers.is_numeric_) numbers.low_ = low, numbers.high_ = high;
+  return numbers;
+}
+
+ColumnNumbers ColumnNumbers::of_clock(const std::vector<CsvTable>& tables, const std::string& heading,
+                                      std::vector<std::string>& notes) {
+  ColumnNumbers numbers;
+  for (const CsvTable& table : tables) {
+    LogStamps stamps = read_stamps(table, heading, 1.0);
+    numbers.is_text_ = stamps.is_text;
+    notes.insert(notes.end(), stamps.notes.begin(), stamps.notes.end());
+    stamps.restarts.push_back(stamps.time_s.size());
+    for (Index from = 0; const Index to : stamps.restarts) {
+      if (to - from > 1) numbers.files_.emplace_back(stamps.start_s + stamps.time_s.segment(from, to - from).array());
+      from = to;
+    }
+  }
+  numbers.increases_ = numbers.is_numeric_ = !numbers.files_.empty();
   return numbers;
 }
 

@@ -15,11 +15,18 @@ class ColumnNumbers {
   /// Cells that are empty are left out.
   static ColumnNumbers of(const std::vector<CsvTable>& tables, const std::string& heading);
 
+  /// The stamps of a clock as read_stamps() cleans them, in units of the column (times of day: in seconds), a file for
+  /// each run between restarts. `notes`: adds what is wrong with single stamps. Throws codegen::Error where it is no
+  /// clock.
+  static ColumnNumbers of_clock(const std::vector<CsvTable>& tables, const std::string& heading,
+                                std::vector<std::string>& notes);
+
   bool is_numeric() const { return is_numeric_; }                ///< else everything below is false or 0
   const std::string& first_cell() const { return first_cell_; }  ///< of what is no number
   double low() const { return low_; }
   double high() const { return high_; }
 
+  bool is_text() const { return is_text_; }      ///< a clock of times of day
   bool increases() const { return increases_; }  ///< strictly, in each file, without an empty cell
   bool is_even() const;                          ///< increasing by steps that are within a tenth of the median
   bool counts_rows() const;                      ///< whole numbers, one apart
@@ -36,7 +43,7 @@ class ColumnNumbers {
 
  private:
   std::vector<Eigen::VectorXd> files_;
-  bool is_numeric_ = true, increases_ = true;
+  bool is_numeric_ = true, increases_ = true, is_text_ = false;
   double low_ = 1.0, high_ = 0.0;
   std::string first_cell_;
 };

@@ -171,7 +171,8 @@ namespace {
 using Words = std::vector<std::string_view>;
 
 const Words& time_words() {
-  static const Words kWords = {"time", "t", "timestamp", "stamp", "elapsed", "clock", "millis", "micros", "epoch"};
+  static const Words kWords = {"time",    "t",     "timestamp", "datetime", "stamp",
+                               "elapsed", "clock", "millis",    "micros",   "epoch"};
   return kWords;
 }
 

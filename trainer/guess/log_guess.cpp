@@ -11,6 +11,7 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
+#include "trainer/data/clock_text.h"
 #include "trainer/guess/column_numbers.h"
 #include "trainer/guess/csv_format.h"
 #include "trainer/guess/heading.h"
@@ -51,35 +52,42 @@ class Guess {
   void find_clock() {
     GuessedClock& clock = log_.clock;
     std::size_t found = headings_.size();
+    ColumnNumbers stamps;
+    std::vector<std::string> notes;  // of the column that is taken
+    const auto take = [&](std::size_t i, const char* why) {
+      std::vector<std::string> of_it;
+      ColumnNumbers numbers = ColumnNumbers::of_clock(tables_, headings_[i], of_it);
+      found = i;
+      stamps = std::move(numbers);
+      notes = std::move(of_it);
+      clock.why = why;
+    };
     for (std::size_t i = headings_.size(); i-- > 0;) {
       if (!is_time_word(parsed_[i])) continue;
-      if (numbers_[i].increases()) {
-        found = i;
-        clock.why = "its heading, and it increases";
-      } else {
+      try {
+        take(i, "its heading, and it increases");
+      } catch (const codegen::Error& error) {
         log_.notes.push_back(
-            numbers_[i].is_numeric()
-                ? fmt::format("\"{}\" is named like a time, but its stamps do not increase: as a clock it "
-                              "is refused; remove rows that are there twice",
-                              headings_[i])
-                : fmt::format("\"{}\" is named like a time, but holds \"{}\": write it as seconds", headings_[i],
-                              numbers_[i].first_cell()));
+            fmt::format("\"{}\" is named like a time, and cannot be the clock: {}", headings_[i], error.what()));
       }
     }
-    for (std::size_t i = 0; i < headings_.size() && found == headings_.size(); ++i)
-      if (numbers_[i].increases() && numbers_[i].is_even() && !numbers_[i].counts_rows()) {
-        found = i;
-        clock.why = "it increases by even steps";
-      }
+    for (std::size_t i = 0; i < headings_.size() && found == headings_.size(); ++i) {
+      if (numbers_[i].increases() && numbers_[i].is_even() && !numbers_[i].counts_rows())
+        take(i, "it increases by even steps");
+      else if (!numbers_[i].is_numeric() && read_clock_text(numbers_[i].first_cell()))
+        take(i, "its cells are times");
+    }
+    log_.notes.insert(log_.notes.end(), notes.begin(), notes.end());
     if (found == headings_.size()) {
       clock.period_s = hints_.period_s;
       return;
     }
     clock.heading = headings_[found];
-    const TimeUnit unit = time_unit(parsed_[found], numbers_[found]);
+    const TimeUnit unit =
+        stamps.is_text() ? TimeUnit{"s", 1.0, "times of day are read in s"} : time_unit(parsed_[found], stamps);
     clock.unit = unit.name;
     clock.why += "; " + unit.why;
-    const ColumnNumbers::Steps steps = numbers_[found].steps();
+    const ColumnNumbers::Steps steps = stamps.steps();
     clock.period_s = steps.median * unit.seconds;
     clock.deviation = steps.deviation;
     clock.duration_s = steps.duration * unit.seconds;
