@@ -80,9 +80,9 @@ class Run {
     fmt::print(stderr, "{}: training seed {}\n", experiment.id, seed);
     (void)output_of(command + logs + (options.resume ? " --resume" : ""), directory_ + "/train.log");
     if (experiment.watched)
-      (void)output_of(
-          fmt::format("{} monitor {}{}", shell_word(options.tools.nlo), shell_word(directory_ + "/model.json"), logs),
-          directory_ + "/monitor.log");
+      (void)output_of(fmt::format("{} monitor {}{} --accept-undetected", shell_word(options.tools.nlo),
+                                  shell_word(directory_ + "/model.json"), logs),
+                      directory_ + "/monitor.log");
   }
 
   double figure(const Claim& claim) {

@@ -39,7 +39,7 @@ void flown_start() {
 }
 
 /// One sample. dt_s 0: one sample period. told: bits 0 status is not to be trusted, 1 outside of the domain, 2 alarm,
-/// 3 the gate rejected a reading, 4 the monitor is armed.
+/// 3 the gate rejected a reading, 4 the monitor is armed, 5 to 7 the alarm.
 int flown_sample(const float* y, const float* u, float dt_s, int gated, float* x_hat) {
   flown::Observer::Output outputs{};
   for (int j = 0; j < outputs.size(); ++j) outputs[j] = y[j];
@@ -53,7 +53,8 @@ int flown_sample(const float* y, const float* u, float dt_s, int gated, float* x
     rejected = rejected || (std::isfinite(outputs[j]) && !std::isfinite(kept[j]));
   for (int i = 0; i < estimate.size(); ++i) x_hat[i] = estimate[i];
   return static_cast<int>(status >= nlo::StepStatus::kStale) | (observer.in_domain() ? 0 : 2) |
-         (alarm != nlo::Alarm::kNone ? 4 : 0) | (rejected ? 8 : 0) | (monitor.armed() ? 16 : 0);
+         (alarm != nlo::Alarm::kNone ? 4 : 0) | (rejected ? 8 : 0) | (monitor.armed() ? 16 : 0) |
+         static_cast<int>(alarm) << 5;
 }
 
 }  // extern "C"

@@ -15,6 +15,7 @@
 #include "codegen/replay/reference_monitor.h"
 #include "tests/codegen/example_models.h"
 #include "tests/support/thrown_message.h"
+#include "trainer/evaluation/evaluate.h"
 #include "trainer/monitor/monitor_study.h"
 #include "trainer/monitor/sensed_runs.h"
 
@@ -122,6 +123,31 @@ TEST(FitMonitor, DeadSensorAlarmsThoughTheGateRejectedFiveReadingsOfSixInTrainin
   SensedRuns dead = waves(7, 1, 0.1);
   dead.outputs[0].rightCols(750).setConstant(std::numeric_limits<double>::quiet_NaN());
   EXPECT_GT(missing(dead), 730) << "12 samples are three of the shortest average: 0.95";
+}
+
+/// When a monitor of waves arms, in samples, if the estimate is ten times as far from the truth for the first samples.
+double armed_after(Eigen::Index far) {
+  const codegen::Model model = codegen::tiny_model();
+  const SensedRuns runs = waves(5, 4, 0.1);
+  const ObserverRun observer = observer_run(model, true);
+  std::vector<FlownRun> trial;
+  for (const Eigen::MatrixXd& y : runs.outputs) {
+    const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(y.cols(), 0.0, 1.0);
+    Eigen::MatrixXd truth = observer(y, {}, time).x_hat.array() + 0.1;
+    truth.leftCols(far).array() += 0.9;
+    trial.push_back({y, {}, truth, Eigen::VectorXd::Ones(y.cols()), {}});
+  }
+  const RunSource limits{[](int) { return waves(3, 10, 0.1); }, 1};
+  const MonitorRequest request{1.0, 40.0 * model.sample_period_s, 1};
+  return fit_monitor(model, waves(1, 5, 0.1), limits, std::nullopt, trial, request).monitor.armed_after_s /
+         model.sample_period_s;
+}
+
+TEST(FitMonitor, ArmsOnceTheErrorHasSettledAfterOneTimeConstantAtLeastAndThreeAtMost) {
+  EXPECT_NEAR(armed_after(0), 40.0, 1e-9);
+  EXPECT_NEAR(armed_after(70), 70.0, 1e-9);
+  EXPECT_NEAR(armed_after(61), 70.0, 1e-9) << "quarters: one sample in ten that is far makes 3.3 times the error";
+  EXPECT_NEAR(armed_after(500), 120.0, 1e-9);
 }
 
 /// Runs of failing_model whose second output, which may be missing, rests at 2 for half of the time, then wanders, and

@@ -104,8 +104,7 @@ std::string log_rate_text(const codegen::Monitor& monitor, const MonitorStudy& s
 std::string conditions_text(const MonitorStudy& study) {
   if (study.rows.empty()) return "";
   std::string text = fmt::format(
-      "\n{} runs of {} s a condition, time constant {} s, once armed after one. error: norm of x - x_hat; ratio: over "
-      "that of\n"
+      "\n{} runs of {} s a condition, time constant {} s, once armed. error: norm of x - x_hat; ratio: over that of\n"
       "the first row; seen: runs with an alarm within five time constants; gated: error behind the gate\n\n",
       study.runs, significant(study.horizon_s), significant(study.time_constant_s));
   Table table{{"condition", "error", "ratio", "seen", "median [s]", "alarms/h", "gated", "rejected", "first alarm"}};
@@ -144,6 +143,7 @@ std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study)
   json["hours"] = monitor.hours;
   json["gate"] = monitor.gate;
   json["time_constant_s"] = monitor.windows_s(1);
+  json["armed_after_s"] = monitor.armed_after_s;
   json["notes"] = fitted.notes;
   json["runs"] = study.runs;
   if (study.on_logs) json["test_logs"] = {{"hours", study.log_hours}, {"alarms_per_hour", study.on_logs->per_hour}};

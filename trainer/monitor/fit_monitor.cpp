@@ -210,6 +210,36 @@ void fit_place(Monitor& monitor, const codegen::Model& model, const std::vector<
   monitor.latent_deviation = (squares / count).cwiseSqrt().cwiseMax(least);
 }
 
+/// Samples after a start until the rms error of x_hat over `runs` is at most twice that of their second halves: as many
+/// quarters of a time constant as it takes, from 4 to 12. 4 without runs.
+Index settled_after(const codegen::Model& model, const std::vector<FlownRun>& runs, Index block) {
+  constexpr Index kParts = 4, kMostBlocks = 3;
+  constexpr double kSettled = 2.0;
+  const Index part = std::max<Index>(1, block / kParts);
+  std::vector<ErrorSum> from(static_cast<std::size_t>(kParts * kMostBlocks + 1));  // part `i` of all runs, and the rest
+  ErrorSum late;
+  const auto add = [](ErrorSum& to, const ErrorSum& sum) { to.squares += sum.squares, to.weight += sum.weight; };
+  if (runs.empty()) return block;
+  const ObserverRun observer = observer_run(model, runs.front().time_s.size() == 0);
+  const VectorXd deviations = state_deviations(runs);
+  for (const FlownRun& run : runs) {
+    const VectorXd time =
+        run.time_s.size() > 0
+            ? run.time_s
+            : VectorXd::LinSpaced(run.samples(), 0.0, static_cast<double>(run.samples() - 1) * model.sample_period_s);
+    const MatrixXd x_hat = observer(run.outputs, run.inputs, time).x_hat;
+    for (std::size_t i = 0; i < from.size(); ++i)
+      add(from[i], error_sum(model, run, x_hat, deviations, static_cast<Index>(i) * part));
+    add(late, error_sum(model, run, x_hat, deviations, run.samples() / 2));
+  }
+  for (Index i = kParts; i < kParts * kMostBlocks; ++i) {
+    const ErrorSum &here = from[static_cast<std::size_t>(i)], &next = from[static_cast<std::size_t>(i) + 1];
+    const ErrorSum slice{here.squares - next.squares, here.weight - next.weight};
+    if (!(slice.rms() > kSettled * late.rms())) return i == kParts ? block : i * part;
+  }
+  return kMostBlocks * block;
+}
+
 /// All limits at 1: levels are the statistics themselves.
 void clear_limits(Monitor& monitor, Index ny) {
   const Index windows = monitor.windows();
@@ -296,7 +326,8 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
   FittedMonitor fitted;
   Monitor& monitor = fitted.monitor;
   monitor.windows_s = Eigen::Vector3d(tau / 4.0, tau, 2.0 * tau);
-  monitor.armed_after_s = static_cast<double>(block) * model.sample_period_s;
+  const Index armed = settled_after(model, trial, block);
+  monitor.armed_after_s = static_cast<double>(armed) * model.sample_period_s;
   monitor.false_alarms_per_hour = request.false_alarms_per_hour;
   codegen::leave_out_frozen(monitor, ny);
   codegen::leave_out_motion_and_row(monitor, ny, model.nx(), model.nz() + model.nr());
@@ -308,7 +339,7 @@ FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, co
     const VectorXd time =
         fit.uniform() ? VectorXd::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) * model.sample_period_s)
                       : fit.time_s[i];
-    steps.push_back(steps_of(model, observer(fit.outputs[i], fit.inputs[i], time), fit.outputs[i], block));
+    steps.push_back(steps_of(model, observer(fit.outputs[i], fit.inputs[i], time), fit.outputs[i], armed));
   }
   fit_prediction(monitor, steps);
   fit_place(monitor, model, steps);

@@ -18,7 +18,7 @@ namespace nlo::trainer {
 
 struct MonitorRequest {
   double false_alarms_per_hour = 1.0;  ///< half of one in a time constant at most
-  double time_constant_s = 1.0;        ///< averages over a quarter of it, over it, and over twice it; armed after one
+  double time_constant_s = 1.0;        ///< averages over a quarter of it, over it, and over twice it
   int threads = 0;                     ///< 0: all cores; the result does not depend on it
 };
 
@@ -39,7 +39,9 @@ struct FittedMonitor {
 ///           is an exponential tail beyond the largest 0.5 %. All limits are then scaled together, so that the alarm
 ///           that any of them gives has the rate.
 ///   clean   runs without noise, where there is a plant: prediction errors smaller than theirs tell nothing
-///   trial   runs that set nothing: a gate that does harm there is not shipped (gate_trial.h)
+///   trial   runs that set nothing but when the monitor arms: once the error of x_hat is at most twice its later size,
+///           after one time constant at least and three at most. A gate that does harm there is not shipped
+///           (gate_trial.h).
 /// Throws codegen::Error when runs are too few or too short.
 FittedMonitor fit_monitor(const codegen::Model& model, const SensedRuns& fit, const RunSource& limits,
                           const std::optional<SensedRuns>& clean, const std::vector<FlownRun>& trial,

@@ -40,7 +40,7 @@ struct MonitorModel {
   Scalar latent_limit[kWindows];
   Scalar missing_limit[kNy];
   Scalar gate_squared;  ///< an output with e^2 above it is an outlier; kNoLimit: the gate is open
-  int armed_after;      ///< samples after a start without alarm and gate; about one time constant
+  int armed_after;      ///< samples after a start without alarm and gate; one time constant at least
   // Headers of version 0.2.0 have none of the following; zero switches each of them off.
   std::uint16_t most_equal[kNy] = {};  ///< equal readings in a row after which a sensor is frozen; 0: never
   Scalar resting[kNy] = {};            ///< the reading that may stay the same while another output, the witness,
