@@ -220,7 +220,7 @@ const std::vector<BadInput>& bad_inputs() {
       csv("NoCellFilled", "time,y\n0,\n0.01,nan\n0.02,NA\n", "a.csv: no row has a value of \"y\""),
       csv("Utf16", std::string("\xFF\xFEt\0", 4), "a.csv: is UTF-16"),
       csv("HeaderIsAComment", with(tiny_log(), "time,y", "# time,y"), "delete its #"),
-      csv("Semicolons", lines("time;y\n", "0;1\n", 9), "set separator = \";\" in [log]"),
+      csv("Gzip", std::string("\x1f\x8b\x08\0", 4), "a.csv: is compressed by gzip: gunzip"),
       log_experiment("SeparatorOfItsOwn", "[log]\n", "[log]\nseparator = \"|\"\n",
                      "[log] separator is \"|\"; use \",\", \";\", \"tab\", \"space\""),
       csv("TimeStandsStill", lines("time,y\n", "1,1\n", 99), "time does not increase"),

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "tests/data/testing.h"
+#include "trainer/data/csv_format.h"
 
 namespace nlo::trainer {
 namespace {
@@ -103,9 +104,81 @@ TEST(Csv, NamesTheColumnsThereAreAndTheNearest) {
       AllOf(HasSubstr("a.csv:1: no column \"tetha\" among time, theta, alpha"), HasSubstr("did you mean \"theta\"?")));
 }
 
-TEST(Csv, RefusesAHeadingThatOccursTwice) {
-  EXPECT_THAT(error_in("a,b,a\n1,2,3\n"), HasSubstr("a.csv:1: the heading \"a\" occurs twice"));
-  EXPECT_EQ(error_in("a,,\n1,2,3\n"), "no error");  // columns without a heading cannot be confused by name
+TEST(Csv, RefusesAHeadingThatOccursTwiceWhereItIsAskedFor) {
+  EXPECT_THAT(error_in_column("a,b,a\n1,2,3\n", "a"), HasSubstr("a.csv:1: the heading \"a\" occurs twice"));
+  EXPECT_EQ(parse("a,b,a\n1,2,3\n").column("b")[0], 2.0);
+}
+
+TEST(Csv, FindsTheHeadingsBelowAPreamble) {
+  for (const char* preamble :
+       {"\n\n", "Logger 2.1\nSerial 0042\nDate 2026-11-20 10:11:12\n\n", "Serial,0042\nRate,100\n\n", "# Logger\n\n",
+        "Logger 2.1\n# comment\n", "a,b,c,d\n1,2,3,4\n"}) {
+    const CsvTable table = parse(std::string(preamble) + "t,x\n0,5\n1,6\n2,7\n3,8\n");
+    EXPECT_EQ(table.rows(), 4) << preamble;
+    EXPECT_EQ(table.column("x")[0], 5.0) << preamble;
+    EXPECT_EQ(table.line(0), std::count(preamble, preamble + std::string_view(preamble).size(), '\n') + 2) << preamble;
+  }
+  EXPECT_EQ(parse("t,x\n\n\n0,5\n1,6\n").rows(), 2);
+  EXPECT_THAT(error_in("Logger 2.1\n\n0,5\n1,6\n2,7\n"), HasSubstr("a.csv:3: numbers stand where the headings"));
+}
+
+TEST(Csv, LetsHeadingsThatARestartedLoggerWritesAgainPass) {
+  const CsvTable table = parse("t,x\n0,5\n1,6\nt,x\n0,7\n");
+  EXPECT_EQ(table.column("x"), Eigen::Vector3d(5, 6, 7));
+  EXPECT_EQ(table.line(2), 5);
+  EXPECT_THAT(error_in_column("t,x\n0,5\n1,6\nt,y\n0,7\n", "x"), HasSubstr("a.csv:4:x: \"y\" is not a number"));
+}
+
+TEST(Csv, TakesARowBelowTheHeadingsForUnitsWhereItsCellsAre) {
+  for (const char* units : {"s,rad,rad/s", "[s],[rad],(rad/s)", "s,rad,rad/s\n"}) {
+    const CsvTable table = parse(std::string("t,x,v\n") + units + "\n0,1,2\n1,2,3\n");
+    EXPECT_EQ(table.rows(), 2) << units;
+    EXPECT_EQ(table.unit("t"), "s");
+    EXPECT_EQ(table.unit("v"), "rad/s");
+  }
+  EXPECT_EQ(parse("Logger\nt,x\ns,-\n0,1\n1,2\n").unit("x"), "");
+  EXPECT_EQ(parse("t,x\n0,1\n1,2\n").unit("x"), "");
+  // A row of words among the first rows is wrong, and no heading.
+  EXPECT_THAT(error_in_column("t,x\n0,5\nERR,ERR\n1,6\n2,7\n3,8\n", "x"), HasSubstr("a.csv:3:x: \"ERR\" is not"));
+  EXPECT_THAT(error_in_column("t,x\nnow,far\n0,1\n1,2\n", "x"), HasSubstr("no column \"x\" among now, far"));
+}
+
+TEST(Csv, ReadsLinesThatEndInACarriageReturnAlone) {
+  const CsvTable table = parse("t,x\r0,5\r1,6\r");
+  EXPECT_EQ(table.column("x"), Eigen::Vector2d(5, 6));
+  EXPECT_EQ(table.line(1), 3);
+}
+
+TEST(Csv, TakesTheWordsOfLoggersForAMissingValue) {
+  for (const char* word : {"", "-", "--", "null", "NULL", "None", "NA", "N/A", "#N/A", "nan", "-nan(ind)", "1.#QNAN",
+                           "-1.#IND", "1.#IND", "\"\""}) {
+    std::vector<Eigen::Index> missing;
+    EXPECT_EQ(parse(std::string("t,x\n0,5\n1,") + word + "\n").column("x", missing)[0], 5.0) << word;
+    EXPECT_EQ(missing, std::vector<Eigen::Index>{1}) << word;
+  }
+  std::vector<Eigen::Index> missing;
+  for (const char* none : {"nothing", "-x", "nano", "high", "inf", "1.#INF"})
+    EXPECT_NE(thrown_message([&] { parse(std::string("t,x\n0,5\n1,") + none + "\n").column("x", missing); }),
+              "no error")
+        << none;
+}
+
+TEST(Csv, NamesACompressedFile) {
+  EXPECT_THAT(error_in("\x1f\x8b\x08..."), HasSubstr("a.csv: is compressed by gzip: gunzip"));
+  EXPECT_THAT(error_in("PK\x03\x04..."), HasSubstr("a zip archive or a spreadsheet"));
+}
+
+TEST(CsvFormat, OfAFileIsItsOwnWhereItMakesALongerTable) {
+  const auto format = [](const char* text, CsvFormat told) { return format_in(text, told); };
+  const CsvFormat comma, semicolon{.separator = ';', .decimal = ','};
+  EXPECT_EQ(format("t;x\n0,0;1,5\n0,1;2,5\n", comma).separator, ';');
+  EXPECT_EQ(format("t;x\n0,0;1,5\n0,1;2,5\n", comma).decimal, ',');
+  EXPECT_EQ(format("t,x\n0.0,1.5\n0.1,2.5\n", semicolon).separator, ',');
+  EXPECT_EQ(format("t,x\n0.0,1.5\n0.1,2.5\n", semicolon).decimal, '.');
+  EXPECT_EQ(format("t;x\n0.0;1.5\n", semicolon).decimal, '.');
+  EXPECT_EQ(format("t;x\n0;1\n", semicolon).decimal, ',');  // as told where the file does not tell
+  EXPECT_EQ(format("t,note\n0,a b\n1,c d\n", comma).separator, ',');
+  EXPECT_EQ(format("x\n1\n2\n", semicolon).separator, ';');
 }
 
 TEST(Csv, NamesTheSeparatorThatAFileSeemsToHave) {
@@ -187,7 +260,7 @@ TEST(Csv, LetsMissingCellsPassWhereTheyMayBe) {
   missing.clear();
   EXPECT_EQ(table.column("t", missing), table.column("t"));
   EXPECT_TRUE(missing.empty());
-  for (const char* cell : {"inf", "-inf", "nano", "n/a", "1e999", "-"}) {
+  for (const char* cell : {"inf", "-inf", "nano", "1e999", "-x"}) {
     EXPECT_THAT(thrown_message([&] { parse(std::string("t,y\n1,") + cell + "\n").column("y", missing); }),
                 HasSubstr("a.csv:2:y: "))
         << cell;

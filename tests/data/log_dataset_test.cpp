@@ -242,13 +242,16 @@ TEST_F(LogDataset, ReadsAGermanExport) {
   }
   const Dataset expected = load(SyntheticLog::config(), csv);
   LogConfig config = SyntheticLog::config();
-  EXPECT_THAT(error_in(config, german), HasSubstr("set separator = \";\" in [log]"));
+  const auto expect_the_same = [&] {
+    const Dataset data = load(config, german);
+    EXPECT_EQ(data.trajectories[0].outputs, expected.trajectories[0].outputs);
+    EXPECT_EQ(data.trajectories[0].states, expected.trajectories[0].states);
+  };
+  expect_the_same();  // the file tells
   config.separator = ";";
-  EXPECT_THAT(error_in(config, german), HasSubstr("set decimal = \",\" in [log]"));
+  expect_the_same();
   config.decimal = ",";
-  const Dataset data = load(config, german);
-  EXPECT_EQ(data.trajectories[0].outputs, expected.trajectories[0].outputs);
-  EXPECT_EQ(data.trajectories[0].states, expected.trajectories[0].states);
+  expect_the_same();
 }
 
 TEST_F(LogDataset, RefusesToLeaveTooFewRows) {

@@ -13,8 +13,8 @@
 #include "tests/support/scratch_directory.h"
 #include "tests/support/thrown_message.h"
 #include "trainer/base/number_text.h"
+#include "trainer/data/csv_format.h"
 #include "trainer/guess/column_numbers.h"
-#include "trainer/guess/csv_format.h"
 #include "trainer/guess/heading.h"
 
 namespace nlo::trainer {
@@ -160,6 +160,34 @@ TEST_F(LogGuess, ReadsTimesOfDayAndInventsNoPeriod) {
   EXPECT_THAT(none.notes, ElementsAre(HasSubstr("\"time\" is named like a time, and cannot be the clock:")));
 }
 
+TEST_F(LogGuess, TakesUnitsFromTheRowBelowTheHeadings) {
+  std::string text = "Logger 2.1\n\ntime,angle,rate\nms,[rad],rad/s\n";
+  for (int k = 0; k < 50; ++k) text += row({10.0 * k, std::sin(0.1 * k), std::cos(0.1 * k)}) + "\n";
+  const GuessedLog log = guess_log({folder_.write("units.csv", text)}, {});
+  EXPECT_EQ(log.clock.unit, "ms");
+  EXPECT_NEAR(log.clock.period_s, 0.01, 1e-12);
+  EXPECT_EQ(column(log, "angle").unit, "rad");
+  EXPECT_EQ(column(log, "rate").unit, "rad/s");
+  EXPECT_EQ(log.rows, 50);
+}
+
+TEST_F(LogGuess, ReadsEachFileByItsOwnFormatAndLeavesDoubledHeadingsOut) {
+  std::string other = "time;y_sensor;x;x\n";
+  for (int k = 0; k < 200; ++k) other += fmt_comma(0.01 * k) + ";" + fmt_comma(std::sin(0.2 * k)) + ";0;0\n";
+  const GuessedLog log = guess_log({write("a.csv", "time,y_sensor,x,x",
+                                          [](int k) {
+                                            return row({0.01 * k, std::sin(0.1 * k), 0.0, 0.0});
+                                          }),
+                                    folder_.write("b.csv", other)},
+                                   {});
+  EXPECT_EQ(log.rows, 400);
+  EXPECT_EQ(log.format.separator, ',');
+  EXPECT_NEAR(log.clock.period_s, 0.01, 1e-12);
+  ASSERT_EQ(log.columns.size(), 1U);
+  EXPECT_THAT(log.notes, ElementsAre(HasSubstr("b.csv: separates its cells or decimals otherwise than"),
+                                     HasSubstr("\"x\" is the heading of several columns: none of them is read")));
+}
+
 TEST_F(LogGuess, FindsTheUnitOfStampsThatDoNotNameIt) {
   const auto unit = [&](double step) {
     return guess("time,y", [step](int k) { return row({step * k, std::sin(0.1 * k)}); }).clock.unit;
@@ -287,6 +315,9 @@ TEST(CsvFormatGuess, SeesSeparatorAndDecimal) {
   expect("t\tx\n0\t1,5\n1\t-2,5e-3\n", '\t', ',');
   expect("t x y\n0 1.5 2\n1   2.5 3\n", ' ', '.');
   expect("# recorded: a; b, c\nt;x\n0;1,5\n", ';', ',');
+  expect("Logger 2.1\nDate: 20,11\n\nt;x\n0;1,5\n1;2,5\n", ';', ',');
+  expect("t;x\r0,0;1,5\r0,1;2,5\r", ';', ',');
+  expect("t;x\n10:11:12.5;1,5\n10:11:12.6;2,5\n", ';', ',');
 }
 
 TEST(CsvFormatGuess, LeavesToTheReaderWhatIsNoTable) {

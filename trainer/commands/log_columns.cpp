@@ -12,6 +12,7 @@
 
 #include "codegen/base/error.h"
 #include "trainer/data/csv.h"
+#include "trainer/data/csv_format.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_files.h"
 #include "trainer/data/training_logs.h"
@@ -37,9 +38,10 @@ std::vector<std::string> headings_of(const std::string& path, const LogConfig& l
   std::string text(kBeginning, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() == kBeginning) text.resize(text.rfind('\n') + 1);
+  if (text.size() == kBeginning) text.resize(text.find_last_of("\r\n") + 1);
   try {
-    return CsvTable::parse(std::move(text), path, format_of(log)).headings();
+    const CsvFormat format = format_in(text, format_of(log));
+    return CsvTable::parse(std::move(text), path, format).headings();
   } catch (const codegen::Error&) {
     return {};
   }

@@ -5,8 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -15,6 +17,8 @@
 #include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/base/printable.h"
+#include "trainer/data/csv_beginning.h"
+#include "trainer/data/csv_format.h"
 #include "trainer/data/csv_records.h"
 
 namespace nlo::trainer {
@@ -34,33 +38,19 @@ std::vector<std::string> shown(const std::vector<std::string>& names) {
   return result;
 }
 
-/// What keeps a cell from being a finite decimal number; nothing when `value` has been set.
-std::optional<const char*> read_number(std::string_view cell, char decimal, double& value) {
-  cell = trimmed(cell);
-  if (cell.empty()) return "is empty";
-  std::string with_point;
-  if (decimal == ',') {
-    if (cell.find('.') != std::string_view::npos)
-      return "has a point, and [log] decimal = \",\" says that a comma separates decimals";
-    with_point = cell;
-    std::replace(with_point.begin(), with_point.end(), ',', '.');
-    cell = with_point;
-  }
-  if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') cell.remove_prefix(1);
-  const auto [end, status] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (status == std::errc::result_out_of_range) return "is beyond the range of double";
-  if (status != std::errc() || end != cell.data() + cell.size()) return "is not a number";
-  if (!std::isfinite(value)) return "is not finite";
-  return std::nullopt;
-}
-
-/// Whether the cell says that there is no value: nothing, NaN (in any case) or NA.
+/// Whether the cell says that there is no value: nothing, a dash, or a word for it in any case.
 bool is_missing(std::string_view cell) {
-  cell = trimmed(cell);
-  if (cell.empty() || cell == "NA") return true;
-  if (cell[0] == '-' || cell[0] == '+') cell.remove_prefix(1);  // some printf write -nan, and some nan(ind)
-  const bool nan = cell.size() >= 3 && (cell[0] | 0x20) == 'n' && (cell[1] | 0x20) == 'a' && (cell[2] | 0x20) == 'n';
-  return nan && (cell.size() == 3 || cell[3] == '(');
+  constexpr auto kWords = std::to_array<std::string_view>(
+      {"", "-", "--", "na", "n/a", "#n/a", "null", "none", "nil", "1.#qnan", "1.#snan", "1.#ind"});
+  std::string word(trimmed(cell.substr(0, 40)));
+  for (char& c : word) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c);
+  const auto is_word = [&](std::string_view text) {
+    return std::find(kWords.begin(), kWords.end(), text) != kWords.end();
+  };
+  if (is_word(word)) return true;
+  std::string_view rest = word;  // some printf write -nan, and some nan(ind)
+  if (rest[0] == '-' || rest[0] == '+') rest.remove_prefix(1);
+  return is_word(rest) || (rest.starts_with("nan") && (rest.size() == 3 || rest[3] == '('));
 }
 
 void check_headings(const std::vector<std::string>& headings, const std::string& file, int line, char separator,
@@ -80,13 +70,6 @@ void check_headings(const std::vector<std::string>& headings, const std::string&
                             comment.empty()
                                 ? std::string("write a header row above them")
                                 : fmt::format("is \"{}\" above them the header row? delete its #", shown(comment))));
-  std::vector<std::string> sorted = headings;
-  std::sort(sorted.begin(), sorted.end());
-  const auto twice = std::adjacent_find(sorted.begin(), sorted.end(),
-                                        [](const auto& a, const auto& b) { return !a.empty() && a == b; });
-  if (twice != sorted.end())
-    throw Error(
-        fmt::format("{}:{}: the heading \"{}\" occurs twice: rename one of the columns", file, line, shown(*twice)));
 }
 
 [[noreturn]] void fail_ragged(const std::string& file, int line, std::size_t expected, std::size_t found, bool last,
@@ -105,11 +88,12 @@ void refuse_utf16(std::string_view text, const std::string& file) {
                   file, file));
 }
 
-/// MAT-files and bags of ROS are not text: the Python package converts them.
+/// MAT-files, bags of ROS and compressed files are not text.
 void refuse_recording(std::string_view text, const std::string& file) {
   using namespace std::string_view_literals;
-  constexpr const char* kConvert = "python3 -m nlo.convert writes it as CSV";
-  constexpr const char* kConvertTwice = "ros2 bag convert writes it as SQLite, and python3 -m nlo.convert this as CSV";
+  constexpr const char* kConvert = "python3 -m nlo.convert writes it as CSV (bindings/python/README.md)";
+  constexpr const char* kConvertTwice =
+      "ros2 bag convert writes it as SQLite, and python3 -m nlo.convert this as CSV (bindings/python/README.md)";
   struct Kind {
     std::string_view first_bytes;
     const char *name, *fix;
@@ -117,22 +101,49 @@ void refuse_recording(std::string_view text, const std::string& file) {
   constexpr Kind kKinds[] = {{"MATLAB 5.0 MAT-file", "a MAT-file", kConvert},
                              {"MATLAB 7.3 MAT-file", "a MAT-file", kConvert},
                              {"SQLite format 3\0"sv, "an SQLite file, a bag of ROS 2?", kConvert},
-                             {"\x89MCAP0\r\n", "an MCAP file", kConvertTwice}};
+                             {"\x89MCAP0\r\n", "an MCAP file", kConvertTwice},
+                             {"\x1f\x8b", "compressed by gzip", "gunzip writes the text"},
+                             {"\x28\xB5\x2F\xFD", "compressed by zstd", "unzstd writes the text"},
+                             {"\xFD"
+                              "7zXZ",
+                              "compressed by xz", "unxz writes the text"},
+                             {"PK\x03\x04", "a zip archive or a spreadsheet", "unpack it, or save it as CSV"}};
   for (const Kind& kind : kKinds)
-    if (text.starts_with(kind.first_bytes))
-      throw Error(fmt::format("{}: is {}: {} (bindings/python/README.md)", file, kind.name, kind.fix));
+    if (text.starts_with(kind.first_bytes)) throw Error(fmt::format("{}: is {}: {}", file, kind.name, kind.fix));
 }
 
 }  // namespace
 
+std::optional<const char*> read_number(std::string_view cell, char decimal, double& value) {
+  cell = trimmed(cell);
+  if (cell.empty()) return "is empty";
+  std::string with_point;
+  if (decimal == ',') {
+    if (cell.find('.') != std::string_view::npos)
+      return "has a point, and [log] decimal = \",\" says that a comma separates decimals";
+    with_point = cell;
+    std::replace(with_point.begin(), with_point.end(), ',', '.');
+    cell = with_point;
+  }
+  if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') cell.remove_prefix(1);
+  const auto [end, status] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (status == std::errc::result_out_of_range) return "is beyond the range of double";
+  if (status != std::errc() || end != cell.data() + cell.size()) return "is not a number";
+  if (!std::isfinite(value)) return "is not finite";
+  return std::nullopt;
+}
+
 CsvTable CsvTable::read(const std::string& path, const CsvFormat& format) {
-  return parse(codegen::read_file(path), path, format);
+  std::string text = codegen::read_file(path);
+  const CsvFormat own = format_in(text, format);
+  return parse(std::move(text), path, own);
 }
 
 CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& format) {
   CsvTable table;
   table.file_ = std::move(file);
   table.format_ = format;
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');  // an old Mac's
   table.text_ = std::make_shared<const std::string>(std::move(text));
   refuse_utf16(*table.text_, table.file_);
   refuse_recording(*table.text_, table.file_);
@@ -140,15 +151,23 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
   CsvRecords records(*table.text_, table.file_, format.separator);
   if (records.rest_is_blank())
     throw Error(fmt::format("{}: the file is empty: expected a header row and rows of numbers", table.file_));
+  const CsvBeginning beginning = find_beginning(records, format.decimal);
   std::vector<std::string_view> header;
+  const auto skip = [&](std::size_t count) {
+    for (; count > 0; --count) records.next(header);
+    header.clear();
+  };
+  skip(beginning.header);
   const std::string_view comment = records.last_comment();
   table.header_line_ = records.line();
   records.next(header);
   table.headings_.assign(header.begin(), header.end());
+  table.units_.assign(beginning.units.begin(), beginning.units.end());
   check_headings(table.headings_, table.file_, table.header_line_, format.separator, comment);
   if (records.rest_is_blank())
     throw Error(fmt::format("{}: a header and no data: expected rows of numbers below it", table.file_));
 
+  skip(beginning.skipped);
   const std::size_t columns = table.headings_.size();
   const auto lines = std::count(table.text_->begin(), table.text_->end(), '\n');
   table.lines_.reserve(static_cast<std::size_t>(lines));
@@ -157,7 +176,12 @@ CsvTable CsvTable::parse(std::string text, std::string file, const CsvFormat& fo
     const int line = records.line();
     const std::size_t found = records.next(table.cells_);
     if (found == columns && (columns > 1 || !table.cells_.back().empty())) {
-      table.lines_.push_back(line);
+      // A logger that starts again writes its headings again.
+      const auto row = table.cells_.end() - static_cast<std::ptrdiff_t>(columns);
+      if (std::equal(row, table.cells_.end(), table.headings_.begin()))
+        table.cells_.erase(row, table.cells_.end());
+      else
+        table.lines_.push_back(line);
       continue;
     }
     const bool blank = found == 1 && table.cells_.back().empty();
@@ -190,7 +214,19 @@ bool CsvTable::same_cells(Eigen::Index a, Eigen::Index b) const {
   return std::equal(row(a), row(a + 1), row(b));
 }
 
+std::string CsvTable::unit(std::string_view heading) const {
+  if (units_.empty()) return "";
+  return units_[static_cast<std::size_t>(std::find(headings_.begin(), headings_.end(), heading) - headings_.begin())];
+}
+
+bool CsvTable::is_ambiguous(std::string_view heading) const {
+  return std::count(headings_.begin(), headings_.end(), heading) > 1;
+}
+
 Eigen::Index CsvTable::place_of(std::string_view heading) const {
+  if (is_ambiguous(heading))
+    throw Error(fmt::format("{}:{}: the heading \"{}\" occurs twice: rename one of the columns", file_, header_line_,
+                            shown(heading)));
   const auto found = std::find(headings_.begin(), headings_.end(), heading);
   if (found == headings_.end()) {
     const std::string nearest = nearest_name(heading, headings_);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Strict reader of logs in columns: one header row, then rows of as many cells (RFC 4180 quoting; LF or CRLF; a byte
-// order mark, lines that begin with # and blank lines at the end are let pass). Whatever is doubtful is an error that
-// names file and line.
+// Strict reader of logs in columns: one header row, then rows of as many cells (RFC 4180 quoting; LF, CRLF or CR). Let
+// pass are a byte order mark, lines that begin with #, lines above the headings, a row of units and blank lines below
+// them, and blank lines at the end. Whatever is doubtful is an error that names file and line.
 #pragma once
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,26 +19,35 @@ struct CsvFormat {
   char decimal = '.';    ///< or ','
 };
 
+/// Reads a cell as a finite decimal number into `value`. Returns what keeps the cell from being one, or nothing.
+std::optional<const char*> read_number(std::string_view cell, char decimal, double& value);
+
 class CsvTable {
  public:
   /// Splits `text` into cells. `file` is the name that errors show. Throws codegen::Error on an empty file, UTF-16, a
-  /// MAT-file or a bag of ROS, a file without data rows, a ragged row, an unclosed quote, a row of numbers where the
-  /// header is expected, or a heading that occurs twice.
+  /// MAT-file, a bag of ROS, a compressed file, a file without data rows, a ragged row, an unclosed quote, or a row of
+  /// numbers where the header is expected.
   static CsvTable parse(std::string text, std::string file, const CsvFormat& format = {});
+  /// Reads a file by its own format where it is not `format` (format_in).
   static CsvTable read(const std::string& path, const CsvFormat& format = {});
 
   const std::string& file() const { return file_; }
   const std::vector<std::string>& headings() const { return headings_; }
+  /// The unit below a heading; empty: the file has no row of units, or none there.
+  std::string unit(std::string_view heading) const;
+  const CsvFormat& format() const { return format_; }
+  /// Whether several columns have this heading: none of them can be asked for.
+  bool is_ambiguous(std::string_view heading) const;
   Eigen::Index rows() const { return static_cast<Eigen::Index>(lines_.size()); }
 
   /// Line of the file (from 1) on which data row `row` (from 0) starts.
   int line(Eigen::Index row) const { return lines_[static_cast<std::size_t>(row)]; }
 
   /// The cells under `heading` as numbers. Throws codegen::Error when there is no such heading (names those there are),
-  /// or when a cell is empty, no decimal number, or not finite (names file, line, column and the cell).
+  /// when it occurs twice, or when a cell is empty, not a decimal number, or not finite (names the cell).
   Eigen::VectorXd column(std::string_view heading) const;
 
-  /// The same, but cells that are empty, NaN or NA are let pass: NaN, and their rows, increasing, in `missing`.
+  /// The same, but cells that are empty, -, NaN, NA, null or None are NaN, and their rows, increasing, in `missing`.
   Eigen::VectorXd column(std::string_view heading, std::vector<Eigen::Index>& missing) const;
 
   /// The same cells as they stand in the file.
@@ -57,6 +67,7 @@ class CsvTable {
   CsvFormat format_;
   std::shared_ptr<const std::string> text_;  ///< what the cells look into
   std::vector<std::string> headings_;
+  std::vector<std::string> units_;  ///< as many; empty: no row of units
   int header_line_ = 1;
   std::vector<std::string_view> cells_;  ///< rows x headings, row by row, unquoted
   std::vector<int> lines_;

@@ -12,8 +12,8 @@
 #include "codegen/base/file.h"
 #include "trainer/base/nearest_name.h"
 #include "trainer/data/clock_text.h"
+#include "trainer/data/csv_format.h"
 #include "trainer/guess/column_numbers.h"
-#include "trainer/guess/csv_format.h"
 #include "trainer/guess/heading.h"
 #include "trainer/guess/split_files.h"
 
@@ -25,12 +25,25 @@ class Guess {
  public:
   Guess(std::vector<CsvTable> tables, const LogHints& hints, GuessedLog& log)
       : tables_(std::move(tables)), hints_(hints), log_(log) {
-    for (const std::string& heading : tables_.front().headings()) headings_.push_back(heading);
+    const auto is_ambiguous = [&](const std::string& heading) {
+      return std::ranges::any_of(tables_, [&](const CsvTable& table) { return table.is_ambiguous(heading); });
+    };
+    for (const std::string& heading : tables_.front().headings()) {
+      if (!is_ambiguous(heading)) {
+        headings_.push_back(heading);
+      } else if (std::ranges::find(twice_, heading) == twice_.end()) {
+        twice_.push_back(heading);
+        log_.notes.push_back(fmt::format("\"{}\" is the heading of several columns: none of them is read", heading));
+      }
+    }
   }
 
   void make() {
     for (const std::string& heading : headings_) {
       parsed_.push_back(read_heading(heading, headings_));
+      // A unit below the headings is one in brackets behind its heading.
+      if (const std::string unit = tables_.front().unit(heading); !unit.empty())
+        parsed_.back().unit = read_heading(fmt::format("{} [{}]", heading, unit), headings_).unit;
       numbers_.push_back(ColumnNumbers::of(tables_, heading));
     }
     find_clock();
@@ -228,7 +241,7 @@ class Guess {
   std::vector<CsvTable> tables_;
   const LogHints& hints_;
   GuessedLog& log_;
-  std::vector<std::string> headings_;
+  std::vector<std::string> headings_, twice_;  ///< once each, and those that are left out
   std::vector<Heading> parsed_;
   std::vector<ColumnNumbers> numbers_;
   std::vector<GuessedColumn> both_;
@@ -276,8 +289,9 @@ GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hint
     const CsvFormat format = guess_csv_format(text);
     if (tables.empty()) log.format = format;
     if (format.separator != log.format.separator || format.decimal != log.format.decimal)
-      throw codegen::Error(fmt::format("{}: separates its cells or decimals otherwise than {}; make them alike", file,
-                                       tables.front().file()));
+      log.notes.push_back(
+          fmt::format("{}: separates its cells or decimals otherwise than {}: it is read by its own way", file,
+                      tables.front().file()));
     tables.push_back(CsvTable::parse(std::move(text), file, format));
     log.rows += tables.back().rows();
   }

@@ -16,7 +16,7 @@
 #include "codegen/base/file.h"
 #include "trainer/base/printable.h"
 #include "trainer/data/csv.h"
-#include "trainer/guess/csv_format.h"
+#include "trainer/data/csv_format.h"
 
 namespace nlo::trainer {
 namespace {
