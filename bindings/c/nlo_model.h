@@ -128,7 +128,7 @@ NLO_API int nlo_observer_step_dt(nlo_observer* observer, const double* y, const 
 NLO_API int nlo_observer_status(const nlo_observer* observer);    /* of the last step */
 NLO_API int nlo_observer_in_domain(const nlo_observer* observer); /* 1: z is where training has been; 0: it is not */
 NLO_API int nlo_observer_estimate(const nlo_observer* observer, double* x_hat);
-/* sigma is the largest that the model knows outside of the training domain. NLO_NOT_KNOWN where it has none. */
+/* sigma is 2^100 outside of the training domain, where the error is unknown. NLO_NOT_KNOWN where the model has none. */
 NLO_API int nlo_observer_estimate_with_error(const nlo_observer* observer, double* x_hat, double* sigma);
 NLO_API int nlo_observer_latent(const nlo_observer* observer, double* z);
 

@@ -27,10 +27,13 @@ Eigen::MatrixXd deviations(const ErrorHead& head, const Eigen::MatrixXd& hidden,
   for (Eigen::Index k = 0; k < log_sigma.cols(); ++k)
     for (Eigen::Index i = 0; i < log_sigma.rows(); ++i) {
       double& value = log_sigma(i, k);
-      if (!known[static_cast<std::size_t>(k)] || !(value < head.log_max(i))) value = head.log_max(i);
+      if (!(value < head.log_max(i))) value = head.log_max(i);
       value = std::max(value, head.log_min(i));
     }
-  return head.factor_68.asDiagonal() * log_sigma.array().exp().matrix();
+  Eigen::MatrixXd sigma = head.factor_68.asDiagonal() * log_sigma.array().exp().matrix();
+  for (Eigen::Index k = 0; k < sigma.cols(); ++k)
+    if (!known[static_cast<std::size_t>(k)]) sigma.col(k).setConstant(kUnknownSigma);
+  return sigma;
 }
 
 }  // namespace nlo::codegen

@@ -28,7 +28,10 @@ struct FoldedErrorHead {
 
 FoldedErrorHead fold(const ErrorHead& head);
 
-/// What flies as sigma, n_x x N, from the hidden layer h, n_h x N. `known` (N): z lies in the domain; else the largest.
+/// nlo::kUnknownSigma.
+inline constexpr double kUnknownSigma = 0x1p100;
+
+/// sigma as it flies, n_x x N, from the hidden layer h, n_h x N; kUnknownSigma outside of the domain (not `known`).
 Eigen::MatrixXd deviations(const ErrorHead& head, const Eigen::MatrixXd& hidden, const std::vector<bool>& known);
 
 /// [h; h^2].

@@ -30,7 +30,9 @@ Eigen::VectorXd tolerance(const Eigen::MatrixXd& want, const Eigen::MatrixXd& go
                                                       : static_cast<double>(std::numeric_limits<float>::epsilon()));
   // Rounding relative to the largest entry of any row: pairs mix theirs.
   const Eigen::VectorXd measured = times * (want - got).cwiseAbs().rowwise().maxCoeff();
-  return measured.array() + rounding * want.cwiseAbs().maxCoeff();
+  // An unknown sigma is one number in all arithmetics.
+  const auto size = want.array().abs();
+  return measured.array() + rounding * (size < kUnknownSigma).select(size, 0.0).maxCoeff();
 }
 
 /// How far `coarse` may be off, an export of 16-bit weights or of a coarser tanh, beside `plain`, the same without.

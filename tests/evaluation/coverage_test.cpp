@@ -57,6 +57,18 @@ TEST(Coverage, LeavesOutWhatIsMaskedOrTooEarly) {
   EXPECT_FALSE(none.coverage());
 }
 
+TEST(Coverage, CountsSamplesWithoutAnIntervalApart) {
+  Estimates estimates = of_width(0.45, 0.85);
+  estimates.sigma.rightCols(5).setConstant(codegen::kUnknownSigma);
+  estimates.bound_95.rightCols(5).setConstant(codegen::kUnknownSigma);
+  CoverageSum sum(kStates);
+  sum.add(stairs(), estimates);
+  EXPECT_DOUBLE_EQ(sum.coverage()->unknown(0), 0.5);
+  EXPECT_DOUBLE_EQ(sum.coverage()->share_68(0), 0.8);  // 0.1, ..., 0.4 of these and 0.5
+  EXPECT_DOUBLE_EQ(sum.coverage()->share_95(0), 1.0);
+  EXPECT_DOUBLE_EQ(sum.coverage()->sigma(0), 0.45);
+}
+
 TEST(Coverage, OfPartsIsThatOfTheWhole) {
   CoverageSum whole(kStates), part(kStates), rest(kStates);
   whole.add(stairs(), of_width(0.45, 0.85));

@@ -18,7 +18,7 @@ Estimates normal_intervals(Eigen::MatrixXd x_hat, const Eigen::MatrixXd& deviati
 
 CoverageSum::CoverageSum(const std::vector<Channel>& states) {
   for (const Channel& state : states) wraps_.push_back(state.wrap);
-  within_68_ = within_95_ = sigma_ = VectorXd::Zero(static_cast<Index>(states.size()));
+  within_68_ = within_95_ = sigma_ = known_ = VectorXd::Zero(static_cast<Index>(states.size()));
 }
 
 void CoverageSum::add(const Trajectory& truth, const Estimates& estimates) {
@@ -27,6 +27,8 @@ void CoverageSum::add(const Trajectory& truth, const Estimates& estimates) {
     if (weight <= 0.0 || k < truth.first_estimate) continue;
     weight_ += weight;
     for (Index i = 0; i < within_68_.size(); ++i) {
+      if (estimates.sigma(i, k) >= codegen::kUnknownSigma) continue;
+      known_(i) += weight;
       const double error =
           std::abs(wrapped_difference(truth.states(i, k), estimates.x_hat(i, k), wraps_[static_cast<std::size_t>(i)]));
       within_68_(i) += error <= estimates.sigma(i, k) ? weight : 0.0;
@@ -40,12 +42,14 @@ void CoverageSum::merge(const CoverageSum& other) {
   within_68_ += other.within_68_;
   within_95_ += other.within_95_;
   sigma_ += other.sigma_;
+  known_ += other.known_;
   weight_ += other.weight_;
 }
 
 std::optional<Coverage> CoverageSum::coverage() const {
   if (weight_ <= 0.0) return std::nullopt;
-  return Coverage{within_68_ / weight_, within_95_ / weight_, sigma_ / weight_};
+  return Coverage{within_68_.cwiseQuotient(known_), within_95_.cwiseQuotient(known_), sigma_.cwiseQuotient(known_),
+                  (1.0 - known_.array() / weight_).matrix()};
 }
 
 Estimates estimates_of(const codegen::Model& model, const codegen::Run& run) {
@@ -62,9 +66,10 @@ std::optional<Coverage> mean_coverage(const std::vector<std::optional<Coverage>>
     mean.share_68 += all[i]->share_68;
     mean.share_95 += all[i]->share_95;
     mean.sigma += all[i]->sigma;
+    mean.unknown += all[i]->unknown;
   }
   const auto count = static_cast<double>(all.size());
-  return Coverage{mean.share_68 / count, mean.share_95 / count, mean.sigma / count};
+  return Coverage{mean.share_68 / count, mean.share_95 / count, mean.sigma / count, mean.unknown / count};
 }
 
 }  // namespace nlo::trainer

@@ -27,9 +27,11 @@ struct Estimates {
 /// Of estimates whose errors are normal with these standard deviations, n_x x N.
 Estimates normal_intervals(Eigen::MatrixXd x_hat, const Eigen::MatrixXd& deviations);
 
+/// n_x each, of the samples whose truth counts.
 struct Coverage {
-  Eigen::VectorXd share_68, share_95;  ///< n_x, of the samples whose truth counts
-  Eigen::VectorXd sigma;               ///< n_x, mean, in the state's unit
+  Eigen::VectorXd share_68, share_95;  ///< truth in the interval, of those with an interval; NaN if none has
+  Eigen::VectorXd sigma;               ///< mean over those with an interval, in the state's unit
+  Eigen::VectorXd unknown;             ///< share of those without: sigma is codegen::kUnknownSigma
 };
 
 /// Sums over runs. Adding in the same order gives the same bits.
@@ -45,6 +47,7 @@ class CoverageSum {
  private:
   std::vector<double> wraps_;
   Eigen::VectorXd within_68_, within_95_, sigma_;
+  Eigen::VectorXd known_;  ///< weight of samples with an interval, n_x
   double weight_ = 0.0;
 };
 

@@ -75,7 +75,8 @@ Json loop_json(const ClosedLoopCost& loop) {
 Json coverage_json(const Coverage& coverage) {
   return {{"share_68", json_numbers(coverage.share_68)},
           {"share_95", json_numbers(coverage.share_95)},
-          {"sigma", json_numbers(coverage.sigma)}};
+          {"sigma", json_numbers(coverage.sigma)},
+          {"unknown", json_numbers(coverage.unknown)}};
 }
 
 Json domain_json(const DomainShare& domain) {

@@ -29,13 +29,14 @@ class CoverageTable {
       const auto row = static_cast<Eigen::Index>(i);
       table_.add_row({fmt::format("{}, {}", with_unit(states[i].name, states[i].unit), estimator),
                       fmt::format("{:.1f} %", 100.0 * coverage->share_68(row)),
-                      fmt::format("{:.1f} %", 100.0 * coverage->share_95(row)), significant(coverage->sigma(row))});
+                      fmt::format("{:.1f} %", 100.0 * coverage->share_95(row)), significant(coverage->sigma(row)),
+                      fmt::format("{:.1f} %", 100.0 * coverage->unknown(row))});
     }
   }
   std::string text() const { return table_.rows.empty() ? "" : "\n" + table_.to_text(2); }
 
  private:
-  Table table_{{"truth within the interval of", "68 %", "95 %", "mean half width of 68 %"}};
+  Table table_{{"truth within the interval of", "68 %", "95 %", "mean half width of 68 %", "no interval"}};
 };
 
 std::string what_was_tested(const EvaluationStudy& study, const std::string& note) {

@@ -22,9 +22,12 @@ double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& w
   return values(order.back());
 }
 
+Eigen::MatrixXd deviations_everywhere(const codegen::ErrorHead& head, const ErrorSamples& samples) {
+  return codegen::deviations(head, samples.hidden, std::vector<bool>(samples.known.size(), true));
+}
+
 ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& samples) {
-  const Eigen::MatrixXd sigma = codegen::deviations(head, samples.hidden, samples.known);
-  return {samples.errors.cwiseAbs().cwiseQuotient(sigma), samples.weights};
+  return {samples.errors.cwiseAbs().cwiseQuotient(deviations_everywhere(head, samples)), samples.known_weights()};
 }
 
 void calibrate(codegen::ErrorHead& head, const std::vector<ErrorScores>& sets) {

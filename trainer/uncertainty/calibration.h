@@ -18,10 +18,13 @@ inline constexpr double kNormal95 = 1.959963984540054;  ///< 95 % of a normal di
 /// The smallest of `values` that at least the share `p` of the weight does not exceed; 0 < p <= 1. N >= 1 each.
 double weighted_quantile(const Eigen::VectorXd& values, const Eigen::VectorXd& weights, double p);
 
+/// sigma of each sample by a head, n_x x N, outside of the domain as inside.
+Eigen::MatrixXd deviations_everywhere(const codegen::ErrorHead& head, const ErrorSamples& samples);
+
 /// |error| / sigma by the head of the model that made the errors.
 struct ErrorScores {
   Eigen::MatrixXd ratios;   ///< n_x x N
-  Eigen::VectorXd weights;  ///< N, > 0
+  Eigen::VectorXd weights;  ///< N, known_weights(): what is told outside of the domain is that nothing is known
 };
 
 ErrorScores error_scores(const codegen::ErrorHead& head, const ErrorSamples& samples);

@@ -36,14 +36,6 @@ struct Standardised {
   }
 };
 
-/// The weights of samples inside of the domain; of all where none is.
-VectorXd known_weights(const ErrorSamples& samples) {
-  VectorXd weights = samples.weights;
-  for (Index k = 0; k < weights.size(); ++k)
-    if (!samples.known[static_cast<std::size_t>(k)]) weights(k) = 0.0;
-  return weights.sum() > 0.0 ? weights : samples.weights;
-}
-
 /// r^2 of state i and a little: exact errors have no likelihood.
 VectorXd squares_of(const ErrorSamples& samples, const VectorXd& weights, Index i) {
   const VectorXd squares = samples.errors.row(i).cwiseAbs2();
@@ -72,7 +64,7 @@ void set_row(codegen::ErrorHead& head, Index i, const Standardised& x, const Vec
 
 /// Minus the log likelihood of state i, per weight.
 double cost_of(const codegen::ErrorHead& head, const ErrorSamples& samples, const VectorXd& weights, Index i) {
-  const VectorXd sigma = codegen::deviations(head, samples.hidden, samples.known).row(i);
+  const VectorXd sigma = deviations_everywhere(head, samples).row(i);
   const VectorXd squares = squares_of(samples, weights, i);
   return weights.dot((sigma.array().log() + 0.5 * squares.array() / sigma.array().square()).matrix()) / weights.sum();
 }
@@ -82,7 +74,7 @@ double cost_of(const codegen::ErrorHead& head, const ErrorSamples& samples, cons
 codegen::ErrorHead fit_error_head(const ErrorSamples& training, const ErrorSamples& validation) {
   if (training.size() == 0 || validation.size() == 0)
     throw codegen::Error("no error of the observer is known: every sample is masked");
-  const VectorXd weights = known_weights(training), validation_weights = known_weights(validation);
+  const VectorXd weights = training.known_weights(), validation_weights = validation.known_weights();
   const Standardised x(codegen::error_features(training.hidden), weights / weights.sum());
   const Index nx = training.errors.rows(), n = x.scale.size();
   codegen::ErrorHead head{MatrixXd::Zero(nx, n), VectorXd::Zero(nx), VectorXd::Zero(nx),

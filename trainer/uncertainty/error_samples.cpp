@@ -20,6 +20,13 @@ MatrixXd joined(const MatrixXd& a, const MatrixXd& b) {
 
 }  // namespace
 
+Eigen::VectorXd ErrorSamples::known_weights() const {
+  Eigen::VectorXd inside = weights;
+  for (Index k = 0; k < size(); ++k)
+    if (!known[static_cast<std::size_t>(k)]) inside(k) = 0.0;
+  return inside.sum() > 0.0 ? inside : weights;
+}
+
 void ErrorSamples::append(const ErrorSamples& more) {
   hidden = joined(hidden, more.hidden);
   errors = joined(errors, more.errors);

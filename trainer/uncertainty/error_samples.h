@@ -19,6 +19,8 @@ struct ErrorSamples {
   std::vector<bool> known;  ///< z lies in the model's domain
 
   Eigen::Index size() const { return weights.size(); }
+  /// `weights`, 0 outside of the domain; of all samples where none lies within it.
+  Eigen::VectorXd known_weights() const;
   void append(const ErrorSamples& more);
 };
 

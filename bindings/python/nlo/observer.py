@@ -53,7 +53,7 @@ class Observer:
         return x_hat
 
     def estimate_with_error(self) -> tuple[Array, Array]:
-        """x_hat and the standard deviations of its errors, of a model that has_sigma."""
+        """x_hat and the standard deviations of its errors, of a model that has_sigma; 2**100 where they are unknown."""
         x_hat, sigma = np.empty(len(self.model.states)), np.empty(len(self.model.states))
         checked(library.nlo_observer_estimate_with_error(self._handle, address(x_hat), address(sigma)))
         return x_hat, sigma

@@ -3,7 +3,7 @@
 // hidden layer h, which T* has computed anyway:
 //   log2 sigma = W [h; h^2] + b,  held within [lowest, highest]
 // The squares: where a plant is odd, h turns its sign with z, and the error does not.
-// Outside of the domain nothing is known of the error: there sigma is the largest that training has seen.
+// Outside of the domain nothing is known of the error: there sigma is kUnknownSigma, larger than any error.
 #pragma once
 
 #include <bit>
@@ -50,6 +50,10 @@ constexpr Scalar power_of_2(Scalar v) {
   const Scalar scale = std::bit_cast<Scalar>(exponent + std::bit_cast<Bits>(Scalar(1)));
   return kSeries.template operator()<kArithmetic>(f) * scale;
 }
+
+/// sigma where the error is unknown, in the unit of the state; bound_95 is a multiple of it. A test such as
+/// `bound_95[i] > limit` then says that the estimate is too uncertain, whatever the limit is.
+inline constexpr float kUnknownSigma = 0x1p100F;
 
 /// An estimate and how wrong it is, n_x each. 68 % of the errors were within sigma, 95 % within bound_95, over runs
 /// that training has not seen, at the noise that the model was calibrated for.
@@ -98,12 +102,13 @@ struct ErrorHead {
     kernels::evaluate<Activation::kTanh, kArithmetic>(OneLayer{layer}, h, log2_sigma, h, h);
   }
 
-  /// sigma of state i. `known`: z lies in the domain. What is not a number counts as the largest.
+  /// sigma of state i; kUnknownSigma unless z lies in the domain (`known`). A log2_sigma that is not a number counts as
+  /// the largest that training has seen.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr Scalar deviation(int i, Scalar log2_sigma, bool known) const {
     const Scalar low = select<kArithmetic>(log2_sigma > lowest[i], log2_sigma, lowest[i]);
-    const Scalar held = select<kArithmetic>(known & (log2_sigma < highest[i]), low, highest[i]);
-    return power_of_2<kArithmetic>(held);
+    const Scalar held = select<kArithmetic>(log2_sigma < highest[i], low, highest[i]);
+    return select<kArithmetic>(known, power_of_2<kArithmetic>(held), Scalar(kUnknownSigma));
   }
 
   /// x_hat at z and y, and how wrong it is, of a model with this head. `known`: z lies in the model's domain.
