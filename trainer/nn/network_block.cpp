@@ -63,10 +63,8 @@ void NetworkBlock<Scalar, kColumns>::forward_as(const Scalar* parameters) {
     const LayerView& layer = shape_->layers[l];
     Scalar* out = values_.activations[l + 1].data();
     const Scalar* in = values_.activations[l].data();
-    Math::product(parameters + layer.weights, layer.out, layer.in, parameters + layer.bias, in,
-                  [=](int row, int s, P v) NLO_INLINE_LAMBDA { simd::store(out + row * kStride + s, v); });
+    Math::multiply(parameters + layer.weights, layer.out, layer.in, parameters + layer.bias, in, out);
     if (l == last) break;
-    // A pass of its own: inside the product's tiles GCC serialises the long dependency chain of a tanh.
     Scalar* pre = kKeepsInputs<kKind> ? values_.pre_activations[l].data() : nullptr;
     for (int i = 0; i < layer.out * kStride; i += kWidth) {
       const P v = simd::load<P>(out + i);
@@ -74,13 +72,9 @@ void NetworkBlock<Scalar, kColumns>::forward_as(const Scalar* parameters) {
       simd::store(out + i, BlockActivation<kKind>::value(v));
     }
   }
-  if (shape_->linear_path >= 0) {
-    Scalar* out = values_.activations.back().data();
-    Math::product(parameters + shape_->linear_path, shape_->outputs(), shape_->inputs(), nullptr,
-                  values_.activations[0].data(), [=](int row, int s, P v) NLO_INLINE_LAMBDA {
-                    simd::store(out + row * kStride + s, simd::load<P>(out + row * kStride + s) + v);
-                  });
-  }
+  if (shape_->linear_path >= 0)
+    Math::template multiply<true>(parameters + shape_->linear_path, shape_->outputs(), shape_->inputs(), nullptr,
+                                  values_.activations[0].data(), values_.activations.back().data());
 }
 
 template <class Scalar, int kColumns>
@@ -92,8 +86,7 @@ void NetworkBlock<Scalar, kColumns>::forward_tangents_as(const Scalar* parameter
   for (std::size_t l = 0; l <= last; ++l) {
     const LayerView& layer = shape_->layers[l];
     Scalar* out = tangents_.activations[l + 1].data();
-    Math::product(parameters + layer.weights, layer.out, layer.in, nullptr, tangents_.activations[l].data(),
-                  [=](int row, int s, P v) NLO_INLINE_LAMBDA { simd::store(out + row * kStride + s, v); });
+    Math::multiply(parameters + layer.weights, layer.out, layer.in, nullptr, tangents_.activations[l].data(), out);
     if (l == last) break;
     const Scalar* a = values_.activations[l + 1].data();
     const Scalar* v = kKeepsInputs<kKind> ? values_.pre_activations[l].data() : a;
@@ -104,13 +97,9 @@ void NetworkBlock<Scalar, kColumns>::forward_tangents_as(const Scalar* parameter
       simd::store(out + i, tangent * BlockActivation<kKind>::slope(simd::load<P>(v + i), simd::load<P>(a + i)));
     }
   }
-  if (shape_->linear_path >= 0) {
-    Scalar* out = tangents_.activations.back().data();
-    Math::product(parameters + shape_->linear_path, shape_->outputs(), shape_->inputs(), nullptr,
-                  tangents_.activations[0].data(), [=](int row, int s, P v) NLO_INLINE_LAMBDA {
-                    simd::store(out + row * kStride + s, simd::load<P>(out + row * kStride + s) + v);
-                  });
-  }
+  if (shape_->linear_path >= 0)
+    Math::template multiply<true>(parameters + shape_->linear_path, shape_->outputs(), shape_->inputs(), nullptr,
+                                  tangents_.activations[0].data(), tangents_.activations.back().data());
 }
 
 /// Gradient and input cotangent through the linear path; L is small, and read by columns here.
@@ -158,10 +147,8 @@ void NetworkBlock<Scalar, kColumns>::backward_as(const Scalar* parameters, const
     }
     if (l == 0) {
       const auto to_inputs = [&](const Scalar* cotangent, Scalar* out) {
-        Math::product(transposed + layer.weights, layer.in, layer.out, nullptr, cotangent,
-                      [=](int row, int s, P v) NLO_INLINE_LAMBDA {
-                        simd::store(out + row * kStride + s, has_path ? simd::load<P>(out + row * kStride + s) + v : v);
-                      });
+        const auto multiply = has_path ? Math::template multiply<true> : Math::template multiply<false>;
+        multiply(transposed + layer.weights, layer.in, layer.out, nullptr, cotangent, out);
       };
       to_inputs(dv, values_.input_cotangent.data());
       if constexpr (kTangents) to_inputs(dv_tangent, tangents_.input_cotangent.data());
@@ -169,27 +156,22 @@ void NetworkBlock<Scalar, kColumns>::backward_as(const Scalar* parameters, const
     }
     Scalar* out = values_.cotangent[l % 2].data();
     const Scalar* pre = kKeepsInputs<kKind> ? values_.pre_activations[l - 1].data() : in;
+    Math::multiply(transposed + layer.weights, layer.in, layer.out, nullptr, dv, out);
     if constexpr (kTangents) {
       Scalar* out_tangent = tangents_.cotangent[l % 2].data();
       const Scalar* pre_tangent = tangents_.pre_activations[l - 1].data();
-      Math::product(transposed + layer.weights, layer.in, layer.out, nullptr, dv_tangent,
-                    [=](int row, int s, P v) NLO_INLINE_LAMBDA { simd::store(out_tangent + row * kStride + s, v); });
-      Math::product(transposed + layer.weights, layer.in, layer.out, nullptr, dv,
-                    [=](int row, int s, P value) NLO_INLINE_LAMBDA {
-                      const int at = row * kStride + s;
-                      const P v = simd::load<P>(pre + at), a = simd::load<P>(in + at);
-                      const P tangent = simd::load<P>(out_tangent + at), slope = BlockActivation<kKind>::slope(v, a);
-                      simd::store(out + at, slope * value + BlockActivation<kKind>::curvature(v, a) *
-                                                                simd::load<P>(pre_tangent + at) * tangent);
-                      simd::store(out_tangent + at, slope * tangent);
-                    });
+      Math::multiply(transposed + layer.weights, layer.in, layer.out, nullptr, dv_tangent, out_tangent);
+      for (int i = 0; i < layer.in * kStride; i += kWidth) {
+        const P v = simd::load<P>(pre + i), a = simd::load<P>(in + i), value = simd::load<P>(out + i);
+        const P tangent = simd::load<P>(out_tangent + i), slope = BlockActivation<kKind>::slope(v, a);
+        simd::store(out + i,
+                    slope * value + BlockActivation<kKind>::curvature(v, a) * simd::load<P>(pre_tangent + i) * tangent);
+        simd::store(out_tangent + i, slope * tangent);
+      }
     } else {
-      Math::product(transposed + layer.weights, layer.in, layer.out, nullptr, dv,
-                    [=](int row, int s, P v) NLO_INLINE_LAMBDA {
-                      const P slope = BlockActivation<kKind>::slope(simd::load<P>(pre + row * kStride + s),
-                                                                    simd::load<P>(in + row * kStride + s));
-                      simd::store(out + row * kStride + s, v * slope);
-                    });
+      for (int i = 0; i < layer.in * kStride; i += kWidth)
+        simd::store(out + i, simd::load<P>(out + i) *
+                                 BlockActivation<kKind>::slope(simd::load<P>(pre + i), simd::load<P>(in + i)));
     }
   }
 }
