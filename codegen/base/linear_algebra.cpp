@@ -34,16 +34,14 @@ Eigensystem eigensystem(const Eigen::MatrixXd& a) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-double largest_eigenvalue(const Eigen::MatrixXd& symmetric) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-}
-
 Eigen::MatrixXd square_root(const Eigen::MatrixXd& a) {
   const Eigen::LLT<Eigen::MatrixXd> cholesky(a);
   if (cholesky.info() == Eigen::Success) return cholesky.matrixL();
   if (!a.allFinite()) return Eigen::MatrixXd::Constant(a.rows(), a.cols(), std::numeric_limits<double>::quiet_NaN());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> system(a);
-  return system.eigenvectors() * system.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Eigen::LDLT<Eigen::MatrixXd> factors(a);  // a = P' L D L' P
+  const Eigen::MatrixXd lower = factors.matrixL();
+  const Eigen::VectorXd roots = factors.vectorD().cwiseMax(0.0).cwiseSqrt();
+  return factors.transpositionsP().transpose() * (lower * roots.asDiagonal()).eval();
 }
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
@@ -56,7 +54,7 @@ Eigen::VectorXd singular_values(const Eigen::MatrixXcd& a) {
 }
 
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a) {
-  return a.inverse();
+  return a.partialPivLu().inverse();
 }
 
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a) {
@@ -77,11 +75,7 @@ Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd&
   return a.ldlt().solve(b);
 }
 
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
-  return a.completeOrthogonalDecomposition().pseudoInverse();
-}
-
-Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.completeOrthogonalDecomposition().solve(b);
 }
 

@@ -15,9 +15,6 @@ struct Eigensystem {
 };
 Eigensystem eigensystem(const Eigen::MatrixXd& a);
 
-/// Of a symmetric matrix.
-double largest_eigenvalue(const Eigen::MatrixXd& symmetric);
-
 /// S with S S' = a, for a symmetric semidefinite a; not finite where a is not.
 Eigen::MatrixXd square_root(const Eigen::MatrixXd& a);
 
@@ -34,8 +31,7 @@ Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 /// The same for a symmetric semidefinite a, whose lower half is read.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// Moore and Penrose's inverse, and the shortest x that makes |a x - b| least.
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
-Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+/// The shortest x that makes |a x - b| least, column by column. For b = I this is the pseudo-inverse of a.
+Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 }  // namespace nlo::codegen

@@ -47,7 +47,7 @@ MatrixXd resting_ranges(const Model& m, const FoldedModel& folded) {
   const MatrixXd scaled = half_z.cwiseInverse().asDiagonal() * gain * half_y.asDiagonal();
   if (scaled.isZero(0.0)) return ranges;
   const VectorXd off = (middle_z - gain * middle_y).cwiseQuotient(half_z);
-  const VectorXd shift = least_squares(scaled, off).cwiseMax(-1.0).cwiseMin(1.0);
+  const VectorXd shift = least_squares(scaled, off).col(0).cwiseMax(-1.0).cwiseMin(1.0);
   const double share = std::min(1.0, 1.0 / scaled.cwiseAbs().rowwise().sum().maxCoeff());
   for (int j = 0; j < m.nr(); ++j) {
     if (scaled.col(j).isZero(0.0)) continue;

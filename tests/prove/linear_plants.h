@@ -74,8 +74,9 @@ inline codegen::Model exact_observer(const LinearPlant& plant, codegen::Model mo
   inverse.features = Eigen::MatrixXd::Identity(nz, nz + ny);
   inverse.feature_mean = Eigen::VectorXd::Zero(nz);
   inverse.feature_scale = Eigen::VectorXd::Ones(nz);
+  const Eigen::MatrixXd t = sylvester_map(plant.a(), plant.c(), latent_system(model));
   inverse.layers = {
-      {codegen::pseudo_inverse(sylvester_map(plant.a(), plant.c(), latent_system(model))), Eigen::VectorXd::Zero(nx)}};
+      {codegen::least_squares(t, Eigen::MatrixXd::Identity(t.rows(), t.rows())), Eigen::VectorXd::Zero(nx)}};
   inverse.output_mean = Eigen::VectorXd::Zero(nx);
   inverse.output_scale = Eigen::VectorXd::Ones(nx);
   *codegen::inverse_map(model) = std::move(inverse);

@@ -102,7 +102,7 @@ constexpr double kTolerance = 2e-3;
 TEST(LinearPlant, TrainingFindsTheInverseOfTheSylvesterSolution) {
   const codegen::Model model = train_linear({-1.0, -3.0});
   const Eigen::MatrixXd t = sylvester(model);
-  const Eigen::MatrixXd expected = codegen::pseudo_inverse(t);
+  const Eigen::MatrixXd expected = codegen::least_squares(t, Eigen::MatrixXd::Identity(t.rows(), t.rows()));
   EXPECT_LT((trained_map(model) - expected).cwiseAbs().maxCoeff(), kTolerance * expected.cwiseAbs().maxCoeff())
       << "trained\n"
       << trained_map(model) << "\nclosed form\n"
@@ -121,7 +121,7 @@ TEST(LinearPlant, ErrorOfTheTrainedObserverDecaysByTheClosedForm) {
   const Eigen::Vector2d x0(0.7, -1.1);  // not a run of the training set
   const Trajectory run = oscillator_run(x0, 8.0, 0.0);
   const Eigen::MatrixXd error = testing::plain_estimates(model, run).states - run.states;
-  const Eigen::MatrixXd left_inverse = codegen::pseudo_inverse(t);
+  const Eigen::MatrixXd left_inverse = codegen::least_squares(t, Eigen::MatrixXd::Identity(t.rows(), t.rows()));
   const double start = (left_inverse * t * x0).norm();
   for (Eigen::Index k = 0; k < run.samples(); ++k) {
     const Eigen::VectorXd decay = (codegen::linear_latent(model)->eigenvalues * run.time_s(k)).array().exp();

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "trainer/prove/rounding.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-
-#include "codegen/base/linear_algebra.h"
 
 namespace nlo::trainer {
 namespace {
@@ -93,7 +92,8 @@ double norm_above(const Eigen::MatrixXd& m, double at_least) {
     const double t = at_least * at_least * (1.0 - 8.0 * static_cast<double>(n * n + m.size()) * kUnit);
     if (norm(t) <= at_least && is_above(t, gram)) return at_least;
   }
-  const double computed = codegen::largest_eigenvalue(gram);
+  const double computed =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(gram, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
   double margin = 4.0 * static_cast<double>(n * (n + 2)) * kUnit;
   for (int i = 0; i < kTries; ++i, margin *= 8.0) {
     const double t = computed * (1.0 + margin) + std::numeric_limits<double>::min();
