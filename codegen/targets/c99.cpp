@@ -47,13 +47,13 @@ std::string example(const Model& m, const std::string& name, const char* scalar)
       "//     {4} x_hat[{0}_NX];\n"
       "//     const {0}_status status = {0}_step(&observer, y{6});\n"
       "//     if (status != {0}_OK) note_fault(status);  // CLAMPED, HELD: usable for a while\n"
-      "//     if (status >= {0}_STALE) {{ enter_safe_mode(); return; }}  // OUT_OF_RANGE, too: do not trust\n"
+      "//     if (status >= {0}_STALE) {{ enter_safe_mode(); return; }}  // also OUT_OF_RANGE\n"
       "//     if (!{0}_in_domain(&observer)) {{ enter_safe_mode(); return; }}\n"
       "//     {0}_estimate(&observer, x_hat);\n"
       "{10}"
       "//     use(x_hat[{0}_state_{3}]);\n"
       "//   }}\n",
-      name, literal(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u",
+      name, rounded_text(m.sample_period_s), reads, m.states.front().name, scalar, u, u.empty() ? "" : ", u",
       watched("//   static {0}_monitor monitor;    // {0}_monitor_reset(&monitor) at start\n"),
       m.monitor ? "" : "const ", watched("//     {0}_trusted(&monitor, &observer, y, y);\n"),
       watched("//     if ({0}_watch(&monitor, &observer, x_hat) != {0}_NO_ALARM) {{ enter_safe_mode(); return; }}\n"));
@@ -194,23 +194,25 @@ std::string c99_top(const PreparedExport& prepared, const char* language, const 
   const std::size_t bytes = prepared.initialiser().scalar_bytes(),
                     held = static_cast<std::size_t>(m.nr() + acting_inputs(m)),
                     state = bytes * (static_cast<std::size_t>(m.nz()) + held) + 2 * held + 2;
-  return fmt::format(
-             "// {0}: {1} in {6}, generated. Do not edit; make it again by\n"
-             "//   nlo export model.json --target {7}{2} -o {0}.h\n"
-             "//\n"
-             "// Estimates {3} from {4}, sampled every {5} s.\n",
-             name, parts->title(), flags, channel_list(m.states, true),
-             channel_list(measured_channels(m), true) +
-                 (m.nu() == 0 ? "" : " and the inputs " + channel_list(inputs(m), true)),
-             literal(m.sample_period_s), language, target) +
-         parts->description() +
-         "// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler "
-         "and\n// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).\n" +
-         (prepared.quantised() ? arithmetic_note(prepared) : "") +
-         (m.error ? "// The standard deviations of its errors are left out: the cpp header has them.\n" : "") + "//\n" +
-         facts(m) + ranges_text(prepared) +
-         fmt::format("// An observer takes {} bytes of RAM; the tables are constants. No heap, no library.\n//\n",
-                     (state + bytes - 1) / bytes * bytes) +
+  return wrapped_comment(
+             fmt::format("// {0}: {1} in {6}, generated. Do not edit; make it again by\n"
+                         "//   nlo export model.json --target {7}{2} -o {0}.h\n"
+                         "//\n"
+                         "// Estimates {3} from {4}, sampled every {5} s.\n",
+                         name, parts->title(), flags, channel_list(m.states, true),
+                         channel_list(measured_channels(m), true) +
+                             (m.nu() == 0 ? "" : " and the inputs " + channel_list(inputs(m), true)),
+                         rounded_text(m.sample_period_s), language, target) +
+             parts->description() +
+             "// Normalisation and features are folded into the layers.\n"
+             "// The bits are the same on every IEEE 754 target, for every compiler and at every optimisation level, "
+             "but not "
+             "with -ffast-math or clang's -ffp-contract=fast.\n" +
+             (prepared.quantised() ? arithmetic_note(prepared) : "") +
+             (m.error ? "// The standard deviations of its errors are left out: the cpp header has them.\n" : "") +
+             "//\n" + facts(m) + ranges_text(prepared) +
+             fmt::format("// An observer takes {} bytes of RAM; the tables are constants. No heap, no library.\n//\n",
+                         (state + bytes - 1) / bytes * bytes)) +
          example;
 }
 

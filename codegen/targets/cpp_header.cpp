@@ -74,15 +74,14 @@ std::string example(const Source& s) {
       "//\n"
       "//   void on_timer() {{  // every {1} s\n"
       "//     const auto status = observer.step({2});\n"
-      "//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, "
-      "not for long\n"
-      "//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust\n"
+      "//     if (status != nlo::StepStatus::kOk) note_fault(status);  // kClamped, kHeld: usable for a while\n"
+      "//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // also kOutOfRange\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
       "//     const auto {6} = observer.{7}();\n"
       "{5}"
       "//     use(x_hat[nlo::{0}::State::{3}]);\n"
       "//   }}\n",
-      s.name, literal(s.model.sample_period_s), arguments, s.model.states.front().name,
+      s.name, rounded_text(s.model.sample_period_s), arguments, s.model.states.front().name,
       watched ? fmt::format("//   constinit static nlo::{0}::Monitor monitor{{nlo::{0}::kMonitor}};\n", s.name) : "",
       watched ? "//     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();\n" : "",
       s.folded.error ? "[x_hat, sigma, bound_95]" : "x_hat", s.folded.error ? "estimate_with_error" : "estimate");
@@ -92,15 +91,16 @@ std::string top_comment(const Source& s) {
   std::string options = number_flags(s.options);
   if (s.name != s.model.name) options += " --name " + s.name;
   const std::string driven = s.model.nu() > 0 ? " and the inputs " + channel_list(inputs(s.model), true) : "";
-  return fmt::format(
-             "// {0}: {6}, generated. Do not edit; make it again by\n"
-             "//   nlo export model.json{1} -o {0}.h\n"
-             "//\n"
-             "// Estimates {2} from {3}{4}, sampled every {5} s.\n",
-             s.name, options, channel_list(s.model.states, true), channel_list(measured_channels(s.model), true),
-             driven, literal(s.model.sample_period_s), s.structure.title()) +
-         s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
-         arithmetic_note(s.prepared) + "//\n" + facts(s.model) + ranges_text(s.prepared) + costs(s) + "//\n" +
+  return wrapped_comment(fmt::format("// {0}: {6}, generated. Do not edit; make it again by\n"
+                                     "//   nlo export model.json{1} -o {0}.h\n"
+                                     "//\n"
+                                     "// Estimates {2} from {3}{4}, sampled every {5} s.\n",
+                                     s.name, options, channel_list(s.model.states, true),
+                                     channel_list(measured_channels(s.model), true), driven,
+                                     rounded_text(s.model.sample_period_s), s.structure.title()) +
+                         s.structure.description() + "// Normalisation and features are folded into the layers.\n" +
+                         arithmetic_note(s.prepared) + "//\n" + facts(s.model) + ranges_text(s.prepared) + costs(s) +
+                         "//\n") +
          example(s);
 }
 

@@ -132,12 +132,12 @@ std::string example(const Model& m, const std::string& name) {
       "//\n"
       "//   void on_timer() {{  // every {1} s\n"
       "//     const Status s = observer.step({2}{3});\n"
-      "//     if (s != Status::kOk) note_fault(s);             // kClamped, kHeld: usable for a while\n"
-      "//     if (s >= Status::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust\n"
+      "//     if (s != Status::kOk) note_fault(s);  // kClamped, kHeld: usable for a while\n"
+      "//     if (s >= Status::kStale) return enter_safe_mode();  // also kOutOfRange\n"
       "//     if (!observer.in_domain()) return enter_safe_mode();\n"
       "//     use(observer.estimate()[state_{4}]);\n"
       "//   }}\n",
-      name, literal(m.sample_period_s), calls(measured_channels(m), "read"),
+      name, rounded_text(m.sample_period_s), calls(measured_channels(m), "read"),
       m.nu() == 0 ? "" : ", " + calls(inputs(m), "command"), m.states.front().name);
 }
 

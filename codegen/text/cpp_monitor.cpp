@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "codegen/base/number.h"
 
 namespace nlo::codegen {
 namespace {
@@ -69,10 +68,10 @@ std::vector<MonitorConstant> monitor_constants(const Model& model, const Initial
 }
 
 std::string monitor_promise(const Monitor& m) {
-  return fmt::format(
-      "// Detects that the observer is wrong. Limits for {} false alarms an hour, set on {} h of runs as in "
-      "training.\n",
-      literal(m.false_alarms_per_hour), literal(m.hours));
+  return wrapped_comment(fmt::format(
+      "// Detects that the observer is wrong. Its limits are set for {} false alarms an hour, on {} h of runs "
+      "as in training.\n",
+      rounded_text(m.false_alarms_per_hour), rounded_text(m.hours)));
 }
 
 std::string cpp_monitor(const Model& model, const Initialiser& init) {

@@ -95,6 +95,30 @@ std::string safe_comment(std::string_view text, std::size_t longest) {
   return safe;
 }
 
+std::string wrapped_comment(std::string_view comment) {
+  constexpr std::size_t kColumns = 100;
+  std::string text;
+  while (!comment.empty()) {
+    std::string_view line = comment.substr(0, comment.find('\n'));
+    comment.remove_prefix(std::min(line.size() + 1, comment.size()));
+    const bool is_list = line.starts_with("//   ");  // its next lines stand further in
+    for (bool first = true;; first = false) {
+      const std::string_view begin = first ? "" : is_list ? "//     " : "// ";
+      const std::size_t room = kColumns - begin.size(), break_at = line.rfind(' ', room);
+      const bool fits = line.size() <= room, breaks = break_at != std::string_view::npos && break_at > 8;
+      const std::size_t taken = fits || !breaks ? line.size() : break_at;
+      text.append(begin).append(line.substr(0, taken)).append("\n");
+      if (taken == line.size()) break;
+      line.remove_prefix(taken + 1);
+    }
+  }
+  return text;
+}
+
+std::string rounded_text(double value) {
+  return fmt::format("{:.4g}", value);
+}
+
 std::string grouped(Eigen::Index number) {
   std::string text = std::to_string(number);
   for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(text.size()) - 3; i > 0; i -= 3)

@@ -51,6 +51,12 @@ std::string computed_statements(const Model& model, const Initialiser& init, con
 /// At most `longest` characters of a set that can neither end nor continue a `//` comment: others become '_'.
 std::string safe_comment(std::string_view text, std::size_t longest);
 
+/// `comment`, lines that begin with `//`, with those of more than 100 columns broken at their last space before.
+std::string wrapped_comment(std::string_view comment);
+
+/// A number for people, to four digits: "0.02", "0.3333".
+std::string rounded_text(double value);
+
 /// 7750 as "7,750".
 std::string grouped(Eigen::Index number);
 

@@ -52,6 +52,42 @@ TEST(Export, GivesTheSameBytesTwiceAndInAnyLocale) {
   }
 }
 
+/// The comment that a file begins with, as far as its example in code.
+std::vector<std::string> head_of(const std::string& text) {
+  std::istringstream lines(text);
+  std::vector<std::string> head;
+  for (std::string line; std::getline(lines, line) && line.starts_with("//") && line != "// Use";) head.push_back(line);
+  return head;
+}
+
+TEST(Export, TheHeadOfAGeneratedFileFitsAHundredColumns) {
+  Model model = rig_model();
+  model.states[0].unit = "a_unit_of_20_letters";
+  model.sample_period_s = 1.0 / 3.0;
+  for (const char* target : {"cpp", "c99", "single"}) {
+    const std::vector<NamedText> files = export_target(target).generate(PreparedExport(model, {}));
+    for (const NamedText& file : files)
+      for (const std::string& line : head_of(file.text)) EXPECT_LE(line.size(), 100U) << file.path << ": " << line;
+    EXPECT_THAT(files.front().text, HasSubstr("sampled every 0.3333 s."));
+  }
+}
+
+TEST(GeneratedText, ALongCommentIsBrokenAtASpaceAndKeepsItsWords) {
+  std::string words = "//   list";
+  for (int i = 0; i < 60; ++i) words += " word" + std::to_string(i);
+  const std::string wrapped = wrapped_comment(words + "\n// short\n");
+  std::istringstream lines(wrapped);
+  std::string joined;
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_LE(line.size(), 100U);
+    EXPECT_TRUE(line.starts_with("//"));
+    joined += (joined.empty() ? "" : " ") + line.substr(line.find_first_not_of("/ "));
+  }
+  EXPECT_EQ(joined, words.substr(5) + " short");
+  EXPECT_EQ(wrapped_comment("// " + std::string(120, 'x') + "\n"), "// " + std::string(120, 'x') + "\n")
+      << "a word that does not fit stays whole";
+}
+
 TEST(Export, UnknownTargetsAndScalarsNameTheKnown) {
   EXPECT_THROW(
       try { export_target("fortran"); } catch (const Error& error) {

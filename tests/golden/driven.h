@@ -1,8 +1,10 @@
-// driven: a learned state observer (driven Kazantzis-Kravaris/Luenberger), generated. Do not edit; make it again by
+// driven: a learned state observer (driven Kazantzis-Kravaris/Luenberger), generated. Do not edit;
+// make it again by
 //   nlo export model.json -o driven.h
 //
 // Estimates x1, x2 from y1 [rad] and the inputs torque [N m], wind, sampled every 0.02 s.
-// Latent state: 3 (1 complex pairs), first_order hold. Inverse map T*: 4-12-2 tanh and a linear path, reads [z; y].
+// Latent state: 3 (1 complex pairs), first_order hold. Inverse map T*: 4-12-2 tanh and a linear
+// path, reads [z; y].
 // Inputs act by phi(z) u = dT/dx g(x_hat) u, order 4 beside exact D and F; u is a ramp.
 // Forward map T: 2-12-3 tanh and a linear path, reads x.
 // Normalisation and features are folded into the layers.
@@ -15,7 +17,8 @@
 //   y1 [rad]                    used unchanged from -3 to 3, clamped beyond
 //   torque [N m]                used unchanged
 //   wind                        used unchanged
-// While a reading is clamped, the estimate is outside of the domain; after 8 samples in a row the status is out of range.
+// While a reading is clamped, in_domain() is false. After 8 such samples in a row the status is out
+// of range.
 //
 // Cost
 //   step()      958 multiply-adds, 96 activations
@@ -29,8 +32,8 @@
 //
 //   void on_timer() {  // every 0.02 s
 //     const auto status = observer.step({{read_y1()}}, {{read_torque(), read_wind()}});
-//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, not for long
-//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust
+//     if (status != nlo::StepStatus::kOk) note_fault(status);  // kClamped, kHeld: usable for a while
+//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // also kOutOfRange
 //     if (!observer.in_domain()) return enter_safe_mode();
 //     const auto x_hat = observer.estimate();
 //     use(x_hat[nlo::driven::State::x1]);

@@ -1,4 +1,5 @@
-// tiny: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make it again by
+// tiny: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make it
+// again by
 //   nlo export model.json -o tiny.h
 //
 // Estimates position [m] from y [m], sampled every 0.02 s.
@@ -12,7 +13,8 @@
 //
 // Readings
 //   y [m]                       used unchanged from -3 to 3, clamped beyond
-// While a reading is clamped, the estimate is outside of the domain; after 13 samples in a row the status is out of range.
+// While a reading is clamped, in_domain() is false. After 13 such samples in a row the status is
+// out of range.
 //
 // Cost
 //   step()      6 multiply-adds
@@ -26,8 +28,8 @@
 //
 //   void on_timer() {  // every 0.02 s
 //     const auto status = observer.step(read_y());
-//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, not for long
-//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust
+//     if (status != nlo::StepStatus::kOk) note_fault(status);  // kClamped, kHeld: usable for a while
+//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // also kOutOfRange
 //     if (!observer.in_domain()) return enter_safe_mode();
 //     const auto x_hat = observer.estimate();
 //     use(x_hat[nlo::tiny::State::position]);

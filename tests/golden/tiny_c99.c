@@ -1,11 +1,19 @@
 // tiny_c99: the observer that tiny_c99.h declares, generated. Do not edit.
-// Each sum is taken in the order of its terms and each operation rounded by itself, so that every IEEE 754 target, every
-// compiler and every optimisation level gives the same bits; clang's -ffp-contract=fast and any -ffast-math undo that.
-// They are the bits of the C++ runtime's deterministic policy. References no library: no libm, no memcpy, no heap.
+// Each sum is taken in the order of its terms, and each operation is rounded by itself. So the bits
+// are the same on every IEEE 754 target, for every compiler and at every optimisation level, and they
+// are those of the C++ runtime's deterministic policy. clang's -ffp-contract=fast and any -ffast-math
+// change them. No library is referenced: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
+
+#include <float.h>
 
 #if tiny_c99_EXPORT != 0xb89f461c
 #error "tiny_c99.h and tiny_c99.c are not of one export: copy both"
+#endif
+
+// An x87 computes with more digits than a float or double has.
+#if defined(FLT_EVAL_METHOD) && ((FLT_EVAL_METHOD < 0) || (FLT_EVAL_METHOD == 1) || (FLT_EVAL_METHOD == 2))
+#error "FLT_EVAL_METHOD must be 0, else results have other bits: for x86 compile with -msse2 -mfpmath=sse"
 #endif
 
 #if defined(__GNUC__) && !defined(__clang__)

@@ -1,10 +1,12 @@
-// tiny_c99: a learned state observer (Kazantzis-Kravaris/Luenberger) in C99, generated. Do not edit; make it again by
+// tiny_c99: a learned state observer (Kazantzis-Kravaris/Luenberger) in C99, generated. Do not
+// edit; make it again by
 //   nlo export model.json --target c99 --name tiny_c99 -o tiny_c99.h
 //
 // Estimates position [m] from y [m], sampled every 0.02 s.
 // Latent state: 2 (0 complex pairs), first_order hold. Inverse map T*: 2-4-1 tanh, reads z.
-// Normalisation and features are folded into the layers. The same bits on every IEEE 754 target, compiler and
-// optimisation level (but not with -ffast-math, or clang's -ffp-contract=fast).
+// Normalisation and features are folded into the layers.
+// The bits are the same on every IEEE 754 target, for every compiler and at every optimisation
+// level, but not with -ffast-math or clang's -ffp-contract=fast.
 //
 // About the model
 //   plant                         Van der Pol
@@ -13,7 +15,8 @@
 //
 // Readings
 //   y [m]                       used unchanged from -3 to 3, clamped beyond
-// While a reading is clamped, the estimate is outside of the domain; after 13 samples in a row the status is out of range.
+// While a reading is clamped, in_domain() is false. After 13 such samples in a row the status is
+// out of range.
 //
 // An observer takes 16 bytes of RAM; the tables are constants. No heap, no library.
 //
@@ -26,7 +29,7 @@
 //     float x_hat[tiny_c99_NX];
 //     const tiny_c99_status status = tiny_c99_step(&observer, y);
 //     if (status != tiny_c99_OK) note_fault(status);  // CLAMPED, HELD: usable for a while
-//     if (status >= tiny_c99_STALE) { enter_safe_mode(); return; }  // OUT_OF_RANGE, too: do not trust
+//     if (status >= tiny_c99_STALE) { enter_safe_mode(); return; }  // also OUT_OF_RANGE
 //     if (!tiny_c99_in_domain(&observer)) { enter_safe_mode(); return; }
 //     tiny_c99_estimate(&observer, x_hat);
 //     use(x_hat[tiny_c99_state_position]);

@@ -1,12 +1,15 @@
-// tiny: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make it again by
+// tiny: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make it
+// again by
 //   nlo export model.json --scalar int16 -o tiny.h
 //
 // Estimates position [m] from y [m], sampled every 0.02 s.
 // Latent state: 2 (0 complex pairs), first_order hold. Inverse map T*: 2-4-1 tanh, reads z.
 // Normalisation and features are folded into the layers.
 //
-// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow, tanh by a table. All else is float.
-// Where z leaves its domain, T* is that of the nearest point in it. What this arithmetic costs, over
+// T* is in int16: weights of 16 bits, sums of 32 bits that cannot overflow, tanh by a table. All
+// else is float.
+// Where z leaves its domain, T* is that of the nearest point in it. What this arithmetic costs,
+// over
 // 10,777 samples in its domain, of synthetic tones, for want of recorded flights
 // (largest error, 99.9 % of samples within, rms; largest outside of the domain):
 //   position [m]                1.6e-04, 1.4e-04, 5.0e-05; 1.4e-04
@@ -18,7 +21,8 @@
 //
 // Readings
 //   y [m]                       used unchanged from -3 to 3, clamped beyond
-// While a reading is clamped, the estimate is outside of the domain; after 13 samples in a row the status is out of range.
+// While a reading is clamped, in_domain() is false. After 13 such samples in a row the status is
+// out of range.
 //
 // Cost
 //   step()      6 multiply-adds
@@ -32,8 +36,8 @@
 //
 //   void on_timer() {  // every 0.02 s
 //     const auto status = observer.step(read_y());
-//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, not for long
-//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust
+//     if (status != nlo::StepStatus::kOk) note_fault(status);  // kClamped, kHeld: usable for a while
+//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // also kOutOfRange
 //     if (!observer.in_domain()) return enter_safe_mode();
 //     const auto x_hat = observer.estimate();
 //     use(x_hat[nlo::tiny::State::position]);

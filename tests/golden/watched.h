@@ -1,4 +1,5 @@
-// watched: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make it again by
+// watched: a learned state observer (Kazantzis-Kravaris/Luenberger), generated. Do not edit; make
+// it again by
 //   nlo export model.json -o watched.h
 //
 // Estimates position [m] from y [m], sampled every 0.02 s.
@@ -12,7 +13,8 @@
 //
 // Readings
 //   y [m]                       used unchanged from -3 to 3, clamped beyond
-// While a reading is clamped, the estimate is outside of the domain; after 13 samples in a row the status is out of range.
+// While a reading is clamped, in_domain() is false. After 13 such samples in a row the status is
+// out of range.
 //
 // Cost
 //   step()      6 multiply-adds
@@ -27,8 +29,8 @@
 //
 //   void on_timer() {  // every 0.02 s
 //     const auto status = observer.step(monitor.trusted(read_y(), observer));
-//     if (status != nlo::StepStatus::kOk) note_fault(status);            // kClamped, kHeld: usable, not for long
-//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // kOutOfRange, too: do not trust
+//     if (status != nlo::StepStatus::kOk) note_fault(status);  // kClamped, kHeld: usable for a while
+//     if (status >= nlo::StepStatus::kStale) return enter_safe_mode();  // also kOutOfRange
 //     if (!observer.in_domain()) return enter_safe_mode();
 //     const auto x_hat = observer.estimate();
 //     if (monitor.watch(observer, x_hat) != nlo::Alarm::kNone) return enter_safe_mode();
@@ -98,7 +100,8 @@ inline constexpr Model kModel = {
     },
 };
 
-// Detects that the observer is wrong. Limits for 1.0 false alarms an hour, set on 12.0 h of runs as in training.
+// Detects that the observer is wrong. Its limits are set for 1 false alarms an hour, on 12 h of
+// runs as in training.
 using MonitorModel = nlo::MonitorModel<float, 1, 1, 2, 1, 2>;  // n_x, n_y, n_z, n_r, windows
 using Monitor = nlo::Monitor<MonitorModel>;
 inline constexpr MonitorModel kMonitor = {
