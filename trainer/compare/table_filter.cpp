@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "codegen/base/error.h"
+#include "trainer/base/coordinate_search.h"
 #include "trainer/evaluation/text.h"
-#include "trainer/identify/filter_study.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Filters that know the identified plant, tuned on logs with truth, beside what knows no plant: the test logs' errors
 // of what a user would take instead of a learned observer.
-// Q, R and P0 of a filter by what they make of logs whose truth is known.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "trainer/base/coordinate_search.h"
 #include "trainer/base/parallel.h"
 #include "trainer/config/identification.h"
 #include "trainer/data/log_dataset.h"
@@ -37,19 +37,5 @@ using FilterProgress = std::function<void(double share, const std::string& what)
 FilterStudy study_filters(const Identification& identification, const Eigen::VectorXd& p, const LogSplits& splits,
                           const LogSchema& schema, ThreadPool& pool, const std::atomic<bool>* stop = nullptr,
                           const FilterProgress& progress = {});
-
-/// Coordinate search in decades: for steps of 1, 1/2 and 1/4 decade (`finer`: without the first) every coordinate is
-/// tried one step up and down, until a sweep over all of them brings less than a per mille.
-///   x      log10 of what is tuned
-///   cost   of several points at once, one for each; NaN is never taken
-/// Gives the best x and its cost. At most `most_sweeps` sweeps per step.
-struct Tuned {
-  Eigen::VectorXd x;
-  double cost = 0.0;
-  int evaluations = 0;
-};
-using CostsOf = std::function<std::vector<double>(const std::vector<Eigen::VectorXd>& points)>;
-Tuned coordinate_search(const Eigen::VectorXd& start, const CostsOf& costs, bool finer = false,
-                        const std::atomic<bool>* stop = nullptr, int most_sweeps = 4);
 
 }  // namespace nlo::trainer
