@@ -170,4 +170,11 @@ fi
 echo 'float fmodf(float, float); float control(float x); float control(float x) { return fmodf(x, 2.0f); }' >"$work/control.c"
 "$cc" "${strict[@]}" -O2 -c "$work/control.c" -o "$work/control.o"
 [ -n "$(nm -u "$work/control.o")" ] || { echo 'FAILED  a call went unseen' && failed=1; }
+# Where floats are computed with more digits, the file says that its bits would be others.
+if "$cc" -mfpmath=387 -E -x c /dev/null >/dev/null 2>&1; then
+  if "$cc" -std=c99 -mfpmath=387 -c "${sources[0]}" -o "$work/x87.o" 2>"$work/x87.txt"; then
+    echo 'FAILED  C99 compiles for an x87' && failed=1
+  fi
+  grep -q 'FLT_EVAL_METHOD must be 0' "$work/x87.txt" || { cat "$work/x87.txt" && failed=1; }
+fi
 exit "$failed"

@@ -97,7 +97,7 @@ template <class T>
 constexpr T square_root(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
-  const bool known = x >= std::numeric_limits<T>::min() && x <= std::numeric_limits<T>::max();
+  const bool known = x >= (std::numeric_limits<T>::min)() && x <= (std::numeric_limits<T>::max)();
   const T v = select<kEach>(known, rounded<T>(x), T(1)), half = T(0.5) * v;
   constexpr Bits kLine = sizeof(T) == 4 ? Bits{0x5f3759dfU} : static_cast<Bits>(0x5fe6eb50c7b537a9U);
   // Newton's method for 1 / sqrt(v), from a line through the logarithms that is within 4 %.
@@ -106,7 +106,7 @@ constexpr T square_root(T x) {
     inverse *= T(1.5) - rounded<T>(rounded<T>(half * inverse) * inverse);
   const T root = rounded<T>(v * inverse);
   const T value = root + rounded<T>(rounded<T>(T(0.5) * inverse) * (v - rounded<T>(root * root)));
-  const bool none = x >= T(0) && x < std::numeric_limits<T>::min();
+  const bool none = x >= T(0) && x < (std::numeric_limits<T>::min)();
   return select<kEach>(known, value, select<kEach>(none, T(0), std::numeric_limits<T>::quiet_NaN()));
 }
 
@@ -129,10 +129,10 @@ constexpr T arc_tangent(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
   const T size = magnitude(rounded<T>(x));
   // To within the tangent of an eighth of pi: by atan(v) = pi/2 + atan(-1/v) and atan(v) = pi/4 + atan((v-1)/(v+1)).
-  const bool far = size > T(2.4142135623730950488), middle = size > T(0.41421356237309504880);
-  const T above = select<kEach>(far, T(-1), size - T(1)), below = select<kEach>(far, size, size + T(1));
+  const bool steep = size > T(2.4142135623730950488), middle = size > T(0.41421356237309504880);
+  const T above = select<kEach>(steep, T(-1), size - T(1)), below = select<kEach>(steep, size, size + T(1));
   const T v = select<kEach>(middle, above, size) / select<kEach>(middle, below, T(1));
-  const T from = select<kEach>(far, T(1.57079632679489661923), T(0.78539816339744830962));
+  const T from = select<kEach>(steep, T(1.57079632679489661923), T(0.78539816339744830962));
   const T z = rounded<T>(v * v);
   constexpr int kTerms = sizeof(T) == 4 ? 9 : 20;
   T series = reciprocal<T>(2 * kTerms + 1);
@@ -146,7 +146,7 @@ template <class T>
 constexpr T logarithm(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
   using Bits = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-  const bool known = x >= std::numeric_limits<T>::min() && x <= std::numeric_limits<T>::max();
+  const bool known = x >= (std::numeric_limits<T>::min)() && x <= (std::numeric_limits<T>::max)();
   constexpr int kFraction = std::numeric_limits<T>::digits - 1;
   constexpr Bits kRoot = std::bit_cast<Bits>(T(0.70710678118654752440)), kOne = std::bit_cast<Bits>(T(1));
   // x = 2^n m, m between sqrt(1/2) and sqrt(2).

@@ -31,7 +31,7 @@ NLO_INLINE simd::Pack<Scalar, kLanes> saturated_at(const Model& model, const Sca
                                                    int r) {
   using P = simd::Pack<Scalar, kLanes>;
   const auto held = [&](P place) NLO_INLINE_LAMBDA {
-    return simd::min(simd::max(place, simd::load<P>(&model.reach.min[r])), simd::load<P>(&model.reach.max[r]));
+    return simd::smaller(simd::larger(place, simd::load<P>(&model.reach.min[r])), simd::load<P>(&model.reach.max[r]));
   };
   const P all = simd::load<P>(&z[r]);
   if constexpr (Model::kSaturation == Saturation::kLatent) return held(all);

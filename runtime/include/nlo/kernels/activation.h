@@ -67,8 +67,8 @@ inline constexpr double kTanhMaxError = 5e-7, kTanh5e6MaxError = 5e-6, kTanh5e5M
 inline constexpr double kTanhMaxErrorDouble = 1e-15;
 
 inline namespace native {
-using simd::max;
-using simd::min;
+using simd::larger;
+using simd::smaller;
 #define NLO_CODE NLO_INLINE
 #include "nlo/kernels/per_isa/activations.inc"
 #undef NLO_CODE
