@@ -30,13 +30,35 @@ class Channel:
 
 
 def precision_of(name: str) -> int:
-    if name not in _PRECISIONS:
+    if not isinstance(name, str) or name not in _PRECISIONS:
         raise Error(f'precision "{name}": it is "float" or "double"')
     return _PRECISIONS[name]
 
 
 def address(array: Optional[npt.NDArray[Any]]) -> Optional[int]:
     return None if array is None else array.ctypes.data
+
+
+def numbers(given: Any, what: str) -> Array:
+    """As floats: masked values, None and pandas' NA are NaN, a missing sample. TypeError names `what`."""
+    if isinstance(given, np.ma.MaskedArray):
+        return np.asarray(given.astype(float).filled(np.nan))
+    if hasattr(given, "to_numpy"):  # a Series of pandas, whose missing values numpy does not read
+        given = given.to_numpy(dtype=float, na_value=np.nan)
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        pass
+    try:
+        objects = np.asarray(given, dtype=object)
+        if any(isinstance(value, (str, bytes)) for value in objects.flat):
+            raise TypeError("text")
+        values = [np.nan if value is None or type(value).__name__ in ("NAType", "MaskedConstant") else float(value)
+                  for value in objects.flat]
+    except (TypeError, ValueError):
+        raise TypeError(f"{what} must be numbers, NaN where a sample is missing; it is {type(given).__name__}: "
+                        f"{str(given)[:60]}") from None
+    return np.array(values).reshape(objects.shape)
 
 
 def samples(given: Columns, channels: Sequence[Channel], what: str) -> Array:
@@ -47,9 +69,9 @@ def samples(given: Columns, channels: Sequence[Channel], what: str) -> Array:
         if missing:
             raise Error(f"{what}: there is no column {', '.join(missing)}")
         columns: Any = given
-        table = np.column_stack([np.asarray(columns[name], dtype=float) for name in names])
+        table = np.column_stack([numbers(columns[name], f"{what}, column {name}") for name in names])
     else:
-        table = np.asarray(given, dtype=float)
+        table = numbers(given, what)
         if table.ndim == 1 and len(names) == 1:
             table = table[:, np.newaxis]
     if table.ndim != 2 or table.shape[1] != len(names):

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nlo import _library as lib
-from nlo._arrays import Array, Channel, Columns, address, precision_of, samples
+from nlo._arrays import Array, Channel, Columns, address, numbers, precision_of, samples
 from nlo._library import Error, checked, library
 from nlo.observer import Observer
 
@@ -32,6 +32,15 @@ class Run:
     def __len__(self) -> int:
         return len(self.t)
 
+    def __repr__(self) -> str:
+        names = ", ".join(state.name for state in self.states)
+        span = f" over {self.t[-1] - self.t[0]:.4g} s" if len(self) > 1 else ""
+        if not len(self):
+            return f"<nlo.Run of no samples: {names}>"
+        worst = lib.Status(int(self.status.max())).name
+        return (f"<nlo.Run of {len(self)} samples{span}: {names}; {np.mean(self.in_domain):.1%} in the domain, "
+                f"worst status {worst}>")
+
     def __getitem__(self, state: str) -> Array:
         """The estimates of one state, by its name."""
         for index, channel in enumerate(self.states):
@@ -45,6 +54,9 @@ class Model:
 
     def __init__(self, data: bytes) -> None:
         """From the bytes of a model file, all of whose fields are checked. Model.load() reads a file."""
+        if not isinstance(data, (bytes, bytearray)):
+            raise TypeError(f"data must be the bytes of a model file; it is {type(data).__name__}: Model.load() takes a path")
+        data = bytes(data)
         self._free = library.nlo_model_free
         self._handle = library.nlo_model_from_bytes(data, len(data))
         if not self._handle:
@@ -80,6 +92,12 @@ class Model:
     def __del__(self) -> None:
         if getattr(self, "_handle", None):
             self._free(self._handle)
+
+    def __copy__(self) -> Model:
+        return self  # it never changes
+
+    def __deepcopy__(self, _: dict[int, object]) -> Model:
+        return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Model, (self.json.encode(),)
@@ -122,12 +140,12 @@ class Model:
     def inverse_map(self, z: npt.ArrayLike, readings: Optional[npt.ArrayLike] = None,
                     precision: str = "double") -> Array:
         """T*: estimates (N x n_x) of latent states z (N x n_z); `readings` (N x n_readings) where T* reads them too."""
-        latent = np.ascontiguousarray(np.atleast_2d(np.asarray(z, dtype=float)))
+        latent = np.ascontiguousarray(np.atleast_2d(numbers(z, "z")))
         if latent.ndim != 2 or latent.shape[1] != self.n_z:
             raise Error(f"z has the shape {latent.shape}: it must be samples x {self.n_z}")
         read = None
         if readings is not None:
-            read = np.ascontiguousarray(np.atleast_2d(np.asarray(readings, dtype=float)))
+            read = np.ascontiguousarray(np.atleast_2d(numbers(readings, "readings")))
             if read.shape != (len(latent), self.n_readings):
                 raise Error(f"readings have the shape {read.shape}: it must be {len(latent)} x {self.n_readings}")
         x_hat = np.empty((len(latent), len(self.states)))
@@ -152,7 +170,7 @@ class Model:
         outputs = samples(y, self.outputs, "y")
         n = len(outputs)
         inputs = samples(u, self.inputs, "u") if self.inputs and u is not None else None
-        stamps = None if t is None else np.ascontiguousarray(np.asarray(t, dtype=float))
+        stamps = None if t is None else np.ascontiguousarray(numbers(t, "t"))
         if self.inputs and inputs is None:
             raise Error(f"u is missing: {self.name} reads {', '.join(channel.name for channel in self.inputs)}")
         if u is not None and not self.inputs:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from nlo import _library as lib
-from nlo._arrays import Array, address, precision_of
+from nlo._arrays import Array, address, numbers, precision_of
 from nlo._library import Error, Status, checked, library
 
 if TYPE_CHECKING:
@@ -19,14 +19,14 @@ class Observer:
     """An observer, sample by sample. One thread at a time; copies are independent."""
 
     def __init__(self, model: Model, precision: str = "float") -> None:
-        self._start(model, library.nlo_observer_create(model._handle, precision_of(precision)))
+        self._start(model, precision, library.nlo_observer_create(model._handle, precision_of(precision)))
 
-    def _start(self, model: Model, handle: Optional[int]) -> None:
+    def _start(self, model: Model, precision: str, handle: Optional[int]) -> None:
         self._free = library.nlo_observer_free
         self._handle = handle
         if not handle:
             raise lib.last_error()
-        self.model = model
+        self.model, self.precision = model, precision
         self._y, self._u = np.zeros(len(model.outputs)), np.zeros(len(model.inputs))
         self._y_at, self._u_at = address(self._y), address(self._u)
 
@@ -43,7 +43,10 @@ class Observer:
         if dt is None:
             code = library.nlo_observer_step(self._handle, self._y_at, self._u_at)
         else:
-            code = library.nlo_observer_step_dt(self._handle, self._y_at, self._u_at, dt)
+            step = numbers(dt, "dt")
+            if step.size != 1:
+                raise TypeError(f"dt must be one number of seconds; it has {step.size}")
+            code = library.nlo_observer_step_dt(self._handle, self._y_at, self._u_at, float(step.reshape(())))
         return Status(checked(code))
 
     def estimate(self) -> Array:
@@ -82,8 +85,20 @@ class Observer:
     def copy(self) -> Observer:
         """Another one that goes on from here."""
         other = Observer.__new__(Observer)
-        other._start(self.model, library.nlo_observer_copy(self._handle))
+        other._start(self.model, self.precision, library.nlo_observer_copy(self._handle))
         return other
+
+    __copy__ = copy
+
+    def __deepcopy__(self, _: dict[int, object]) -> Observer:
+        return self.copy()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _restored, (self.model, self.precision, self.save())
+
+    def __repr__(self) -> str:
+        estimate = ", ".join(f"{state.name} {value:.4g}" for state, value in zip(self.model.states, self.estimate()))
+        return f"<nlo.Observer of {self.model.name}: {self.status.name}, {estimate}>"
 
     def save(self) -> Array:
         """All that steps change, as numbers to keep."""
@@ -93,12 +108,18 @@ class Observer:
 
     def restore(self, state: npt.ArrayLike) -> None:
         """Goes on from a saved state of the same model and precision, with the same bits."""
-        given = np.ascontiguousarray(np.asarray(state, dtype=float))
+        given = np.ascontiguousarray(numbers(state, "state"))
         checked(library.nlo_observer_restore(self._handle, address(given), given.size))
 
     @staticmethod
     def _take(given: npt.ArrayLike, to: Array, what: str) -> None:
-        numbers = np.asarray(given, dtype=float).reshape(-1)
-        if numbers.size != to.size:
-            raise Error(f"{what} has {numbers.size} numbers: the model takes {to.size}")
-        to[:] = numbers
+        values = numbers(given, what).reshape(-1)
+        if values.size != to.size:
+            raise Error(f"{what} has {values.size} numbers: the model takes {to.size}")
+        to[:] = values
+
+
+def _restored(model: Model, precision: str, state: Array) -> Observer:
+    observer = Observer(model, precision)
+    observer.restore(state)
+    return observer

@@ -33,7 +33,7 @@ _POLL_S = 0.2
 _ERROR = "nlo: error: "
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Evaluation:
     """Root mean square errors of an observer under one condition, of each state by its name."""
 
@@ -45,8 +45,12 @@ class Evaluation:
     against: dict[str, dict[str, float]]  #: rmse of the alternatives: "constant", "ridge", "ekf", ...
     facts: dict[str, Any]                 #: all that `nlo evaluate --json` says
 
+    def __repr__(self) -> str:
+        states = ", ".join(f"{name} {error:.3g}" for name, error in self.rmse.items())
+        return f"<nlo.Evaluation under noise {self.noise}: norm {self.norm:.3g}; RMSE {states}>"
 
-@dataclasses.dataclass(frozen=True)
+
+@dataclasses.dataclass(frozen=True, repr=False)
 class Training:
     """A finished training."""
 
@@ -55,6 +59,10 @@ class Training:
     metrics: dict[str, Array]  #: columns of metrics.csv: step, loss, train_rmse, validation_rmse, lambda_1_re, ...
     report: pathlib.Path       #: a page with pictures
     text: str                  #: the table of errors that nlo train prints
+
+    def __repr__(self) -> str:
+        return (f"<nlo.Training in {self.directory}: {int(self.metrics['step'][-1])} steps, validation_rmse "
+                f"{np.nanmin(self.metrics['validation_rmse']):.3g}>")
 
 
 @dataclasses.dataclass(frozen=True)

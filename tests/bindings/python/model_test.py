@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Models, observers and runs of the package nlo.   usage: model_test.py [unittest's], with NLO_TEST_MODELS: a folder"""
 import concurrent.futures
+import copy as copies
 import json
 import os
 import pathlib
@@ -108,6 +109,57 @@ class Models(unittest.TestCase):
             model.observer("half")
         with self.assertRaisesRegex(nlo.Error, "y has 9 numbers"):
             model.observer().step(np.zeros(9), u[0])
+
+    def test_copies_of_an_observer_are_independent(self):
+        model = nlo.Model.load(VAN_DER_POL)
+        first = model.observer()
+        first.step(1.0)
+        before = first.save()
+        for other in (copies.copy(first), copies.deepcopy(first), pickle.loads(pickle.dumps(first)), first.copy()):
+            np.testing.assert_array_equal(other.save(), before)
+            self.assertEqual(other.precision, first.precision)
+            other.step(2.0)
+            self.assertFalse(np.array_equal(other.save(), before))
+            np.testing.assert_array_equal(first.save(), before)
+            del other  # each frees its own state
+        self.assertIs(copies.deepcopy(model), model)
+
+    def test_masked_values_none_and_na_are_missing_samples(self):
+        class NAType:  # as pandas has it
+            pass
+
+        class Series:  # as pandas has it: numpy cannot read its NA
+            def to_numpy(self, dtype, na_value):
+                return np.array([0.1, na_value, 0.2], dtype=dtype)
+
+        model = nlo.Model.load(VAN_DER_POL)
+        want = model.run([0.1, np.nan, 0.2])
+        self.assertEqual(list(want.status), [nlo.Status.OK, nlo.Status.HELD, nlo.Status.OK])
+        for y in (np.ma.masked_array([0.1, 1e6, 0.2], mask=[False, True, False]), [0.1, None, 0.2], [0.1, NAType(), 0.2],
+                  {"y": Series()} if model.outputs[0].name == "y" else Series()):
+            np.testing.assert_array_equal(model.run(y).x_hat, want.x_hat)
+            np.testing.assert_array_equal(model.run(y).status, want.status)
+        self.assertEqual(model.observer().step(np.ma.masked), nlo.Status.HELD)
+
+    def test_wrong_types_raise_a_type_error_with_the_arguments_name(self):
+        model = nlo.Model.load(VAN_DER_POL)
+        observer = model.observer()
+        for call, name in ((lambda: observer.step("fast"), "y"), (lambda: observer.step(object()), "y"),
+                           (lambda: observer.step(0.0, dt="now"), "dt"), (lambda: model.run(["a", "b"]), "y"),
+                           (lambda: model.run([0.1], t=["x"]), "t"), (lambda: observer.restore("old"), "state"),
+                           (lambda: nlo.Model("model.json"), "data")):
+            with self.assertRaisesRegex(TypeError, f"^{name} must be"):
+                call()
+        with self.assertRaisesRegex(nlo.Error, "precision"):
+            model.observer(32)
+
+    def test_results_print_as_a_summary(self):
+        model = nlo.Model.load(VAN_DER_POL)
+        observer = model.observer()
+        observer.step(0.5)
+        self.assertRegex(repr(observer), r"^<nlo.Observer of van_der_pol: OK, x1 -?[0-9.e-]+, x2 ")
+        self.assertRegex(repr(model.run(np.zeros(50))),
+                         r"^<nlo.Run of 50 samples over [0-9.]+ s: x1, x2; [0-9.]+% in the domain, worst status OK>$")
 
     def test_errors_have_the_text_of_the_program(self):
         with tempfile.TemporaryDirectory() as folder:

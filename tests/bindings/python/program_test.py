@@ -71,10 +71,13 @@ class Trainings(InAFolder):
         self.assertEqual(training.metrics["step"][-1], 300)
         self.assertTrue(training.report.exists())
         self.assertIn("observer", training.text)
+        self.assertRegex(repr(training), r"^<nlo.Training in .*run: 300 steps, validation_rmse [0-9.e-]+>$")
         for model in (training.model, training.directory / "model.json"):
             found = nlo.evaluate(model, noise=["none", "gaussian:0.05"], trajectories=10, against=["ekf"])
             self.assertEqual([each.noise for each in found], ["none", "gaussian:0.05"])
             self.assertEqual(set(found[0].rmse), {"angle", "rate"})
+            self.assertRegex(repr(found[0]), r"^<nlo.Evaluation under noise none: norm [0-9.e-]+; RMSE angle [0-9.e-]+, "
+                                             r"rate [0-9.e-]+>$")
             self.assertLessEqual({"ekf", "constant", "ridge"}, set(found[0].against))
             self.assertLess(found[0].rmse["rate"], found[0].against["constant"]["rate"])
         # the same bytes as the command's, whoever calls it
