@@ -21,11 +21,11 @@
 #include "trainer/base/parallel.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
-#include "trainer/nn/network.h"
-#include "trainer/optim/optimiser.h"
+#include "trainer/gradients/nn/network.h"
+#include "trainer/learn/optim/optimiser.h"
+#include "trainer/learn/training/objective.h"
 #include "trainer/structures/structure.h"
 #include "trainer/structures/unit_settings.h"
-#include "trainer/training/objective.h"
 
 namespace {
 

@@ -16,8 +16,8 @@
 #include "codegen/base/file.h"
 #include "tests/claims/flight.h"
 #include "tests/claims/ledger.h"
+#include "trainer/app/jobs/run_jobs.h"
 #include "trainer/base/printable.h"
-#include "trainer/jobs/run_jobs.h"
 
 namespace {
 

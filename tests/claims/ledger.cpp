@@ -12,7 +12,7 @@
 #include <toml.hpp>
 
 #include "trainer/base/number_text.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 
 namespace nlo::claims {
 

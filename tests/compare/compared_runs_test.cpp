@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/compare/compared_runs.h"
+#include "trainer/judge/compare/compared_runs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 #include "tests/compare/plants.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/compare/compare_study.h"
-#include "trainer/compare/conditions.h"
+#include "trainer/judge/compare/compare_study.h"
+#include "trainer/judge/compare/conditions.h"
 
 namespace nlo::trainer {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "trainer/compare/compared_runs.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/judge/compare/compared_runs.h"
 
 namespace nlo::trainer::test {
 

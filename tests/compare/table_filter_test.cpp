@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/compare/table_filter.h"
+#include "trainer/judge/compare/table_filter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include "tests/compare/plants.h"
 #include "tests/evaluation/van_der_pol_set.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/evaluation/closed_loop.h"
-#include "trainer/evaluation/estimator_words.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/judge/evaluation/closed_loop.h"
+#include "trainer/judge/evaluation/estimator_words.h"
 #include "trainer/plants/loop_estimator.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

@@ -11,10 +11,10 @@
 #include "tests/data/testing.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/evaluation/evaluate_logs.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/mirror.h"
-#include "trainer/training/train.h"
+#include "trainer/judge/evaluation/evaluate_logs.h"
+#include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
 namespace {

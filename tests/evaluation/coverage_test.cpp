@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/coverage.h"
+#include "trainer/judge/evaluation/coverage.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 
 #include "tests/filters/lanes.h"
-#include "trainer/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluate.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/evaluate_logs.h"
+#include "trainer/judge/evaluation/evaluate_logs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 #include "codegen/replay/reference_observer.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/evaluation/evaluation_text.h"
+#include "trainer/judge/evaluation/evaluation_text.h"
 
 namespace nlo::trainer {
 namespace {

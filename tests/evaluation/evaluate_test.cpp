@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluate.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 #include "codegen/replay/reference_observer.h"
 #include "tests/evaluation/van_der_pol_set.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/evaluation/closed_loop.h"
-#include "trainer/evaluation/evaluation_text.h"
+#include "trainer/judge/evaluation/closed_loop.h"
+#include "trainer/judge/evaluation/evaluation_text.h"
 
 namespace nlo::trainer {
 namespace {

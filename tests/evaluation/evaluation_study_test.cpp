@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/evaluation_study.h"
+#include "trainer/judge/evaluation/evaluation_study.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "trainer/evaluation/evaluation_text.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/evaluation_text.h"
+#include "trainer/judge/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {

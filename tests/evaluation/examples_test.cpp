@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/examples.h"
+#include "trainer/judge/evaluation/examples.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "trainer/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluate.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // [inverse_map] error: what training adds to a model, and that it changes nothing else.
-#include "trainer/evaluation/linear_readout.h"
+#include "trainer/judge/evaluation/linear_readout.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 #include "codegen/model_file/model_file.h"
 #include "tests/evaluation/van_der_pol_set.h"
 #include "tests/training/testing.h"
-#include "trainer/evaluation/evaluate.h"
-#include "trainer/training/train.h"
+#include "trainer/judge/evaluation/evaluate.h"
+#include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
 namespace {

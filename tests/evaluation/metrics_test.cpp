@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/evaluation/metrics.h"
+#include "trainer/judge/evaluation/metrics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/filters/constant_acceleration.h"
+#include "trainer/judge/filters/constant_acceleration.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "trainer/filters/plant_equations.h"
+#include "trainer/judge/filters/plant_equations.h"
 #include "trainer/plants/equations.h"
 #include "trainer/plants/registry.h"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/filters/filter_bank.h"
+#include "trainer/judge/filters/filter_bank.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "tests/filters/lanes.h"
-#include "trainer/filters/moving_horizon.h"
-#include "trainer/filters/particle_filter.h"
+#include "trainer/judge/filters/moving_horizon.h"
+#include "trainer/judge/filters/particle_filter.h"
 
 namespace nlo::trainer {
 namespace {

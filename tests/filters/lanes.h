@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "trainer/filters/sigma_point_filter.h"
+#include "trainer/judge/filters/sigma_point_filter.h"
 
 namespace nlo::trainer::test {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 
 #include "tests/filters/lanes.h"
-#include "trainer/filters/sigma_point_filter.h"
+#include "trainer/judge/filters/sigma_point_filter.h"
 
 namespace nlo::trainer::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/filters/sigma_point_filter.h"
+#include "trainer/judge/filters/sigma_point_filter.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "tests/filters/lanes.h"
 #include "tests/filters/linear_chain.h"
 #include "trainer/config/experiment.h"
-#include "trainer/filters/high_gain.h"
+#include "trainer/judge/filters/high_gain.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 

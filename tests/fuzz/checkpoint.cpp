@@ -2,7 +2,7 @@
 // A checkpoint in use: a training goes on from what its bytes say. The first are a checkpoint's own, which steps have
 // written; the input replaces what stands after its heading, in pieces "where, how long, what", and the checksum is
 // made right: a forged checkpoint is to be refused for what it says.
-#include "trainer/training/checkpoint.h"
+#include "trainer/learn/training/checkpoint.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "codegen/base/file.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/training/testing.h"
-#include "trainer/training/train.h"
+#include "trainer/learn/training/train.h"
 
 using namespace nlo;
 using namespace nlo::trainer;

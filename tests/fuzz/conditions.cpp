@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Conditions to compare under, in the units of a plant with two states and one output.
-#include "trainer/compare/conditions.h"
+#include "trainer/judge/compare/conditions.h"
 
 #include "tests/fuzz/fuzz.h"
 

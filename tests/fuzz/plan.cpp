@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // A sweep's plan, to its jobs and the experiment that the first of them trains.
-#include "trainer/sweep/plan.h"
+#include "trainer/app/sweep/plan.h"
 
 #include <algorithm>
 
 #include "tests/fuzz/fuzz.h"
+#include "trainer/app/sweep/jobs.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
-#include "trainer/sweep/jobs.h"
 
 using namespace nlo;
 

@@ -1,8 +1,8 @@
 // tiny_c99: the observer that tiny_c99.h declares, generated. Do not edit.
 // Each sum is taken in the order of its terms, and each operation is rounded by itself. So the bits
-// are the same on every IEEE 754 target, for every compiler and at every optimisation level, and they
-// are those of the C++ runtime's deterministic policy. clang's -ffp-contract=fast and any -ffast-math
-// change them. No library is referenced: no libm, no memcpy, no heap.
+// are the same on every IEEE 754 target, for every compiler and at every optimisation level. They
+// are those of the C++ runtime's deterministic policy. clang's -ffp-contract=fast and any
+// -ffast-math change them. No library is referenced: no libm, no memcpy, no heap.
 #include "tiny_c99.h"
 
 #include <float.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/guess/log_guess.h"
+#include "trainer/data/guess/log_guess.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 #include "tests/support/thrown_message.h"
 #include "trainer/base/number_text.h"
 #include "trainer/data/csv_format.h"
-#include "trainer/guess/column_numbers.h"
-#include "trainer/guess/heading.h"
+#include "trainer/data/guess/column_numbers.h"
+#include "trainer/data/guess/heading.h"
 
 namespace nlo::trainer {
 namespace {

@@ -2,7 +2,7 @@
 // Lists of jobs: what is run, found, stopped and failed.
 // The bar over many trainings.
 // Trainings that are kept in a folder, whatever happens to it.
-#include "trainer/jobs/run_jobs.h"
+#include "trainer/app/jobs/run_jobs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,9 +21,9 @@
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
 #include "tests/support/scratch_directory.h"
-#include "trainer/evaluation/text.h"
-#include "trainer/jobs/jobs_progress.h"
-#include "trainer/jobs/kept_training.h"
+#include "trainer/app/jobs/jobs_progress.h"
+#include "trainer/app/jobs/kept_training.h"
+#include "trainer/judge/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Losses of T in double: gradients against differences, and values in closed form.
-#include "trainer/losses/map_terms.h"
+#include "trainer/learn/losses/map_terms.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
 #include "trainer/structures/structure.h"
 
 namespace nlo::trainer {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What every loss has: a key with help, checks that follow from what it asks for, and a value that is one function.
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

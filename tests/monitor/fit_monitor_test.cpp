@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Limits at a stated rate, on a linear plant whose observer and whose noise are known.
-#include "trainer/monitor/fit_monitor.h"
+#include "trainer/judge/monitor/fit_monitor.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@
 #include "codegen/replay/reference_monitor.h"
 #include "tests/codegen/example_models.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/evaluation/evaluate.h"
-#include "trainer/monitor/monitor_study.h"
-#include "trainer/monitor/sensed_runs.h"
+#include "trainer/judge/evaluation/evaluate.h"
+#include "trainer/judge/monitor/monitor_study.h"
+#include "trainer/judge/monitor/sensed_runs.h"
 
 namespace nlo::trainer {
 namespace {

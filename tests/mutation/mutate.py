@@ -50,13 +50,13 @@ COVERED_BY = {
     "runtime/include/nlo/kernels/int16": ["codegen_test"],
     "runtime/include/nlo/quantised_map": ["codegen_test"],
     "codegen": ["codegen_test"],
-    "trainer/nn": ["nn_test", "sensitivity_test"],
-    "trainer/sensitivity": ["sensitivity_test", "structures_test"],
-    "trainer/losses": ["losses_test", "training_test"],
-    "trainer/optim": ["optim_test"],
+    "trainer/gradients/nn": ["nn_test", "sensitivity_test"],
+    "trainer/gradients/sensitivity": ["sensitivity_test", "structures_test"],
+    "trainer/learn/losses": ["losses_test", "training_test"],
+    "trainer/learn/optim": ["optim_test"],
     "trainer/rollout": ["rollout_test", "structures_test", "training_test"],
     "trainer/structures": ["structures_test", "sensitivity_test", "training_test"],
-    "trainer/training/objective": ["training_test"],
+    "trainer/learn/training/objective": ["training_test"],
 }
 # Kernels of other instruction sets, and tables: not compiled by these programs, or data.
 LEFT_OUT = re.compile(r"arm|neon|avx|mve|cortex|registry|CMake")

@@ -10,8 +10,8 @@
 
 #include "trainer/config/experiment.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/nn/block_activation.h"
-#include "trainer/nn/network_block.h"
+#include "trainer/gradients/nn/block_activation.h"
+#include "trainer/gradients/nn/network_block.h"
 #include "trainer/structures/structure.h"
 
 namespace nlo::trainer {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/nn/block_products.h"
+#include "trainer/gradients/nn/block_products.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/nn/lane_sums.h"
+#include "trainer/gradients/nn/lane_sums.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codegen/model/activations.h"
-#include "trainer/nn/network_block.h"
+#include "trainer/gradients/nn/network_block.h"
 
 namespace nlo::trainer {
 namespace {

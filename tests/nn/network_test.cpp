@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/nn/network_block.h"
+#include "trainer/gradients/nn/network_block.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The network of T* once more, plainly: one sample at a time, in double, with the library's activations. What the
-// blocked passes of trainer/nn are held against.
+// blocked passes of trainer/gradients/nn are held against.
 #pragma once
 
 #include <vector>
 
 #include "codegen/model/activations.h"
-#include "trainer/nn/network.h"
+#include "trainer/gradients/nn/network.h"
 
 namespace nlo::trainer::testing {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/optim/optimiser.h"
+#include "trainer/learn/optim/optimiser.h"
 
 #include <gtest/gtest.h>
 

@@ -11,10 +11,10 @@
 #include "tests/support/thrown_message.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate_runs.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -101,7 +101,7 @@ std::string objection(const std::string& file, const Include& include) {
       return "crosses the wall between " + std::string(wall.from) + " and " + std::string(wall.target);
     }
   }
-  if (file.starts_with("trainer/") && file != "trainer/main.cpp" && !starts_with_any(file, folders_left_out()) &&
+  if (file.starts_with("trainer/") && file != "trainer/app/main.cpp" && !starts_with_any(file, folders_left_out()) &&
       starts_with_any(include.target, folders_left_out())) {
     return "is what NLO_CORE_ONLY leaves out (trainer/CMakeLists.txt), in a file that it builds";
   }
@@ -246,17 +246,18 @@ TEST(IncludeArrows, SeeAnArrowAgainstTheLayering) {
 }
 
 TEST(IncludeArrows, SeeALossThatKnowsAStructureOrAPlant) {
-  EXPECT_THAT(violations("trainer/losses/x.cpp", "#include <trainer/structures/kkl.h>"),
+  EXPECT_THAT(violations("trainer/learn/losses/x.cpp", "#include <trainer/structures/kkl.h>"),
               ElementsAre(HasSubstr("wall")));
-  EXPECT_THAT(violations("trainer/sensitivity/x.h", "#include <trainer/plants/plant.h>"),
+  EXPECT_THAT(violations("trainer/gradients/sensitivity/x.h", "#include <trainer/plants/plant.h>"),
               ElementsAre(HasSubstr("wall")));
-  EXPECT_THAT(violations("trainer/losses/x.h", "#include \"trainer/structures/observer_structure.h\""), IsEmpty());
+  EXPECT_THAT(violations("trainer/learn/losses/x.h", "#include \"trainer/structures/observer_structure.h\""),
+              IsEmpty());
 }
 
 TEST(IncludeArrows, SeeACommandThatNeedsThePaper) {
-  EXPECT_THAT(violations("trainer/commands/x.cpp", "#include \"trainer/reproduce/run.h\""),
+  EXPECT_THAT(violations("trainer/app/commands/x.cpp", "#include \"trainer/reproduce/run.h\""),
               ElementsAre(HasSubstr("wall")));
-  EXPECT_THAT(violations("trainer/reproduce/x.cpp", "#include \"trainer/commands/command.h\""), IsEmpty());
+  EXPECT_THAT(violations("trainer/reproduce/x.cpp", "#include \"trainer/app/commands/command.h\""), IsEmpty());
 }
 
 TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {
@@ -267,10 +268,11 @@ TEST(IncludeArrows, SeeAnExperimentFileThatKnowsADomain) {
 }
 
 TEST(IncludeArrows, SeeAFileOfTheSanitizedBuildThatNeedsMore) {
-  EXPECT_THAT(folders_left_out(), Contains("trainer/evaluation/"));
-  EXPECT_THAT(violations("trainer/experiments/x.cpp", "#include \"trainer/evaluation/closed_loop.h\"\n"),
+  EXPECT_THAT(folders_left_out(), Contains("trainer/judge/"));
+  EXPECT_THAT(violations("trainer/experiments/x.cpp", "#include \"trainer/judge/evaluation/closed_loop.h\"\n"),
               ElementsAre(HasSubstr("NLO_CORE_ONLY leaves out")));
-  EXPECT_THAT(violations("trainer/monitor/x.cpp", "#include \"trainer/evaluation/closed_loop.h\"\n"), IsEmpty());
+  EXPECT_THAT(violations("trainer/judge/monitor/x.cpp", "#include \"trainer/judge/evaluation/closed_loop.h\"\n"),
+              IsEmpty());
   EXPECT_THAT(violations("trainer/experiments/x.cpp", "#include \"trainer/data/dataset.h\"\n"), IsEmpty());
 }
 

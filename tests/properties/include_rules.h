@@ -42,17 +42,17 @@ inline const std::vector<Wall> kWalls = {
     {"trainer/data/", "trainer/structures/"},
     {"trainer/plants/", "trainer/structures/"},
     // A loss term and a sensitivity speak in cotangents at samples: no structure's equations, no plant's.
-    {"trainer/losses/", "trainer/structures/"},
-    {"trainer/sensitivity/", "trainer/structures/"},
-    {"trainer/losses/", "trainer/plants/"},
-    {"trainer/sensitivity/", "trainer/plants/"},
-    {"trainer/losses/", "trainer/sensitivity/"},
-    {"trainer/sensitivity/", "trainer/losses/"},
+    {"trainer/learn/losses/", "trainer/structures/"},
+    {"trainer/gradients/sensitivity/", "trainer/structures/"},
+    {"trainer/learn/losses/", "trainer/plants/"},
+    {"trainer/gradients/sensitivity/", "trainer/plants/"},
+    {"trainer/learn/losses/", "trainer/gradients/sensitivity/"},
+    {"trainer/gradients/sensitivity/", "trainer/learn/losses/"},
     // The method needs data, not f.
     {"trainer/structures/", "trainer/plants/"},
-    {"trainer/nn/", "trainer/plants/"},
-    {"trainer/optim/", "trainer/plants/"},
-    {"trainer/training/", "trainer/plants/"},
+    {"trainer/gradients/nn/", "trainer/plants/"},
+    {"trainer/learn/optim/", "trainer/plants/"},
+    {"trainer/learn/training/", "trainer/plants/"},
     // nlo-prove and nlo-reproduce are programs of their own: whoever builds nlo compiles neither proofs nor the paper.
     {"trainer/", "trainer/prove/"},
     {"trainer/", "trainer/reproduce/"},
@@ -67,8 +67,8 @@ struct Exception {
 };
 
 inline const std::vector<Exception> kExceptions = {
-    {"trainer/losses/", "trainer/structures/observer_structure.h"},  // the interface of all structures
-    {"trainer/structures/prior.cpp", "trainer/plants/equations.h"},  // the one whose prior is f
+    {"trainer/learn/losses/", "trainer/structures/observer_structure.h"},  // the interface of all structures
+    {"trainer/structures/prior.cpp", "trainer/plants/equations.h"},        // the one whose prior is f
 };
 
 /// Standard headers that a freestanding or bare-metal C++20 compiler has, and that pull in neither libm nor the heap.

@@ -98,7 +98,7 @@ class Known:
         # An option or a command exists where a source has it outside of its comments.
         code = "\n".join(re.sub(rf"(^|\s){COMMENT[f.suffix]}.*", "", f.read_text(), flags=re.M) for f in sources)
         self.options = set(OPTION.findall(code))
-        commands = "\n".join(file.read_text() for file in sorted((ROOT / "trainer/commands").glob("*.cpp"))) + diffs
+        commands = "\n".join(file.read_text() for file in sorted((ROOT / "trainer/app/commands").glob("*.cpp"))) + diffs
         self.commands = set(re.findall(r'add_subcommand\(\s*"([a-z-]+)"', commands)) | set(
             re.findall(r'\{"([a-z-]+)",', commands))
         self.tests = {}

@@ -181,7 +181,7 @@ TEST(StructureQuestions, MayBeAskedInAModule) {
   const std::string module = "const TrainableStructure& x_structure() {\n";
   EXPECT_TRUE(is_structures_own("trainer/structures/x.cpp", module));
   EXPECT_FALSE(is_structures_own("trainer/structures/structure.cpp", "std::vector<float> initial_dynamics()"));
-  EXPECT_FALSE(is_structures_own("trainer/losses/x.cpp", module));
+  EXPECT_FALSE(is_structures_own("trainer/learn/losses/x.cpp", module));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@
 #include "codegen/replay/reference_observer.h"
 #include "tests/prove/linear_plants.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/evaluation/disturbed_runs.h"
+#include "trainer/judge/evaluation/disturbed_runs.h"
 #include "trainer/plants/initial_states.h"
 
 namespace nlo::trainer {

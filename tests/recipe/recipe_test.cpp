@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/recipe/recipe.h"
+#include "trainer/choose/recipe.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "codegen/base/error.h"
+#include "trainer/choose/mode_banks.h"
+#include "trainer/choose/readout_probe.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/shipped.h"
 #include "trainer/experiments/training_sets.h"
-#include "trainer/recipe/mode_banks.h"
-#include "trainer/recipe/readout_probe.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A firmware that flies the inputs of its golden replay and logs what trainer/replay/README.md asks for. Behind
+// A firmware that flies the inputs of its golden replay and logs what trainer/app/replay/README.md asks for. Behind
 //   #define NLO_NAME rig
 //   #define NLO_SCALAR float
 //   #define NLO_HEADING "alpha,load,dt,x1_hat,x2_hat,status,in_domain"

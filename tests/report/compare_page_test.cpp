@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a run leaves in files and a report reads back: curves of its training, and its control loop.
-#include "trainer/report/pages.h"
+#include "trainer/app/report/pages.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include "codegen/base/error.h"
 #include "tests/report/html_checks.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/report/run_results.h"
+#include "trainer/app/report/run_results.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/report/gnuplot_script.h"
+#include "trainer/app/report/gnuplot_script.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 #include <tuple>
 
 #include "tests/support/scratch_directory.h"
-#include "trainer/report/gnuplot.h"
-#include "trainer/report/html.h"
-#include "trainer/report/svg_text.h"
+#include "trainer/app/report/gnuplot.h"
+#include "trainer/app/report/html.h"
+#include "trainer/app/report/svg_text.h"
 
 namespace nlo::trainer {
 namespace {

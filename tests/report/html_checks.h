@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/report/gnuplot.h"
+#include "trainer/app/report/gnuplot.h"
 
 namespace nlo::trainer {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/report/report.h"
+#include "trainer/app/report/report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest-spi.h>
@@ -13,7 +13,7 @@
 #include "tests/report/html_checks.h"
 #include "tests/report/sample_report.h"
 #include "tests/support/scratch_directory.h"
-#include "trainer/report/figures.h"
+#include "trainer/app/report/figures.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/report/run_figure.h"
+#include "trainer/app/report/run_figure.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "tests/report/sample_report.h"
-#include "trainer/report/thinning.h"
+#include "trainer/app/report/thinning.h"
 
 namespace nlo::trainer {
 namespace {

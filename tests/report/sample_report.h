@@ -8,9 +8,9 @@
 
 #include "tests/compare/plants.h"
 #include "tests/evaluation/van_der_pol_set.h"
-#include "trainer/compare/table_filter.h"
-#include "trainer/evaluation/examples.h"
-#include "trainer/report/report.h"
+#include "trainer/app/report/report.h"
+#include "trainer/judge/compare/table_filter.h"
+#include "trainer/judge/evaluation/examples.h"
 
 namespace nlo::trainer::test {
 

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "tests/support/thrown_message.h"
+#include "trainer/app/jobs/kept_training.h"
 #include "trainer/experiments/load_experiment.h"
-#include "trainer/jobs/kept_training.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/run_range.h"

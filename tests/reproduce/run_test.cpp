@@ -18,7 +18,7 @@
 #include "codegen/base/file.h"
 #include "tests/support/scratch_directory.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/jobs/kept_training.h"
+#include "trainer/app/jobs/kept_training.h"
 #include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/jobs.h"
 #include "trainer/reproduce/section.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tests/sensitivity/plain_latent.h"
-#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/gradients/sensitivity/linear_latent.h"
 
 namespace nlo::trainer {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Coefficients of a sample period, their slopes by dual numbers, and the parameters that eigenvalues have in training.
-#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/gradients/sensitivity/linear_latent.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "nlo/kkl_observer.h"
 #include "tests/sensitivity/latent_problem.h"
-#include "trainer/sensitivity/dual.h"
+#include "trainer/gradients/sensitivity/dual.h"
 
 namespace nlo::trainer {
 namespace {

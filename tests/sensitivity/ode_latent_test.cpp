@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The general route, for every structure of the registry: its gradients against finite differences and each other.
-#include "trainer/sensitivity/ode_latent.h"
+#include "trainer/gradients/sensitivity/ode_latent.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nlo/latent.h"
-#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/gradients/sensitivity/linear_latent.h"
 
 namespace nlo::trainer::testing {
 

@@ -14,8 +14,8 @@
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/structures/carried_latent.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -9,7 +9,7 @@
 #include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
-#include "trainer/training/train.h"
+#include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -9,8 +9,8 @@
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/rollout/rollout.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -10,7 +10,7 @@
 #include "codegen/export/prepared_export.h"
 #include "tests/evaluation/van_der_pol_set.h"
 #include "tests/training/testing.h"
-#include "trainer/training/train.h"
+#include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
 namespace {

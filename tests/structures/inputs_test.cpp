@@ -14,10 +14,10 @@
 #include "tests/training/testing.h"
 #include "trainer/data/log_delays.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/structures/module.h"
 #include "trainer/structures/structure.h"
 #include "trainer/structures/table.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

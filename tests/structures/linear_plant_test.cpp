@@ -11,8 +11,8 @@
 #include "codegen/base/linear_algebra.h"
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/structures/observer_gain.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -7,10 +7,10 @@
 #include "tests/support/mirrored.h"
 #include "tests/training/testing.h"
 #include "trainer/data/transient.h"
+#include "trainer/learn/training/no_progress.h"
+#include "trainer/learn/training/objective.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/structures/for_each_sample.h"
-#include "trainer/training/no_progress.h"
-#include "trainer/training/objective.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -14,9 +14,9 @@
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/plants/expression.h"
 #include "trainer/structures/prior_lanes.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -13,11 +13,11 @@
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
 #include "trainer/experiments/load_experiment.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/rollout/sampling.h"
 #include "trainer/structures/module.h"
 #include "trainer/structures/structure.h"
 #include "trainer/structures/table.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/sweep/plan.h"
+#include "trainer/app/sweep/plan.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 
 #include "codegen/base/error.h"
 #include "tests/support/thrown_message.h"
+#include "trainer/app/sweep/jobs.h"
 #include "trainer/base/printable.h"
 #include "trainer/config/toml.h"
-#include "trainer/sweep/jobs.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/sweep/results.h"
+#include "trainer/app/sweep/results.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "codegen/base/error.h"
 #include "tests/support/thrown_message.h"
-#include "trainer/report/pages.h"
-#include "trainer/report/pareto_figure.h"
-#include "trainer/sweep/search_record.h"
-#include "trainer/sweep/search_text.h"
+#include "trainer/app/report/pages.h"
+#include "trainer/app/report/pareto_figure.h"
+#include "trainer/app/sweep/search_record.h"
+#include "trainer/app/sweep/search_text.h"
 
 namespace nlo::trainer {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/sweep/search.h"
+#include "trainer/app/sweep/search.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

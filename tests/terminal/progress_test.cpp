@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/terminal/progress.h"
+#include "trainer/app/terminal/progress.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {

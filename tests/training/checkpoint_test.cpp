@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/training/checkpoint.h"
+#include "trainer/learn/training/checkpoint.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/training/left_out.h"
+#include "trainer/choose/left_out.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/training/no_progress.h"
+#include "trainer/learn/training/no_progress.h"
 #include "tests/support/mirrored.h"
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "codegen/model_file/model_file.h"
 #include "tests/training/testing.h"
+#include "trainer/learn/training/objective.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/structures/structure.h"
-#include "trainer/training/objective.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "tests/training/objective_problem.h"
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
 #include "trainer/structures/table.h"
 #include "trainer/structures/unit_settings.h"
 

@@ -8,8 +8,8 @@
 
 #include "tests/support/mirrored.h"
 #include "tests/training/testing.h"
-#include "trainer/losses/registry.h"
-#include "trainer/training/objective.h"
+#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/training/objective.h"
 
 namespace nlo::trainer::testing {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/training/readout.h"
+#include "trainer/learn/training/readout.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include "tests/evaluation/van_der_pol_set.h"
 #include "tests/training/testing.h"
 #include "trainer/base/ridge.h"
-#include "trainer/training/train.h"
+#include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
 namespace {

@@ -11,9 +11,9 @@
 #include "codegen/base/file.h"
 #include "codegen/model_file/model_file.h"
 #include "tests/training/small_trainings.h"
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/training/checkpoint.h"
 #include "trainer/structures/structure.h"
-#include "trainer/training/checkpoint.h"
 
 namespace nlo::trainer {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "tests/support/thrown_message.h"
 #include "tests/training/testing.h"
-#include "trainer/training/train.h"
+#include "trainer/learn/training/train.h"
 
 namespace nlo::trainer {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/training/train.h"
+#include "trainer/learn/training/train.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/uncertainty/calibration.h"
+#include "trainer/learn/uncertainty/calibration.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "trainer/uncertainty/deviation_likelihood.h"
+#include "trainer/learn/uncertainty/deviation_likelihood.h"
 
 #include <gtest/gtest.h>
 

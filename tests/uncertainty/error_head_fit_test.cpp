@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The error head against closed forms: a linear plant, a linear latent system and a linear T* leave an error that is
 // normal, with a covariance that a Lyapunov equation gives.
-#include "trainer/uncertainty/error_head_fit.h"
+#include "trainer/learn/uncertainty/error_head_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 
 #include "codegen/model/latent_step.h"
 #include "codegen/replay/reference_observer.h"
-#include "trainer/uncertainty/calibration.h"
+#include "trainer/learn/uncertainty/calibration.h"
 
 namespace nlo::trainer {
 namespace {

@@ -144,7 +144,7 @@ struct ForwardMapConfig {
   std::string activation = "tanh";
 };
 
-/// [loss]: the cost (9) as a weighted sum of the terms that losses/registry.h lists.
+/// [loss]: the cost (9) as a weighted sum of the terms that learn/losses/registry.h lists.
 struct LossConfig {
   std::map<std::string, double, std::less<>> weights = {{"state_error", 1.0}};  ///< by name; 0 when not named
   Reduction reduction = Reduction::kMean;
@@ -180,10 +180,10 @@ struct TrainingConfig {
   double first_segment_s = 0.0;    ///< > 0: of the first step; they grow to segment_s in the first half of the steps
   double first_share = 0.0;        ///< this share of the random segments begins at a run's first sample
   double early_s = 0.0, early_share = 0.0;  ///< this share of the samples comes from t < early_s
-  std::string optimiser = "adam";           ///< a name that optim/optimiser.h knows
+  std::string optimiser = "adam";           ///< a name that learn/optim/optimiser.h knows
   double learning_rate = 1e-3;
   double eigenvalue_learning_rate = 0.0;   ///< 0: the same as learning_rate
-  std::string schedule = "cosine";         ///< of the rates, a name that optim/optimiser.h knows
+  std::string schedule = "cosine";         ///< of the rates, a name that learn/optim/optimiser.h knows
   double decay = 0.9999;                   ///< of the exponential schedule, per step
   double gradient_clip = 0.0;              ///< > 0: a longer gradient is shortened to this
   double weight_decay = 0.0;               ///< of T*'s network weights (decoupled, as in AdamW)
@@ -204,7 +204,7 @@ struct TrainingConfig {
 };
 
 /// [validation]: trainings without some of the training logs say what of a state's estimate holds on logs that it has
-/// not seen, and choose what ships (training/left_out.h).
+/// not seen, and choose what ships (choose/left_out.h).
 struct ValidationConfig {
   std::string groups;  ///< regular expression: logs in whose names it finds the same text are left out together; empty:
                        ///< each log by itself

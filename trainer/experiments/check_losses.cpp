@@ -5,7 +5,7 @@
 #include "trainer/config/key_error.h"
 #include "trainer/experiments/checks.h"
 #include "trainer/experiments/observer_channels.h"
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/table.h"
 

@@ -5,8 +5,8 @@
 
 #include "codegen/model/activations.h"
 #include "trainer/config/value.h"
-#include "trainer/losses/registry.h"
-#include "trainer/optim/optimiser.h"
+#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/optim/optimiser.h"
 #include "trainer/structures/table.h"
 
 namespace nlo::trainer {

@@ -13,7 +13,7 @@
 namespace nlo::trainer {
 
 /// An experiment whose file may leave out the observer's eigenvalues, and with them whatever a recipe derives from the
-/// training data (recipe/recipe.h).
+/// training data (choose/recipe.h).
 struct DraftExperiment {
   Experiment experiment;  ///< passes all checks; where it is not complete, by eigenvalues that stand in until derived
   Places given;           ///< the keys that the file and --set have: what nothing derives

@@ -2,7 +2,7 @@
 #include "trainer/experiments/observer_channels.h"
 
 #include "trainer/data/log_schema.h"
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/structures/table.h"

@@ -11,7 +11,7 @@
 #include "codegen/base/error.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/experiments/mirror.h"
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/lead_in.h"
 #include "trainer/plants/loop_estimator.h"

@@ -10,9 +10,9 @@
 #include "trainer/data/evaluation_windows.h"
 #include "trainer/data/log_baselines.h"
 #include "trainer/data/log_files.h"
-#include "trainer/evaluation/text.h"
-#include "trainer/filters/constant_acceleration.h"
 #include "trainer/identify/identified_filter.h"
+#include "trainer/judge/evaluation/text.h"
+#include "trainer/judge/filters/constant_acceleration.h"
 
 namespace nlo::trainer {
 namespace {

@@ -14,7 +14,7 @@
 #include "trainer/config/identification.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/evaluation/evaluate_logs.h"
+#include "trainer/judge/evaluation/evaluate_logs.h"
 
 namespace nlo::trainer {
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "trainer/evaluation/evaluation_text.h"
-#include "trainer/evaluation/json_numbers.h"
+#include "trainer/judge/evaluation/evaluation_text.h"
+#include "trainer/judge/evaluation/json_numbers.h"
 
 namespace nlo::trainer {
 namespace {

@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "trainer/data/angle.h"
-#include "trainer/evaluation/text.h"
-#include "trainer/filters/filter_bank.h"
+#include "trainer/judge/evaluation/text.h"
+#include "trainer/judge/filters/filter_bank.h"
 #include "trainer/plants/parametric_plant.h"
 
 namespace nlo::trainer {

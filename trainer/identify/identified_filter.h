@@ -9,8 +9,8 @@
 
 #include "trainer/config/identification.h"
 #include "trainer/data/dataset.h"
-#include "trainer/filters/sigma_point_filter.h"
-#include "trainer/filters/step_cost.h"
+#include "trainer/judge/filters/sigma_point_filter.h"
+#include "trainer/judge/filters/step_cost.h"
 
 namespace nlo::trainer {
 

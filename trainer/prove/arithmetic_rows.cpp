@@ -15,7 +15,7 @@
 #include "codegen/model/domain.h"
 #include "codegen/model/flown_ranges.h"
 #include "codegen/replay/replay_run.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/prove/arithmetic_error.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/flown_map.h"

@@ -5,8 +5,8 @@
 
 #include <utility>
 
-#include "trainer/evaluation/json_numbers.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/json_numbers.h"
+#include "trainer/judge/evaluation/text.h"
 
 namespace nlo::trainer {
 namespace {

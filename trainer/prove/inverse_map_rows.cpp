@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/lipschitz.h"
 #include "trainer/prove/output_range.h"

@@ -10,7 +10,7 @@
 #include "codegen/model/latent_step.h"
 #include "codegen/structures/module.h"
 #include "trainer/base/number_text.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/reachable_latent.h"
 #include "trainer/prove/rounding.h"

@@ -13,7 +13,7 @@
 #include "trainer/base/noise.h"
 #include "trainer/base/parallel.h"
 #include "trainer/data/measurement_noise.h"
-#include "trainer/evaluation/disturbed_runs.h"
+#include "trainer/judge/evaluation/disturbed_runs.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/plant_form.h"
 #include "trainer/prove/lipschitz.h"

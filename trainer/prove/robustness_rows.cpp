@@ -6,7 +6,7 @@
 #include <string>
 
 #include "codegen/base/error.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/plants/plant_channels.h"
 #include "trainer/plants/registry.h"
 #include "trainer/prove/certificate.h"

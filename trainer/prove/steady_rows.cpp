@@ -8,7 +8,7 @@
 #include "codegen/base/error.h"
 #include "trainer/base/number_text.h"
 #include "trainer/config/experiment.h"
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/plants/registry.h"
 #include "trainer/prove/certificate.h"
 #include "trainer/prove/forward_spline.h"

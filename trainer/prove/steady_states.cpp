@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "codegen/replay/reference_observer.h"
-#include "trainer/evaluation/disturbed_runs.h"
+#include "trainer/judge/evaluation/disturbed_runs.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/prove/latent_memory.h"
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "trainer/evaluation/text.h"
-#include "trainer/report/html.h"
+#include "trainer/app/report/html.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/reproduce/csv.h"
 #include "trainer/reproduce/section.h"
 

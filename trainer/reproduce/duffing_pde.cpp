@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/reproduce/analyses.h"
 #include "trainer/reproduce/trajectories.h"
 

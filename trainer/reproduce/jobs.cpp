@@ -9,16 +9,16 @@
 #include <utility>
 
 #include "codegen/base/error.h"
+#include "trainer/app/jobs/kept_training.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/observer_channels.h"
 #include "trainer/experiments/training_sets.h"
-#include "trainer/jobs/kept_training.h"
-#include "trainer/losses/registry.h"
+#include "trainer/learn/losses/registry.h"
+#include "trainer/learn/training/provenance.h"
+#include "trainer/learn/training/train.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/structures/table.h"
-#include "trainer/training/provenance.h"
-#include "trainer/training/train.h"
 
 namespace nlo::trainer::reproduction {
 namespace {

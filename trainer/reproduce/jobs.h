@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
+#include "trainer/app/jobs/run_jobs.h"
 #include "trainer/config/experiment.h"
 #include "trainer/experiments/shipped.h"
-#include "trainer/jobs/run_jobs.h"
 #include "trainer/reproduce/registry.h"
 
 namespace nlo::trainer::reproduction {

@@ -11,7 +11,7 @@
 #include "codegen/export/cpp_cost.h"
 #include "trainer/data/log_dataset.h"
 #include "trainer/data/log_schema.h"
-#include "trainer/evaluation/evaluate_logs.h"
+#include "trainer/judge/evaluation/evaluate_logs.h"
 #include "trainer/reproduce/analyses.h"
 #include "trainer/reproduce/exam_table.h"
 

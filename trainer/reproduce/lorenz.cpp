@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "codegen/export/cpp_cost.h"
-#include "trainer/compare/compared_runs.h"
-#include "trainer/compare/table_filter.h"
 #include "trainer/data/measurement_noise.h"
 #include "trainer/data/static_ridge.h"
-#include "trainer/evaluation/evaluate.h"
+#include "trainer/judge/compare/compared_runs.h"
+#include "trainer/judge/compare/table_filter.h"
+#include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/plants/initial_states.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"

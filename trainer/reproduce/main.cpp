@@ -7,16 +7,16 @@
 #include <memory>
 #include <string>
 
+#include "trainer/app/commands/command.h"
+#include "trainer/app/commands/directory_lock.h"
+#include "trainer/app/commands/output_directory.h"
+#include "trainer/app/commands/program.h"
+#include "trainer/app/jobs/run_jobs.h"
+#include "trainer/app/terminal/status_line.h"
 #include "trainer/base/printable.h"
 #include "trainer/base/version.h"
-#include "trainer/commands/command.h"
-#include "trainer/commands/directory_lock.h"
-#include "trainer/commands/output_directory.h"
-#include "trainer/commands/program.h"
-#include "trainer/jobs/run_jobs.h"
 #include "trainer/reproduce/page.h"
 #include "trainer/reproduce/run.h"
-#include "trainer/terminal/status_line.h"
 
 namespace nlo::trainer {
 namespace {

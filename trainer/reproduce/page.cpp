@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <limits>
 
-#include "trainer/evaluation/text.h"
-#include "trainer/report/html.h"
+#include "trainer/app/report/html.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/reproduce/trajectories.h"
 
 namespace nlo::trainer::reproduction {

@@ -16,7 +16,7 @@
 #include "trainer/base/noise.h"
 #include "trainer/config/experiment.h"
 #include "trainer/data/dataset.h"
-#include "trainer/evaluation/metrics.h"
+#include "trainer/judge/evaluation/metrics.h"
 #include "trainer/plants/excitation.h"
 #include "trainer/plants/plant.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/jobs/run_jobs.h"
+#include "trainer/app/jobs/run_jobs.h"
 #include "trainer/reproduce/registry.h"
 #include "trainer/reproduce/section.h"
 #include "trainer/reproduce/workbench.h"

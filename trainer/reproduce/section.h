@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/report/gnuplot.h"
+#include "trainer/app/report/gnuplot.h"
 #include "trainer/reproduce/contest.h"
 #include "trainer/reproduce/exam_table.h"
 

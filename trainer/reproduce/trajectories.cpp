@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "trainer/evaluation/text.h"
+#include "trainer/judge/evaluation/text.h"
 #include "trainer/reproduce/csv.h"
 
 namespace nlo::trainer::reproduction {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "trainer/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/reproduce/section.h"
 #include "trainer/reproduce/workbench.h"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "trainer/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluate.h"
 #include "trainer/plants/registry.h"
 #include "trainer/plants/simulate.h"
 #include "trainer/reproduce/paper_noise.h"

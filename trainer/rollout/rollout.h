@@ -9,8 +9,8 @@
 #include "trainer/base/noise.h"
 #include "trainer/base/parallel.h"
 #include "trainer/base/random.h"
+#include "trainer/gradients/sensitivity/latent_dynamics.h"
 #include "trainer/rollout/training_data.h"
-#include "trainer/sensitivity/latent_dynamics.h"
 
 namespace nlo::trainer {
 

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "trainer/sensitivity/latent_dynamics.h"
+#include "trainer/gradients/sensitivity/latent_dynamics.h"
 
 namespace nlo::trainer {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "nlo/gate.h"
-#include "trainer/nn/block_activation.h"
-#include "trainer/nn/block_products.h"
+#include "trainer/gradients/nn/block_activation.h"
+#include "trainer/gradients/nn/block_products.h"
 
 namespace nlo::trainer {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "trainer/base/aligned_vector.h"
-#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/gradients/sensitivity/linear_latent.h"
 #include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {

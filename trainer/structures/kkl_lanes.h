@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The KKL latent system (16), z' = D z + F y, by the general route: what the paper trains by, and what the filter of
-// sensitivity/linear_latent.h is tested against. theta: parameters of the eigenvalues, as there.
+// gradients/sensitivity/linear_latent.h is tested against. theta: parameters of the eigenvalues, as there.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/sensitivity/ode_dynamics.h"
+#include "trainer/gradients/sensitivity/ode_dynamics.h"
 
 namespace nlo::trainer {
 

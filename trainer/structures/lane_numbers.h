@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "codegen/model/expression_values.h"
-#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/gradients/sensitivity/linear_latent.h"
 
 namespace nlo::trainer {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "trainer/config/experiment.h"
-#include "trainer/sensitivity/latent_dynamics.h"
+#include "trainer/gradients/sensitivity/latent_dynamics.h"
 #include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {

@@ -53,7 +53,7 @@ class TrainableStructure {
   virtual bool reads_inputs() const { return !flies_inputs(); }    ///< beside the outputs, where they are known
   virtual bool follows_unwrapped_angles() const { return false; }  ///< z - y never sees a turn of y
 
-  // What nlo train --auto tries (sweep/search.h).
+  // What nlo train --auto tries (app/sweep/search.h).
 
   /// Turns an experiment of another structure into one of this, with settings that suit it; the sections that all
   /// structures share stay as far as they can. False where the structure wants to know what only a user can say.

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "trainer/nn/network_block.h"
-#include "trainer/sensitivity/ode_dynamics.h"
+#include "trainer/gradients/nn/network_block.h"
+#include "trainer/gradients/sensitivity/ode_dynamics.h"
 #include "trainer/structures/observer_structure.h"
 
 namespace nlo::trainer {

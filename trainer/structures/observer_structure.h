@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "trainer/base/by_type.h"
-#include "trainer/nn/network.h"
-#include "trainer/sensitivity/linear_latent.h"
+#include "trainer/gradients/nn/network.h"
+#include "trainer/gradients/sensitivity/linear_latent.h"
 
 namespace nlo::trainer {
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "trainer/nn/block_products.h"
+#include "trainer/gradients/nn/block_products.h"
 #include "trainer/structures/lane_numbers.h"
 
 namespace nlo::trainer {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "trainer/sensitivity/latent_dynamics.h"
+#include "trainer/gradients/sensitivity/latent_dynamics.h"
 #include "trainer/structures/gated_units.h"
 
 namespace nlo::trainer {

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/app/commands/experiment_templates.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "trainer/base/number_text.h"
+#include "trainer/config/value.h"
+#include "trainer/judge/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr const char* kPlant =
+    R"toml(# An experiment with a plant by equations: what moves, what is measured, and where runs start. Replace the pendulum by
+# your plant. Lines that begin with "# " and a key are examples of what else there may be.
+#   nlo train {file}                trains an observer on simulated runs and says how good it is
+#   nlo simulate {file} -o run.csv  a run to look at
+#   nlo train --help-config         every key with its default
+# What is not said here (eigenvalues, network, length of the training) follows from the plant and its noise.
+name = "{name}"
+
+[plant]
+states = ["angle", "rate"]        # what the equations move
+state_units = ["rad", "rad/s"]    # for reports
+# dx/dt, an expression for each state:
+derivative = ["rate", "-g / l * sin(angle) - damping * rate"]
+output_names = ["angle_sensor"]   # what is measured,
+outputs = ["angle"]               # an expression for each sensor
+output_units = ["rad"]
+parameters = { g = 9.81, l = 0.5, damping = 0.4 }
+# A parameter that you know within a range is drawn for each run: l = [0.45, 0.55].
+# Which states are estimated, where not all are:
+# estimated = ["rate"]
+# What a controller does, known to the observer; then derivative says how it acts: "... + torque / (l * l)".
+# inputs = ["torque"]
+# input_units = ["N m/kg"]
+
+[simulation]
+horizon_s = 10.0                  # of a run: longer than it takes to forget how it began
+sample_period_s = 0.02            # how often the observer is stepped in flight
+trajectories = 100                # training runs, each from a state drawn from this box:
+initial_low = [-1.0, -2.0]
+initial_high = [1.0, 2.0]
+# White noise on dx/dt, a standard deviation per sqrt(s) for each state: what your equations do not know.
+# process_noise = [0.0, 0.05]
+
+[training]
+noise = "gaussian:0.02"           # of the sensors: standard deviation in their unit; a list has one for each
+
+# With inputs: what they do in the runs, drawn for each.
+# [excitation]
+# kinds = ["steps", "multisine", "constant"]
+# low = [-1.0]
+# high = [1.0]
+
+# A plant that is unstable without its controller: the loop it runs in.
+# [feedback]
+# law = ["-4 * rate + r_torque"]
+# actuator_low = [-5.0]
+# actuator_high = [5.0]
+)toml";
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
+    text.replace(at, what.size(), by);
+  return text;
+}
+
+/// A line of a comment: whatever a file's heading holds stays within it.
+std::string one_line(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text;
+}
+
+std::string key_line(const std::string& key, const std::string& value, const std::string& comment = "") {
+  const std::string line = fmt::format("{} = {}", key, value);
+  return comment.empty() ? line + "\n" : fmt::format("{:<30}  # {}\n", line, one_line(comment));
+}
+
+std::string turn_text(double wrap) {
+  return std::abs(wrap - 2.0 * std::numbers::pi) < 1e-12 ? "\"2pi\"" : shortest_text(wrap);
+}
+
+std::string range_text(const GuessedColumn& column) {
+  if (column.low > column.high) return "";
+  return fmt::format("{} to {}{}{}", significant(column.low), significant(column.high), column.unit.empty() ? "" : " ",
+                     column.unit);
+}
+
+/// `must_choose`: without a choice there is nothing to train.
+std::string column_text(const GuessedColumn& column, bool must_choose) {
+  std::string text = "\n[[log.columns]]\n" + key_line("name", show_value(column.name), range_text(column));
+  if (!column.heading.empty() && column.heading != column.name) text += key_line("column", show_value(column.heading));
+  if (!column.is_decided)
+    text += fmt::format(
+        "# {} its role: \"output\" (a sensor gives it in flight), \"input\" (a controller commands or knows it), "
+        "\"state\"\n"
+        "# (the truth that is to be estimated: only this log has it), or \"ignored\".\n",
+        must_choose ? kChoose : "CHECK");
+  const bool is_open = !column.is_decided && must_choose;
+  text += key_line("role", show_value(is_open ? std::string(kChoose) : std::string(to_name(column.role))), column.why);
+  if (!column.unit.empty()) text += key_line("unit", show_value(column.unit));
+  if (!column.derivative_of.empty()) text += key_line("derivative_of", show_value(column.derivative_of));
+  if (column.wrap == 0.0 || column.role == ColumnRole::kIgnored) return text;
+  text += key_line("wrap", turn_text(column.wrap), "it jumps by a full turn");
+  if (column.role != ColumnRole::kInput)
+    text += key_line("encoding", "\"sincos\"", "an angle without jumps: sine and cosine");
+  return text;
+}
+
+std::string clock_lines(const GuessedClock& clock) {
+  if (clock.heading.empty())
+    return clock.period_s > 0.0
+               ? key_line("sample_period_s", shortest_text(clock.period_s), "between rows: no column is a time")
+               : key_line("sample_period_s", show_value(std::string(kChoose)),
+                          "no column is a time: how many seconds are rows apart?");
+  return fmt::format("# The period between samples follows from the stamps: {} s, {}; {} s in all.\n",
+                     significant(clock.period_s), evenness_text(clock), significant(clock.duration_s));
+}
+
+std::string filter_text(const GuessedLog& log) {
+  const bool derived =
+      std::ranges::any_of(log.columns, [](const GuessedColumn& c) { return !c.derivative_of.empty(); });
+  constexpr double kUsual_hz = 25.0, kShare = 0.2;  // of the rate of samples
+  if (!derived || log.clock.period_s == 0.0 || kShare / log.clock.period_s >= kUsual_hz) return "";
+  return "\n[log.velocity_filter]\n" + key_line("cutoff_hz", significant(kShare / log.clock.period_s, 2),
+                                                "of the rates that are computed from the log");
+}
+
+}  // namespace
+
+std::string files_text(std::size_t count) {
+  return count == 0 ? "no file" : fmt::format("{} file{}", count, count == 1 ? "" : "s");
+}
+
+std::string evenness_text(const GuessedClock& clock) {
+  constexpr double kEven = 0.1;  // as the loader of logs has it
+  return clock.deviation <= kEven ? "even" : fmt::format("uneven by up to {} periods", significant(clock.deviation, 2));
+}
+
+std::string plant_template(const std::string& name, const std::string& file) {
+  return replaced(replaced(kPlant, "{name}", name), "{file}", one_line(file));
+}
+
+std::string log_template(const GuessedLog& log, const std::string& name, const std::string& command,
+                         const std::string& train) {
+  std::string text = fmt::format(
+      "# Written by: {}\n# Guessed from headings and numbers; why stands behind each role. Look for CHECK and CHOOSE, "
+      "then:\n"
+      "#   {}\n# What is not said here (eigenvalues, network, length of the training) follows from the logs; every key "
+      "with its\n"
+      "# default: nlo train --help-config\nname = \"{}\"\n\n[log]\n",
+      one_line(command), one_line(train), name);
+  text += clock_lines(log.clock);
+  if (log.format.separator != ',')
+    text += key_line("separator", show_value(std::string(log.format.separator == '\t'  ? "tab"
+                                                         : log.format.separator == ' ' ? "space"
+                                                                                       : ";")));
+  if (log.format.decimal != '.') text += key_line("decimal", show_value(std::string(1, log.format.decimal)));
+  text += key_line("train_files", show_value(log.train));
+  if (log.validation.empty())
+    text +=
+        "# Another log, of another run, would choose the model: validation_files = [\"...\"]; and one more would judge "
+        "it:\n"
+        "# test_files = [\"...\"].\n";
+  else
+    text += key_line("validation_files", show_value(log.validation), "chooses the model");
+  if (!log.test.empty()) text += key_line("test_files", show_value(log.test), "judges it");
+  for (const std::string& note : log.notes) text += fmt::format("# note: {}\n", one_line(note));
+  text += filter_text(log);
+  if (!log.clock.heading.empty()) {
+    text += "\n[[log.columns]]\n" + key_line("name", "\"time\"");
+    if (log.clock.heading != "time") text += key_line("column", show_value(log.clock.heading));
+    text += key_line("role", "\"time\"", log.clock.why) + key_line("unit", show_value(log.clock.unit));
+  }
+  const bool must_choose = log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0;
+  for (const GuessedColumn& column : log.columns)
+    if (column.role != ColumnRole::kIgnored || !column.is_decided) text += column_text(column, must_choose);
+  std::string ignored;
+  for (const GuessedColumn& column : log.columns)
+    if (column.role == ColumnRole::kIgnored && column.is_decided)
+      ignored += fmt::format("#   {}: {}\n", one_line(column.heading), one_line(column.why));
+  return ignored.empty() ? text : text + "\n# Not read:\n" + ignored;
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+// nlo identify: the parameters of a plant by expressions from logs, with standard errors, and what filters that know
+// the plant so found make of the test logs.
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "codegen/base/file.h"
+#include "trainer/app/commands/command.h"
+#include "trainer/app/commands/options.h"
+#include "trainer/app/commands/output_directory.h"
+#include "trainer/app/commands/patient_progress.h"
+#include "trainer/app/jobs/run_jobs.h"
+#include "trainer/base/nearest_name.h"
+#include "trainer/base/parallel.h"
+#include "trainer/base/printable.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/experiments/load_identification.h"
+#include "trainer/identify/identification_text.h"
+#include "trainer/judge/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+struct IdentifyArguments {
+  std::string experiment, data, output;
+  std::vector<std::string> overrides;
+  int threads = -1;
+  bool no_filters = false, json = false, force = false, help_config = false;
+};
+
+constexpr const char* kResultFile = "identified.json";
+
+/// A file, or the name of one that the program carries.
+Identification read_argument(const IdentifyArguments& arguments) {
+  std::vector<std::string> overrides = arguments.overrides;
+  if (arguments.threads >= 0) overrides.push_back(fmt::format("threads={}", arguments.threads));
+  std::error_code ignored;
+  if (std::filesystem::exists(arguments.experiment, ignored) &&
+      !std::filesystem::is_directory(arguments.experiment, ignored))
+    return read_identification(arguments.experiment, overrides);
+  std::vector<std::string> names;
+  for (const ShippedExperiment& shipped : shipped_identifications()) {
+    if (shipped.name == arguments.experiment)
+      return parse_identification(shipped.text, arguments.experiment + ".toml", overrides);
+    names.emplace_back(shipped.name);
+  }
+  const std::string nearest = nearest_name(arguments.experiment, names);
+  throw codegen::Error(fmt::format("{}: no such file, and no identification of that name; {}", arguments.experiment,
+                                   nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
+                                                   : fmt::format("did you mean \"{}\"?", nearest)));
+}
+
+/// Refuses to replace what this identification has not written itself.
+void check_result_file(const std::string& file, const std::string& name, bool force) {
+  std::error_code ignored;
+  if (force || !std::filesystem::exists(file, ignored)) return;
+  const auto found = nlohmann::json::parse(codegen::read_file(file), nullptr, false);
+  const std::string owner = found.is_object() ? found.value("identification", "") : "";
+  if (owner == name) return;
+  throw codegen::Error(fmt::format(
+      "{}: {}; choose another directory with -o DIR, or replace it with --force", file,
+      owner.empty() ? "is not a result of an identification" : "holds the result of another identification, " + owner));
+}
+
+void run_identify(const IdentifyArguments& arguments) {
+  const Identification identification = read_argument(arguments);
+  const std::string directory = arguments.output.empty() ? "runs/" + identification.name : arguments.output;
+  const std::string file = directory + "/" + kResultFile;
+  check_output_directory({directory, false, true}, identification.name);
+  check_result_file(file, identification.name, arguments.force);
+
+  const LogSchema schema = resolve_columns(identification.log);
+  LogSplits splits = load_log_splits(identification.log, arguments.data);
+  const std::atomic<bool>& stop = stop_on_interrupt();
+  ThreadPool pool(identification.threads);
+  PatientProgress progress;
+  const IdentificationResult result = run_phase([&] {
+    return identify(identification, splits.train, splits.test, pool, &stop, [&](int iteration, double deviation) {
+      progress.update(static_cast<double>(iteration) / identification.identify.iterations,
+                      fmt::format("iteration {}: residuals {} deviations", iteration, significant(deviation)));
+    });
+  });
+  std::optional<FilterStudy> study;
+  if (!arguments.no_filters && !result.stopped)
+    study = run_phase([&] {
+      return study_filters(identification, result.values, splits, schema, pool, &stop,
+                           [&](double share, const std::string& what) { progress.update(share, what); });
+    });
+  progress.finish();
+
+  const std::string json = identification_json(identification.name, result, study ? &*study : nullptr);
+  run_phase([&] {
+    make_output_directory(directory);
+    codegen::write_file_atomically(file, json);
+  });
+  if (arguments.json) {
+    fmt::print("{}", json);
+  } else {
+    fmt::print("{}", printable(fmt::format("{}: {}", identification.name, to_text(result))));
+    if (study) fmt::print("\n{}", printable(to_text(*study)));
+    fmt::print("\nwritten: {}\n", file);
+  }
+  if (stop.load()) throw RunFailure("interrupted: the parameters are the best so far; run again for all of it");
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<IdentifyArguments>();
+  CLI::App* command = app.add_subcommand(
+      "identify", "Find a plant's parameters from logs, with standard errors, and judge EKF and UKF that know it");
+  Options options(*command);
+  options.value("IDENTIFICATION", arguments->experiment,
+                "file with [plant], [log] and [identify], or the name of a shipped one");
+  options.directory("--data", arguments->data, "directory of the logs that [log] names");
+  options.directory("-o,--output", arguments->output, "directory for identified.json (default: runs/NAME)");
+  options.changes(arguments->overrides);
+  options.value("--threads", arguments->threads, "0: all cores; does not change the result")
+      ->check(CLI::Range(0, 1024));
+  options.flag("--no-filters", arguments->no_filters, "parameters alone");
+  options.flag("--json", arguments->json, "print identified.json instead of tables");
+  options.flag("--force", arguments->force, "replace what another identification left in the directory");
+  options.flag("--help-config", arguments->help_config, "list the keys of [identify] with their defaults and stop");
+  std::string names;
+  for (const ShippedExperiment& shipped : shipped_identifications())
+    names += (names.empty() ? "" : ", ") + std::string(shipped.name);
+  command->footer(fmt::format(
+      "Segments of the training logs are simulated, each from an initial state of its own; Levenberg and Marquardt's\n"
+      "method fits the parameters to all of them. Standard errors: s^2 (J'J)^-1, and by segments, which allows for\n"
+      "residuals that are correlated within one. Then EKF and UKF of the plant so found, their Q, R and P0 tuned on "
+      "the\n"
+      "validation logs (the training logs where there are none), a Kalman filter with constant acceleration, and what\n"
+      "needs no plant estimate the test logs. For an angle that no output measures and that may start anywhere,\n"
+      "filters start all around, weighed by their innovations. Operations and functions (sin, tanh, powers, square\n"
+      "roots) per step are counted: the expressions as written at 2 n_x + 1 points by RK4, and the filter's matrices.\n"
+      "Shipped: {}.\n"
+      "Examples:\n"
+      "  nlo identify qube --data logs\n"
+      "  nlo identify mine.toml --data logs --set identify.segment_s=0.5 --no-filters",
+      names));
+  command->callback([arguments, &action] {
+    if (!arguments->help_config && arguments->experiment.empty()) throw CLI::RequiredError("IDENTIFICATION");
+    action = [arguments] {
+      if (arguments->help_config) return fmt::print("{}", describe_identify_keys());
+      run_identify(*arguments);
+    };
+  });
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// What an observer costs as a C++ header in float.
+#pragma once
+
+#include "codegen/model/model.h"
+#include "trainer/app/sweep/results.h"
+
+namespace nlo::trainer {
+
+JobCost model_cost(const codegen::Model& model);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+// nlo new: an experiment file with comments, to begin from: of a plant by equations, or of logs as they are.
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "codegen/base/identifier.h"
+#include "trainer/app/commands/command.h"
+#include "trainer/app/commands/experiment_templates.h"
+#include "trainer/app/commands/options.h"
+#include "trainer/app/commands/output_directory.h"
+#include "trainer/base/number_text.h"
+#include "trainer/base/printable.h"
+#include "trainer/data/guess/log_guess.h"
+#include "trainer/data/log_dataset.h"
+#include "trainer/data/product_search.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/judge/evaluation/text.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NewArguments {
+  std::string kind, output;
+  std::vector<std::string> files;
+  LogHints hints;
+  bool force = false;
+};
+
+/// What the experiment is called: its file, as an identifier.
+std::string name_of(const std::string& output) {
+  if (is_stdout(output)) return "my_experiment";
+  std::string name = fs::path(output).stem().string();
+  for (char& c : name)
+    if (!(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9')) c = '_';
+  return codegen::is_identifier(name) ? name : "my_experiment";
+}
+
+/// A folder stands for all logs in it.
+std::vector<std::string> log_patterns(const std::vector<std::string>& files) {
+  std::vector<std::string> patterns;
+  std::error_code ignored;
+  for (const std::string& file : files)
+    patterns.push_back(fs::is_directory(file, ignored) ? (fs::path(file) / "*.csv").string() : file);
+  return patterns;
+}
+
+std::string log_command(const NewArguments& arguments) {
+  std::string command = "nlo new log";
+  for (const std::string& file : arguments.files) command += " " + shell_word(file);
+  if (arguments.output != "log.toml") command += " -o " + shell_word(arguments.output);
+  return command;
+}
+
+/// What was guessed, column by column.
+std::string table_of(const GuessedLog& log) {
+  Table table{{"column", "role", "unit", "from", "to"}};
+  std::vector<std::string> why;
+  for (const GuessedColumn& column : log.columns) {
+    const bool has_numbers = column.low <= column.high;
+    table.add_row({column.heading.empty() ? column.name : column.heading,
+                   column.is_decided ? std::string(to_name(column.role)) : "?", column.unit.empty() ? "-" : column.unit,
+                   has_numbers ? significant(column.low) : "-", has_numbers ? significant(column.high) : "-"});
+    why.push_back(column.why);
+  }
+  std::string text = table.to_text(2);
+  // The reasons stand behind their rows: a heading, a rule, then a line for each column.
+  constexpr std::size_t kAboveRows = 2;
+  std::string result;
+  std::size_t line = 0;
+  for (std::size_t from = 0; from < text.size(); ++line) {
+    const std::size_t end = text.find('\n', from);
+    result += text.substr(from, end - from);
+    if (line >= kAboveRows && line - kAboveRows < why.size()) result += "  " + why[line - kAboveRows];
+    result += '\n';
+    from = end + 1;
+  }
+  return result;
+}
+
+std::string clock_text(const GuessedClock& clock) {
+  if (clock.period_s == 0.0) return "no column is a time: say how far rows are apart, --period SECONDS\n";
+  if (clock.heading.empty())
+    return fmt::format("no column is a time: rows are {} s apart\n", shortest_text(clock.period_s));
+  return fmt::format("time: \"{}\" in {} ({}); a row each {} s, {}\n", clock.heading, clock.unit, clock.why,
+                     significant(clock.period_s), evenness_text(clock));
+}
+
+/// What products of channels say on the training logs, where the roles that were guessed can be read.
+std::vector<FoundProduct> products_of(const std::string& text, const GuessedLog& log) {
+  if (!log.undecided().empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0) return {};
+  try {
+    const Experiment experiment = parse_draft(text, "").experiment;
+    return find_products(load_logs(*experiment.log, log.directory, log.train));
+  } catch (const codegen::Error&) {  // nlo train says it better, of the file that is written
+    return {};
+  }
+}
+
+std::string gain_text(const FoundProduct& product) {
+  return fmt::format("the error of a ridge on logs that it was not fitted on falls by {:.0f} %", 100.0 * product.gain);
+}
+
+std::string product_text(const FoundProduct& product) {
+  return fmt::format(
+      "\n[[log.columns]]\nname = \"{}\"\nrole = \"output\"\nexpression = \"{}\"  # flight computes it: {}\n",
+      product.name, product.expression, gain_text(product));
+}
+
+void run_new_log(const NewArguments& arguments) {
+  if (arguments.files.empty())
+    throw codegen::Error("nlo new log: name the logs it is to look at: nlo new log run1.csv run2.csv, or their folder");
+  const GuessedLog log = guess_log(log_patterns(arguments.files), arguments.hints);
+  const std::string command = log_command(arguments),
+                    train = fmt::format("nlo train {} --data {}", shell_word(arguments.output),
+                                        log.directory.empty() ? "." : shell_word(log.directory));
+  std::string text = log_template(log, name_of(arguments.output), command, train);
+  const std::vector<FoundProduct> products = products_of(text, log);
+  for (const FoundProduct& product : products) text += product_text(product);
+  run_phase([&] { write_output_file(arguments.output, text); });
+  if (is_stdout(arguments.output)) return;
+  std::string said = clock_text(log.clock) + "\n" + table_of(log) + "\n";
+  said += fmt::format("{} rows; {} train, {} validate, {} test\n", log.rows, files_text(log.train.size()),
+                      files_text(log.validation.size()), files_text(log.test.size()));
+  for (const std::string& note : log.notes) said += fmt::format("note: {}\n", note);
+  for (const FoundProduct& product : products)
+    said += fmt::format("{} is computed and read too: {}\n", product.expression, gain_text(product));
+  const std::vector<std::string> undecided = log.undecided();
+  if (!undecided.empty() || log.count(ColumnRole::kOutput) == 0 || log.count(ColumnRole::kState) == 0)
+    said += fmt::format(
+        "\nNumbers do not tell which columns a sensor gives in flight and which are a truth that only a log has. Set "
+        "the\n"
+        "roles in {}, or say it:\n  {} --force --outputs A,B --inputs C --states D,E\n",
+        arguments.output, command);
+  said += fmt::format("\nwritten  {}; look at what it guessed, then:\n  {}\n", arguments.output, train);
+  fmt::print("{}", printable(said));
+}
+
+void run_new(NewArguments arguments) {
+  const bool is_log = arguments.kind == "log";
+  if (!is_log && (!arguments.files.empty() || !arguments.hints.states.empty() || !arguments.hints.outputs.empty() ||
+                  !arguments.hints.inputs.empty() || arguments.hints.period_s > 0.0))
+    throw codegen::Error(
+        "nlo new plant: takes no logs and says nothing of columns; for logs write nlo new log FILE.csv");
+  if (arguments.output.empty()) arguments.output = is_log ? "log.toml" : "plant.toml";
+  check_output_file(arguments.output);
+  std::error_code ignored;
+  if (!is_stdout(arguments.output) && !arguments.force && fs::exists(arguments.output, ignored))
+    throw codegen::Error(fmt::format("{}: is there already; write another one with -o FILE, or replace it with --force",
+                                     arguments.output));
+  if (is_log) return run_new_log(arguments);
+  run_phase([&] { write_output_file(arguments.output, plant_template(name_of(arguments.output), arguments.output)); });
+  if (!is_stdout(arguments.output))
+    fmt::print("written  {0}: a pendulum, to be replaced by your plant; it trains as it is:\n  nlo train {1}\n",
+               arguments.output, shell_word(arguments.output));
+}
+
+}  // namespace
+
+void add_new(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<NewArguments>();
+  CLI::App* command = app.add_subcommand("new", "Write an experiment file to begin from, of a plant or of logs");
+  Options options(*command);
+  options.value("KIND", arguments->kind, "plant: a template of equations; log: from what stands in the FILES")
+      ->required()
+      ->check(CLI::IsMember({"plant", "log"}));
+  options.value("FILES", arguments->files, "log: CSV files of one rig, or their folder");
+  options.value("-o,--output", arguments->output, "file to write (plant.toml, log.toml); - for stdout");
+  options.list("--outputs", arguments->hints.outputs, "log: columns that sensors give in flight", "COLUMN,...");
+  options.list("--inputs", arguments->hints.inputs, "log: columns that a controller commands or knows in flight",
+               "COLUMN,...");
+  options.list("--states", arguments->hints.states, "log: columns of the truth, which is to be estimated",
+               "COLUMN,...");
+  options
+      .value("--period", arguments->hints.period_s, "log: seconds between rows, where no column is a time", "SECONDS")
+      ->check(CLI::PositiveNumber);
+  options.flag("--force", arguments->force, "replace the file");
+  command->footer(
+      "Roles, units, wraps of angles, the clock, separators and a split into training, validation and test are "
+      "guessed\n"
+      "from headings and numbers; each guess says why, on stdout and in the file.\n"
+      "Examples:\n"
+      "  nlo new plant -o pendulum.toml\n"
+      "  nlo new log logs/run*.csv -o rig.toml\n"
+      "  nlo new log logs --outputs gyro,acc --inputs motor --states angle,rate -o rig.toml");
+  command->callback([arguments, &action] { action = [arguments] { run_new(*arguments); }; });
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// The options of a command, a statement for each: its name, what it sets, what it means. Those that several commands
+// have are said here once.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "trainer/app/commands/experiment_argument.h"
+
+namespace nlo::trainer {
+
+/// Checks of options, for CLI11: empty when the text is fine, else what it must be. CLI11's own let -1 wrap round to a
+/// big unsigned number, and NaN through every range.
+std::string check_seed(const std::string& text);
+std::string check_scale(const std::string& text);
+std::string check_minutes(const std::string& text);
+
+class Options {
+ public:
+  explicit Options(CLI::App& command) : command_(command) {}
+
+  CLI::Option* flag(const std::string& name, bool& to, const std::string& meaning) {
+    return command_.add_flag(name, to, meaning);
+  }
+
+  /// `type`: what the help calls the value, where the C++ type does not say it.
+  template <class T>
+  CLI::Option* value(const std::string& name, T& to, const std::string& meaning, const std::string& type = "") {
+    CLI::Option* option = command_.add_option(name, to, meaning);
+    return type.empty() ? option : option->type_name(type);
+  }
+
+  /// One whose help shows its default.
+  template <class T>
+  CLI::Option* shown(const std::string& name, T& to, const std::string& meaning, const std::string& type = "") {
+    return value(name, to, meaning, type)->capture_default_str();
+  }
+
+  /// A number from `low` to `high`, with its default.
+  template <class T>
+  CLI::Option* number(const std::string& name, T& to, T low, T high, const std::string& meaning) {
+    return shown(name, to, meaning)->check(CLI::Range(low, high));
+  }
+
+  /// May be given several times, a value each.
+  template <class T>
+  CLI::Option* repeated(const std::string& name, std::vector<T>& to, const std::string& meaning,
+                        const std::string& type = "") {
+    return value(name, to, meaning, type)->allow_extra_args(false);
+  }
+
+  /// Values with commas between.
+  template <class T>
+  CLI::Option* list(const std::string& name, std::vector<T>& to, const std::string& meaning,
+                    const std::string& type = "") {
+    return repeated(name, to, meaning, type)->delimiter(',');
+  }
+
+  template <class Seed>
+  CLI::Option* seed(Seed& to, const std::string& meaning) {
+    return shown("--seed", to, meaning)->check(check_seed);
+  }
+  CLI::Option* threads(int& to, const std::string& meaning = kThreads) {
+    return number("--threads", to, 0, 1024, meaning);
+  }
+  CLI::Option* changes(std::vector<std::string>& to, const std::string& meaning = kSet) {
+    return repeated("--set", to, meaning, "KEY=VALUE");
+  }
+  CLI::Option* directory(const std::string& name, std::string& to, const std::string& meaning) {
+    return value(name, to, meaning, "DIR");
+  }
+
+  /// --set, --seed and --threads in place of what an experiment says.
+  void experiment(ExperimentArgument& to);
+
+ private:
+  static constexpr const char* kThreads = "0: all cores; does not change the result";
+  static constexpr const char* kSet = "SECTION.KEY=VALUE instead of what the file says; may be repeated";
+
+  CLI::App& command_;
+};
+
+}  // namespace nlo::trainer

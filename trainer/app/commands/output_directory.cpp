@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/app/commands/output_directory.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "codegen/model_file/model_file.h"
+#include "trainer/learn/training/checkpoint.h"
+
+namespace nlo::trainer {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The directory itself, or the nearest one above it that exists: where it would be made.
+fs::path nearest_existing(fs::path path) {
+  std::error_code ignored;
+  path = fs::absolute(path, ignored);
+  while (path.has_relative_path() && !fs::exists(fs::symlink_status(path, ignored))) path = path.parent_path();
+  return path;
+}
+
+bool writable(const fs::path& path) {
+  return ::access(path.c_str(), W_OK | X_OK) == 0;
+}
+
+/// Whose model stands there; a file that is none is nobody's.
+std::string owner_of(const std::string& model) {
+  try {
+    return codegen::read_model(model).name;
+  } catch (const codegen::Error&) {
+    return "";
+  }
+}
+
+}  // namespace
+
+void check_output_directory(const OutputDirectory& directory, const std::string& experiment_name) {
+  if (is_stdout(directory.path))
+    throw codegen::Error(
+        "-o -: this command writes a folder of files, and stdout is one; name a folder: -o DIR (./- for one of that "
+        "name)");
+  const fs::path existing = nearest_existing(directory.path);
+  std::error_code ignored;
+  if (!fs::is_directory(existing, ignored))
+    throw codegen::Error(
+        fmt::format("{}: {} is a file; choose another directory with -o DIR", directory.path, existing.string()));
+  if (!writable(existing))
+    throw codegen::Error(fmt::format("{}: no permission to write in {}; choose another directory with -o DIR",
+                                     directory.path, existing.string()));
+  const std::string model = directory.path + "/model.json";
+  if (directory.resume && fs::exists(model, ignored) && !has_checkpoint(directory.path))
+    throw codegen::Error(
+        fmt::format("{}/checkpoint.bin: no such file to resume from; start without --resume", directory.path));
+  if (!directory.force && fs::exists(model, ignored)) {
+    const std::string owner = owner_of(model);
+    if (owner.empty())
+      throw codegen::Error(
+          fmt::format("{}: holds no model that this program could have written; choose another "
+                      "directory with -o DIR, or replace it with --force",
+                      model));
+    if (owner != experiment_name)
+      throw codegen::Error(
+          fmt::format("{}: holds the model of another experiment, {}; choose another directory with "
+                      "-o DIR, or replace it with --force",
+                      model, owner));
+  }
+}
+
+void make_output_directory(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error)
+    throw codegen::Error(
+        fmt::format("{}: cannot make the directory: {}; choose another with -o DIR", path, error.message()));
+}
+
+bool is_stdout(const std::string& output) {
+  return output == "-";
+}
+
+void make_folder_of(const std::string& file) {
+  if (const fs::path parent = fs::path(file).parent_path(); !parent.empty()) make_output_directory(parent.string());
+}
+
+void check_output_file(const std::string& file, bool makes_folder) {
+  if (is_stdout(file)) return;
+  std::error_code ignored;
+  if (file.empty()) throw codegen::Error("-o: the file name is empty; write -o FILE");
+  if (fs::is_directory(file, ignored))
+    throw codegen::Error(fmt::format("{}: is a directory; write -o {}/FILE", file, file));
+  fs::path parent = fs::path(file).parent_path();
+  if (parent.empty()) parent = ".";
+  if (makes_folder) parent = nearest_existing(parent);
+  if (makes_folder && !fs::is_directory(parent, ignored))
+    throw codegen::Error(fmt::format("{}: {} is a file; write into another folder", file, parent.string()));
+  if (!fs::is_directory(parent, ignored))
+    throw codegen::Error(fmt::format("{}: there is no directory {}; make it first", file, parent.string()));
+  if (!writable(parent) && ::access(file.c_str(), W_OK) != 0)
+    throw codegen::Error(fmt::format("{}: no permission to write in {}", file, parent.string()));
+}
+
+void write_output_file(const std::string& file, const std::string& text) {
+  if (is_stdout(file)) {
+    std::fwrite(text.data(), 1, text.size(), stdout);  // main() looks at what became of it
+  } else {
+    codegen::write_file_atomically(file, text);
+  }
+}
+
+}  // namespace nlo::trainer

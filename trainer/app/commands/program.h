@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// What `nlo`, `nlo-prove` and `nlo-reproduce` have in common: help, errors and exit codes (command.h).
+#pragma once
+
+#include <functional>
+
+#include "trainer/app/commands/command.h"
+
+namespace nlo::trainer {
+
+/// Reads the command line of the program `name` and does what it asks for. `add` gives the program its options and
+/// commands, and chooses the action, at once or when a command is parsed. Returns the exit code; results are on stdout,
+/// an error is one line on stderr. No strings: an allocation that fails before it is called is not told.
+int run_program(int argc, char** argv, const char* name, const char* description,
+                const std::function<void(CLI::App& app, Action& action)>& add);
+
+}  // namespace nlo::trainer

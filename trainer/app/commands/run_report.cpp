@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/app/commands/run_report.h"
+
+#include <cmath>
+
+#include "codegen/base/file.h"
+#include "trainer/app/report/report.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/judge/evaluation/evaluation_text.h"
+#include "trainer/judge/evaluation/text.h"
+
+namespace nlo::trainer {
+
+RunReport report_on_plant(const codegen::Model& model, const Experiment& experiment, StrictTest test) {
+  if (test.conditions.empty()) {
+    std::vector<NoiseConfig> noises(1);
+    for (const NoiseConfig& noise : experiment.training.all_noise().parts)
+      if (!noise.none()) noises.push_back(noise);
+    test.conditions = conditions_of(noises, {.input_noise = experiment.training.input_noise});
+  }
+  RunReport report;
+  report.evaluations = run_strict_test(model, experiment, test);
+  return report;
+}
+
+ReportedLogs logs_to_report_on(const LogSplits& splits) {
+  if (!splits.test.trajectories.empty()) return {splits.test, "test"};
+  if (!splits.validation.trajectories.empty()) return {splits.validation, "validation"};
+  return {splits.train, "training"};
+}
+
+RunReport report_on_logs(const codegen::Model& model, const Experiment& experiment, const Dataset& training,
+                         const ReportedLogs& judged, const LogReport& clock) {
+  RunReport report;
+  report.log_clock = clock;
+  const LogSchema schema = resolve_columns(*experiment.log);
+  for (const LogColumn& state : schema.states)
+    if (state.derivative) report.derived_states.push_back(state.name);
+  LogEvaluation& logs = report.logs.emplace(evaluate_on_logs(model, judged.logs, schema, &training, NoiseConfig{},
+                                                             experiment.seed, metrics_config(experiment, judged.logs)));
+  logs.split = judged.split;
+  if (judged.split == "validation")
+    logs.notes.insert(logs.notes.begin(),
+                      "These are the validation logs, which chose among the models of the training: new logs may fare "
+                      "worse. Name some as test_files in [log].");
+  if (judged.split == "training")
+    logs.notes.insert(logs.notes.begin(),
+                      "These are the training logs: the errors say how well the model fits them, not how well it does "
+                      "on others. Name logs as validation_files and test_files in [log].");
+  return report;
+}
+
+namespace {
+
+std::string readout_table(const Readout& readout, bool left_out) {
+  if (readout.empty()) return "";
+  Table table{{left_out ? "RMSE, logs left out of a training" : "RMSE, training or validation", "network", "linear row",
+               "sensor", "shipped", "what ships"}};
+  for (const StateReadout& s : readout)
+    table.add_row({s.state, significant(s.trained), significant(s.linear), significant(s.sensor),
+                   significant(s.shipped), share_text(s.share)});
+  return table.to_text(2) + "\n";
+}
+
+}  // namespace
+
+std::string run_report_text(const codegen::Model& model, const RunReport& report) {
+  std::string text;
+  for (const auto& evaluations : report.evaluations) text += evaluation_text(model.name, evaluations);
+  if (report.logs) text += evaluation_text(model.name, *report.logs);
+  return text + readout_table(report.readout, report.groups > 0);
+}
+
+std::string run_report_page(const codegen::Model& model, const RunReport& report, const std::string& directory) {
+  ReportData data = report_of(model, directory);
+  data.evaluations = report.evaluations;
+  data.logs = report.logs;
+  data.log_clock = report.log_clock;
+  data.derived_states = report.derived_states;
+  data.warning = report.warning;
+  return render_report(data);
+}
+
+void write_run_report(const codegen::Model& model, const RunReport& report, const std::string& directory) {
+  codegen::write_file_atomically(directory + "/report.html", run_report_page(model, report, directory));
+}
+
+}  // namespace nlo::trainer

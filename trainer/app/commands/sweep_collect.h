@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// What the jobs of a sweep have left in their folders, judged as nlo evaluate judges.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "trainer/app/sweep/jobs.h"
+#include "trainer/app/sweep/results.h"
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+struct CheckedJob {
+  SweepJob job;
+  Experiment experiment;  ///< with its values
+};
+
+/// By job; a job whose run is not finished has a status alone. `timed`: with ns, the least of some runs of the test's
+/// length on one core of this machine, in this program. Throws codegen::Error when logs cannot be read or a test
+/// run leaves the numbers.
+std::vector<JobResult> collect_results(const std::vector<CheckedJob>& jobs, const SweepTest& test,
+                                       const SweepPlaces& places, bool timed,
+                                       const std::function<void(double share, const std::string& job)>& progress);
+
+/// Writes sweep.csv and pareto.svg into the folder of the sweep and returns what a terminal shows. Throws
+/// codegen::Error when one cannot be written, or without gnuplot.
+std::string write_collection(const std::vector<CheckedJob>& jobs, const std::vector<JobResult>& results,
+                             const std::string& folder);
+
+}  // namespace nlo::trainer

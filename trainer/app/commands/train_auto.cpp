@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/app/commands/train_auto.h"
+
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "codegen/base/file.h"
+#include "trainer/app/commands/command.h"
+#include "trainer/app/commands/output_directory.h"
+#include "trainer/app/report/pages.h"
+#include "trainer/app/sweep/search_text.h"
+#include "trainer/base/printable.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/learn/training/checkpoint.h"
+
+namespace nlo::trainer {
+namespace {
+
+std::string command_line(const TrainArguments& arguments, const SearchBudget& budget) {
+  std::string text = fmt::format("nlo train {} --auto --minutes {:g}",
+                                 command_words(arguments.experiment, arguments.data), budget.minutes);
+  if (budget.multiply_adds > 0) text += fmt::format(" --max-multiply-adds {}", budget.multiply_adds);
+  if (budget.flash_bytes > 0) text += fmt::format(" --max-flash-bytes {}", budget.flash_bytes);
+  return text + " -o " + shell_word(arguments.output);
+}
+
+/// What was found, on the logs as the user splits them.
+Experiment found_experiment(const SearchRecord& record, const Experiment& given) {
+  const Trial& chosen = record.chosen();
+  Experiment found = parse_experiment(record.candidates[chosen.candidate].experiment, "auto.json");
+  set_steps(found, chosen.steps);
+  if (found.log) {
+    found.log->train_files = given.log->train_files;
+    found.log->validation_files = given.log->validation_files;
+    found.log->test_files = given.log->test_files;
+  }
+  found.source_text = format_experiment(found);
+  return found;
+}
+
+}  // namespace
+
+void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
+  TrainArguments arguments = given;
+  const DraftExperiment draft = read_draft(arguments.experiment);
+  Experiment experiment = draft.experiment;
+  if (experiment.plant && !arguments.data.empty())
+    throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
+  if (arguments.output.empty()) arguments.output = "runs/" + experiment.name + "_auto";
+  check_output_directory({arguments.output, false, arguments.force}, experiment.name);
+  if (draft.complete) {
+    if (experiment.log) find_delays(experiment, arguments.data, arguments.quiet);
+  } else {
+    experiment = prepare_run(draft, arguments.data, arguments.quiet).experiment;
+  }
+  const SearchTask task = search_task(experiment, arguments.data);
+  const std::string command = command_line(arguments, budget);
+  SearchRecord record;
+  try {
+    record = run_search(task, budget, arguments.output, arguments.resume, arguments.quiet);
+  } catch (const TooLittleTime&) {
+    throw;
+  } catch (const RunFailure& failure) {
+    throw RunFailure(fmt::format("{}; this goes on: {} --resume", failure.what(), command));
+  }
+  run_phase([&] {
+    const SearchStory story{command, experiment.name, task.held_out, std::move(record)};
+    fmt::print("{}", printable(search_text(story)));
+    codegen::write_file_atomically(arguments.output + "/auto.html", search_page(story));
+    codegen::write_file_atomically(
+        arguments.output + "/experiment.toml",
+        fmt::format("# Found by: {}\n{}", command, found_experiment(story.record, experiment).source_text));
+    fmt::print("tried    {0}/auto.html\nfound    {0}/experiment.toml, which is trained now\n", arguments.output);
+  });
+  arguments.experiment = {arguments.output + "/experiment.toml", {}, {}, arguments.experiment.threads};
+  arguments.resume = has_checkpoint(arguments.output);  // of what was found, if its training was interrupted
+  run_train(arguments);
+}
+
+}  // namespace nlo::trainer

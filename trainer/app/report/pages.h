@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Results as pages that stand by themselves. Without a working gnuplot a page says so in place of its plots.
+#pragma once
+
+#include <string>
+
+#include "trainer/app/sweep/search_text.h"
+#include "trainer/judge/compare/compare_study.h"
+
+namespace nlo::trainer {
+
+/// compare.html: observers and filters under many conditions.
+std::string compare_page(const Comparison& comparison, const std::string& gnuplot = "gnuplot");
+
+/// auto.html: what a search has tried and found.
+std::string search_page(const SearchStory& story, const std::string& gnuplot = "gnuplot");
+
+}  // namespace nlo::trainer

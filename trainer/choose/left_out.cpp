@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/choose/left_out.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <set>
+
+#include "trainer/data/log_files.h"
+#include "trainer/experiments/known_plant.h"
+#include "trainer/experiments/load_experiment.h"
+#include "trainer/learn/training/checkpoint.h"
+
+namespace nlo::trainer {
+namespace {
+
+constexpr std::size_t kFewestGroups = 3;  // without one of two, a training has seen a single log
+constexpr int kShorter = 2;  // times fewer steps: enough to tell a network that generalises from one that does not
+
+/// The runs of what is known of the rig beside its logs; none where nothing is.
+Dataset simulated_runs(const Experiment& experiment, const Dataset& logs) {
+  Dataset simulated;
+  if (!experiment.known) return simulated;
+  simulated = logs;
+  simulated.trajectories.clear();
+  add_simulated_runs(experiment, simulated);
+  return simulated;
+}
+
+/// Both, the logs first; `own` holds them where there are any simulated runs.
+const Dataset& joined(const Dataset& logs, const Dataset& simulated, Dataset& own) {
+  if (simulated.trajectories.empty()) return logs;
+  own = logs;
+  own.trajectories.insert(own.trajectories.end(), simulated.trajectories.begin(), simulated.trajectories.end());
+  own.simulated_share = simulated.simulated_share;
+  return own;
+}
+
+std::string folder_of(const std::string& directory, std::size_t fold) {
+  return directory.empty() ? "" : fmt::format("{}/without_{}", directory, fold + 1);
+}
+
+/// Removes checkpoints of another run, which a resumed one would take for its own.
+void forget(const std::string& directory) {
+  std::filesystem::remove(directory + "/checkpoint.bin");
+  for (std::size_t f = 0; has_checkpoint(folder_of(directory, f)); ++f)
+    std::filesystem::remove_all(folder_of(directory, f));
+}
+
+}  // namespace
+
+std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training) {
+  const ValidationConfig& validation = experiment.validation;
+  if (!experiment.log || validation.folds == 0 || experiment.inverse_map.readout != ReadoutChoice::kSelected) return {};
+  std::set<std::string> files;
+  for (const Trajectory& run : training.trajectories) files.insert(run.log);
+  const std::vector<LogGroup> groups =
+      log_groups({files.begin(), files.end()}, validation.groups, "[validation] groups");
+  if (groups.size() < kFewestGroups) return {};
+  const std::size_t count = std::min(groups.size(), static_cast<std::size_t>(std::max(validation.folds, 2)));
+  std::vector<FoldOfLogs> folds(count);
+  for (std::size_t f = 0; f < count; ++f) {
+    FoldOfLogs& fold = folds[f];
+    fold.kept = training;
+    for (std::size_t g = f; g < groups.size(); g += count) {
+      const auto is_of_group = [&](const Trajectory& run) {
+        return std::ranges::find(groups[g].files, run.log) != groups[g].files.end();
+      };
+      fold.names.push_back(groups[g].name);
+      Dataset& own = fold.left_out.emplace_back(training);
+      std::erase_if(own.trajectories, [&](const Trajectory& run) { return !is_of_group(run); });
+      std::erase_if(fold.kept.trajectories, is_of_group);
+    }
+  }
+  return folds;
+}
+
+TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
+                               const TrainOptions& options, const TrainingBegins& begins) {
+  const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, logs);
+  const Dataset simulated = simulated_runs(experiment, logs);
+  Dataset both;
+  const Dataset& training = joined(logs, simulated, both);
+  if (folds.empty()) return train(experiment, training, validation, options);
+  Experiment shorter = experiment;
+  shorter.training.steps = std::max(1, experiment.training.steps / kShorter);
+  shorter.source_text = format_experiment(shorter);
+  if (!options.resume && !options.directory.empty()) forget(options.directory);
+  TrainOptions all = options;
+  for (std::size_t f = 0; f < folds.size(); ++f) {
+    const FoldOfLogs& fold = folds[f];
+    if (begins) begins(fmt::format("without {} ({} of {})", fmt::join(fold.names, ", "), f + 1, folds.size()));
+    TrainOptions own = options;
+    own.directory = folder_of(options.directory, f);
+    own.resume = options.resume && has_checkpoint(own.directory);
+    own.left_out = fold.left_out;
+    // Without validation logs the training logs are both.
+    const bool has_validation = !experiment.log->validation_files.empty();
+    Dataset kept;
+    TrainingResult result =
+        train(shorter, joined(fold.kept, simulated, kept), has_validation ? validation : fold.kept, own);
+    if (result.outcome == TrainOutcome::kInterrupted) {
+      result.model = {};
+      result.message = fmt::format("training {} of {} without some of the logs", f + 1, folds.size());
+      return result;
+    }
+    std::ranges::move(result.left_out, std::back_inserter(all.evidence));
+  }
+  if (begins) begins("on all logs");
+  all.resume = options.resume && has_checkpoint(options.directory);
+  TrainingResult result = train(experiment, training, validation, all);
+  if (result.outcome != TrainOutcome::kInterrupted && !options.directory.empty())
+    for (std::size_t f = 0; f < folds.size(); ++f) std::filesystem::remove_all(folder_of(options.directory, f));
+  return result;
+}
+
+bool begun_by_groups(const std::string& directory) {
+  return has_checkpoint(folder_of(directory, 0));
+}
+
+}  // namespace nlo::trainer

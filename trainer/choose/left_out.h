@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Trainings that leave groups of the training logs out, before the one on all of them. What ships of a state (its
+// network, a linear row, a blend) is chosen by the errors on what was left out: a network that does not generalise fits
+// its own logs as well as one that does.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "trainer/learn/training/train.h"
+
+namespace nlo::trainer {
+
+/// Runs that are left out together, one Dataset for each group of logs among them.
+struct FoldOfLogs {
+  std::vector<std::string> names;  ///< of the groups
+  Dataset kept;
+  std::vector<Dataset> left_out;
+};
+
+/// The folds of [validation]: groups dealt in turn, so that neighbours by name, which are often alike, part. Empty
+/// where nothing is to be chosen: no log, `folds` 0, readout "network", or fewer than three groups. Throws
+/// codegen::Error for a pattern that is wrong.
+std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Dataset& training);
+
+/// Called before each training: "without rubber_01.csv (1 of 4)", "on all logs".
+using TrainingBegins = std::function<void(const std::string& what)>;
+
+/// train() on `logs`, or on a plant's runs, and on those of what else is known (known_plant.h), after a training of
+/// half the steps for each fold. These have the folder DIRECTORY/without_1, ..._2 and so on, go on from there, and
+/// leave nothing behind when all is done. Interrupted in a fold: a result without a model.
+TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
+                               const TrainOptions& options, const TrainingBegins& begins = {});
+
+/// Whether `directory` holds such a training that was interrupted.
+bool begun_by_groups(const std::string& directory);
+
+}  // namespace nlo::trainer

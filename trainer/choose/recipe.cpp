@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/choose/recipe.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "codegen/base/error.h"
+#include "trainer/base/draws.h"
+#include "trainer/base/number_text.h"
+#include "trainer/base/quantile.h"
+#include "trainer/choose/gated_rival.h"
+#include "trainer/choose/mode_banks.h"
+#include "trainer/choose/pilot.h"
+#include "trainer/choose/readout_probe.h"
+#include "trainer/plants/odd_plant.h"
+#include "trainer/plants/plant_form.h"
+#include "trainer/plants/registry.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// Whether runs and their mirror images are as likely: else what mirror adds is where the plant never is.
+bool starts_evenly(const Experiment& e) {
+  const auto even = [](const std::vector<double>& low, const std::vector<double>& high) {
+    for (std::size_t i = 0; i < low.size() && i < high.size(); ++i)
+      if (low[i] != -high[i]) return false;
+    return true;
+  };
+  const SimulationConfig& s = e.simulation;
+  return s.initial_distribution == InitialDistribution::kUniform && !s.initial_low.empty() &&
+         even(s.initial_low, s.initial_high) && (!e.excitation || even(e.excitation->low, e.excitation->high));
+}
+
+constexpr double kSamplesOfPlants = 6e5;  ///< of all trajectories together
+constexpr int kMostFeatures = 40;         ///< rows of z of all channels
+
+/// Median length of a run [s].
+double run_length_s(const Dataset& data) {
+  std::vector<double> lengths;
+  for (const Trajectory& run : data.trajectories) lengths.push_back(run.time_s(run.samples() - 1) - run.time_s(0));
+  return value_at_rank(std::move(lengths), 0.5);
+}
+
+/// How an observer of a bank reads and starts.
+struct Reading {
+  FeatureSet features = FeatureSet::kLatentAndOutput;
+  LatentStart start = LatentStart::kSteady;
+  Hold input_hold = Hold::kZeroOrder;
+};
+
+struct Choice {
+  ModeBank bank;
+  Reading reading;
+  ReadoutError error;
+  double value() const {
+    constexpr double kRow = 0.002;  // a row more is to be worth 0.2 % of every error
+    return error.mean_log() + kRow * error.rows;
+  }
+};
+
+class Deriver {
+ public:
+  Deriver(const DraftExperiment& draft, const Dataset& training, const Dataset& validation)
+      : draft_(draft),
+        base_(experiment_for_data(draft)),
+        data_(training),
+        validation_(validation),
+        period_s_(training.sample_period_s),
+        length_s_(run_length_s(training)) {
+    set("observer.output_injection", base_.observer.output_injection, Injection::kUnitGain);
+    if (base_.log) set("observer.learn_eigenvalues", base_.observer.learn_eigenvalues, false);
+    set("inverse_map.linear_path", base_.inverse_map.linear_path, true);
+    set("loss.scale", base_.loss.scale, ErrorScale::kNormalised);
+  }
+
+  Recipe run() {
+    const std::vector<Choice> finalists = choose();
+    std::vector<Experiment> experiments;
+    for (const Choice& choice : finalists) {
+      Experiment e = with(choice.bank, choice.reading);
+      complete(e, choice);
+      experiments.push_back(parse_experiment(format_experiment(e), "what was derived"));
+      experiments.back().threads = base_.threads;
+    }
+    const std::optional<Experiment> gated = gated_rival(draft_, experiment_for_data(draft_), length_s_);
+    std::size_t best = 0;
+    std::string pilots;
+    if (finalists.size() > 1 || gated) {
+      const PilotData data(base_, data_, validation_);
+      std::vector<double> errors;
+      for (const Experiment& e : experiments) errors.push_back(pilot_error(e, kPilotSteps, data));
+      best = static_cast<std::size_t>(std::min_element(errors.begin(), errors.end()) - errors.begin());
+      pilots = fmt::format("         after {} steps the best of {} has the error {:.3g}", kPilotSteps, errors.size(),
+                           errors[best]);
+      if (gated) {
+        constexpr double kWorthIt = 0.9;  // a linear latent is the cheaper one in flight, and the faster to train
+        const double units = pilot_error(*gated, kPilotSteps, data);
+        const bool better = units < kWorthIt * errors[best];
+        pilots += fmt::format(", gated units {:.3g}{}", units, better ? ": structure \"gated\" in its place" : "");
+        if (better) return {*gated, text_of(experiments[best], finalists[best]) + pilots + "\n"};
+      }
+      pilots += "\n";
+    }
+    return {experiments[best], text_of(experiments[best], finalists[best]) + pilots};
+  }
+
+ private:
+  static constexpr int kPilotSteps = 500;
+
+  bool given(std::string_view key) const { return draft_.given.has(std::string(key)); }
+
+  template <class T>
+  void set(std::string_view key, T& value, T derived) const {
+    if (!given(key)) value = std::move(derived);
+  }
+
+  Experiment with(const ModeBank& bank, const Reading& reading) const {
+    Experiment e = base_;
+    ObserverConfig& o = e.observer;
+    o.eigenvalues = bank.real;
+    o.pairs = bank.pairs;
+    set("observer.features", o.features, reading.features);
+    set("observer.start", o.start, reading.start);
+    set("observer.input_hold", o.input_hold, reading.input_hold);
+    if (!given("observer.clocks_s")) {
+      const double slow_s = std::min(1.0 / bank.slowest(), 0.3 * length_s_);
+      o.clocks_s = {rounded(std::max(0.15 * slow_s, period_s_)), rounded(std::max(0.8 * slow_s, 4.0 * period_s_))};
+    }
+    return e;
+  }
+
+  /// Whether the checks let an observer read and start like this.
+  bool allowed(const ModeBank& bank, const Reading& reading) const {
+    try {
+      (void)parse_experiment(format_experiment(with(bank, reading)), "a candidate");
+      return true;
+    } catch (const codegen::Error&) {
+      return false;
+    }
+  }
+
+  /// Those that differ in what the draft leaves open, the usual one first.
+  std::vector<Reading> readings(const ModeBank& bank) const {
+    const NoiseMixture noise = base_.training.all_noise();
+    const bool quiet =
+        std::all_of(noise.parts.begin(), noise.parts.end(), [](const NoiseConfig& n) { return n.none(); });
+    std::vector<Reading> all;
+    for (const FeatureSet features :
+         {FeatureSet::kLatentAndOutput, FeatureSet::kLatentMinusOutput, FeatureSet::kLatent})
+      for (const LatentStart start : {LatentStart::kSteady, LatentStart::kZero})
+        for (const Hold hold : {Hold::kZeroOrder, Hold::kFirstOrder}) {
+          if (given("observer.features") && features != base_.observer.features) continue;
+          if (given("observer.start") && start != base_.observer.start) continue;
+          // z = 0 averages the noise of the first sample away; without noise it throws away what that sample says.
+          if (start == LatentStart::kZero && quiet && !all.empty()) continue;
+          // How a plant was simulated, or delays were found, decides how inputs act.
+          const bool open = base_.log && data_.reads_inputs && !given("observer.input_hold");
+          if (open ? false : hold != base_.observer.input_hold) continue;
+          const Reading reading{features, start, hold};
+          if (features == FeatureSet::kLatent && !given("observer.features") && !all.empty()) continue;
+          if (allowed(bank, reading)) all.push_back(reading);
+        }
+    return all;
+  }
+
+  /// The best of each form, the best form first.
+  std::vector<Choice> choose() {
+    constexpr int kFewFeatures = 64, kFewSamples = 6000, kManyFeatures = 256, kManySamples = 16000;
+    constexpr std::size_t kFinalists = 4;
+    ReadoutProbe probe(base_, data_);
+    const int readings_count = static_cast<int>(data_.readings().size());
+    const std::vector<ModeBank> banks = mode_banks(period_s_, length_s_, kMostFeatures / std::max(1, readings_count));
+    if (banks.empty())
+      throw codegen::Error(
+          fmt::format("runs of {} s with a sample each {} s are too short to derive eigenvalues from; "
+                      "give longer runs, or [observer] eigenvalues",
+                      shortest_text(length_s_), shortest_text(period_s_)));
+    const std::vector<Reading> ways = readings(banks.front());
+    if (ways.empty())  // says why
+      (void)parse_experiment(format_experiment(with(banks.front(), {})), "what was derived");
+
+    const auto better = [](const Choice& a, const Choice& b) { return a.value() < b.value(); };
+    const auto best_of_forms = [&](std::vector<Choice> all) {
+      std::stable_sort(all.begin(), all.end(), better);
+      std::vector<Choice> best;
+      for (Choice& choice : all) {
+        const auto same = [&](const Choice& other) { return other.bank.form == choice.bank.form; };
+        if (best.size() < kFinalists && std::none_of(best.begin(), best.end(), same)) best.push_back(std::move(choice));
+      }
+      return best;
+    };
+    std::vector<Choice> rough, fine;
+    for (const ModeBank& bank : banks)
+      rough.push_back({bank, ways.front(), probe.error(with(bank, ways.front()), kFewFeatures, kFewSamples)});
+    const auto measure = [&](const ModeBank& bank, const Reading& way) {
+      fine.push_back({bank, way, probe.error(with(bank, way), kManyFeatures, kManySamples)});
+    };
+    for (const Choice& choice : best_of_forms(rough))
+      for (const Reading& way : ways) measure(choice.bank, way);
+    for (const Choice& choice : best_of_forms(fine))
+      for (const double faster : {0.75, 1.33}) measure(choice.bank.scaled(faster), choice.reading);
+    tried_ = rough.size() + fine.size();
+    return best_of_forms(fine);
+  }
+
+  /// The least share of its linear error that a curved readout leaves any state.
+  static double curvature(const ReadoutError& error) {
+    double least = 1.0;
+    for (std::size_t i = 0; i < error.linear.size(); ++i)
+      least = std::min(least, error.curved[i] / std::max(error.linear[i], 1e-9));
+    return least;
+  }
+
+  void complete(Experiment& e, const Choice& choice) const {
+    const double slow_s = 1.0 / choice.bank.slowest(), share = curvature(choice.error);
+    const bool wide = share < 0.6;
+    InverseMapConfig& map = e.inverse_map;
+    TrainingConfig& t = e.training;
+    set("inverse_map.hidden", map.hidden, wide ? std::vector<int>{48, 48} : std::vector<int>{32, 32});
+    set("inverse_map.activation", map.activation, std::string("silu"));
+    if (e.log) set("inverse_map.ridge", map.ridge, std::clamp(choice.error.ridge, 1e-6, 1e-2));
+    set("training.steps", t.steps, e.log ? 5000 : wide ? 8000 : 4000);
+    set("training.trajectories_per_step", t.trajectories_per_step, 32);
+    set("training.samples_per_step", t.samples_per_step, 4096);
+    set("training.learning_rate", t.learning_rate, 5e-3);
+    set("training.schedule", t.schedule, std::string("cosine"));
+    set("training.ema", t.ema, 0.998);
+    set("training.validate_every", t.validate_every, std::clamp(t.steps / 20, 1, 200));
+    const bool keeps = t.transient == Transient::kKeep;
+    if (e.log) {
+      // Of a decoupled decay the product with rate and steps is what weights shrink by: e^-7 leaves next to the line.
+      const double shrinkage = share < 0.7 ? 0.1 : share < 0.9 ? 1.0 : 7.0;
+      set("training.weight_decay", t.weight_decay, rounded(2.0 * shrinkage / (t.learning_rate * t.steps)));
+      if (keeps)
+        set("training.segment_s", t.segment_s, rounded(std::max({length_s_ / 4.0, 5.0 * slow_s, 300.0 * period_s_})));
+    } else if (keeps && !given("training.early_share") && !given("training.early_s")) {
+      t.early_s = rounded(std::min(4.0 * slow_s, 0.25 * length_s_));
+      t.early_share = 0.25;
+    }
+  }
+
+  std::string text_of(const Experiment& e, const Choice& choice) const {
+    const ObserverConfig& o = e.observer;
+    std::string modes, states;
+    for (const auto& [re, im] : o.pairs)
+      modes += fmt::format("{}{}+-{}i", modes.empty() ? "" : ", ", shortest_text(re), shortest_text(im));
+    for (const double lambda : o.eigenvalues)
+      modes += fmt::format("{}{}", modes.empty() ? "" : ", ", shortest_text(lambda));
+    for (std::size_t i = 0; i < data_.states.size(); ++i)
+      states += fmt::format("{}{} {:.3g}", i == 0 ? "" : ", ", data_.states[i].name,
+                            std::min(choice.error.linear[i], choice.error.curved[i]));
+    return fmt::format(
+        "derived  eigenvalues {} 1/s, features {}, start {}: the best of {} that were measured\n"
+        "         expected error over deviation, before training: {}\n"
+        "         T* {} {}, {} steps{}; all of it: derived.toml\n",
+        modes, to_name(o.features), to_name(o.start), tried_, states, fmt::join(e.inverse_map.hidden, " x "),
+        e.inverse_map.activation, e.training.steps,
+        e.log ? fmt::format(" of {} s segments, weight decay {}", shortest_text(e.training.segment_s),
+                            shortest_text(e.training.weight_decay))
+              : fmt::format(" on {} trajectories{}", e.simulation.trajectories,
+                            e.training.mirror ? " and their mirror images" : ""));
+  }
+
+  const DraftExperiment& draft_;
+  Experiment base_;
+  const Dataset& data_;
+  const Dataset& validation_;
+  double period_s_, length_s_;
+  std::size_t tried_ = 0;
+};
+
+}  // namespace
+
+Experiment experiment_for_data(const DraftExperiment& draft) {
+  Experiment e = draft.experiment;
+  if (!e.plant) return e;
+  if (!draft.given.has("simulation.trajectories")) {
+    const double samples = e.simulation.horizon_s / e.simulation.sample_period_s;
+    e.simulation.trajectories = static_cast<int>(rounded(std::clamp(kSamplesOfPlants / samples, 200.0, 2000.0)));
+  }
+  const auto plant = make_plant(*e.plant);
+  if (!draft.given.has("training.mirror"))
+    e.training.mirror = starts_evenly(e) && !mirror_counterexample(*plant, odd_channels(*plant, e.plant->even),
+                                                                   e.simulation, e.excitation.has_value());
+  return e;
+}
+
+Recipe derive_recipe(const DraftExperiment& draft, const Dataset& training, const Dataset& validation) {
+  return Deriver(draft, training, validation).run();
+}
+
+}  // namespace nlo::trainer

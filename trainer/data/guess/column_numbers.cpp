@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/guess/column_numbers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "codegen/base/error.h"
+#include "trainer/data/log_stamps.h"
+#include "trainer/data/time_stamps.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// The cell that a message of CsvTable is about: FILE:LINE:HEADING: "CELL" is no number.
+std::string cell_in(const std::string& message) {
+  const auto end = message.find("\" is ");
+  const auto from = end == std::string::npos || end == 0 ? std::string::npos : message.rfind('"', end - 1);
+  return from == std::string::npos ? "" : message.substr(from + 1, end - from - 1);
+}
+
+VectorXd steps_of(const VectorXd& values) {
+  return values.tail(values.size() - 1) - values.head(values.size() - 1);
+}
+
+}  // namespace
+
+ColumnNumbers ColumnNumbers::of(const std::vector<CsvTable>& tables, const std::string& heading) {
+  ColumnNumbers numbers;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const CsvTable& table : tables) {
+    std::vector<Index> missing;
+    VectorXd values;
+    try {
+      values = table.column(heading, missing);
+    } catch (const codegen::Error& error) {
+      ColumnNumbers none;
+      none.is_numeric_ = none.increases_ = false;
+      none.first_cell_ = cell_in(error.what());
+      return none;
+    }
+    numbers.increases_ =
+        numbers.increases_ && missing.empty() && values.size() > 1 && (steps_of(values).array() > 0.0).all();
+    Index kept = 0;
+    for (const double value : values)
+      if (std::isfinite(value)) values[kept++] = value;
+    values.conservativeResize(kept);
+    if (kept > 0) low = std::min(low, values.minCoeff()), high = std::max(high, values.maxCoeff());
+    numbers.files_.push_back(std::move(values));
+  }
+  numbers.is_numeric_ = low <= high;
+  numbers.increases_ = numbers.increases_ && numbers.is_numeric_;
+  if (numbers.is_numeric_) numbers.low_ = low, numbers.high_ = high;
+  return numbers;
+}
+
+ColumnNumbers ColumnNumbers::of_clock(const std::vector<CsvTable>& tables, const std::string& heading,
+                                      std::vector<std::string>& notes) {
+  ColumnNumbers numbers;
+  for (const CsvTable& table : tables) {
+    LogStamps stamps = read_stamps(table, heading, 1.0);
+    numbers.is_text_ = stamps.is_text;
+    notes.insert(notes.end(), stamps.notes.begin(), stamps.notes.end());
+    stamps.restarts.push_back(stamps.time_s.size());
+    for (Index from = 0; const Index to : stamps.restarts) {
+      if (to - from > 1) numbers.files_.emplace_back(stamps.start_s + stamps.time_s.segment(from, to - from).array());
+      from = to;
+    }
+  }
+  numbers.increases_ = numbers.is_numeric_ = !numbers.files_.empty();
+  return numbers;
+}
+
+bool ColumnNumbers::is_whole() const {
+  return is_numeric_ &&
+         std::ranges::all_of(files_, [](const VectorXd& v) { return (v.array() == v.array().round()).all(); });
+}
+
+bool ColumnNumbers::counts_rows() const {
+  return increases_ && is_whole() &&
+         std::ranges::all_of(files_, [](const VectorXd& v) { return (steps_of(v).array() == 1.0).all(); });
+}
+
+bool ColumnNumbers::is_even() const {
+  constexpr double kEven = 0.1;
+  return increases_ && steps().deviation <= kEven;
+}
+
+bool ColumnNumbers::is_copy_of(const ColumnNumbers& other) const {
+  return is_numeric_ && other.is_numeric_ &&
+         std::ranges::equal(files_, other.files_,
+                            [](const VectorXd& a, const VectorXd& b) { return a.size() == b.size() && a == b; });
+}
+
+ColumnNumbers::Steps ColumnNumbers::steps() const {
+  Steps steps;
+  std::vector<VectorXd> times;
+  for (const VectorXd& values : files_) times.emplace_back(values.array() - values[0]);
+  steps.median = median_step(times);
+  for (const VectorXd& time : times) {
+    const TimeGrid grid = fit_time_grid(time, 0.0);
+    steps.duration += time[time.size() - 1];
+    if (steps.median > 0.0) steps.deviation = std::max(steps.deviation, grid.deviation_s / steps.median);
+  }
+  return steps;
+}
+
+FullTurn full_turn(const ColumnNumbers& numbers, const std::string& unit) {
+  struct Turn {
+    double wrap;
+    const char* unit;
+  };
+  constexpr auto kTurns = std::to_array<Turn>({{2.0 * std::numbers::pi, "rad"}, {360.0, "deg"}});
+  constexpr double kNear = 0.25, kRange = 0.02;  // of a turn
+  const double range = numbers.high() - numbers.low();
+  for (const Turn& turn : kTurns) {
+    if (!unit.empty() && unit != turn.unit) continue;
+    if (range > (1.0 + kRange) * turn.wrap || range < (1.0 - kNear) * turn.wrap) continue;
+    std::size_t jumps = 0, others = 0;
+    for (const VectorXd& values : numbers.files()) {
+      if (values.size() < 2) continue;
+      for (const double step : steps_of(values)) {
+        if (std::abs(step) <= 0.5 * turn.wrap) continue;
+        ++(std::abs(std::abs(step) - turn.wrap) <= kNear * turn.wrap ? jumps : others);
+      }
+    }
+    if (jumps > 0 && others == 0) return {turn.wrap, turn.unit};
+  }
+  return {};
+}
+
+}  // namespace nlo::trainer

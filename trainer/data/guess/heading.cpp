@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/guess/heading.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string_view>
+#include <utility>
+
+#include "codegen/base/identifier.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Unit = std::pair<std::string_view, std::string_view>;  // as headings end, and as it is written here
+
+// The longest first: "_m_s" is no time.
+constexpr auto kSuffixes = std::to_array<Unit>({
+    {"_rad_per_s", "rad/s"},
+    {"_deg_per_s", "deg/s"},
+    {"_m_per_s2", "m/s^2"},
+    {"_m_per_s", "m/s"},
+    {"_celsius", "degC"},
+    {"_percent", "%"},
+    {"_rad_s2", "rad/s^2"},
+    {"_deg_s", "deg/s"},
+    {"_rad_s", "rad/s"},
+    {"_degc", "degC"},
+    {"_deg_c", "degC"},
+    {"_mps2", "m/s^2"},
+    {"_m_s2", "m/s^2"},
+    {"_mps", "m/s"},
+    {"_ms2", "m/s^2"},
+    {"_m_s", "m/s"},
+    {"_kmh", "km/h"},
+    {"_km_h", "km/h"},
+    {"_kph", "km/h"},
+    {"_dps", "deg/s"},
+    {"_rps", "rad/s"},
+    {"_rpm", "rpm"},
+    {"_rad", "rad"},
+    {"_deg", "deg"},
+    {"_hpa", "hPa"},
+    {"_kpa", "kPa"},
+    {"_mbar", "mbar"},
+    {"_bar", "bar"},
+    {"_pa", "Pa"},
+    {"_khz", "kHz"},
+    {"_hz", "Hz"},
+    {"_mv", "mV"},
+    {"_ma", "mA"},
+    {"_kw", "kW"},
+    {"_ah", "Ah"},
+    {"_nm", "N m"},
+    {"_kg", "kg"},
+    {"_pct", "%"},
+    {"_km", "km"},
+    {"_cm", "cm"},
+    {"_mm", "mm"},
+    {"_um", "um"},
+    {"_ms", "ms"},
+    {"_us", "us"},
+    {"_ns", "ns"},
+    {"_sec", "s"},
+    {"_m", "m"},
+    {"_s", "s"},
+});
+
+constexpr auto kDoubtful =
+    std::to_array<Unit>({{"_a", "A"}, {"_g", "g"}, {"_n", "N"}, {"_v", "V"}, {"_w", "W"}, {"_k", "K"}, {"_l", "l"}});
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::ranges::transform(result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+std::string trimmed(std::string text) {
+  const auto blank = [](unsigned char c) { return std::isspace(c) != 0; };
+  while (!text.empty() && blank(static_cast<unsigned char>(text.back()))) text.pop_back();
+  text.erase(text.begin(), std::ranges::find_if_not(text, blank));
+  return text;
+}
+
+/// "°C" and the like as they are written here.
+std::string written(std::string unit) {
+  constexpr auto kSame = std::to_array<Unit>({{"°C", "degC"},
+                                              {"C", "degC"},
+                                              {"celsius", "degC"},
+                                              {"°", "deg"},
+                                              {"°/s", "deg/s"},
+                                              {"degrees", "deg"},
+                                              {"radians", "rad"},
+                                              {"sec", "s"},
+                                              {"seconds", "s"},
+                                              {"m/s2", "m/s^2"},
+                                              {"m/s²", "m/s^2"},
+                                              {"m/s/s", "m/s^2"},
+                                              {"µs", "us"},
+                                              {"volts", "V"},
+                                              {"amps", "A"},
+                                              {"Nm", "N m"},
+                                              {"-", ""},
+                                              {"1", ""}});
+  for (const auto& [from, to] : kSame)
+    if (unit == from) return std::string(to);
+  return unit;
+}
+
+/// Takes "(m)" or "[m]" off the end of a heading; "y(2)" and "/joints/position[elbow]" end in an element.
+bool take_brackets(std::string& heading, std::string& unit) {
+  for (const auto& [open, close] : {std::pair{'[', ']'}, std::pair{'(', ')'}}) {
+    const auto from = heading.rfind(open);
+    if (heading.empty() || heading.back() != close || from == std::string::npos || from == 0) continue;
+    const std::string within = trimmed(heading.substr(from + 1, heading.size() - from - 2));
+    if (heading.front() == '/' || within.find_first_not_of("0123456789") == std::string::npos) return false;
+    unit = written(within);
+    heading = trimmed(heading.substr(0, from));
+    return true;
+  }
+  return false;
+}
+
+void take_suffix(std::string& heading, std::string& unit, const std::vector<std::string>& all) {
+  const std::string low = lower(heading);
+  const auto take = [&](const Unit& suffix) {
+    if (!low.ends_with(suffix.first) || low.size() == suffix.first.size()) return false;
+    unit = suffix.second;
+    heading.resize(heading.size() - suffix.first.size());
+    return true;
+  };
+  if (std::ranges::any_of(kSuffixes, take)) return;
+  const std::string stem = low.substr(0, low.rfind('_') + 1);
+  const auto like_it = std::ranges::count_if(all, [&](const std::string& h) { return lower(h).starts_with(stem); });
+  if (!stem.empty() && like_it == 1) std::ranges::any_of(kDoubtful, take);
+}
+
+}  // namespace
+
+Heading read_heading(const std::string& heading, const std::vector<std::string>& all) {
+  Heading result;
+  std::string rest = trimmed(heading);
+  if (!take_brackets(rest, result.unit)) take_suffix(rest, result.unit, all);
+  std::string word;
+  const auto end_word = [&] {
+    if (!word.empty()) result.words.push_back(std::exchange(word, ""));
+  };
+  bool after_small = false;
+  for (const char c : rest) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_letter = byte < 0x80 && std::isalnum(byte) != 0, is_big = is_letter && std::isupper(byte) != 0;
+    if (!is_letter || (is_big && after_small)) end_word();
+    if (is_letter) word += static_cast<char>(std::tolower(byte));
+    after_small = is_letter && !is_big;
+  }
+  end_word();
+  for (const std::string& each : result.words) result.name += (result.name.empty() ? "" : "_") + each;
+  if (result.name.empty() || std::isdigit(static_cast<unsigned char>(result.name.front())) != 0)
+    result.name = result.name.empty() ? "column" : "column_" + result.name;
+  constexpr std::size_t kLongest = 63;
+  if (result.name.size() > kLongest) result.name.resize(kLongest);
+  while (result.name.ends_with('_')) result.name.pop_back();
+  if (!codegen::is_identifier(result.name)) result.name = "log_" + result.name;
+  return result;
+}
+
+namespace {
+
+using Words = std::vector<std::string_view>;
+
+const Words& time_words() {
+  static const Words kWords = {"time",    "t",     "timestamp", "datetime", "stamp",
+                               "elapsed", "clock", "millis",    "micros",   "epoch"};
+  return kWords;
+}
+
+const Words& input_words() {
+  static const Words kWords = {"u",    "cmd",      "command", "commanded", "input",  "ctrl",     "control", "pwm",
+                               "duty", "throttle", "thrust",  "valve",     "heater", "actuator", "pedal",   "brake"};
+  return kWords;
+}
+
+const Words& truth_words() {
+  static const Words kWords = {"truth", "true", "gt", "groundtruth", "mocap", "vicon", "optitrack", "exact"};
+  return kWords;
+}
+
+const Words& sensor_words() {
+  static const Words kWords = {"measured", "meas",    "measurement", "sensor", "noisy",        "raw",   "adc",
+                               "enc",      "encoder", "gyro",        "gyr",    "acc",          "accel", "accelerometer",
+                               "imu",      "baro",    "barometer",   "mag",    "magnetometer", "gps",   "gnss",
+                               "lidar",    "sonar",   "thermistor",  "tacho",  "potentiometer"};
+  return kWords;
+}
+
+const Words& aside_words() {
+  static const Words kWords = {"setpoint", "desired", "target", "id", "index", "row", "counter", "clean"};
+  return kWords;
+}
+
+/// The first word of a heading that is among some; empty: none is.
+std::string among(const Heading& heading, const Words& words) {
+  for (const std::string& word : heading.words)
+    if (std::ranges::find(words, word) != words.end()) return word;
+  return "";
+}
+
+bool has_heading(const std::vector<std::string>& all, const std::string& name) {
+  return std::ranges::any_of(all, [&](const std::string& heading) { return read_heading(heading, all).name == name; });
+}
+
+/// "u", "u2": the letter by itself.
+bool is_letter(const Heading& heading, char letter) {
+  return heading.name.size() <= 2 && heading.name.front() == letter &&
+         (heading.name.size() == 1 || (heading.name[1] >= '0' && heading.name[1] <= '9'));
+}
+
+}  // namespace
+
+bool is_time_word(const Heading& heading) {
+  if (heading.words.empty()) return false;
+  const bool is_unit =
+      heading.words.size() == 1 && (heading.name == "s" || heading.name == "ms" || heading.name == "us" ||
+                                    heading.name == "sec" || heading.name == "seconds");
+  return is_unit || heading.words.front() == "time" || heading.words.back() == "time" ||
+         (heading.words.size() <= 2 && !among(heading, time_words()).empty() && heading.words.front() != "u");
+}
+
+TimeUnit time_unit(const Heading& heading, const ColumnNumbers& stamps) {
+  static const std::array<TimeUnit, 4> kUnits = {
+      {{"s", 1.0, ""}, {"ms", 1e-3, ""}, {"us", 1e-6, ""}, {"ns", 1e-9, ""}}};
+  const std::string word = heading.name == "millis" || heading.name == "ms"   ? "ms"
+                           : heading.name == "micros" || heading.name == "us" ? "us"
+                                                                              : heading.unit;
+  for (const TimeUnit& unit : kUnits)
+    if (word == unit.name) return {unit.name, unit.seconds, "its unit by the heading"};
+  constexpr double kFewest = 1.0, kMost = 1e4;  // rows a second
+  const double step = stamps.steps().median;
+  const std::size_t first = stamps.is_whole() && step > 1.0 ? 1 : 0;
+  for (std::size_t i = first; i < kUnits.size(); ++i) {
+    const double rate = 1.0 / (step * kUnits[i].seconds);
+    if (rate < kFewest || rate > kMost) continue;
+    return {kUnits[i].name, kUnits[i].seconds,
+            fmt::format("CHECK its unit: steps of {:g} are {:g} rows a second in {}", step, rate, kUnits[i].name)};
+  }
+  return {"s", 1.0, "CHECK its unit: nothing tells it"};
+}
+
+RoleWord role_word(const Heading& heading, const std::vector<std::string>& all_headings) {
+  if (const std::string word = among(heading, aside_words()); !word.empty())
+    return {ColumnRole::kIgnored, true, fmt::format("\"{}\" is neither measured nor what acts", word)};
+  if (const std::string word = among(heading, truth_words()); !word.empty())
+    return {ColumnRole::kState, false, fmt::format("\"{}\" in its heading: the truth, which only a log has", word)};
+  if (const std::string word = among(heading, input_words()); !word.empty() && (word != "u" || is_letter(heading, 'u')))
+    return {ColumnRole::kInput, false, fmt::format("\"{}\" in its heading: what a controller commands", word)};
+  if (const std::string word = among(heading, sensor_words()); !word.empty())
+    return {ColumnRole::kOutput, false, fmt::format("\"{}\" in its heading: a sensor", word)};
+  for (const char* suffix : {"_measured", "_meas", "_noisy", "_raw", "_sensor"})
+    if (has_heading(all_headings, heading.name + suffix))
+      return {ColumnRole::kIgnored, true,
+              fmt::format("\"{}{}\" is the same as a sensor gives it", heading.name, suffix)};
+  if (is_letter(heading, 'u')) return {ColumnRole::kInput, false, "an input by its letter"};
+  if (is_letter(heading, 'y') && !has_heading(all_headings, "x"))
+    return {ColumnRole::kOutput, false, "an output by its letter"};
+  return {};
+}
+
+bool is_position(const std::string& unit) {
+  static const Words kUnits = {"m", "cm", "mm", "um", "km", "rad", "deg"};
+  return std::ranges::find(kUnits, unit) != kUnits.end();
+}
+
+}  // namespace nlo::trainer

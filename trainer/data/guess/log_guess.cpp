@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/data/guess/log_guess.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "codegen/base/error.h"
+#include "codegen/base/file.h"
+#include "trainer/base/nearest_name.h"
+#include "trainer/data/clock_text.h"
+#include "trainer/data/csv_format.h"
+#include "trainer/data/guess/column_numbers.h"
+#include "trainer/data/guess/heading.h"
+#include "trainer/data/guess/split_files.h"
+
+namespace nlo::trainer {
+namespace {
+
+/// Makes the roles of one log.
+class Guess {
+ public:
+  Guess(std::vector<CsvTable> tables, const LogHints& hints, GuessedLog& log)
+      : tables_(std::move(tables)), hints_(hints), log_(log) {
+    const auto is_ambiguous = [&](const std::string& heading) {
+      return std::ranges::any_of(tables_, [&](const CsvTable& table) { return table.is_ambiguous(heading); });
+    };
+    for (const std::string& heading : tables_.front().headings()) {
+      if (!is_ambiguous(heading)) {
+        headings_.push_back(heading);
+      } else if (std::ranges::find(twice_, heading) == twice_.end()) {
+        twice_.push_back(heading);
+        log_.notes.push_back(fmt::format("\"{}\" is the heading of several columns: none of them is read", heading));
+      }
+    }
+  }
+
+  void make() {
+    for (const std::string& heading : headings_) {
+      parsed_.push_back(read_heading(heading, headings_));
+      // A unit below the headings is one in brackets behind its heading.
+      if (const std::string unit = tables_.front().unit(heading); !unit.empty())
+        parsed_.back().unit = read_heading(fmt::format("{} [{}]", heading, unit), headings_).unit;
+      numbers_.push_back(ColumnNumbers::of(tables_, heading));
+    }
+    find_clock();
+    for (std::size_t i = 0; i < headings_.size(); ++i)
+      if (headings_[i] != log_.clock.heading) add(i);
+    apply_hints();
+    if (hints_.states.empty() && hints_.outputs.empty()) decide_by_exclusion();
+    for (GuessedColumn& column : log_.columns)
+      if (column.why.empty()) column.why = "neither its heading nor its numbers tell";
+    derive_velocities();
+    name_apart();
+  }
+
+ private:
+  bool is_given(const std::vector<std::string>& hints, const GuessedColumn& column) const {
+    return std::ranges::any_of(hints, [&](const std::string& h) { return h == column.heading || h == column.name; });
+  }
+
+  void find_clock() {
+    GuessedClock& clock = log_.clock;
+    std::size_t found = headings_.size();
+    ColumnNumbers stamps;
+    std::vector<std::string> notes;  // of the column that is taken
+    const auto take = [&](std::size_t i, const char* why) {
+      std::vector<std::string> of_it;
+      ColumnNumbers numbers = ColumnNumbers::of_clock(tables_, headings_[i], of_it);
+      found = i;
+      stamps = std::move(numbers);
+      notes = std::move(of_it);
+      clock.why = why;
+    };
+    for (std::size_t i = headings_.size(); i-- > 0;) {
+      if (!is_time_word(parsed_[i])) continue;
+      try {
+        take(i, "its heading, and it increases");
+      } catch (const codegen::Error& error) {
+        log_.notes.push_back(
+            fmt::format("\"{}\" is named like a time, and cannot be the clock: {}", headings_[i], error.what()));
+      }
+    }
+    for (std::size_t i = 0; i < headings_.size() && found == headings_.size(); ++i) {
+      if (numbers_[i].increases() && numbers_[i].is_even() && !numbers_[i].counts_rows())
+        take(i, "it increases by even steps");
+      else if (!numbers_[i].is_numeric() && read_clock_text(numbers_[i].first_cell()))
+        take(i, "its cells are times");
+    }
+    log_.notes.insert(log_.notes.end(), notes.begin(), notes.end());
+    if (found == headings_.size()) {
+      clock.period_s = hints_.period_s;
+      return;
+    }
+    clock.heading = headings_[found];
+    const TimeUnit unit =
+        stamps.is_text() ? TimeUnit{"s", 1.0, "times of day are read in s"} : time_unit(parsed_[found], stamps);
+    clock.unit = unit.name;
+    clock.why += "; " + unit.why;
+    const ColumnNumbers::Steps steps = stamps.steps();
+    clock.period_s = steps.median * unit.seconds;
+    clock.deviation = steps.deviation;
+    clock.duration_s = steps.duration * unit.seconds;
+  }
+
+  void add(std::size_t i) {
+    GuessedColumn& column = log_.columns.emplace_back();
+    const ColumnNumbers& numbers = numbers_[i];
+    column.heading = headings_[i];
+    column.name = parsed_[i].name;
+    column.unit = parsed_[i].unit;
+    column.low = numbers.low();
+    column.high = numbers.high();
+    if (!numbers.is_numeric()) {
+      column.why = fmt::format("its cells are no numbers: \"{}\"", numbers.first_cell());
+      return;
+    }
+    const FullTurn turn = full_turn(numbers, column.unit);
+    column.wrap = turn.wrap;
+    if (column.unit.empty()) column.unit = turn.unit;
+    if (numbers.is_constant()) {
+      column.why = "it has one value everywhere";
+      return;
+    }
+    if (numbers.counts_rows()) {
+      column.why = "it counts rows";
+      return;
+    }
+    for (std::size_t other = 0; other < i; ++other)
+      if (numbers.is_copy_of(numbers_[other])) {
+        column.why = fmt::format("a copy of \"{}\"", headings_[other]);
+        return;
+      }
+    const RoleWord word = role_word(parsed_[i], headings_);
+    column.role = word.role;
+    column.is_decided = word.role != ColumnRole::kIgnored || word.is_aside;
+    column.why = word.why;
+  }
+
+  void apply_hints() {
+    const auto apply = [&](const std::vector<std::string>& hints, ColumnRole role, const char* option) {
+      for (const std::string& hint : hints) {
+        const auto found = std::ranges::find_if(
+            log_.columns, [&](const GuessedColumn& c) { return hint == c.heading || hint == c.name; });
+        if (found == log_.columns.end()) refuse(hint, option);
+        if (found->low > found->high)
+          throw codegen::Error(fmt::format("{} {}: the column's cells are no numbers", option, hint));
+        const std::string why = fmt::format("{} names it", option);
+        if (role == ColumnRole::kState && is_given(hints_.outputs, *found)) {
+          both_.push_back(*found);  // a state that is measured as well: listed twice
+          both_.back().role = role;
+          both_.back().why = why;
+          continue;
+        }
+        found->role = role;
+        found->is_decided = true;
+        found->why = why;
+      }
+    };
+    apply(hints_.outputs, ColumnRole::kOutput, "--outputs");
+    apply(hints_.inputs, ColumnRole::kInput, "--inputs");
+    apply(hints_.states, ColumnRole::kState, "--states");
+    const auto not_named = [&](const std::vector<std::string>& hints, ColumnRole role) {
+      for (GuessedColumn& column : log_.columns)
+        if (!hints.empty() && column.role == role && !is_given(hints, column) && !column.why.ends_with("names it")) {
+          column.role = ColumnRole::kIgnored;
+          column.why = "the options name others";
+        }
+    };
+    not_named(hints_.outputs, ColumnRole::kOutput);
+    not_named(hints_.inputs, ColumnRole::kInput);
+    not_named(hints_.states, ColumnRole::kState);
+    if (hints_.states.empty() || hints_.outputs.empty()) return;
+    for (GuessedColumn& column : log_.columns)
+      if (!column.is_decided) column.is_decided = true, column.why = "no option names it";
+  }
+
+  [[noreturn]] void refuse(const std::string& hint, const char* option) const {
+    std::vector<std::string> known;
+    for (const GuessedColumn& column : log_.columns) known.push_back(column.heading);
+    const std::string nearest = nearest_name(hint, known);
+    throw codegen::Error(fmt::format("{} {}: there is no such column; {}", option, hint,
+                                     nearest.empty() ? fmt::format("there are: {}", fmt::join(known, ", "))
+                                                     : fmt::format("did you mean \"{}\"?", nearest)));
+  }
+
+  /// Where some columns are named as sensors and none as truth, the rest is truth; and the other way round.
+  void decide_by_exclusion() {
+    const bool sensors = log_.count(ColumnRole::kOutput) > 0, truth = log_.count(ColumnRole::kState) > 0;
+    if (sensors == truth) return;
+    for (GuessedColumn& column : log_.columns) {
+      if (column.is_decided) continue;
+      column.is_decided = true;
+      column.role = sensors ? ColumnRole::kState : ColumnRole::kOutput;
+      column.why = sensors ? "CHECK: others are named as sensors, and this one is not: the truth?"
+                           : "CHECK: others are named as truth, and this one is not: a sensor?";
+    }
+  }
+
+  /// Without any truth in the log: the velocities of what is measured, which a filter that looks ahead knows.
+  void derive_velocities() {
+    if (log_.count(ColumnRole::kState) > 0 || !both_.empty() || !log_.undecided().empty() || !hints_.states.empty())
+      return;
+    std::vector<GuessedColumn> derived;
+    for (const GuessedColumn& column : log_.columns) {
+      if (column.role != ColumnRole::kOutput || !(column.wrap > 0.0 || is_position(column.unit))) continue;
+      GuessedColumn state;
+      state.name = column.name + "_rate";
+      state.unit = column.unit.empty() ? "" : column.unit + "/s";
+      state.role = ColumnRole::kState;
+      state.derivative_of = column.name;
+      state.why = "no column is a truth: its derivative, by a filter that looks ahead in the log";
+      state.low = 1.0;
+      derived.push_back(std::move(state));
+    }
+    log_.columns.insert(log_.columns.end(), derived.begin(), derived.end());
+  }
+
+  /// Two headings may make one name, and a measured state is two columns.
+  void name_apart() {
+    for (GuessedColumn& state : both_) {
+      const auto output = std::ranges::find(log_.columns, state.heading, &GuessedColumn::heading);
+      output->name += "_measured";
+      log_.columns.push_back(std::move(state));
+    }
+    for (std::size_t i = 0; i < log_.columns.size(); ++i) {
+      const std::string name = log_.columns[i].name;
+      int number = 2;
+      const auto taken = [&] {
+        return log_.columns[i].name == log_.clock.heading ||
+               std::any_of(log_.columns.begin(), log_.columns.begin() + static_cast<std::ptrdiff_t>(i),
+                           [&](const GuessedColumn& c) { return c.name == log_.columns[i].name; });
+      };
+      while (taken()) log_.columns[i].name = fmt::format("{}_{}", name, number++);
+    }
+  }
+
+  std::vector<CsvTable> tables_;
+  const LogHints& hints_;
+  GuessedLog& log_;
+  std::vector<std::string> headings_, twice_;  ///< once each, and those that are left out
+  std::vector<Heading> parsed_;
+  std::vector<ColumnNumbers> numbers_;
+  std::vector<GuessedColumn> both_;
+};
+
+/// Of the columns that every file has, in the order of the first; others are noted.
+void keep_common_headings(const std::vector<CsvTable>& tables, GuessedLog& log) {
+  for (const CsvTable& table : tables)
+    for (const std::string& heading : tables.front().headings())
+      if (std::ranges::find(table.headings(), heading) == table.headings().end())
+        throw codegen::Error(
+            fmt::format("{}: has no column \"{}\", which {} has: give logs of one rig, or begin with the one that has "
+                        "the fewest columns",
+                        table.file(), heading, tables.front().file()));
+  for (const CsvTable& table : tables)
+    for (const std::string& heading : table.headings())
+      if (std::ranges::find(tables.front().headings(), heading) == tables.front().headings().end())
+        log.notes.push_back(fmt::format("{}: its column \"{}\" is not in {}, and left out", table.file(), heading,
+                                        tables.front().file()));
+}
+
+}  // namespace
+
+std::size_t GuessedLog::count(ColumnRole role) const {
+  return static_cast<std::size_t>(std::ranges::count(columns, role, &GuessedColumn::role));
+}
+
+std::vector<std::string> GuessedLog::undecided() const {
+  std::vector<std::string> names;
+  for (const GuessedColumn& column : columns)
+    if (!column.is_decided) names.push_back(column.name);
+  return names;
+}
+
+GuessedLog guess_log(const std::vector<std::string>& files, const LogHints& hints) {
+  GuessedLog log;
+  const LogFileSplit split = split_log_files(files, log.notes);
+  log.directory = split.directory;
+  log.train = split.train;
+  log.validation = split.validation;
+  log.test = split.test;
+  std::vector<CsvTable> tables;
+  for (const std::string& file : split.all) {
+    std::string text = codegen::read_file(file);
+    const CsvFormat format = guess_csv_format(text);
+    if (tables.empty()) log.format = format;
+    if (format.separator != log.format.separator || format.decimal != log.format.decimal)
+      log.notes.push_back(
+          fmt::format("{}: separates its cells or decimals otherwise than {}: it is read by its own way", file,
+                      tables.front().file()));
+    tables.push_back(CsvTable::parse(std::move(text), file, format));
+    log.rows += tables.back().rows();
+  }
+  keep_common_headings(tables, log);
+  Guess(std::move(tables), hints, log).make();
+  return log;
+}
+
+}  // namespace nlo::trainer

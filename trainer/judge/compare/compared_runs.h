@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// Runs of a plant under one condition, with what its sensors gave, and the error of an estimator on them.
+// The columns of a comparison: what each is made of, what it is called, and what a step of it costs.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "trainer/data/dataset.h"
+#include "trainer/judge/compare/compare_study.h"
+#include "trainer/judge/compare/filter_table.h"
+#include "trainer/judge/compare/runs_under.h"
+#include "trainer/judge/evaluation/evaluate.h"
+#include "trainer/judge/filters/lane_plant.h"
+#include "trainer/plants/initial_states.h"
+#include "trainer/plants/plant_channels.h"
+
+namespace nlo::trainer {
+
+struct ComparedRuns {
+  Dataset set;                           ///< all runs, seed by seed: clean outputs and true states, as channels
+  LaneRuns measured;                     ///< the plant's own outputs, as filters are given them
+  std::vector<Eigen::MatrixXd> outputs;  ///< of each run, n_y x N: as observers are given them
+  PlantChannels channels;
+  Eigen::Index plant_states = 0;  ///< n_x, before channels
+  Eigen::VectorXd state_scale;    ///< of the channels in norms: 1, or their deviations where units differ
+};
+
+/// `count` runs for each of the seeds first_seed, ..., those of `nlo evaluate --seed` for the stream kTest: initial
+/// states by initial_state_seed(seed, stream), noise by the seed and the run's number in its set.
+ComparedRuns compared_runs(const Experiment& nominal, const Condition& condition, SeedStream stream,
+                           std::uint64_t first_seed, int seeds, int count);
+
+/// `runs.outputs` side by side, as filters are given them.
+LaneRuns lanes_of(const ComparedRuns& runs, bool held_inputs);
+
+/// Mean of |x - x_hat|^2 over the samples of each lane; `lanes` are those of `runs`, maybe several times.
+Eigen::ArrayXd squared_errors(LaneFilter& filter, const LaneRuns& lanes, const ComparedRuns& runs);
+
+/// The same for estimates of the channels of run `index` (n x N), from sample `first` on.
+double squared_error(const ComparedRuns& runs, std::size_t index, const Eigen::MatrixXd& estimates,
+                     Eigen::Index first = 0);
+
+/// What one column is made of: an observer, a filter, one of simple_names(), or, of nothing, the floor.
+struct MadeOf {
+  const ComparedModel* model = nullptr;
+  const FilterRow* filter = nullptr;
+  bool tuned = false;
+  std::string simple = {};
+};
+
+struct ComparedColumn {
+  CompareColumn column;
+  MadeOf made_of;
+};
+
+/// The observers, then of what `test` wants: filters as shipped and tuned, what knows no plant, the floor.
+///   nominal           the experiment with its nominal parameters
+///   joint_parameters  that filters of state and parameters estimate
+std::vector<ComparedColumn> compared_columns(const std::vector<ComparedModel>& models, const Experiment& nominal,
+                                             const std::vector<std::string>& joint_parameters, const CompareTest& test);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// The filters that observers are compared with, one row each: how they are made, what of them is tuned,
+// what a step costs.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "trainer/config/experiment.h"
+#include "trainer/judge/filters/lane_plant.h"
+#include "trainer/judge/filters/sigma_point_filter.h"
+#include "trainer/judge/filters/step_cost.h"
+
+namespace nlo::trainer {
+
+/// What all filters know of a plant under one condition: its nominal parameters and its own noise, where runs start in
+/// training, and the nominal variance of the sensors' noise. Not for two threads at once.
+struct FilterContext {
+  PlantConfig config;  ///< nominal
+  LanePlant plant;
+  std::vector<std::string> states;            ///< their names
+  FilterKnowledge knowledge;                  ///< n_x
+  std::vector<std::string> joint_parameters;  ///< those that the conditions change
+  Eigen::MatrixXd initial;                    ///< some initial states, n_x x count
+  double sample_period_s = 0.0;
+  Eigen::Index inputs = 0;  ///< that excite the plant
+};
+
+/// Samples that a moving horizon looks back.
+inline constexpr Eigen::Index kHorizonSamples = 25;
+
+/// A number of a filter's tuning: a factor on what it is told.
+struct TunedFactor {
+  std::string name;  ///< "Q", "Q of x1"
+  std::function<void(FilterTuning& tuning, double factor)> set;
+  std::vector<double> decades = {0.0};  ///< where the search starts: powers of ten, each beside each of the others'
+};
+
+struct FilterRow {
+  std::string_view name;                                              ///< of estimator_words.h
+  std::vector<TunedFactor> (*factors)(const FilterContext& context);  ///< what is tuned, gate apart
+  bool has_gate;
+  int most_sweeps;  ///< of the tuning over its factors, after the grid it starts from: less where a step takes long
+  /// Why it is not for this plant; empty: it is.
+  std::string (*unfit)(const FilterContext& context);
+  std::unique_ptr<LaneFilter> (*make)(const FilterContext& context, const std::vector<FilterTuning>& tunings,
+                                      Eigen::Index lanes);
+  /// Per sample of one run.
+  StepCost (*cost)(const FilterContext& context, const PlantCost& plant);
+  /// What it keeps from sample to sample, in numbers.
+  Eigen::Index (*state)(const FilterContext& context);
+};
+
+/// In the order that tables show them.
+std::span<const FilterRow> filter_table();
+
+/// Null: there is none of this name.
+const FilterRow* find_filter(std::string_view name);
+
+/// The names for --against.
+std::vector<std::string> filter_names();
+
+FilterContext filter_context(const Experiment& nominal, const NoiseConfig& noise,
+                             const std::vector<std::string>& joint_parameters);
+
+}  // namespace nlo::trainer

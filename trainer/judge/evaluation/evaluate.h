@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// The test that everything here is judged by: an estimator sees the noisy outputs of every trajectory of a set, once,
+// and its estimates are compared with the truth.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "codegen/model/model.h"
+#include "trainer/base/noise.h"
+#include "trainer/data/dataset.h"
+#include "trainer/judge/evaluation/closed_loop.h"
+#include "trainer/judge/evaluation/coverage.h"
+#include "trainer/judge/evaluation/linear_readout.h"
+#include "trainer/judge/evaluation/metrics.h"
+
+namespace nlo::trainer {
+
+/// Estimates over one run from reset, causal:
+///   outputs  n_y x N  as measured
+///   inputs   n_u x N  what excited the plant, without noise; 0 x 0 when nothing did
+///   time_s   N
+using Estimator = std::function<Estimates(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                          const Eigen::VectorXd& time_s)>;
+
+/// Makes an estimator; each thread asks for its own, so that it may keep work memory.
+using EstimatorFactory = std::function<Estimator()>;
+
+/// One run of the test, kept for plots.
+struct EvaluatedRun {
+  Trajectory truth;              ///< clean outputs and states
+  Eigen::MatrixXd measured;      ///< n_y x N, what the estimator saw
+  Eigen::MatrixXd estimate;      ///< n_x x N
+  std::string why = {};          ///< "first", "best", "worst": why it is among the examples; may be empty
+  Eigen::VectorXd outside = {};  ///< N: 1 where z is outside of the training domain; size 0: not known
+  /// Of all the model's states, where the truth is of some; 0 x 0: `estimate` is of all.
+  Eigen::MatrixXd all_estimates = {};
+};
+
+/// How often z was where training has been. The first sample of each run is counted apart: there z is what the observer
+/// starts from.
+struct DomainShare {
+  std::int64_t samples = 0, inside = 0;  ///< after the first of each run
+  std::int64_t runs = 0, first_inside = 0;
+
+  double share() const { return samples > 0 ? static_cast<double>(inside) / static_cast<double>(samples) : 1.0; }
+};
+
+struct Evaluation {
+  /// "observer", "ekf", "ukf", "ekf_true", "constant", "ridge"; in its own loop: "observer_in_loop" ...
+  std::string estimator;
+  NoiseConfig noise;
+  std::uint64_t seed = 0;
+  int trajectories = 0;
+  double horizon_s = 0.0;
+  std::vector<Channel> states, outputs;
+  ErrorMetrics metrics;
+  std::vector<EvaluatedRun> examples;                                ///< the first trajectory, then the worst
+  std::vector<std::pair<std::string, std::string>> excitation = {};  ///< of each input: its name, u(t)
+  std::optional<DomainShare> domain = {};                            ///< of the observer
+  std::string label = {};                   ///< the estimator for people, where its name does not say all
+  std::vector<std::string> notes = {};      ///< of the observer: see evaluation_study.h
+  std::optional<ClosedLoopCost> loop = {};  ///< of an estimator in its own loop
+  std::optional<Coverage> coverage = {};    ///< of an estimator that knows how wrong it is
+  std::string changed = {};                 ///< what of the plant is not as the model was trained: KEY=VALUE, ...
+};
+
+/// Strict noise (measurement_noise.h) on `clean`, then the estimator; coverage where it gives intervals. `threads` 0:
+/// all cores. The result has the same bytes for any number of threads. Norms over states whose units differ are of
+/// states over their deviation in `clean`.
+Evaluation evaluate(const std::string& estimator, const EstimatorFactory& factory, const Dataset& clean,
+                    const NoiseConfig& noise, std::uint64_t seed, int threads, const MetricsConfig& config = {});
+
+/// A model's whole answer over one run, in float, as it flies; arguments as those of an Estimator. A model without
+/// phi(z) u (25) has no use for the inputs. Not for two threads at once.
+///   behind_gate  of the model's monitor, which it must have
+using ObserverRun = std::function<codegen::Run(const Eigen::MatrixXd& outputs, const Eigen::MatrixXd& inputs,
+                                               const Eigen::VectorXd& time_s)>;
+ObserverRun observer_run(const codegen::Model& model, bool uniform_steps, bool behind_gate = false);
+
+/// Every step of the data is the model's own sample period: time stamps need not be asked.
+bool has_uniform_steps(const Dataset& dataset, const codegen::Model& model);
+
+/// Adds what a run says of the model's domain.
+void count_domain(const codegen::Run& run, DomainShare& share);
+
+/// What observer_run() says.
+EstimatorFactory observer_estimator(const codegen::Model& model, bool uniform_steps);
+
+/// The linear readout of the model's features, fitted on `training`, whose outputs have the noise.
+EstimatorFactory readout_estimator(const codegen::Model& model, const Dataset& training);
+
+/// What knows no plant and no model, fitted likewise: the LogBaseline called "constant" (the mean state: what knowing
+/// nothing but the average is worth) or "static_ridge". Samples that do not arrive are held.
+EstimatorFactory baseline_estimator(std::string_view name, const Dataset& training);
+
+/// One of simple_names(), fitted likewise: "ridge" is the readout of the model, the others are baselines.
+EstimatorFactory simple_estimator(std::string_view name, const codegen::Model& model, const Dataset& training);
+
+/// evaluate() of a model, with its domain; its examples also say where z leaves it.
+Evaluation evaluate_on_plant(const codegen::Model& model, const Dataset& clean, const NoiseConfig& noise,
+                             std::uint64_t seed, int threads, const MetricsConfig& config = {});
+
+}  // namespace nlo::trainer

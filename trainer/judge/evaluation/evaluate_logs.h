@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+// The observer on logs of a real rig, beside what a user would do without one.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codegen/model/model.h"
+#include "trainer/base/noise.h"
+#include "trainer/data/dataset.h"
+#include "trainer/data/log_metrics.h"
+#include "trainer/data/log_schema.h"
+#include "trainer/judge/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/evaluation_study.h"
+#include "trainer/judge/evaluation/metrics.h"
+#include "trainer/judge/evaluation/sensor_fault.h"
+#include "trainer/judge/filters/step_cost.h"
+
+namespace nlo::trainer {
+
+/// Samples whose truth does not count.
+struct Unscored {
+  double share = 0.0;
+  std::string where;  ///< "the first 0.2 s and the last 0.2 s of each log"; empty when all are scored
+};
+
+/// An estimator on logs.
+struct LogEntry {
+  std::string estimator;              ///< "observer", "ekf", one of LogBaseline::names(), "ridge" ...
+  std::vector<std::string> describe;  ///< per state, how a baseline was set up: empty where it does not apply; none: no
+                                      ///< baseline
+  LogMetrics metrics;                 ///< NaN for a state to which it does not apply
+  StepCost cost = {};                 ///< {0, 0}: not counted
+  std::string setup = {};             ///< in words: how a filter was tuned
+};
+
+/// Adds each of LogBaseline::names() that applies to a state, fitted on `training`, on `judged`.
+///   wanted  called before each name; false: it is left out
+void judge_baselines(std::vector<LogEntry>& entries, const Dataset& training, const Dataset& judged,
+                     const LogSchema& schema, const std::vector<AnglePair>& angles, const EvaluationWindows& windows,
+                     const std::function<bool(const std::string& name)>& wanted);
+
+/// How the observer flies over a log.
+struct LogFlight {
+  std::vector<SensorFault> faults = {};
+  bool behind_gate = false;  ///< of the model's monitor, which it must have
+};
+
+struct LogEvaluation {
+  std::vector<LogEntry> entries;   ///< the observer first, then baselines and "ridge"
+  ErrorMetrics metrics;            ///< of the observer over all files
+  std::vector<std::string> notes;  ///< plain words on states that are no better than by a constant or a linear readout,
+                                   ///< and on estimates that make no sense where nothing is scored
+  Unscored unscored;
+  std::vector<std::string> unscored_states = {};  ///< of the model, that the logs have no truth of
+  DomainShare domain;
+  std::optional<Coverage> coverage = {};  ///< of a model that knows how wrong it is
+  NoiseConfig noise;                      ///< added to the logged outputs
+  std::vector<std::string> missing = {};  ///< outputs that were taken away, and how
+  bool behind_gate = false;               ///< of the model's monitor
+  std::uint64_t seed = 0;
+  std::string split;                     ///< "test", "validation" or "training" of an experiment; empty: other logs
+  std::string baselines_fitted_on;       ///< "the training logs", "these logs, in hindsight"
+  std::vector<Channel> states, outputs;  ///< states: those that are scored
+  std::vector<EvaluatedRun> examples;    ///< all logs, or kMostExamples of them (examples.h); the first is the first
+};
+
+/// What is being done, and which share of all is done before it.
+using LogProgress = std::function<void(double share, const std::string& what)>;
+
+/// Runs the model and the baselines over every log, with `noise` added to the measured outputs.
+///   logs, schema   have all of the model's outputs and inputs, and the truth of one state at least: the others
+///                  are unscored
+///   baseline_logs  what the baselines may learn from: the training logs; or nullptr, then the very logs they are
+///                  judged on, in hindsight, which only makes them harder to beat
+///   flight         sensors that fail. What is missing the ridge regression does without from the start, and other
+///                  alternatives than a constant are left out; of sensors that lie nobody is told
+///   config         how errors are read; its state_scale is set here where the states' units differ
+LogEvaluation evaluate_on_logs(const codegen::Model& model, const Dataset& logs, const LogSchema& schema,
+                               const Dataset* baseline_logs, const NoiseConfig& noise, std::uint64_t seed,
+                               MetricsConfig config = {}, const LogProgress& progress = {},
+                               const LogFlight& flight = {});
+
+/// The share and the place of the samples that have no weight.
+Unscored find_unscored(const Dataset& logs);
+
+/// A note for each state whose estimate leaves, at a sample that is not scored, the range of the truth on all scored
+/// ones, widened by half of that range on either side: the farthest one. Angles have no range.
+std::vector<std::string> unscored_notes(const Dataset& logs, const std::vector<Eigen::MatrixXd>& estimates);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// One row of a test over several test sets and several trained models: means with their standard errors. One test set
+// is one draw: on Van der Pol the norms of single sets scatter by more than the differences between observers.
+// Plain words on what an observer's errors are worth beside those of knowing nothing, a constant, and of the best of
+// the simple estimators: the same for plants and for logs.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trainer/judge/evaluation/evaluate.h"
+#include "trainer/judge/evaluation/text.h"
+
+namespace nlo::trainer {
+
+/// Evaluations under one noise. Models of one experiment differ in their training seed alone.
+struct EvaluationStudy {
+  std::vector<std::string> models;
+  /// By model, then by test set; in each the observer first, then its alternatives in the same order.
+  std::vector<std::vector<std::vector<Evaluation>>> results;
+
+  const std::vector<Evaluation>& first() const { return results.front().front(); }
+  std::size_t test_sets() const { return results.front().size(); }
+  bool is_single() const { return models.size() == 1 && test_sets() == 1; }
+};
+
+/// A number of an evaluation; empty where it is not defined.
+using Quantity = std::function<std::optional<double>(const ErrorMetrics&)>;
+
+/// Mean over models and test sets of the estimator at place `estimator` of each list. Empty when one of the evaluations
+/// does not define the quantity: the mean of those that do would flatter.
+std::optional<Spread> spread_of(const EvaluationStudy& study, std::size_t estimator, const Quantity& quantity);
+
+/// Notes (comparison_notes) on the observer's mean errors in the settled window; needs the estimators "constant" and
+/// "ridge"; and of each loop what it costs.
+std::vector<std::string> study_notes(const EvaluationStudy& study);
+
+/// What the loop of an estimator costs over all models and test sets; empty where it is in none.
+std::optional<ClosedLoopCost> study_loop(const EvaluationStudy& study, std::size_t estimator);
+
+/// The mean coverage of an estimator; empty where it does not know how wrong it is.
+std::optional<Coverage> study_coverage(const EvaluationStudy& study, std::size_t estimator);
+
+/// The observer's domain over all models and test sets.
+DomainShare study_domain(const EvaluationStudy& study);
+
+/// A state whose error exceeds this share of another estimator's is not estimated better by the observer.
+inline constexpr double kNoBetterThanConstant = 0.95;
+
+/// Errors of one state in one window; NaN where there is none.
+struct ComparedState {
+  std::string name, unit;
+  std::string window;                 ///< in words: "settled (t >= 10 s)"
+  double observer, constant, simple;  ///< simple: the best of the others, such as a linear readout
+  std::string simple_name = "a ridge regression on the same features";
+};
+
+/// A note for each state that is not seen, and for each that something simple estimates as well. None is good news.
+std::vector<std::string> comparison_notes(const std::vector<ComparedState>& states);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/judge/evaluation/linear_readout.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "codegen/base/error.h"
+#include "trainer/data/angle.h"
+
+namespace nlo::trainer {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRidge = 1e-6;  // collinear features of fast modes stay harmless
+
+}  // namespace
+
+LinearReadout::LinearReadout(const codegen::Model& model) : LinearReadout(model, model.states) {}
+
+LinearReadout::LinearReadout(const codegen::Model& model, std::vector<codegen::Channel> states)
+    : states_(std::move(states)) {
+  if (const codegen::Network* map = codegen::inverse_map(model)) {
+    map_ = map->features;
+    mean_ = map->feature_mean;
+    scale_ = map->feature_scale;
+  } else {
+    map_ = MatrixXd::Identity(model.nz() + model.nr(), model.nz() + model.nr());
+    mean_ = VectorXd::Zero(map_.rows());
+    scale_ = VectorXd::Ones(map_.rows());
+  }
+}
+
+MatrixXd LinearReadout::features(const codegen::Run& run) const {
+  const Index nz = run.z.rows(), ny = run.y.rows();
+  MatrixXd u = map_.leftCols(nz) * run.z;
+  if (map_.cols() == nz + ny) u += map_.rightCols(ny) * run.y;
+  return (u.colwise() - mean_).array().colwise() / scale_.array();
+}
+
+void LinearReadout::add(const codegen::Run& run, const Trajectory& truth) {
+  ridge_.add(features(run), angles_encoded(truth.states, states_), truth.weight);
+}
+
+void LinearReadout::fit() {
+  if (!(ridge_.weight() > 0.0)) throw codegen::Error("linear readout: no sample to fit it on, or all truth is masked");
+  weights_ = ridge_.fit(kRidge);
+}
+
+MatrixXd LinearReadout::estimate(const codegen::Run& run) const {
+  return angles_decoded(weights_ * with_one(features(run)), states_);
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// High-gain observer for one output, on lanes, stepped at the samples:
+//   x- = Phi(x),   x = x- + O(x-)^-1 g (y - h(x-)),   O = d(y, y', ..., y^(n-1))/dx
+// The derivatives of y along the plant are chains of integrators, for which g is the fading-memory filter's: all poles
+// at beta = exp(-theta h), so a sample period is no limit on theta, as it is for gains k_i theta^i held from sample to
+// sample. n = 1: 1 - beta; n = 2: 1 - beta^2, (1 - beta)^2 / h; n = 3: 1 - beta^3, 3/2 (1 - beta)^2 (1 + beta) / h,
+// (1 - beta)^3 / h^2 (Zarchan, Musoff: Fundamentals of Kalman filtering, chapter on fading memory). Derivatives of y
+// are differences over one sample period either way.
+#pragma once
+
+#include <string>
+
+#include "trainer/judge/filters/sigma_point_filter.h"
+
+namespace nlo::trainer {
+
+/// Why there is none for a plant; empty: there is.
+std::string no_high_gain(Eigen::Index nx, Eigen::Index ny, Eigen::Index nu);
+
+class HighGainObserver final : public LaneFilter {
+ public:
+  /// theta = sqrt(tuning.process) / (20 h): nothing else of a tuning is used.
+  HighGainObserver(const LanePlant& plant, const FilterKnowledge& knowledge, const std::vector<FilterTuning>& tunings,
+                   Eigen::Index lanes, double sample_period_s);
+
+  Eigen::MatrixXd step(const LaneRuns& runs, Eigen::Index k) override;
+  int restarts() const override { return restarts_; }
+
+ private:
+  LanePlant plant_;
+  Eigen::MatrixXd x_, initial_state_, gains_;  ///< n_x x L each
+  Eigen::ArrayXd limits_;                      ///< n_x
+  Eigen::VectorXd step_;                       ///< n_x, of differences in x
+  int restarts_ = 0;
+};
+
+}  // namespace nlo::trainer

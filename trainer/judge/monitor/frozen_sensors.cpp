@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/judge/monitor/frozen_sensors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <vector>
+
+#include "codegen/replay/reference_monitor.h"
+#include "trainer/judge/evaluation/evaluate.h"
+
+namespace nlo::trainer {
+namespace {
+
+using codegen::Monitor;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A sensor that the observer can do without is frozen once it repeats a reading for longer than at all but this share
+// of the training's samples. As many of those at rest its witness may be out of its range there; of the others it has
+// to be in most.
+constexpr double kFrozenShare = 0.03, kLeastWitnessed = 0.5;
+// A sensor of high resolution repeats itself now and then, though no log shows it.
+constexpr std::size_t kFewestEqual = 5;
+// The resting reading of a sensor that does not rest: no reading equals it.
+constexpr double kNoRest = 1e30;
+
+/// The reading of output j that is repeated most.
+double resting_reading(const SensedRuns& runs, Index j) {
+  std::map<double, std::size_t> repeated;
+  for (const MatrixXd& y : runs.outputs)
+    for (Index k = 1; k < y.cols(); ++k)
+      if (y(j, k) == y(j, k - 1)) ++repeated[y(j, k)];
+  const auto most = std::max_element(repeated.begin(), repeated.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == repeated.end() ? 0.0 : most->first;
+}
+
+/// What output i reads where output j rests, but for kFrozenShare of it, and the share of other samples beyond.
+struct Witness {
+  Index output = 0;
+  double min = 0.0, max = 0.0, beyond = 0.0;
+};
+Witness witness_of(const SensedRuns& runs, Index j, double resting, Index i) {
+  std::vector<double> at_rest, moving;
+  for (const MatrixXd& y : runs.outputs)
+    for (Index k = 1; k < y.cols(); ++k) {
+      if (!std::isfinite(y(i, k)) || !std::isfinite(y(j, k))) continue;
+      if (y(j, k) != resting)
+        moving.push_back(y(i, k));
+      else if (y(j, k - 1) == resting)
+        at_rest.push_back(y(i, k));
+    }
+  if (at_rest.empty() || moving.empty()) return {i};
+  std::sort(at_rest.begin(), at_rest.end());
+  const auto out = static_cast<std::size_t>(0.5 * kFrozenShare * static_cast<double>(at_rest.size() - 1));
+  Witness witness{i, at_rest[out], at_rest[at_rest.size() - 1 - out]};
+  const auto beyond =
+      std::count_if(moving.begin(), moving.end(), [&](double y) { return y < witness.min || y > witness.max; });
+  witness.beyond = static_cast<double>(beyond) / static_cast<double>(moving.size());
+  return witness;
+}
+
+/// The most equal readings of output j in a row, as the monitor counts them, but for kFrozenShare of all samples.
+double most_equal_of(const Monitor& monitor, const SensedRuns& runs, Index j) {
+  std::vector<double> samples;  // [i]: that repeat their reading for the (i + 1)th time
+  double all = 0.0;
+  for (const MatrixXd& y : runs.outputs) {
+    codegen::Repeats repeats;
+    for (Index k = 0; k < y.cols(); ++k) {
+      if (!std::isfinite(y(j, k))) continue;
+      repeats.add(monitor, j, y(j, k), y(static_cast<Index>(monitor.witness(j)), k), 0.0);
+      const auto equal = static_cast<std::size_t>(repeats.equal());
+      all += 1.0;
+      if (equal == 0) continue;
+      samples.resize(std::max(samples.size(), equal));
+      samples[equal - 1] += 1.0;
+    }
+  }
+  std::size_t length = samples.size();
+  double beyond = 0.0;
+  while (length > 0 && (beyond += samples[length - 1]) <= kFrozenShare * all) --length;
+  return std::min(static_cast<double>(std::max(length + 1, kFewestEqual)), 65535.0);
+}
+
+/// Over all runs, of one output: the most equal readings in a row, and the largest change that was predicted while the
+/// reading stayed the same [deviations], once the observer has settled.
+struct Repeated {
+  int longest = 0;
+  double moved = 0.0;
+};
+std::vector<Repeated> repeated(const Monitor& monitor, const SensedRuns& runs, const codegen::Model& model) {
+  std::vector<Repeated> all(static_cast<std::size_t>(model.measured()));
+  const ObserverRun observer = observer_run(model, runs.uniform());
+  const Index armed = codegen::armed_after(monitor, model.sample_period_s);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const MatrixXd& y = runs.outputs[i];
+    const VectorXd time =
+        runs.uniform() ? VectorXd::LinSpaced(y.cols(), 0.0, static_cast<double>(y.cols() - 1) * model.sample_period_s)
+                       : runs.time_s[i];
+    const MatrixXd features = codegen::monitor_features(model, observer(y, runs.inputs[i], time));
+    const MatrixXd predicted = monitor.deviation.cwiseInverse().asDiagonal() *
+                               MatrixXd((monitor.prediction * features).colwise() + monitor.offset);
+    for (Index j = 0; j < model.measured(); ++j) {
+      codegen::Repeats repeats;
+      Repeated& own = all[static_cast<std::size_t>(j)];
+      for (Index k = 1; k < y.cols(); ++k) {
+        if (!std::isfinite(y(j, k))) continue;
+        repeats.add(monitor, j, y(j, k), std::nan(""), k > armed ? predicted(j, k - 1) : 0.0);
+        own.longest = std::max(own.longest, repeats.equal());
+        own.moved = std::max(own.moved, std::abs(repeats.moved()));
+      }
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+void fit_frozen(Monitor& monitor, const SensedRuns& runs, bool simulated, const codegen::Model& model) {
+  codegen::leave_out_frozen(monitor, model.ny());
+  if (runs.outputs.empty()) return;
+  const std::vector<Repeated> all = repeated(monitor, runs, model);
+  // A sensor of high resolution repeats a reading by chance only.
+  constexpr int kByChance = 3;
+  constexpr double kMargin = 2.0, kLeastMoved = 3.0;  // deviations
+  for (Index j = 0; j < model.measured(); ++j) {
+    const Repeated& own = all[static_cast<std::size_t>(j)];
+    monitor.most_moved(j) = std::max(kMargin * own.moved, kLeastMoved);
+    if (!simulated && own.longest <= kByChance) {
+      monitor.most_equal(j) = std::max<double>(4 * (own.longest + 1), kFewestEqual);
+      monitor.resting(j) = monitor.rest_min(j) = monitor.rest_max(j) = kNoRest;
+      monitor.witness(j) = static_cast<double>(j);
+    }
+  }
+  for (const int j : model.failures.outputs) {
+    if (simulated || j >= model.measured()) continue;
+    const double resting = resting_reading(runs, j);
+    Witness best{j, resting, resting, kLeastWitnessed};  // itself: at rest it is never frozen
+    for (Index i = 0; i < model.measured(); ++i) {
+      if (i == j) continue;
+      if (const Witness other = witness_of(runs, j, resting, i); other.beyond > best.beyond) best = other;
+    }
+    monitor.resting(j) = resting;
+    monitor.witness(j) = static_cast<double>(best.output);
+    monitor.rest_min(j) = best.min;
+    monitor.rest_max(j) = best.max;
+    monitor.most_equal(j) = most_equal_of(monitor, runs, j);
+  }
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "trainer/learn/training/blocks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "trainer/learn/losses/registry.h"
+
+namespace nlo::trainer {
+
+namespace {
+
+/// The last sample of each segment, unless it is masked.
+std::vector<SampleSet> segment_ends(const Rollout& rollout) {
+  std::vector<SampleSet> ends(rollout.groups().size());
+  for (std::size_t g = 0; g < ends.size(); ++g) {
+    for (int lane = 0; lane < rollout.groups()[g].lanes; ++lane) {
+      const Segment& segment = rollout.segment(static_cast<int>(g), lane);
+      const int last = segment.length - 1;
+      const float weight = rollout.data()
+                               .runs[static_cast<std::size_t>(segment.run)]
+                               .weight[static_cast<std::size_t>(segment.start + last)];
+      if (weight <= 0.0F) continue;
+      ends[g].offsets.push_back(last * kGroup + lane);
+      ends[g].weights.push_back(weight);
+    }
+  }
+  return ends;
+}
+
+}  // namespace
+
+void Blocks::draw(const Experiment& experiment, const Rollout& rollout, long step, bool all, const LossConfig& loss,
+                  ThreadPool& pool) {
+  blocks_.clear();
+  // All samples of all runs are the same in every step.
+  std::vector<SampleSet>& samples = all ? all_samples_ : samples_;
+  if (!all || samples.empty()) samples = draw_samples(experiment, rollout, step, all, pool);
+  add(BlockKind::kRunning, samples);
+  shares_.assign(samples.size(), 1.0);
+  group_weights_.clear();
+  for (const SampleSet& set : samples) group_weights_.push_back(set.total_weight);
+  total_weight_ = 0.0;
+  for (const SampleSet& set : samples) total_weight_ += set.total_weight;
+  if (blocks_.empty()) total_weight_ = 1.0;  // all drawn samples are masked: nothing to learn, nothing to divide by
+  horizon_s_ = 1.0;
+  const auto segments = static_cast<double>(rollout.segments().size());
+  if (loss.reduction == Reduction::kIntegral) {
+    double steps = 0.0;
+    for (const Segment& segment : rollout.segments()) steps += segment.length - 1;
+    horizon_s_ = rollout.data().sample_period_s * steps / segments;
+  }
+  running_share_ = horizon_s_ / total_weight_;
+  const int points = has_loss<EquationLoss>(loss) ? rollout.data().collocation.count : 0;
+  for (int first = 0; first < points; first += kBlock)
+    blocks_.push_back({BlockKind::kCollocation, {nullptr, 0, first, std::min(kBlock, points - first)}});
+  first_terminal_ = blocks_.size();
+  if (const auto at_ends = [](const EstimateLoss& form) { return form.at == EstimateLoss::At::kSegmentEnds; };
+      any_loss<EstimateLoss>(loss, at_ends)) {
+    terminal_share_ = 1.0 / segments;
+    ends_ = segment_ends(rollout);
+    add(BlockKind::kTerminal, ends_);
+  }
+}
+
+double Blocks::share_by_logarithm(const std::vector<double>& squares, double floor) {
+  const auto groups = static_cast<double>(squares.size());
+  double lacking = 0.0;
+  for (std::size_t g = 0; g < squares.size(); ++g) {
+    if (group_weights_[g] <= 0.0) continue;
+    const double mean = squares[g] / group_weights_[g], level = mean + floor;
+    shares_[g] = total_weight_ / (groups * group_weights_[g] * level);
+    lacking += (std::log(level) - mean / level) / groups;
+  }
+  return lacking;
+}
+
+void Blocks::add(BlockKind kind, const std::vector<SampleSet>& sets) {
+  for (std::size_t g = 0; g < sets.size(); ++g) {
+    const int count = static_cast<int>(sets[g].offsets.size());
+    for (int first = 0; first < count; first += kBlock)
+      blocks_.push_back({kind, {&sets[g], static_cast<int>(g), first, std::min(kBlock, count - first)}});
+  }
+}
+
+}  // namespace nlo::trainer

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// What one evaluation of the cost visits, in blocks that a network takes at a time, and what a sample of each kind
+// counts: samples of the running cost, collocation points, ends of segments.
+#pragma once
+
+#include <vector>
+
+#include "trainer/base/parallel.h"
+#include "trainer/config/experiment.h"
+#include "trainer/learn/losses/estimate_block.h"
+#include "trainer/rollout/rollout.h"
+#include "trainer/rollout/sampling.h"
+
+namespace nlo::trainer {
+
+enum class BlockKind { kRunning, kTerminal, kCollocation };
+
+/// Samples that are worked on at a time; of collocation points, which have no set, `first` and `count` alone.
+struct Block {
+  BlockKind kind;
+  SampleRange samples;
+};
+
+class Blocks {
+ public:
+  /// Draws the samples of a step from what was rolled out, or takes all of them, and shares them out for these losses.
+  void draw(const Experiment& experiment, const Rollout& rollout, long step, bool all, const LossConfig& loss,
+            ThreadPool& pool);
+
+  const std::vector<Block>& all() const { return blocks_; }
+  /// Index of the first terminal one; they are the last.
+  std::size_t first_terminal() const { return first_terminal_; }
+
+  /// The running cost becomes mean log(m + floor) over the groups, where m is a group's mean squared error: a run of
+  /// little noise then counts as much as one of much. Its gradient at a sample is 1 / (m + floor) of the mean's, so the
+  /// shares are set to that. Returns what the sum of squares by these shares lacks of the cost.
+  ///   squares  of each group: the sum of weighted squared errors
+  double share_by_logarithm(const std::vector<double>& squares, double floor);
+
+  double total_weight() const { return total_weight_; }    ///< of the running samples
+  double horizon_s() const { return horizon_s_; }          ///< mean length of the segments for the integral, else 1
+  double running_share() const { return running_share_; }  ///< of a sample with weight 1 in the running cost
+  /// The same of a group, where groups count by the logarithm of their errors.
+  double running_share(int group) const { return running_share_ * shares_[static_cast<std::size_t>(group)]; }
+  double terminal_share() const { return terminal_share_; }  ///< of a segment's end in the terminal cost
+
+ private:
+  void add(BlockKind kind, const std::vector<SampleSet>& sets);
+
+  std::vector<SampleSet> samples_, all_samples_, ends_;  // one per group
+  std::vector<Block> blocks_;
+  std::vector<double> shares_, group_weights_;  // of each group
+  std::size_t first_terminal_ = 0;
+  double total_weight_ = 0.0, horizon_s_ = 1.0, running_share_ = 0.0, terminal_share_ = 0.0;
+};
+
+}  // namespace nlo::trainer

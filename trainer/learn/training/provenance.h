@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// Which run a model and a checkpoint belong to: the data and the experiment in a hash, and the facts a model keeps.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "codegen/model/model.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/learn/training/checkpoint.h"
+
+namespace nlo::trainer {
+
+/// Hash of a data set's numbers, on top of `hash`.
+std::uint64_t data_fingerprint(const Dataset& dataset, std::uint64_t hash);
+
+/// Of all that a run trains on and chooses its model by: data_hash of a model's provenance.
+std::uint64_t training_data_hash(const Dataset& training, const Dataset& validation);
+
+/// 16 hex digits.
+std::string hex_text(std::uint64_t value);
+
+/// Of a run on data of that hash: experiment and seed. A run may be resumed with another number of steps; everything
+/// else makes it another run.
+std::uint64_t run_fingerprint(const Experiment& experiment, std::uint64_t data_hash);
+
+/// Writes where the model comes from: version, seed, data, steps, error and the experiment's text.
+void note_provenance(const Experiment& experiment, const Dataset& dataset, std::uint64_t data_hash,
+                     const TrainingState& state, double validation_rmse, codegen::Model& model);
+
+}  // namespace nlo::trainer

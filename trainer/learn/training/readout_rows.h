@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Linear rows that may ship in place of T*, and their errors beside its own:
+// what choose_readout() (readout.h) chooses from.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "codegen/model/model.h"
+#include "trainer/learn/training/readout.h"
+#include "trainer/rollout/sampled_truth.h"
+
+namespace nlo::trainer {
+
+/// What a linear row may read: the features of T*, then outputs and inputs as they are.
+class RowInputs {
+ public:
+  RowInputs(const codegen::Model& model, const SampledTruth& training);
+
+  Eigen::Index features() const { return features_; }
+  Eigen::Index all() const { return of_.rows(); }
+  const std::vector<int>& readings() const { return readings_; }
+  /// The row that reads reading `j` alone, [intercept, columns].
+  Eigen::VectorXd reading_alone(std::size_t index) const;
+  /// all() x N.
+  Eigen::MatrixXd values(const SampledTruth& samples) const;
+  /// Makes the map read the readings too; no layer listens to them yet.
+  void extend(codegen::Network& map) const;
+
+ private:
+  void append(const Eigen::VectorXd& row, double mean, double deviation);
+
+  Eigen::MatrixXd of_;
+  Eigen::VectorXd mean_, scale_;
+  Eigen::Index features_ = 0;
+  std::vector<int> readings_;
+};
+
+/// A linear row for every state.
+struct RowCandidate {
+  Eigen::MatrixXd rows;  ///< n_x x (1 + all)
+  bool reads_more = false;
+};
+
+/// The simpler ones first: of the features, a ridge of each strength, then the constant; where there are readings to
+/// read beside them, the same ridges of both, then each reading alone.
+std::vector<RowCandidate> row_candidates(const codegen::Model& model, const RowInputs& inputs,
+                                         const SampledTruth& training);
+inline constexpr double kRidges[] = {1e-6, 1e-4, 1e-2};
+
+/// Of T* and of every candidate, on the samples of one set.
+SetSquares squares_of(const codegen::Model& model, const RowInputs& inputs, const std::vector<RowCandidate>& all,
+                      const SampledTruth& samples);
+
+}  // namespace nlo::trainer

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// The training loop: steps, schedule, averaging, validation, checkpoints. The same experiment, seed and data give the
+// same model, byte for byte, for any number of threads and however often the run was interrupted and resumed.
+#pragma once
+
+#include <atomic>
+#include <complex>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "codegen/model/model.h"
+#include "trainer/config/experiment.h"
+#include "trainer/data/dataset.h"
+#include "trainer/learn/training/checkpoint.h"
+#include "trainer/learn/training/readout.h"
+#include "trainer/learn/uncertainty/calibration.h"
+
+namespace nlo::trainer {
+
+struct TrainProgress {
+  long step = 0, steps = 0;
+  double loss = 0.0, rmse = 0.0;  ///< rmse: on the validation set, the latest
+  std::vector<std::complex<double>> eigenvalues;
+  double steps_per_s = 0.0, elapsed_s = 0.0, left_s = 0.0;
+};
+
+/// How a training without a group of logs estimates the states of that group.
+struct LeftOutGroup {
+  SetSquares squares;  ///< of T* as trained
+  ErrorScores scores;  ///< of what ships, where it has an error head
+};
+
+struct TrainOptions {
+  std::string directory;  ///< for checkpoint.bin and metrics.csv; empty: nothing is written
+  bool resume = false;    ///< go on from the directory's checkpoint
+  std::function<void(const TrainProgress&)> progress;  ///< called after each step; may be empty
+  const std::atomic<bool>* stop = nullptr;             ///< when true: save, and return as interrupted
+  /// Groups of logs that are not trained on: how well their states are estimated is TrainingResult::left_out.
+  std::vector<Dataset> left_out = {};
+  /// What such trainings have told: it chooses what ships (choose_readout()), and sets the size of its error head.
+  std::vector<LeftOutGroup> evidence = {};
+};
+
+enum class TrainOutcome {
+  kFinished,
+  kInterrupted,
+  kDiverged,    ///< stopped early: a number was not finite, or the loss grew without bounds
+  kClosedForm,  ///< ran to its end; the closed form that it started from is best, and nothing failed: no_progress.h
+  kNoProgress,  ///< ran to its end and got nowhere: see no_progress.h
+  kBelowFloor   ///< ran to its end, and a state is worse than something simple: see readout.h
+};
+
+struct TrainingResult {
+  TrainOutcome outcome = TrainOutcome::kFinished;
+  /// The model is what training was asked for: not interrupted, diverged, without progress or below the floor.
+  bool succeeded() const { return outcome == TrainOutcome::kFinished || outcome == TrainOutcome::kClosedForm; }
+  codegen::Model model;    ///< of the lowest validation error so far
+  Readout readout;         ///< what its states read, and what else they might
+  std::size_t groups = 0;  ///< that were left out of other trainings and chose `readout`; 0: its own data did
+  std::vector<LeftOutGroup> left_out;  ///< of TrainOptions::left_out, without those that have no truth
+  std::vector<MetricsRow> metrics;
+  long steps_done = 0;
+  double elapsed_s = 0.0;
+  double validation_rmse = 0.0;  ///< of `model`
+  std::string message;           ///< when the outcome is not kFinished: what happened, and what to try
+  int returns = 0;  ///< times that training ran away and went on from its best (where gradients are clipped)
+};
+
+/// Trains on `training`; picks the model by its error on `validation` (with the training noise).
+/// Throws codegen::Error when the experiment cannot be trained, e.g. on no trajectories.
+TrainingResult train(const Experiment& experiment, const Dataset& training, const Dataset& validation,
+                     const TrainOptions& options);
+
+}  // namespace nlo::trainer
