@@ -191,7 +191,9 @@ TEST_F(LogClock, GoesOnWhereACounterOverflows) {
   LogConfig config = plain_config();
   config.columns[0].unit = "us";
   const Dataset data =
-      load(config, log_of([](int k) { return std::to_string((4294000000ull + 10000ull * k) % 4294967296ull); }));
+      load(config, log_of([](int k) {
+             return std::to_string((4294000000ull + 10000ull * static_cast<unsigned long long>(k)) % 4294967296ull);
+           }));
   ASSERT_EQ(data.trajectories.size(), 1u);
   EXPECT_NEAR(data.trajectories[0].time_s[599], 5.99, 1e-9);
   EXPECT_TRUE(report_.notes.empty());
