@@ -31,8 +31,6 @@ def room_of(path):
         return "runtime"
     if parts[0] not in ("codegen", "trainer") or len(parts) < 2:
         return None
-    if path == "trainer/app/main.cpp":
-        return "trainer/app/commands"
     return "/".join(parts[:2]) if len(parts) > 2 else parts[0]
 
 
