@@ -70,8 +70,8 @@ std::string ranges_text(const PreparedExport& prepared) {
     text += "// A reading that may go beyond: give what is left of whole multiples (fmod), which has no limit.\n";
   if (clamps)
     text += fmt::format(
-        "// While a reading is clamped, in_domain() is false. After {} such samples in a row the status is "
-        "out of range.\n",
+        "// While a reading is clamped, in_domain() is false.\n"
+        "// After {} such samples in a row the status is out of range.\n",
         prepared.folded().stale_after);
   return text + "//\n";
 }

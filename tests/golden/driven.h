@@ -17,8 +17,8 @@
 //   y1 [rad]                    used unchanged from -3 to 3, clamped beyond
 //   torque [N m]                used unchanged
 //   wind                        used unchanged
-// While a reading is clamped, in_domain() is false. After 8 such samples in a row the status is out
-// of range.
+// While a reading is clamped, in_domain() is false.
+// After 8 such samples in a row the status is out of range.
 //
 // Cost
 //   step()      958 multiply-adds, 96 activations

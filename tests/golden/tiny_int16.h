@@ -21,8 +21,8 @@
 //
 // Readings
 //   y [m]                       used unchanged from -3 to 3, clamped beyond
-// While a reading is clamped, in_domain() is false. After 13 such samples in a row the status is
-// out of range.
+// While a reading is clamped, in_domain() is false.
+// After 13 such samples in a row the status is out of range.
 //
 // Cost
 //   step()      6 multiply-adds

@@ -183,7 +183,7 @@ struct TrainingConfig {
   std::string optimiser = "adam";           ///< a name that learn/optim/optimiser.h knows
   double learning_rate = 1e-3;
   double eigenvalue_learning_rate = 0.0;   ///< 0: the same as learning_rate
-  std::string schedule = "cosine";         ///< of the rates, a name that learn/optim/optimiser.h knows
+  std::string schedule = "cosine";         ///< schedule of both rates, a name in learn/optim/optimiser.h
   double decay = 0.9999;                   ///< of the exponential schedule, per step
   double gradient_clip = 0.0;              ///< > 0: a longer gradient is shortened to this
   double weight_decay = 0.0;               ///< of T*'s network weights (decoupled, as in AdamW)

@@ -11,7 +11,7 @@ namespace nlo::trainer {
 struct ClockText {
   bool has_date = false;
   long day = 0;          ///< since 1970-01-01
-  double seconds = 0.0;  ///< of the day, in UTC where the text names its zone; more than 86400 in a count of hours
+  double seconds = 0.0;  ///< since midnight, in UTC if the text names its zone; above 86400 in a count of hours
 };
 
 /// Reads [YYYY-MM-DD(T| )]h:mm:ss[.fraction][Z|+hh:mm]. Also read: slashes in the date, a decimal comma, a date without

@@ -239,8 +239,8 @@ class Search {
         return train(experiment, data.get().training, data.get().validation, options);
       });
       if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;
-      // What is found is trained once more by `nlo train`, which refuses a training that got nowhere. The few steps of
-      // an early rung need not get anywhere.
+      // `nlo train` trains the chosen experiment once more and refuses a training that got nowhere. The few steps of an
+      // early rung need not get anywhere.
       const bool counts = last ? result.succeeded() : result.outcome != TrainOutcome::kDiverged;
       if (counts) trial.error = judge_.error(result.model);
       if (result.elapsed_s > 0.0) candidate.steps_per_s = static_cast<double>(result.steps_done) / result.elapsed_s;

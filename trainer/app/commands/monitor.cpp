@@ -176,7 +176,7 @@ std::string monitor_json(const FittedMonitor& fitted, const MonitorStudy& study)
 constexpr double kHour = 3600.0;
 constexpr int kFitRuns = 100;
 constexpr double kMostSamples = 4e6;  // of the runs that limits are set on
-constexpr int kFewestLimitRuns = 30;  // of slow plants: 210 time constants
+constexpr int kFewestLimitRuns = 30;  // slow plants: 210 time constants in all
 constexpr int kChunk = 64;            // runs in memory together
 constexpr int kTrialRuns = 24;        // that the gate is tried on
 constexpr Eigen::Index kMostTrialSamples = 20000;

@@ -66,7 +66,7 @@ class Guess {
     GuessedClock& clock = log_.clock;
     std::size_t found = headings_.size();
     ColumnNumbers stamps;
-    std::vector<std::string> notes;  // of the column that is taken
+    std::vector<std::string> notes;  // notes on the column that is taken
     const auto take = [&](std::size_t i, const char* why) {
       std::vector<std::string> of_it;
       ColumnNumbers numbers = ColumnNumbers::of_clock(tables_, headings_[i], of_it);
