@@ -65,6 +65,7 @@ void NetworkBlock<Scalar, kColumns>::forward_as(const Scalar* parameters) {
     const Scalar* in = values_.activations[l].data();
     Math::multiply(parameters + layer.weights, layer.out, layer.in, parameters + layer.bias, in, out);
     if (l == last) break;
+    // A pass of its own: inside the product's tiles GCC serialises the long dependency chain of a tanh.
     Scalar* pre = kKeepsInputs<kKind> ? values_.pre_activations[l].data() : nullptr;
     for (int i = 0; i < layer.out * kStride; i += kWidth) {
       const P v = simd::load<P>(out + i);
