@@ -23,6 +23,17 @@ for diff in $diffs; do
   [ -f "$source/$diff" ] || fail "docs/extending.md names $diff, which does not exist"
 done
 
+# The section of a diff ends at the next heading.
+section() { awk -v diff="$1" '/^## /{text = ""; found = 0} {text = text $0 "\n"} index($0, "git apply " diff){found = 1}
+  found{last = text} END{printf "%s", last}' "$source/docs/extending.md"; }
+names() { section "$1" | grep -qF "\`$2\`"; }
+for diff in $diffs; do
+  for file in $(sed -n 's|^+++ b/||p' "$source/$diff"); do
+    names "$diff" "$file" || fail "the section of docs/extending.md on ${diff##*/} does not name $file"
+  done
+done
+! names docs/extending/plant.diff trainer/learn/losses/terms.h || fail "control: the section on plants names a loss"
+
 # The files that they change are all that applying needs. Inside of a checkout's folder git would skip what lies outside.
 cd "$work"
 for diff in $diffs; do git apply --numstat "$source/$diff" | cut -f 3; done | sort -u | while read -r file; do
