@@ -8,7 +8,6 @@
 #include <string>
 
 #include "trainer/app/commands/command.h"
-#include "trainer/app/commands/directory_lock.h"
 #include "trainer/app/commands/output_directory.h"
 #include "trainer/app/commands/program.h"
 #include "trainer/app/jobs/run_jobs.h"
@@ -38,12 +37,9 @@ void run_reproduce(const ReproduceArguments& arguments) {
   if (request.quick) request.size = reproduction::kQuickSize;
   request.seeds = arguments.seeds > 0 ? arguments.seeds : (request.quick ? 1 : 3);
   request.stop = &stop_on_interrupt();
-  check_output_directory({request.directory, false, true}, "");
   (void)reproduction::select_items(request.what);  // an unknown name is wrong usage, not a failed run
-  DirectoryLock lock;
+  const OutputDirectory directory(request.directory);
   run_phase([&] {
-    make_output_directory(request.directory);
-    lock.take(request.directory);
     StatusLine line(stderr);
     JobsProgress progress(line);
     const reproduction::Result result = reproduction::reproduce(request, progress);

@@ -11,10 +11,10 @@
 
 #include "codegen/base/file.h"
 #include "trainer/app/commands/command.h"
-#include "trainer/app/commands/directory_lock.h"
 #include "trainer/app/commands/model_cost.h"
 #include "trainer/app/commands/output_directory.h"
 #include "trainer/app/commands/patient_progress.h"
+#include "trainer/app/jobs/finished_run.h"
 #include "trainer/app/jobs/kept_training.h"
 #include "trainer/app/jobs/run_jobs.h"
 #include "trainer/app/sweep/search.h"
@@ -49,15 +49,13 @@ class Search {
         directory_(std::move(directory)),
         quiet_(quiet),
         judge_(task.experiment, task.data.validation) {
-    const std::uint64_t data =
-        data_fingerprint(task.data.validation, data_fingerprint(task.data.training, fingerprint(nullptr, 0)));
+    const std::uint64_t data = training_data_hash(task.data.training, task.data.validation);
     const std::string text = fmt::format("{} {} {} {} {}", run_identity(task.experiment), data, budget.minutes,
                                          budget.multiply_adds, budget.flash_bytes);
     record_.identity = fingerprint(text.data(), text.size());
   }
 
   SearchRecord run(bool resume) {
-    lock_.take(directory_);
     if (resume) read();
     if (record_.candidates.empty()) draw();
     const double reserved_s = record_.by_hand_fits() ? record_.by_hand_s : 0.0;
@@ -139,8 +137,6 @@ class Search {
                       budget_.flash_bytes > 0 ? fmt::format(" --max-flash-bytes {}", budget_.flash_bytes) : ""));
     record_.seconds = std::max(total_s - seconds(started, now()), 0.5 * total_s);
     leave_out_slow();
-    make_output_directory(directory_);
-    lock_.take(directory_);
     save();
   }
 
@@ -272,7 +268,6 @@ class Search {
   const SearchTask& task_;
   SearchBudget budget_;
   std::string directory_;
-  DirectoryLock lock_;
   bool quiet_;
   SearchJudge judge_;
   SearchRecord record_;

@@ -95,7 +95,7 @@ void run_compare(CompareArguments arguments) {
     throw codegen::Error(
         "-o -: compare.html and compare.json are two files, and stdout is one; leave -o out: the result "
         "is on stdout, with --json in that form");
-  if (!arguments.output.empty()) check_output_directory({arguments.output, false, true}, models.front().model.name);
+  if (!arguments.output.empty()) check_output_directory(arguments.output);
 
   const std::atomic<bool>& stop = stop_on_interrupt();
   PatientProgress progress;

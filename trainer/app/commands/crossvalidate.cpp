@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "trainer/app/commands/command.h"
 #include "trainer/app/commands/crossvalidate_text.h"
-#include "trainer/app/commands/directory_lock.h"
 #include "trainer/app/commands/experiment_argument.h"
 #include "trainer/app/commands/options.h"
 #include "trainer/app/commands/output_directory.h"
@@ -117,7 +117,8 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
   const Experiment& experiment = draft.experiment;
   if (!experiment.log)
     throw codegen::Error("crossvalidate is about logs, and this experiment simulates its [plant]; use nlo evaluate");
-  if (!arguments.output.empty()) check_output_directory({arguments.output, false, true}, "");
+  std::optional<OutputDirectory> directory;
+  if (!arguments.output.empty()) directory.emplace(arguments.output);
   const std::vector<std::string> files = all_files(*experiment.log, arguments.data);
   const std::string pattern = arguments.group.empty() ? experiment.validation.groups : arguments.group;
   const std::vector<LogGroup> folds =
@@ -152,9 +153,6 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
                         }});
       }
   run_phase([&] {
-    DirectoryLock lock;
-    if (!arguments.output.empty()) make_output_directory(arguments.output);
-    if (!arguments.output.empty()) lock.take(arguments.output);
     StatusLine line;
     if (arguments.output.empty()) line.log_after(kPatience);
     JobsProgress progress(line);

@@ -72,7 +72,7 @@ void run_identify(const IdentifyArguments& arguments) {
   const Identification identification = read_argument(arguments);
   const std::string directory = arguments.output.empty() ? "runs/" + identification.name : arguments.output;
   const std::string file = directory + "/" + kResultFile;
-  check_output_directory({directory, false, true}, identification.name);
+  check_output_directory(directory);
   check_result_file(file, identification.name, arguments.force);
 
   const LogSchema schema = resolve_columns(identification.log);

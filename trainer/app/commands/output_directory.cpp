@@ -6,11 +6,11 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <system_error>
 
 #include "codegen/base/error.h"
 #include "codegen/base/file.h"
-#include "codegen/model_file/model_file.h"
-#include "trainer/learn/training/checkpoint.h"
+#include "trainer/app/commands/command.h"
 
 namespace nlo::trainer {
 namespace {
@@ -29,47 +29,21 @@ bool writable(const fs::path& path) {
   return ::access(path.c_str(), W_OK | X_OK) == 0;
 }
 
-/// Whose model stands there; a file that is none is nobody's.
-std::string owner_of(const std::string& model) {
-  try {
-    return codegen::read_model(model).name;
-  } catch (const codegen::Error&) {
-    return "";
-  }
-}
-
 }  // namespace
 
-void check_output_directory(const OutputDirectory& directory, const std::string& experiment_name) {
-  if (is_stdout(directory.path))
+void check_output_directory(const std::string& path) {
+  if (is_stdout(path))
     throw codegen::Error(
         "-o -: this command writes a folder of files, and stdout is one; name a folder: -o DIR (./- for one of that "
         "name)");
-  const fs::path existing = nearest_existing(directory.path);
+  const fs::path existing = nearest_existing(path);
   std::error_code ignored;
   if (!fs::is_directory(existing, ignored))
     throw codegen::Error(
-        fmt::format("{}: {} is a file; choose another directory with -o DIR", directory.path, existing.string()));
+        fmt::format("{}: {} is a file; choose another directory with -o DIR", path, existing.string()));
   if (!writable(existing))
-    throw codegen::Error(fmt::format("{}: no permission to write in {}; choose another directory with -o DIR",
-                                     directory.path, existing.string()));
-  const std::string model = directory.path + "/model.json";
-  if (directory.resume && fs::exists(model, ignored) && !has_checkpoint(directory.path))
     throw codegen::Error(
-        fmt::format("{}/checkpoint.bin: no such file to resume from; start without --resume", directory.path));
-  if (!directory.force && fs::exists(model, ignored)) {
-    const std::string owner = owner_of(model);
-    if (owner.empty())
-      throw codegen::Error(
-          fmt::format("{}: holds no model that this program could have written; choose another "
-                      "directory with -o DIR, or replace it with --force",
-                      model));
-    if (owner != experiment_name)
-      throw codegen::Error(
-          fmt::format("{}: holds the model of another experiment, {}; choose another directory with "
-                      "-o DIR, or replace it with --force",
-                      model, owner));
-  }
+        fmt::format("{}: no permission to write in {}; choose another directory with -o DIR", path, existing.string()));
 }
 
 void make_output_directory(const std::string& path) {
@@ -78,6 +52,20 @@ void make_output_directory(const std::string& path) {
   if (error)
     throw codegen::Error(
         fmt::format("{}: cannot make the directory: {}; choose another with -o DIR", path, error.message()));
+}
+
+OutputDirectory::OutputDirectory(const std::string& path) {
+  check_output_directory(path);
+  const fs::path existing = nearest_existing(path);
+  for (fs::path missing = fs::absolute(path); missing != existing; missing = missing.parent_path())
+    made_.push_back(missing.string());
+  run_phase([&] { make_output_directory(path); });
+  lock_.take(path);
+}
+
+OutputDirectory::~OutputDirectory() {
+  std::error_code is_in_use;
+  for (const std::string& directory : made_) fs::remove(directory, is_in_use);
 }
 
 bool is_stdout(const std::string& output) {

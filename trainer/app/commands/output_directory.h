@@ -3,21 +3,35 @@
 #pragma once
 
 #include <string>
+#include <vector>
+
+#include "trainer/app/commands/directory_lock.h"
 
 namespace nlo::trainer {
 
-struct OutputDirectory {
-  std::string path;
-  bool resume = false;
-  bool force = false;  ///< replace what another experiment left there
-};
-
-/// Throws codegen::Error when the directory cannot be made or written to, when it holds another experiment's model (and
-/// not `force`), when a model is to be resumed that has no checkpoint, or when it is "-": stdout is no folder.
-void check_output_directory(const OutputDirectory& directory, const std::string& experiment_name);
+/// Throws codegen::Error when the directory cannot be made or written to, or when it is "-": stdout is no folder.
+void check_output_directory(const std::string& path);
 
 /// Makes it, with what is above it. Throws codegen::Error.
 void make_output_directory(const std::string& path);
+
+/// A directory that no other nlo writes to as long as the object lives.
+class OutputDirectory {
+ public:
+  /// Checks the directory, makes it and locks it. Throws as check_output_directory() does, RunFailure when it cannot be
+  /// made, codegen::InputError while another program holds the lock.
+  explicit OutputDirectory(const std::string& path);
+
+  OutputDirectory(const OutputDirectory&) = delete;
+  OutputDirectory& operator=(const OutputDirectory&) = delete;
+
+  /// Removes the directories that the constructor made if nothing was written into them.
+  ~OutputDirectory();
+
+ private:
+  std::vector<std::string> made_;  ///< by the constructor, the deepest first
+  DirectoryLock lock_;
+};
 
 /// "-", which stands for stdout where a command writes one file; nothing else goes there then.
 bool is_stdout(const std::string& output);

@@ -132,7 +132,7 @@ void run_sweep(const SweepArguments& arguments) {
   const SweepPlan plan = read_sweep_plan(arguments.words.back());
   const Shard shard = arguments.shard ? parse_shard(*arguments.shard) : Shard{};
   const SweepPlaces places = places_of(plan, arguments);
-  if (collect || arguments.run) check_output_directory({places.folder, false, true}, "");
+  if (collect || arguments.run) check_output_directory(places.folder);
   const std::vector<CheckedJob> jobs = checked_jobs(plan, places);
   if (collect) {
     PatientProgress progress;

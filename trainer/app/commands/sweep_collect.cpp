@@ -14,7 +14,7 @@
 #include "trainer/app/commands/model_cost.h"
 #include "trainer/app/commands/output_directory.h"
 #include "trainer/app/commands/run_report.h"
-#include "trainer/app/jobs/kept_training.h"
+#include "trainer/app/jobs/finished_run.h"
 #include "trainer/app/report/pareto_figure.h"
 #include "trainer/app/report/svg_text.h"
 #include "trainer/base/number_text.h"

@@ -8,7 +8,7 @@
 
 #include "codegen/base/file.h"
 #include "trainer/app/commands/command.h"
-#include "trainer/app/commands/output_directory.h"
+#include "trainer/app/commands/run_folder.h"
 #include "trainer/app/report/pages.h"
 #include "trainer/app/sweep/search_text.h"
 #include "trainer/base/printable.h"
@@ -18,12 +18,24 @@
 namespace nlo::trainer {
 namespace {
 
-std::string command_line(const TrainArguments& arguments, const SearchBudget& budget) {
+std::string command_line(const TrainArguments& arguments, const SearchBudget& budget, const RunFolder& folder) {
   std::string text = fmt::format("nlo train {} --auto --minutes {:g}",
                                  command_words(arguments.experiment, arguments.data), budget.minutes);
   if (budget.multiply_adds > 0) text += fmt::format(" --max-multiply-adds {}", budget.multiply_adds);
   if (budget.flash_bytes > 0) text += fmt::format(" --max-flash-bytes {}", budget.flash_bytes);
-  return text + " -o " + shell_word(arguments.output);
+  return text + " -o " + shell_word(folder.path());
+}
+
+/// The experiment to search near, whole and with its delays as numbers.
+Experiment completed(const DraftExperiment& draft, const TrainArguments& arguments) {
+  PreparedRun run{draft.experiment, {}, false};
+  if (!draft.complete) {
+    run = read_logs(draft, arguments.data, arguments.quiet);
+    simulate_and_derive(draft, arguments.data, arguments.quiet, run);
+  } else if (draft.experiment.log) {
+    find_delays(run.experiment, arguments.data, arguments.quiet);
+  }
+  return run.experiment;
 }
 
 /// What was found, on the logs as the user splits them.
@@ -44,22 +56,15 @@ Experiment found_experiment(const SearchRecord& record, const Experiment& given)
 
 void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
   TrainArguments arguments = given;
-  const DraftExperiment draft = read_draft(arguments.experiment);
-  Experiment experiment = draft.experiment;
-  if (experiment.plant && !arguments.data.empty())
-    throw codegen::Error("--data is for experiments with a [log]; this one simulates its [plant]");
-  if (arguments.output.empty()) arguments.output = "runs/" + experiment.name + "_auto";
-  check_output_directory({arguments.output, false, arguments.force}, experiment.name);
-  if (draft.complete) {
-    if (experiment.log) find_delays(experiment, arguments.data, arguments.quiet);
-  } else {
-    experiment = prepare_run(draft, arguments.data, arguments.quiet).experiment;
-  }
+  const DraftExperiment draft = draft_to_train(arguments);
+  const RunFolder folder(arguments.output.empty() ? "runs/" + draft.experiment.name + "_auto" : arguments.output,
+                         draft.experiment, arguments.force);
+  const Experiment experiment = completed(draft, arguments);
   const SearchTask task = search_task(experiment, arguments.data);
-  const std::string command = command_line(arguments, budget);
+  const std::string command = command_line(arguments, budget, folder);
   SearchRecord record;
   try {
-    record = run_search(task, budget, arguments.output, arguments.resume, arguments.quiet);
+    record = run_search(task, budget, folder.path(), arguments.resume, arguments.quiet);
   } catch (const TooLittleTime&) {
     throw;
   } catch (const RunFailure& failure) {
@@ -68,15 +73,15 @@ void run_train_auto(const TrainArguments& given, const SearchBudget& budget) {
   run_phase([&] {
     const SearchStory story{command, experiment.name, task.held_out, std::move(record)};
     fmt::print("{}", printable(search_text(story)));
-    codegen::write_file_atomically(arguments.output + "/auto.html", search_page(story));
+    codegen::write_file_atomically(folder.path() + "/auto.html", search_page(story));
     codegen::write_file_atomically(
-        arguments.output + "/experiment.toml",
+        folder.path() + "/experiment.toml",
         fmt::format("# Found by: {}\n{}", command, found_experiment(story.record, experiment).source_text));
-    fmt::print("tried    {0}/auto.html\nfound    {0}/experiment.toml, which is trained now\n", arguments.output);
+    fmt::print("tried    {0}/auto.html\nfound    {0}/experiment.toml, which is trained now\n", folder.path());
   });
-  arguments.experiment = {arguments.output + "/experiment.toml", {}, {}, arguments.experiment.threads};
-  arguments.resume = has_checkpoint(arguments.output);  // of what was found, if its training was interrupted
-  run_train(arguments);
+  arguments.experiment = {folder.path() + "/experiment.toml", {}, {}, arguments.experiment.threads};
+  arguments.resume = has_checkpoint(folder.path());  // of what was found, if its training was interrupted
+  carry_out(draft_to_train(arguments), arguments, folder);
 }
 
 }  // namespace nlo::trainer

@@ -14,38 +14,57 @@
 #include "trainer/experiments/load_experiment.h"
 #include "trainer/experiments/mirror.h"
 #include "trainer/experiments/training_sets.h"
+#include "trainer/learn/training/provenance.h"
 #include "trainer/structures/linear_latent_start.h"
 
 namespace nlo::trainer {
+
+namespace {
+
+/// A draft's runs keep their transient: it is as long as the eigenvalues say, which are not known yet.
+Experiment with_known_transient(const PreparedRun& run) {
+  Experiment experiment = run.experiment;
+  if (run.derived) experiment.training.transient = Transient::kKeep;
+  return experiment;
+}
+
+}  // namespace
 
 RunData simulated_data(const Experiment& experiment) {
   TrainingSets sets = simulate_training_sets(experiment);
   return {std::move(sets.training), std::move(sets.validation), {}, {}, {}, std::move(sets.warnings)};
 }
 
-PreparedRun prepare_run(const DraftExperiment& draft, const std::string& directory, bool quiet) {
+PreparedRun read_logs(const DraftExperiment& draft, const std::string& directory, bool quiet) {
   PreparedRun run{draft.complete ? draft.experiment : experiment_for_data(draft), {}, !draft.complete};
-  if (run.experiment.log) find_delays(run.experiment, directory, quiet);
-  const auto load = [&](const Experiment& experiment, bool silent) {
-    return experiment.plant ? run_phase([&] { return simulated_data(experiment); })
-                            : logged_data(experiment, directory, silent);
+  if (!run.experiment.log) return run;
+  find_delays(run.experiment, directory, quiet);
+  run.data = logged_data(with_known_transient(run), directory, quiet);
+  return run;
+}
+
+std::uint64_t logs_fingerprint(const PreparedRun& run) {
+  return run.experiment.log ? training_data_hash(run.data.training, run.data.validation) : 0;
+}
+
+void simulate_and_derive(const DraftExperiment& draft, const std::string& directory, bool quiet, PreparedRun& run) {
+  const auto simulate = [](const Experiment& experiment) {
+    return run_phase([&] { return simulated_data(experiment); });
   };
-  if (draft.complete) {
-    run.data = load(run.experiment, quiet);
-    return run;
-  }
-  // A transient is as long as the eigenvalues say that are not known yet.
-  Experiment whole = run.experiment;
-  whole.training.transient = Transient::kKeep;
-  run.data = load(whole, quiet);
+  if (run.experiment.plant) run.data = simulate(with_known_transient(run));
+  if (draft.complete) return;
   DraftExperiment found = draft;
   found.experiment.log = run.experiment.log;
   if (!quiet) fmt::print(stderr, "deriving what the experiment leaves out ...\n");
   Recipe recipe = run_phase([&] { return derive_recipe(found, run.data.training, run.data.validation); });
   if (!quiet) fmt::print(stderr, "{}", printable(recipe.text));
   run.experiment = std::move(recipe.experiment);
-  if (run.experiment.training.transient != Transient::kKeep) run.data = load(run.experiment, true);
-  return run;
+  if (run.experiment.training.transient == Transient::kKeep) return;
+  run.data = run.experiment.plant ? simulate(run.experiment) : logged_data(run.experiment, directory, true);
+}
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", printable(warning));
 }
 
 void find_delays(Experiment& experiment, const std::string& directory, bool quiet) {

@@ -2,6 +2,7 @@
 // What an experiment trains on, is chosen by and is judged by.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -29,16 +30,27 @@ RunData simulated_data(const Experiment& experiment);
 /// to stderr. Throws codegen::Error.
 RunData logged_data(const Experiment& experiment, const std::string& directory, bool quiet);
 
-/// An experiment that is complete, with its data.
+/// An experiment on its way from a draft to a training, with its data.
 struct PreparedRun {
   Experiment experiment;
-  RunData data;
-  bool derived = false;  ///< a recipe completed it
+  RunData data;          ///< empty until its logs are read or its plant is simulated
+  bool derived = false;  ///< a recipe completes it
 };
 
-/// Loads or simulates what a draft trains on and, where it is not complete, derives the rest from that. Unless `quiet`,
-/// what was derived goes to stderr. Throws codegen::Error, or RunFailure for a plant that leaves the numbers.
-PreparedRun prepare_run(const DraftExperiment& draft, const std::string& directory, bool quiet);
+/// Loads the logs of a draft; a plant, which takes longer, is not simulated yet. Unless `quiet`, what is worth knowing
+/// of the logs goes to stderr. Throws codegen::Error.
+PreparedRun read_logs(const DraftExperiment& draft, const std::string& directory, bool quiet);
+
+/// Hash of the logs of read_logs(); 0 of a plant, whose runs follow from the experiment.
+std::uint64_t logs_fingerprint(const PreparedRun& run);
+
+/// Simulates the plant and, where the draft is not complete, derives the rest from the data. Arguments as for
+/// read_logs(), which made `run`; unless `quiet`, what was derived goes to stderr. Throws codegen::Error, or RunFailure
+/// for a plant that leaves the numbers.
+void simulate_and_derive(const DraftExperiment& draft, const std::string& directory, bool quiet, PreparedRun& run);
+
+/// Prints the warnings about simulated runs to stderr. `nlo train` prints them even if quiet.
+void print_warnings(const std::vector<std::string>& warnings);
 
 /// Delays of inputs that are to be found, before anything is read by them:
 /// from then on the experiment has them as numbers.

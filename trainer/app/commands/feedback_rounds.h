@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// The trainings of a run: one for each round of [feedback], a single one without it.
+#pragma once
+
+#include "trainer/app/commands/run_folder.h"
+#include "trainer/app/commands/training_data.h"
+#include "trainer/config/experiment.h"
+#include "trainer/learn/training/train.h"
+
+namespace nlo::trainer {
+
+/// How the trainings of a run go on, and what they tell.
+struct RoundsOptions {
+  bool resume = false;  ///< from the checkpoints in the run's folder
+  bool quiet = false;   ///< no progress on stderr; warnings are printed all the same
+};
+
+/// Trains round by round and returns the last training, which may be interrupted or diverged. `data` is that of round
+/// 0, and then that of the round: its runs are added to the training set, its validation runs replace those before.
+TrainingResult run_rounds(const Experiment& experiment, RunData& data, const RunFolder& folder,
+                          const RoundsOptions& options);
+
+}  // namespace nlo::trainer

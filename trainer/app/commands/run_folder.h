@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The folder of a training. A command takes it once, before it computes anything, and keeps it to its end.
+#pragma once
+
+#include <string>
+
+#include "trainer/app/commands/output_directory.h"
+#include "trainer/app/jobs/finished_run.h"
+#include "trainer/config/experiment.h"
+
+namespace nlo::trainer {
+
+class RunFolder {
+ public:
+  /// Takes the folder. Throws as OutputDirectory does, and codegen::Error when it holds another experiment's model
+  /// (unless `force`).
+  RunFolder(const std::string& path, const Experiment& experiment, bool force);
+
+  const std::string& path() const { return path_; }
+
+  /// Returns true if this very run has ended here: there is nothing to do. Throws RunFailure if it failed.
+  bool holds(const FinishedRun& run) const;
+
+  /// Returns true if there is a checkpoint to go on from, false if there is neither a checkpoint nor a model.
+  /// Throws codegen::Error for a model without a checkpoint.
+  bool can_resume() const;
+
+  /// Number of the last round of [feedback]; 0 without one.
+  int last_round() const { return last_round_; }
+
+  /// Folder that a round keeps its checkpoint in: the last one uses the run's own.
+  std::string of_round(int round) const;
+
+  /// Returns true if the round can be resumed.
+  bool has_begun(int round) const;
+
+  /// Removes the checkpoints of all rounds, which a resumed run would take for its own.
+  void forget_rounds() const;
+
+ private:
+  std::string path_;
+  int last_round_;
+  OutputDirectory taken_;
+};
+
+}  // namespace nlo::trainer
