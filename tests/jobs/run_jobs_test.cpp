@@ -182,21 +182,21 @@ TEST(KeptTraining, ADamagedCheckpointCostsItsStepsAndNotTheRun) {
   const ScratchDirectory scratch;
   const std::string folder = scratch.path("kept");
   std::vector<bool> resumed;
-  const Train train = [&](const TrainOptions& options) {
+  const TrainingWork train = [&](const TrainOptions& options) {
     resumed.push_back(options.resume);
     if (options.resume) throw codegen::InputError("a damaged file");
     return TrainingResult{};
   };
-  train_in(folder, kContext, train);
+  resume_or_begin(folder, kContext, train);
   EXPECT_EQ(resumed, std::vector<bool>{false}) << "there was nothing to go on from";
   scratch.write("kept/checkpoint.bin", "damaged");
-  train_in(folder, kContext, train);
+  resume_or_begin(folder, kContext, train);
   EXPECT_EQ(resumed, (std::vector<bool>{false, true, false}));
   // Control: what fails without a checkpoint fails.
   std::filesystem::remove_all(folder);
-  const Train refuses = [](const TrainOptions&) -> TrainingResult { throw codegen::InputError("wrong input"); };
-  EXPECT_THROW(train_in(folder, kContext, refuses), codegen::InputError);
-  EXPECT_THROW(train_in("", kContext, refuses), codegen::InputError);
+  const TrainingWork refuses = [](const TrainOptions&) -> TrainingResult { throw codegen::InputError("wrong input"); };
+  EXPECT_THROW(resume_or_begin(folder, kContext, refuses), codegen::InputError);
+  EXPECT_THROW(resume_or_begin("", kContext, refuses), codegen::InputError);
 }
 
 TEST(KeptTraining, HasAFolderForEachExperimentAndData) {

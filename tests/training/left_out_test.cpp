@@ -106,8 +106,8 @@ TEST(Folds, NothingIsLeftOutWhereNothingIsChosen) {
 
 TEST(LeftOut, ANetworkThatKnowsItsLogsByHeartDoesNotShip) {
   const Dataset training = logs_with_a_level_each(6, 1);
-  const TrainingResult by_its_own = train_by_groups(experiment_of_logs(0), training, training, {});
-  const TrainingResult by_groups = train_by_groups(experiment_of_logs(3), training, training, {});
+  const TrainingResult by_its_own = train_with_folds(experiment_of_logs(0), training, training, {});
+  const TrainingResult by_groups = train_with_folds(experiment_of_logs(3), training, training, {});
   ASSERT_EQ(by_groups.readout.size(), 2U);
   EXPECT_GT(by_its_own.readout[1].share, 0.8) << "control: on its own logs the network is right";
   EXPECT_LT(by_its_own.readout[1].shipped, 0.5);
@@ -138,7 +138,7 @@ TEST(LeftOut, IntervalsHoldOnLogsThatNoTrainingHasSeen) {
     experiment.inverse_map.error = true;
     TrainOptions options;
     options.left_out = {logs_off_by_a_bias_each(8, 2)};
-    const TrainingResult result = train_by_groups(experiment, training, training, options);
+    const TrainingResult result = train_with_folds(experiment, training, training, options);
     const auto ratios = result.left_out.at(0).scores.ratios.row(1).array();
     return static_cast<double>((ratios <= result.model.error->factor_95(1)).count()) /
            static_cast<double>(ratios.size());
@@ -155,7 +155,7 @@ TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {
   const ScratchDirectory whole, pieces;
   TrainOptions options;
   options.directory = whole.path();
-  const TrainingResult expected = train_by_groups(experiment, training, training, options);
+  const TrainingResult expected = train_with_folds(experiment, training, training, options);
   for (const int after : {5, 18, 25}) {  // steps of this piece: in the first fold, the second, the training on all
     std::atomic<bool> stop = false;
     int done = 0;
@@ -163,16 +163,16 @@ TEST(LeftOut, AnInterruptedRunGoesOnToTheSameBytesAndLeavesNoFolders) {
     options.resume = after != 5;
     options.stop = &stop;
     options.progress = [&](const TrainProgress&) { stop = ++done >= after; };
-    const TrainingResult piece = train_by_groups(experiment, training, training, options);
+    const TrainingResult piece = train_with_folds(experiment, training, training, options);
     ASSERT_EQ(piece.outcome, TrainOutcome::kInterrupted) << after;
-    EXPECT_TRUE(begun_by_groups(pieces.path()));
+    EXPECT_TRUE(folds_have_begun(pieces.path()));
   }
   options.resume = true;
   options.stop = nullptr;
   options.progress = {};
-  const TrainingResult resumed = train_by_groups(experiment, training, training, options);
+  const TrainingResult resumed = train_with_folds(experiment, training, training, options);
   EXPECT_EQ(codegen::to_json(resumed.model), codegen::to_json(expected.model));
-  EXPECT_FALSE(begun_by_groups(pieces.path()));
+  EXPECT_FALSE(folds_have_begun(pieces.path()));
 }
 
 TEST(LeftOut, CheckpointsOfAnotherRunAreNotTakenForItsOwn) {
@@ -189,7 +189,7 @@ TEST(LeftOut, CheckpointsOfAnotherRunAreNotTakenForItsOwn) {
     options.resume = resume;
     options.stop = &stop;
     options.progress = [&](const TrainProgress&) { stop = ++done >= after; };
-    return train_by_groups(experiment, training, training, options);
+    return train_with_folds(experiment, training, training, options);
   };
   constexpr int kNever = 1000;
   ASSERT_EQ(run(directory, 40, 45, false).outcome, TrainOutcome::kInterrupted) << "on all logs, behind both folds";

@@ -78,8 +78,8 @@ std::vector<FoldOfLogs> folds_of_logs(const Experiment& experiment, const Datase
   return folds;
 }
 
-TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
-                               const TrainOptions& options, const TrainingBegins& begins) {
+TrainingResult train_with_folds(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
+                                const TrainOptions& options, const TrainingBegins& begins) {
   const std::vector<FoldOfLogs> folds = folds_of_logs(experiment, logs);
   const Dataset simulated = simulated_runs(experiment, logs);
   Dataset both;
@@ -117,7 +117,7 @@ TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs
   return result;
 }
 
-bool begun_by_groups(const std::string& directory) {
+bool folds_have_begun(const std::string& directory) {
   return has_checkpoint(folder_of(directory, 0));
 }
 

@@ -30,10 +30,10 @@ using TrainingBegins = std::function<void(const std::string& what)>;
 /// train() on `logs`, or on a plant's runs, and on those of what else is known (known_plant.h), after a training of
 /// half the steps for each fold. These have the folder DIRECTORY/without_1, ..._2 and so on, go on from there, and
 /// leave nothing behind when all is done. Interrupted in a fold: a result without a model.
-TrainingResult train_by_groups(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
-                               const TrainOptions& options, const TrainingBegins& begins = {});
+TrainingResult train_with_folds(const Experiment& experiment, const Dataset& logs, const Dataset& validation,
+                                const TrainOptions& options, const TrainingBegins& begins = {});
 
 /// Whether `directory` holds such a training that was interrupted.
-bool begun_by_groups(const std::string& directory);
+bool folds_have_begun(const std::string& directory);
 
 }  // namespace nlo::trainer

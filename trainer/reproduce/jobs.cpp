@@ -125,13 +125,13 @@ JobsResult train_planned(std::span<const PlannedTraining> planned, const std::st
                         sets = logged_sets(training.config, training.logs);
                         inputs.data = data_fingerprint(sets.training, fingerprint(nullptr, 0));
                       }
-                      const Train train_it = [&](const TrainOptions& how) {
+                      const TrainingWork work = [&](const TrainOptions& how) {
                         Experiment config = training.config;
                         config.threads = context.threads;
                         if (!config.log) sets = simulate_training_sets(config);
                         return train(config, sets.training, sets.validation, how);
                       };
-                      return train_kept(kept_folder(cache, inputs), inputs, context, train_it, model);
+                      return load_or_train(kept_folder(cache, inputs), inputs, context, work, model);
                     }});
   }
   JobsResult result = run_jobs(jobs, options);

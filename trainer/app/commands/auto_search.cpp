@@ -231,7 +231,7 @@ class Search {
     make_output_directory(folder);
     try {
       const CandidateData data(task_, experiment);
-      const TrainingResult result = train_in(folder, context, [&](const TrainOptions& options) {
+      const TrainingResult result = resume_or_begin(folder, context, [&](const TrainOptions& options) {
         return train(experiment, data.get().training, data.get().validation, options);
       });
       if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;

@@ -72,8 +72,8 @@ const Dataset& trained_on(const Dataset& data, const Experiment& experiment, Dat
 }
 
 /// Trains on `training`, or finds that in a folder of `root`, and judges on the fold.
-JobEnd train_without(const LogGroup& fold, const std::vector<std::string>& training, DraftExperiment draft,
-                     const std::string& root, const JobContext& context, FoldOutcome& outcome) {
+JobEnd judge_fold(const LogGroup& fold, const std::vector<std::string>& training, DraftExperiment draft,
+                  const std::string& root, const JobContext& context, FoldOutcome& outcome) {
   Experiment& experiment = draft.experiment;
   experiment.threads = context.threads;
   experiment.log->train_files = training;
@@ -84,15 +84,15 @@ JobEnd train_without(const LogGroup& fold, const std::vector<std::string>& train
   experiment.source_text += "# without " + fold.name + "\n";  // two folds may be trained on the same few logs
   const FinishedRun inputs{run_identity(experiment), data_fingerprint(splits.train, fingerprint(nullptr, 0))};
   Dataset own;
-  const Train train_it = [&](const TrainOptions& options) {
+  const TrainingWork work = [&](const TrainOptions& options) {
     experiment.source_text = format_experiment(experiment);
     const Experiment complete =
         draft.complete ? experiment : derive_recipe(draft, splits.train, splits.train).experiment;
     const Dataset& data = trained_on(splits.train, complete, own);
-    return train_by_groups(complete, data, data, options);
+    return train_with_folds(complete, data, data, options);
   };
   codegen::Model model;
-  const JobEnd end = train_kept(root.empty() ? "" : kept_folder(root, inputs), inputs, context, train_it, model);
+  const JobEnd end = load_or_train(root.empty() ? "" : kept_folder(root, inputs), inputs, context, work, model);
   if (end == JobEnd::kStopped) return end;
   const Experiment trained = experiment_of(model, fold.name);
   const Dataset& data = trained_on(splits.train, trained, own);
@@ -149,7 +149,7 @@ void run_crossvalidate(const CrossvalidateArguments& arguments) {
         others = chosen(std::move(others), size, seeded.experiment.seed);
         jobs.push_back({"without " + fold.name, static_cast<double>(others.size()),
                         [=, &arguments, &outcome = outcomes[jobs.size()]](const JobContext& context) {
-                          return train_without(fold, others, seeded, arguments.output, context, outcome);
+                          return judge_fold(fold, others, seeded, arguments.output, context, outcome);
                         }});
       }
   run_phase([&] {

@@ -72,8 +72,8 @@ TrainingResult run_round(const Experiment& experiment, const RunData& data, cons
   options.resume = rounds.resume;
   options.stop = &stop_on_interrupt();
   if (!rounds.quiet) options.progress = [&](const TrainProgress& progress) { display.update(progress); };
-  TrainingResult result = train_by_groups(experiment, data.training, data.validation, options,
-                                          [&](const std::string& training) { display.begin(training); });
+  TrainingResult result = train_with_folds(experiment, data.training, data.validation, options,
+                                           [&](const std::string& training) { display.begin(training); });
   display.finish(result);
   return result;
 }

@@ -74,7 +74,7 @@ std::string RunFolder::of_round(int round) const {
 }
 
 bool RunFolder::has_begun(int round) const {
-  return has_checkpoint(of_round(round)) || begun_by_groups(of_round(round));
+  return has_checkpoint(of_round(round)) || folds_have_begun(of_round(round));
 }
 
 void RunFolder::forget_rounds() const {

@@ -20,32 +20,32 @@ std::string kept_folder(const std::string& root, const FinishedRun& inputs) {
   return fmt::format("{}/{:016x}", root, fingerprint(text.data(), text.size()));
 }
 
-TrainingResult train_in(const std::string& directory, const JobContext& context, const Train& train) {
+TrainingResult resume_or_begin(const std::string& directory, const JobContext& context, const TrainingWork& work) {
   TrainOptions options;
   options.directory = directory;
   options.stop = context.stop;
   options.progress = [&](const TrainProgress& step) {
     context.progress(static_cast<double>(step.step) / static_cast<double>(step.steps));
   };
-  options.resume = !directory.empty() && (has_checkpoint(directory) || begun_by_groups(directory));
+  options.resume = !directory.empty() && (has_checkpoint(directory) || folds_have_begun(directory));
   try {
-    return train(options);
+    return work(options);
   } catch (const codegen::InputError&) {
     if (!options.resume) throw;
     options.resume = false;
-    return train(options);
+    return work(options);
   }
 }
 
-JobEnd train_kept(const std::string& directory, const FinishedRun& inputs, const JobContext& context,
-                  const Train& train, codegen::Model& model) {
+JobEnd load_or_train(const std::string& directory, const FinishedRun& inputs, const JobContext& context,
+                     const TrainingWork& work, codegen::Model& model) {
   const std::string file = directory + "/model.json";
   if (const auto kept = directory.empty() ? std::nullopt : read_finished_run(directory);
       kept && kept->experiment == inputs.experiment && kept->data == inputs.data) {
     model = codegen::read_model(file);
     return JobEnd::kFound;
   }
-  TrainingResult result = train_in(directory, context, train);
+  TrainingResult result = resume_or_begin(directory, context, work);
   if (result.outcome == TrainOutcome::kInterrupted) return JobEnd::kStopped;
   if (result.outcome == TrainOutcome::kDiverged)
     throw codegen::Error(fmt::format("{}: {}", context.name, result.message));

@@ -17,15 +17,15 @@ namespace nlo::trainer {
 std::string kept_folder(const std::string& root, const FinishedRun& inputs);
 
 /// Trains with these options: where to keep checkpoints and whether to go on from one, how to stop, whom to tell.
-using Train = std::function<TrainingResult(const TrainOptions& options)>;
+using TrainingWork = std::function<TrainingResult(const TrainOptions& options)>;
 
-/// Runs `train` in `directory`, from what it left there when it was stopped or killed. A damaged checkpoint costs its
+/// Runs `work` in `directory`, from what it left there when it was stopped or killed. A damaged checkpoint costs its
 /// steps, not the run. With an empty directory nothing is kept.
-TrainingResult train_in(const std::string& directory, const JobContext& context, const Train& train);
+TrainingResult resume_or_begin(const std::string& directory, const JobContext& context, const TrainingWork& work);
 
-/// `model` becomes the one that is kept in `directory`, if it is whole and made from these inputs; else what `train`
+/// `model` becomes the one that is kept in `directory`, if it is whole and made from these inputs; else what `work`
 /// gives there, which is kept. Throws codegen::Error when the training diverges or a file cannot be written.
-JobEnd train_kept(const std::string& directory, const FinishedRun& inputs, const JobContext& context,
-                  const Train& train, codegen::Model& model);
+JobEnd load_or_train(const std::string& directory, const FinishedRun& inputs, const JobContext& context,
+                     const TrainingWork& work, codegen::Model& model);
 
 }  // namespace nlo::trainer
