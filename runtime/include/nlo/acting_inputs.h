@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Inputs that act apart from the readings (driven_kkl_observer.h), as an observer remembers them.
+// Memory of the known inputs of a driven observer (driven_kkl_observer.h), whose F and T* do not read them.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -8,12 +8,13 @@
 
 namespace nlo {
 
-/// The inputs of the last sample; nothing where none act apart from the readings.
+/// The inputs of the last sample. Empty (kNu = 0) for every other kind of observer.
 template <class Scalar, int kNu>
 struct InputMemory {
   Scalar u[kNu];
 
-  /// Takes the inputs that are finite and holds the others. As validate() of ReadingRange; these have no range.
+  /// Validates inputs: stores the finite ones, holds the last good value of the others, and updates the health of each.
+  /// Returns true if one was held. Unlike readings (ReadingRange) these inputs have no range.
   template <Arithmetic kArithmetic>
   constexpr bool validate(const Vector<Scalar, kNu>& given, ChannelHealth* health) {
     bool held = false;

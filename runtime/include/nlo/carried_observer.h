@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The carried observer: a KKL observer (16) of vectors that a known rotation carries. A rigid body turns with the rate
-// w (a gyroscope, three inputs); a vector that stands still in the world moves in the body's axes by x' = -w x x. So do
-// the latent states, three rows for each mode of D:
-//   z' = D z + F y - w x z,   x_hat = sum_k c_k z_k   (of unit length where the model says so)
-// In axes that do not turn this is the linear system z' = D z + F y, so D has the eigenvalues of the errors, whatever w
-// is. Turning the sensor's axes turns z and x_hat with them, to rounding: nothing of that need be learned.
+// The carried observer: a KKL observer (16) of vectors in the axes of a rotating body, such as gravity. A gyroscope
+// measures the angular rate w (three inputs). A vector x that is constant in the world obeys x' = -w x x in the axes of
+// the body. The latent states rotate likewise, three rows for each mode of D:
+//   z' = D z + F y - w x z,   x_hat = sum_k c_k z_k   (scaled to unit length if the model says so)
+// In axes that do not rotate this is the linear system z' = D z + F y. Therefore the errors decay with the eigenvalues of
+// D for every w. If the sensor's axes are rotated, z and x_hat rotate with them, to rounding.
 //
 //   observer.step({{ax, ay, az}}, {{wx, wy, wz}});   // w in rad/s, of the axes that y is measured in
 //
-// A step turns z and the last y by the exact rotation (rotation.h), then steps D and F exactly (latent.h), y on a ramp
-// between the last one, turned, and the next.
+// A step rotates z and the last y (rotation.h). Then it steps D and F exactly (latent.h), with y on a ramp from the
+// rotated last y to the next one.
 #pragma once
 
 #include <cstdint>
@@ -24,16 +24,17 @@
 
 namespace nlo {
 
-/// Within these a rotation takes a fixed number of operations: export refuses a w that turns further in a sample
-/// period. With the coning of such rates, theta is below 8 in a sample period, and below 2^21 in the longest gap.
+/// Limits within which a rotation takes a fixed number of operations. Export refuses a range of w that turns by more than
+/// kMostTurn [rad] in a sample period. Then theta, with its coning term, is below 2^3 in a sample period and below 2^21
+/// in the longest gap.
 struct CarriedLimits {
   static constexpr double kMostTurn = 4.0;
   static constexpr int kLongestGap = 1000, kUsualDoublings = 3, kMostDoublings = 21;
 };
 
-/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
-/// Outputs and states are vectors one behind the other. The rows of z are component by component of them:
-/// kModes rows of the first component of the first vector, then of its second one.
+/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
+/// Outputs and states are vectors of three components, one after another. z has kModes rows for the first component of
+/// the first output vector, then kModes rows for its second component, and so on.
 template <class Scalar_, int kNx_, int kNy_, int kModes_, int kPairs_, bool kReadsOutput_, bool kUnitLength_,
           Hold kInputHold_ = Hold::kZeroOrder>
 struct CarriedModel {
@@ -41,37 +42,37 @@ struct CarriedModel {
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kModes = kModes_;  ///< rows of D for one component
-  static constexpr int kPairs = kPairs_;  ///< of them complex
+  static constexpr int kPairs = kPairs_;  ///< complex pairs among them
   static constexpr int kNz = kNy * kModes;
   static constexpr int kNu = 3;  ///< w
   static constexpr int kNf = 0;
   static constexpr int kNr = kNy + kNu;
   static constexpr Hold kInputHold = kInputHold_;
-  static constexpr bool kReadsOutput = kReadsOutput_;  ///< x_hat is made of z and of the latest y
+  static constexpr bool kReadsOutput = kReadsOutput_;  ///< x_hat combines z and the latest y, not z alone
   static constexpr bool kUnitLength = kUnitLength_;
   static constexpr int kLongestGap = CarriedLimits::kLongestGap;
   static constexpr bool kHasSteadyState = false;  ///< it moves with w
   static constexpr bool kMayDiverge = false;
-  static constexpr int kFeatures = kNy / 3 * (kModes + (kReadsOutput ? 1 : 0));  ///< vectors that x_hat is made of
+  static constexpr int kFeatures = kNy / 3 * (kModes + (kReadsOutput ? 1 : 0));  ///< vectors that x_hat combines
   static_assert(kNx > 0 && kNy > 0 && kNx % 3 == 0 && kNy % 3 == 0, "states and outputs are vectors of three");
   static_assert(kModes > 0 && kPairs >= 0 && 2 * kPairs <= kModes);
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;              ///< this many held measurements in a row make the status kStale
-  LatentModel<Scalar, kModes, 1> latent;  ///< of one component
-  ReadingRange<Scalar, kNr> outputs;      ///< and of w, behind them
+  std::uint16_t stale_after;              ///< after this many held measurements in a row the status is kStale
+  LatentModel<Scalar, kModes, 1> latent;  ///< latent system of one component
+  ReadingRange<Scalar, kNr> outputs;      ///< ranges of y and w
   Domain<Scalar, kNz> domain;
-  Scalar weights[kNx / 3][kFeatures];  ///< c: for each output vector its modes; then for each, where it is read, 1
+  Scalar weights[kNx / 3][kFeatures];  ///< c: the modes of each output vector; then, with kReadsOutput, one for each y
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return kZero; }
 
-  /// z of the first measurement: as if it had stood for ever, where the model starts steady.
+  /// Sets z at the first measurement. If the model starts steady, z is the steady state of that measurement.
   template <Arithmetic = Arithmetic::kFast>
   constexpr void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
     for (int r = 0; latent.starts_steady && r < kNz; ++r) z[r] = latent.steady_gain[r % kModes][0] * y[r / kModes];
   }
 
-  /// z over dt_s (0: one sample period).
+  /// Advances z over dt_s seconds; 0: one sample period.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     if (dt_s == Scalar(0))
@@ -127,7 +128,7 @@ struct CarriedModel {
   }
 };
 
-/// The observer of a CarriedModel. Deterministic arithmetic is one more word, as for KklObserver.
+/// The observer of a CarriedModel. The second parameter chooses the arithmetic, as for KklObserver.
 template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
 class CarriedObserver : public SampledObserver<Model, kArithmetic> {
  public:

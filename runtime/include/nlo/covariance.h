@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The covariance P of a state that known equations step (prior_observer.h), and what a measurement does to it: the
-// update of an extended Kalman filter, output by output.
+// Measurement update of an extended Kalman filter, one output after another, for the state x and its covariance P
+// (prior_observer.h):
 //   S = h' P h (1 + 2^-16) + r,  K = P h / S,  x <- x + K (nu - h' (x - x-)),  P <- P - K (P h)'
-// P is symmetric: the upper triangle is kept, row by row. The 2^-16 is noise, too: in float, what is left of a variance
-// after a far more exact measurement would be rounding, and might be below 0.
+// P is symmetric; its upper triangle is stored row by row. The term 2^-16 acts as additional noise: without it, a very
+// exact measurement would leave a variance that is only rounding error in float and might be negative.
 #pragma once
 
 #include "nlo/functions.h"
@@ -11,19 +11,19 @@
 
 namespace nlo {
 
-inline constexpr float kLeastNoise = 0x1p-16F;  ///< of an output: this part of the variance that P gives it
+inline constexpr float kLeastNoise = 0x1p-16F;  ///< least noise of an output, as a share of h' P h
 
 constexpr int triangle_size(int n) {
   return n * (n + 1) / 2;
 }
 
-/// Place of element (i, j) of a symmetric n x n matrix in its upper triangle.
+/// Index of element (i, j) of a symmetric n x n matrix in its stored upper triangle.
 constexpr int in_triangle(int n, int i, int j) {
   const int low = i < j ? i : j, high = i < j ? j : i;
   return low * n - low * (low - 1) / 2 + high - low;
 }
 
-/// exp(c), c kept within [-16, 16]; NaN stays what it is.
+/// Returns exp(c) with c limited to [-16, 16]; NaN for NaN.
 template <Arithmetic kArithmetic, class Scalar>
 NLO_INLINE Scalar noise_of(Scalar c) {
   constexpr Scalar kFarthest = Scalar(16);
@@ -31,9 +31,12 @@ NLO_INLINE Scalar noise_of(Scalar c) {
   return exponential(select<kArithmetic>(!(below < -kFarthest), below, -kFarthest));
 }
 
-/// Takes one output, whose innovation is nu: adds to `change` (n), x - x- so far, and changes p, the triangle of P.
-///   slopes  n, h: of the output by the states, at x-
-///   noise   r > 0
+/// Corrects x and P by one output.
+///   slopes  h, n: derivatives of the output with respect to the states, at x-
+///   nu      innovation of the output, y - h(x-)
+///   noise   r > 0, variance of the output
+///   change  n: x - x- so far; the correction is added
+///   p       upper triangle of P; updated
 template <Arithmetic kArithmetic, int n, class Scalar>
 NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, Scalar (&change)[n], Scalar* p) {
   Scalar ph[n], spread = Scalar(0), rest = nu;
@@ -46,7 +49,7 @@ NLO_INLINE void take_output(const Scalar* slopes, Scalar nu, Scalar noise, Scala
     spread = multiply_add<kArithmetic>(slopes[i], ph[i], spread);
     rest = multiply_add<kArithmetic>(-slopes[i], change[i], rest);
   }
-  // Below 0 is rounding. NaN stays what it is.
+  // A negative value is rounding error. NaN stays NaN.
   spread = select<kArithmetic>(!(spread < Scalar(0)), spread, Scalar(0));
   const Scalar share = Scalar(1) / (multiply_add<kArithmetic>(Scalar(1) + Scalar(kLeastNoise), spread, noise));
   for (int i = 0; i < n; ++i) {

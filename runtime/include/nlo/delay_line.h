@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// An input that reaches the plant late, on its way to an observer: what acts now was commanded some samples ago,
-//   u_acting[k] = (1 - c) u[k - n] + c u[k - n - 1]      delay d = n + c samples, n whole, 0 <= c < 1
-// Of a command that is held over each period and comes late by c of one, this is its mean over the period.
+// Delay of inputs. If a command reaches the plant d samples late, the observer must get the delayed command:
+//   u_acting[k] = (1 - c) u[k - n] + c u[k - n - 1]      d = n + c samples, n an integer, 0 <= c < 1
+// For a command that is held over each sample period this is the mean of the delayed command over the period.
 //
 //   constinit nlo::DelayLine<1, 4> line({2.4F});          // one input, 2.4 samples late; room for 4
 //   observer.step(y, line.push({{u}}));                   // u: the command of this sample
@@ -11,17 +11,17 @@
 
 namespace nlo {
 
-/// Remembers the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples does not compile where the
-/// line is a constant (constinit, as above); one of run time is held within.
-///   kChannels  how many inputs
-///   kSamples   the longest delay there is room for [samples]
+/// Stores the last kSamples inputs; allocates nothing. A delay outside of 0 .. kSamples is a compile error if the line is
+/// constinit, as above. A delay computed at run time is limited to that range.
+///   kChannels  number of inputs
+///   kSamples   longest delay [samples]
 template <int kChannels, int kSamples, class Scalar = float>
 class DelayLine {
   static_assert(kChannels > 0 && kSamples > 0);
 
  public:
-  /// The delay of each input [samples]; not a number: 0. (Not consteval:
-  /// clang 14 forgets what such a constructor sets.)
+  /// delay: of each input [samples]; NaN counts as 0. The constructor is not consteval because clang 14 loses the members
+  /// that a consteval constructor sets.
   constexpr explicit DelayLine(const Scalar (&delay)[kChannels]) {
     for (int i = 0; i < kChannels; ++i) {
       if (!(delay[i] >= Scalar(0) && delay[i] <= Scalar(kSamples))) delay_is_outside_of_the_line();
@@ -32,9 +32,9 @@ class DelayLine {
     }
   }
 
-  /// Takes the inputs of this sample and gives those that act now. Before the line is full the first ones stand for
-  /// what came before. An input that is not finite comes out as it is, when it acts:
-  /// the observer holds the last one then.
+  /// Stores the inputs of this sample and returns the inputs that act now. Inputs before the first call count as equal to
+  /// the first ones. An input that is not finite is returned unchanged when its time comes; the observer then holds the
+  /// last good one.
   constexpr Vector<Scalar, kChannels> push(const Vector<Scalar, kChannels>& u) {
     if (!started_)
       for (auto& slot : past_) slot = u;
@@ -44,19 +44,19 @@ class DelayLine {
     Vector<Scalar, kChannels> acting{};
     for (int i = 0; i < kChannels; ++i) {
       const Scalar late = at(whole_[i])[i];
-      // What has no share in the result is not read: 0 times a value that is not finite is not 0.
+      // A value with weight 0 is not read, because 0 times a value that is not finite is not 0.
       acting[i] = part_[i] > Scalar(0) ? late + part_[i] * (at(whole_[i] + 1)[i] - late) : late;
     }
     return acting;
   }
 
-  /// Forgets all inputs: the next one stands for what came before it.
+  /// Forgets all inputs. The next ones count as those of all earlier samples.
   constexpr void reset() { started_ = false; }
 
  private:
   static constexpr int kSlots = kSamples + 1;
 
-  static void delay_is_outside_of_the_line() {}  // not constexpr: a delay that gets here is an error of compilation
+  static void delay_is_outside_of_the_line() {}  // not constexpr, so that calling it in a constant is a compile error
 
   constexpr const Vector<Scalar, kChannels>& at(int samples_ago) const {
     const int slot = newest_ - samples_ago;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Driven KKL observer (24)-(25) of dx/dt = f(x) + g(x) u with known inputs u:
 //   dz/dt = D z + F y + phi(z) u,   phi(z) u = dT/dx(x_hat) g(x_hat) u,   x_hat = T*(z)
-// phi(z) u is a product of T's Jacobian with one vector: a forward-mode pass (jvp), no Jacobian is ever formed.
-// D z + F y is stepped exactly and phi(z) u at order 4 (exponential_rk.h); with u = 0 this is the plain KKL observer.
+// phi(z) u is the product of the Jacobian of T and one vector. One forward-mode pass computes it (jvp.h); the Jacobian
+// itself is never formed. D z + F y is stepped exactly, phi(z) u at order 4 (exponential_rk.h). With u = 0 this is the
+// plain KKL observer.
 //
-//   observer.step(read_position(), torque);   // torque: what has acted since the last sample (input_hold kZeroOrder)
+//   observer.step(read_position(), torque);   // with input_hold kZeroOrder: the torque since the last sample
 #pragma once
 
 #include <cstdint>
@@ -24,11 +25,11 @@
 
 namespace nlo {
 
-/// g(x) u = sum_i u_i (constant_i + linear_i x): how the inputs act on the plant.
+/// Input field of the plant: g(x) u = sum_i u_i (constant_i + linear_i x).
 template <class Scalar, int kNx, int kNu>
 struct InputField {
   Scalar constant[kNu][kNx];
-  Scalar linear[kNu][kNx][kNx];  ///< all zero unless an input acts otherwise at another x
+  Scalar linear[kNu][kNx][kNx];  ///< zero if the effect of the inputs does not depend on x
 
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr void apply(const Scalar (&x)[kNx], const Scalar (&u)[kNu], Scalar (&dx)[kNx]) const {
@@ -43,7 +44,7 @@ struct InputField {
   }
 };
 
-/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, int kNu_, int kPairs_, class InverseMap_, class ForwardMap_>
 struct DrivenKklModel {
   using Scalar = Scalar_;
@@ -65,10 +66,10 @@ struct DrivenKklModel {
   static_assert(ForwardMap::kIn == kNx && ForwardMap::kOut == kNz, "T maps n_x to n_z");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;  ///< this many held measurements in a row make the status kStale
-  Hold input_hold;            ///< kZeroOrder: the u given has acted since the last sample; kFirstOrder: a ramp up to it
+  std::uint16_t stale_after;  ///< after this many held measurements in a row the status is kStale
+  Hold input_hold;            ///< kZeroOrder: u has acted since the last sample; kFirstOrder: a ramp from the last u to it
   LatentModel<Scalar, kNz, kNy> latent;
-  ForcedStep<Scalar, kNz, kNy> forced;  ///< over one sample period
+  ForcedStep<Scalar, kNz, kNy> forced;  ///< coefficients for phi(z) u over one sample period
   ReadingRange<Scalar, kNy> outputs;
   Domain<Scalar, kNz> domain;
   InputField<Scalar, kNx, kNu> input_field;  ///< g
@@ -77,7 +78,7 @@ struct DrivenKklModel {
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return latent.initial; }
 
-  /// z over dt_s (0: one sample period), in pieces of about one sample period.
+  /// Advances z over dt_s seconds (0: one sample period), in pieces of about one sample period.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void advance(Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], const Scalar (&u)[kNu],
                const Scalar (&u_next)[kNu], Scalar dt_s) const {
@@ -90,7 +91,7 @@ struct DrivenKklModel {
                             u_next);
   }
 
-  /// phi(z) u.
+  /// dz = phi(z) u.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void drive(const Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&u)[kNu], Scalar (&dz)[kNz]) const {
     Scalar x_hat[kNx], dx[kNx];
@@ -99,7 +100,7 @@ struct DrivenKklModel {
     jvp<kArithmetic>(forward_map, x_hat, dx, dz);
   }
 
-  /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
+  /// x_hat = T*(z) or T*(z, y). log2_sigma, n_x: see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNy], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
     evaluate_inverse<kArithmetic>(inverse_map, z, y, &x_hat[0], log2_sigma...);
@@ -122,7 +123,7 @@ struct DrivenKklModel {
           step, forced_by, z, from, half, to, [&](Scalar c, const Scalar(&at)[kNz], Scalar(&dz)[kNz]) {
             Scalar y_now[kNy], u_now[kNu];
             between<kArithmetic>(latent.hold, y, y_next, part(c), y_now);
-            // A command given now has acted since the last sample.
+            // With the zero-order hold, the input given now has acted since the last sample.
             between<kArithmetic>(input_hold, input_hold == Hold::kZeroOrder ? u_next : u, u_next, part(c), u_now);
             drive<kArithmetic>(at, y_now, u_now, dz);
           });
@@ -130,7 +131,7 @@ struct DrivenKklModel {
   }
 };
 
-/// The observer of a DrivenKklModel. Deterministic arithmetic is one more word, as for KklObserver.
+/// The observer of a DrivenKklModel. The second parameter chooses the arithmetic, as for KklObserver.
 template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
 class DrivenKklObserver : public SampledObserver<Model, kArithmetic> {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Eigen views of the runtime's vectors, without a copy. Optional: only those who compute with Eigen include it.
+// Views of the runtime's vectors for Eigen, without a copy. Optional: no other header of the runtime includes Eigen.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 namespace nlo {
 
-/// The vector as an Eigen column vector, in place.
+/// Returns a view of the vector as an Eigen column vector.
 template <class Scalar, int kN>
 auto as_eigen(Vector<Scalar, kN>& v) {
   return Eigen::Map<Eigen::Matrix<Scalar, kN, 1>>(v.data());
@@ -18,7 +18,7 @@ auto as_eigen(const Vector<Scalar, kN>& v) {
   return Eigen::Map<const Eigen::Matrix<Scalar, kN, 1>>(v.data());
 }
 
-/// A fixed-size Eigen column vector as the runtime takes it.
+/// Returns a copy of a fixed-size Eigen column vector as a vector of the runtime.
 template <class Derived>
 auto from_eigen(const Eigen::MatrixBase<Derived>& v) {
   static_assert(Derived::ColsAtCompileTime == 1 && Derived::RowsAtCompileTime > 0, "a fixed-size column vector");

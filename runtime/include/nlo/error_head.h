@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// How wrong an estimate is: the standard deviation of each state's error, a second output of T*. It reads the last
-// hidden layer h, which T* has computed anyway:
-//   log2 sigma = W [h; h^2] + b,  held within [lowest, highest]
-// The squares: where a plant is odd, h turns its sign with z, and the error does not.
-// Outside of the domain nothing is known of the error: there sigma is kUnknownSigma, larger than any error.
+// Error head: a second output of T* that gives the standard deviation sigma of each state's error. It reads the last
+// hidden layer h of T*:
+//   log2 sigma = W [h; h^2] + b,  limited to [lowest, highest]
+// The squares are needed for odd plants, where h changes its sign with z but the size of the error does not change.
+// Outside of the domain the error is unknown, and sigma is kUnknownSigma, which is larger than any error.
 #pragma once
 
 #include <bit>
@@ -18,7 +18,7 @@
 
 namespace nlo {
 
-/// The series of exp, as far as its next term is below the rounding of 1 on |f| <= log(2) / 2.
+/// Coefficients of the exponential series. The first omitted term is below the rounding of 1 for |f| <= log(2) / 2.
 template <class Scalar, int kTerms = sizeof(Scalar) == 4 ? 8 : 14>
 struct ExpSeries {
   Scalar inverse_factorial[kTerms];
@@ -36,13 +36,13 @@ struct ExpSeries {
   }
 };
 
-/// 2^v for |v| <= 100; relative error below 2e-7 in float, 5e-16 in double.
+/// Returns 2^v for |v| <= 100; relative error below 2e-7 in float, 5e-16 in double.
 template <Arithmetic kArithmetic = Arithmetic::kFast, class Scalar>
 constexpr Scalar power_of_2(Scalar v) {
   constexpr ExpSeries<Scalar> kSeries;
   using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;
   constexpr int kFraction = std::numeric_limits<Scalar>::digits - 1;
-  // So large that its last bit is worth 1: what is added is rounded to the nearest whole number, in the last bits.
+  // The last bit of this number is worth 1. Adding v therefore rounds v to an integer, which stands in the last bits.
   constexpr Scalar kRounding = Scalar(3) * static_cast<Scalar>(Bits{1} << (kFraction - 1));
   const Scalar shifted = v + kRounding;
   const Scalar f = (v - (shifted - kRounding)) * static_cast<Scalar>(0.69314718055994530942);
@@ -51,12 +51,12 @@ constexpr Scalar power_of_2(Scalar v) {
   return kSeries.template operator()<kArithmetic>(f) * scale;
 }
 
-/// sigma where the error is unknown, in the unit of the state; bound_95 is a multiple of it. A test such as
-/// `bound_95[i] > limit` then says that the estimate is too uncertain, whatever the limit is.
+/// sigma of an unknown error, in the unit of the state; bound_95 is a multiple of it. A test such as
+/// `bound_95[i] > limit` is then true for every limit.
 inline constexpr float kUnknownSigma = 0x1p100F;
 
-/// An estimate and how wrong it is, n_x each. 68 % of the errors were within sigma, 95 % within bound_95, over runs
-/// that training has not seen, at the noise that the model was calibrated for.
+/// An estimate and the half widths of its 68 % and 95 % intervals, n_x each. 68 % of the errors were within sigma and
+/// 95 % within bound_95, on runs that training has not seen, at the noise that the model was calibrated for.
 template <class Scalar, int kNx>
 struct EstimateWithError {
   Vector<Scalar, kNx> x_hat;
@@ -64,37 +64,37 @@ struct EstimateWithError {
   Vector<Scalar, kNx> bound_95;
 };
 
-/// Of a T* whose last hidden layer has kWidth values.
+/// Error head of a T* whose last hidden layer has kWidth values.
 template <class Scalar_, int kWidth_, int kNx_>
 struct ErrorHead {
   using Scalar = Scalar_;
   static constexpr int kWidth = kWidth_;
   static constexpr int kNx = kNx_;
   PackedDense<Scalar, 2 * kWidth, kNx> layer;  ///< [h; h^2] to log2 sigma
-  Scalar lowest[kNx];                          ///< log2 sigma, the range of training; |.| <= 100
+  Scalar lowest[kNx];                          ///< range of log2 sigma in training; |.| <= 100
   Scalar highest[kNx];
   Scalar bound_95[kNx];  ///< half width of the 95 % interval, in sigmas
 
-  struct OneLayer {  ///< as a chain of layers
+  struct OneLayer {  ///< the layer as a network
     static constexpr int kLayers = 1;
     const PackedDense<Scalar, 2 * kWidth, kNx>& layer;
   };
 
-  /// out = mlp(in), and log2 sigma (kNx), not held within its range yet.
+  /// out = mlp(in). Also computes log2_sigma, n_x, not limited to its range yet.
   template <Arithmetic kArithmetic, class Mlp>
   void evaluate(const Mlp& mlp, const Scalar* in, Scalar* out, Scalar* log2_sigma) const {
     static_assert(kWidth == Mlp::kHidden && kNx == Mlp::kOut, "it reads the last hidden layer");
     LayerBuffer<Scalar, (2 * kWidth > Mlp::kWidest ? 2 * kWidth : Mlp::kWidest)> hidden;
     LayerBuffer<Scalar, Mlp::kWidest> other;
     LayerBuffer<Scalar, kernels::kPadsInputs<Mlp::kIn> ? Mlp::kIn : 1> inputs;
-    constexpr bool kPing = Mlp::kLayers % 2 == 0;  // layers alternate, the first one writes to ping: h ends in `hidden`
+    constexpr bool kPing = Mlp::kLayers % 2 == 0;  // layers write to ping and pong in turn; h must end in `hidden`
     kernels::evaluate<Mlp::kActivation, kArithmetic>(mlp, padded_inputs<Mlp::kIn>(in, inputs), out,
                                                      kPing ? hidden.values : other.values,
                                                      kPing ? other.values : hidden.values);
     evaluate<kArithmetic>(hidden.values, log2_sigma);
   }
 
-  /// log2 sigma (kNx) from h, which stands at the front of a LayerBuffer of 2 kWidth; the squares go behind it.
+  /// Computes log2_sigma, n_x, from h. `h` is a LayerBuffer of 2 kWidth values; h^2 is written to its second half.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(Scalar* h, Scalar* log2_sigma) const {
     for (int i = 0; i < kWidth; ++i) h[kWidth + i] = h[i] * h[i];
@@ -102,8 +102,8 @@ struct ErrorHead {
     kernels::evaluate<Activation::kTanh, kArithmetic>(OneLayer{layer}, h, log2_sigma, h, h);
   }
 
-  /// sigma of state i; kUnknownSigma unless z lies in the domain (`known`). A log2_sigma that is not a number counts as
-  /// the largest that training has seen.
+  /// Returns sigma of state i, or kUnknownSigma if z lies outside of the domain (known = false). If log2_sigma is NaN,
+  /// sigma is the largest value that training has seen.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   constexpr Scalar deviation(int i, Scalar log2_sigma, bool known) const {
     const Scalar low = select<kArithmetic>(log2_sigma > lowest[i], log2_sigma, lowest[i]);
@@ -111,7 +111,7 @@ struct ErrorHead {
     return select<kArithmetic>(known, power_of_2<kArithmetic>(held), Scalar(kUnknownSigma));
   }
 
-  /// x_hat at z and y, and how wrong it is, of a model with this head. `known`: z lies in the model's domain.
+  /// Returns x_hat at z and y with its intervals. known: z lies in the domain of the model.
   template <Arithmetic kArithmetic, class Model, int kNz, int kNr>
   EstimateWithError<Scalar, kNx> estimate(const Model& model, const Scalar (&z)[kNz], const Scalar (&y)[kNr],
                                           bool known) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Explicit Runge-Kutta methods: a method is a Butcher tableau, one function steps them all. For the observers whose
-// latent system is not linear; a linear one is stepped exactly (latent.h).
+// Explicit Runge-Kutta methods for observers whose latent system is not linear. (A linear one is stepped exactly, see
+// latent.h.) A method is a Butcher tableau; one function steps them all.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -35,8 +35,8 @@ inline constexpr Tableau<Scalar, 4> kRk4 = {
     .b = {Scalar(1.0 / 6), Scalar(1.0 / 3), Scalar(1.0 / 3), Scalar(1.0 / 6)},
     .c = {0, Scalar(0.5), Scalar(0.5), 1}};
 
-/// z <- z + h sum_i b_i k_i, in place.
-///   slope(c, z, dz)  writes f at c in [0, 1] of the step and at z into dz
+/// One step of length h: z <- z + h sum_i b_i k_i, in place.
+///   slope(c, z, dz)  computes dz = f(t + c h, z)
 template <Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kStages, int kN, class Slope>
 void explicit_rk_step(const Tableau<Scalar, kStages>& tableau, Scalar h, Scalar (&z)[kN], const Slope& slope) {
   Scalar k[kStages][kN];
@@ -56,20 +56,20 @@ void explicit_rk_step(const Tableau<Scalar, kStages>& tableau, Scalar h, Scalar 
   }
 }
 
-/// A gap between samples is stepped in pieces of about one sample period (at most 1.5 of them), and at most this many:
-/// what a step may cost is bounded, and after a longer gap nothing is known anyway.
+/// A gap between samples is stepped in pieces of about one sample period (at most 1.5), and in at most this many. The
+/// limit bounds the time of a step. After a longer gap the estimate would be worthless.
 inline constexpr int kMostPieces = 64;
 
-/// In how many pieces to step `dt_s`, in (0, kMostPieces sample periods].
+/// Returns the number of pieces for a step over dt_s, in (0, kMostPieces sample periods].
 template <class Scalar>
 constexpr int pieces_of(Scalar dt_s, Scalar sample_period_s) {
   const Scalar periods = dt_s / sample_period_s + Scalar(0.5);
-  if (!(periods < Scalar(kMostPieces))) return kMostPieces;  // before it is made an integer that cannot hold it
+  if (!(periods < Scalar(kMostPieces))) return kMostPieces;  // an int might not hold it
   return periods < Scalar(1) ? 1 : static_cast<int>(periods);
 }
 
-/// A value between two samples: held, or on the ramp between them. Exact at both ends.
-///   part  where in the interval, in [0, 1]
+/// Interpolates between two samples: constant, or a ramp that is exact at both ends.
+///   part  position in the interval, in [0, 1]
 template <Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kN>
 constexpr void between(Hold hold, const Scalar (&from)[kN], const Scalar (&to)[kN], Scalar part, Scalar (&value)[kN]) {
   if (hold == Hold::kZeroOrder) part = Scalar(0);
@@ -78,8 +78,8 @@ constexpr void between(Hold hold, const Scalar (&from)[kN], const Scalar (&to)[k
   }
 }
 
-/// z over the interval between two samples, by RK4 in pieces of about one sample period.
-///   model  has sample_period_s, hold and slope(z, y, dz), a template on the policy
+/// Advances z over the interval between two samples by RK4, in pieces of about one sample period.
+///   model  has sample_period_s, hold and slope(z, y, dz), which is a template on the policy
 ///   dt_s   the interval [s]; 0: one sample period
 template <Arithmetic kArithmetic = Arithmetic::kFast, class Model, class Scalar, int kNz, int kNy>
 void integrate(const Model& model, Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_next)[kNy], Scalar dt_s) {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// One step of z' = D z + F y + N(z, t) where D and F y are treated exactly and N by a Runge-Kutta method of order 4:
-// the exponential scheme ETD4RK-B of Krogstad. Plain RK4 would be unstable from |lambda h| = 2.78 on, where an observer
-// likes to have its fast poles; an integrating factor is stable there, but gets the steady state of a constant N wrong
-// (by 70 % at lambda h = -10), which this scheme has exactly. With N = 0 it is the recurrence of latent.h.
+// One step of z' = D z + F y + N(z, t) by the exponential scheme ETD4RK-B of Krogstad: exact in D and F y, of order 4 in
+// N. With N = 0 it is the recurrence of latent.h. Two simpler schemes do not serve:
+// - Plain RK4 is unstable for |lambda h| > 2.78, and observers have such fast poles.
+// - An integrating factor is stable, but its steady state for a constant N is wrong, by 70 % at lambda h = -10. The
+//   steady state of this scheme is exact.
 // Source: Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
 #pragma once
 
@@ -12,12 +13,12 @@
 
 namespace nlo {
 
-/// phi_1, phi_2 and phi_3 of w and of w / 2, with phi_3(w) = (phi_2(w) - 1/2) / w: as Phi, one function further.
+/// exp(w) - 1 and phi_1, phi_2, phi_3 of w: Phi with one more function, phi_3(w) = (phi_2(w) - 1/2) / w.
 template <class T>
 struct ForcedPhi {
   Complex<T> exp_minus_1, phi1, phi2, phi3;
 
-  /// The same at 2 w.
+  /// Returns the functions at 2 w.
   constexpr ForcedPhi doubled() const {
     return {exp_minus_1 * (exp_minus_1 + T(2)), phi1 * (exp_minus_1 + T(2)) * T(0.5),
             (phi1 * phi1 + phi2 * T(2)) * T(0.25), (phi1 * phi2 + phi2 + phi3 * T(2)) * T(0.125)};
@@ -39,18 +40,18 @@ struct ForcedPhi {
   }
 };
 
-/// What each slope N_i of N adds to a mode, by stage:
+/// Weights of the slopes N_i of N in the stages of one mode:
 ///   z_2 = z(h/2) + stage2 N_1
 ///   z_3 = z(h/2) + stage3_1 N_1 + stage3_2 N_2
 ///   z_4 = z(h)   + stage4_1 N_1 + stage4_3 N_3
 ///   z+  = z(h)   + end_1 N_1 + end_23 (N_2 + N_3) + end_4 N_4
-/// z(h/2) and z(h) are where the mode goes without N.
+/// z(h/2) and z(h) are the mode after half a step and after a step with N = 0.
 template <class V>
 struct ForcedWeights {
   V stage2, stage3_1, stage3_2, stage4_1, stage4_3, end_1, end_23, end_4;
 };
 
-/// The weights of the mode z' = lambda z + N over a step of h: lambda in 1/s, h in s.
+/// Returns the weights of the mode z' = lambda z + N over a step of h; lambda [1/s], h [s].
 template <class T>
 constexpr ForcedWeights<Complex<T>> forced_weights(Complex<T> lambda, T h) {
   const auto half = ForcedPhi<T>::at(lambda * (h * T(0.5)));
@@ -65,20 +66,20 @@ constexpr ForcedWeights<Complex<T>> forced_weights(Complex<T> lambda, T h) {
           .end_4 = (full.phi3 * T(4) - full.phi2) * h};
 }
 
-/// One weight for every mode, laid out as the eigenvalues are: (re, im) of each pair, then the real ones.
+/// One weight for every mode, in the order of the eigenvalues: (re, im) of each pair, then the real ones.
 template <class Scalar, int kNz>
 struct ModeWeights {
   Scalar values[kNz];
 };
 
-/// All that a forced step needs beside LatentStep.
+/// Coefficients of a step with N, beside those of LatentStep.
 template <class Scalar, int kNz, int kNy>
 struct ForcedStep {
   LatentStep<Scalar, kNz, kNy> half;  ///< D and F over half a step
   ForcedWeights<ModeWeights<Scalar, kNz>> weights;
 };
 
-/// The coefficients for D (given by `eigenvalues`) and F over a step of h seconds; `hold` is an exact one.
+/// Returns the coefficients for D (given by its eigenvalues) and F over a step of h seconds. `hold` is not kRk4.
 template <int kPairs, class Scalar, int kNz, int kNy>
 constexpr ForcedStep<Scalar, kNz, kNy> forced_step(Hold hold, const Scalar (&eigenvalues)[kNz],
                                                    const Scalar (&output_injection)[kNz][kNy], Scalar h) {
@@ -105,7 +106,7 @@ constexpr ForcedStep<Scalar, kNz, kNy> forced_step(Hold hold, const Scalar (&eig
   return step;
 }
 
-/// z <- z + weight N, mode by mode.
+/// z <- z + weight N, for every mode.
 template <int kPairs, Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kNz>
 constexpr void add_forced(const ModeWeights<Scalar, kNz>& weight, const Scalar (&n)[kNz], Scalar (&z)[kNz]) {
   const auto& w = weight.values;
@@ -116,10 +117,10 @@ constexpr void add_forced(const ModeWeights<Scalar, kNz>& weight, const Scalar (
   for (int r = 2 * kPairs; r < kNz; ++r) z[r] = multiply_add<kArithmetic>(w[r], n[r], z[r]);
 }
 
-/// z over one step, in place.
-///   step, forced       the coefficients of that step
-///   y, y_half, y_next  at its start, its middle and its end
-///   slope(c, z, n)     writes N at c in [0, 1] of the step and at z into n
+/// Advances z by one step, in place.
+///   step, forced       coefficients of the step
+///   y, y_half, y_next  y at the start, the middle and the end of the step
+///   slope(c, z, n)     computes n = N(z, t + c h), c in [0, 1]
 template <int kPairs, Arithmetic kArithmetic = Arithmetic::kFast, class Scalar, int kNz, int kNy, class Slope>
 void exponential_rk_step(const LatentStep<Scalar, kNz, kNy>& step, const ForcedStep<Scalar, kNz, kNy>& forced,
                          Scalar (&z)[kNz], const Scalar (&y)[kNy], const Scalar (&y_half)[kNy],

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Functions that known equations name (prior_observer.h), without libm and without a branch on data. Each operation is
-// rounded by itself: the same bits on every target, and in C99. Where a function has no value it is not a number, which
-// the step that meets it shows.
+// Mathematical functions for the known equations of a plant (prior_observer.h), without libm and without a branch on
+// data. Each operation is rounded by itself, so that the bits are the same on every target and in C99. Outside of its
+// range a function returns NaN; the step that meets the NaN reports it.
 #pragma once
 
 #include <bit>
@@ -17,13 +17,13 @@
 
 namespace nlo {
 
-/// Series of sin and cos around 0, as far as their terms matter within a quarter of pi, and a quarter turn in parts of
-/// which all but the last have so few digits that 2^13 of them are exact (Cody and Waite).
+/// Coefficients of the series of sin and cos for |x| <= pi / 4, and pi / 2 as a sum of three parts. The first two parts
+/// have so few digits that their products with integers up to 2^13 are exact (Cody and Waite).
 template <class T>
 struct CircleFit {
   static constexpr bool kSingle = sizeof(T) == 4;
   static constexpr int kTerms = kSingle ? 5 : 8;
-  static constexpr T kFarthest = T(8192);  ///< |x|: beyond, a float is coarser than a thousandth of a radian
+  static constexpr T kFarthest = T(8192);  ///< largest |x|; beyond it neighbouring floats are 0.001 rad apart
   T quarter[3] = {T(kSingle ? 1.5703125 : 1.57079632673412561417),
                   T(kSingle ? 4.8351287841796875e-4 : 6.07710050630396597660e-11),
                   T(kSingle ? 3.139164786504813e-7 : 2.02226624879595063154e-21)};
@@ -39,7 +39,7 @@ struct CircleFit {
   }
 };
 
-/// cos(x) or sin(x), |x| < 8192: absolute error below 2e-7 in float, 3e-16 in double.
+/// Returns cos(x) or sin(x) for |x| < 8192, else NaN. Absolute error below 2e-7 in float, 3e-16 in double.
 template <bool kCosine, class T>
 constexpr T circle(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
@@ -65,13 +65,13 @@ constexpr T cosine(T x) {
   return circle<true>(x);
 }
 
-/// tanh(x), as tanh activations have it; 1 of what is not a number.
+/// Returns tanh(x) with the bits of a tanh activation; 1 for NaN.
 template <class T>
 constexpr T hyperbolic_tangent(T x) {
   return tanh_rational<Activation::kTanh, Arithmetic::kDeterministic>(rounded<T>(x));
 }
 
-/// exp(x), |x| < 80; relative error below 3 rounding units. 0 below, not a number above.
+/// Returns exp(x) for |x| < 80, 0 for x <= -80, NaN for x >= 80. Relative error below 3 rounding units.
 template <class T>
 constexpr T exponential(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
@@ -81,7 +81,7 @@ constexpr T exponential(T x) {
   T r = select<kEach>(known, rounded<T>(x), T(0));
   const T doublings = rounded<T>(r * T(1.44269504088896340736)), half = select<kEach>(r < T(0), T(-0.5), T(0.5));
   const auto n = static_cast<std::int32_t>(doublings + half);
-  // log(2), of which the first part has so few digits that 116 of them are exact.
+  // log(2) as a sum of two parts. The first has so few digits that its products with integers up to 116 are exact.
   r = (r - rounded<T>(static_cast<T>(n) * T(0.693145751953125))) -
       rounded<T>(static_cast<T>(n) * T(1.42860682030941723212e-6));
   T series = T(1);
@@ -92,7 +92,7 @@ constexpr T exponential(T x) {
   return select<kEach>(known, series * std::bit_cast<T>(power), beyond);
 }
 
-/// sqrt(x) of a normal x; relative error below 2 rounding units. 0 of 0 and what is below the normal numbers.
+/// Returns sqrt(x) for a normal x, 0 for smaller x >= 0, else NaN. Relative error below 2 rounding units.
 template <class T>
 constexpr T square_root(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
@@ -100,7 +100,7 @@ constexpr T square_root(T x) {
   const bool known = x >= (std::numeric_limits<T>::min)() && x <= (std::numeric_limits<T>::max)();
   const T v = select<kEach>(known, rounded<T>(x), T(1)), half = T(0.5) * v;
   constexpr Bits kLine = sizeof(T) == 4 ? Bits{0x5f3759dfU} : static_cast<Bits>(0x5fe6eb50c7b537a9U);
-  // Newton's method for 1 / sqrt(v), from a line through the logarithms that is within 4 %.
+  // Newton's method for 1 / sqrt(v). It starts within 4 %, at a linear fit of the logarithm.
   T inverse = std::bit_cast<T>(static_cast<Bits>(kLine - (std::bit_cast<Bits>(v) >> 1U)));
   for (int i = 0; i < (sizeof(T) == 4 ? 3 : 4); ++i)
     inverse *= T(1.5) - rounded<T>(rounded<T>(half * inverse) * inverse);
@@ -110,25 +110,26 @@ constexpr T square_root(T x) {
   return select<kEach>(known, value, select<kEach>(none, T(0), std::numeric_limits<T>::quiet_NaN()));
 }
 
-/// |x|.
+/// Returns |x|.
 template <class T>
 constexpr T magnitude(T x) {
   return select<Arithmetic::kDeterministic>(x < T(0), -x, x);
 }
 
-/// -1, 0 or 1.
+/// Returns the sign of x: -1, 0 or 1.
 template <class T>
 constexpr T sign_of(T x) {
   const T above = select<Arithmetic::kDeterministic>(x > T(0), T(1), T(0) * x);
   return select<Arithmetic::kDeterministic>(x < T(0), T(-1), above);
 }
 
-/// atan(x) of any size; absolute error below 2e-7 in float, 4e-16 in double.
+/// Returns atan(x) for any x. Absolute error below 2e-7 in float, 4e-16 in double.
 template <class T>
 constexpr T arc_tangent(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;
   const T size = magnitude(rounded<T>(x));
-  // To within the tangent of an eighth of pi: by atan(v) = pi/2 + atan(-1/v) and atan(v) = pi/4 + atan((v-1)/(v+1)).
+  // The argument of the series is at most tan(pi / 8). Larger ones are reduced by atan(v) = pi/2 + atan(-1/v) and
+  // atan(v) = pi/4 + atan((v-1)/(v+1)).
   const bool steep = size > T(2.4142135623730950488), middle = size > T(0.41421356237309504880);
   const T above = select<kEach>(steep, T(-1), size - T(1)), below = select<kEach>(steep, size, size + T(1));
   const T v = select<kEach>(middle, above, size) / select<kEach>(middle, below, T(1));
@@ -141,7 +142,7 @@ constexpr T arc_tangent(T x) {
   return select<kEach>(x < T(0), -value, value);
 }
 
-/// log(x) of a normal x > 0; absolute error below 2 rounding units of the larger of 1 and |log(x)|.
+/// Returns log(x) for a normal x > 0, else NaN. Absolute error below 2 rounding units of max(1, |log(x)|).
 template <class T>
 constexpr T logarithm(T x) {
   constexpr Arithmetic kEach = Arithmetic::kDeterministic;

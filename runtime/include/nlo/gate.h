@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The gates of a gated observer (gated_observer.h), by the tanh of activation.h:
-//   sigmoid(2 a) = (1 + tanh a) / 2                       a reset; how much of the way to the target over one period
-//   1 - exp(-periods softplus(2 a))                       the same over any number of periods
-// The second is the first where periods = 1: exp(-softplus(v)) = 1 - sigmoid(v). And a step of units by them.
+// Gates of a gated observer (gated_observer.h), and a step of its units. The tanh is that of activation.h.
+//   sigmoid(2 a) = (1 + tanh a) / 2      a reset gate; the share of the way to the target in a step of one sample period
+//   1 - exp(-periods softplus(2 a))      the share in a step of any number of periods
+// For periods = 1 both are equal, because exp(-softplus(v)) = 1 - sigmoid(v).
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -16,19 +16,19 @@
 
 namespace nlo {
 
-/// What a step of kUnits gated units writes in between: the gates' values, 2 kUnits, and targets, kUnits.
+/// Intermediate values of a step of kUnits gated units: 2 kUnits gates and kUnits targets.
 template <class Scalar, int kUnits>
 struct GateBuffers {
-  // Once reset gates are multiplied with z nothing reads them, so that targets may stand there: a quarter of the stack.
-  // Vectors want targets apart, aligned.
+  // The targets may overwrite the reset gates, which are not needed any more by then. This saves a quarter of the stack.
+  // With vectors the targets have a buffer of their own, because they must be aligned.
   static constexpr bool kShares = !kernels::kHasVectors;
   LayerBuffer<Scalar, 2 * kUnits> gates;
   LayerBuffer<Scalar, kShares ? 1 : kUnits> apart;
   constexpr Scalar* targets() { return kShares ? gates.values + kUnits : apart.values; }
 };
 
-/// log(1 + t) for 0 <= t <= 1, relative error below 4 rounding units: 2 atanh(t / (2 + t)), whose series in
-/// (t / (2 + t))^2 <= 1/9 has dropped below the rounding of a double after 16 terms.
+/// Returns log(1 + t) = 2 atanh(t / (2 + t)) for 0 <= t <= 1; relative error below 4 rounding units. The series in
+/// (t / (2 + t))^2 <= 1/9 needs 16 terms for the precision of a double.
 template <class T>
 constexpr T log_1_plus(T t) {
   constexpr int kTerms = 16;
@@ -38,8 +38,8 @@ constexpr T log_1_plus(T t) {
   return rounded<T>(T(2) * w * series);
 }
 
-/// 1 - exp(-periods softplus(2 a)): what a unit goes of its way to the target over so many sample periods. In [0, 1],
-/// absolute error below 4 rounding units, times the periods where these are more than one. `a` finite, periods > 0.
+/// Returns 1 - exp(-periods softplus(2 a)), in [0, 1]: the share of the way to its target that a unit goes in a step of
+/// `periods` sample periods. `a` finite, periods > 0. Absolute error below 4 max(1, periods) rounding units.
 template <class T>
 constexpr T gate_over(T a, T periods) {
   const T v = T(2) * a;
@@ -109,7 +109,7 @@ __attribute__((noinline, NLO_TARGET_AVX512)) void gated_step_one_load(const Gate
 }  // namespace x86
 #endif
 
-/// to = from. True where that has seen that all are below 2; false where it has not looked.
+/// Copies kN values. Returns true if it has checked that all are below 2, false if it has not checked.
 template <int kN, class Scalar>
 NLO_INLINE bool copy_units(const Scalar* from, Scalar* to) {
 #if defined(NLO_CORTEX_M_GATES)
@@ -119,7 +119,7 @@ NLO_INLINE bool copy_units(const Scalar* from, Scalar* to) {
   return false;
 }
 
-/// A step of gated units by the best instruction set, as evaluate() of dense.h; see gated_units().
+/// A step of gated units by the best instruction set of the CPU, like evaluate() of dense.h; see gated_units().
 template <Arithmetic kArithmetic, bool kRegular, int kNz, class Gates, class Candidate, class Scalar>
 NLO_INLINE void gated_step(const Gates& gates, const Candidate& candidate, Scalar* in, Scalar* gate, Scalar* target,
                            Scalar (&z)[kNz], Scalar periods) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Many plants of one gated model, stepped together: sampled_batch.h, with the gates of kernels/per_isa/gated.inc over
+// Many plants with one gated model, stepped together (sampled_batch.h). kernels/per_isa/gated.inc computes the gates as
 // [unit][plant].
 #pragma once
 
@@ -54,7 +54,7 @@ __attribute__((noinline, NLO_TARGET_AVX512)) bool gated_plants_avx512(const Mode
 #endif
 
 #if NLO_HAS_VECTORS
-/// A sample of kPlants plants, as for_batch_block() has chosen; see gated_plants() of gated_plants.inc.
+/// Steps a block of kPlants plants; for_batch_block() chooses its size. See gated_plants() of gated_plants.inc.
 template <Arithmetic kArithmetic, int kPlants, class Model, class Rows, class Scalar, int kNz, int kNr, int kStride>
 NLO_INLINE bool gated_plants(const Model& model, const Rows& y, int first, Scalar (&z)[kNz][kStride],
                              Scalar (&kept)[kNr][kStride]) {

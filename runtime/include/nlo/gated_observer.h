@@ -2,10 +2,11 @@
 // The gated observer: the general observer (11), dz/dt = F(z, y), x_hat = T*(z), with an F that cannot diverge.
 //   dz/dt = rate (target - z)     rate > 0, |target| <= 1
 //   [a_s; a_g] = gates([z; y]),   rate = softplus(2 a_s) / sample period,   g = (1 + tanh a_g) / 2
-//   target = tanh(candidate([g z; y]))                                       the reset gates g choose what of z it sees
-// Rates and targets are those of a step's begin and of the measurement at its end. Then the step is exact:
+//   target = tanh(candidate([g z; y]))                                       the reset gates g scale the z that it reads
+// During a step, rate and target are constant; they are computed from z at its start and the measurement at its end.
+// Then the step is exact:
 //   z+ = z + (1 - exp(-rate dt)) (target - z),   over one sample period 1 - exp(-rate dt) = (1 + tanh a_s) / 2
-// z stays between -1 and 1 whatever is measured. Where y stands, known inputs and stalenesses are read beside it.
+// z stays between -1 and 1 for every measurement. Known inputs and stalenesses are read beside y.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,7 @@
 
 namespace nlo {
 
-/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, class Gates_, class Candidate_, class InverseMap_, int kNu_ = 0,
           Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0, class Computed_ = NoComputed>
 struct GatedModel {
@@ -30,13 +31,13 @@ struct GatedModel {
   using Gates = Gates_;
   using Candidate = Candidate_;
   using InverseMap = InverseMap_;
-  using Computed = Computed_;  ///< the last of the outputs, where they are not measured
+  using Computed = Computed_;  ///< computes the last outputs from the measured ones; NoComputed: all are measured
   static constexpr int kNx = kNx_;
   static constexpr int kNy = kNy_;
   static constexpr int kNz = kNz_;
   static constexpr int kNu = kNu_;
   static constexpr int kNf = kNf_;             ///< outputs that may be missing
-  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, then inputs, then how stale those outputs are
+  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, inputs, stalenesses of the kNf outputs
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kLongestGap = 1000;
   static constexpr bool kHasSteadyState = false;
@@ -49,12 +50,12 @@ struct GatedModel {
   static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;          ///< this many held measurements in a row make the status kStale
+  std::uint16_t stale_after;          ///< after this many held measurements in a row the status is kStale
   Scalar initial[kNz];                ///< z before the first measurement
-  ReadingRange<Scalar, kNr> outputs;  ///< and of the other readings, behind them
+  ReadingRange<Scalar, kNr> outputs;  ///< ranges of all readings
   Domain<Scalar, kNz> domain;
-  Gates gates;             ///< a_s, then a_g
-  Candidate candidate;     ///< before its tanh
+  Gates gates;             ///< to a_s, then a_g
+  Candidate candidate;     ///< to the argument of the tanh
   InverseMap inverse_map;  ///< T*
   [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 
@@ -66,15 +67,15 @@ struct GatedModel {
     advance<kArithmetic>(z, y, y, Scalar(0));
   }
 
-  /// z over dt_s (0: one sample period) with the measurement at its end. Another step than the sample period costs some
-  /// 200 operations a unit more. True: z is known to be reachable.
+  /// Advances z over dt_s seconds (0: one sample period) with the measurement at the end. A step over another time than
+  /// the sample period takes some 200 more operations per unit. Returns true if it has checked that z is reachable.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   NLO_INLINE bool advance(Scalar (&z)[kNz], const Scalar (&)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     if (dt_s == Scalar(0)) return step<kArithmetic, true>(z, y_next, Scalar(1));
     return step<kArithmetic, false>(z, y_next, dt_s / sample_period_s);
   }
 
-  /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
+  /// x_hat = T*(z) or T*(z, y). log2_sigma, n_x: see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
     evaluate_inverse<kArithmetic>(inverse_map, z, y, &x_hat[0], log2_sigma...);
@@ -95,7 +96,7 @@ struct GatedModel {
   bool step_in_scalar(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     LayerBuffer<Scalar, kNz + kNr> in;
     GateBuffers<Scalar, kNz> between;
-    const bool below_2 = kernels::copy_units<kNz>(z, in.values);  // then the step's end is, too: between z and targets
+    const bool below_2 = kernels::copy_units<kNz>(z, in.values);  // then z+ is, too: it lies between z and the targets
     for (int j = 0; j < kNr; ++j) in.values[kNz + j] = y[j];
     for (int i = kNz + kNr; i < kernels::padded(kNz + kNr); ++i) in.values[i] = Scalar(0);
     kernels::gated_step<kArithmetic, kRegular>(gates.mlp.layer, candidate.mlp.layer, in.values, between.gates.values,
@@ -104,7 +105,7 @@ struct GatedModel {
   }
 };
 
-/// The observer of a GatedModel. Deterministic arithmetic is one more word, as for KklObserver.
+/// The observer of a GatedModel. The second parameter chooses the arithmetic, as for KklObserver.
 template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
 class GatedObserver : public SampledObserver<Model, kArithmetic> {
  public:

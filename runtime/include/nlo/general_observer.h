@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The general observer (11): dz/dt = F(z, y), x_hat = G(z), both learned, by the classical Runge-Kutta method. Nothing
-// proves that it is stable: a step that would overflow keeps the last z and returns kDiverged.
+// The general observer (11): dz/dt = F(z, y), x_hat = G(z), with learned F and G, stepped by the classical Runge-Kutta
+// method. Its stability is not proven: a step that would overflow keeps the last z and returns kDiverged.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace nlo {
 
-/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, int kNz_, class Dynamics_, class InverseMap_, int kNu_ = 0,
           Hold kInputHold_ = Hold::kZeroOrder>
 struct GeneralModel {
@@ -37,17 +37,17 @@ struct GeneralModel {
   static_assert(InverseMap::kIn == kNz && InverseMap::kOut == kNx, "G maps n_z to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;          ///< this many held measurements in a row make the status kStale
+  std::uint16_t stale_after;          ///< after this many held measurements in a row the status is kStale
   Hold hold;                          ///< y between samples: kZeroOrder, or a ramp
   Scalar initial[kNz];                ///< z before the first measurement
-  ReadingRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
+  ReadingRange<Scalar, kNr> outputs;  ///< ranges of outputs and inputs
   Domain<Scalar, kNz> domain;
   Dynamics dynamics;       ///< F
   InverseMap inverse_map;  ///< G
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
 
-  /// z over dt_s (0: one sample period), in pieces of about one sample period.
+  /// Advances z over dt_s seconds (0: one sample period), in pieces of about one sample period.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     integrate<kArithmetic>(*this, z, y, y_next, dt_s);
@@ -62,14 +62,14 @@ struct GeneralModel {
     dynamics.template evaluate<kArithmetic>(in, dz);
   }
 
-  /// With log2_sigma (kNx): see error_head.h.
+  /// x_hat = G(z). log2_sigma, n_x: see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void estimate(const Scalar (&z)[kNz], const Scalar (&)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
     inverse_map.template evaluate<kArithmetic>(z, x_hat, log2_sigma...);
   }
 };
 
-/// The observer of a GeneralModel. Deterministic arithmetic is one more word, as for KklObserver.
+/// The observer of a GeneralModel. The second parameter chooses the arithmetic, as for KklObserver.
 template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
 class GeneralObserver : public SampledObserver<Model, kArithmetic> {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The derivative of a learned map along a direction, by the forward mode: a value and a tangent go through the layers
-// side by side. Twice the multiply-adds of evaluate(), and four buffers of the widest layer's size, whatever the depth.
+// The derivative of a learned map along a direction, in forward mode: value and tangent pass through the layers
+// together. This takes twice the multiply-adds of evaluate() and four buffers of the size of the widest layer.
 #pragma once
 
 #include <type_traits>
@@ -12,7 +12,7 @@
 
 namespace nlo {
 
-/// Hidden values and their tangents on the way through a network.
+/// Values of a hidden layer and their tangents.
 template <class Scalar, int kWidest>
 struct JvpBuffer {
   LayerBuffer<Scalar, kWidest> value, tangent;
@@ -24,7 +24,7 @@ namespace kernels {
 #include "nlo/kernels/per_isa/tangent.inc"
 #undef NLO_CODE
 
-/// By the best instruction set, as evaluate() of dense.h; see network_jvp().
+/// Calls network_jvp() for the best instruction set of the CPU, like evaluate() of dense.h.
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar, class Buffer>
 NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* direction, Scalar* out, Buffer& ping,
                     Buffer& pong) {
@@ -41,7 +41,7 @@ NLO_INLINE void jvp(const Network& net, const Scalar* in, const Scalar* directio
 
 using kernels::activation_slope;
 
-/// out (kOut) = d mlp/d in (in) direction.
+/// out = (d mlp / d in)(in) direction, n_out; direction: n_in.
 template <Arithmetic kArithmetic = Arithmetic::kFast, Activation kKind, class... Layers>
 void jvp(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>::Scalar* in,
          const typename Mlp<kKind, Layers...>::Scalar* direction, typename Mlp<kKind, Layers...>::Scalar* out) {
@@ -49,11 +49,11 @@ void jvp(const Mlp<kKind, Layers...>& mlp, const typename Mlp<kKind, Layers...>:
   using Scalar = typename Net::Scalar;
   JvpBuffer<Scalar, Net::kWidest> ping, pong;
   LayerBuffer<Scalar, kernels::kPadsInputs<Net::kIn> ? Net::kIn : 1> inputs, directions;
-  if constexpr (Net::kLayers > 1) in = padded_inputs<Net::kIn>(in, inputs);  // a linear map does not read it
+  if constexpr (Net::kLayers > 1) in = padded_inputs<Net::kIn>(in, inputs);  // a network of one layer does not read it
   kernels::jvp<kKind, kArithmetic>(mlp, in, padded_inputs<Net::kIn>(direction, directions), out, ping, pong);
 }
 
-/// The same of a map.
+/// out = (d map / d in)(in) direction, n_out; direction: n_in.
 template <Arithmetic kArithmetic = Arithmetic::kFast, class Net, class LinearPath, class ErrorHead>
 void jvp(const LearnedMap<Net, LinearPath, ErrorHead>& map, const typename Net::Scalar* in,
          const typename Net::Scalar* direction, typename Net::Scalar* out) {

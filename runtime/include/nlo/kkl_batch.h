@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Many plants of one KKL model, stepped together: sampled_batch.h, with the latent recurrence.
+// Many plants with one KKL model, stepped together (sampled_batch.h).
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -28,7 +28,7 @@ __attribute__((noinline, NLO_TARGET_AVX512)) bool kkl_plants_avx512(const Model&
 }  // namespace x86
 #endif
 
-/// A sample of kPlants plants, as for_batch_block() has chosen; see kkl_plants() of plants.inc.
+/// Steps a block of kPlants plants; for_batch_block() chooses its size. See kkl_plants() of plants.inc.
 template <Arithmetic kArithmetic, int kPlants, class Model, class Rows, class Scalar, int kNz, int kNr, int kStride>
 NLO_INLINE bool kkl_plants(const Model& model, const Rows& y, int first, Scalar (&z)[kNz][kStride],
                            Scalar (&kept)[kNr][kStride]) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Luenberger-like observer (15) of a partially known plant, dx/dt = A x + g(x), y = C x, with a learned g_hat:
 //   x_hat' = A x_hat + g_hat(x_hat) + G (y - C x_hat)
-// by the classical Runge-Kutta method; its latent state is the estimate. A - G C is Hurwitz and inside the method's
-// stable region (checked at export); that g_hat does not undo it is for the evaluation to show.
+// stepped by the classical Runge-Kutta method. Its latent state is the estimate. Export checks that A - G C is Hurwitz and
+// within the stable region of the method. Whether the observer is stable with g_hat, only an evaluation shows.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace nlo {
 
-/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
+/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
 template <class Scalar_, int kNx_, int kNy_, class Nonlinearity_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder>
 struct LuenbergerModel {
   using Scalar = Scalar_;
@@ -37,24 +37,24 @@ struct LuenbergerModel {
   static_assert(Nonlinearity::kIn == kNx && Nonlinearity::kOut == kNx, "g_hat maps n_x to n_x");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;          ///< this many held measurements in a row make the status kStale
+  std::uint16_t stale_after;          ///< after this many held measurements in a row the status is kStale
   Hold hold;                          ///< y between samples: kZeroOrder, or a ramp
-  Scalar error_matrix[kNx][kNx];      ///< A - G C: how an error dies out where g is known
-  Scalar gain[kNx][kNr];              ///< G; with inputs [G, B]
+  Scalar error_matrix[kNx][kNx];      ///< A - G C: the error obeys e' = (A - G C) e if g_hat = g is constant
+  Scalar gain[kNx][kNr];              ///< G, or [G, B] with inputs
   Scalar initial[kNx];                ///< x_hat before the first measurement
-  ReadingRange<Scalar, kNr> outputs;  ///< and of inputs, behind them
+  ReadingRange<Scalar, kNr> outputs;  ///< ranges of outputs and inputs
   Domain<Scalar, kNx> domain;
   Nonlinearity nonlinearity;  ///< g_hat
 
   constexpr const Scalar (&initial_latent() const)[kNx] { return initial; }
 
-  /// x_hat over dt_s (0: one sample period), in pieces of about one sample period.
+  /// Advances x_hat over dt_s seconds (0: one sample period), in pieces of about one sample period.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void advance(Scalar (&x_hat)[kNx], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     integrate<kArithmetic>(*this, x_hat, y, y_next, dt_s);
   }
 
-  /// dx_hat/dt at x_hat and y.
+  /// Computes dx_hat/dt at x_hat and y.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void slope(const Scalar (&x_hat)[kNx], const Scalar (&y)[kNr], Scalar (&dx_hat)[kNx]) const {
     nonlinearity.template evaluate<kArithmetic>(x_hat, dx_hat);
@@ -70,7 +70,7 @@ struct LuenbergerModel {
   }
 };
 
-/// The observer of a LuenbergerModel. Deterministic arithmetic is one more word, as for KklObserver.
+/// The observer of a LuenbergerModel. The second parameter chooses the arithmetic, as for KklObserver.
 template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
 class LuenbergerObserver : public SampledObserver<Model, kArithmetic> {
  public:

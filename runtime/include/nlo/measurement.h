@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Validation of measurements. A value that is not finite is replaced by the last good one, a value out of its range is
-// clamped, an angle is continued from the last one. So an observer takes a finite value, whatever arrives.
+// Validation of measurements. A value that is not finite is replaced by the last good one. A value out of range is
+// clamped. An angle is unwrapped: it continues from the last one without jumps. The result is always finite.
 #pragma once
 
 #include <cstdint>
@@ -23,40 +23,42 @@ inline constexpr ChannelHealth kClampedBit = 2;
 inline constexpr std::uint32_t kMostCounted = 0x3fff;  ///< samples; the counter stays there
 inline constexpr ChannelHealth kHeldOnce = 1U << 2U | kHeldBit;
 
-/// The health after `samples` more that were not used unchanged, with these bits.
+/// Returns the health after `samples` further samples that were not used unchanged. `bits`: the new bits 0 and 1.
 constexpr ChannelHealth counted_on(ChannelHealth last, std::uint32_t samples, std::uint32_t bits) {
   const std::uint32_t before = (last >> 2U) & (0U - static_cast<std::uint32_t>((last & 3U) != 0));
   const std::uint32_t all = before + samples, beyond = all > kMostCounted;
   return static_cast<ChannelHealth>((all - beyond * (all - kMostCounted)) << 2U | bits);
 }
 
-/// The health after a sample. good: it was not held. clamped: it was, which a good one may be.
+/// Returns the health after a sample. good: its value was used, unchanged or clamped. clamped: its value was clamped.
 template <Arithmetic kArithmetic>
 constexpr ChannelHealth next_health(ChannelHealth last, bool good, bool clamped) {
   const ChannelHealth worse = counted_on(last, 1, 1U + static_cast<std::uint32_t>(good));
   return select<kArithmetic>(good & !clamped, ChannelHealth{0}, worse);
 }
 
-/// The health before a sample that `missed` samples should have preceded.
+/// Returns the health after `missed` samples that should have arrived and did not.
 constexpr ChannelHealth health_after_missed(ChannelHealth last, int missed) {
   return missed == 0 ? last : counted_on(last, static_cast<std::uint32_t>(missed), kHeldBit);
 }
 
-/// The health after that sample. missed: health_after_missed(); next: next_health() of it.
+/// Returns the health after the first sample behind a gap.
+///   missed  health_after_missed() of the gap
+///   next    next_health() of `missed` after that sample
 constexpr ChannelHealth health_after_gap(ChannelHealth missed, ChannelHealth next) {
   if (next == 0) return static_cast<ChannelHealth>(missed & ~3U);
   return static_cast<ChannelHealth>(next | kHeldBit);
 }
 
-/// How many samples a step over dt_s seconds has missed. Up to 1.5 sample periods are jitter.
+/// Returns the number of samples that are missing in a step over dt_s seconds. Up to 1.5 sample periods are jitter: 0.
 template <class Scalar>
 constexpr int missed_samples(Scalar dt_s, Scalar sample_period_s) {
   const Scalar periods = dt_s / sample_period_s;
   return periods > Scalar(1.5) ? static_cast<int>(periods + Scalar(0.5)) - 1 : 0;
 }
 
-/// Status of one channel. After `stale_after` samples in a row that were not used unchanged, the estimate is not to be
-/// trusted.
+/// Returns the status of one channel. From `stale_after` samples in a row that were not used unchanged on, the status is
+/// kStale or kOutOfRange.
 template <Arithmetic kArithmetic>
 constexpr StepStatus status_of(ChannelHealth health, std::uint16_t stale_after) {
   const std::uint32_t limit = stale_after < kMostCounted ? stale_after : kMostCounted;
@@ -76,11 +78,11 @@ template <class Scalar, int kNy>
 struct ReadingRange {
   Scalar min[kNy];
   Scalar max[kNy];
-  Scalar wrap[kNy];  ///< full turn of an angle (2 pi), or of an output that T* knows only relatively; 0: it is clamped
+  Scalar wrap[kNy];  ///< full turn: 2 pi for an angle, a power of two for another relative output; 0: clamped instead
 
-  /// Validates the readings of a sample: overwrites `accepted`, which holds the last good ones, with the usable values,
-  /// and updates the health of each channel. Returns true if one of them was held. A value that wraps comes
-  /// out within half a turn of its last good one. All conditions are computed, none branched on: see arithmetic.h.
+  /// Validates the readings of a sample. `accepted` holds the last good readings; usable values overwrite them. An
+  /// output that wraps ends within half a turn of its last good value. Updates the health of each channel. Returns true
+  /// if a reading was held. The data decides no branch, so that the time is constant (arithmetic.h).
   template <Arithmetic kArithmetic>
   constexpr bool validate(const Vector<Scalar, kNy>& y, Scalar (&accepted)[kNy], ChannelHealth* health) const {
     bool held = false;
@@ -88,11 +90,11 @@ struct ReadingRange {
       const bool below = y[j] < min[j];
       const bool above = y[j] > max[j];
       bool good = is_finite(y[j]), clamped = false;
-      // Each case selects for itself: a value common to both would move between register files in constant time.
+      // Both branches select for themselves: a shared value would be moved between register files.
       if (wrap[j] > Scalar(0)) {  // the model decides this branch, not the data
         good = good & !below & !above;
-        // Within half a turn of the last one y is used bit for bit; if the turn is a power of two, whole turns go
-        // exactly.
+        // If y is within half a turn of the last value, y is used bit for bit. If the turn is a power of two, removing
+        // whole turns is exact.
         const Scalar from = select<kArithmetic>(good, y[j], accepted[j]);
         const Scalar turns = whole_turns<kArithmetic>(from - accepted[j], wrap[j]);
         accepted[j] = from - rounded<Scalar>(wrap[j] * turns);
@@ -108,36 +110,36 @@ struct ReadingRange {
     return held;
   }
 
-  /// `y` is a value that validation can have stored: in its range, or within its first turn.
+  /// Returns true if validation can have stored `y`: every value is within its range, or within its first turn.
   constexpr bool may_hold(const Scalar (&y)[kNy]) const {
     bool good = true;
     for (int j = 0; j < kNy; ++j) {
       const bool in_range = (y[j] >= min[j]) & (y[j] <= max[j]);
-      const bool in_turn = (y[j] >= -wrap[j]) & (y[j] <= wrap[j]);  // kept near zero, whatever range it is measured in
+      const bool in_turn = (y[j] >= -wrap[j]) & (y[j] <= wrap[j]);  // stored angles are near zero, whatever the sensor's range
       good = good & is_finite(y[j]) & (in_range | ((wrap[j] > Scalar(0)) & in_turn));
     }
     return good;
   }
 
-  /// The angle less its whole turns, in [-turn/2, turn/2].
+  /// Returns the angle without its whole turns, in [-turn / 2, turn / 2].
   template <Arithmetic kArithmetic>
   NLO_SHARED_WITHOUT_FPU static constexpr Scalar wrapped(Scalar angle, Scalar turn) {
     return angle - rounded<Scalar>(turn * whole_turns<kArithmetic>(angle, turn));
   }
 
-  /// angle / turn, rounded to an integer; 0 where an int32 cannot count them.
+  /// Returns angle / turn, rounded to an integer; 0 if an int32 cannot hold it.
   template <Arithmetic kArithmetic>
   NLO_SHARED_WITHOUT_FPU static constexpr Scalar whole_turns(Scalar angle, Scalar turn) {
-    // Without the division: turn / 2 is exact, and |angle / turn| is at most 1/2 just where |angle| is at most that.
+    // This case needs no division: turn / 2 is exact, so |angle| <= turn / 2 exactly if |angle / turn| <= 1/2.
     if constexpr (!kConstantTime<kArithmetic>) {
       const Scalar half_turn = turn * Scalar(0.5);
       if (angle >= -half_turn && angle <= half_turn) [[likely]]
         return Scalar(0);
     }
-    // Validation lets 2^17 pass at most. More come of a bit flip.
+    // Validated angles have at most 2^17 turns. Only a bit flip makes more.
     const Scalar all = angle / turn;
     const Scalar turns = select<kArithmetic>(is_below(all, Scalar(0x1p30)), all, Scalar(0));
-    // Half a turn counts as none: an angle resting on the wrap must not change sides, and z with it, at each step.
+    // Exactly half a turn is not unwrapped; otherwise an angle at the boundary would flip, and z with it, at every step.
     const bool none = (turns >= Scalar(-0.5)) & (turns <= Scalar(0.5));
     const Scalar half = select<kArithmetic>(turns < Scalar(0), Scalar(-0.5), Scalar(0.5));
     return select<kArithmetic>(none, Scalar(0), static_cast<Scalar>(static_cast<std::int32_t>(turns + half)));

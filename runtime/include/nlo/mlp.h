@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A learned map, T* first of all: a multilayer perceptron with an optional linear path beside it,
-//   out = mlp(in) + L in,   mlp = affine o activation o affine o ... o affine,
-// jvp.h has its derivative along a direction, mlp_batch.h many inputs at once.
-// Layers are written one neuron per row (Dense) and packed, at compile time, into the kernels' layout (PackedDense).
+// A learned map, such as T*: a multilayer perceptron with an optional linear path beside it,
+//   out = mlp(in) + L in,   mlp = affine o activation o affine o ... o affine
+// jvp.h has its derivative along a direction; mlp_batch.h evaluates it for many inputs at once.
+// Generated headers write layers with one neuron per row (Dense). At compile time they are packed into the layout of the
+// kernels (PackedDense).
 #pragma once
 
 #include <type_traits>
@@ -15,7 +16,7 @@
 
 namespace nlo {
 
-/// One layer as it is written: weights[o] is the row of neuron o. Weight is float, double, or of weight.h.
+/// A layer as generated headers write it: weights[o] is the row of neuron o. Weight: float, double, or a type of weight.h.
 template <class Weight, int kIn, int kOut>
 struct Dense {
   Weight weights[kOut][kIn];
@@ -23,7 +24,8 @@ struct Dense {
   constexpr Weight weight(int o, int i) const { return weights[o][i]; }
 };
 
-/// A layer as it is executed, from Dense or PanelDense. In each layout an output's weights are equally far apart.
+/// Packs a Dense or PanelDense layer into the layout of the kernels. In every layout the weights of one output are equally
+/// spaced.
 template <template <class, int, int> class Written, class Weight, int kIn, int kOut>
 constexpr PackedDense<Weight, kIn, kOut> pack(const Written<Weight, kIn, kOut>& layer) {
   using Packed = PackedDense<Weight, kIn, kOut>;
@@ -41,14 +43,14 @@ constexpr PackedDense<Weight, kIn, kOut> pack(const Written<Weight, kIn, kOut>& 
   }
 }
 
-/// Values between two layers.
+/// Output values of a layer, padded and aligned for the kernels.
 template <class Scalar, int kN>
 struct LayerBuffer {
   static constexpr int kAlignment = kernels::kHasVectors ? 64 : 4;
   alignas(kAlignment) alignas(Scalar) Scalar values[kernels::padded(kN)];
 };
 
-/// The inputs of a network with zeros behind them where its kernel wants that: `in` itself, or a copy in `buffer`.
+/// Returns the inputs of a network, padded with zeros if its kernel needs that: `in` itself, or a copy in `buffer`.
 template <int kIn, class Scalar>
 NLO_INLINE const Scalar* padded_inputs(const Scalar* in,
                                        LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1>& buffer) {
@@ -61,11 +63,11 @@ NLO_INLINE const Scalar* padded_inputs(const Scalar* in,
   }
 }
 
-/// A chain of layers; the last one is linear. Widths may differ from layer to layer. Without layers: its end.
+/// A chain of layers. The last one has no activation. The chain without layers is the end of the recursion.
 template <Activation kKind, class... Layers>
 struct Mlp {
   static constexpr int kLayers = 0, kIn = 0, kOut = 0, kHidden = 0;
-  static constexpr int kWidest = 1;  // an array has one element at least
+  static constexpr int kWidest = 1;  // an array needs at least one element
 };
 
 template <Activation kKind, class First, class... Rest>
@@ -84,14 +86,14 @@ struct Mlp<kKind, First, Rest...> {
 
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void evaluate(const Scalar* in, Scalar* out) const {
-    // Ping-pong buffers: one per layer would be a kilobyte of stack on a microcontroller.
+    // Two buffers in turn: one buffer per layer would take a kilobyte of stack.
     LayerBuffer<Scalar, kWidest> ping, pong;
     LayerBuffer<Scalar, kernels::kPadsInputs<kIn> ? kIn : 1> inputs;
     kernels::evaluate<kKind, kArithmetic>(*this, padded_inputs<kIn>(in, inputs), out, ping.values, pong.values);
   }
 };
 
-/// Mlp from layers as written (Dense or PanelDense), first to last.
+/// Makes an Mlp from layers as generated headers write them (Dense or PanelDense), first to last.
 template <Activation kKind>
 constexpr Mlp<kKind> make_mlp() {
   return {};
@@ -109,13 +111,13 @@ struct LinearPath {
   Scalar weights[kOut][kIn];
 };
 
-/// No linear path.
+/// Stands for a map without a linear path.
 struct NoLinearPath {};
 
-/// No standard deviations of the errors (error_head.h).
+/// Stands for a map without an error head (error_head.h).
 struct NoErrorHead {};
 
-/// A learned map: network plus linear path. Of T*, where the model knows how wrong it is, a second head too.
+/// A learned map: network, optional linear path, and for T* an optional error head.
 template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead>
 struct LearnedMap {
   using Scalar = typename Mlp_::Scalar;
@@ -130,7 +132,7 @@ struct LearnedMap {
   [[no_unique_address]] LinearPath_ linear_path{};
   [[no_unique_address]] ErrorHead_ error{};
 
-  /// out (kOut) = map(in), in (kIn); for T* that is [z; y] or z. With log2_sigma (kOut): see error_head.h.
+  /// out = map(in), n_out; in, n_in: for T* this is [z; y] or z. log2_sigma, n_out: see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void evaluate(const Scalar* in, Scalar* out, Log2Sigma*... log2_sigma) const {
     if constexpr (sizeof...(Log2Sigma) == 0) {
@@ -148,7 +150,7 @@ struct LearnedMap {
   }
 };
 
-/// Its name in headers of version 0.2.
+/// Name of LearnedMap in headers of version 0.2.
 template <class Mlp_, class LinearPath_ = NoLinearPath, class ErrorHead_ = NoErrorHead>
 using InverseMap [[deprecated("it is called LearnedMap")]] = LearnedMap<Mlp_, LinearPath_, ErrorHead_>;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A learned map for kPlants inputs side by side: in [kIn][kPlants], out [kOut][kPlants]. How many suit the CPU:
-// kernels::for_batch_block.
+// Evaluates a learned map for kPlants inputs at once: in [kIn][kPlants], out [kOut][kPlants].
+// kernels::for_batch_block() chooses a kPlants that suits the CPU.
 #pragma once
 
 #include "nlo/kernels/activation.h"

@@ -38,7 +38,7 @@
 
 namespace nlo {
 
-/// Deterministic arithmetic, the same bits on every target, is one more word, as for KklObserver.
+/// Monitors one observer. kArithmetic: as for KklObserver.
 template <class Model_, Arithmetic kArithmetic = Arithmetic::kFast>
 class Monitor {
  public:
@@ -46,7 +46,7 @@ class Monitor {
   using Scalar = typename Model::Scalar;
   static constexpr int kNx = Model::kNx, kNy = Model::kNy, kNz = Model::kNz, kNr = Model::kNr;
   using Output = Vector<Scalar, kNy>;
-  /// Outputs that are measured: fewer where the observer computes some of the others.
+  /// Number of outputs that the observer takes; it may compute further ones from them.
   template <class Observer>
   static constexpr int kMeasured = [] {
     if constexpr (requires { Observer::kMeasured; }) return Observer::kMeasured;
@@ -67,9 +67,9 @@ class Monitor {
     Scalar moved;           // predicted change since that measurement began to repeat [deviations]
     std::uint16_t equal;    // measurements in a row that repeat it, not counted at rest; kFrozen: until it moves
     std::uint8_t rejected;  // in a row
-    std::uint8_t missing;   // of the sample that watch() sees next; no bool: a flipped bit may make any byte of it
+    std::uint8_t missing;   // in the sample that watch() judges next; not a bool, because a bit flip may make any byte
   };
-  /// All of a monitor that changes.
+  /// Everything that a monitor changes.
   struct State {
     OutputState outputs[kNy];
     Scalar distance[Model::kWindows];
@@ -78,14 +78,14 @@ class Monitor {
     Scalar level;
     int samples;  // since the start, until armed
     Alarm alarm;
-    std::uint8_t gated;  // trusted() has seen the sample that watch() sees next
+    std::uint8_t gated;  // 1: trusted() was called for the sample that watch() judges next
   };
 
   /// The model must outlive the monitor; generated models are constants.
   constexpr explicit Monitor(const Model& model) : model_(&model) { reset(); }
   explicit Monitor(const Model&&) = delete;
 
-  /// Forgets everything. After the observer's reset(), the next trusted() or watch() does this by itself.
+  /// Forgets everything. After a reset() of the observer, the next trusted() or watch() does this by itself.
   constexpr void reset() {
     state_ = State{};
     for (auto& output : state_.outputs)
@@ -93,9 +93,11 @@ class Monitor {
     for (Scalar& distance : state_.distance) distance = 1;
   }
 
-  /// Returns the measurements with those replaced by not-a-number, which the observer holds, that the gate rejects or
-  /// that a frozen sensor repeats. Call it before step(); watch() then judges the same sample. `dt_s`: what step() is
-  /// told, 0 for one sample period. A reading after a gap is not compared with the prediction for one period.
+  /// Returns the measurements that the observer may use. Measurements that the gate rejects, or that a frozen sensor
+  /// repeats, are replaced by NaN; the observer then holds the last good value. Call it before step(); watch() judges the
+  /// same sample afterwards.
+  ///   dt_s  time step that step() gets [s], 0: one sample period. A reading after a gap is not compared with the
+  ///         prediction, which is for one sample period
   template <class Observer>
   [[nodiscard]] constexpr Measured<Observer> trusted(Measured<Observer> y, const Observer& observer, Scalar dt_s = 0) {
     const bool gap = dt_s > Scalar(1.5) * observer.model().sample_period_s;
@@ -218,13 +220,14 @@ class Monitor {
     return good;
   }
 
-  /// A jump of the true state looks like outliers until it is believed: that takes at most the time to arm.
+  /// A jump of the true state looks like outliers until the gate accepts the sensor again, at the latest after the time
+  /// that the monitor takes to arm.
   constexpr int most_rejected() const {
     return model_->armed_after < kMostRejected ? model_->armed_after : kMostRejected;
   }
 
-  /// Counts measurements that are the same to the bit, but those of a sensor at rest, and adds the changes that were
-  /// predicted meanwhile. A sensor at its limit of either is frozen until it moves.
+  /// Counts successive measurements that are equal to the bit, unless the sensor is at rest, and adds up the changes that
+  /// were predicted meanwhile. If either reaches its limit, the sensor is frozen until its reading changes.
   constexpr void count_repeats(OutputState& own, int j, Scalar y, Scalar witness) const {
     const bool moves = witness < model_->rest_min[j] || witness > model_->rest_max[j];  // false if it is missing
     const bool at_rest = y == model_->resting[j] && !moves && own.equal != kFrozen;
@@ -241,7 +244,7 @@ class Monitor {
     own.raw = y;
   }
 
-  static constexpr Scalar limited(Scalar value, Scalar largest) {  // for not-a-number, too
+  static constexpr Scalar limited(Scalar value, Scalar largest) {  // NaN gives -largest
     const Scalar below = value < largest ? value : largest;
     return below > -largest ? below : -largest;
   }

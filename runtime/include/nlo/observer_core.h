@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The observer as it flies: a model (a constant, in flash) and a state (RAM), which each sample moves on by one step.
-// The equations are the model's. Around them, measurements are validated and faults counted (measurement.h). What a
-// control loop calls is in sampled_observer.h.
+// One step of any observer: validates a sample, counts faults (measurement.h), and advances the latent state z by the
+// model's equations. The model is a constant (flash); the state is in RAM (observer_state.h). sampled_observer.h has the
+// functions that a control loop calls.
+//
 // No heap, no exceptions, no libm. z stays finite for any input. If a bit flip corrupts z, the next step detects it and
 // returns kReset.
 #pragma once
@@ -20,19 +21,19 @@
 
 namespace nlo {
 
-/// Sizes of a model, and what is known of it before it runs.
+/// Constants of a model that the compiler knows.
 template <class M>
 concept HasSizes = requires {
   typename M::Scalar;
   M::kNx;              // estimate
   M::kNy;              // outputs
   M::kNz;              // latent state
-  M::kNu;              // the plant's inputs, where they are known
+  M::kNu;              // known inputs of the plant
   M::kNf;              // outputs that may be missing
-  M::kNr;              // readings, what F and T* are given: [y], or [y; u], then how stale is what may be missing
+  M::kNr;              // readings, the values that F and T* read: [y] or [y; u], then the stalenesses of the kNf outputs
   M::kLongestGap;      // sample periods that one step may span
-  M::kHasSteadyState;  // z settles at S y: `latent` has steady_gain S and starts_steady
-  M::kMayDiverge;      // stability is not proven: each step is checked
+  M::kHasSteadyState;  // z settles at S y for constant y: `latent` has steady_gain S and starts_steady
+  M::kMayDiverge;      // stability is not proven: every step is checked for overflow
 };
 
 /// Values of a model.
@@ -45,10 +46,12 @@ concept HasValues = requires(const M& model) {
   model.initial_latent()[M::kNz - 1];  // z before the first measurement
 };
 
-/// Equations of a model, `y` for all readings: z one step on, in place (dt_s = 0: one sample period), and
-/// x_hat = T*(z, y). Inputs that act apart from the readings (acting_inputs.h) stand behind those. For the
-/// deterministic policy, and with such inputs always, both are templates on the policy. A model may also have
-/// start(y, z): z at the first measurement, beyond S y.
+/// Equations of a model. `y` holds all readings.
+///   advance(z, y, y_next, dt_s)             advances z in place over dt_s seconds; 0: one sample period
+///   advance(z, y, y_next, u, u_next, dt_s)  the same for inputs that are no readings (acting_inputs.h)
+///   estimate(z, y, x_hat)                   x_hat = T*(z, y)
+///   start(y, z)                             optional: sets z at the first measurement, after z = initial + S y
+/// For the deterministic policy these are templates on the policy; with inputs that are no readings always.
 template <class M>
 concept HasAdvance = requires(const M& model, typename M::Scalar (&z)[M::kNz], const typename M::Scalar (&y)[M::kNr],
                               typename M::Scalar dt_s) {
@@ -68,16 +71,16 @@ concept HasEstimate = requires(const M& model, const typename M::Scalar (&z)[M::
   model.estimate(z, y, x_hat);
 };
 
-/// What an observer steps. The compiler says which of these a model lacks.
+/// A model that an observer can step. The compiler names the requirement that a model does not meet.
 template <class M>
 concept ObserverModel = HasSizes<M> && HasValues<M> && HasStep<M> && HasEstimate<M>;
 
-/// The model's T* has an ErrorHead (error_head.h).
+/// T* of the model has an ErrorHead (error_head.h).
 template <class M>
 concept KnowsError = M::InverseMap::kHasError;
 
-/// Steps a model. The deterministic policy is constant-time: once started, a step of one sample period takes as many
-/// instructions whatever is measured.
+/// Steps a model. With the deterministic policy a step of one sample period executes the same number of instructions
+/// for every input, once the observer has started.
 template <ObserverModel Model_, Arithmetic kArithmetic_>
 class ObserverCore {
  public:
@@ -91,8 +94,8 @@ class ObserverCore {
   static constexpr int kNr = Model::kNr;
   static constexpr bool kDriven = kNu > 0;  ///< step() takes u
   static constexpr int kNf = Model::kNf;
-  static constexpr bool kReadsInputs = kNr - kNf > kNy;   ///< as readings
-  static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that act apart from the readings
+  static constexpr bool kReadsInputs = kNr - kNf > kNy;   ///< inputs are readings
+  static constexpr int kActing = kReadsInputs ? 0 : kNu;  ///< inputs that are no readings
   using Latent = Vector<Scalar, kNz>;
   using Estimate = Vector<Scalar, kNx>;
   using State = ObserverState<Scalar, kNr, kNz, kActing>;
@@ -104,7 +107,7 @@ class ObserverCore {
   /// Forgets everything: z = z(0), and the next measurement is the first.
   constexpr void reset() { restart(state_, model_->initial_latent()); }
 
-  /// x_hat. Computed on each call; costs the multiply-adds of the model's inverse map.
+  /// Returns x_hat = T*(z, y), n_x. It is computed on each call, at the cost of the inverse map.
   [[nodiscard]] Estimate estimate() const {
     Estimate x_hat;
     if constexpr (kArithmetic == Arithmetic::kFast) {
@@ -115,20 +118,21 @@ class ObserverCore {
     return x_hat;
   }
 
-  /// x_hat and how wrong it is (error_head.h), of models that know. Trust neither while status() is kStale or
-  /// kOutOfRange.
+  /// Returns x_hat and the standard deviations of its errors (error_head.h). Only models with an error head have it.
+  /// Do not trust either while status() is kStale or kOutOfRange.
   [[nodiscard]] auto estimate_with_error() const requires KnowsError<Model> {
     return model_->inverse_map.error.template estimate<kArithmetic>(*model_, state_.z, state_.y, in_domain());
   }
 
+  /// Returns z, n_z.
   [[nodiscard]] constexpr Latent latent() const {
     Latent z{};
     for (int r = 0; r < kNz; ++r) z[r] = state_.z[r];
     return z;
   }
 
-  /// Status of the latest step. kReset if a bit flip has corrupted z or a stored reading since: then estimate() means
-  /// nothing.
+  /// Returns the status of the latest step, or kReset if a bit flip has corrupted z or a stored reading since then. After
+  /// kReset estimate() is meaningless until the next step.
   [[nodiscard]] constexpr StepStatus status() const {
     return is_reachable(state_, model_->outputs) ? state_.status : StepStatus::kReset;
   }
@@ -143,7 +147,7 @@ class ObserverCore {
     return status_of<kArithmetic>(state_.health[at], model_->stale_after);
   }
 
-  /// z is where training has been, and no reading is clamped. False: estimate() extrapolates.
+  /// Returns true if z is within the range of the training and no reading is clamped. Otherwise estimate() extrapolates.
   [[nodiscard]] constexpr bool in_domain() const {
     ChannelHealth any = 0;
     for (const ChannelHealth health : state_.health) any |= health;
@@ -151,7 +155,8 @@ class ObserverCore {
            static_cast<int>(model_->domain.contains(relative_latent().values));
   }
 
-  /// z - S y for the outputs that T* knows only through it, angles among them; z where there are none.
+  /// Returns z - S y over the outputs that T* reads only through that difference, such as angles. Without such outputs
+  /// this is z.
   [[nodiscard]] constexpr Latent relative_latent() const {
     Latent rest{};
     add_relative_state(*model_, state_.y, rest.values);
@@ -160,7 +165,7 @@ class ObserverCore {
     return z;
   }
 
-  /// How stale an output is that may be missing: 0 while it is measured, towards 1 the longer it is not.
+  /// Returns the staleness of an output that may be missing: 0 while it is measured; it approaches 1 while it is missing.
   [[nodiscard]] constexpr Scalar staleness(int output) const requires(kNf > 0) {
     Scalar stale = 0;
     for (int i = 0; i < kNf; ++i) stale = model_->failures.output[i] == output ? state_.y[kNr - kNf + i] : stale;
@@ -185,7 +190,7 @@ class ObserverCore {
     return is_finite(dt_s) && dt_s > Scalar(0) && dt_s <= Scalar(Model::kLongestGap) * model_->sample_period_s;
   }
 
-  /// One step. kRegular: of one sample period, dt_s does not matter, and what other steps need is not compiled in.
+  /// One step. kRegular: over one sample period; dt_s is ignored, and code for other steps is not compiled in.
   template <bool kRegular>
   NLO_OWN_FRAME constexpr StepStatus step_by(Readings y, const Acting& u, Scalar dt_s) {
     const Missing missing = fill_missing<kRegular>(y, state_.started == 1, dt_s);
@@ -194,7 +199,7 @@ class ObserverCore {
     InputMemory<Scalar, kActing> u_next = state_.input;
     const bool held = validate<kRegular>(y, u, y_next, u_next, dt_s);
     update_status(missing);
-    bool reachable = false;  // z is known to be
+    bool reachable = false;  // whether the model has shown that z is
     if (state_.started == 1) {
       reachable = advance(y_next, u_next, kRegular ? Scalar(0) : dt_s);  // z <- A z + B0 y + B1 y_next
       for (int j = 0; j < kNr; ++j) state_.y[j] = y_next[j];             // y <- y_next
@@ -288,7 +293,7 @@ class ObserverCore {
     state_.status = worst;
   }
 
-  /// The state is one that steps can lead to. A bit flip in a stored reading reaches z only after several steps, so
+  /// Returns true if steps can lead to this state. A bit flip in a stored reading reaches z only after several steps, so
   /// stored readings that are reused are checked here.
   NLO_INLINE constexpr bool is_sound(bool held, bool reachable) const {
     bool sound = reachable || is_reachable(state_.z);
@@ -314,15 +319,16 @@ class ObserverCore {
     state_.started = 1;
   }
 
-  /// z over a step. True: what it has become is known to be reachable.
+  /// Advances z. Returns true if the model has shown that the new z is reachable.
   NLO_INLINE constexpr bool advance(const Scalar (&y_next)[kNr], const InputMemory<Scalar, kActing>& u_next,
                                     Scalar dt_s) {
-    constexpr bool kInPlace = !Model::kMayDiverge && kNz > 16;  // a copy of so many would be on the stack
+    constexpr bool kInPlace = !Model::kMayDiverge && kNz > 16;  // a copy of a large z would take much stack
     Scalar copy[kNz]{};
     Scalar(&z)[kNz] = kInPlace ? state_.z : copy;
     for (int r = 0; !kInPlace && r < kNz; ++r) z[r] = state_.z[r];
     if constexpr (kReadsInputs) {
-      // A command given now has acted since the last sample: whatever the hold, a ramp between equals is constant.
+      // The input given now has acted since the last sample. Both ends of the interval get it, so that the first-order
+      // hold of the outputs, a ramp, is constant for it.
       for (int j = kNy; Model::kInputHold == Hold::kZeroOrder && j < kNy + kNu; ++j) state_.y[j] = y_next[j];
     }
     bool reachable = false;
@@ -338,7 +344,7 @@ class ObserverCore {
       model_->template advance<kArithmetic>(z, state_.y, y_next, dt_s);
     }
     if constexpr (Model::kMayDiverge) {
-      if (!is_reachable(z) && is_reachable(state_.z)) {  // z is kept: what follows may lead it back
+      if (!is_reachable(z) && is_reachable(state_.z)) {  // the old z is kept; later measurements may bring it back
         state_.status = StepStatus::kDiverged;
         return false;
       }

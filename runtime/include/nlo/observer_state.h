@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// All of an observer that changes, and which of its values stepping can reach. A state may come back from storage,
-// damaged: what is not reachable is refused.
+// The state of an observer: everything that a step changes. A state that is restored from storage may be damaged;
+// is_reachable() tells whether steps can have produced it.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@ namespace nlo {
 template <class Scalar, int kNy, int kNz, int kNu>
 struct ObserverState {
   Scalar z[kNz];
-  Scalar y[kNy];                                         ///< last good output
-  [[no_unique_address]] InputMemory<Scalar, kNu> input;  ///< last good input
-  ChannelHealth health[kNy + kNu];                       ///< of each output, then of each input
+  Scalar y[kNy];                                         ///< last good readings
+  [[no_unique_address]] InputMemory<Scalar, kNu> input;  ///< last good inputs that are no readings
+  ChannelHealth health[kNy + kNu];                       ///< of each reading, then of each such input
   StepStatus status;
-  std::uint8_t started;  ///< 1 once a first measurement has come; no bool: storage may hand back any byte
+  std::uint8_t started;  ///< 1 after the first measurement; not a bool, because storage may return any byte
 };
 
-/// As before the first measurement, z = initial. Member by member, which takes less code than a copy of State{}.
+/// Sets the state before the first measurement, z = initial. (A copy of State{} would take more code.)
 template <class Scalar, int kNy, int kNz, int kNu, class Initial>
 constexpr void restart(ObserverState<Scalar, kNy, kNz, kNu>& state, const Initial& initial) {
   for (int r = 0; r < kNz; ++r) state.z[r] = initial[r];
@@ -32,13 +32,14 @@ constexpr void restart(ObserverState<Scalar, kNy, kNz, kNu>& state, const Initia
   state.status = StepStatus::kOk;
 }
 
-/// z is finite, and not so large that a step overflows.
+/// Returns true if z is finite and so small that a step cannot overflow.
 template <class Scalar, int kNz>
 constexpr bool is_reachable(const Scalar (&z)[kNz]) {
   return all_below(z, Scalar(0x1p100));
 }
 
-/// The same of a whole state: z and inputs finite, y in its range (0 before the first measurement), flags valid.
+/// Returns true if steps can lead to this state: z and inputs are finite, y is in its range (0 before the first
+/// measurement), and the flags are valid.
 template <class Scalar, int kNy, int kNz, int kNu>
 constexpr bool is_reachable(const ObserverState<Scalar, kNy, kNz, kNu>& state,
                             const ReadingRange<Scalar, kNy>& outputs) {
@@ -51,17 +52,16 @@ constexpr bool is_reachable(const ObserverState<Scalar, kNy, kNz, kNu>& state,
   return true;
 }
 
-/// Is this latent state inside what training has seen? A learned T* says nothing outside.
-/// The box that the latent states of the training set filled, per coordinate. For angle outputs, and others
-/// that T* knows only through z - S y, the latent is taken relative to its steady state S y, which does not change when
-/// the angle turns or the output rests elsewhere.
+/// The domain: the box of the latent states in training, per coordinate. Outside of it the estimates of a learned T* are
+/// arbitrary. For outputs that T* reads only through z - S y, such as angles, it is the box of z - S y, which does not
+/// change if a constant is added to the output.
 template <class Scalar, int kNz>
 struct Domain {
   Scalar latent_min[kNz];
   Scalar latent_max[kNz];
 
   constexpr bool contains(const Scalar (&z)[kNz]) const {
-    // No && and no bool: as many instructions wherever z is, and vectors of them where there are any.
+    // & instead of &&: the same number of instructions for every z, and code that compilers can vectorise.
     int inside = 1;
     for (int r = 0; r < kNz; ++r) {
       inside &= static_cast<int>(z[r] >= latent_min[r]) & static_cast<int>(z[r] <= latent_max[r]);

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// The observer with a prior: a plant's known equations step its state and its covariance, as those of an extended
-// Kalman filter; gated units that are learned say how large the noises are, and correct what is left.
-//   x-  = x one step on by dx/dt = f(x, u), RK4          the prior; with it dP/dt = F P + P F', F = df/dx
+// The observer with a prior: an extended Kalman filter with the known equations of the plant, and learned gated units
+// that set its noise variances and correct its estimate.
+//   x-  = one RK4 step of dx/dt = f(x, u) from x         the prior; P- likewise by dP/dt = F P + P F', F = df/dx
 //   nu  = y - h(x-)                                      the innovation
 //   w   = [s(nu, fine); s(nu, coarse); y; u; x-]         s(v, c) = v / (c + |v|), between -1 and 1
-//   m   gated units (gated_observer.h) that read w where those read y
+//   m   states of gated units (gated_observer.h) that read w instead of y
 //   [K; b; c_q; c_r] = correction([m; w])
-//   x, P  by the measurement (covariance.h), q = state_noise exp(c_q), r = output_noise exp(c_r);  x += K s(nu) + b
+//   x, P  measurement update (covariance.h) with q = state_noise exp(c_q), r = output_noise exp(c_r)
+//   x  <- x + K s(nu, coarse) + b
 //   x_hat = T*([m; x; p]),   z = [m; x; p],   p: the upper triangle of P
-// x and p are kept within a range, from which no step overflows: one outlier cannot lead x where f has never been.
-// Where y stands, stalenesses are read beside it.
+// x and p are limited to a range from which no step overflows. Therefore one outlier cannot move x to where f was never
+// evaluated. Stalenesses are read beside y.
 #pragma once
 
 #include <cstdint>
@@ -30,9 +31,9 @@
 
 namespace nlo {
 
-/// The observer as a value. Generated headers define one `inline constexpr Model kModel`.
-///   Equations  derivative(x, u, dx) of [x; p], and output(x, y), each operation rounded by itself; behind the n_y
-///              outputs are their slopes dh/dx, row by row
+/// The observer as a value. A generated header defines one: `inline constexpr Model kModel`.
+///   Equations  derivative(x, u, dx) of [x; p], and output(x, y), which writes the n_y outputs and then dh/dx row by row;
+///              each operation is rounded by itself
 template <class Scalar_, int kNx_, int kNy_, int kUnits_, class Equations_, class Gates_, class Candidate_,
           class Correction_, class InverseMap_, int kNu_ = 0, Hold kInputHold_ = Hold::kZeroOrder, int kNf_ = 0>
 struct PriorModel {
@@ -49,7 +50,7 @@ struct PriorModel {
   static constexpr int kNz = kUnits + kCarried;
   static constexpr int kNu = kNu_;
   static constexpr int kNf = kNf_;             ///< outputs that may be missing
-  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, then inputs, then how stale those outputs are
+  static constexpr int kNr = kNy + kNu + kNf;  ///< readings: outputs, inputs, stalenesses of the kNf outputs
   static constexpr int kReads = 2 * kNy + kNr + kNx;  ///< n_w
   static constexpr Hold kInputHold = kInputHold_;
   static constexpr int kLongestGap = kMostPieces;
@@ -64,28 +65,29 @@ struct PriorModel {
   static_assert(InverseMap::kIn == kNz || InverseMap::kIn == kNz + kNr, "T* reads z, or z and the latest y");
 
   Scalar sample_period_s;
-  std::uint16_t stale_after;                        ///< this many held measurements in a row make the status kStale
-  Scalar initial[kNz];                              ///< m before the first measurement, and the first prior
-  Scalar state_min[kCarried], state_max[kCarried];  ///< [x; p] is kept within
-  Scalar fine[kNy], coarse[kNy];                    ///< innovations that s makes 1/2
-  Scalar state_noise[kNx], output_noise[kNy];       ///< variances, of a sample period and of an output, of c = 0
-  ReadingRange<Scalar, kNr> outputs;                ///< and of the other readings, behind them
+  std::uint16_t stale_after;                        ///< after this many held measurements in a row: kStale
+  Scalar initial[kNz];                              ///< [m; x; p] before the first measurement
+  Scalar state_min[kCarried], state_max[kCarried];  ///< limits of [x; p]
+  Scalar fine[kNy], coarse[kNy];                    ///< innovations at which s is 1/2
+  Scalar state_noise[kNx], output_noise[kNy];       ///< variances at c_q = 0 (per sample period) and c_r = 0
+  ReadingRange<Scalar, kNr> outputs;                ///< ranges of all readings
   Domain<Scalar, kNz> domain;
-  Gates gates;             ///< a_s, then a_g
-  Candidate candidate;     ///< before its tanh
-  Correction correction;   ///< K row by row, then b, c_q, c_r
+  Gates gates;             ///< to a_s, then a_g
+  Candidate candidate;     ///< to the argument of the tanh
+  Correction correction;   ///< to K row by row, then b, c_q, c_r
   InverseMap inverse_map;  ///< T*
   [[no_unique_address]] SensorFailures<Scalar, kNf> failures{};
 
   constexpr const Scalar (&initial_latent() const)[kNz] { return initial; }
 
-  /// The first measurement corrects the first prior.
+  /// Corrects the initial state by the first measurement.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   void start(const Scalar (&y)[kNr], Scalar (&z)[kNz]) const {
     correct<kArithmetic, true>(z, y, Scalar(1));
   }
 
-  /// z over dt_s (0: one sample period) with the measurement at its end. A longer step is as many of RK4.
+  /// Advances z over dt_s seconds (0: one sample period) with the measurement at the end. A longer step takes several
+  /// steps of RK4.
   template <Arithmetic kArithmetic = Arithmetic::kFast>
   NLO_INLINE void advance(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar dt_s) const {
     if (dt_s == Scalar(0)) {
@@ -98,28 +100,28 @@ struct PriorModel {
     }
   }
 
-  /// x_hat = T*(z), or T*(z, y). With log2_sigma (kNx): see error_head.h.
+  /// x_hat = T*(z) or T*(z, y). log2_sigma, n_x: see error_head.h.
   template <Arithmetic kArithmetic = Arithmetic::kFast, class... Log2Sigma>
   void estimate(const Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar (&x_hat)[kNx], Log2Sigma*... log2_sigma) const {
     evaluate_inverse<kArithmetic>(inverse_map, z, y, &x_hat[0], log2_sigma...);
   }
 
  private:
-  /// NaN stays what it is: of a state that a bit has flipped, which the step must show.
+  /// Limits element i of [x; p] to its range. NaN stays NaN, so that the step detects a corrupted state.
   template <Arithmetic kArithmetic>
   NLO_INLINE Scalar kept_within(Scalar x, int i) const {
     const Scalar below = select<kArithmetic>(!(x > state_max[i]), x, state_max[i]);
     return select<kArithmetic>(!(below < state_min[i]), below, state_min[i]);
   }
 
-  /// What no sound step has led to, as a flipped bit or a division by 0, would come back into the range as if nothing
-  /// were.
+  /// Returns NaN for a value that no sound step produces, such as after a bit flip or a division by 0. Limiting it to the
+  /// range would hide the corruption.
   template <Arithmetic kArithmetic>
   NLO_INLINE static Scalar possible(Scalar x) {
     return select<kArithmetic>(is_below(x, Scalar(0x1p100)), x, std::numeric_limits<Scalar>::quiet_NaN());
   }
 
-  /// The x and p of z become their prior.
+  /// Replaces x and p in z by x- and p-.
   template <Arithmetic kArithmetic>
   void predict(Scalar (&z)[kNz], const Scalar (&y)[kNr], const Scalar (&y_next)[kNr], Scalar h, int pieces) const {
     const Scalar share = Scalar(1) / static_cast<Scalar>(pieces);
@@ -138,7 +140,7 @@ struct PriorModel {
     for (int r = 0; r < kCarried; ++r) z[kUnits + r] = x[r];
   }
 
-  /// [m; x-; p-] becomes [m; x; p].
+  /// Replaces [m; x-; p-] by [m; x; p].
   template <Arithmetic kArithmetic, bool kRegular>
   void correct(Scalar (&z)[kNz], const Scalar (&y)[kNr], Scalar periods) const {
     constexpr int kIn = kUnits + kReads;
@@ -180,7 +182,7 @@ struct PriorModel {
   }
 };
 
-/// The observer of a PriorModel. Deterministic arithmetic is one more word, as for KklObserver.
+/// The observer of a PriorModel. The second parameter chooses the arithmetic, as for KklObserver.
 template <class Model, Arithmetic kArithmetic = Arithmetic::kFast>
 class PriorObserver : public SampledObserver<Model, kArithmetic> {
  public:

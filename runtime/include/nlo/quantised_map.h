@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The inverse map T* in int16, for cores without an FPU and for half the flash:
+// The inverse map T* in int16, for cores without an FPU. It needs half the flash.
 //   q     = saturate((in - centre) gain)                inputs in Q15
 //   x_hat = scale (integer mlp)(q) + L in
-// Takes and gives float, so that it stands where an InverseMap stands: the latent recurrence around it stays in float.
-// `nlo export --scalar int16` writes it. The same bits on every target, whatever the arithmetic policy.
+// Its inputs and outputs are float, as those of a LearnedMap; the latent recurrence stays in float.
+// `nlo export --scalar int16` writes it. Its bits are the same on every target and for both arithmetic policies.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,15 @@
 
 namespace nlo {
 
-/// One layer as it is written: weights[o] is the row of neuron o; kShift takes its sums to what the activation reads.
+/// A layer as generated headers write it: weights[o] is the row of neuron o. kShift scales its sums to the argument of the
+/// activation.
 template <int kIn, int kOut, int kShift>
 struct QuantisedDense {
   std::int16_t weights[kOut][kIn];
   std::int32_t bias[kOut];
 };
 
-/// One layer as it is executed.
+/// A layer in the layout of the kernels.
 template <int kIn_, int kOut_, int kShift_>
 struct PackedQuantisedDense {
   static constexpr int kIn = kIn_;
@@ -47,7 +48,8 @@ constexpr auto pack(const QuantisedDense<kIn, kOut, kShift>& layer) {
   return packed;
 }
 
-/// out = f(W in + b) in Q15, padded with a zero to a whole pair. Not inlined: layers of one shape share the code.
+/// out = f(W in + b) in Q15. An odd number of outputs is followed by a zero. Not inlined, so that layers of equal size
+/// share the code.
 template <Activation kKind, int kIn, int kOut, int kShift>
 __attribute__((noinline)) void quantised_layer(const PackedQuantisedDense<kIn, kOut, kShift>& layer,
                                                const std::int16_t* in, std::int16_t* out) {
@@ -66,7 +68,7 @@ __attribute__((noinline)) void quantised_layer(const PackedQuantisedDense<kIn, k
   });
 }
 
-/// A chain of layers; the last one's sums are the result, without an activation.
+/// A chain of layers. The result is the sums of the last one, without an activation.
 template <Activation kKind, class... Layers>
 struct QuantisedMlp;
 
@@ -75,10 +77,10 @@ struct QuantisedMlp<kKind, Last> {
   static constexpr int kLayers = 1;
   static constexpr int kIn = Last::kIn;
   static constexpr int kOut = Last::kOut;
-  static constexpr int kWidest = 2 * kernels::int16::kPairs<kIn>;  ///< inputs of a layer, padded
+  static constexpr int kWidest = 2 * kernels::int16::kPairs<kIn>;  ///< largest number of inputs of a layer, padded
   Last layer;
 
-  /// sums (kOut) from the inputs in `ping`. `ping` and `pong` are ping-pong buffers.
+  /// Computes the sums, n_out, from the inputs in `ping`. Layers use the buffers `ping` and `pong` in turn.
   void run(std::int16_t* ping, std::int16_t*, std::int32_t* sums) const {
     kernels::int16::layer<kIn, kOut>(layer.weights, layer.bias, ping, [&](int o, std::int32_t sum) {
       if (o < kOut) sums[o] = sum;
@@ -108,7 +110,7 @@ template <Activation kKind, int kIn, int kOut, int kShift>
 constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& last) {
   return QuantisedMlp<kKind, PackedQuantisedDense<kIn, kOut, kShift>>{pack(last)};
 }
-/// QuantisedMlp from layers as written, first to last.
+/// Makes a QuantisedMlp from layers as generated headers write them, first to last.
 template <Activation kKind, int kIn, int kOut, int kShift, class... Rest>
 constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& first, const Rest&... rest) {
   using Tail = decltype(make_quantised_mlp<kKind>(rest...));
@@ -117,7 +119,7 @@ constexpr auto make_quantised_mlp(const QuantisedDense<kIn, kOut, kShift>& first
   }(Tail{make_quantised_mlp<kKind>(rest...)});
 }
 
-/// T*: inputs to Q15, the integer network, its sums to float, and the linear path.
+/// T*: scales the inputs to Q15, evaluates the integer network, scales its sums to float, and adds the linear path.
 template <class Mlp_, class LinearPath_ = NoLinearPath>
 struct QuantisedMap {
   using Scalar = float;
@@ -125,12 +127,12 @@ struct QuantisedMap {
   static constexpr int kOut = Mlp_::kOut;
   static constexpr bool kHasLinearPath = !std::is_same_v<LinearPath_, NoLinearPath>;
   float centre[kIn];
-  float gain[kIn];  ///< 32767 / half of the input's range
+  float gain[kIn];  ///< 32767 / (half of the range of the input)
   Mlp_ mlp;
-  float scale[kOut];  ///< x_hat per unit of the last sums
+  float scale[kOut];  ///< from the sums of the last layer to x_hat
   [[no_unique_address]] LinearPath_ linear_path{};
 
-  /// out (kOut) = T*(in), in (kIn) = [z; y] or z.
+  /// out = T*(in), n_out; in = [z; y] or z, n_in.
   template <Arithmetic = Arithmetic::kDeterministic>
   void evaluate(const float* in, float* out) const {
     alignas(4) std::int16_t ping[Mlp_::kWidest];

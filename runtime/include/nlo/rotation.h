@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rotations of vectors with three components, without libm and in a fixed number of operations.
 //   dz/dt = -w x z over a step h, w on a ramp:   z+ = exp(-[theta]x) z,   theta = h (w_0 + w_1) / 2 + h^2/12 w_0 x w_1
-// Exact where the axis of w does not move, of order four else (Magnus; the second term is what is called coning).
+// Exact if the direction of w is constant, otherwise of order four (Magnus expansion; its second term is the coning term).
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -10,13 +10,13 @@
 
 namespace nlo {
 
-/// R - 1 of R = exp(-[theta]x): that rather than R, so that small rotations lose nothing to rounding.
+/// A rotation R = exp(-[theta]x), stored as R - 1, so that small rotations keep their precision.
 template <class T>
 struct Rotation {
   T minus_1[3][3];
 
-  /// From the unit quaternion of theta / 2^kDoublings by its series, squared as often. |theta| <= 2^kDoublings: to
-  /// 2 kDoublings rounding units of theta.
+  /// Returns the rotation of theta [rad]. Computes the unit quaternion of theta / 2^kDoublings by its series and squares it
+  /// kDoublings times. |theta| <= 2^kDoublings; error up to 2 kDoublings rounding units of theta.
   template <int kDoublings>
   static constexpr Rotation of(const T (&theta)[3]) {
     T scale = T(0.5);
@@ -65,7 +65,7 @@ struct Rotation {
   }
 };
 
-/// theta of a step of h in which w moves on a ramp from w_0 to w_1 (w: 1/s, in radians).
+/// Computes theta [rad] of a step of h [s] during which w [rad/s] changes linearly from w_0 to w_1.
 template <class T>
 constexpr void rotation_vector(const T (&w_0)[3], const T (&w_1)[3], T h, T (&theta)[3]) {
   const T half = T(0.5) * h, twelfth = rounded<T>(rounded<T>(h * h) * T(1.0 / 12));
@@ -76,7 +76,7 @@ constexpr void rotation_vector(const T (&w_0)[3], const T (&w_1)[3], T h, T (&th
   }
 }
 
-/// v <- v / |v|, or 0 where v is 0. |v| to 3 rounding units; `v` finite, of any size.
+/// v <- v / |v|, or 0 if v is 0. v: finite, of any size. The length of the result is 1 to 3 rounding units.
 template <Arithmetic kArithmetic = Arithmetic::kFast, class T>
 constexpr void make_unit(T (&v)[3]) {
   T largest = T(0);
@@ -90,7 +90,7 @@ constexpr void make_unit(T (&v)[3]) {
     value /= divisor;
     square += rounded<T>(value * value);
   }
-  // Newton's method for 1 / sqrt(square), from a line that is within 8 % of it.
+  // Newton's method for 1 / sqrt(square). It starts at a linear fit, within 8 %.
   T inverse = T(1.17) - rounded<T>(T(0.205) * square);
   for (int i = 0; i < 4; ++i) {
     const T error = rounded<T>(rounded<T>(square * inverse) * inverse);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Many plants of one model, stepped together: fleets, hypotheses, the particles of a filter. State and values are
-// structures of arrays, so that every weight is loaded once for many plants: a batch is limited by the multiply-add
-// units, a single observer by the cache. KklBatch (kkl_batch.h) and GatedBatch (gated_batch.h) say how z moves.
+// Many plants with one model, stepped together: fleets, hypotheses, the particles of a filter. State and values are
+// structures of arrays, so that every weight is loaded once for many plants. A batch is limited by the multiply-add units,
+// a single observer by the cache. KklBatch (kkl_batch.h) and GatedBatch (gated_batch.h) advance z.
 //
 //   static nlo::KklBatch<decltype(kModel), 32> fleet{kModel};
 //   float y[1][32], x_hat[2][32];
-//   if (fleet.step(y) != nlo::StepStatus::kOk) ...   // the worst of all; status(plant) tells which
+//   if (fleet.step(y) != nlo::StepStatus::kOk) ...   // the worst status; status(plant) is that of one plant
 //   fleet.estimate(x_hat);
 //
-// Each plant is treated as its observer treats it, faults included; save() and restore() move one in and out. As there:
-// no heap, no exceptions, no libm. Faults, first measurements and readings that leave their first turn are
-// stepped plant by plant.
+// Each plant behaves as with its own observer, faults included. save() and restore() move the state of one plant. As in an
+// observer there are no heap, no exceptions and no libm. A block with a fault, a first measurement or a reading that
+// leaves its first turn is stepped plant by plant.
 #pragma once
 
 #include <cstdint>
@@ -60,8 +60,8 @@ namespace avx512 {
 namespace nlo {
 
 /// Batch has
-///   advance_block<kTogether>(y, first)   z and y of kTogether plants from `first` on, one sample period on; false:
-///                                        one of them needs care, and nothing is done
+///   advance_block<kTogether>(y, first)   advances z and y of kTogether plants from `first` on by one sample period.
+///                                        Returns false and does nothing if a plant needs its observer for this
 template <class Batch, class Model_, int kPlants_, Arithmetic kArithmetic>
 class SampledBatch {
  public:
@@ -87,10 +87,10 @@ class SampledBatch {
     for (int n = 0; n < kPadded; ++n) put(n, fresh);
   }
 
-  /// One sample period on for every plant, with its measurement y[j][plant] at the end. The worst status of all.
+  /// Advances every plant by one sample period with its measurement y[j][plant] at the end. Returns the worst status.
   [[nodiscard]] StepStatus step(const Scalar (&y)[kNy][kPlants]) requires(kNu == 0) { return step_rows(rows<kNy>(y)); }
 
-  /// The same with the known inputs u[i][plant], of which the model's hold speaks.
+  /// The same with known inputs u[i][plant]. With the zero-order hold they have acted since the last sample.
   [[nodiscard]] StepStatus step(const Scalar (&y)[kNy][kPlants],
                                 const Scalar (&u)[kNu == 0 ? 1 : kNu][kPlants]) requires(kNu > 0) {
     Rows all = rows<kNy>(y);
@@ -98,17 +98,17 @@ class SampledBatch {
     return step_rows(all);
   }
 
-  /// x_hat[i][plant] of every plant.
+  /// Computes x_hat[i][plant] for every plant.
   void estimate(Scalar (&x_hat)[kNx][kPlants]) const {
     kernels::for_batch_block<Scalar>([&](auto block) {
       for (int first = 0; first < kPlants; first += block) estimate_block<block>(x_hat, first);
     });
   }
 
-  /// Status of a plant's latest step.
+  /// Returns the status of the latest step of a plant.
   [[nodiscard]] constexpr StepStatus status(int plant) const { return status_[plant]; }
 
-  /// Status of one of its channels, as the observer's.
+  /// Returns the status of one of its channels, see ObserverCore::status(channel).
   [[nodiscard]] constexpr StepStatus status(int plant, int channel) const {
     Observer observer(*model_);
     return observer.restore(save(plant)) ? observer.status(channel) : StepStatus::kReset;
@@ -120,7 +120,7 @@ class SampledBatch {
     return z;
   }
 
-  /// in_domain() of that plant's observer.
+  /// Returns in_domain() of the observer of a plant.
   [[nodiscard]] constexpr bool in_domain(int plant) const {
     Observer observer(*model_);
     return observer.restore(save(plant)) && observer.in_domain();
@@ -136,7 +136,7 @@ class SampledBatch {
     return state;
   }
 
-  /// As the observer's: refused (false, nothing changed) unless stepping can have led there.
+  /// Continues a plant from a saved state. Returns false and changes nothing if steps cannot lead to that state.
   [[nodiscard]] constexpr bool restore(int plant, const State& saved) {
     Observer observer(*model_);
     if (!observer.restore(saved)) return false;
@@ -149,7 +149,7 @@ class SampledBatch {
   static constexpr int kAlignment = kernels::kHasVectors ? 64 : alignof(Scalar);
 
   static constexpr int kNr = Model::kNr;
-  static constexpr int kGiven = kNy + kNu;     ///< of the readings
+  static constexpr int kGiven = kNy + kNu;     ///< readings that step() takes
   using Rows = Vector<const Scalar*, kGiven>;  ///< outputs, then inputs; each has kPlants entries
 
   static constexpr bool kSaturates = [] {
@@ -195,7 +195,7 @@ class SampledBatch {
 
   StepStatus step_one(const Rows& y, int n) {
     Observer observer(*model_);
-    if (!observer.restore(save(n))) {  // a bit of memory has flipped: only what steps leave behind is kept
+    if (!observer.restore(save(n))) {  // a bit flip corrupted the state
       State fresh = observer.save();
       fresh.status = StepStatus::kReset;
       put(n, fresh);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a control loop calls, of every observer: step() once a sample, with the outputs y, and with the inputs u where
-// the model knows them. observer_core.h has what happens then.
+// The functions that a control loop calls: step() once per sample, with the outputs y and, if the model knows inputs, the
+// inputs u. observer_core.h implements the step, and has estimate(), status() and in_domain().
 #pragma once
 
 #include <limits>
@@ -9,8 +9,8 @@
 
 namespace nlo {
 
-/// All outputs are measured. A model that computes some of the others, its last outputs, has a type in this place whose
-/// fill(readings) does.
+/// Stands for a model whose outputs are all measured. A model that computes its last outputs from the measured ones has a
+/// type with kCount and fill(readings) instead.
 struct NoComputed {
   static constexpr int kCount = 0;
 };
@@ -34,14 +34,15 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
   using typename Core::Model;
   using typename Core::Scalar;
   using typename Core::State;
-  static constexpr int kMeasured = kNy - kComputed<Model>;  ///< outputs that step() takes
+  static constexpr int kMeasured = kNy - kComputed<Model>;  ///< number of outputs that step() takes
   using Output = Vector<Scalar, kMeasured>;
   using Input = Vector<Scalar, kDriven ? kNu : 1>;
 
   using Core::Core;
   using Core::reset;
 
-  /// Starts from a given latent state, e.g. from T(x) of a known x. Refused (false, nothing changed) as restore() does.
+  /// Starts from a given latent state, e.g. T(x) of a known x. Returns false and changes nothing if steps cannot lead to
+  /// that state.
   [[nodiscard]] constexpr bool reset(const Latent& z0, const Output& y0) requires(!Core::kReadsInputs) {
     return reset_to(z0, y0, {});
   }
@@ -49,8 +50,8 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return reset_to(z0, y0, u0);
   }
 
-  /// Starts from the steady state of y (and u), z = z(0) + S y: a shorter transient when the plant is at rest,
-  /// or after a gap.
+  /// Starts from the steady state of y (and u), z = z(0) + S y. This shortens the transient if the plant is at rest, also
+  /// after a gap.
   [[nodiscard]] constexpr StepStatus warm_start(const Output& y) requires(Model::kHasSteadyState &&
                                                                           !Core::kReadsInputs) {
     return this->start_steady(readings(y, {}));
@@ -64,14 +65,14 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return warm_start(Output{{y}});
   }
 
-  /// One sample period on, with the measurement at its end. The first measurement after a reset only starts the
-  /// observer. A measurement that is not finite stands for a missed one.
+  /// Advances the observer by one sample period, with the measurement y at the end of it. The first measurement after a
+  /// reset only starts the observer. A measurement that is not finite counts as missing.
   [[nodiscard]] constexpr StepStatus step(const Output& y) requires(!kDriven) { return take<true>(y, {}, Scalar(0)); }
   [[nodiscard]] constexpr StepStatus step(Scalar y) requires(kMeasured == 1 && !kDriven) { return step(Output{{y}}); }
 
-  /// The same over dt seconds: for jitter, and after missed samples. Beyond 1.5 sample periods the step has the status
-  /// of round(dt / period) - 1 missed samples (kHeld, or kStale), and so has each channel. The measurement is used all
-  /// the same, and the next step of one sample period counts from 0.
+  /// The same over dt_s seconds, for jitter and after missed samples. A step over more than 1.5 sample periods has the
+  /// status of round(dt_s / period) - 1 missed samples (kHeld or kStale), and so has each channel. The measurement is
+  /// used nevertheless, and the next step of one sample period counts from 0 again.
   [[nodiscard]] constexpr StepStatus step(const Output& y, Scalar dt_s) requires(!kDriven) {
     return take<false>(y, {}, dt_s);
   }
@@ -79,8 +80,9 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return step(Output{{y}}, dt_s);
   }
 
-  /// One sample period on, with the measurement at its end and the input u that the model's hold speaks of. An input
-  /// that is not finite holds the last good one.
+  /// Advances the observer by one sample period, with the measurement y at the end of it. u: with input_hold
+  /// "zero_order" the input that has acted since the last sample, else the input at the end. If an input is not finite,
+  /// the last good one is held.
   [[nodiscard]] constexpr StepStatus step(const Output& y, const Input& u) requires kDriven {
     return take<true>(y, u, Scalar(0));
   }
@@ -94,7 +96,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return step(Output{{y}}, Input{{u}}, dt_s);
   }
 
-  /// One sample period on without a measurement: the last good one is held.
+  /// Advances the observer by one sample period without a measurement: the last good one is held.
   [[nodiscard]] constexpr StepStatus step_missed() requires(!kDriven) { return step(missed()); }
   [[nodiscard]] constexpr StepStatus step_missed(const Input& u) requires kDriven { return step(missed(), u); }
 
@@ -105,7 +107,7 @@ class SampledObserver : public ObserverCore<Model_, kArithmetic_> {
     return y;
   }
 
-  /// [y; u], with the outputs that are computed.
+  /// Returns [y; u] with the computed outputs.
   static constexpr typename Core::Readings readings(const Output& y, const Input& u) {
     typename Core::Readings r{};
     for (int j = 0; j < kMeasured; ++j) r[j] = y[j];

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A learned T* says nothing of places where training has not been. Of a model that saturates it reads z no further than
-// a margin beyond the domain, so that whatever z does, the estimate stays one that T* gives at the edge:
-//   x_hat = T*(sat(z), y),              sat(z) = z, held within [min, max] in each coordinate
-//   x_hat = T*(S y + sat(z - S y), y)   for outputs that T* knows relative to their steady state S y, angles among them
-// Continuous, and z itself, bit for bit, within the box.
+// Saturation: limits the z that T* reads to a box, the domain of the training and a margin around it. A learned T* is
+// arbitrary far away from its training data. With saturation the estimate there stays near the estimate at the edge.
+//   x_hat = T*(sat(z), y),              sat(z) = z limited to [min, max] in each coordinate
+//   x_hat = T*(S y + sat(z - S y), y)   for outputs that T* reads only relative to their steady state S y, such as angles
+// sat is continuous. Inside the box it returns z, bit for bit.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -12,7 +12,7 @@
 
 namespace nlo {
 
-/// The box [min, max]: the domain and the margin.
+/// The box [min, max]: the domain and a margin.
 template <class Scalar, int kNz, int kNr, Saturation kSaturation>
 struct LatentReach {
   Scalar min[kNz];
@@ -22,10 +22,10 @@ template <class Scalar, int kNz, int kNr>
 struct LatentReach<Scalar, kNz, kNr, Saturation::kRelativeLatent> {
   Scalar min[kNz];
   Scalar max[kNz];
-  Scalar steady_gain[kNr][kNz];  ///< columns of S, zeros for what is not relative: vectors of z
+  Scalar steady_gain[kNr][kNz];  ///< S transposed; zero for readings that are not relative
 };
 
-/// kLanes coordinates of z from r on, as T* reads them.
+/// Saturates coordinates r to r + kLanes - 1 of z.
 template <Arithmetic kArithmetic, int kLanes, class Model, class Scalar, int kNz, int kNr>
 NLO_INLINE simd::Pack<Scalar, kLanes> saturated_at(const Model& model, const Scalar (&y)[kNr], const Scalar (&z)[kNz],
                                                    int r) {
@@ -49,7 +49,7 @@ NLO_INLINE simd::Pack<Scalar, kLanes> saturated_at(const Model& model, const Sca
   }
 }
 
-/// z as T* reads it.
+/// saturated = sat(z), or S y + sat(z - S y).
 template <Arithmetic kArithmetic, class Model, class Scalar, int kNz, int kNr>
 void saturate(const Model& model, const Scalar (&y)[kNr], const Scalar (&z)[kNz], Scalar (&saturated)[kNz]) {
   constexpr int kLanes = simd::kLanes<Scalar>;
@@ -59,7 +59,7 @@ void saturate(const Model& model, const Scalar (&y)[kNr], const Scalar (&z)[kNz]
     for (int r = 0; r + kLanes <= kNz; r += kLanes) {
       simd::store(&saturated[r], saturated_at<kArithmetic, kLanes>(model, y, z, r));
     }
-    // What is left ends in a whole vector too, some of which has been done.
+    // The last vector overlaps the one before it, so that the rest needs no scalar loop.
     if constexpr (kNz % kLanes != 0) {
       simd::store(&saturated[kNz - kLanes], saturated_at<kArithmetic, kLanes>(model, y, z, kNz - kLanes));
     }

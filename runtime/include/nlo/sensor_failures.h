@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sensors that may fail: an output that is declared so may be missing for as long as it likes. Its value fades from the
-// last good one to where it rested in training, and T* reads how stale it is, beside the other readings:
+// Outputs that are declared as may_fail. Such an output may be missing for any time. While it is missing, its value decays
+// from the last good one to its mean in training. T* reads its staleness s beside the other readings:
 //   missing    y <- rest + k (y - rest),  s <- 1 - k (1 - s)
 //   measured                              s <- k s              k = exp(-dt / staleness_s)
 #pragma once
@@ -12,20 +12,21 @@
 
 namespace nlo {
 
-/// kNf: outputs that may be missing; none unless a model says so.
+/// kNf: number of outputs that may be missing.
 template <class Scalar, int kNf>
 struct SensorFailures {
-  int output[kNf];   ///< which of the outputs may be missing
+  int output[kNf];   ///< their indices
   Scalar rest[kNf];  ///< their mean in training
   Scalar rate;       ///< 1 / staleness_s
   Scalar keep;       ///< k over one sample period
 
-  /// k over dt seconds.
+  /// Returns k over dt_s seconds.
   constexpr Scalar keep_over(Scalar dt_s) const { return decay_minus_1(rounded<Scalar>(rate * dt_s)) + Scalar(1); }
 
-  /// Replaces missing outputs, and writes the stalenesses, the last kNf readings. Returns which ones were missing.
+  /// Replaces missing outputs and writes the stalenesses, which are the last kNf readings. Returns which outputs were
+  /// missing.
   ///   last  the readings of the last sample
-  ///   k     as above; 0: there was no last sample
+  ///   k     of the step; 0: there was no last sample
   template <Arithmetic kArithmetic, int kNr>
   constexpr Vector<bool, kNf> fill(Vector<Scalar, kNr>& readings, const Scalar (&last)[kNr], Scalar k) const {
     Vector<bool, kNf> missing{};

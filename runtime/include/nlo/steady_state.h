@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What builds upon the steady state of a latent system: z settles at S y while y is constant. So z can start there;
-// when an angle goes back by whole turns a, z goes back by S a; and z - S y does not depend on where the output rests.
-// Nothing happens in a model without a steady state (kHasSteadyState = false).
+// Functions of the steady state: z settles at S y while y is constant. From this follow
+// - the start of z at S y,
+// - the unwrapping of angles: if y is reduced by whole turns a, z is reduced by S a,
+// - the relative latent z - S y, which does not change if a constant is added to y.
+// In a model without a steady state (kHasSteadyState = false) these functions do nothing.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -10,7 +12,7 @@
 
 namespace nlo {
 
-/// The first measurement sets z to its steady state.
+/// Returns true if the first measurement sets z to its steady state.
 template <class Model>
 constexpr bool starts_steady(const Model& model) {
   if constexpr (Model::kHasSteadyState) {
@@ -30,8 +32,8 @@ constexpr void add_steady_state(const Model& model, const Scalar (&y)[kNy], Scal
   }
 }
 
-/// rest <- rest + S y, for angles and for those outputs that T* knows only through z - S y. The domain is a box of what
-/// is left of z.
+/// rest <- rest + S y over the outputs that T* reads only through z - S y, such as angles. The domain is a box of
+/// z - rest.
 template <class Model, class Scalar, int kNz, int kNy>
 constexpr void add_relative_state(const Model& model, const Scalar (&y)[kNy], Scalar (&rest)[kNz]) {
   if constexpr (Model::kHasSteadyState) {
@@ -42,8 +44,8 @@ constexpr void add_relative_state(const Model& model, const Scalar (&y)[kNy], Sc
   }
 }
 
-/// An angle, or another output that wraps, goes back by whole turns once it has left its first, and z by S times as
-/// much: the latent system does not notice. This keeps z bounded however often the shaft turns.
+/// Reduces every output that wraps by its whole turns a, and z by S a. The latent system is invariant to this. z stays
+/// bounded however often a shaft turns.
 template <Arithmetic kArithmetic, class Model, class Scalar, int kNz, int kNy>
 constexpr void turn_back(const Model& model, Scalar (&y)[kNy], Scalar (&z)[kNz]) {
   if constexpr (Model::kHasSteadyState) {
@@ -52,7 +54,7 @@ constexpr void turn_back(const Model& model, Scalar (&y)[kNy], Scalar (&z)[kNz])
       if (!(turn > Scalar(0))) continue;
       const Scalar turns = ReadingRange<Scalar, kNy>::template whole_turns<kArithmetic>(y[j], turn);
       const Scalar back = rounded<Scalar>(turn * turns);
-      if (may_skip<kArithmetic>(back == Scalar(0))) continue;  // taking away 0 changes nothing: z is never -0
+      if (may_skip<kArithmetic>(back == Scalar(0))) continue;  // subtracting 0 changes nothing, because z is never -0
       y[j] -= back;
       for (int r = 0; r < kNz; ++r) z[r] -= rounded<Scalar>(model.latent.steady_gain[r][j] * back);
     }

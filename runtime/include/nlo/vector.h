@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The two small types that every other header speaks in: a fixed-size vector that can live in flash or in `constinit`
-// storage, and the status of a step. Neither allocates, throws or emits start-up code.
+// Two small types that all other headers use: a fixed-size vector, which may be a constant in flash, and the status of a
+// step. Neither allocates, throws or needs start-up code.
 #pragma once
 
 #include <bit>
@@ -13,7 +13,7 @@
 
 namespace nlo {
 
-/// Column vector of kN scalars; an aggregate, so that it can be a constant. `nlo/eigen.h` maps it as an Eigen vector.
+/// Column vector of kN scalars, an aggregate. nlo/eigen.h gives a view of it as an Eigen vector.
 template <class Scalar, int kN>
 struct Vector {
   static_assert(kN > 0);
@@ -30,7 +30,7 @@ struct Vector {
   static constexpr int size() { return kN; }
 };
 
-/// What a step did with its measurement; larger is worse. The latent state is finite after every step.
+/// Result of a step; larger is worse. The latent state is finite after every step.
 enum class StepStatus : std::uint8_t {
   kOk,          ///< the measurement was used unchanged
   kClamped,     ///< an output or input outside its declared range was clamped to it
@@ -42,7 +42,7 @@ enum class StepStatus : std::uint8_t {
   kReset,       ///< a bit flip corrupted the state: the observer was reset, the next measurement is its first
 };
 
-/// Finite, told from the bits: no compiler flag can reason it away.
+/// Returns true if the value is finite. It tests the bits, so that -ffast-math cannot remove the test.
 template <class Scalar>
 constexpr bool is_finite(Scalar value) {
   static_assert(std::numeric_limits<Scalar>::is_iec559);
@@ -53,7 +53,7 @@ constexpr bool is_finite(Scalar value) {
   }
 }
 
-/// |value| < limit, from the bits too: false for what is not finite. `limit` is finite and positive.
+/// Returns |value| < limit by the bits; false if the value is not finite. `limit` is finite and positive.
 template <class Scalar>
 constexpr bool is_below(Scalar value, Scalar limit) {
   if constexpr (sizeof(Scalar) == 4) {
@@ -63,7 +63,8 @@ constexpr bool is_below(Scalar value, Scalar limit) {
   }
 }
 
-/// is_below() of all of them: sums that carry into the sign's bit, collected, so that nothing is compared on the way.
+/// Returns true if is_below() holds for all values. A value at or above the limit carries into the sign bit of its sum;
+/// the carries are collected, so that there is one comparison at the end.
 template <class Scalar, int kN>
 constexpr bool all_below(const Scalar (&values)[kN], Scalar limit) {
   using Bits = std::conditional_t<sizeof(Scalar) == 4, std::uint32_t, std::uint64_t>;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// What all code of the runtime rests on: its language, and the two ways in which an observer may round. A template
-// parameter of the observer chooses:
+// The two rounding policies of an observer, and the check of the language version. A template parameter of the observer
+// chooses the policy:
 //   nlo::KklObserver<Model, nlo::Arithmetic::kDeterministic> observer{kModel};
 #pragma once
 
-// An older language gets one error that says what to do, and the compiler stops there: headers begin with this one.
+// Every header includes this one first, so that an older language version gives a single error with the remedy.
 #if __cplusplus < 202002L
 #error "nlo needs C++20: compile with -std=c++20 or -std=gnu++20 (CMake: link nlo::runtime, which asks for it)"
-// No file has this name: to miss it ends the compilation, where hundreds of errors would follow.
+// This file does not exist. A missing file stops the compiler; #error alone would be followed by hundreds of errors.
 #define NLO_STOP "nlo/stopped_by_the_error_above"
 #include NLO_STOP
 #endif
@@ -22,18 +22,18 @@
 namespace nlo {
 
 enum class Arithmetic : std::uint8_t {
-  kFast,           ///< sums in the order that suits the target, fused multiply-adds where it has them
-  kDeterministic,  ///< one order, each operation rounded by itself: the same bits on every IEEE 754 target, compiler
-                   ///< and optimisation level (but not with -ffast-math)
+  kFast,           ///< order of sums as the target prefers, with fused multiply-adds if it has them
+  kDeterministic,  ///< fixed order, each operation rounded by itself: the same bits on every IEEE 754 target, compiler
+                   ///< and optimisation level (except with -ffast-math)
 };
 
-/// The deterministic policy takes as many instructions whatever is measured, and so never branches on data. The fast
-/// policy branches: a processor predicts the usual side, and the next step need not wait for the comparison.
+/// With the deterministic policy code executes the same number of instructions for every input, and so never branches on
+/// data. The fast policy branches: the processor predicts the usual case and does not wait for the comparison.
 template <Arithmetic kArithmetic>
 inline constexpr bool kConstantTime = kArithmetic == Arithmetic::kDeterministic;
 
-/// `usual` where the condition holds, as it usually does, else `other`: bit for bit, not-a-numbers included.
-/// Constant time is more than a conditional operator: compilers make branches of those.
+/// Returns `usual` if the condition holds, as it usually does, else `other`, bit for bit, NaN included. A conditional
+/// operator is not enough for constant time, because compilers may turn it into a branch.
 template <Arithmetic kArithmetic, class T>
 NLO_INLINE constexpr T select(bool condition, T usual, T other) {
   if constexpr (!kConstantTime<kArithmetic>) {
@@ -53,7 +53,7 @@ NLO_INLINE constexpr T select(bool condition, T usual, T other) {
   }
 }
 
-/// True where the policy may skip work that changes nothing.
+/// Returns true if the condition holds and the policy may skip work that has no effect.
 template <Arithmetic kArithmetic>
 NLO_INLINE constexpr bool may_skip(bool changes_nothing) {
   return !kConstantTime<kArithmetic> && changes_nothing;

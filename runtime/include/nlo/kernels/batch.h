@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A chain of layers for many inputs at once: every weight is loaded once for all of them.
+// Evaluates a chain of layers for many inputs at once, so that every weight is loaded once for all of them.
 #pragma once
 
 #include <type_traits>
@@ -21,13 +21,13 @@ namespace nlo::kernels::native {
 
 namespace nlo::kernels {
 
-/// Plants side by side that keep an instruction set of that many bytes busy: two vectors of them.
+/// Number of plants in a block: two vectors of an instruction set with vectors of kBytes bytes.
 template <class Scalar, int kBytes>
 inline constexpr int kBatchBlock = 2 * (kBytes > static_cast<int>(sizeof(Scalar))
                                             ? kBytes / static_cast<int>(sizeof(Scalar))
                                             : 1);
 
-/// The most that for_batch_block() may ask for.
+/// Largest block that for_batch_block() chooses.
 #if defined(NLO_DISPATCHES)
 template <class Scalar>
 inline constexpr int kMostBatchBlock = kBatchBlock<Scalar, 64>;
@@ -36,7 +36,7 @@ template <class Scalar>
 inline constexpr int kMostBatchBlock = kBatchBlock<Scalar, NLO_NATIVE_BYTES>;
 #endif
 
-/// Calls work(std::integral_constant<int, kPlants>) with the kPlants for evaluate_batch() that suit the CPU.
+/// Calls work(std::integral_constant<int, kPlants>) with the block size kPlants that suits the CPU.
 template <class Scalar, class Work>
 NLO_INLINE void for_batch_block(const Work& work) {
 #if defined(NLO_DISPATCHES)
@@ -53,8 +53,8 @@ NLO_INLINE void for_batch_block(const Work& work) {
   work(std::integral_constant<int, kBatchBlock<Scalar, NLO_NATIVE_BYTES>>{});
 }
 
-/// Many inputs at once, kPlants of them side by side; buffers [widest][kPlants]. One by one where kPlants is not what
-/// suits the CPU.
+/// Evaluates a network for kPlants inputs; buffers are [widest][kPlants]. If kPlants does not suit the CPU, the inputs are
+/// evaluated one by one.
 template <Activation kKind, Arithmetic kArithmetic, int kPlants, class Network, class Scalar>
 NLO_INLINE void evaluate_batch(const Network& net, const Scalar* in, Scalar* out, Scalar* ping, Scalar* pong) {
 #if defined(NLO_DISPATCHES)

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Matrix-vector product of a dense layer in float32 for Cortex-M cores with an FPU (M4F, M7, M33): out = f(W in + b).
 //
-// 32 registers, one load port: what counts is instructions per weight. A block of 13 outputs stays in s0-s12 while its
-// weights come 13 at a time (one multiple-register load) and inputs 5 at a time. Weights are stored in the order in
-// which they are read. On the paper's 50 x 50 layers 1.11 instructions per multiply-add; compiled loops: 3.
+// These cores have 32 registers and one load port, so the number of instructions per weight decides. The sums of a block
+// of 13 outputs stay in s0-s12. Weights are loaded 13 at a time by one multiple-register load, inputs 5 at a time. Weights
+// are stored in the order in which they are read. On the paper's 50 x 50 layers this takes 1.11 instructions per
+// multiply-add; compiled loops take 3.
 //
 // fast           VFMA: one instruction per multiply-add, on every core.
 // deterministic  VMLA: the product is rounded, then the sum, as on every other target.
-// Arm's manual of the M4 gives both 3 cycles, and VMUL and VADD 1 each, so that on M4 silicon the pair may be the
-// faster one: measure there, and define NLO_CORTEX_M_NO_FMA to have it.
+// Arm's manual of the M4 lists 3 cycles for each of these, and 1 cycle for each of VMUL and VADD. On an M4 the latter pair
+// may therefore be faster. Measure it on your chip; NLO_CORTEX_M_NO_FMA selects it.
 //
-// layer_plain() is the same in C++, to the bit, for any machine.
+// layer_plain() gives the same bits in C++ on any machine.
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -21,12 +22,12 @@
 
 namespace nlo::kernels::cortex_m {
 
-/// kAll in the fewest parts of at most kMost, their sizes equal or one apart: 50 = 13 + 13 + 12 + 12.
+/// Divides kAll into as few parts of at most kMost as possible; their sizes differ by at most one: 50 = 13 + 13 + 12 + 12.
 template <int kAll, int kMost>
 struct Parts {
   static constexpr int kCount = (kAll + kMost - 1) / kMost;
   static constexpr int kSmall = kAll / kCount;
-  static constexpr int kLargeCount = kAll % kCount;  ///< the first ones, one larger
+  static constexpr int kLargeCount = kAll % kCount;  ///< number of parts that are larger by one; they come first
   static constexpr int kLarge = kSmall + (kLargeCount > 0 ? 1 : 0);
   static constexpr int size(int part) { return kSmall + (part < kLargeCount ? 1 : 0); }
   static constexpr int first(int part) { return part * kSmall + (part < kLargeCount ? part : kLargeCount); }
@@ -37,7 +38,7 @@ struct Parts {
   }
 };
 
-/// The outputs in blocks.
+/// The blocks of the outputs.
 template <int kOut>
 using Blocks = Parts<kOut, 13>;
 
@@ -55,7 +56,7 @@ inline constexpr bool kFuses = false;
 inline constexpr bool kFuses = true;
 #endif
 
-/// a b + c as the kernel does it: fused, or rounded twice.
+/// Returns a b + c as the kernel computes it: fused, or with two roundings.
 template <Arithmetic kArithmetic>
 NLO_INLINE float kernel_multiply_add(float a, float b, float c) {
   if constexpr (kArithmetic == Arithmetic::kFast && kFuses) {
@@ -65,7 +66,7 @@ NLO_INLINE float kernel_multiply_add(float a, float b, float c) {
   }
 }
 
-/// A layer's tanh comes from the table of cortex_m_pieces.h.
+/// True if a layer computes tanh by the table of cortex_m_pieces.h.
 template <Activation kKind, Arithmetic kArithmetic, int kIn, int kOut>
 inline constexpr bool kByPieces =
     kKind == Activation::kTanh&& kArithmetic == Arithmetic::kFast&& kFuses&& kTakesPieces<kIn, kOut>;
@@ -89,7 +90,7 @@ float activate_plain(float v) {
   }
 }
 
-/// What layer() gives, in plain C++. kLast: no activation.
+/// Computes the same as layer() in plain C++. kLast: without activation.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut,
           bool kPieces = kByPieces<kKind, kArithmetic, kIn, kOut>>
 void layer_plain(const float* weights, const float* bias, const float* in, float* out) {
@@ -110,7 +111,7 @@ void layer_plain(const float* weights, const float* bias, const float* in, float
 
 #if defined(NLO_CORTEX_M_FLOAT)
 
-/// out = f(W in + b). `out` must not overlap `in`. Not inlined: layers of one shape share the code.
+/// out = f(W in + b). `out` must not overlap `in`. Not inlined, so that layers of equal size share the code.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
   constexpr bool kFused = kArithmetic == Arithmetic::kFast && kFuses;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a step of gated units (gated.inc) does beside its layers, for Cortex-M cores with an FPU: eight units at a time,
-// loaded and stored by multiples. 2.6 and 3.9 instructions a unit; compiled loops: 8 and 10. The same bits, which
-// those of ..._plain() are in C++, on any machine.
+// The element-wise part of a step of gated units (gated.inc) for Cortex-M cores with an FPU. Eight units at a time are
+// loaded and stored by multiple-register instructions: 2.6 and 3.9 instructions per unit, where compiled loops take 8 and
+// 10. The functions ..._plain() give the same bits in C++ on any machine.
 #pragma once
 
 #include <bit>
@@ -17,13 +17,13 @@ float gate_plain(float t) {
   return kernel_multiply_add<kArithmetic>(t, 0.5F, 0.5F);
 }
 
-/// in = gate_of(t) z for kN units.
+/// in = gate_of(t) z, for kN units.
 template <Arithmetic kArithmetic, int kN>
 void reset_units_plain(const float* t, const float* z, float* in) {
   for (int i = 0; i < kN; ++i) in[i] = z[i] * gate_plain<kArithmetic>(t[i]);
 }
 
-/// z += gate_of(t) (target - z) for kN units.
+/// z += gate_of(t) (target - z), for kN units.
 template <Arithmetic kArithmetic, int kN>
 void move_units_plain(const float* t, const float* target, float* z) {
   for (int i = 0; i < kN; ++i) {
@@ -31,11 +31,11 @@ void move_units_plain(const float* t, const float* target, float* z) {
   }
 }
 
-// Where vectors of floats are, compilers use them.
+// On cores with vectors of floats, compiled loops use these vectors.
 #if defined(NLO_CORTEX_M_FLOAT) && !defined(__ARM_FEATURE_MVE)
 #define NLO_CORTEX_M_GATES 1
 
-/// to = from. Returns whether all are finite and |from| < 2, told from the upper bit of all exponents.
+/// to = from. Returns true if all values are finite and below 2 in magnitude, by the upper bit of their exponents.
 template <int kN>
 __attribute__((noinline)) bool copy_below_2(const float* from, float* to) {
   std::uint32_t together = 0, bits;
@@ -62,7 +62,7 @@ __attribute__((noinline)) bool copy_below_2(const float* from, float* to) {
 
 inline constexpr float kHalves[8] = {0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F};
 
-// sum += factor * x, in registers of which `factor` is not needed any more.
+// sum += factor * x. The register of `factor` may be overwritten.
 #define NLO_FUSED(sum, factor, x) "vfma.f32 s" #sum ", s" #factor ", s" #x "\n"
 #if defined(NLO_CORTEX_M_NO_FMA)
 #define NLO_ROUNDED(sum, factor, x)           \
@@ -72,7 +72,7 @@ inline constexpr float kHalves[8] = {0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0
 #else
 #define NLO_ROUNDED(sum, factor, x) "vmla.f32 s" #sum ", s" #factor ", s" #x "\n"
 #endif
-// Of a unit: `gate` becomes gate_of() of tanh t, from a half. Then z gate, or z + gate (target - z), in z's place.
+// For one unit: replaces `gate`, which holds tanh t, by gate_of(t). Then replaces z by z gate, or by z + gate (target - z).
 #define NLO_RESET(op, t, z, gate) op(gate, t, gate) "vmul.f32 s" #z ", s" #z ", s" #gate "\n"
 #define NLO_MOVE(op, t, target, z, gate) \
   op(gate, t, gate) "vsub.f32 s" #target ", s" #target ", s" #z "\n" op(z, target, gate)
@@ -101,7 +101,7 @@ inline constexpr float kHalves[8] = {0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0
       : "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7", "s8", "s9", "s10", "s11", "s12", "s13", "s14", "s15",      \
         "s16", "s17", "s18", "s19", "s20", "s21", "s22", "s23", "cc", "memory")
 
-/// reset_units_plain(). Not inlined, and so the registers that it saves are on the stack in the place of a layer's.
+/// Computes reset_units_plain(). Not inlined, so that its saved registers use the same stack as those of a layer.
 template <bool kFused, int kN>
 __attribute__((noinline)) void reset_units(const float* t, const float* z, float* in) {
   if constexpr (kFused) {
@@ -138,7 +138,7 @@ __attribute__((noinline)) void reset_units(const float* t, const float* z, float
         "s16", "s17", "s18", "s19", "s20", "s21", "s22", "s23", "s24", "s25", "s26", "s27", "s28", "s29", "s30",   \
         "s31", "cc", "memory")
 
-/// move_units_plain(). Not inlined, either.
+/// Computes move_units_plain(). Not inlined for the same reason.
 template <bool kFused, int kN>
 __attribute__((noinline)) void move_units(const float* t, const float* target, float* z) {
   if constexpr (kFused) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// tanh in float32 by 256 cubics, for large layers of Cortex-M cores with an FPU in the fast policy: a row of a table is
-// one multiple load, and no quotient is taken. 8 instructions a value, where tanh_rational() takes 14 and a VDIV of 14
-// cycles, and within 2.3e-7 of tanh, half of its error. The table takes 4 KB of flash.
+// tanh in float32 by 256 cubic polynomials, for large layers on Cortex-M cores with an FPU, in the fast policy. The four
+// coefficients of a cubic are one multiple-register load, and there is no division. A value takes 8 instructions, where
+// tanh_rational() takes 14 and a VDIV of 14 cycles. The error is below 2.3e-7, half of that of tanh_rational(). The table
+// takes 4 KB of flash.
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -11,14 +12,15 @@
 
 namespace nlo::kernels::cortex_m {
 
-/// Row 128 + k: c_0 to c_3 of c_0 + c_1 x + c_2 x^2 + c_3 x^3 where 16 x, towards zero, is k; the last also beyond.
+/// Row 128 + k: coefficients of c_0 + c_1 x + c_2 x^2 + c_3 x^3 for the x with 16 x, rounded towards zero, equal to k. The
+/// first and last row also serve all x beyond.
 struct TanhPieces {
   static constexpr int kEach = 16, kRows = 256, kMiddle = kRows / 2;
   alignas(16) float rows[kRows][4];
 };
 
-/// Through tanh at four Chebyshev nodes of each piece; the middle one is x - 0.33288 x^3. Odd. A template: computed
-/// only by programs that use it.
+/// Interpolates tanh at four Chebyshev nodes of each piece; the piece around 0 is x - 0.33288 x^3. The function is odd. A
+/// template, so that only programs that use the table compute it.
 template <class Scalar = double>
 inline constexpr TanhPieces kTanhPieces = [] {
   constexpr int kMiddle = TanhPieces::kMiddle;
@@ -33,7 +35,7 @@ inline constexpr TanhPieces kTanhPieces = [] {
       c[3] = Scalar(-0.33288);
     } else if (k < kMiddle - 1) {
       constexpr Scalar kHalf = Scalar(0.5) / TanhPieces::kEach;
-      Scalar x[4]{}, d[4]{};  // nodes, and divided differences
+      Scalar x[4]{}, d[4]{};  // nodes and divided differences
       for (int i = 0; i < 4; ++i) {
         x[i] = (static_cast<Scalar>(2 * k + 1) + kNodes[i]) * kHalf;
         d[i] = tanh_rational<Activation::kTanh, Arithmetic::kDeterministic>(x[i]);
@@ -41,7 +43,7 @@ inline constexpr TanhPieces kTanhPieces = [] {
       for (int order = 1; order < 4; ++order) {
         for (int i = 3; i >= order; --i) d[i] = (d[i] - d[i - 1]) / (x[i] - x[i - order]);
       }
-      c[0] = d[3];  // Newton's form, expanded from its last term
+      c[0] = d[3];  // expands Newton's form from its last term
       for (int i = 2; i >= 0; --i) {
         for (int j = 3; j > 0; --j) c[j] = c[j - 1] - x[i] * c[j];
         c[0] = d[i] - x[i] * c[0];
@@ -56,11 +58,11 @@ inline constexpr TanhPieces kTanhPieces = [] {
   return pieces;
 }();
 
-/// A layer takes them where the table is not larger than its weights.
+/// True if a layer uses the table: the table must not be larger than its weights.
 template <int kIn, int kOut>
 inline constexpr bool kTakesPieces = kIn* kOut >= 4 * TanhPieces::kRows;
 
-/// What the assembly gives, for finite x; infinity, which only a sum that overflows can be, gives not a number.
+/// Computes the same as the assembly for finite x. An infinite x, which only a sum that overflows can be, gives NaN.
 inline float tanh_by_pieces_plain(float x) {
   constexpr float kEnd = static_cast<float>(TanhPieces::kMiddle) / TanhPieces::kEach;
   int k = TanhPieces::kMiddle - 1;
@@ -75,7 +77,7 @@ inline float tanh_by_pieces_plain(float x) {
 
 #if defined(NLO_CORTEX_M_FLOAT)
 
-// The rows at r and t of the values x and y, to a0-a3 and b0-b3: their cubics come to be in a0 and b0.
+// Loads the rows at r and t into a0-a3 and b0-b3 and evaluates their cubics at x and y; the results are in a0 and b0.
 #define NLO_TERM(sum, factor, x) "vfma.f32 s" #sum ", s" #factor ", s" #x "\n"
 #define NLO_TWO_CUBICS(r, a0, a1, a2, a3, x, t, b0, b1, b2, b3, y)                                   \
   "vldmia " #r ", {s" #a0 "-s" #a3                                                                   \
@@ -88,7 +90,7 @@ inline float tanh_by_pieces_plain(float x) {
   "\n"                   \
   "add " #r ", %[middle], " #r ", lsl #4\n"
 
-/// tanh_by_pieces_plain() of kN values, in place.
+/// Computes tanh_by_pieces_plain() of kN values, in place.
 template <int kN>
 NLO_INLINE void tanh_by_pieces(float* at) {
   asm volatile(

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The assembly of cortex_m.h: the inner loops that compilers do not find, because they never load registers in
-// multiples.
+// The inner loops of cortex_m.h in assembly, because compilers do not use multiple-register loads there.
 #pragma once
 
 #include <bit>
@@ -9,7 +8,7 @@
 #include "nlo/kernels/activation.h"
 #include "nlo/kernels/simd.h"
 
-// Cortex-M with a single-precision FPU, optimised builds (the plain version gives the same bits).
+// Only for a Cortex-M with a single-precision FPU in optimised builds. Elsewhere the plain version gives the same bits.
 #if defined(__ARM_ARCH_PROFILE) && defined(__ARM_FP) && !defined(NLO_SCALAR_KERNELS)
 #if __ARM_ARCH_PROFILE == 'M'
 #define NLO_CORTEX_M_FLOAT 1
@@ -18,7 +17,7 @@
 
 namespace nlo::kernels::cortex_m {
 
-/// The fit of tanh_rational(): the leading coefficients of P and Q, then the other four of each, highest power first,
+/// Coefficients of tanh_rational(): the leading ones of P and Q, then the other four of each, highest power first, once
 /// for each value of a pair.
 inline constexpr auto& kBestTanh = kTanhFit<Activation::kTanh, float>;
 inline constexpr float kTanhCoefficients[18] = {
@@ -30,7 +29,7 @@ inline constexpr float kTanhCoefficients[18] = {
 
 #if defined(NLO_CORTEX_M_FLOAT)
 
-// sum += factor * x: fused; or rounded twice, in one instruction or in a product, to s31, and a sum.
+// sum += factor * x: fused, or rounded twice in one instruction, or as a product in s31 and a sum.
 #define NLO_FUSED(sum, factor, x) "vfma.f32 s" #sum ", s" #factor ", s" #x "\n"
 #if defined(NLO_CORTEX_M_NO_FMA)
 #define NLO_ROUNDED(sum, factor, x)  \
@@ -40,7 +39,7 @@ inline constexpr float kTanhCoefficients[18] = {
 #else
 #define NLO_ROUNDED(sum, factor, x) "vmla.f32 s" #sum ", s" #factor ", s" #x "\n"
 #endif
-// One input (register x) times the weights of a block: s0.. += s13.. * x.
+// Adds one input (register x) times the weights of a block: s0.. += s13.. * x.
 #define NLO_ROW1(op, x) op(0, 13, x)
 #define NLO_ROW2(op, x) NLO_ROW1(op, x) op(1, 14, x)
 #define NLO_ROW3(op, x) NLO_ROW2(op, x) op(2, 15, x)
@@ -55,8 +54,8 @@ inline constexpr float kTanhCoefficients[18] = {
 #define NLO_ROW12(op, x) NLO_ROW11(op, x) op(11, 24, x)
 #define NLO_ROW13(op, x) NLO_ROW12(op, x) op(12, 25, x)
 
-// A block of `size` outputs, sums in s0.., weights in s13.., up to five inputs from s26 on: `tens` times ten of them,
-// five if there are, then the `rest`. Assembled are those that there are.
+// A block of `size` outputs: sums in s0.., weights in s13.., up to five inputs in s26... It processes `tens` times ten
+// inputs, then five if there are so many left, then the `rest`. Parts that do not occur are not assembled.
 #define NLO_INPUT(size, op, loaded, x) "vldmia %[weights]!, {" loaded "}\n" NLO_ROW##size(op, x)
 #define NLO_FIVE(size, op, loaded)                                                             \
   "vldmia %[in]!, {s26-s30}\n" NLO_INPUT(size, op, loaded, 26) NLO_INPUT(size, op, loaded, 27) \
@@ -95,7 +94,7 @@ inline constexpr float kTanhCoefficients[18] = {
     }                                             \
   }
 
-/// out = bias + W in for kSize outputs; weights, biases and outputs move on behind theirs.
+/// out = bias + W in for kSize outputs. Advances the pointers to weights, biases and outputs to the next block.
 template <int kSize, bool kFused, int kIn>
 NLO_INLINE void multiply_block(const float*& weights, const float*& bias, const float* in, float*& out) {
   static_assert(kSize >= 1 && kSize <= 13);
@@ -115,7 +114,8 @@ NLO_INLINE void multiply_block(const float*& weights, const float*& bias, const 
   NLO_BLOCK_OF(13, "s0-s12", "s13-s25")
 }
 
-/// max(v, 0) of each value, on the bits: ten at a time 1.6 instructions, where a comparison of floats takes five.
+/// Computes max(v, 0) of each value by its bits, ten values at a time: 1.6 instructions each. A comparison of floats takes
+/// five.
 template <int kN>
 NLO_INLINE void relu_in_place(float* v) {
 #define NLO_POSITIVE(r) "bic " #r ", " #r ", " #r ", asr #31\n"
@@ -132,8 +132,8 @@ NLO_INLINE void relu_in_place(float* v) {
   for (int i = 0; i < kN % 10; ++i) bits[i] &= ~(bits[i] >> 31);
 }
 
-// tanh of a pair, x in s`x` and s`y` and x^2 in s`xx` and s`yy`, by Horner's rule on four polynomials. Coefficients
-// come from memory each time, sixteen in one instruction, as sums overwrite them; the leading ones are in s26, s27.
+// tanh of a pair of values in s`x` and s`y`, with their squares in s`xx` and s`yy`, by Horner's rule on four polynomials.
+// One instruction loads sixteen coefficients each time, because the sums overwrite them. The leading ones are in s26, s27.
 #define NLO_TANH_PAIR(op, x, xx, y, yy)                                                                            \
   "vldmia %[coefficients], {s0-s15}\n" op(0, 26, xx) op(4, 27, xx) op(8, 26, yy) op(12, 27, yy) op(1, 0, xx)       \
       op(5, 4, xx) op(9, 8, yy) op(13, 12, yy) op(2, 1, xx) op(6, 5, xx) op(10, 9, yy) op(14, 13, yy) op(3, 2, xx) \
@@ -155,13 +155,13 @@ NLO_INLINE void relu_in_place(float* v) {
   "vmul.f32 s17, s21, s21\n" \
   "vmul.f32 s18, s22, s22\n" \
   "vmul.f32 s19, s23, s23\n"
-// Past the limit tanh is that of the limit: the sign falls out of the comparison, |x| > limit, or not a number.
+// Clamps x to +-limit. The comparison |x| > limit also gives the sign; it is true for NaN.
 #define NLO_CLAMP(bits) \
   "cmp %[limit], " bits \
   ", lsl #1\n"          \
   "it lo\n"             \
   "bfilo " bits ", %[clamped], #0, #31\n"
-// Fast: one branch for four values, hardly ever taken, once the sum of their squares is above the limit's square.
+// Fast policy: one branch for four values, taken if the sum of their squares exceeds the square of the limit.
 #define NLO_FOUR_RARELY                   \
   "vldmia %[at], {s20-s23}\n" NLO_SQUARES \
   "vadd.f32 s24, s16, s17\n"              \
@@ -177,7 +177,7 @@ NLO_INLINE void relu_in_place(float* v) {
   "3:\n" NLO_CLAMPED(20) NLO_CLAMPED(21) NLO_CLAMPED(22) NLO_CLAMPED(23) NLO_SQUARES \
       "b 2b\n"                                                                       \
       "5:\n"
-// Deterministic: as many instructions whatever x is.
+// Deterministic policy: the same number of instructions for every x.
 #define NLO_TWO_CLAMPED(x, y, at)                                                                               \
   "ldrd %[bits], %[spare], [%[at], #" #at "]\n" NLO_CLAMP("%[bits]") NLO_CLAMP("%[spare]") "vmov s" #x ", s" #y \
                                                                                            ", %[bits], %[spare]\n"
@@ -203,7 +203,7 @@ NLO_INLINE void relu_in_place(float* v) {
         "s13", "s14", "s15", "s16", "s17", "s18", "s19", "s20", "s21", "s22", "s23", "s24", "s25", "s26", "s27",   \
         "s31", "cc", "memory")
 
-/// tanh_rational() of kN values, in place. 14.5 instructions each, 15.75 where all take as many.
+/// Computes tanh_rational() of kN values, in place: 14.5 instructions each, 15.75 in the deterministic policy.
 template <bool kFused, int kN>
 NLO_INLINE void tanh_in_place(float* at) {
   const float* coefficients = kTanhCoefficients;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Matrix-vector product of a dense layer in float32 for Cortex-M cores with vectors of floats (MVE: M55, M85).
 //
-// 8 vectors of four values. A tile of up to 24 outputs stays in q0-q5 while inputs stream by in core registers, two at
-// a time, and weights in q6 and q7. Weights are stored in the order in which they are read, outputs padded with zeros
-// to whole vectors: 0.6 instructions per multiply-add on layers of 50, where cortex_m.h takes 1.1.
+// There are 8 vectors of four values. The sums of a tile of up to 24 outputs stay in q0-q5. Inputs are loaded into core
+// registers, two at a time, and weights into q6 and q7. Weights are stored in the order in which they are read; outputs
+// are padded with zeros to whole vectors. On layers of 50 this takes 0.6 instructions per multiply-add; cortex_m.h: 1.1.
 //
 // fast           VFMA by a scalar
 // deterministic  VMUL by a scalar, VADD: each operation rounded by itself, as on every other target
 //
-// Sums have the order of cortex_m::layer_plain(), and so its bits.
+// The order of the sums, and therefore the bits, are those of cortex_m::layer_plain().
 #pragma once
 
 #include <bit>
@@ -29,7 +29,7 @@
 
 namespace nlo::kernels::cortex_m_vectors {
 
-/// The outputs in vectors of four, those in tiles.
+/// The outputs as vectors of four, and these as tiles.
 template <int kOut>
 using Tiles = cortex_m::Parts<(kOut + 3) / 4, 6>;
 
@@ -54,7 +54,7 @@ constexpr int weight_position(int o, int i) {
   NLO_IF(2, NLO_TERM(op, 1, 7, x)) \
   NLO_IF(3, NLO_TERM(op, 2, 6, x)) \
   NLO_IF(4, NLO_TERM(op, 3, 7, x)) NLO_IF(5, NLO_TERM(op, 4, 6, x)) NLO_IF(6, NLO_TERM(op, 5, 7, x))
-// Of the last vector `tail` values, 1 to 4.
+// Stores `tail` values (1 to 4) of the last vector.
 #define NLO_STORE(q)                                \
   ".if (%c[size] > " #q " + 1) || (%c[size] == " #q \
   " + 1 && %c[tail] == 4)\n"                        \
@@ -87,7 +87,7 @@ constexpr int weight_position(int o, int i) {
         [odd] "i"(kIn % 2), [tail] "i"(kTail)                                                                       \
       : "r4", "r5", "lr", "q0", "q1", "q2", "q3", "q4", "q5", "q6", "q7", "memory")
 
-/// out = bias + W in for kSize vectors of outputs, kTail values of the last; returns the weights behind theirs.
+/// out = bias + W in for kSize vectors of outputs, the last one with kTail values. Returns a pointer to the next weights.
 template <int kSize, bool kFused, int kIn, int kTail>
 NLO_INLINE const float* multiply_tile(const float* weights, const float* bias, const float* in, float* out) {
   static_assert(kSize >= 1 && kSize <= 6 && kTail >= 1 && kTail <= 4);
@@ -99,7 +99,7 @@ NLO_INLINE const float* multiply_tile(const float* weights, const float* bias, c
   return weights;
 }
 
-/// max(v, 0) of each value; a loop whose last round is of what is left.
+/// Computes max(v, 0) of each value; the last round of the loop handles an incomplete vector.
 template <int kN>
 NLO_INLINE void relu_in_place(float* v) {
   asm volatile(
@@ -115,7 +115,7 @@ NLO_INLINE void relu_in_place(float* v) {
       : "lr", "q0", "q1", "memory");
 }
 
-// One step of Horner's rule on both polynomials, in x^2 (q1): q2 = q2 q1 + p, q3 = q3 q1 + q.
+// One step of Horner's rule on both polynomials in x^2, which is in q1: q2 = q2 q1 + p, q3 = q3 q1 + q.
 #define NLO_FUSED_STEP(p, q) \
   "vfmas.f32 q2, q1, " #p    \
   "\n"                       \
@@ -153,7 +153,7 @@ NLO_INLINE void relu_in_place(float* v) {
       : "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "lr", "q0", "q1", "q2", "q3", "q6", "q7",    \
         "memory")
 
-/// tanh_rational() of kN values, in place: 5.3 instructions each, 7.3 unfused, whatever they are.
+/// Computes tanh_rational() of kN values, in place: 5.3 instructions each, 7.3 unfused, for every input.
 template <bool kFused, int kN>
 NLO_INLINE void tanh_in_place(float* at) {
   const float* const coefficients = cortex_m::kTanhCoefficients;
@@ -166,7 +166,7 @@ NLO_INLINE void tanh_in_place(float* at) {
   }
 }
 
-/// tanh_by_pieces_plain() of kN values, in place: 4 instructions each, coefficients from four rows at once.
+/// Computes tanh_by_pieces_plain() of kN values, in place: 4 instructions each. Gathers coefficients of four rows at once.
 template <int kN>
 NLO_INLINE void tanh_by_pieces(float* at) {
   const float* const middle = cortex_m::kTanhPieces<>.rows[cortex_m::TanhPieces::kMiddle];
@@ -195,7 +195,7 @@ NLO_INLINE void tanh_by_pieces(float* at) {
       : "lr", "q0", "q1", "q2", "q3", "q4", "q5", "q6", "q7", "memory");
 }
 
-/// out = f(W in + b). `out` must not overlap `in`. Not inlined: layers of one shape share the code.
+/// out = f(W in + b). `out` must not overlap `in`. Not inlined, so that layers of equal size share the code.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
   constexpr bool kFused = kArithmetic == Arithmetic::kFast && cortex_m::kFuses;

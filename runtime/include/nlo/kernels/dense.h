@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// One layer of a network, and a chain of them, by the kernel of the target; and the layout of weights for that kernel.
-// The architecture and the type of the weights decide which kernel it is, never the instruction sets that the compiler
-// may use: the same model has the same bytes in all objects of a program.
-//   panels.h           CPUs with vectors, whatever their length
-//   without_vectors.h  the others, and NLO_SCALAR_KERNELS: to compare with
-//   x86_dispatch.h     with NLO_CPU_DISPATCH, by the instruction set that the CPU has
+// Chooses the kernel of the target for a layer, and with it the layout of the weights. Architecture and type of the weights
+// decide, never the instruction sets that the compiler may use: a model has the same bytes in all objects of a program.
+//   panels.h           CPUs with vectors of any length
+//   without_vectors.h  CPUs without vectors, and NLO_SCALAR_KERNELS (for comparisons)
+//   x86_dispatch.h     with NLO_CPU_DISPATCH, the best instruction set of the CPU
 #pragma once
 
 #include <type_traits>
@@ -21,7 +20,7 @@
 
 namespace nlo {
 
-/// One layer as it is executed.
+/// A layer in the layout of the kernel.
 #if NLO_HAS_VECTORS
 template <class Weight, int kIn, int kOut>
 using PackedDense = PanelDense<Weight, kIn, kOut>;
@@ -34,7 +33,7 @@ using PackedDense = TargetDense<Weight, kIn, kOut>;
 
 namespace nlo::kernels {
 
-/// Inputs of a first layer must be in a buffer with zeros behind them.
+/// True if the inputs of the first layer must be padded with zeros.
 template <int kIn>
 inline constexpr bool kPadsInputs = kIn >= 16 && kIn % 4 != 0 && kHasVectors;
 
@@ -45,7 +44,7 @@ using native::layer;
 #include "nlo/kernels/per_isa/network.inc"
 #undef NLO_CODE
 
-/// The same by the best instruction set: the compiler's, or with NLO_CPU_DISPATCH the CPU's.
+/// out = net(in) by the best instruction set: that of the compiler, or with NLO_CPU_DISPATCH that of the CPU.
 template <Activation kKind, Arithmetic kArithmetic, class Network, class Scalar>
 NLO_INLINE void evaluate(const Network& net, const Scalar* in, Scalar* out, Scalar* ping, Scalar* pong) {
 #if defined(NLO_DISPATCHES)

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Matrix-vector product in int16 with int32 sums, sum = W a + b, and a table of tanh. Sums cannot overflow: the
-// exporter picks the scales so that |b| + sum |w| 32767 < 2^31 for each output, and refuses otherwise. So the order of
-// summation does not matter, and every target gives the same bits.
+// Matrix-vector product in int16 with int32 sums, sum = W a + b, and a table of tanh. Sums cannot overflow: the exporter
+// chooses scales with |b| + sum |w| 32767 < 2^31 for each output, and refuses a model for which there are none. Therefore
+// the order of summation does not matter, and every target gives the same bits.
 //
-// Cortex-M with DSP instructions: SMLAD does two multiply-adds; a block of 5 (or 4) outputs keeps its sums in registers
-// and loads the weights of a pair of inputs at once: 0.7 instructions per multiply-add. Without them (M0, M0+) the same
-// block keeps its sums in the high registers, which only additions reach: 3.7. With vectors (MVE: M55) VMLADAVA does
-// eight multiply-adds of one row: 0.3. RISC-V: int16_riscv.h.
+// Instructions per multiply-add on Cortex-M:
+//   DSP instructions (M4)  0.7: SMLAD does two multiply-adds. The sums of a block of 5 or 4 outputs stay in registers;
+//                          the weights of a pair of inputs are loaded at once.
+//   without (M0, M0+)      3.7: the sums stay in the high registers, which only additions can access.
+//   MVE (M55)              0.3: VMLADAVA does eight multiply-adds of one row.
+// RISC-V: int16_riscv.h.
 #pragma once
 
 #include <array>
@@ -19,18 +21,19 @@
 #include "nlo/kernels/int16_riscv.h"
 #endif
 
-// By GCC and optimised: the block needs all registers but the stack pointer. Elsewhere plain C++ gives the same bits.
+// The assembly needs optimised code of GCC, because it uses all registers but the stack pointer. Elsewhere plain C++ gives
+// the same bits.
 #if defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && !defined(__clang__) && \
     !defined(NLO_SCALAR_KERNELS)
 #if __ARM_ARCH_PROFILE == 'M'
 #define NLO_CORTEX_M_DSP 1
 #endif
 #endif
-// The order of weights is the architecture's, however a compiler optimises.
+// The order of the weights depends on the architecture only, not on the optimisation.
 #if defined(__ARM_FEATURE_MVE) && !defined(NLO_SCALAR_KERNELS)
 #define NLO_CORTEX_M_OCTETS 1
 #endif
-// All outputs in one block? Of fewer than four on ARMv6-M, any number on RISC-V.
+// Largest layer whose outputs are one block: 3 outputs on ARMv6-M, any number on RISC-V.
 #if defined(__riscv)
 #define NLO_LARGEST_WHOLE (1 << 30)
 #elif defined(__thumb__) && !defined(__thumb2__) && defined(__ARM_ARCH_PROFILE)
@@ -38,7 +41,7 @@
 #else
 #define NLO_LARGEST_WHOLE 0
 #endif
-// GCC keeps away from the high registers where it optimises for size.
+// GCC does not use the high registers itself when it optimises for size.
 #if defined(__thumb__) && !defined(__thumb2__) && defined(__ARM_ARCH_PROFILE) && defined(__OPTIMIZE__) && \
     !defined(__OPTIMIZE_SIZE__) && !defined(__clang__) && !defined(NLO_SCALAR_KERNELS)
 #define NLO_CORTEX_M_THUMB1 1
@@ -46,21 +49,20 @@
 
 namespace nlo::kernels::int16 {
 
-/// Activations are Q15: 32767 is 1 (tanh), the layer's largest value (relu) or 16 (silu).
+/// Activations are in Q15: 32767 stands for 1 (tanh), for the largest value of the layer (relu), or for 16 (silu).
 inline constexpr int kOne = 32767;
 
-/// Outputs in blocks of 5 and 4 rows; rows of zeros behind the last one where that does not come out even. Or in
-/// one block of all.
+/// Blocks of the outputs: 5 or 4 rows each, with rows of zeros at the end if needed; or one block of all rows.
 template <int kOut>
 struct Blocks {
-  static constexpr int kWhole = kOut <= NLO_LARGEST_WHOLE ? kOut : 0;  ///< rows of that one
+  static constexpr int kWhole = kOut <= NLO_LARGEST_WHOLE ? kOut : 0;  ///< rows of the one block; 0: there are several
   static constexpr int fours(int rows) { return kWhole > 0 ? 0 : (5 - rows % 5) % 5; }
   static constexpr int kRows = [] {
     int rows = kOut;
     while (4 * fours(rows) > rows) ++rows;
     return rows;
   }();
-  static constexpr int kFours = fours(kRows);  ///< behind the fives
+  static constexpr int kFours = fours(kRows);  ///< number of blocks of 4, behind those of 5
   static constexpr int kFives = (kRows - kWhole - 4 * kFours) / 5;
   static_assert(5 * kFives + 4 * kFours + kWhole == kRows && kFives >= 0);
 };
@@ -69,12 +71,12 @@ struct Blocks {
 template <int kIn>
 inline constexpr int kPairs = (kIn + 1) / 2;
 
-/// In a block of `size` rows the position of the weight of input i for row r: pair of inputs by pair, then row by row.
+/// Position of the weight of input i for row r in a block of `size` rows: pair of inputs by pair, then row by row.
 constexpr int pair_position(int size, int r, int i) {
   return 2 * (i / 2 * size + r) + i % 2;
 }
 
-/// The same as the target has it. With vectors: eight inputs by eight, then what is left of so many pairs.
+/// The same for this target. With vectors: eight inputs by eight, then the remaining pairs.
 constexpr int block_position([[maybe_unused]] int pairs, int size, int r, int i) {
 #if defined(__riscv)
   return i * size + r;
@@ -96,8 +98,9 @@ constexpr int weight_position(int o, int i) {
   return 2 * first * kPairs<kIn> + block_position(kPairs<kIn>, size, o - first, i);
 }
 
-/// tanh over [-8, 8] in steps of 1/32. Straight lines through exact points would lie inside the curve by up to
-/// h^2/8 |tanh''|; points moved out by half of that split the error. The ends are +-1.
+/// Table of tanh over [-8, 8] in steps of h = 1/32. Linear interpolation between exact points would be too small in
+/// magnitude by up to h^2/8 |tanh''|. The points are moved outwards by half of that, so that the error is halved. The ends
+/// are +-1.
 inline constexpr auto kTanhTable = [] {
   std::array<std::int16_t, 513> table{};
   constexpr double kStep = 1.0 / 32;
@@ -109,10 +112,10 @@ inline constexpr auto kTanhTable = [] {
   return table;
 }();
 
-/// Largest |tanh_q15(x) / 32767 - tanh(x)|, over all arguments: half of it the lines, half the rounding.
+/// Largest |tanh_q15(x) / 32767 - tanh(x)| over all arguments: half from the interpolation, half from rounding.
 inline constexpr double kTanhTableMaxError = 1e-4;
 
-/// To Q15: the nearest integer of value gain; outside of the range its end. Not a number gives the upper end.
+/// Returns value * gain rounded to the nearest integer and saturated to Q15. NaN gives 32767.
 inline std::int16_t quantised(float value, float gain) {
   constexpr float kLimit = static_cast<float>(kOne);
   float q = rounded(value * gain);
@@ -121,7 +124,7 @@ inline std::int16_t quantised(float value, float gain) {
   return static_cast<std::int16_t>(q < 0 ? q - 0.5F : q + 0.5F);
 }
 
-/// Largest integer below value / 2^kShift, saturated to kBits bits with sign.
+/// Returns value / 2^kShift rounded down and saturated to a signed integer of kBits bits.
 template <int kBits, int kShift>
 NLO_INLINE std::int32_t shifted_and_saturated(std::int32_t value) {
 #if defined(NLO_CORTEX_M_DSP)
@@ -135,8 +138,8 @@ NLO_INLINE std::int32_t shifted_and_saturated(std::int32_t value) {
 #endif
 }
 
-/// Q15 tanh of an argument in Q16, |argument| <= 8. Rounds down: half a unit too low on average, which the exporter
-/// makes up for in the bias of the next layer.
+/// Returns tanh in Q15 of an argument in Q16, |argument| <= 8. It rounds down, so the result is half a unit too low on
+/// average. The exporter corrects this in the bias of the next layer.
 NLO_INLINE std::int32_t tanh_q15(std::int32_t argument) {
   constexpr int kFractionBits = 11;  // 2^16 / 32
   const std::int16_t* at = kTanhTable.data() + 256 + (argument >> kFractionBits);
@@ -144,13 +147,14 @@ NLO_INLINE std::int32_t tanh_q15(std::int32_t argument) {
   return at[0] + ((at[1] - at[0]) * fraction >> kFractionBits);
 }
 
-/// silu of twice an argument in Q16, in units of 2^-11: h + h tanh(h). Rounds down.
+/// Returns silu(2 h) = h + h tanh(h) in units of 2^-11, rounded down. h: in Q16.
 NLO_INLINE std::int32_t silu_q11(std::int32_t argument) {
   const std::int32_t half = argument >> 4;  // Q12; no product overflows: 2^15 65535 < 2^31
   return (half * (kOne + 1 + tanh_q15(argument))) >> 16;
 }
 
-/// Activation of a sum. tanh: sum / 2^kShift is the argument in Q16; silu: half of it; relu: the result in Q15.
+/// Returns the activation of a sum. sum / 2^kShift is the argument in Q16 (tanh), half of the argument in Q16 (silu), or
+/// the result in Q15 (relu).
 template <Activation kKind, int kShift>
 NLO_INLINE std::int16_t activated(std::int32_t sum) {
   static_assert(kKind == Activation::kTanh || kKind == Activation::kRelu || kKind == Activation::kSilu);
@@ -170,7 +174,7 @@ NLO_INLINE std::int16_t activated(std::int32_t sum) {
   }
 }
 
-/// The sums of one block: its biases and kSize rows times all pairs of inputs.
+/// Computes the sums of one block: its biases plus kSize rows times all pairs of inputs.
 template <int kSize, int kPairCount>
 NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
                                 std::int32_t (&sums)[kSize]) {
@@ -187,7 +191,7 @@ NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t*
 
 #if defined(NLO_CORTEX_M_OCTETS) && defined(NLO_CORTEX_M_DSP)
 
-// Eight inputs come to q0, eight weights of one row after the other to q1 and q2.
+// Eight inputs are in q0; eight weights of one row at a time are loaded into q1 or q2.
 #define NLO_ROW(q, sum)   \
   "vldrh.u16 " q          \
   ", [%[weights]], #16\n" \
@@ -198,7 +202,7 @@ NLO_INLINE void add_block_plain(const std::int16_t* weights, const std::int16_t*
   "]\n"                                                \
   "vmladava.s16 " sum ", q0, " q "\n"
 
-/// Not inlined: layers of as many inputs share the code.
+/// Not inlined, so that layers with equally many inputs share the code.
 template <int kSize, int kPairCount>
 __attribute__((noinline)) void add_block(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
                                          std::int32_t (&sums)[kSize]) {
@@ -241,7 +245,7 @@ __attribute__((noinline)) void add_block(const std::int16_t* weights, const std:
 
 #elif defined(NLO_CORTEX_M_DSP) && !defined(NLO_CORTEX_M_OCTETS)
 
-// Weights of a pair come to r0-r3 and r11, its inputs to r10, sums are in r4-r6, r8 and r9.
+// Weights of a pair of inputs: r0-r3 and r11. The pair: r10. Sums: r4-r6, r8 and r9.
 #define NLO_PAIR_4               \
   "ldr r10, [%[in]], #4\n"       \
   "ldmia %[weights]!, {r0-r3}\n" \
@@ -258,7 +262,7 @@ __attribute__((noinline)) void add_block(const std::int16_t* weights, const std:
   "smlad r8, r3, r10, r8\n"           \
   "smlad r9, r11, r10, r9\n"
 
-/// kPairCount pairs one after the other, without a loop: no register is left for a counter.
+/// Processes kPairCount pairs without a loop, because no register is left for a counter.
 template <int kSize, int kPairCount>
 NLO_INLINE void add_run(const std::int16_t*& weights, const std::int16_t*& in, const std::int32_t* from,
                         std::int32_t (&sums)[kSize]) {
@@ -285,12 +289,12 @@ NLO_INLINE void add_run(const std::int16_t*& weights, const std::int16_t*& in, c
   sums[3] = sum3;
 }
 
-/// Not inlined: amid other code GCC runs out of registers.
+/// Not inlined, because within other code GCC runs out of registers.
 template <int kSize, int kPairCount>
 __attribute__((noinline)) void add_block(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
                                          std::int32_t (&sums)[kSize]) {
   static_assert(kSize == 4 || kSize == 5);
-  constexpr int kLongest = 32;  // 0.9 KB of code
+  constexpr int kLongest = 32;  // takes 0.9 KB of code
   if constexpr (kPairCount <= kLongest) {
     add_run<kSize, kPairCount>(weights, in, bias, sums);
   } else {
@@ -305,7 +309,7 @@ __attribute__((noinline)) void add_block(const std::int16_t* weights, const std:
 
 #elif defined(NLO_CORTEX_M_THUMB1)
 
-// The inputs of a pair come to r5 and r4, the weights of two or three rows to r0, r1, r3.
+// The inputs of a pair: r5 and r4. The weights of two or three rows: r0, r1, r3.
 #define NLO_ROW(weights, sum)  \
   "sxth r2, " weights          \
   "\n"                         \
@@ -318,7 +322,8 @@ __attribute__((noinline)) void add_block(const std::int16_t* weights, const std:
   ", r2\n"                     \
   "add " sum ", " weights "\n"
 
-/// The same for the inputs up to `in_end`, at least one pair. Not inlined: all registers but the stack pointer.
+/// The same for the inputs up to `in_end`, at least one pair. Not inlined, because it uses all registers but the stack
+/// pointer.
 template <int kSize>
 __attribute__((noinline)) void add_pairs(const std::int16_t* weights, const std::int16_t* in,
                                          const std::int16_t* in_end, const std::int32_t* bias,
@@ -383,7 +388,7 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 
 #endif
 
-/// One layer: write(o, sum) for each row o, those of padding included.
+/// Computes one layer. Calls write(o, sum) for each row o, rows of padding included.
 ///   weights  in the order of weight_position(), 4-byte aligned; bias Blocks::kRows; in 2 kPairs<kIn>, 4-byte aligned
 template <int kIn, int kOut, class Write>
 NLO_INLINE void layer(const std::int16_t* weights, const std::int32_t* bias, const std::int16_t* in, Write write) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The block of int16.h on RISC-V: all rows of a layer. Weights lie input by input, those of all rows side by side.
-// With vectors (V, or Zve32x) a strip of rows, 32 where a register has 128 bits, keeps its sums in v8-v15 while inputs
-// stream by in scalar registers: VWMACC adds a product to each. Without them five rows are summed at a time.
+// The block of int16.h on RISC-V, which holds all rows of a layer. Weights are stored input by input, with those of all
+// rows side by side. With vectors (V, or Zve32x) the sums of a strip of rows (32 rows for registers of 128 bits) stay in
+// v8-v15, inputs are in scalar registers, and VWMACC adds the products. Without vectors five rows are summed at a time.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ namespace nlo::kernels::int16 {
   "add t2, t2, %[next_input]\n"    \
   "vwmacc.vx v8, t3, " weights "\n"
 
-/// sums = bias + W in, kSize rows and as many pairs of inputs.
+/// sums = bias + W in for kSize rows and kPairCount pairs of inputs.
 template <int kSize, int kPairCount>
 NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
                           std::int32_t (&sums)[kSize]) {
@@ -60,11 +60,11 @@ NLO_INLINE void add_block(const std::int16_t* weights, const std::int16_t* in, c
 
 #undef NLO_INPUT
 
-/// Of int16.h's activations, what vectors have.
+/// True for the activations of int16.h that are implemented with vectors.
 template <Activation kKind>
 inline constexpr bool kActivatesRows = kKind == Activation::kTanh || kKind == Activation::kRelu;
 
-// A strip of t0 results in v0 goes to `out`, and on to the next one.
+// Stores a strip of t0 results in v0 to `out` and advances the pointers.
 #define NLO_STORE_STRIP        \
   "vse16.v v0, (%[out])\n"     \
   "sub %[rows], %[rows], t0\n" \
@@ -74,7 +74,7 @@ inline constexpr bool kActivatesRows = kKind == Activation::kTanh || kKind == Ac
   "add %[sums], %[sums], t0\n" \
   "bnez %[rows], 1b\n"
 
-/// out = activated<kKind, kShift>() of kN sums. `table`: of tanh, its middle.
+/// out = activated<kKind, kShift>() of kN sums. table: the middle of the tanh table.
 template <Activation kKind, int kShift, int kN>
 NLO_INLINE void activate_rows(const std::int32_t* sums, std::int16_t* out, [[maybe_unused]] const std::int16_t* table) {
   long rows = kN;
@@ -100,7 +100,7 @@ NLO_INLINE void activate_rows(const std::int32_t* sums, std::int16_t* out, [[may
         "vmax.vx v8, v8, %[least]\n"
         "vmin.vx v8, v8, %[most]\n"
         "vsra.vi v16, v8, 11\n"
-        "vadd.vx v16, v16, %[middle]\n"  // of 513 entries: indices are not negative
+        "vadd.vx v16, v16, %[middle]\n"  // the middle of 513 entries, so that indices are not negative
         "vadd.vv v16, v16, v16\n"
         "vand.vx v8, v8, %[fraction]\n"
         "vsetvli zero, t0, e16, m4, ta, ma\n"
@@ -125,7 +125,7 @@ NLO_INLINE void activate_rows(const std::int32_t* sums, std::int16_t* out, [[may
 template <Activation kKind>
 inline constexpr bool kActivatesRows = false;
 
-/// kCount rows side by side, whose sums fit into registers.
+/// Sums kCount rows together; their sums fit into registers.
 template <int kSize, int kPairCount, int kCount>
 NLO_INLINE void add_rows(const std::int16_t* weights, const std::int16_t* in, const std::int32_t* bias,
                          std::int32_t* sums) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The lanes of a vector as one number.
+// Sum of the lanes of a vector.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -7,7 +7,7 @@
 
 namespace nlo::simd {
 
-/// Sum of the lanes, pairwise.
+/// Returns the sum of the lanes, added pairwise.
 template <class Scalar, class P>
 NLO_INLINE Scalar sum(P value) {
   constexpr int kN = sizeof(P) / sizeof(Scalar);

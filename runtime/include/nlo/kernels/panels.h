@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The layout of a dense layer's weights for CPUs with vectors, whatever the vectors' length: a model's bytes must not
-// depend on compiler flags. For each layer, one after the other,
-//   tiles   up to 64 outputs each, a multiple of 16: per input the weights of all outputs of the tile, side by side.
-//           Sums stay in registers while inputs stream by; every load is of whole, aligned cache lines
-//   eight   8 outputs more, likewise
-//   rest    up to 7 outputs more, row-major: a dot product each, rows padded with zeros to a multiple of 4. In layers
-//           of few inputs column-major: per input, side by side, padded with zeros to a multiple of 4 outputs
-// Nothing else is padded: the usual 50 x 50 layers, padded to 64, would fall out of a 32 KB L1 cache.
+// Layout of the weights of a dense layer for CPUs with vectors. It does not depend on the length of the vectors, because
+// the bytes of a model must not depend on compiler flags. A layer has three parts:
+//   tiles   up to 64 outputs each, a multiple of 16. For each input, the weights of all outputs of the tile are side by
+//           side. Sums stay in registers during the loop over the inputs; every load is of whole, aligned cache lines
+//   eight   8 further outputs, likewise
+//   rest    up to 7 further outputs, row-major: one dot product each, rows padded with zeros to a multiple of 4. In layers
+//           with few inputs column-major: side by side for each input, padded with zeros to a multiple of 4 outputs
+// Nothing else is padded. The usual 50 x 50 layers, padded to 64, would not fit into a 32 KB L1 cache.
 //
-// Vectors of activations are padded with zeros to a multiple of 4, and 64-byte aligned.
+// Vectors of activations are padded with zeros to a multiple of 4 and aligned to 64 bytes.
 #pragma once
 
 #include <type_traits>
@@ -18,7 +18,7 @@
 #include "nlo/kernels/arithmetic.h"
 #include "nlo/kernels/simd.h"
 
-// The architecture has vectors, whether or not the compiler may use them.
+// True if the architecture has vectors, even if the compiler may not use them.
 #if !defined(NLO_SCALAR_KERNELS) && (defined(__x86_64__) || defined(__SSE2__) || defined(__aarch64__))
 #define NLO_HAS_VECTORS 1
 #else
@@ -27,7 +27,7 @@
 
 namespace nlo {
 
-/// The type in which a network with such weights computes; weight.h has weights that are of another.
+/// Type of the sums of a network with such weights. weight.h has weights of 16 bits, which are computed with in float.
 template <class Weight>
 struct ComputesIn {
   using Type = Weight;
@@ -43,12 +43,12 @@ constexpr int rounded_up(int n, int multiple) {
   return (n + multiple - 1) / multiple * multiple;
 }
 
-/// Room that the values of a layer take between layers, the zeros included that kernels put behind them.
+/// Size of a buffer for `n` values of a layer, with the zeros that kernels put behind them.
 constexpr int padded(int values) {
   return kHasVectors ? rounded_up(values, 4) : values;
 }
 
-/// The layout of one layer; sizes as values, for generators of headers too.
+/// The layout of one layer with sizes as values, which generators of headers use too.
 struct PanelLayout {
   int in, out;
 
@@ -57,13 +57,13 @@ struct PanelLayout {
   constexpr int eight() const { return out - wide() >= 8 ? 8 : 0; }
   constexpr int rest() const { return out - wide() - eight(); }
   constexpr bool rest_is_row_major() const { return in >= 16; }
-  constexpr int rest_at() const { return in * (wide() + eight()); }  ///< its first weight
+  constexpr int rest_at() const { return in * (wide() + eight()); }  ///< position of the first weight of the rest
   constexpr int weights() const {
     return rest_at() + (rest_is_row_major() ? rest() * rounded_up(in, 4) : in * rounded_up(rest(), 4));
   }
-  constexpr int biases() const { return wide() + eight() + rounded_up(rest(), 4); }  ///< outputs, padded
+  constexpr int biases() const { return wide() + eight() + rounded_up(rest(), 4); }  ///< number of biases, padding included
 
-  /// First output of a tile; of `tiles()`: the end of the last one. Sizes are equal or 16 apart.
+  /// First output of a tile; for tile = tiles(), the end of the last one. Sizes of tiles differ by at most 16.
   constexpr int tile_at(int tile) const {
     const int parts = tiles() > 0 ? tiles() : 1, each = wide() / 16 / parts, longer = wide() / 16 % parts;
     return 16 * (each * tile + (tile < longer ? tile : longer));
@@ -83,7 +83,7 @@ struct PanelLayout {
   }
 };
 
-/// The same, sizes as template parameters.
+/// The same with sizes as template parameters.
 template <int kIn, int kOut>
 struct Panels {
   static constexpr PanelLayout kLayout{kIn, kOut};
@@ -96,7 +96,7 @@ struct Panels {
 
 namespace nlo {
 
-/// One layer in this layout. Generators write large layers in it too, as a compiler would take long to rearrange them.
+/// A layer in this layout. Generated headers use it for large layers too, because a compiler would take long to pack them.
 template <class Weight, int kIn_, int kOut_>
 struct PanelDense {
   using Layout = kernels::Panels<kIn_, kOut_>;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A dense layer, out = f(W in + b), in plain C++ for targets without vectors: small code, sums in registers. The
-// weights are
-//   column-major  in layers of 8 outputs and more: [kIn][kOut]
-//   row-major     in smaller ones: [kOut][kIn], a dot product per output
-// Each output is summed in the order of the inputs, whatever the policy.
+// A dense layer, out = f(W in + b), in plain C++ for targets without vectors: small code with sums in registers. The order
+// of the weights is
+//   column-major  in layers with 8 or more outputs: [kIn][kOut]
+//   row-major     in smaller layers: [kOut][kIn], one dot product per output
+// Each output is summed in the order of the inputs, in both policies.
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -15,7 +15,8 @@ namespace nlo::kernels::plain {
 template <int kOut>
 inline constexpr bool kColumnMajor = kOut >= 8;
 
-/// Outputs summed side by side. Where each operation on floats is a call, sums beside the first live on the stack only.
+/// Number of outputs that are summed together: one if operations on floats are function calls, because further sums would
+/// be on the stack.
 #if defined(__ARM_ARCH_PROFILE) && !defined(__ARM_FP)
 inline constexpr int kSums = 1;
 #else
@@ -36,7 +37,7 @@ NLO_INLINE Scalar finished(Scalar sum) {
   }
 }
 
-/// kCount outputs side by side, whose sums fit into registers.
+/// Sums kCount outputs together; their sums fit into registers.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, int kCount, class Weight,
           class Scalar>
 NLO_INLINE void columns(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
@@ -53,7 +54,7 @@ NLO_INLINE void columns(const Weight* weights, const Scalar* bias, const Scalar*
   for (int o = 0; o < kCount; ++o) out[o] = finished<kKind, kArithmetic, kLast>(sums[o]);
 }
 
-/// out = f(W in + b). `out` must not overlap `in`. Layers of one shape share the code where flash is short.
+/// out = f(W in + b). `out` must not overlap `in`. On targets with little flash, layers of equal size share the code.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
 NLO_OWN_FRAME inline void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
   if constexpr (kColumnMajor<kOut>) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the kernels for RISC-V's vectors rest on: which there are, and what their assembly leaves changed.
+// Detects the vectors of a RISC-V target, and lists the registers that assembly with vectors changes.
 #pragma once
 
 #include "nlo/kernels/arithmetic.h"
@@ -10,7 +10,7 @@
 #define NLO_RISCV_VECTORS 1  // riscv_vectors.h
 #endif
 
-// GCC 12 knows no vectors, and keeps nothing in them; nor the two registers of their state, as clang 14.
+// GCC 12 does not know vector registers and keeps nothing in them. Neither GCC 12 nor clang 14 knows vl and vtype.
 #if defined(__clang__)
 #define NLO_RISCV_STATE
 #elif __GNUC__ >= 13

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Matrix-vector product of a dense layer in float32 for RISC-V cores with vectors of floats (V, or Zve32f): out =
-// f(W in + b).
+// Matrix-vector product of a dense layer in float32 for RISC-V cores with vectors of floats (V, or Zve32f):
+// out = f(W in + b).
 //
-// A strip of outputs, as many as eight registers hold (32 of 128 bits each), stays in v8-v15 while inputs stream by in
-// scalar registers and weights in v16-v31. A strip is as long as the core's vectors make it. Weights lie as in plain.h:
-// the model has the same bytes in objects that may use vectors and in others.
+// The sums of a strip of outputs stay in v8-v15: as many outputs as eight registers hold, 32 if a register has 128 bits.
+// Inputs are in scalar registers, weights in v16-v31. The order of the weights is that of plain.h, so that a model has the
+// same bytes in objects that may use vectors and in others.
 //
 // fast           VFMACC by a scalar
 // deterministic  VFMUL by a scalar, VFADD: each operation rounded by itself, as on every other target
 //
-// Sums have the order of cortex_m::layer_plain(), and so its bits without its table of tanh, whatever the length of a
-// vector. In assembly: compilers that know no such vectors (GCC 12) use them too.
+// The order of the sums, and therefore the bits, are those of cortex_m::layer_plain() without its table of tanh, for any
+// length of the vectors. It is assembly, because GCC 12 cannot generate vector code.
 #pragma once
 
 #include "nlo/kernels/activation.h"
@@ -23,7 +23,7 @@
 
 namespace nlo::kernels::riscv_vectors {
 
-/// Registers for each vector of up to kN values, where a register holds four of them or more.
+/// Number of registers for a vector of up to kN values. A register holds at least four values.
 template <int kN>
 inline constexpr int kRegisters = kN <= 4    ? 1
                                   : kN <= 8  ? 2
@@ -32,7 +32,7 @@ inline constexpr int kRegisters = kN <= 4    ? 1
 
 using plain::weight_position;
 
-// sums += x weights, x in a scalar register: fused, or rounded twice.
+// sums += x weights, with x in a scalar register: fused, or rounded twice.
 #define NLO_FUSED(weights) "vfmacc.vf v8, ft0, " weights "\n"
 #define NLO_ROUNDED(weights)       \
   "vfmul.vf " weights ", " weights \
@@ -92,7 +92,7 @@ NLO_INLINE void multiply(const float* weights, const float* bias, const float* i
   }
 }
 
-// The values at `at`, strip by strip through v0.
+// Loads, changes and stores the values at `at`, one strip in v0 at a time.
 #define NLO_IN_PLACE(text)                              \
   "1:\n"                                                \
   "vsetvli t0, %[count], e32, m%c[registers], ta, ma\n" \
@@ -103,7 +103,7 @@ NLO_INLINE void multiply(const float* weights, const float* bias, const float* i
   "add %[at], %[at], t0\n"                              \
   "bnez %[count], 1b\n"
 
-/// max(v, 0) of each value.
+/// Computes max(v, 0) of each value.
 template <int kN>
 NLO_INLINE void relu_in_place(float* at) {
   long count = kN;
@@ -113,7 +113,7 @@ NLO_INLINE void relu_in_place(float* at) {
                : "t0", NLO_RISCV_CLOBBERS);
 }
 
-// sum = (first s + second), and sum = sum s + next, in x^2 (v8); v24 is scratch.
+// sum = first s + second, and sum = sum s + next, with s = x^2 in v8; v24 is scratch.
 #define NLO_FUSED_FIRST(sum, first, second) \
   "vfmv.v.f " sum ", " second               \
   "\n"                                      \
@@ -138,7 +138,7 @@ NLO_INLINE void relu_in_place(float* at) {
   ".if %c[terms] == 3\n" op##_FIRST("v16", "%[" #c "2]", "%[" #c "1]")                    \
   ".else\n" op##_STEP("v16", "%[" #c "1]")                                                \
   ".endif\n" op##_STEP("v16", "%[" #c "0]")
-// silu: of half the value, by which it is multiplied then, and which is added.
+// silu: tanh of half the value, multiplied by that half, plus that half.
 #define NLO_FUSED_SILU "vfmadd.vv v0, v8, v8\n"
 #define NLO_ROUNDED_SILU  \
   "vfmul.vv v0, v0, v8\n" \
@@ -162,7 +162,7 @@ NLO_INLINE void relu_in_place(float* at) {
         [silu] "i"(kKind == Activation::kSilu), [registers] "i"(kRegisters<kN>)                                        \
       : "t0", NLO_RISCV_CLOBBERS)
 
-/// cortex_m::activate_plain() of kN values, in place: 27 instructions a strip for tanh.
+/// Computes cortex_m::activate_plain() of kN values, in place. tanh takes 27 instructions per strip.
 template <Activation kKind, bool kFused, int kN>
 NLO_INLINE void tanh_in_place(float* at) {
   constexpr const auto& kFit = kTanhFit<kKind, float>;
@@ -176,7 +176,7 @@ NLO_INLINE void tanh_in_place(float* at) {
   }
 }
 
-/// out = f(W in + b). `out` must not overlap `in`. Not inlined: layers of one shape share the code.
+/// out = f(W in + b). `out` must not overlap `in`. Not inlined, so that layers of equal size share the code.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut>
 __attribute__((noinline)) void layer(const float* weights, const float* bias, const float* in, float* out) {
   constexpr bool kFused = kArithmetic == Arithmetic::kFast;

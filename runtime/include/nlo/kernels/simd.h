@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// SIMD vectors by the compiler's vector extensions: one spelling for x86, Arm and RISC-V, and none at all where the
-// target has no vector unit (kLanes = 1: plain scalars). Arithmetic operators are the compiler's own.
+// SIMD vectors by the vector extensions of the compiler, written alike for x86, Arm and RISC-V, with the compiler's
+// arithmetic operators. On a target without a vector unit a vector is a scalar (kLanes = 1).
 #pragma once
 
 #include <type_traits>
@@ -8,8 +8,8 @@
 
 #include "nlo/kernels/arithmetic.h"
 
-// Loops of a few rounds whose number the compiler knows: unrolled in full at every optimisation level but -O0, or four
-// rounds at a time.
+// Unrolls a short loop with a constant number of rounds, completely or four rounds at a time, at every optimisation level
+// but -O0.
 #if defined(__clang__)
 #define NLO_UNROLL _Pragma("clang loop unroll(full)")
 #define NLO_UNROLL_SOME _Pragma("clang loop unroll_count(4)")
@@ -17,14 +17,14 @@
 #define NLO_UNROLL _Pragma("GCC unroll 16")
 #define NLO_UNROLL_SOME _Pragma("GCC unroll 4")
 #endif
-// A stack frame of its own: inlined, its memory would stay in use while the caller calls the next function. Worth an
-// instruction or two where stacks are small.
+// Gives a function its own stack frame. If it were inlined, its memory would stay in use during the next call of the
+// caller. This costs an instruction or two and saves stack on small targets.
 #if defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M'
 #define NLO_OWN_FRAME __attribute__((noinline))
 #else
 #define NLO_OWN_FRAME
 #endif
-// Once in a program where each operation on floats is a call.
+// Not inlined on targets without an FPU, where every operation on floats is a function call.
 #if defined(__ARM_ARCH_PROFILE) && !defined(__ARM_FP)
 #define NLO_SHARED_WITHOUT_FPU __attribute__((noinline))
 #else
@@ -33,7 +33,7 @@
 
 namespace nlo::simd {
 
-// NLO_SCALAR_KERNELS: plain scalar code on any target, e.g. to compare with.
+// NLO_SCALAR_KERNELS selects plain scalar code on any target, for comparisons.
 #if defined(NLO_SCALAR_KERNELS)
 #define NLO_NATIVE_BYTES 4
 #elif defined(__AVX512F__)
@@ -47,19 +47,19 @@ namespace nlo::simd {
 #endif
 inline constexpr int kVectorBytes = NLO_NATIVE_BYTES;
 
-/// Scalars in one register of the target; 1: scalar code.
+/// Number of scalars in a vector register of the target; 1: no vectors.
 template <class Scalar>
 inline constexpr int kLanes = kVectorBytes > static_cast<int>(sizeof(Scalar))
                                   ? kVectorBytes / static_cast<int>(sizeof(Scalar))
                                   : 1;
 
-// What every instruction set shares.
+// Types that all instruction sets share.
 inline namespace types {
 
 template <class Scalar, int kN>
 struct PackOf {
   typedef Scalar Type __attribute__((vector_size(sizeof(Scalar) * kN)));
-  // In memory: neuron rows start anywhere, and the weights are plain arrays of scalars.
+  // A vector in memory: rows of weights are not aligned, and weights are plain arrays of scalars.
   typedef Scalar InMemory __attribute__((vector_size(sizeof(Scalar) * kN), aligned(alignof(Scalar)), may_alias));
 };
 template <class Scalar>
@@ -68,11 +68,11 @@ struct PackOf<Scalar, 1> {
   using InMemory = Scalar;
 };
 
-/// kN scalars side by side.
+/// A vector of kN scalars; for kN = 1 the scalar itself.
 template <class Scalar, int kN = kLanes<Scalar>>
 using Pack = typename PackOf<Scalar, kN>::Type;
 
-/// The scalar of a pack, or of a scalar.
+/// Scalar type of a vector, or of a scalar.
 template <class T, bool kIsScalar = std::is_floating_point_v<T>>
 struct ScalarOf {
   using Type = T;
@@ -82,7 +82,7 @@ struct ScalarOf<T, false> {
   using Type = std::remove_cvref_t<decltype(std::declval<T&>()[0])>;
 };
 
-/// A literal in the scalar type of T, to combine with a T.
+/// Returns a literal in the scalar type of T, for arithmetic with a T.
 template <class T>
 NLO_INLINE constexpr auto literal(double value) {
   return static_cast<typename ScalarOf<T>::Type>(value);
@@ -90,7 +90,7 @@ NLO_INLINE constexpr auto literal(double value) {
 
 }  // namespace types
 
-// What works on vectors, for the instruction set that the compiler may use.
+// Functions on vectors, for the instruction set that the compiler may use.
 inline namespace native {
 #define NLO_CODE NLO_INLINE
 #define NLO_ISA_BYTES NLO_NATIVE_BYTES

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Weights at half the bytes, computed with in float: for networks that do not stay in the cache between two samples, or
-// whose flash is short. An export rounds to them; header literals are exact.
+// Weights of 16 bits, which are converted to float for the computation. They halve the size of networks that do not stay in
+// the cache between two samples, or that do not fit into the flash. `nlo export` rounds the weights; the literals in the
+// header are exact.
 #pragma once
 
 #include <bit>
@@ -46,7 +47,7 @@ struct Float16 {
     }
     bits = static_cast<std::uint16_t>(sign | half);
   }
-  /// Exact, subnormals included.
+  /// Converts exactly, subnormals included.
   constexpr explicit operator float() const {
     const auto sign = (static_cast<std::uint32_t>(bits) & 0x8000U) << 16;
     const auto shifted = std::bit_cast<float>((static_cast<std::uint32_t>(bits) & 0x7fffU) << 13);

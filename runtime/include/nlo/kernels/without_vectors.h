@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// One layer of a network on targets without vectors, and the layout of its weights there:
-//   cortex_m.h          Cortex-M cores with an FPU, float
-//   cortex_m_vectors.h  those with vectors of floats
+// Chooses the kernel for targets other than those of panels.h, and with it the layout of the weights:
+//   cortex_m.h          Cortex-M cores with an FPU, for float
+//   cortex_m_vectors.h  Cortex-M cores with vectors of floats (MVE)
 //   riscv_vectors.h     RISC-V cores with vectors of floats
-//   plain.h             the others
+//   plain.h             all others
 #pragma once
 
 #include <type_traits>
@@ -22,7 +22,7 @@
 
 namespace nlo::kernels {
 
-// The kernels of this target for weights in float; those of others are plain.
+// The kernel of this target for weights in float. Other weights use plain.h.
 #if defined(NLO_CORTEX_M_MVE)
 namespace target = cortex_m_vectors;
 #elif defined(NLO_CORTEX_M_FLOAT)
@@ -40,7 +40,7 @@ template <class Weight>
 inline constexpr bool kIsPlain = NLO_ONLY_PLAIN || !std::is_same_v<Weight, float>;
 #undef NLO_ONLY_PLAIN
 
-/// The layout of a layer's weights and biases.
+/// Layout of the weights and biases of a layer.
 template <class Weight, int kIn, int kOut>
 struct TargetLayout {
 #if defined(NLO_CORTEX_M_MVE)
@@ -57,7 +57,7 @@ struct TargetLayout {
   }
 };
 
-/// out = f(W in + bias) with the activation f; without it in the last layer. `out` must not overlap `in`.
+/// out = f(W in + bias), in the last layer without the activation f. `out` must not overlap `in`.
 template <Activation kKind, Arithmetic kArithmetic, bool kLast, int kIn, int kOut, class Weight, class Scalar>
 NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* in, Scalar* out) {
   if constexpr (kIsPlain<Weight>) {
@@ -71,7 +71,7 @@ NLO_INLINE void layer(const Weight* weights, const Scalar* bias, const Scalar* i
 
 namespace nlo {
 
-/// One layer in that layout.
+/// A layer in this layout.
 template <class Weight, int kIn_, int kOut_>
 struct TargetDense {
   using Layout = kernels::TargetLayout<Weight, kIn_, kOut_>;

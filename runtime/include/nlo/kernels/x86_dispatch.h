@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Programs for any x86-64 whose observers use what their CPU has: define NLO_CPU_DISPATCH, and networks, their
-// forward-mode products, gated units and whole samples of batches are compiled for AVX2 and AVX-512 too. The first
-// evaluation asks the CPU once; each one after that costs a load and a jump. No ifunc and no static initialiser:
-// observers work in static initialisation as anywhere. Nothing changes where the compiler may use AVX-512 anyway.
+// Run-time dispatch for programs that must run on any x86-64: with NLO_CPU_DISPATCH defined, networks, their forward-mode
+// derivatives, gated units and batches are compiled for AVX2 and AVX-512 too. The first evaluation asks the CPU for its
+// instruction sets; every later one costs a load and a jump. There is no ifunc and no static initialiser, so that
+// observers also work during static initialisation. If the compiler may use AVX-512 anyway, the macro has no effect.
 #pragma once
 
 #include "nlo/kernels/panels.h"
@@ -43,7 +43,7 @@ using namespace nlo::simd::types;
 #undef NLO_CODE
 }  // namespace avx512
 
-// The same bits as avx512. Only the instructions that broadcast an input to all lanes differ.
+// Same bits as avx512. Only the instructions that broadcast an input to all lanes differ.
 namespace avx512_one_load {
 using namespace nlo::simd::types;
 #define NLO_CODE NLO_CODE_AVX512
@@ -59,15 +59,15 @@ using namespace nlo::simd::types;
 
 enum class Level : int { kUnknown, kBaseline, kAvx2, kAvx512, kAvx512OneLoad };
 
-/// What the CPU has. The operating system must save the registers too, which the builtins look at.
+/// Asks the CPU for its instruction sets. The builtins also check that the operating system saves the registers.
 inline Level ask_cpu() {
   __builtin_cpu_init();
-  // F16C came before AVX2 on every CPU; clang's builtin does not know its name.
+  // Every CPU with AVX2 has F16C, whose name clang's builtin does not know.
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return Level::kBaseline;
   const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                       __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
   if (!avx512) return Level::kAvx2;
-  return __builtin_cpu_is("amdfam19h") ? Level::kAvx512OneLoad : Level::kAvx512;  // Zen 4: one load of 64 bytes a cycle
+  return __builtin_cpu_is("amdfam19h") ? Level::kAvx512OneLoad : Level::kAvx512;  // Zen 4: one load of 64 bytes per cycle
 }
 
 constexpr bool has_avx512(Level level) {
@@ -87,7 +87,7 @@ inline Level level() {
   return level;
 }
 
-/// Runs that of the three which suits the CPU. False: it has instructions for none.
+/// Calls the function that suits the CPU. Returns false if the CPU has neither AVX2 nor AVX-512.
 template <class OfOneLoad, class OfAvx512, class OfAvx2>
 NLO_INLINE bool dispatched(const OfOneLoad& of_one_load, const OfAvx512& of_avx512, const OfAvx2& of_avx2) {
   const Level found = level();
