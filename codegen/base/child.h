@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Another program, run to its end: no shell between, nothing read from the terminal.
+// Runs another program to its end, without a shell and without input from the terminal.
 #pragma once
 
 #include <chrono>
@@ -8,21 +8,22 @@
 
 namespace nlo::codegen {
 
-/// The words of `text`, which blanks part: "gcc -O2" as a program and its arguments.
+/// Splits `text` at blanks: "gcc -O2" becomes a program and its arguments.
 std::vector<std::string> words_of(const std::string& text);
 
-/// How a program ended.
+/// Result of a program.
 struct ChildEnd {
-  std::string failure;  ///< empty when it ended well, else the reason with the first of what it said
-  int exit_code = -1;   ///< -1: it was not started, was killed, or ended by a signal
+  std::string failure;  ///< empty on success, else the reason and the first lines of its output
+  int exit_code = -1;   ///< -1: not started, killed, or ended by a signal
 };
 
-/// Runs `words` (the program, found as a shell would, then its arguments) in `directory`, what it says in log.txt
-/// there, or its stdout in `output` and stderr in log.txt. Killed after `patience`.
+/// Runs `words` in `directory`: the program, which is found as by a shell, and its arguments. Its output goes to
+/// log.txt in that directory; with `output`, stdout goes there and only stderr to log.txt. The program is killed after
+/// `patience`.
 ChildEnd end_of_child(const std::vector<std::string>& words, const std::string& directory,
                       std::chrono::seconds patience, const std::string& output = "");
 
-/// The failure alone.
+/// Returns the failure alone.
 std::string run_child(const std::vector<std::string>& words, const std::string& directory,
                       std::chrono::seconds patience);
 

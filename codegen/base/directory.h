@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Folders of generated files. A reader sees the old folder or the new one, and nothing that a person has made or
-// changed is ever overwritten: a manifest in the folder says what was generated, byte for byte.
+// Writes folders of generated files. A reader sees the old folder or the new one. Files that a person has made or
+// changed are never overwritten: a manifest in the folder lists what was generated, byte for byte.
 #pragma once
 
 #include <string>
@@ -10,16 +10,17 @@
 
 namespace nlo::codegen {
 
-/// The manifest's name in a generated folder: a line per file with the FNV-1a hash of its bytes.
+/// File name of the manifest in a generated folder. It has a line per file with the FNV-1a hash of its bytes.
 inline constexpr const char* kManifest = ".nlo-export";
 
-/// Throws Error unless `path` is a new folder, an empty one, or one as its manifest says; names what stands in the way.
+/// Throws Error unless `path` does not exist, is empty, or agrees with its manifest. The error names the first file
+/// that does not.
 void check_directory(const std::string& path);
 
-/// Makes the folder `path`, with those above it, or replaces one that check_directory() lets pass, with `files` (paths
-/// inside of it, their folders are made) and a manifest: in a folder beside it that changes names with the old one in
-/// one step, where the file system can (Linux: all but some over a network; there a reader finds no folder for a
-/// moment). On disk when it returns. Throws Error, and then the folder is what it was before.
+/// Writes `files` (paths inside of the folder) and a manifest into the folder `path`, which is made with its parents or
+/// replaced if check_directory() accepts it. The files are written to a folder beside it, and the two are exchanged in
+/// one step. (On some network file systems there is no folder for a moment.) All is on disk when it returns. On an
+/// Error the folder is unchanged.
 void write_directory_atomically(const std::string& path, const std::vector<NamedText>& files);
 
 }  // namespace nlo::codegen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Files of the source tree that the program carries within it: the templates of exports, and the runtime's headers for
-// those that pack them. CMake makes their source (cmake/embed_texts.cmake).
+// Files of the source tree that are compiled into the program: the templates of exports and the headers of the runtime.
+// cmake/embed_texts.cmake generates their source.
 #pragma once
 
 #include <map>
@@ -18,12 +18,12 @@ struct EmbeddedText {
 /// as it is included ("nlo/vector.h").
 std::span<const EmbeddedText> embedded_texts();
 
-/// The text of that name. Throws std::logic_error when there is none.
+/// Returns the text of that name. Throws std::logic_error if there is none.
 std::string_view embedded_text(std::string_view name);
 
-/// A template filled: each @KEY@ (capitals, digits, underscores) becomes its value, and of lines between `@if KEY@`,
-/// `@else@` and `@end@`, each alone on its line, those stay that the value, empty or not, asks for. Throws
-/// std::logic_error for a key without a value, and for sections that do not nest.
+/// Fills a template. Each @KEY@ (capitals, digits, underscores) is replaced by its value. `@if KEY@`, `@else@` and
+/// `@end@`, each on a line of its own, select lines: those behind @if@ if the value is not empty, otherwise those
+/// behind @else@. Throws std::logic_error for a key without a value, and for sections that do not nest.
 std::string filled(std::string_view text, const std::map<std::string, std::string>& values);
 
 }  // namespace nlo::codegen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What code generation and training throw. The message names the place (file, line or field) and the mend; main()
-// catches it once and prints it.
+// Exceptions of code generation and training. The message names the place (file, line or field) and the fix. main()
+// catches and prints them.
 #pragma once
 
 #include <stdexcept>
@@ -11,7 +11,7 @@ struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What was given is wrong, however late it was seen: main() answers it as it does a wrong option.
+/// The input is wrong, even if this is detected late. main() treats it like a wrong option.
 struct InputError : Error {
   using Error::Error;
 };

@@ -9,7 +9,7 @@
 
 namespace nlo::codegen {
 
-/// Throws Error with a text made as fmt::format does.
+/// Throws Error with a message formatted by fmt::format.
 template <class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) {
   throw Error(fmt::format(format, std::forward<Args>(args)...));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A field of a JSON file as its reader sees it: one of each type, with the place in the file for messages.
+// A field of a JSON file, read as a given type. Errors name its place in the file.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace nlo::codegen {
 
 using Json = nlohmann::ordered_json;  // provenance keeps its order
 
-/// A value and its place in the file, for messages.
+/// A value and its place in the file.
 struct Field {
   const Json& value;
   std::string path;
@@ -40,7 +40,7 @@ struct Field {
     return {*found, name};
   }
 
-  /// For the few that may be left out.
+  /// For optional fields.
   bool has(const char* key) const { return value.is_object() && value.contains(key); }
 
   Field operator[](std::size_t i) const { return {value[i], fmt::format("{}[{}]", path, i)}; }

@@ -9,10 +9,10 @@
 
 namespace nlo::codegen {
 
-/// The pairs of `text` in their order. Throws Error, naming `option`, for a key without value or given twice.
+/// Returns the pairs of `text` in their order. Throws Error, naming `option`, for a key without value or given twice.
 std::vector<std::pair<std::string, std::string>> key_values(std::string_view text, const std::string& option);
 
-/// The whole of `text` as a number; NaN when it is none.
+/// Returns `text` as a number; NaN if it is not one as a whole.
 double decimal(std::string_view text);
 
 }  // namespace nlo::codegen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Eigen's factorisations of matrices with dynamic sizes, compiled once: they are most of the time of a source that
-// includes them.
+// Eigen's factorisations of matrices with dynamic sizes, compiled once, because they take most of the compile time of a
+// source that includes them.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,14 +15,14 @@ struct Eigensystem {
 };
 Eigensystem eigensystem(const Eigen::MatrixXd& a);
 
-/// S with S S' = a, for a symmetric semidefinite a; not finite where a is not.
+/// Returns S with S S' = a for a symmetric semidefinite a. Not finite if a is not.
 Eigen::MatrixXd square_root(const Eigen::MatrixXd& a);
 
 /// In falling order.
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
 Eigen::VectorXd singular_values(const Eigen::MatrixXcd& a);
 
-/// a^-1 and x with a x = b, for a that has an inverse.
+/// Returns a^-1, or x with a x = b, for an invertible a.
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& a);
 Eigen::MatrixXd solve(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
@@ -31,7 +31,7 @@ Eigen::MatrixXcd solve(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 /// The same for a symmetric semidefinite a, whose lower half is read.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-/// The shortest x that makes |a x - b| least, column by column. For b = I this is the pseudo-inverse of a.
+/// Returns the shortest x that minimises |a x - b|, column by column. For b = I this is the pseudo-inverse of a.
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 }  // namespace nlo::codegen

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Temporary files and folders that outlive no program for long: each is locked (flock) by the program that makes it,
-// and what a killed one has left, which nobody locks, is removed by the next that makes another.
+// Temporary files and folders. The program that makes one holds a lock on it (flock). If the program is killed, the
+// lock is gone, and the next program that makes a temporary file there removes the old one.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace nlo::codegen {
 
-/// An open file or folder, closed at the end; -1: none.
+/// Owns a file descriptor; -1: none.
 class Descriptor {
  public:
   explicit Descriptor(int fd = -1) : fd_(fd) {}
@@ -21,7 +21,7 @@ class Descriptor {
   int fd_;
 };
 
-/// A new empty file at "`path`.nlo-XXXXXX", removed again unless it is renamed.
+/// A new empty file "`path`.nlo-XXXXXX". The destructor removes it unless it was renamed.
 class TemporaryFile {
  public:
   /// Throws Error, which names `path`.
@@ -38,8 +38,8 @@ class TemporaryFile {
   Descriptor fd_;
 };
 
-/// A new empty folder at "`path`.nlo-XXXXXX", for this user alone, removed again with all that is in it unless it is
-/// renamed.
+/// A new empty folder "`path`.nlo-XXXXXX" that only this user can access. The destructor removes it with its contents
+/// unless it was renamed.
 class TemporaryFolder {
  public:
   /// Throws Error, which names `path`.
@@ -58,8 +58,8 @@ class TemporaryFolder {
   Descriptor fd_;
 };
 
-/// What is at `path`, locked: waits until no other program holds it, and sees what that put in its place. None where it
-/// cannot be opened.
+/// Opens and locks `path`. Waits until no other program holds the lock, and opens the file that is there then. Returns
+/// no descriptor if it cannot be opened.
 Descriptor hold(const std::string& path);
 
 }  // namespace nlo::codegen

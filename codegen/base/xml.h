@@ -6,8 +6,8 @@
 
 namespace nlo::codegen {
 
-/// `text` as it stands between tags and in attributes of XML and HTML; control characters, which XML has no way to
-/// write, become _.
+/// Escapes `text` for use between tags and in attributes of XML and HTML. Control characters, which XML cannot express,
+/// become _.
 std::string xml_escaped(std::string_view text);
 
 }  // namespace nlo::codegen

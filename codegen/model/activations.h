@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The activations of a network, one row each: what a model file calls it, its value, slope and curvature in double by
-// the standard library, and what the parts of the program must know of it. Nobody else asks "is it tanh?": a new
-// activation is an enumerator in nlo/kernels/activation.h with its runtime function, and a row here; what has no code
-// for a row does not compile, or says so with its name.
+// Table of the activations of a network. A row has the name in model files, value, slope and curvature in double by the
+// standard library, and the properties that other parts of the program need. No other code tests for a specific
+// activation. A new one needs an enumerator in nlo/kernels/activation.h with its runtime function, and a row here. Code
+// that does not support a row does not compile, or names the activation in its error.
 #pragma once
 
 #include <nlo/kernels/activation.h>
@@ -19,16 +19,16 @@
 
 namespace nlo::codegen {
 
-/// How weights before an activation are drawn: uniformly within +-bound.
+/// Bound of the initial weights before an activation, which are drawn uniformly within +-bound.
 enum class WeightBound {
-  kGlorot,  ///< sqrt(6 / (fan_in + fan_out)), where the slope at 0 is 1 on both sides
-  kHe,      ///< sqrt(6 / fan_in), where half of the inputs are cut off
+  kGlorot,  ///< sqrt(6 / (fan_in + fan_out)), for a slope of 1 at 0
+  kHe,      ///< sqrt(6 / fan_in), for activations that cut off half of the inputs
 };
 
-/// Where a function of one number turns: its range over an interval is that of the two ends and of these.
+/// Turning points of a function of one variable. Its range over an interval follows from the two ends and these points.
 struct TurningPoint {
   double at, value;
-  double margin = 0.0;  ///< of `at`, which is rounded; `value` is rounded outwards
+  double margin = 0.0;  ///< rounding error of `at`; `value` is rounded outwards
 };
 
 struct TurningPoints {
@@ -43,8 +43,8 @@ struct ActivationRow {
   Activation kind;
   std::string_view name;        ///< in model files and experiments; a coarser tanh: in FoldedNetwork::activation
   const char* identifier;       ///< in C++
-  Activation trained_as;        ///< `kind`; the one it stands for, when an export alone may choose it
-  std::string_view int16_form;  ///< how integers have it, in the words of a header's comment; empty: not at all
+  Activation trained_as;        ///< `kind`, or for activations that only an export chooses, the one that they replace
+  std::string_view int16_form;  ///< its int16 form in words, for the comment of a header; empty: none
   bool has_c99;                 ///< c99_map.cpp can write it
   WeightBound weight_bound;
 
@@ -52,8 +52,8 @@ struct ActivationRow {
   double (*slope)(double v);      ///< relu at 0: 0
   double (*curvature)(double v);  ///< relu: 0 at 0 too
 
-  bool slope_needs_input;  ///< the slope is no function of the value alone
-  double largest_value;    ///< sup |value|; infinite: a record of the training data says how large it gets
+  bool slope_needs_input;  ///< the slope depends on the argument, not only on the value
+  double largest_value;    ///< sup |value|; infinite: training records the largest values
   bool kink_at_zero;       ///< two straight pieces, convex, that meet in (0, 0); the slope has no derivative there
 
   TurningPoints value_turns;    ///< extrema of the value
@@ -150,22 +150,22 @@ constexpr const ActivationRow& activation_row(Activation kind) {
   return kActivations[static_cast<std::size_t>(kind)];
 }
 
-/// By the name in a model file or an experiment; null when there is none, and for what an export alone may choose.
+/// Returns the row of a name in a model file or an experiment; null if there is none, or if only an export chooses it.
 const ActivationRow* find_activation(std::string_view name);
-/// The same, throwing Error with the names there are: unknown activation "gelu"; use tanh, relu or silu.
+/// The same; throws Error for an unknown name: unknown activation "gelu"; use tanh, relu or silu.
 const ActivationRow& activation_named(std::string_view name);
 
-/// tanh, relu, silu: what a network may be trained with.
+/// Names of the activations that a network may be trained with: tanh, relu, silu.
 std::vector<std::string> activation_names();
-/// The same for messages: "tanh, relu or silu".
+/// The same as text: "tanh, relu or silu".
 std::string activations_in_words();
 
-/// The activation of an array, entry by entry, in its own precision; Scalar float or double.
+/// Returns the activation of each entry, in the precision of the array (float or double).
 template <class Scalar>
 using ActivationArray = Eigen::Array<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 template <class Scalar>
 ActivationArray<Scalar> activated(Activation kind, const Eigen::Ref<const ActivationArray<Scalar>>& v);
-/// Its slope, from v and a = activated(v).
+/// Returns the slope of each entry, from v and a = activated(v).
 template <class Scalar>
 ActivationArray<Scalar> activation_slopes(Activation kind, const Eigen::Ref<const ActivationArray<Scalar>>& v,
                                           const Eigen::Ref<const ActivationArray<Scalar>>& a);
@@ -206,7 +206,7 @@ auto with_activation(Activation kind, const Run& run) {
   return activation_rows::run_from<true, 0>(kind, run);
 }
 
-/// The same with the rows that can be trained alone. Throws Error for the others.
+/// The same for the activations that can be trained. Throws Error for the others.
 template <class Run>
 auto with_trained_activation(Activation kind, const Run& run) {
   return activation_rows::run_from<false, 0>(kind, run);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Outputs that no sensor measures: expressions over those that are measured and over the inputs, behind the measured
-// ones. To the latent system and to T* they are outputs as any other; step() does not take them.
+// Computed outputs: expressions of measured outputs and inputs. They follow the measured outputs. The latent system and
+// T* read them like any other output; step() does not take them.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ class ComputedOutputs {
   ComputedOutputs(const std::vector<Channel>& outputs, const std::vector<Channel>& inputs);
 
   bool none() const { return expressions_.empty(); }
-  int first() const { return first_; }                                 ///< of the outputs: how many are measured
+  int first() const { return first_; }                                 ///< number of measured outputs
   const std::vector<Expression>& all() const { return expressions_; }  ///< of output first(), first() + 1, ...
 
   /// Computes rows first() ... of `outputs` (n_y x N) from the others and `inputs` (n_u x N). Not-a-number of a
@@ -32,7 +32,7 @@ class ComputedOutputs {
   std::vector<Expression> expressions_;
 };
 
-/// How many of them, the first, are measured.
+/// Returns the number of measured outputs, which come first.
 int measured_outputs(const std::vector<Channel>& outputs);
 
 }  // namespace nlo::codegen

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Contraction of a gated latent system, proven from its weights:
-// two runs on the same readings forget where they started,
-//   max_i |z_i - z'_i| / d_i   falls to a share q of it, or less, with each sample a period apart.
+// Proves from its weights that a gated latent system contracts: the distance of two runs on the same readings,
+//   max_i |z_i - z'_i| / d_i,   falls at least by the factor q in every sample period.
 //
 // With s = (1 + tanh a_s) / 2 the Jacobian of z+ = z + s (target - z) has rows
 //   (1 - s_i) e_i + s_i dtarget_i/dz + (target_i - z_i) ds_i/dz.
@@ -10,8 +9,8 @@
 //   c = M d / d,   M = 4 |W_s| + |W_c| (I + |W_g| / 2)
 // of the weights of a_s, a_g and the candidate on z. Where every c_i < 1,
 //   q = max_i 1 - s_i,min (1 - c_i),   s_i,min: the least over |z| <= 1 and readings within their ranges.
-// By the equations in exact arithmetic: an export adds its rounding at each step,
-// whose effect stays below 1 / (1 - q) of it.
+// This holds in exact arithmetic. An export adds a rounding error at each step, whose effect stays below 1 / (1 - q)
+// times that error.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,11 +31,11 @@ struct Contraction {
 /// M, n_z x n_z.
 Eigen::MatrixXd coupling(const Gated& gated, Eigen::Index units);
 
-/// The rate that a metric proves for a gated model, by its weights and ranges; 0: none.
+/// Returns the rate that a metric proves for a gated model from its weights and ranges; 0: none.
 double proven_rate(const Model& model, const Gated& gated, const Eigen::VectorXd& metric);
 
-/// By the better of two metrics: all ones, and M's dominant eigenvector, in which the largest c_i is least. None where
-/// neither proves a rate.
+/// Returns the better of two metrics: all ones, and the dominant eigenvector of M, which minimises the largest c_i.
+/// Returns none if neither proves a rate.
 Contraction find_contraction(const Model& model, const Gated& gated);
 
 }  // namespace nlo::codegen

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether a latent state lies where training has been, the runtime's in_domain() for the model's equations, and how far
-// beyond T* follows it (nlo/saturation.h).
+// The domain of a model, as in_domain() of the runtime, and the box of a model that saturates (nlo/saturation.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -38,7 +37,7 @@ class LatentDomain {
     return (relative.array() >= low_.array()).all() && (relative.array() <= high_.array()).all();
   }
 
-  /// z as T* reads it there, of a model that saturates.
+  /// Returns the saturated z that T* reads, of a model that saturates.
   template <class Z, class Y>
   Eigen::VectorXd saturated(const Eigen::MatrixBase<Z>& z, const Eigen::MatrixBase<Y>& y) const {
     const Eigen::VectorXd rest = steady_ * y, place = z - rest;
@@ -50,7 +49,7 @@ class LatentDomain {
     return within;
   }
 
-  /// S for relative outputs, 0 for the others; n_z x n_r.
+  /// Returns S with zero columns for outputs that are not relative, n_z x n_r.
   const Eigen::MatrixXd& relative_gain() const { return steady_; }
 
  private:

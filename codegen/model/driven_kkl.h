@@ -13,8 +13,8 @@ namespace nlo::codegen {
 
 struct DrivenKkl : Kkl {
   std::vector<Channel> inputs;
-  /// Zero order: the u given has acted since the last sample (a command); first order: a ramp from the u of the last
-  /// sample (measured with y).
+  /// Zero order: u has acted since the last sample (a command). First order: a ramp from the last u to this one
+  /// (measured with y).
   Hold input_hold = Hold::kZeroOrder;
   /// g: reshape(W x + b), n_x n_u rows, one column of g after the other. Affine in x: exact for constant and bilinear
   /// inputs.

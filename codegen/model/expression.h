@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Expressions over readings: computed outputs, sums, products and whole powers; and known equations, which may also
-// divide and name functions. Flight computes them as training did, in the order in which they are written.
+// Expressions of readings. Computed outputs may have sums, products and integer powers. Known equations may also divide
+// and call functions. Flight and training evaluate them in the order in which they are written.
 //   1.5 * yaw_rate * wheel_speed - slope^2               -(w2 * sin(angle) + b * rate) / (j + cos(angle)^2)
 #pragma once
 
@@ -18,11 +18,11 @@ namespace nlo::codegen {
 
 class Expression {
  public:
-  /// What may be written: computed outputs divide by numbers alone, as what is measured may be 0.
+  /// Allowed operations. Computed outputs may divide only by numbers, because a measured value may be 0.
   enum class Language { kPolynomial, kFunctions };
 
   enum class Kind { kNumber, kReading, kSum, kDifference, kProduct, kQuotient, kSquare, kFunction };
-  /// In the order of evaluation: what an operation combines stands before it.
+  /// Nodes in the order of evaluation: operands stand before their operation.
   struct Node {
     Kind kind;
     double number = 0.0;
@@ -35,7 +35,7 @@ class Expression {
   Expression(std::string_view text, const std::vector<std::string>& names, Language language = Language::kPolynomial);
   explicit Expression(std::vector<Node> nodes);
 
-  /// Its value where reading j is reading(j).
+  /// Returns its value; reading(j) is the value of reading j.
   template <class Value, class Reading>
   Value evaluate(const Reading& reading) const {
     std::array<Value, kMostPending> stack;
@@ -67,8 +67,7 @@ class Expression {
     return stack[0];
   }
 
-  /// From the cotangent of its value to those of its readings, where reading j is reading(j): take(j, cotangent) is
-  /// called for each place where it stands.
+  /// Propagates the cotangent of its value to its readings: calls take(j, cotangent) for each occurrence of reading j.
   template <class Value, class Reading, class Take>
   void pull_back(const Reading& reading, const Value& cotangent, const Take& take) const {
     if (nodes_.size() == 1 && nodes_[0].kind == Kind::kReading) return take(nodes_[0].reading, cotangent);
@@ -121,7 +120,7 @@ class Expression {
   int operations() const;                                   ///< multiplications, divisions and additions
   int functions() const;                                    ///< evaluations of one
 
-  /// From that of the readings.
+  /// Returns its parity from the parities of the readings.
   Parity parity(const std::vector<Parity>& readings) const;
 
  private:

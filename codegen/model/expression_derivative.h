@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The derivative of an expression as another expression: what a covariance is stepped by, and outputs' slopes.
+// The derivative of an expression as another expression. The covariance step and the slopes of outputs need it.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ using ExpressionNodes = std::vector<Expression::Node>;
 
 ExpressionNodes number_nodes(double value);
 ExpressionNodes reading_nodes(int reading);
-/// Without terms that are 0 and factors that are 1.
+/// Removes terms that are 0 and factors that are 1.
 ExpressionNodes sum(ExpressionNodes a, const ExpressionNodes& b);
 ExpressionNodes difference(ExpressionNodes a, const ExpressionNodes& b);
 ExpressionNodes product(ExpressionNodes a, const ExpressionNodes& b);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What expressions are evaluated in: numbers, intervals of them, and parities; and the functions that they may name.
+// Types in which expressions are evaluated (numbers, intervals, parities), and the functions that expressions may call.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace nlo::codegen {
 
-/// Of one argument, as nlo/functions.h has them.
+/// Functions of one argument, see nlo/functions.h.
 enum class Function { kSine, kCosine, kTanh, kExponential, kLogarithm, kRoot, kArcTangent, kMagnitude, kSign };
 
 struct FunctionRow {
@@ -18,7 +18,7 @@ struct FunctionRow {
 };
 std::span<const FunctionRow> all_functions();
 const FunctionRow& row_of(Function function);
-/// Null: there is none of that name.
+/// Returns the function of that name; null if there is none.
 const FunctionRow* function_named(std::string_view name);
 /// "sin, cos, ..."
 std::string function_names();
@@ -31,8 +31,8 @@ Value square(const Value& x) {
   return x * x;
 }
 
-/// All values that a quantity may have, rounded outwards (where no product underflows). Where it may have none, all
-/// numbers and beyond: low = -inf, high = inf.
+/// All values that a quantity may have, rounded outwards (unless a product underflows). If the quantity may be
+/// undefined, low = -inf and high = inf.
 struct Interval {
   double low = 0.0, high = 0.0;
 
@@ -48,7 +48,7 @@ Interval operator/(Interval a, Interval b);
 Interval square(Interval a);
 Interval value_of(Function function, Interval x);
 
-/// What becomes of a quantity when all that is odd changes its sign.
+/// Behaviour of a quantity when all odd quantities change their sign.
 enum class Parity { kOdd, kEven, kNeither };
 
 /// The parity of sums, products and functions.

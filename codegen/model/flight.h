@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an observer met in training, kept with its model: the measurements on which the arithmetic of an export is
-// tried.
+// Measurements from training that are stored with the model. `nlo export` tests the arithmetic of an export on them.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +7,7 @@
 
 namespace nlo::codegen {
 
-/// N samples from a reset on, each a whole number of steps, as a sensor of some 14 bits gives them.
+/// N samples from a reset on, as integers: the counts of a sensor with some 14 bits.
 struct FlightRun {
   Eigen::MatrixXi outputs;  ///< n_y x N, noise included; angles less whole turns
   Eigen::MatrixXi inputs;   ///< n_u x N

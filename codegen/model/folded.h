@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A model as it flies: features, normalisation and state scale folded into the layers, the latent system discretised.
-// All in double; an export rounds each number once. Plain loops without contraction: the same model gives the same
-// bits on every machine. codegen/fold/fold.h makes it.
+// A model in the form that flies: features, normalisation and state scale are folded into the layers, and the latent
+// system is discretised. All numbers are double; an export rounds each one once. Folding uses plain loops without
+// contraction, so that a model gives the same bits on every machine. codegen/fold/fold.h makes it.
 #pragma once
 
 #include <optional>
@@ -16,12 +16,12 @@
 
 namespace nlo::codegen {
 
-/// out = mlp(in) + linear_path in: normalisation and features are in the layers.
+/// out = mlp(in) + linear_path in. The layers include normalisation and features.
 struct FoldedNetwork {
   std::string field;                          ///< its name in the model file
-  Activation activation = Activation::kTanh;  ///< once it is chosen, a coarser tanh
+  Activation activation = Activation::kTanh;  ///< may be a coarser tanh, which an export has chosen
   std::vector<DenseLayer> layers;
-  Eigen::MatrixXd linear_path;  ///< n_out x n_in; 0 x 0: none (one layer takes it up)
+  Eigen::MatrixXd linear_path;  ///< n_out x n_in; 0 x 0: none (a network of one layer includes it)
 
   Eigen::Index inputs() const { return layers.front().weights.cols(); }
 };
@@ -34,17 +34,17 @@ struct FoldedModel {
   Eigen::MatrixXd steady_gain;          ///< S, n_z x n_r; zeros there
   std::optional<FoldedErrorHead> error = {};
 
-  const FoldedNetwork& network(std::string_view field) const;  ///< which must be there
+  const FoldedNetwork& network(std::string_view field) const;  ///< must exist
   const FoldedNetwork* inverse_map() const;                    ///< null where z is the estimate
 };
 
-/// `network` folded. Reads the first `inputs` entries of what the network reads: the others must not matter to it.
+/// Folds a network. The result reads the first `inputs` inputs of the network; it must not depend on the others.
 FoldedNetwork fold(const Network& network, Eigen::Index inputs);
 
-/// The folded network as one of `inputs` inputs, whose first it reads: nothing is left to normalise.
+/// Returns the folded network as a Network of `inputs` inputs, with an identity normalisation.
 Network unfolded(const FoldedNetwork& folded, Eigen::Index inputs);
 
-/// a b with one order of summation, whatever the machine's vector width is.
+/// Returns a b with a fixed order of summation, independent of the vector width of the machine.
 Eigen::MatrixXd ordered_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 }  // namespace nlo::codegen

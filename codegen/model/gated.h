@@ -10,8 +10,8 @@
 namespace nlo::codegen {
 
 struct Gated {
-  Network gates;        ///< [z; y] -> [a_s; a_g], n_z + n_r -> 2 n_z: one layer
-  Network candidate;    ///< [g z; y] -> n_z, before the tanh: one layer
+  Network gates;        ///< [z; y] -> [a_s; a_g], n_z + n_r -> 2 n_z, one layer
+  Network candidate;    ///< [g z; y] -> argument of the tanh, n_z, one layer
   Network inverse_map;  ///< T*: z or [z; y] -> x_hat
   Contraction contraction = {};
 };

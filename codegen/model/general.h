@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// General observer (11): z' = F(z, y), x_hat = G(z). The linear path of F is what makes it stable, and nothing proves
-// that it does.
+// General observer (11): z' = F(z, y), x_hat = G(z). The linear path of F stabilises it; this is not proven.
 #pragma once
 
 #include "codegen/model/network.h"

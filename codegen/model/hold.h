@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How a signal runs between two samples (nlo/latent.h), by its name in files and messages.
+// Names of the holds (nlo/latent.h) in files and messages.
 #pragma once
 
 #include <nlo/latent.h>
@@ -19,7 +19,7 @@ constexpr std::string_view hold_name(Hold hold) {
   return {};
 }
 
-/// Nothing for another name.
+/// Returns nothing for an unknown name.
 constexpr std::optional<Hold> find_hold(std::string_view name) {
   for (const auto& [value, known] : kHoldNames)
     if (known == name) return value;

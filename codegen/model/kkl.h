@@ -16,8 +16,8 @@ struct LinearLatent {
   Eigen::VectorXd eigenvalues;       ///< n_z [1/s]: (re, im) of each pair, then the real ones
   Eigen::MatrixXd output_injection;  ///< F, n_z x n_r; a zero row is a clock: exp(lambda t) from its initial latent
   bool starts_steady = false;        ///< warm start: the first output sets z to its steady state
-  /// Rising: outputs beside the angles that T* knows only through z - S y, so that where they are at rest is not of the
-  /// domain, and they are not clamped (flown_ranges.h); empty: angles alone.
+  /// Outputs, beside the angles, that T* reads only through z - S y; indices, rising. The domain does not depend on a
+  /// constant that is added to them, and they are not clamped (flown_ranges.h).
   std::vector<int> relative_outputs = {};
 };
 

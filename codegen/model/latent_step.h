@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The latent recurrence of a KKL observer in double, z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}: the runtime's own
-// discretisation, with sizes known only when it runs.
+// The latent recurrence of a KKL observer in double, z+ = z + (A - I) z + B0 y_k + B1 y_{k+1}, by the discretisation of
+// the runtime, with sizes at run time.
 #pragma once
 
 #include <nlo/exponential_rk.h>
@@ -19,18 +19,18 @@ struct StepMatrices {
 /// sample period: its coefficients approximate that hold, and are stable only near the period.
 StepMatrices latent_step(const Model& model, double dt_s);
 
-/// What a driven KKL observer needs beside it: D and F over half the step, and the weights of phi(z) u.
+/// Further coefficients of a driven KKL observer: D and F over half the step, and the weights of phi(z) u.
 struct ForcedStepMatrices {
   StepMatrices half;
   ForcedWeights<Eigen::VectorXd> weights;  ///< n_z each, laid out as the eigenvalues are
 };
 ForcedStepMatrices forced_latent_step(const Model& model, double dt_s);
 
-/// A mode's coefficients (laid out as the eigenvalues are) as a block-diagonal matrix, n_z x n_z.
+/// Returns coefficients of the modes, in the order of the eigenvalues, as a block-diagonal matrix, n_z x n_z.
 Eigen::MatrixXd block_diagonal(const Model& model, const Eigen::VectorXd& modes);
 
-/// S = -D^-1 F, n_z x n_r: the latent state per unit of a reading that stands still. Zeros where the latent system is
-/// not linear.
+/// Returns S = -D^-1 F, n_z x n_r: the steady state per unit of a constant reading. Zero if the latent system is not
+/// linear.
 Eigen::MatrixXd steady_gain(const Model& model);
 
 }  // namespace nlo::codegen

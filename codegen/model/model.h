@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A trained observer as a value: named, shaped fields with their provenance. What a model file holds, what an export
-// reads. All numbers are double here; an export rounds each of them once, to the scalar of its target.
+// A trained observer as a value: named fields with their shapes, and facts about its training. A model file holds it,
+// and an export reads it. All numbers are double; an export rounds each one once, to the scalar of its target.
 #pragma once
 
 #include <nlo/latent.h>
@@ -20,21 +20,22 @@
 
 namespace nlo::codegen {
 
-/// An observer of sampled outputs y with a latent state z: what every structure has, and the structure's own part,
-/// whose equations stand in structures/. `hold` says how y runs between samples.
+/// An observer of sampled outputs y with a latent state z: the fields that every structure has, and the part of its own
+/// structure, whose equations are in structures/. `hold` is the course of y between samples.
 struct Model {
   std::string name;              ///< an identifier: namespace and file name of what is exported
-  std::vector<Channel> outputs;  ///< those that are computed (computed_outputs.h) behind those that are measured
+  std::vector<Channel> outputs;  ///< measured outputs, then computed ones (computed_outputs.h)
   std::vector<Channel> states;
 
   /// Known inputs u that the observer reads beside y: where an equation of structures/ says y, it means [y; u]. Empty:
   /// none. (A driven_kkl observer, on whose estimate u acts, has inputs of its own.)
   std::vector<Channel> inputs = {};
-  /// Zero order: the u given has acted since the last sample (a command); first order: it runs as the outputs do.
+  /// Zero order: u has acted since the last sample (a command). First order: like the outputs.
   Hold input_hold = Hold::kZeroOrder;
   Eigen::VectorXd input_min, input_max;  ///< n_u: inputs outside are clamped
 
-  /// Outputs that may be missing; how stale each is ends the readings: y in an equation is [y; u; staleness] then.
+  /// Outputs that may be missing. Their stalenesses are the last readings: then y in an equation means [y; u;
+  /// staleness].
   SensorFailures failures = {};
 
   double sample_period_s = 0.0;
@@ -43,27 +44,28 @@ struct Model {
 
   Eigen::VectorXd output_min, output_max;  ///< n_y: declared ranges; see flown_ranges.h
   Eigen::VectorXd latent_min, latent_max;  ///< n_z: training domain of z, relative to S y for relative outputs
-  /// T* follows z this many half ranges beyond the domain and no further (nlo/saturation.h). 0: wherever z goes.
+  /// Saturation (nlo/saturation.h): margin of the box around the domain, in half ranges of the domain; 0: no
+  /// saturation.
   double saturation = 0.0;
   bool saturates() const { return saturation != 0.0; }
 
   Structure structure;
 
-  /// Facts for the reader and for reproduction, in the order they are shown: version, seed, config, data hash,
-  /// errors...
+  /// Facts about the training, for readers and for reproduction, in the order in which they are shown: version, seed,
+  /// config, data hash, errors ...
   std::vector<std::pair<std::string, std::string>> provenance;
 
-  std::optional<Monitor> monitor = {};  ///< where nlo monitor has made one
-  std::optional<ErrorHead> error = {};  ///< none: it does not know how wrong it is
+  std::optional<Monitor> monitor = {};  ///< made by `nlo monitor`
+  std::optional<ErrorHead> error = {};  ///< none: the model gives no intervals
 
   Flight flight = {};  ///< no runs: a model made by hand, or before training recorded them
 
   int nx() const { return static_cast<int>(states.size()); }
   int ny() const { return static_cast<int>(outputs.size()); }
   int nz() const { return static_cast<int>(initial_latent.size()); }
-  int measured() const;  ///< outputs that step() takes; n_y less those that are computed
-  int nu() const;        ///< known inputs, read or acting; 0 where step() takes none
-  int nr() const {       ///< readings: outputs, then the inputs read, then stalenesses
+  int measured() const;  ///< number of outputs that step() takes: n_y without computed ones
+  int nu() const;        ///< number of known inputs that step() takes
+  int nr() const {       ///< number of readings: outputs, inputs that are read, stalenesses
     return ny() + static_cast<int>(inputs.size() + failures.outputs.size());
   }
 };
@@ -73,44 +75,44 @@ template <class NetworkType>
 struct Named {
   std::string field;  ///< "drive.forward_map"
   NetworkType* network;
-  Eigen::Index reads;  ///< the first of its inputs that matter: n_z of [z; y] where y has no weight
+  Eigen::Index reads;  ///< number of its first inputs that matter: n_z of [z; y] if y has no weight
 };
 
-// What may be asked of a model whatever its structure.
+// Properties of models of any structure.
 
-/// "kkl", "driven_kkl", ...: its name in model files.
+/// Returns the name of the structure in model files: "kkl", "driven_kkl", ...
 std::string_view structure_name(const Model& model);
 
-/// All its learned maps, in the order of the model file.
+/// Returns all learned maps, in the order of the model file.
 std::vector<Named<const Network>> networks(const Model& model);
 std::vector<Named<Network>> networks(Model& model);
 
-/// The map from z (and y) to the estimate; null where z is the estimate.
+/// Returns the map from z (and y) to the estimate; null if z is the estimate.
 const Network* inverse_map(const Model& model);
 Network* inverse_map(Model& model);
 
-/// D and F where the latent system is linear, else null.
+/// Returns D and F; null if the latent system is not linear.
 const LinearLatent* linear_latent(const Model& model);
 LinearLatent* linear_latent(Model& model);
 
-/// Known inputs that step() takes.
+/// Returns the known inputs that step() takes.
 const std::vector<Channel>& inputs(const Model& model);
 
-/// The outputs that step() takes; those that are computed are behind them.
+/// Returns the outputs that step() takes.
 std::vector<Channel> measured_channels(const Model& model);
 
-/// [y; u; staleness]: what F and T* read, and the range of each, n_r.
+/// Returns the readings [y; u; staleness] of F and T*, and their ranges, n_r.
 std::vector<Channel> readings(const Model& model);
 Eigen::VectorXd reading_min(const Model& model);
 Eigen::VectorXd reading_max(const Model& model);
 
-/// The same observer without inputs that act on its estimate; those that it reads it needs.
+/// Returns the same observer without the inputs of a driven structure. Inputs that are readings stay.
 Model without_inputs(Model model);
 
-/// The domain is of z less S y for this reading: an angle, or one of relative_outputs.
+/// Returns true if T* and the domain read this reading only through z - S y: an angle, or one of relative_outputs.
 bool is_relative(const Model& model, int reading);
 
-/// T* saturates, and an output is relative.
+/// Returns true if T* saturates and an output is relative.
 bool saturates_relative(const Model& model);
 
 }  // namespace nlo::codegen

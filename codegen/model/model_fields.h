@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parts of a model as its file has them (json_object.h writes them). Each throws Error with the place in the file.
+// Reads parts of a model from its file (json_object.h writes them). Errors name the place in the file.
 #pragma once
 
 #include <nlo/latent.h>

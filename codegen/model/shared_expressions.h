@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Expressions evaluated side by side, what they have in common once.
+// Several expressions, whose common parts are evaluated once.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@ struct SharedExpressions {
   std::vector<Expression> parts, rows;
 
   SharedExpressions() = default;
-  /// `first`: how many readings there are.
+  /// first: number of readings.
   SharedExpressions(const std::vector<Expression>& all, int first);
 
-  /// The values of the rows where reading j is reading(j).
+  /// Returns the values of the rows; reading(j) is the value of reading j.
   template <class Value, class Reading>
   void evaluate(const Reading& reading, Value* values) const {
     std::array<Value, kMostParts> shared;
